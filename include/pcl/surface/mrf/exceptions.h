@@ -1,0 +1,59 @@
+/// \file
+/// \brief The errors of the module: one type per kind of failure, all derived from pcl::PCLException.
+#pragma once
+
+#include <pcl/exceptions.h>
+
+#include <string>
+
+namespace pcl {
+namespace mrf {
+
+/// How a reconstruction ended. Anything but `ok` comes with a message that names the value and the remedy.
+enum class Status { ok, invalidInput, invalidOption, resourceLimit, solverFailure, cancelled };
+
+/// \return the status as a word for reports: "ok", "invalid input", ...
+const char* toString(Status status);
+
+/// Base of all errors thrown by the stages.
+class Error : public pcl::PCLException {
+public:
+  Error(Status status, const std::string& message) : pcl::PCLException(message), status_(status) {}
+  Status status() const { return status_; }
+
+private:
+  Status status_;
+};
+
+/// The cloud cannot be reconstructed: too few points, no usable normals, no zero level, ...
+class InvalidInput : public Error {
+public:
+  explicit InvalidInput(const std::string& message) : Error(Status::invalidInput, message) {}
+};
+
+/// An option is outside its range; the message carries the option's name, its value and the range.
+class InvalidOption : public Error {
+public:
+  explicit InvalidOption(const std::string& message) : Error(Status::invalidOption, message) {}
+};
+
+/// The predicted memory exceeds the limit; the message names the voxel size that would fit.
+class ResourceLimit : public Error {
+public:
+  explicit ResourceLimit(const std::string& message) : Error(Status::resourceLimit, message) {}
+};
+
+/// A solver broke down or gave a field that is not finite.
+class SolverFailure : public Error {
+public:
+  explicit SolverFailure(const std::string& message) : Error(Status::solverFailure, message) {}
+};
+
+/// The progress callback asked to stop.
+class Cancelled : public Error {
+public:
+  explicit Cancelled(const std::string& message) : Error(Status::cancelled, message) {}
+};
+
+} // namespace mrf
+} // namespace pcl

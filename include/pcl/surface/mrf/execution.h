@@ -1,0 +1,59 @@
+/// \file
+/// \brief Threads, progress and cancellation: the one object every stage is handed besides its input and its options.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace pcl {
+namespace mrf {
+
+/// Called with the stage's name and the fraction of it that is done, 0..1; returning false cancels the run.
+/// Always called from the thread that runs the reconstruction.
+using ProgressCallback = std::function<bool(const std::string& stage, double fraction)>;
+
+/// A fixed set of worker threads, a progress callback and a cancellation flag.
+///
+/// Work is cut into chunks whose bounds depend on the problem alone, never on the number of threads, and partial sums
+/// are added in the order of the chunks: results are the same bytes for any number of threads.
+/// The workers sleep while there is nothing to do (no spinning).
+///
+/// An Execution runs one parallel loop at a time; loops must not be nested.
+class Execution {
+public:
+  /// \param threads number of threads, the calling one included; 0 = one per hardware thread
+  explicit Execution(int threads = 1, ProgressCallback progress = {});
+  ~Execution();
+  Execution(const Execution&) = delete;
+  Execution& operator=(const Execution&) = delete;
+
+  int threads() const { return threads_; }
+
+  /// Calls body(begin, end) on consecutive ranges of at most `grain` indices that cover [0, count).
+  /// Ranges run concurrently; an exception thrown by one of them is rethrown here after all have stopped.
+  void forRange(std::int64_t count, std::int64_t grain,
+                const std::function<void(std::int64_t begin, std::int64_t end)>& body);
+
+  /// Sum of body(begin, end) over the ranges of forRange, added in their order in double precision.
+  double sum(std::int64_t count, std::int64_t grain,
+             const std::function<double(std::int64_t begin, std::int64_t end)>& body);
+
+  /// Names the stage that subsequent progress belongs to, and reports it with fraction 0.
+  void beginStage(const std::string& name);
+
+  /// Reports the fraction of the current stage that is done, 0..1.
+  /// \throw Cancelled if the callback returns false
+  void progress(double fraction);
+
+private:
+  struct Workers;
+  int threads_;
+  ProgressCallback callback_;
+  std::string stage_;
+  std::unique_ptr<Workers> workers_;
+};
+
+} // namespace mrf
+} // namespace pcl

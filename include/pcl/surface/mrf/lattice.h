@@ -1,0 +1,47 @@
+/// \file
+/// \brief Regular voxel lattices: sizes, indices, positions.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstdint>
+
+namespace pcl {
+namespace mrf {
+
+/// Number of voxels along each axis.
+struct GridSize {
+  int x = 0, y = 0, z = 0;
+
+  std::int64_t count() const { return std::int64_t{x} * y * z; }
+  std::int64_t planeCount() const { return std::int64_t{x} * y; }
+  std::int64_t index(int i, int j, int k) const { return i + std::int64_t{x} * (j + std::int64_t{y} * k); }
+  bool contains(int i, int j, int k) const { return i >= 0 && j >= 0 && k >= 0 && i < x && j < y && k < z; }
+
+  /// Size of the next coarser grid of cell-centred coarsening, ⌈n/2⌉ along each axis.
+  GridSize coarsened() const { return {(x + 1) / 2, (y + 1) / 2, (z + 1) / 2}; }
+
+  bool operator==(const GridSize& other) const { return x == other.x && y == other.y && z == other.z; }
+  bool operator!=(const GridSize& other) const { return !(*this == other); }
+};
+
+/// A grid placed in the recentred frame of the points. Values sit at voxel centres; x runs fastest in memory.
+struct Lattice {
+  GridSize size;
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< centre of voxel (0, 0, 0)
+  double spacing = 1;                               ///< voxel side h, cloud's unit
+
+  Eigen::Vector3f position(int i, int j, int k) const
+  {
+    return (origin + spacing * Eigen::Vector3d(i, j, k)).cast<float>();
+  }
+
+  /// Position in units of voxels, relative to the centre of voxel (0, 0, 0).
+  Eigen::Vector3d toVoxels(const Eigen::Vector3f& position) const
+  {
+    return (position.cast<double>() - origin) / spacing;
+  }
+};
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,51 @@
+/// \file
+/// \brief Checks and statistics of triangle meshes: validity, topology, triangle quality.
+#pragma once
+
+#include <pcl/surface/mrf/triangle_mesh.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// 2 · inradius / circumradius of a triangle: 1 for equilateral, 0 for degenerate.
+double triangleQuality(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c);
+
+struct MeshStatistics {
+  std::int64_t vertices = 0;
+  std::int64_t triangles = 0;
+  std::int64_t edges = 0;
+  std::int64_t components = 0;          ///< connected over edges
+  std::int64_t boundaryEdges = 0;
+  std::int64_t boundaryLoops = 0;
+  std::int64_t nonManifoldEdges = 0;    ///< more than two triangles, or two that disagree on the orientation
+  std::int64_t nonManifoldVertices = 0; ///< triangles around the vertex do not form one fan
+  std::int64_t degenerateTriangles = 0; ///< repeated vertex, not finite, or quality below 1e-6
+  std::int64_t unusedVertices = 0;
+  std::int64_t eulerCharacteristic = 0; ///< V − E + F, V without unused vertices
+  double area = 0;                      ///< cloud's unit squared
+  double volume = 0;                    ///< signed, by the divergence theorem; meaningful for closed meshes
+  double meanQuality = 0;               ///< of triangleQuality over all triangles
+  double minQuality = 0;
+  double meanEdge = 0, minEdge = 0, maxEdge = 0; ///< cloud's unit
+  double areaDeviation = 0;             ///< standard deviation of triangle area / mean area
+  std::array<std::int64_t, 16> valences{}; ///< vertices by number of edges; the last bin collects ≥ 15
+
+  bool closed() const { return boundaryEdges == 0; }
+  bool manifold() const { return nonManifoldEdges == 0 && nonManifoldVertices == 0; }
+  /// Share of vertices with six edges.
+  double regularShare() const { return vertices > 0 ? static_cast<double>(valences[6]) / static_cast<double>(vertices) : 0; }
+};
+
+/// Computes all statistics. Cost: O(n log n) in the number of triangles.
+MeshStatistics measure(const TriangleMesh& mesh);
+
+/// Component of each triangle, connected over shared edges; components are numbered by their first triangle.
+/// \return number of components
+std::int32_t connectedComponents(const TriangleMesh& mesh, std::vector<std::int32_t>& componentOfTriangle);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,63 @@
+/// \file
+/// \brief The multiscale scheme (paper Sec. 3.4): solve coarse, interpolate, observe again, solve finer.
+#pragma once
+
+#include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/observation.h>
+#include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/prior.h>
+#include <pcl/surface/mrf/solver.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+struct MultiscaleOptions {
+  float voxelSize = 0;        ///< voxel side of the finest level h, cloud's unit; 0 = 2 l̄
+  int padding = 6;            ///< voxels around the points' bounding box on each level, 2..1000
+  float coarsePadding = .5f;  ///< padding is not increased beyond this share of the box's longest side on coarse levels, [0, 4]
+  int coarsestSide = 16;      ///< levels are added until the longest side is at most this, 4..256
+  std::size_t maxMemory = 0;  ///< bytes the levels may take; 0 = 80 % of what is free
+};
+
+/// \throw InvalidOption naming the first field that is out of range
+void validate(const MultiscaleOptions& options);
+
+/// One level, for the report.
+struct LevelReport {
+  GridSize size;
+  double voxelSize = 0;          ///< cloud's unit
+  float maxDistance = 0;         ///< dEmax of this level
+  std::int64_t observed = 0;     ///< voxels with α > 0
+  double observationSeconds = 0;
+  double solverSeconds = 0;
+  SolveReport solve;
+};
+
+struct MultiscaleResult {
+  DistanceField field;
+  std::vector<LevelReport> levels; ///< coarsest first
+};
+
+/// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
+/// \param spacing l̄, for the automatic voxel size
+/// \throw ResourceLimit if the levels would take more than the limit; names the voxel size that would fit
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const MultiscaleOptions& options);
+
+/// Regularises the observed distances, coarse to fine.
+///
+/// Each level starts from the tensor-cubic interpolation of the coarser one. Where a level's box ends inside the coarser
+/// one's, its outermost voxels are held near the interpolated values: the volume's border is then that of the widest
+/// level, far from the object (the paper's rotation error, Fig. 9, is its border).
+/// \param spacing l̄, cloud's unit
+/// \throw InvalidInput if nothing is observed; ResourceLimit; SolverFailure; Cancelled
+MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
+                            const ObservationOptions& observation, const PriorOptions& prior,
+                            const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

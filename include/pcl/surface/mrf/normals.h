@@ -1,0 +1,50 @@
+/// \file
+/// \brief Normals by principal component analysis, and the paper's noise criteria on it (paper Sec. 3.1).
+#pragma once
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/point_set.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// What becomes of normals that come with the cloud.
+enum class NormalSource {
+  automatic, ///< use them if the cloud has them, estimate otherwise
+  use,       ///< use them as they are
+  reference, ///< estimate, and let the cloud's normals vote on the orientation of each component
+  estimate   ///< ignore them
+};
+
+struct NormalOptions {
+  NormalSource source = NormalSource::automatic;
+  float radius = 0;              ///< neighbourhood radius, cloud's unit; 0 = 2.5 l̄
+  bool noiseCriteria = false;    ///< drop noise as the paper does, by the two limits below
+  float maxThirdEigenvalue = .1f; ///< noise if the smallest eigenvalue explains more than this share of the variation, (0, 1/3]
+  float maxPlaneDistance = 0;    ///< noise if farther than this from the fitted plane, cloud's unit; 0 = l̄
+};
+
+/// \throw InvalidOption naming the first field that is out of range
+void validate(const NormalOptions& options);
+
+/// One entry per point.
+struct NormalEstimates {
+  std::vector<Eigen::Vector3f> normals;     ///< unit length, sign arbitrary; zero where no plane could be fitted
+  std::vector<float> thirdEigenvalueShare;  ///< λ3 / (λ1 + λ2 + λ3)
+  std::vector<float> planeDistances;        ///< distance of the point from the fitted plane, cloud's unit
+  std::vector<std::uint8_t> isNoise;        ///< by the paper's criteria; all 0 unless noiseCriteria is set
+};
+
+/// Fits a plane to the neighbours of each point with pcl::NormalEstimation. A point with fewer than 5 neighbours inside
+/// the radius takes its 8 nearest instead, so that sparse regions are not lost.
+/// \param spacing l̄, for the automatic lengths
+/// \param search holds exactly points.positions
+NormalEstimates estimateNormals(const PointSet& points, const NeighbourSearch& search, float spacing,
+                                const NormalOptions& options, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,51 @@
+/// \file
+/// \brief All options of a reconstruction, one struct per stage, and the presets.
+#pragma once
+
+#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/normals.h>
+#include <pcl/surface/mrf/observation.h>
+#include <pcl/surface/mrf/orientation.h>
+#include <pcl/surface/mrf/outliers.h>
+#include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/prior.h>
+#include <pcl/surface/mrf/remesher.h>
+#include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/trimming.h>
+#include <pcl/surface/mrf/vertex_fields.h>
+
+#include <string>
+
+namespace pcl {
+namespace mrf {
+
+/// Lengths are in the cloud's unit; 0 means "derived from the sampling density" where the field says so.
+struct Options {
+  OutlierOptions outliers;
+  NormalOptions normals;
+  OrientationOptions orientation;
+  ObservationOptions observation;
+  PriorOptions prior;
+  SolverOptions solver;
+  MultiscaleOptions multiscale;
+  PolygonizerOptions polygonizer;
+  TrimmingOptions trimming;
+  RemesherOptions remesher;
+  ColourMode colours = ColourMode::input;
+  std::string confidenceField; ///< field of the cloud that holds per-point confidences 0..1; empty: none
+  int threads = 0;             ///< 0 = one per hardware thread, ..1024
+};
+
+/// The settings that our measurements recommend; the same as Options().
+Options defaultPreset();
+
+/// The paper's own settings: statistical and PCA outlier criteria, median of 5 planes, linear α with one dEmax for all
+/// levels, Laplacian prior (k = 2) solved by ICM over all levels with Cholesky on the coarsest, no trimming, remeshing.
+Options paperPreset();
+
+/// Validates every stage's options at once.
+/// \throw InvalidOption naming the first value that is out of range, its range and the remedy
+void validate(const Options& options);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,43 @@
+/// \file
+/// \brief Outlier removal before anything is estimated from the points.
+#pragma once
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/point_set.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Criteria are independent; a point is dropped if any enabled one rejects it.
+struct OutlierOptions {
+  bool spacing = true;             ///< mean distance to the neighbours against a multiple of its median over all points
+  int spacingNeighbours = 8;       ///< number of neighbours, 1..1000
+  float spacingFactor = 3;         ///< multiple of the median, > 1
+  bool statistical = false;        ///< PCL's StatisticalOutlierRemoval
+  int statisticalNeighbours = 8;   ///< its setMeanK, 1..1000
+  float statisticalDeviations = 3; ///< its setStddevMulThresh, > 0
+};
+
+/// \throw InvalidOption naming the first field that is out of range
+void validate(const OutlierOptions& options);
+
+struct OutlierResult {
+  std::vector<std::uint8_t> keep; ///< one flag per point
+  std::int64_t droppedBySpacing = 0;
+  std::int64_t droppedByStatistics = 0; ///< of those that the spacing criterion kept
+};
+
+/// Finds points that lie apart from the others.
+///
+/// The spacing criterion (ours) is robust where the mean and standard deviation of PCL's are not: a few far outliers
+/// inflate the deviation until nothing is dropped. Duplicates count as neighbours at distance 0.
+/// \param search holds exactly points.positions
+OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search, const OutlierOptions& options,
+                           Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,52 @@
+/// \file
+/// \brief Points as the stages see them: plain arrays in a recentred frame, without PCL point types.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// The gathered input: finite points relative to `offset`, so that float arithmetic is accurate for any survey frame.
+/// Optional per-point arrays are either empty or as long as `positions`.
+struct PointSet {
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<Eigen::Vector3f> normals;  ///< from the cloud, unit length; empty: the cloud has none or they are ignored
+  std::vector<float> confidences;        ///< the scanner's, 0..1; empty: 1 everywhere
+  std::vector<std::int32_t> views;       ///< index into `sensors` per point; empty: unknown
+  std::vector<std::uint32_t> origins;    ///< index of each point in the cloud it came from
+  std::vector<Eigen::Vector3f> sensors;  ///< sensor positions, in the same recentred frame; empty: unknown
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to a position to be back in the cloud's frame
+
+  std::size_t size() const { return positions.size(); }
+};
+
+/// The points of `points` whose flag in `keep` is set, in their order; all per-point arrays follow, the rest is copied.
+/// \pre keep.size() == points.size()
+PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep);
+
+/// Points with a unit normal each: what the observation stage reads.
+struct OrientedPoints {
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<Eigen::Vector3f> normals;  ///< unit length, pointing out of the object; same length as positions
+  std::vector<float> confidences;        ///< 0..1; empty: 1 everywhere
+  std::vector<std::uint32_t> origins;    ///< index of each point in the input cloud
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+
+  std::size_t size() const { return positions.size(); }
+  float confidence(std::size_t i) const { return confidences.empty() ? 1.0f : confidences[i]; }
+};
+
+/// Axis-aligned bounding box; `diagonal` is 0 for an empty set.
+struct BoundingBox {
+  Eigen::Vector3f lower = Eigen::Vector3f::Zero();
+  Eigen::Vector3f upper = Eigen::Vector3f::Zero();
+  float diagonal() const { return (upper - lower).norm(); }
+};
+BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& positions);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,33 @@
+/// \file
+/// \brief Zero level of a distance field as a closed, oriented, manifold triangle mesh (paper Sec. 3.5, after Bloomenthal).
+#pragma once
+
+#include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+
+namespace pcl {
+namespace mrf {
+
+/// How a cell is cut.
+enum class CellDecomposition {
+  cubes,      ///< 256 cases, every face decided by its own four signs
+  tetrahedra  ///< six tetrahedra per cell around a diagonal: about twice the triangles, no ambiguous face
+};
+
+struct PolygonizerOptions {
+  CellDecomposition decomposition = CellDecomposition::cubes;
+};
+
+/// Extracts the zero level.
+///
+/// d < 0 is inside. A vertex sits on each edge (lattice edge, face or cell diagonal) whose ends differ in sign, at the
+/// linear zero crossing kept inside (0, 1); edges are the keys, so that cells share vertices exactly. The mesh is
+/// oriented, has no degenerate triangle, no non-manifold edge and no non-manifold vertex, and is closed except where
+/// the zero level leaves the field's cells. Sets vertices and triangles only.
+/// \return an empty mesh if no cell contains a sign change
+/// Cost: linear in the number of cells. The result does not depend on the number of threads.
+TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& options, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,48 @@
+/// \file
+/// \brief The whole method as one function of plain inputs: points → oriented points → observation → field → mesh.
+#pragma once
+
+#include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+
+namespace pcl {
+namespace mrf {
+
+struct Reconstruction {
+  TriangleMesh mesh;    ///< with normals and confidences, in the recentred frame (add points.offset)
+  DistanceField field;  ///< the regularised field of the finest level, same frame
+  OrientedPoints points; ///< what was observed
+  Report report;
+};
+
+/// Builds the gathered points: the part of a cloud the stages can use.
+/// \param positions in the cloud's frame, possibly not finite
+/// \param normals empty or one per position; \param confidences, views likewise
+/// \param sensors positions in the cloud's frame
+/// \param counts receives input, notFinite, duplicates, zeroNormals, zeroConfidence
+/// Zero normals are dropped only if `normalsNeeded`.
+PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
+                const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
+                const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts);
+
+/// Section 3.1: outliers, normals, components, orientation. Fills the report's density, counts and orientation.
+/// \param search is given the points that are left; it holds result.positions on return
+/// \throw InvalidInput if too few points are left
+OrientedPoints preprocess(const PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
+                          Execution& execution);
+
+/// Runs all stages.
+/// \param points as gather gives them
+/// \param search is used for every query; see makeKdTree
+/// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled; the report then has what was done so far
+/// The result is the same bytes for any number of threads.
+Reconstruction reconstruct(const PointSet& points, const PointCounts& counts, const Options& options,
+                           NeighbourSearch& search, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

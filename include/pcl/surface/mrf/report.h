@@ -1,0 +1,66 @@
+/// \file
+/// \brief What a reconstruction did: status, resolved parameters, counts, levels, times, the mesh.
+#pragma once
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/orientation.h>
+#include <pcl/surface/mrf/sampling_density.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Points by what became of them; `used` and all the drops add up to `input`.
+struct PointCounts {
+  std::int64_t input = 0;             ///< in the cloud, after the indices
+  std::int64_t notFinite = 0;
+  std::int64_t duplicates = 0;        ///< same position as an earlier point
+  std::int64_t zeroNormals = 0;       ///< with the cloud's normals in use: zero or not finite
+  std::int64_t zeroConfidence = 0;    ///< confidence field not finite or ≤ 0
+  std::int64_t outliersBySpacing = 0;
+  std::int64_t outliersByStatistics = 0;
+  std::int64_t noiseByPlaneFit = 0;   ///< the paper's PCA criteria, or no plane could be fitted
+  std::int64_t smallComponents = 0;
+  std::int64_t used = 0;
+};
+
+struct StageTime {
+  std::string stage;
+  double seconds = 0;
+};
+
+struct Report {
+  Status status = Status::invalidInput;
+  std::string message = "not run"; ///< "ok", or what went wrong and what to do about it
+  std::vector<std::string> warnings;
+
+  Options options;          ///< as requested, with every automatic value replaced by the one that was used
+  SamplingDensity density;
+  double diagonal = 0;      ///< of the used points' bounding box, cloud's unit
+  double smoothingLength = 0; ///< that β implies at the finest level, cloud's unit; 0 if β is 0
+
+  PointCounts points;
+  bool normalsEstimated = false;
+  OrientationVote vote = OrientationVote::none;
+  OrientationResult orientation; ///< counts and agreement; its arrays are empty
+
+  std::vector<LevelReport> levels; ///< coarsest first
+  TrimResult trimming;             ///< counts; its mesh is empty
+  std::int64_t splits = 0, collapses = 0, flips = 0, refusedOperations = 0; ///< of the remesher
+  MeshStatistics meshBeforeRemeshing;
+  MeshStatistics mesh;
+
+  std::vector<StageTime> times; ///< in the order they ran
+  double seconds = 0;           ///< wall clock of the whole run
+  std::size_t peakBytes = 0;    ///< peak resident memory of the process
+  int threads = 1;
+};
+
+} // namespace mrf
+} // namespace pcl

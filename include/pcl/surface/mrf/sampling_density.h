@@ -1,0 +1,31 @@
+/// \file
+/// \brief Sampling density of a point set (paper Sec. 3.1): the length every automatic length is derived from.
+#pragma once
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/point_set.h>
+
+namespace pcl {
+namespace mrf {
+
+/// Lengths in the cloud's unit.
+struct SamplingDensity {
+  float spacing = 0;          ///< l̄: max(nearestMean, 0.313 · eighthMedian); what the other stages call l̄
+  float nearestMean = 0;      ///< mean distance to the closest other point (the paper's l̄)
+  float nearestDeviation = 0; ///< standard deviation of that distance, σ_l
+  float eighthMedian = 0;     ///< median distance to the 8th neighbour; 0 with fewer than 9 distinct points
+};
+
+/// Estimates the sampling density.
+///
+/// Overlapping scans make the mean nearest distance misleadingly small; on a uniformly sampled surface the 8th
+/// neighbour is l̄/0.313 away, hence the maximum of the two (not in the paper).
+/// \param points at least 2 distinct positions; coincident ones count once
+/// \param search holds exactly points.positions
+/// \throw InvalidInput if fewer than two positions are distinct
+/// Cost: one 9-neighbour query per point. The result does not depend on the number of threads.
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,68 @@
+/// \file
+/// \brief The four solvers of one linear system (paper Sec. 3.4), behind one function.
+#pragma once
+
+#include <pcl/surface/mrf/data_term.h>
+#include <pcl/surface/mrf/execution.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+enum class SolverMethod {
+  multigrid, ///< conjugate gradients preconditioned by one multigrid V-cycle; see multigrid.h
+  icm,       ///< the paper's iterated conditional modes; see icm.h
+  cg,        ///< Fletcher–Reeves conjugate gradients on the energy; see conjugate_gradients.h
+  cholesky   ///< sparse Cholesky factorisation through CHOLMOD; see cholesky.h
+};
+
+struct SolverOptions {
+  SolverMethod method = SolverMethod::multigrid;
+  int maxIterations = 0;            ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid), 1000 (icm), 10000 (cg)
+  double residualTolerance = 1e-4;  ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
+  double changeTolerance = 1e-3;    ///< icm stops when a sweep changes d by less (RMS, in voxel sides); 0 = by sweeps only
+  int smootherDegree = 0;           ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 8 for k = 1 / 2 / 3
+  bool choleskyOnCoarsest = false;  ///< factorise the coarsest level of the multiscale scheme whatever the method (the paper's)
+  std::uint64_t seed = 1;           ///< of icm's visiting order
+  std::size_t maxFactorBytes = std::size_t{4} << 30; ///< cholesky refuses when its factor is predicted to be larger
+};
+
+/// \throw InvalidOption naming the first field that is out of range
+void validate(const SolverOptions& options);
+
+/// What a solve did.
+struct SolveReport {
+  SolverMethod method = SolverMethod::multigrid;
+  int iterations = 0;              ///< iterations or sweeps; 1 for cholesky
+  double relativeResidual = 0;     ///< ‖b − A d‖ / ‖b‖ at the end
+  bool converged = false;
+  std::vector<double> history;     ///< per iteration: relative residual (multigrid, cg), energy per voxel (icm); empty for cholesky
+};
+
+/// Solves (P + C) d = b.
+/// \param system at least one voxel must be observed
+/// \param unit length of one voxel side in the unit of d; scales changeTolerance only
+/// \param d in: initial guess, size().count() values; out: the solution
+/// \throw SolverFailure if no voxel is observed, the result is not finite, or the factorisation fails
+/// \throw ResourceLimit if cholesky's factor would exceed maxFactorBytes
+/// \throw InvalidOption if cholesky is asked for in a build without CHOLMOD
+/// The result does not depend on the number of threads. Instantiated for float and double.
+template <typename Real>
+SolveReport solve(const LinearSystem<Real>& system, const SolverOptions& options, double unit, std::vector<Real>& d,
+                  Execution& execution);
+
+/// ½ dᵀ(P + C)d − bᵀd per voxel, in double precision: what every solver lowers.
+template <typename Real>
+double energy(const LinearSystem<Real>& system, const std::vector<Real>& d, Execution& execution);
+
+/// ‖b − (P + C) d‖ / ‖b‖.
+template <typename Real>
+double relativeResidual(const LinearSystem<Real>& system, const std::vector<Real>& d, Execution& execution);
+
+/// False if the build has no CHOLMOD.
+bool hasCholesky();
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,30 @@
+/// \file
+/// \brief The mesh type shared by polygonizer, remesher, trimming and the facade.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+using Triangle = std::array<std::int32_t, 3>;
+
+/// An indexed triangle mesh in the recentred frame. Triangles are counter-clockwise seen from outside (d > 0).
+/// Optional per-vertex arrays are either empty or as long as `vertices`.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> vertices;
+  std::vector<Triangle> triangles;
+  std::vector<Eigen::Vector3f> normals;   ///< unit, outward: the normalised gradient of the field
+  std::vector<float> confidences;         ///< α at the vertex, 0..1
+};
+
+/// Keeps the triangles whose flag is set and the vertices they use, in their order, with all per-vertex arrays.
+/// \pre keep.size() == mesh.triangles.size()
+TriangleMesh select(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep);
+
+} // namespace mrf
+} // namespace pcl

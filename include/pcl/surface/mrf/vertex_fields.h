@@ -1,0 +1,40 @@
+/// \file
+/// \brief Per-vertex fields of the output: normals, confidence, attributes of the input, colours.
+#pragma once
+
+#include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Which colours the output carries.
+enum class ColourMode {
+  none,      ///< none
+  input,     ///< the input's RGB or intensity, interpolated, where it had them
+  confidence ///< α as a colour: blue where interpolated, skin where observed (paper Fig. 4)
+};
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+/// Sets normals (normalised gradient of the field; the mean triangle normal where it vanishes) and confidences.
+void setVertexFields(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
+
+/// Interpolates attributes of the data points at the vertices: mean of the 4 nearest points with weights 1/d², the
+/// nearest one's value where it coincides.
+/// \param attributes `channels` values per data point, point by point, in the order of the search's points
+/// \return `channels` values per vertex
+std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighbourSearch& search,
+                                         const std::vector<float>& attributes, int channels, Execution& execution);
+
+/// The colour of a confidence: blue at 0 to skin at 1, linear between.
+Rgb confidenceColour(float confidence);
+
+} // namespace mrf
+} // namespace pcl

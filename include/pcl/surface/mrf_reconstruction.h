@@ -1,0 +1,147 @@
+/// \file
+/// \brief Markov random field surface reconstruction as a PCL surface class.
+#pragma once
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/reconstruction.h>
+#include <pcl/surface/mrf/report.h>
+
+#include <pcl/surface/reconstruction.h>
+
+#include <Eigen/StdVector>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl {
+
+/// Reconstructs a surface from points by regularising a signed distance field with a Markov random field
+/// (R. R. Paulsen, J. A. Bærentzen, R. Larsen, IEEE TVCG 16(4), 2010).
+///
+/// \code
+/// pcl::MRFReconstruction<pcl::PointNormal> mrf;
+/// mrf.setInputCloud(cloud);
+/// pcl::PolygonMesh mesh;
+/// mrf.reconstruct(mesh);
+/// if (mrf.getReport().status != pcl::mrf::Status::ok)
+///   ...
+/// \endcode
+///
+/// Every length left at 0 is derived from the sampling density of the cloud. Setters only store; `reconstruct`
+/// validates everything once, so their order never matters.
+///
+/// On failure the output is cleared, one PCL_ERROR is logged, and the report has status and message; see setThrowing.
+/// The mesh's cloud carries x y z, normal_x normal_y normal_z, confidence (α, 0..1) and rgb or intensity where the
+/// input had them (mean of the 4 nearest points, weights 1/d²). The result does not depend on the number of threads.
+///
+/// The search object of setSearchMethod is used for every query; it is handed clouds in a recentred frame. Without one,
+/// a kd-tree is made.
+///
+/// Compiled for PointXYZ, PointXYZI, PointXYZRGB, PointNormal, PointXYZINormal and PointXYZRGBNormal. For another type
+/// include pcl/surface/impl/mrf_reconstruction.hpp.
+template <typename PointNT>
+class MRFReconstruction : public SurfaceReconstruction<PointNT> {
+public:
+  using Ptr = shared_ptr<MRFReconstruction<PointNT>>;
+  using ConstPtr = shared_ptr<const MRFReconstruction<PointNT>>;
+  using PointCloud = pcl::PointCloud<PointNT>;
+
+  MRFReconstruction();
+
+  /// \name Everyday settings
+  /// @{
+  /// Voxel side of the finest level, cloud's unit; 0 = 2 l̄.
+  void setVoxelSize(float size) { options_.multiscale.voxelSize = size; }
+  float getVoxelSize() const { return options_.multiscale.voxelSize; }
+
+  void setPrior(mrf::Prior prior) { options_.prior.prior = prior; }
+  mrf::Prior getPrior() const { return options_.prior.prior; }
+
+  /// Global weight of the data β, [0, 1).
+  void setBeta(float beta) { options_.prior.beta = beta; }
+  float getBeta() const { return options_.prior.beta; }
+
+  /// How the distances to the nearest points' planes become one (the paper's norm: median = L1, mean = L2).
+  void setEstimate(mrf::Estimate estimate) { options_.observation.estimate = estimate; }
+  mrf::Estimate getEstimate() const { return options_.observation.estimate; }
+
+  void setSolver(mrf::SolverMethod method) { options_.solver.method = method; }
+  mrf::SolverMethod getSolver() const { return options_.solver.method; }
+
+  /// What becomes of the cloud's normals. NormalSource::use and ::reference need a point type with normals.
+  void setNormalSource(mrf::NormalSource source) { options_.normals.source = source; }
+  mrf::NormalSource getNormalSource() const { return options_.normals.source; }
+
+  /// Rounds of remeshing; 0 = leave the polygonizer's triangles.
+  void setRemeshing(int rounds) { options_.remesher.rounds = rounds; }
+  int getRemeshing() const { return options_.remesher.rounds; }
+
+  void setTrimming(mrf::Trimming trimming) { options_.trimming.trimming = trimming; }
+  mrf::Trimming getTrimming() const { return options_.trimming.trimming; }
+
+  void setColourMode(mrf::ColourMode mode) { options_.colours = mode; }
+  mrf::ColourMode getColourMode() const { return options_.colours; }
+
+  /// 0 = one thread per hardware thread.
+  void setNumberOfThreads(int threads) { options_.threads = threads; }
+  int getNumberOfThreads() const { return options_.threads; }
+
+  /// One sensor for the whole cloud, in the cloud's frame: normals are turned towards it.
+  void setSensorPosition(const Eigen::Vector3d& position) { setSensorPositions({position}, {}); }
+
+  /// Sensors, and optionally the index of the one that saw each point of the input cloud (not of the indices).
+  /// Without views each point's sensor is the nearest. An empty list removes the sensors.
+  void setSensorPositions(const std::vector<Eigen::Vector3d>& positions, const std::vector<std::int32_t>& views = {})
+  {
+    sensors_ = positions;
+    views_ = views;
+  }
+  const std::vector<Eigen::Vector3d>& getSensorPositions() const { return sensors_; }
+
+  /// All options, one struct per stage.
+  void setOptions(const mrf::Options& options) { options_ = options; }
+  const mrf::Options& getOptions() const { return options_; }
+
+  /// Called with stage and fraction; returning false cancels.
+  void setProgressCallback(const mrf::ProgressCallback& callback) { callback_ = callback; }
+
+  /// True: reconstruct rethrows errors (pcl::mrf::Error) after clearing the output.
+  void setThrowing(bool throwing) { throwing_ = throwing; }
+  /// @}
+
+  /// Reconstructs into a mesh whose cloud carries all fields. Never leaves a partial result in `output`.
+  void reconstruct(pcl::PolygonMesh& output) override;
+
+  /// The same into a cloud of the input's type: fields that PointNT lacks are left out, `confidence` among them.
+  void reconstruct(PointCloud& points, std::vector<pcl::Vertices>& polygons) override;
+
+  /// What the last run did, also after a failure.
+  const mrf::Report& getReport() const { return result_.report; }
+
+  /// The regularised field of the last successful run, empty before. Its frame is the cloud's minus getOffset().
+  const mrf::DistanceField& getDistanceField() const { return result_.field; }
+
+  /// Add to positions of the field's frame to be in the cloud's.
+  const Eigen::Vector3d& getOffset() const { return result_.points.offset; }
+
+protected:
+  using SurfaceReconstruction<PointNT>::input_;
+  using SurfaceReconstruction<PointNT>::indices_;
+  using SurfaceReconstruction<PointNT>::tree_;
+
+  void performReconstruction(pcl::PolygonMesh& output) override;
+  void performReconstruction(PointCloud& points, std::vector<pcl::Vertices>& polygons) override;
+  std::string getClassName() const override { return "MRFReconstruction"; }
+
+private:
+  mrf::Options options_;
+  std::vector<Eigen::Vector3d> sensors_;
+  std::vector<std::int32_t> views_;
+  mrf::ProgressCallback callback_;
+  bool throwing_ = false;
+  mrf::Reconstruction result_;
+};
+
+} // namespace pcl

@@ -1,0 +1,1 @@
+#include <pcl/surface/mrf/mesh_quality.h>

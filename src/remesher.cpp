@@ -1,0 +1,1 @@
+#include <pcl/surface/mrf/remesher.h>

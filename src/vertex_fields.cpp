@@ -1,0 +1,1 @@
+#include <pcl/surface/mrf/vertex_fields.h>
