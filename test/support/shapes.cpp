@@ -1,0 +1,152 @@
+#include "support/shapes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <tuple>
+
+namespace shapes {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+Sdf sphere(double radius, const Vector3d& centre)
+{
+  return [=](const Vector3d& x) { return (x - centre).norm() - radius; };
+}
+
+Sdf torus(double majorRadius, double minorRadius)
+{
+  return [=](const Vector3d& x) { return std::hypot(std::hypot(x.x(), x.y()) - majorRadius, x.z()) - minorRadius; };
+}
+
+Sdf box(const Vector3d& half, double rounding)
+{
+  return [=](const Vector3d& x) {
+    const Vector3d q = x.cwiseAbs() - (half - Vector3d::Constant(rounding));
+    return q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0) - rounding;
+  };
+}
+
+Sdf tube(const Vector3d& a, const Vector3d& b, double radius)
+{
+  return [=](const Vector3d& x) {
+    const double t = std::clamp((x - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
+    return (x - a - t * (b - a)).norm() - radius;
+  };
+}
+
+Sdf plane(const Vector3d& normal)
+{
+  const Vector3d unit = normal.normalized();
+  return [=](const Vector3d& x) { return unit.dot(x); };
+}
+
+Sdf unite(const Sdf& a, const Sdf& b)
+{
+  return [=](const Vector3d& x) { return std::min(a(x), b(x)); };
+}
+
+Vector3d normalOf(const Sdf& sdf, const Vector3d& position)
+{
+  const double step = 1e-5;
+  Vector3d gradient;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d offset = step * Vector3d::Unit(axis);
+    gradient[axis] = sdf(position + offset) - sdf(position - offset);
+  }
+  return gradient.normalized();
+}
+
+pcl::mrf::PointSet sample(const Sdf& sdf, double halfSide, double spacing, unsigned seed)
+{
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> jitter(-.5, .5);
+  const double side = .55 * spacing; // denser than wanted, so that thinning leaves an even cover
+  const int n = static_cast<int>(std::ceil(halfSide / side));
+
+  std::vector<Vector3d> candidates;
+  for (int k = -n; k <= n; ++k)
+    for (int j = -n; j <= n; ++j)
+      for (int i = -n; i <= n; ++i) {
+        Vector3d x = side * Vector3d(i, j, k);
+        if (std::abs(sdf(x)) > side)
+          continue;
+        x += side * Vector3d(jitter(random), jitter(random), jitter(random));
+        for (int step = 0; step < 3; ++step)
+          x -= sdf(x) * normalOf(sdf, x);
+        if (std::abs(sdf(x)) < 1e-9 * halfSide && x.cwiseAbs().maxCoeff() <= halfSide)
+          candidates.push_back(x);
+      }
+  std::shuffle(candidates.begin(), candidates.end(), random);
+
+  const double closest = .7 * spacing;
+  std::map<std::tuple<int, int, int>, std::vector<Vector3d>> cells;
+  const auto cellOf = [&](const Vector3d& x, int axis) { return static_cast<int>(std::floor(x[axis] / closest)); };
+  pcl::mrf::PointSet points;
+  for (const Vector3d& x : candidates) {
+    const int ci = cellOf(x, 0), cj = cellOf(x, 1), ck = cellOf(x, 2);
+    bool isFree = true;
+    for (int k = ck - 1; isFree && k <= ck + 1; ++k)
+      for (int j = cj - 1; isFree && j <= cj + 1; ++j)
+        for (int i = ci - 1; isFree && i <= ci + 1; ++i) {
+          const auto cell = cells.find({i, j, k});
+          if (cell != cells.end())
+            for (const Vector3d& other : cell->second)
+              isFree = isFree && (other - x).squaredNorm() >= closest * closest;
+        }
+    if (!isFree)
+      continue;
+    cells[{ci, cj, ck}].push_back(x);
+    points.origins.push_back(static_cast<std::uint32_t>(points.size()));
+    points.positions.push_back(x.cast<float>());
+    points.normals.push_back(normalOf(sdf, x).cast<float>());
+  }
+  return points;
+}
+
+pcl::mrf::PointSet filter(const pcl::mrf::PointSet& points, const std::function<bool(const Vector3f& position)>& inside)
+{
+  std::vector<std::uint8_t> keep;
+  for (const Vector3f& position : points.positions)
+    keep.push_back(inside(position) ? 1 : 0);
+  return pcl::mrf::select(points, keep);
+}
+
+void addNoise(pcl::mrf::PointSet& points, double sigma, unsigned seed)
+{
+  std::mt19937 random(seed);
+  std::normal_distribution<float> noise(0, static_cast<float>(sigma));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points.positions[i] += noise(random) * points.normals[i];
+}
+
+pcl::mrf::OrientedPoints oriented(const pcl::mrf::PointSet& points)
+{
+  pcl::mrf::OrientedPoints result;
+  result.positions = points.positions;
+  result.normals = points.normals;
+  result.confidences = points.confidences;
+  result.origins = points.origins;
+  result.offset = points.offset;
+  return result;
+}
+
+pcl::mrf::DistanceField field(const Sdf& sdf, double halfSide, int voxels)
+{
+  pcl::mrf::Lattice lattice;
+  lattice.size = {voxels, voxels, voxels};
+  lattice.spacing = 2 * halfSide / voxels;
+  lattice.origin = Vector3d::Constant(-halfSide + lattice.spacing / 2);
+  std::vector<float> distances;
+  distances.reserve(static_cast<std::size_t>(lattice.size.count()));
+  for (int k = 0; k < voxels; ++k)
+    for (int j = 0; j < voxels; ++j)
+      for (int i = 0; i < voxels; ++i)
+        distances.push_back(static_cast<float>(sdf(lattice.origin + lattice.spacing * Vector3d(i, j, k))));
+  std::vector<float> confidences(distances.size(), 1.0f);
+  return {lattice, std::move(distances), std::move(confidences)};
+}
+
+} // namespace shapes
