@@ -1,1 +1,233 @@
+#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/multiscale.h>
+
+#include "interpolation.h"
+#include "memory.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <sstream>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Voxels at each end of a level's box that are held near the coarser level's values.
+constexpr int rimVoxels = 2;
+
+/// Peak bytes per voxel of the finest level while it is solved: the solver's vectors, its hierarchy, system and field.
+constexpr double bytesPerVoxel = 72;
+
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Voxels [lower, upper) of a level, in multiples of its voxel side from the corner shared by all levels.
+struct IndexBox {
+  Eigen::Array3i lower = Eigen::Array3i::Zero(), upper = Eigen::Array3i::Zero();
+
+  Lattice toLattice(const Eigen::Vector3d& corner, double spacing) const
+  {
+    Lattice lattice;
+    const Eigen::Array3i size = upper - lower;
+    lattice.size = {size.x(), size.y(), size.z()};
+    lattice.spacing = spacing;
+    lattice.origin = corner + spacing * (lower.cast<double>() + .5).matrix();
+    return lattice;
+  }
+};
+
+Eigen::Array3i floorHalf(const Eigen::Array3i& index) { return (index.cast<double>() / 2).floor().cast<int>(); }
+Eigen::Array3i ceilHalf(const Eigen::Array3i& index) { return (index.cast<double>() / 2).ceil().cast<int>(); }
+
+/// The finer level's box ends well inside the coarser one's.
+bool endsInside(const Lattice& fine, const Lattice& coarse)
+{
+  return (fine.origin - coarse.origin).minCoeff() > 1.2 * coarse.spacing;
+}
+
+/// Appends the rim of the level as observations of the interpolated field with full confidence.
+void holdRim(Observation& observation, const std::vector<float>& interpolated)
+{
+  const GridSize size = observation.lattice.size;
+  Observation held;
+  held.lattice = observation.lattice;
+  std::size_t next = 0;
+  const auto isRim = [](int i, int n) { return i < rimVoxels || i >= n - rimVoxels; };
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y) {
+      const bool rowIsRim = isRim(z, size.z) || isRim(y, size.y);
+      for (int x = 0; x < size.x; ++x) {
+        const std::int64_t voxel = size.index(x, y, z);
+        const bool isObserved = next < observation.voxels.size() && observation.voxels[next] == voxel;
+        if (isObserved) {
+          held.voxels.push_back(voxel);
+          held.distances.push_back(observation.distances[next]);
+          held.confidences.push_back(observation.confidences[next]);
+          ++next;
+        } else if (rowIsRim || isRim(x, size.x)) {
+          held.voxels.push_back(voxel);
+          held.distances.push_back(interpolated[static_cast<std::size_t>(voxel)]);
+          held.confidences.push_back(1);
+        }
+      }
+    }
+  observation = std::move(held);
+}
+
+std::vector<float> denseConfidences(const Observation& observation)
+{
+  std::vector<float> confidences(static_cast<std::size_t>(observation.lattice.size.count()), 0);
+  for (std::size_t v = 0; v < observation.voxels.size(); ++v)
+    confidences[static_cast<std::size_t>(observation.voxels[v])] = observation.confidences[v];
+  return confidences;
+}
+
+template <typename Value>
+[[noreturn]] void refuse(const char* name, Value value, const char* range)
+{
+  std::ostringstream text;
+  text << "multiscale." << name << " = " << value << " is outside its range " << range;
+  throw InvalidOption(text.str());
+}
+
+/// \throw ResourceLimit if a box of this size cannot be solved within the limit
+void checkMemory(const BoundingBox& box, float voxelSize, const MultiscaleOptions& options)
+{
+  const std::size_t limit = options.maxMemory > 0 ? options.maxMemory : availableMemory() / 10 * 8;
+  const auto bytesFor = [&](double side) {
+    const Eigen::Array3d voxels = (box.upper - box.lower).cast<double>().array() / side + 2 * options.padding + 2;
+    return voxels.prod() * bytesPerVoxel * 8 / 7;
+  };
+  const double predicted = bytesFor(voxelSize);
+  if (predicted <= static_cast<double>(limit))
+    return;
+  double fitting = voxelSize;
+  while (bytesFor(fitting) > static_cast<double>(limit) && fitting < box.diagonal())
+    fitting *= 1.05;
+  std::ostringstream text;
+  text.precision(3);
+  text << "voxel size " << voxelSize << " would take " << predicted / (1 << 30) << " GiB, the limit is "
+       << static_cast<double>(limit) / (1 << 30) << " GiB; a voxel size of " << fitting << " would fit";
+  throw ResourceLimit(text.str());
+}
+
+} // namespace
+
+void validate(const MultiscaleOptions& options)
+{
+  if (!(options.voxelSize >= 0) || !std::isfinite(options.voxelSize))
+    refuse("voxelSize", options.voxelSize, "[0, inf), 0 = 2 mean spacings");
+  if (options.padding < 2 || options.padding > 1000)
+    refuse("padding", options.padding, "2..1000");
+  if (!(options.coarsePadding >= 0 && options.coarsePadding <= 4))
+    refuse("coarsePadding", options.coarsePadding, "[0, 4]");
+  if (options.coarsestSide < 4 || options.coarsestSide > 256)
+    refuse("coarsestSide", options.coarsestSide, "4..256");
+}
+
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const MultiscaleOptions& options)
+{
+  validate(options);
+  if (!(voxelSize > 0))
+    refuse("voxelSize", voxelSize, "(0, inf)");
+  checkMemory(box, voxelSize, options);
+
+  const Eigen::Vector3d corner = box.lower.cast<double>();
+  const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
+  std::vector<Lattice> levels;
+  IndexBox previous;
+  double spacing = voxelSize;
+  for (;; spacing *= 2) {
+    const int wanted = static_cast<int>(std::ceil(options.coarsePadding * extent.maxCoeff() / spacing));
+    const int padding = levels.empty() ? options.padding : std::min(options.padding, wanted);
+    IndexBox current;
+    current.lower = Eigen::Array3i::Constant(-padding);
+    current.upper = (extent / spacing).ceil().cast<int>() + padding;
+    if (!levels.empty()) {
+      current.lower = current.lower.min(floorHalf(previous.lower));
+      current.upper = current.upper.max(ceilHalf(previous.upper));
+    }
+    levels.push_back(current.toLattice(corner, spacing));
+    const GridSize size = levels.back().size;
+    // 8: the padding alone keeps a level from shrinking further.
+    if (std::max({size.x, size.y, size.z}) <= std::max(options.coarsestSide, 8) || levels.size() >= 30)
+      break;
+    previous = current;
+  }
+  std::reverse(levels.begin(), levels.end());
+  return levels;
+}
+
+MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
+                            const ObservationOptions& observationOptions, const PriorOptions& prior,
+                            const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution)
+{
+  validate(observationOptions);
+  validate(prior);
+  validate(solver);
+  const float voxelSize = options.voxelSize > 0 ? options.voxelSize : 2 * spacing;
+  const float maxDistance = resolvedMaxDistance(observationOptions, spacing, voxelSize);
+  const std::vector<Lattice> lattices = planLevels(boundingBox(points.positions), voxelSize, options);
+
+  double totalVoxels = 0, doneVoxels = 0;
+  for (const Lattice& lattice : lattices)
+    totalVoxels += static_cast<double>(lattice.size.count());
+
+  MultiscaleResult result;
+  std::vector<float> distances;
+  for (std::size_t level = 0; level < lattices.size(); ++level) {
+    const Lattice& lattice = lattices[level];
+    const bool isCoarsest = level == 0, isFinest = level + 1 == lattices.size();
+    LevelReport report;
+    report.size = lattice.size;
+    report.voxelSize = lattice.spacing;
+    report.maxDistance = maxDistance;
+    if (observationOptions.scaleWithLevel && !isFinest)
+      report.maxDistance = std::max(maxDistance, static_cast<float>(1.5 * lattice.spacing));
+
+    const Clock::time_point observationStart = Clock::now();
+    Observation observation =
+        observe(points, search, lattice, spacing, report.maxDistance, observationOptions, execution);
+    report.observed = static_cast<std::int64_t>(observation.voxels.size());
+    std::vector<float> confidences;
+    if (isFinest)
+      confidences = denseConfidences(observation);
+    report.observationSeconds = secondsSince(observationStart);
+
+    const Clock::time_point solverStart = Clock::now();
+    if (isCoarsest)
+      distances.assign(static_cast<std::size_t>(lattice.size.count()), 0);
+    else {
+      distances = interpolateCubic(distances, lattices[level - 1], lattice, execution);
+      if (endsInside(lattice, lattices[level - 1]))
+        holdRim(observation, distances);
+    }
+    // With a narrow reach the coarse levels of the paper's scheme may see nothing: their guess is then kept.
+    if (!observation.voxels.empty()) {
+      SolverOptions levelSolver = solver;
+      if (isCoarsest && solver.choleskyOnCoarsest)
+        levelSolver.method = SolverMethod::cholesky;
+      report.solve = solve(assemble<float>(observation, prior), levelSolver, lattice.spacing, distances, execution);
+    }
+    report.solverSeconds = secondsSince(solverStart);
+    result.levels.push_back(report);
+    doneVoxels += static_cast<double>(lattice.size.count());
+    execution.progress(doneVoxels / totalVoxels);
+
+    if (isFinest) {
+      if (report.observed == 0) {
+        std::ostringstream text;
+        text << "no voxel of side " << voxelSize << " is closer than dEmax = " << maxDistance
+             << " to a point; choose a smaller voxel size or a larger dEmax";
+        throw InvalidInput(text.str());
+      }
+      result.field = DistanceField(lattice, std::move(distances), std::move(confidences));
+    }
+  }
+  return result;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,1 +1,46 @@
+#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/options.h>
+
+namespace pcl {
+namespace mrf {
+
+Options defaultPreset() { return {}; }
+
+Options paperPreset()
+{
+  Options options;
+  options.outliers.spacing = false;
+  options.outliers.statistical = true;
+  options.normals.noiseCriteria = true;
+  options.orientation.joinAcrossCreases = false;
+  options.observation.estimate = Estimate::median;
+  options.observation.confidenceShape = ConfidenceShape::linear;
+  options.observation.scaleWithLevel = false;
+  options.prior.prior = Prior::thinPlate;
+  options.prior.beta = .9f;
+  options.solver.method = SolverMethod::icm;
+  options.solver.choleskyOnCoarsest = hasCholesky();
+  options.multiscale.coarsePadding = 0;
+  options.trimming.trimming = Trimming::none;
+  options.remesher.rounds = 10;
+  return options;
+}
+
+void validate(const Options& options)
+{
+  validate(options.outliers);
+  validate(options.normals);
+  validate(options.orientation);
+  validate(options.observation);
+  validate(options.prior);
+  validate(options.solver);
+  validate(options.multiscale);
+  validate(options.remesher);
+  validate(options.trimming);
+  if (options.threads < 0 || options.threads > 1024)
+    throw InvalidOption("threads = " + std::to_string(options.threads) +
+                        " is outside its range 0..1024 (0 = one per hardware thread)");
+}
+
+} // namespace mrf
+} // namespace pcl

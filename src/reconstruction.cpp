@@ -1,1 +1,341 @@
+#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/reconstruction.h>
+
+#include "memory.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+#include <tuple>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Names the running stage and adds its wall-clock time to the report when it goes out of scope.
+class StageTimer {
+public:
+  StageTimer(const char* stage, Report& report, Execution& execution) : stage_(stage), report_(report)
+  {
+    execution.beginStage(stage);
+  }
+  ~StageTimer()
+  {
+    report_.times.push_back({stage_, std::chrono::duration<double>(Clock::now() - start_).count()});
+  }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+private:
+  const char* stage_;
+  Report& report_;
+  Clock::time_point start_ = Clock::now();
+};
+
+std::vector<std::uint8_t> flags(std::size_t count) { return std::vector<std::uint8_t>(count, 1); }
+
+/// Clears the flags of positions that an earlier, still flagged one has as well. \return how many
+std::int64_t dropDuplicates(const std::vector<Eigen::Vector3f>& positions, std::vector<std::uint8_t>& keep)
+{
+  std::vector<std::uint32_t> order;
+  order.reserve(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (keep[i])
+      order.push_back(static_cast<std::uint32_t>(i));
+  const auto key = [&](std::uint32_t i) {
+    const Eigen::Vector3f& p = positions[i];
+    return std::make_tuple(p.x(), p.y(), p.z(), i);
+  };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::int64_t dropped = 0;
+  for (std::size_t n = 1; n < order.size(); ++n)
+    if (positions[order[n]] == positions[order[n - 1]]) {
+      keep[order[n]] = 0;
+      ++dropped;
+    }
+  return dropped;
+}
+
+/// Clears flags by a criterion. \return how many it cleared
+template <typename Rejects>
+std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects)
+{
+  std::int64_t dropped = 0;
+  for (std::size_t i = 0; i < keep.size(); ++i)
+    if (keep[i] && rejects(i)) {
+      keep[i] = 0;
+      ++dropped;
+    }
+  return dropped;
+}
+
+/// Keeps the flagged points and hands them to the search; both stay as they are if all are kept.
+void reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighbourSearch& search)
+{
+  if (std::find(keep.begin(), keep.end(), std::uint8_t{0}) == keep.end())
+    return;
+  points = select(points, keep);
+  if (points.size() > 0)
+    search.setPoints(points.positions);
+}
+
+/// Fewer points than a plane's neighbourhood cannot tell a surface.
+constexpr std::size_t fewestPoints = 4;
+
+void requirePoints(const PointSet& points, const char* after, const Report& report)
+{
+  if (points.size() >= fewestPoints)
+    return;
+  const PointCounts& counts = report.points;
+  std::ostringstream text;
+  text << points.size() << " of " << counts.input << " points are left after " << after << ", at least " << fewestPoints
+       << " are needed (dropped: " << counts.notFinite << " not finite, " << counts.duplicates << " duplicates, "
+       << counts.zeroNormals << " zero normals, " << counts.zeroConfidence << " without confidence, "
+       << counts.outliersBySpacing + counts.outliersByStatistics << " outliers, " << counts.noiseByPlaneFit
+       << " without a plane, " << counts.smallComponents << " in small components)";
+  throw InvalidInput(text.str());
+}
+
+void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search, Report& report, Execution& execution)
+{
+  const StageTimer timer("outliers", report, execution);
+  const OutlierResult outliers = findOutliers(points, search, options.outliers, execution);
+  report.points.outliersBySpacing = outliers.droppedBySpacing;
+  report.points.outliersByStatistics = outliers.droppedByStatistics;
+  reduce(points, outliers.keep, search);
+}
+
+/// The normals to be oriented, and the points without one dropped.
+std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
+                                         Execution& execution)
+{
+  const StageTimer timer("normals", report, execution);
+  const bool given = !points.normals.empty() && (options.normals.source == NormalSource::automatic ||
+                                                 options.normals.source == NormalSource::use);
+  report.normalsEstimated = !given;
+  if (given && !options.normals.noiseCriteria)
+    return points.normals;
+
+  const NormalEstimates estimates = estimateNormals(points, search, report.density.spacing, options.normals, execution);
+  std::vector<std::uint8_t> keep = flags(points.size());
+  report.points.noiseByPlaneFit = dropWhere(
+      keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); });
+  std::vector<Eigen::Vector3f> normals;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (keep[i])
+      normals.push_back(given ? points.normals[i] : estimates.normals[i]);
+  reduce(points, keep, search);
+  return normals;
+}
+
+OrientationVote chooseVote(const PointSet& points, const Options& options, const Report& report)
+{
+  if (!report.normalsEstimated)
+    return OrientationVote::none;
+  if (options.normals.source == NormalSource::reference)
+    return OrientationVote::reference;
+  return points.sensors.empty() ? OrientationVote::outward : OrientationVote::sensor;
+}
+
+void warnOfDisagreement(const Options& options, Report& report)
+{
+  if (report.vote == OrientationVote::none || report.orientation.agreement >= options.orientation.lowAgreement)
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "only " << 100 * report.orientation.agreement << " % of the normals agree with the vote on their orientation ("
+       << "lowAgreement = " << options.orientation.lowAgreement
+       << "); give sensor positions, or normals that point outward";
+  report.warnings.push_back(text.str());
+}
+
+/// The float spacing of the input's coordinates against the voxel size.
+void warnOfCoarseInput(const PointSet& points, double voxelSize, Report& report)
+{
+  const BoundingBox box = boundingBox(points.positions);
+  const Eigen::Vector3d lower = box.lower.cast<double>() + points.offset, upper = box.upper.cast<double>() + points.offset;
+  const auto farthest = static_cast<float>(std::max(lower.cwiseAbs().maxCoeff(), upper.cwiseAbs().maxCoeff()));
+  const double resolution = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+  if (resolution <= .1 * voxelSize)
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "the coordinates are resolved to " << resolution << " only, more than a tenth of the voxel size " << voxelSize
+       << "; subtract an offset from the cloud before it is stored in single precision";
+  report.warnings.push_back(text.str());
+}
+
+/// Replaces automatic lengths by the values that the stages derive from l̄, so that the report shows them.
+Options resolve(const Options& requested, const SamplingDensity& density)
+{
+  const float spacing = density.spacing;
+  Options options = requested;
+  const auto derive = [](float& length, float automatic) {
+    if (length == 0)
+      length = automatic;
+  };
+  derive(options.multiscale.voxelSize, 2 * spacing);
+  derive(options.observation.maxDistance,
+         resolvedMaxDistance(options.observation, spacing, options.multiscale.voxelSize));
+  derive(options.normals.radius, 2.5f * spacing);
+  derive(options.normals.maxPlaneDistance, spacing);
+  return options;
+}
+
+} // namespace
+
+PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
+                const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
+                const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts)
+{
+  counts = PointCounts();
+  counts.input = static_cast<std::int64_t>(positions.size());
+  std::vector<std::uint8_t> keep = flags(positions.size());
+  counts.notFinite = dropWhere(keep, [&](std::size_t i) { return !positions[i].allFinite(); });
+  if (normalsNeeded && !normals.empty())
+    counts.zeroNormals =
+        dropWhere(keep, [&](std::size_t i) { return !normals[i].allFinite() || !(normals[i].norm() > 1e-6f); });
+  if (!confidences.empty())
+    counts.zeroConfidence =
+        dropWhere(keep, [&](std::size_t i) { return !std::isfinite(confidences[i]) || !(confidences[i] > 0); });
+  counts.duplicates = dropDuplicates(positions, keep);
+
+  Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::max()), upper = -lower;
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    if (keep[i]) {
+      lower = lower.cwiseMin(positions[i].cast<double>());
+      upper = upper.cwiseMax(positions[i].cast<double>());
+    }
+
+  PointSet points;
+  if (lower.x() <= upper.x())
+    points.offset = .5 * (lower + upper);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!keep[i])
+      continue;
+    points.positions.push_back((positions[i].cast<double>() - points.offset).cast<float>());
+    points.origins.push_back(static_cast<std::uint32_t>(i));
+    if (!normals.empty()) {
+      const float length = normals[i].norm();
+      const bool usable = std::isfinite(length) && length > 0;
+      points.normals.push_back(usable ? Eigen::Vector3f(normals[i] / length) : Eigen::Vector3f::Zero());
+    }
+    if (!confidences.empty())
+      points.confidences.push_back(std::min(confidences[i], 1.0f));
+    if (!views.empty())
+      points.views.push_back(views[i]);
+  }
+  for (const Eigen::Vector3d& sensor : sensors)
+    points.sensors.push_back((sensor - points.offset).cast<float>());
+  counts.used = static_cast<std::int64_t>(points.size());
+  return points;
+}
+
+OrientedPoints preprocess(const PointSet& input, const Options& options, NeighbourSearch& search, Report& report,
+                          Execution& execution)
+{
+  PointSet points = input;
+  requirePoints(points, "gathering", report);
+  search.setPoints(points.positions);
+
+  removeOutliers(points, options, search, report, execution);
+  requirePoints(points, "outlier removal", report);
+  {
+    const StageTimer timer("sampling density", report, execution);
+    report.density = estimateSamplingDensity(points, search, execution);
+  }
+  const std::vector<Eigen::Vector3f> normals = findNormals(points, options, search, report, execution);
+  requirePoints(points, "normal estimation", report);
+
+  report.vote = chooseVote(points, options, report);
+  {
+    const StageTimer timer("orientation", report, execution);
+    report.orientation =
+        orientNormals(points, normals, search, report.density, report.vote, options.orientation, execution);
+  }
+  warnOfDisagreement(options, report);
+  report.points.smallComponents = report.orientation.pointsDropped;
+  points.normals = std::move(report.orientation.normals);
+  reduce(points, report.orientation.keep, search);
+  report.orientation.normals.clear();
+  report.orientation.keep.clear();
+  requirePoints(points, "dropping small components", report);
+  report.points.used = static_cast<std::int64_t>(points.size());
+
+  OrientedPoints oriented;
+  oriented.positions = std::move(points.positions);
+  oriented.normals = std::move(points.normals);
+  oriented.confidences = std::move(points.confidences);
+  oriented.origins = std::move(points.origins);
+  oriented.offset = points.offset;
+  return oriented;
+}
+
+void reconstruct(const PointSet& points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
+                 Execution& execution, Reconstruction& result)
+{
+  const Clock::time_point start = Clock::now();
+  result = Reconstruction();
+  Report& report = result.report;
+  report.options = options;
+  report.points = counts;
+  report.threads = execution.threads();
+  validate(options);
+
+  result.points = preprocess(points, options, search, report, execution);
+  const Options resolved = resolve(options, report.density);
+  report.options = resolved;
+  report.diagonal = boundingBox(result.points.positions).diagonal();
+  if (resolved.prior.beta > 0)
+    report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
+  warnOfCoarseInput(points, resolved.multiscale.voxelSize, report);
+  {
+    const StageTimer timer("regularisation", report, execution);
+    MultiscaleResult regularised = regularise(result.points, search, report.density.spacing, resolved.observation,
+                                              resolved.prior, resolved.solver, resolved.multiscale, execution);
+    result.field = std::move(regularised.field);
+    report.levels = std::move(regularised.levels);
+  }
+  {
+    const StageTimer timer("polygonizer", report, execution);
+    result.mesh = polygonize(result.field, resolved.polygonizer, execution);
+  }
+  if (result.mesh.triangles.empty())
+    throw InvalidInput("the field has no zero level: the normals may all point the same way around, or β = " +
+                       std::to_string(options.prior.beta) + " is too small");
+  report.meshBeforeRemeshing = measure(result.mesh);
+  if (resolved.remesher.rounds > 0) {
+    const StageTimer timer("remesher", report, execution);
+    RemeshResult remeshed = remesh(result.mesh, result.field, resolved.remesher, execution);
+    result.mesh = std::move(remeshed.mesh);
+    report.splits = remeshed.splits;
+    report.collapses = remeshed.collapses;
+    report.flips = remeshed.flips;
+    report.refusedOperations = remeshed.refusedOperations;
+    report.options.remesher.targetEdge = static_cast<float>(remeshed.targetEdge);
+  }
+  {
+    const StageTimer timer("trimming", report, execution);
+    setVertexFields(result.mesh, result.field, execution);
+    report.trimming =
+        trim(result.mesh, search, static_cast<float>(report.diagonal), resolved.trimming, execution);
+    result.mesh = std::move(report.trimming.mesh);
+    report.trimming.mesh = TriangleMesh();
+  }
+  if (result.mesh.triangles.empty())
+    throw InvalidInput("trimming left no surface: nothing of the zero level is supported by data; trim less, or choose a "
+                       "larger voxel size than " +
+                       std::to_string(resolved.multiscale.voxelSize));
+  report.mesh = measure(result.mesh);
+  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  report.peakBytes = peakMemory();
+  report.status = Status::ok;
+  report.message = "ok";
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -31,13 +31,16 @@ enum class ConfidenceShape {
 struct ObservationOptions {
   Estimate estimate = Estimate::plane;
   int neighbours = 5;           ///< points per voxel, 1..100
-  float maxDistance = 0;        ///< dEmax, cloud's unit; 0 = 3 l̄
+  float maxDistance = 0;        ///< dEmax, cloud's unit; 0 = 3 l̄, or 1.5 h where that is more and scaleWithLevel is set
   bool scaleWithLevel = true;   ///< coarser levels observe with max(dEmax, 1.5 h_level) instead of dEmax
   ConfidenceShape confidenceShape = ConfidenceShape::quadratic;
 };
 
 /// \throw InvalidOption naming the first field that is out of range
 void validate(const ObservationOptions& options);
+
+/// dEmax of the finest level, cloud's unit: the option, or its automatic value.
+float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize);
 
 /// What was observed, for the voxels with α > 0 only; all others carry no weight and are not stored.
 struct Observation {

@@ -37,12 +37,13 @@ OrientedPoints preprocess(const PointSet& points, const Options& options, Neighb
                           Execution& execution);
 
 /// Runs all stages.
-/// \param points as gather gives them
+/// \param points as gather gives them, with the counts it gave
 /// \param search is used for every query; see makeKdTree
-/// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled; the report then has what was done so far
+/// \param result replaced; after an error its report has what was done so far and the rest is empty or partial
+/// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled
 /// The result is the same bytes for any number of threads.
-Reconstruction reconstruct(const PointSet& points, const PointCounts& counts, const Options& options,
-                           NeighbourSearch& search, Execution& execution);
+void reconstruct(const PointSet& points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
+                 Execution& execution, Reconstruction& result);
 
 } // namespace mrf
 } // namespace pcl
