@@ -15,12 +15,18 @@ namespace mrf {
 const char* toString(Status status)
 {
   switch (status) {
-  case Status::ok: return "ok";
-  case Status::invalidInput: return "invalid input";
-  case Status::invalidOption: return "invalid option";
-  case Status::resourceLimit: return "resource limit";
-  case Status::solverFailure: return "solver failure";
-  case Status::cancelled: return "cancelled";
+  case Status::ok:
+    return "ok";
+  case Status::invalidInput:
+    return "invalid input";
+  case Status::invalidOption:
+    return "invalid option";
+  case Status::resourceLimit:
+    return "resource limit";
+  case Status::solverFailure:
+    return "solver failure";
+  case Status::cancelled:
+    return "cancelled";
   }
   return "unknown";
 }
@@ -86,7 +92,8 @@ struct Execution::Workers {
     }
   }
 
-  void run(std::int64_t loopCount, std::int64_t loopGrain, const std::function<void(std::int64_t, std::int64_t)>& loopBody)
+  void run(std::int64_t loopCount, std::int64_t loopGrain,
+           const std::function<void(std::int64_t, std::int64_t)>& loopBody)
   {
     {
       const std::lock_guard<std::mutex> lock(mutex);

@@ -21,7 +21,10 @@ constexpr double bytesPerVoxel = 72;
 
 using Clock = std::chrono::steady_clock;
 
-double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double secondsSince(Clock::time_point start)
+{
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// Voxels [lower, upper) of a level, in multiples of its voxel side from the corner shared by all levels.
 struct IndexBox {
@@ -38,8 +41,14 @@ struct IndexBox {
   }
 };
 
-Eigen::Array3i floorHalf(const Eigen::Array3i& index) { return (index.cast<double>() / 2).floor().cast<int>(); }
-Eigen::Array3i ceilHalf(const Eigen::Array3i& index) { return (index.cast<double>() / 2).ceil().cast<int>(); }
+Eigen::Array3i floorHalf(const Eigen::Array3i& index)
+{
+  return (index.cast<double>() / 2).floor().cast<int>();
+}
+Eigen::Array3i ceilHalf(const Eigen::Array3i& index)
+{
+  return (index.cast<double>() / 2).ceil().cast<int>();
+}
 
 /// The finer level's box ends well inside the coarser one's.
 bool endsInside(const Lattice& fine, const Lattice& coarse)

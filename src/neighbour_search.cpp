@@ -36,7 +36,10 @@ private:
 
 } // namespace
 
-std::unique_ptr<NeighbourSearch> makeKdTree() { return std::make_unique<KdTree>(); }
+std::unique_ptr<NeighbourSearch> makeKdTree()
+{
+  return std::make_unique<KdTree>();
+}
 
 } // namespace mrf
 } // namespace pcl

@@ -60,7 +60,8 @@ struct ObservedVoxels {
 };
 
 /// All voxels closer than maxDistance to a point, found from the points' side: no query is spent on empty space.
-ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice, float maxDistance, Execution& execution)
+ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice, float maxDistance,
+                            Execution& execution)
 {
   const PointsByPlane byPlane(points.positions, lattice);
   const GridSize size = lattice.size;
@@ -75,7 +76,8 @@ ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice
       std::vector<float> squared(static_cast<std::size_t>(size.planeCount() * (zEnd - zBegin)), limit);
       const int margin = static_cast<int>(std::ceil(reach)) + 1;
       const int from = std::max(zBegin - margin, 0), to = std::min(zEnd + margin, size.z);
-      for (std::size_t e = byPlane.first[static_cast<std::size_t>(from)]; e < byPlane.first[static_cast<std::size_t>(to)]; ++e)
+      for (std::size_t e = byPlane.first[static_cast<std::size_t>(from)];
+           e < byPlane.first[static_cast<std::size_t>(to)]; ++e)
         splat(lattice.toVoxels(points.positions[byPlane.points[e]]), reach, size, zBegin, zEnd, squared.data());
 
       ObservedVoxels& mine = found[static_cast<std::size_t>(slab)];
@@ -119,10 +121,16 @@ public:
       projected_.push_back(normal(j).dot(x - position(j)));
 
     switch (estimate_) {
-    case Estimate::nearest: return projected_.front();
-    case Estimate::median: return median(projected_);
-    case Estimate::mean: setWeightsToConfidence(neighbours); break;
-    case Estimate::plane: setTangentialWeights(x, neighbours); break;
+    case Estimate::nearest:
+      return projected_.front();
+    case Estimate::median:
+      return median(projected_);
+    case Estimate::mean:
+      setWeightsToConfidence(neighbours);
+      break;
+    case Estimate::plane:
+      setTangentialWeights(x, neighbours);
+      break;
     case Estimate::trapezoid:
       setTangentialWeights(x, neighbours);
       turnNormalsToMean(x, neighbours);

@@ -4,7 +4,10 @@
 namespace pcl {
 namespace mrf {
 
-Options defaultPreset() { return {}; }
+Options defaultPreset()
+{
+  return {};
+}
 
 Options paperPreset()
 {

@@ -23,10 +23,7 @@ public:
   {
     execution.beginStage(stage);
   }
-  ~StageTimer()
-  {
-    report_.times.push_back({stage_, std::chrono::duration<double>(Clock::now() - start_).count()});
-  }
+  ~StageTimer() { report_.times.push_back({stage_, std::chrono::duration<double>(Clock::now() - start_).count()}); }
   StageTimer(const StageTimer&) = delete;
   StageTimer& operator=(const StageTimer&) = delete;
 
@@ -36,7 +33,10 @@ private:
   Clock::time_point start_ = Clock::now();
 };
 
-std::vector<std::uint8_t> flags(std::size_t count) { return std::vector<std::uint8_t>(count, 1); }
+std::vector<std::uint8_t> flags(std::size_t count)
+{
+  return std::vector<std::uint8_t>(count, 1);
+}
 
 /// Clears the flags of positions that an earlier, still flagged one has as well. \return how many
 std::int64_t dropDuplicates(const std::vector<Eigen::Vector3f>& positions, std::vector<std::uint8_t>& keep)
@@ -100,7 +100,8 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
   throw InvalidInput(text.str());
 }
 
-void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search, Report& report, Execution& execution)
+void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
+                    Execution& execution)
 {
   const StageTimer timer("outliers", report, execution);
   const OutlierResult outliers = findOutliers(points, search, options.outliers, execution);
@@ -110,20 +111,20 @@ void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& s
 }
 
 /// The normals to be oriented, and the points without one dropped.
-std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
-                                         Execution& execution)
+std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighbourSearch& search,
+                                         Report& report, Execution& execution)
 {
   const StageTimer timer("normals", report, execution);
-  const bool given = !points.normals.empty() && (options.normals.source == NormalSource::automatic ||
-                                                 options.normals.source == NormalSource::use);
+  const bool given = !points.normals.empty() &&
+                     (options.normals.source == NormalSource::automatic || options.normals.source == NormalSource::use);
   report.normalsEstimated = !given;
   if (given && !options.normals.noiseCriteria)
     return points.normals;
 
   const NormalEstimates estimates = estimateNormals(points, search, report.density.spacing, options.normals, execution);
   std::vector<std::uint8_t> keep = flags(points.size());
-  report.points.noiseByPlaneFit = dropWhere(
-      keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); });
+  report.points.noiseByPlaneFit =
+      dropWhere(keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); });
   std::vector<Eigen::Vector3f> normals;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (keep[i])
@@ -147,7 +148,8 @@ void warnOfDisagreement(const Options& options, Report& report)
     return;
   std::ostringstream text;
   text.precision(3);
-  text << "only " << 100 * report.orientation.agreement << " % of the normals agree with the vote on their orientation ("
+  text << "only " << 100 * report.orientation.agreement
+       << " % of the normals agree with the vote on their orientation ("
        << "lowAgreement = " << options.orientation.lowAgreement
        << "); give sensor positions, or normals that point outward";
   report.warnings.push_back(text.str());
@@ -157,7 +159,8 @@ void warnOfDisagreement(const Options& options, Report& report)
 void warnOfCoarseInput(const PointSet& points, double voxelSize, Report& report)
 {
   const BoundingBox box = boundingBox(points.positions);
-  const Eigen::Vector3d lower = box.lower.cast<double>() + points.offset, upper = box.upper.cast<double>() + points.offset;
+  const Eigen::Vector3d lower = box.lower.cast<double>() + points.offset,
+                        upper = box.upper.cast<double>() + points.offset;
   const auto farthest = static_cast<float>(std::max(lower.cwiseAbs().maxCoeff(), upper.cwiseAbs().maxCoeff()));
   const double resolution = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
   if (resolution <= .1 * voxelSize)
@@ -321,15 +324,15 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
   {
     const StageTimer timer("trimming", report, execution);
     setVertexFields(result.mesh, result.field, execution);
-    report.trimming =
-        trim(result.mesh, search, static_cast<float>(report.diagonal), resolved.trimming, execution);
+    report.trimming = trim(result.mesh, search, static_cast<float>(report.diagonal), resolved.trimming, execution);
     result.mesh = std::move(report.trimming.mesh);
     report.trimming.mesh = TriangleMesh();
   }
   if (result.mesh.triangles.empty())
-    throw InvalidInput("trimming left no surface: nothing of the zero level is supported by data; trim less, or choose a "
-                       "larger voxel size than " +
-                       std::to_string(resolved.multiscale.voxelSize));
+    throw InvalidInput(
+        "trimming left no surface: nothing of the zero level is supported by data; trim less, or choose a "
+        "larger voxel size than " +
+        std::to_string(resolved.multiscale.voxelSize));
   report.mesh = measure(result.mesh);
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report.peakBytes = peakMemory();

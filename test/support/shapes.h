@@ -29,8 +29,8 @@ Eigen::Vector3d normalOf(const Sdf& sdf, const Eigen::Vector3d& position);
 
 /// About evenly spaced points on the zero level with exact normals, inside the box [-halfSide, halfSide]³.
 ///
-/// One random point per surface voxel of side `spacing`, projected on the surface, then thinned so that no two are closer
-/// than 0.7 spacing: mean nearest distance close to `spacing`. `origins` are 0..n-1.
+/// One random point per surface voxel of side `spacing`, projected on the surface, then thinned so that no two are
+/// closer than 0.7 spacing: mean nearest distance close to `spacing`. `origins` are 0..n-1.
 pcl::mrf::PointSet sample(const Sdf& sdf, double halfSide, double spacing, unsigned seed = 1);
 
 /// Keeps the points for which `inside` is true.

@@ -9,7 +9,7 @@
 
 #include <pcl/surface/reconstruction.h>
 
-#include <Eigen/StdVector>
+#include <Eigen/Core>
 
 #include <cstdint>
 #include <string>
@@ -117,7 +117,7 @@ public:
   /// The same into a cloud of the input's type: fields that PointNT lacks are left out, `confidence` among them.
   void reconstruct(PointCloud& points, std::vector<pcl::Vertices>& polygons) override;
 
-  /// What the last run did, also after a failure.
+  /// What the last run did, up to where it failed, also after a failure.
   const mrf::Report& getReport() const { return result_.report; }
 
   /// The regularised field of the last successful run, empty before. Its frame is the cloud's minus getOffset().
@@ -136,12 +136,22 @@ protected:
   std::string getClassName() const override { return "MRFReconstruction"; }
 
 private:
+  /// Gathers the cloud and runs the stages into result_ and attributes_. \throw mrf::Error
+  void gatherAndRun();
+  /// The same, with every error logged once and kept in the report. \return true if result_ is valid
+  bool run();
+  void checkViews() const;
+  void interpolateAttributes(const mrf::NeighbourSearch& search, mrf::Execution& execution);
+  void writePolygons(std::vector<pcl::Vertices>& polygons) const;
+  mrf::Rgb colour(std::size_t vertex) const;
+
   mrf::Options options_;
   std::vector<Eigen::Vector3d> sensors_;
   std::vector<std::int32_t> views_;
   mrf::ProgressCallback callback_;
   bool throwing_ = false;
   mrf::Reconstruction result_;
+  std::vector<float> attributes_; ///< colour or intensity per vertex of the mesh, channel by channel; empty: none
 };
 
 } // namespace pcl

@@ -1,5 +1,6 @@
 /// \file
-/// \brief The observation model as the solvers see it: a symmetric positive semidefinite operator C and a right-hand side.
+/// \brief The observation model as the solvers see it: a symmetric positive semidefinite operator C and a right-hand
+/// side.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

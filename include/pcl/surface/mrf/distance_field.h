@@ -27,7 +27,10 @@ public:
   bool empty() const { return distances_.empty(); }
 
   /// Signed distance at a voxel. \pre the voxel is inside the lattice
-  float distance(int i, int j, int k) const { return distances_[static_cast<std::size_t>(lattice_.size.index(i, j, k))]; }
+  float distance(int i, int j, int k) const
+  {
+    return distances_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
+  }
 
   /// Local confidence α at a voxel, 0..1.
   float confidence(int i, int j, int k) const

@@ -18,11 +18,14 @@ const char* toString(Status status);
 /// Base of all errors thrown by the stages.
 class Error : public pcl::PCLException {
 public:
-  Error(Status status, const std::string& message) : pcl::PCLException(message), status_(status) {}
+  Error(Status status, const std::string& message) : pcl::PCLException(message), status_(status), message_(message) {}
   Status status() const { return status_; }
+  const std::string& message() const { return message_; }
+  const char* what() const noexcept override { return message_.c_str(); }
 
 private:
   Status status_;
+  std::string message_; ///< PCL's own adds the place it was thrown from
 };
 
 /// The cloud cannot be reconstructed: too few points, no usable normals, no zero level, ...

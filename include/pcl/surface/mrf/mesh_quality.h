@@ -18,7 +18,7 @@ struct MeshStatistics {
   std::int64_t vertices = 0;
   std::int64_t triangles = 0;
   std::int64_t edges = 0;
-  std::int64_t components = 0;          ///< connected over edges
+  std::int64_t components = 0; ///< connected over edges
   std::int64_t boundaryEdges = 0;
   std::int64_t boundaryLoops = 0;
   std::int64_t nonManifoldEdges = 0;    ///< more than two triangles, or two that disagree on the orientation
@@ -31,13 +31,16 @@ struct MeshStatistics {
   double meanQuality = 0;               ///< of triangleQuality over all triangles
   double minQuality = 0;
   double meanEdge = 0, minEdge = 0, maxEdge = 0; ///< cloud's unit
-  double areaDeviation = 0;             ///< standard deviation of triangle area / mean area
-  std::array<std::int64_t, 16> valences{}; ///< vertices by number of edges; the last bin collects ≥ 15
+  double areaDeviation = 0;                      ///< standard deviation of triangle area / mean area
+  std::array<std::int64_t, 16> valences{};       ///< vertices by number of edges; the last bin collects ≥ 15
 
   bool closed() const { return boundaryEdges == 0; }
   bool manifold() const { return nonManifoldEdges == 0 && nonManifoldVertices == 0; }
   /// Share of vertices with six edges.
-  double regularShare() const { return vertices > 0 ? static_cast<double>(valences[6]) / static_cast<double>(vertices) : 0; }
+  double regularShare() const
+  {
+    return vertices > 0 ? static_cast<double>(valences[6]) / static_cast<double>(vertices) : 0;
+  }
 };
 
 /// Computes all statistics. Cost: O(n log n) in the number of triangles.

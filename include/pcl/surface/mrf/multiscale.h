@@ -17,11 +17,12 @@ namespace pcl {
 namespace mrf {
 
 struct MultiscaleOptions {
-  float voxelSize = 0;        ///< voxel side of the finest level h, cloud's unit; 0 = 2 l̄
-  int padding = 6;            ///< voxels around the points' bounding box on each level, 2..1000
-  float coarsePadding = .5f;  ///< padding is not increased beyond this share of the box's longest side on coarse levels, [0, 4]
-  int coarsestSide = 16;      ///< levels are added until the longest side is at most this, 4..256
-  std::size_t maxMemory = 0;  ///< bytes the levels may take; 0 = 80 % of what is free
+  float voxelSize = 0; ///< voxel side of the finest level h, cloud's unit; 0 = 2 l̄
+  int padding = 6;     ///< voxels around the points' bounding box on each level, 2..1000
+  float coarsePadding =
+      .5f; ///< padding is not increased beyond this share of the box's longest side on coarse levels, [0, 4]
+  int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
+  std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -30,9 +31,9 @@ void validate(const MultiscaleOptions& options);
 /// One level, for the report.
 struct LevelReport {
   GridSize size;
-  double voxelSize = 0;          ///< cloud's unit
-  float maxDistance = 0;         ///< dEmax of this level
-  std::int64_t observed = 0;     ///< voxels with α > 0
+  double voxelSize = 0;      ///< cloud's unit
+  float maxDistance = 0;     ///< dEmax of this level
+  std::int64_t observed = 0; ///< voxels with α > 0
   double observationSeconds = 0;
   double solverSeconds = 0;
   SolveReport solve;
@@ -50,11 +51,10 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const M
 
 /// Regularises the observed distances, coarse to fine.
 ///
-/// Each level starts from the tensor-cubic interpolation of the coarser one. Where a level's box ends inside the coarser
-/// one's, its outermost voxels are held near the interpolated values: the volume's border is then that of the widest
-/// level, far from the object (the paper's rotation error, Fig. 9, is its border).
-/// \param spacing l̄, cloud's unit
-/// \throw InvalidInput if nothing is observed; ResourceLimit; SolverFailure; Cancelled
+/// Each level starts from the tensor-cubic interpolation of the coarser one. Where a level's box ends inside the
+/// coarser one's, its outermost voxels are held near the interpolated values: the volume's border is then that of the
+/// widest level, far from the object (the paper's rotation error, Fig. 9, is its border). \param spacing l̄, cloud's
+/// unit \throw InvalidInput if nothing is observed; ResourceLimit; SolverFailure; Cancelled
 MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
                             const ObservationOptions& observation, const PriorOptions& prior,
                             const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution);

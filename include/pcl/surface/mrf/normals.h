@@ -22,10 +22,11 @@ enum class NormalSource {
 
 struct NormalOptions {
   NormalSource source = NormalSource::automatic;
-  float radius = 0;              ///< neighbourhood radius, cloud's unit; 0 = 2.5 l̄
-  bool noiseCriteria = false;    ///< drop noise as the paper does, by the two limits below
-  float maxThirdEigenvalue = .1f; ///< noise if the smallest eigenvalue explains more than this share of the variation, (0, 1/3]
-  float maxPlaneDistance = 0;    ///< noise if farther than this from the fitted plane, cloud's unit; 0 = l̄
+  float radius = 0;           ///< neighbourhood radius, cloud's unit; 0 = 2.5 l̄
+  bool noiseCriteria = false; ///< drop noise as the paper does, by the two limits below
+  float maxThirdEigenvalue =
+      .1f; ///< noise if the smallest eigenvalue explains more than this share of the variation, (0, 1/3]
+  float maxPlaneDistance = 0; ///< noise if farther than this from the fitted plane, cloud's unit; 0 = l̄
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -33,10 +34,10 @@ void validate(const NormalOptions& options);
 
 /// One entry per point.
 struct NormalEstimates {
-  std::vector<Eigen::Vector3f> normals;     ///< unit length, sign arbitrary; zero where no plane could be fitted
-  std::vector<float> thirdEigenvalueShare;  ///< λ3 / (λ1 + λ2 + λ3)
-  std::vector<float> planeDistances;        ///< distance of the point from the fitted plane, cloud's unit
-  std::vector<std::uint8_t> isNoise;        ///< by the paper's criteria; all 0 unless noiseCriteria is set
+  std::vector<Eigen::Vector3f> normals;    ///< unit length, sign arbitrary; zero where no plane could be fitted
+  std::vector<float> thirdEigenvalueShare; ///< λ3 / (λ1 + λ2 + λ3)
+  std::vector<float> planeDistances;       ///< distance of the point from the fitted plane, cloud's unit
+  std::vector<std::uint8_t> isNoise;       ///< by the paper's criteria; all 0 unless noiseCriteria is set
 };
 
 /// Fits a plane to the neighbours of each point with pcl::NormalEstimation. A point with fewer than 5 neighbours inside

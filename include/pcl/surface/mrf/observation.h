@@ -30,9 +30,9 @@ enum class ConfidenceShape {
 
 struct ObservationOptions {
   Estimate estimate = Estimate::plane;
-  int neighbours = 5;           ///< points per voxel, 1..100
-  float maxDistance = 0;        ///< dEmax, cloud's unit; 0 = 3 l̄, or 1.5 h where that is more and scaleWithLevel is set
-  bool scaleWithLevel = true;   ///< coarser levels observe with max(dEmax, 1.5 h_level) instead of dEmax
+  int neighbours = 5;         ///< points per voxel, 1..100
+  float maxDistance = 0;      ///< dEmax, cloud's unit; 0 = 3 l̄, or 1.5 h where that is more and scaleWithLevel is set
+  bool scaleWithLevel = true; ///< coarser levels observe with max(dEmax, 1.5 h_level) instead of dEmax
   ConfidenceShape confidenceShape = ConfidenceShape::quadratic;
 };
 

@@ -14,11 +14,11 @@ namespace pcl {
 namespace mrf {
 
 struct OrientationOptions {
-  float neighbourDistance = 0;        ///< two points are neighbours if closer, cloud's unit; 0 = max(l̄ + 6 σ_l, 2.5 l̄)
-  float maxAngle = 15;                ///< and their normals within this angle, degrees, (0, 90]
-  bool joinAcrossCreases = true;      ///< join components over edges that fail the angle, most parallel first
-  float minComponentShare = .01f;     ///< drop components with a smaller share of the points, [0, 1)
-  float lowAgreement = .75f;          ///< report a warning below this agreement, [0, 1]
+  float neighbourDistance = 0;    ///< two points are neighbours if closer, cloud's unit; 0 = max(l̄ + 6 σ_l, 2.5 l̄)
+  float maxAngle = 15;            ///< and their normals within this angle, degrees, (0, 90]
+  bool joinAcrossCreases = true;  ///< join components over edges that fail the angle, most parallel first
+  float minComponentShare = .01f; ///< drop components with a smaller share of the points, [0, 1)
+  float lowAgreement = .75f;      ///< report a warning below this agreement, [0, 1]
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -26,15 +26,15 @@ void validate(const OrientationOptions& options);
 
 /// How the sign of a component was decided.
 struct OrientationResult {
-  std::vector<Eigen::Vector3f> normals;  ///< consistently oriented, unit; one per point
-  std::vector<std::uint8_t> keep;        ///< 0 for points of small components
-  std::int64_t components = 0;           ///< after joining, before dropping
-  std::int64_t componentsAtCreases = 0;  ///< as the angle criterion alone cuts them
+  std::vector<Eigen::Vector3f> normals; ///< consistently oriented, unit; one per point
+  std::vector<std::uint8_t> keep;       ///< 0 for points of small components
+  std::int64_t components = 0;          ///< after joining, before dropping
+  std::int64_t componentsAtCreases = 0; ///< as the angle criterion alone cuts them
   std::int64_t componentsDropped = 0;
-  std::int64_t componentsFlipped = 0;    ///< by the vote of sensors, reference normals or signed volume
+  std::int64_t componentsFlipped = 0; ///< by the vote of sensors, reference normals or signed volume
   std::int64_t pointsDropped = 0;
-  std::int64_t pointsFlipped = 0;        ///< normals whose sign differs from the one they came with
-  double agreement = 1;                  ///< share of kept points whose normal agrees with their vote; 1 without a vote
+  std::int64_t pointsFlipped = 0; ///< normals whose sign differs from the one they came with
+  double agreement = 1;           ///< share of kept points whose normal agrees with their vote; 1 without a vote
 };
 
 /// Which votes decide the sign of a component.

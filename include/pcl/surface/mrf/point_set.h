@@ -14,11 +14,11 @@ namespace mrf {
 /// Optional per-point arrays are either empty or as long as `positions`.
 struct PointSet {
   std::vector<Eigen::Vector3f> positions;
-  std::vector<Eigen::Vector3f> normals;  ///< from the cloud, unit length; empty: the cloud has none or they are ignored
-  std::vector<float> confidences;        ///< the scanner's, 0..1; empty: 1 everywhere
-  std::vector<std::int32_t> views;       ///< index into `sensors` per point; empty: unknown
-  std::vector<std::uint32_t> origins;    ///< index of each point in the cloud it came from
-  std::vector<Eigen::Vector3f> sensors;  ///< sensor positions, in the same recentred frame; empty: unknown
+  std::vector<Eigen::Vector3f> normals; ///< from the cloud, unit length; empty: the cloud has none or they are ignored
+  std::vector<float> confidences;       ///< the scanner's, 0..1; empty: 1 everywhere
+  std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
+  std::vector<std::uint32_t> origins;   ///< index of each point in the cloud it came from
+  std::vector<Eigen::Vector3f> sensors; ///< sensor positions, in the same recentred frame; empty: unknown
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to a position to be back in the cloud's frame
 
   std::size_t size() const { return positions.size(); }
@@ -31,9 +31,9 @@ PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep);
 /// Points with a unit normal each: what the observation stage reads.
 struct OrientedPoints {
   std::vector<Eigen::Vector3f> positions;
-  std::vector<Eigen::Vector3f> normals;  ///< unit length, pointing out of the object; same length as positions
-  std::vector<float> confidences;        ///< 0..1; empty: 1 everywhere
-  std::vector<std::uint32_t> origins;    ///< index of each point in the input cloud
+  std::vector<Eigen::Vector3f> normals; ///< unit length, pointing out of the object; same length as positions
+  std::vector<float> confidences;       ///< 0..1; empty: 1 everywhere
+  std::vector<std::uint32_t> origins;   ///< index of each point in the input cloud
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
 
   std::size_t size() const { return positions.size(); }

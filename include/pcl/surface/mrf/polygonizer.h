@@ -1,5 +1,6 @@
 /// \file
-/// \brief Zero level of a distance field as a closed, oriented, manifold triangle mesh (paper Sec. 3.5, after Bloomenthal).
+/// \brief Zero level of a distance field as a closed, oriented, manifold triangle mesh (paper Sec. 3.5, after
+/// Bloomenthal).
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -11,8 +12,8 @@ namespace mrf {
 
 /// How a cell is cut.
 enum class CellDecomposition {
-  cubes,      ///< 256 cases, every face decided by its own four signs
-  tetrahedra  ///< six tetrahedra per cell around a diagonal: about twice the triangles, no ambiguous face
+  cubes,     ///< 256 cases, every face decided by its own four signs
+  tetrahedra ///< six tetrahedra per cell around a diagonal: about twice the triangles, no ambiguous face
 };
 
 struct PolygonizerOptions {

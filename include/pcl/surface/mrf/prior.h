@@ -12,9 +12,9 @@ namespace mrf {
 
 /// Order k of the prior; the system's operator is L^k.
 enum class Prior {
-  membrane = 1,     ///< differences of neighbours (paper Eq. 4, 9, 13)
-  thinPlate = 2,    ///< the fixed point of the paper's ICM for its Laplacian prior (Eq. 6)
-  triharmonic = 3   ///< the exact minimiser of the sum of Eq. 6 over all voxels
+  membrane = 1,   ///< differences of neighbours (paper Eq. 4, 9, 13)
+  thinPlate = 2,  ///< the fixed point of the paper's ICM for its Laplacian prior (Eq. 6)
+  triharmonic = 3 ///< the exact minimiser of the sum of Eq. 6 over all voxels
 };
 
 /// Which energy is minimised.
@@ -33,10 +33,16 @@ struct PriorOptions {
 void validate(const PriorOptions& options);
 
 /// Order k of a prior: 1, 2 or 3.
-inline int order(Prior prior) { return static_cast<int>(prior); }
+inline int order(Prior prior)
+{
+  return static_cast<int>(prior);
+}
 
 /// c_k: the centre coefficient of L^k in the interior, 6, 42 or 324.
-inline int centreCoefficient(Prior prior) { return prior == Prior::membrane ? 6 : prior == Prior::thinPlate ? 42 : 324; }
+inline int centreCoefficient(Prior prior)
+{
+  return prior == Prior::membrane ? 6 : prior == Prior::thinPlate ? 42 : 324;
+}
 
 /// Length over which the prior smooths observed data, cloud's unit.
 ///

@@ -14,8 +14,8 @@ namespace pcl {
 namespace mrf {
 
 struct Reconstruction {
-  TriangleMesh mesh;    ///< with normals and confidences, in the recentred frame (add points.offset)
-  DistanceField field;  ///< the regularised field of the finest level, same frame
+  TriangleMesh mesh;     ///< with normals and confidences, in the recentred frame (add points.offset)
+  DistanceField field;   ///< the regularised field of the finest level, same frame
   OrientedPoints points; ///< what was observed
   Report report;
 };

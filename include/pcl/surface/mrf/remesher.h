@@ -11,19 +11,19 @@ namespace pcl {
 namespace mrf {
 
 struct RemesherOptions {
-  int rounds = 10;         ///< 0 = do not remesh, 0..1000
-  float targetEdge = 0;    ///< target edge length l, cloud's unit; 0 = median edge of the input mesh
-  float relaxation = 1;    ///< share of the tangential step that is taken, (0, 1]
+  int rounds = 10;      ///< 0 = do not remesh, 0..1000
+  float targetEdge = 0; ///< target edge length l, cloud's unit; 0 = median edge of the input mesh
+  float relaxation = 1; ///< share of the tangential step that is taken, (0, 1]
 };
 
 /// \throw InvalidOption naming the first field that is out of range
 void validate(const RemesherOptions& options);
 
 struct RemeshResult {
-  TriangleMesh mesh;             ///< vertices and triangles only
+  TriangleMesh mesh; ///< vertices and triangles only
   std::int64_t splits = 0, collapses = 0, flips = 0;
   std::int64_t refusedOperations = 0; ///< that would have flipped a triangle, broken the topology or left the surface
-  double targetEdge = 0;         ///< that was used
+  double targetEdge = 0;              ///< that was used
 };
 
 /// Makes triangles nearly equilateral and of one size without leaving the zero level.

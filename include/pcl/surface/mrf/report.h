@@ -18,14 +18,14 @@ namespace mrf {
 
 /// Points by what became of them; `used` and all the drops add up to `input`.
 struct PointCounts {
-  std::int64_t input = 0;             ///< in the cloud, after the indices
+  std::int64_t input = 0; ///< in the cloud, after the indices
   std::int64_t notFinite = 0;
-  std::int64_t duplicates = 0;        ///< same position as an earlier point
-  std::int64_t zeroNormals = 0;       ///< with the cloud's normals in use: zero or not finite
-  std::int64_t zeroConfidence = 0;    ///< confidence field not finite or ≤ 0
+  std::int64_t duplicates = 0;     ///< same position as an earlier point
+  std::int64_t zeroNormals = 0;    ///< with the cloud's normals in use: zero or not finite
+  std::int64_t zeroConfidence = 0; ///< confidence field not finite or ≤ 0
   std::int64_t outliersBySpacing = 0;
   std::int64_t outliersByStatistics = 0;
-  std::int64_t noiseByPlaneFit = 0;   ///< the paper's PCA criteria, or no plane could be fitted
+  std::int64_t noiseByPlaneFit = 0; ///< the paper's PCA criteria, or no plane could be fitted
   std::int64_t smallComponents = 0;
   std::int64_t used = 0;
 };
@@ -40,9 +40,9 @@ struct Report {
   std::string message = "not run"; ///< "ok", or what went wrong and what to do about it
   std::vector<std::string> warnings;
 
-  Options options;          ///< as requested, with every automatic value replaced by the one that was used
+  Options options; ///< as requested, with every automatic value replaced by the one that was used
   SamplingDensity density;
-  double diagonal = 0;      ///< of the used points' bounding box, cloud's unit
+  double diagonal = 0;        ///< of the used points' bounding box, cloud's unit
   double smoothingLength = 0; ///< that β implies at the finest level, cloud's unit; 0 if β is 0
 
   PointCounts points;
@@ -50,8 +50,8 @@ struct Report {
   OrientationVote vote = OrientationVote::none;
   OrientationResult orientation; ///< counts and agreement; its arrays are empty
 
-  std::vector<LevelReport> levels; ///< coarsest first
-  TrimResult trimming;             ///< counts; its mesh is empty
+  std::vector<LevelReport> levels;                                          ///< coarsest first
+  TrimResult trimming;                                                      ///< counts; its mesh is empty
   std::int64_t splits = 0, collapses = 0, flips = 0, refusedOperations = 0; ///< of the remesher
   MeshStatistics meshBeforeRemeshing;
   MeshStatistics mesh;

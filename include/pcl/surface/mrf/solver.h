@@ -20,12 +20,13 @@ enum class SolverMethod {
 
 struct SolverOptions {
   SolverMethod method = SolverMethod::multigrid;
-  int maxIterations = 0;            ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid), 1000 (icm), 10000 (cg)
-  double residualTolerance = 1e-4;  ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
-  double changeTolerance = 1e-3;    ///< icm stops when a sweep changes d by less (RMS, in voxel sides); 0 = by sweeps only
-  int smootherDegree = 0;           ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 8 for k = 1 / 2 / 3
-  bool choleskyOnCoarsest = false;  ///< factorise the coarsest level of the multiscale scheme whatever the method (the paper's)
-  std::uint64_t seed = 1;           ///< of icm's visiting order
+  int maxIterations = 0;           ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid), 1000 (icm), 10000 (cg)
+  double residualTolerance = 1e-4; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
+  double changeTolerance = 1e-3; ///< icm stops when a sweep changes d by less (RMS, in voxel sides); 0 = by sweeps only
+  int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 8 for k = 1 / 2 / 3
+  bool choleskyOnCoarsest =
+      false;              ///< factorise the coarsest level of the multiscale scheme whatever the method (the paper's)
+  std::uint64_t seed = 1; ///< of icm's visiting order
   std::size_t maxFactorBytes = std::size_t{4} << 30; ///< cholesky refuses when its factor is predicted to be larger
 };
 
@@ -35,10 +36,11 @@ void validate(const SolverOptions& options);
 /// What a solve did.
 struct SolveReport {
   SolverMethod method = SolverMethod::multigrid;
-  int iterations = 0;              ///< iterations or sweeps; 1 for cholesky
-  double relativeResidual = 0;     ///< ‖b − A d‖ / ‖b‖ at the end
+  int iterations = 0;          ///< iterations or sweeps; 1 for cholesky
+  double relativeResidual = 0; ///< ‖b − A d‖ / ‖b‖ at the end
   bool converged = false;
-  std::vector<double> history;     ///< per iteration: relative residual (multigrid, cg), energy per voxel (icm); empty for cholesky
+  std::vector<double>
+      history; ///< per iteration: relative residual (multigrid, cg), energy per voxel (icm); empty for cholesky
 };
 
 /// Solves (P + C) d = b.

@@ -18,8 +18,8 @@ using Triangle = std::array<std::int32_t, 3>;
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;
   std::vector<Triangle> triangles;
-  std::vector<Eigen::Vector3f> normals;   ///< unit, outward: the normalised gradient of the field
-  std::vector<float> confidences;         ///< α at the vertex, 0..1
+  std::vector<Eigen::Vector3f> normals; ///< unit, outward: the normalised gradient of the field
+  std::vector<float> confidences;       ///< α at the vertex, 0..1
 };
 
 /// Keeps the triangles whose flag is set and the vertices they use, in their order, with all per-vertex arrays.

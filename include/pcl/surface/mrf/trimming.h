@@ -13,38 +13,38 @@ namespace pcl {
 namespace mrf {
 
 enum class Trimming {
-  none,      ///< keep all: watertight inside the volume
-  holes,     ///< keep hole fillings up to a size, drop extrapolations and components without support
-  supported  ///< keep only surface that data support
+  none,     ///< keep all: watertight inside the volume
+  holes,    ///< keep hole fillings up to a size, drop extrapolations and components without support
+  supported ///< keep only surface that data support
 };
 
 struct TrimmingOptions {
   Trimming trimming = Trimming::holes;
-  float maxHole = 0;                 ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the points' bbox diagonal
-  float minComponentShare = .01f;    ///< drop components with less than this share of the supported area, [0, 1); not with `none`
+  float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the points' bbox diagonal
+  float minComponentShare =
+      .01f; ///< drop components with less than this share of the supported area, [0, 1); not with `none`
 };
 
 /// \throw InvalidOption naming the first field that is out of range
 void validate(const TrimmingOptions& options);
 
 struct TrimResult {
-  TriangleMesh mesh;                     ///< all per-vertex arrays follow
-  std::int64_t holesFilled = 0;          ///< unsupported regions that were kept
+  TriangleMesh mesh;                      ///< all per-vertex arrays follow
+  std::int64_t holesFilled = 0;           ///< unsupported regions that were kept
   std::int64_t extrapolationsDropped = 0; ///< unsupported regions that were dropped
   std::int64_t componentsDropped = 0;
   double areaFilled = 0, areaDropped = 0; ///< cloud's unit squared
-  double largestHole = 0;                ///< diameter of the largest region that was kept, cloud's unit
+  double largestHole = 0;                 ///< diameter of the largest region that was kept, cloud's unit
 };
 
 /// Drops surface that no data support.
 ///
-/// A triangle is unsupported if the confidence of all its vertices is 0. Edge-connected unsupported triangles form a region. A region is an
-/// extrapolation if it touches the mesh's boundary (the field's border), has no supported neighbour at all, or if its
-/// diameter, estimated as twice the largest distance from one of its vertices to the nearest data point, exceeds
-/// maxHole; otherwise it is a hole filling.
-/// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
-/// \param search holds the data points
-/// \param diagonal of the points' bounding box, for the automatic maxHole
+/// A triangle is unsupported if the confidence of all its vertices is 0. Edge-connected unsupported triangles form a
+/// region. A region is an extrapolation if it touches the mesh's boundary (the field's border), has no supported
+/// neighbour at all, or if its diameter, estimated as twice the largest distance from one of its vertices to the
+/// nearest data point, exceeds maxHole; otherwise it is a hole filling. \param mesh with confidences; remains manifold:
+/// vertices that touch only at a corner after trimming are duplicated \param search holds the data points \param
+/// diagonal of the points' bounding box, for the automatic maxHole
 TrimResult trim(const TriangleMesh& mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
                 Execution& execution);
 

@@ -1,0 +1,345 @@
+/// \file
+/// \brief The glue between PCL's point types and the plain arrays of the stages.
+#pragma once
+
+#include <pcl/surface/mrf_reconstruction.h>
+
+#include <pcl/common/io.h>
+#include <pcl/console/print.h>
+#include <pcl/conversions.h>
+#include <pcl/search/search.h>
+#include <pcl/type_traits.h>
+
+#include <array>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <new>
+
+namespace pcl {
+namespace mrf {
+namespace detail {
+
+/// The user's search object on recentred positions.
+template <typename PointNT>
+class UserSearch : public NeighbourSearch {
+public:
+  explicit UserSearch(typename search::Search<PointNT>::Ptr search) : search_(std::move(search)) {}
+
+  void setPoints(const std::vector<Eigen::Vector3f>& positions) override
+  {
+    auto cloud = std::make_shared<PointCloud<PointNT>>();
+    cloud->reserve(positions.size());
+    for (const Eigen::Vector3f& position : positions)
+      cloud->push_back(toPoint(position));
+    search_->setInputCloud(cloud);
+  }
+
+  int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override
+  {
+    return search_->nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances);
+  }
+
+  int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override
+  {
+    return search_->radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances);
+  }
+
+private:
+  static PointNT toPoint(const Eigen::Vector3f& position)
+  {
+    PointNT point;
+    point.getVector3fMap() = position;
+    return point;
+  }
+
+  typename search::Search<PointNT>::Ptr search_;
+};
+
+/// Colour and intensity of a point as floats, where its type has them.
+template <typename PointNT>
+struct Attributes {
+  static constexpr bool hasRgb = traits::has_color<PointNT>::value;
+  static constexpr bool hasIntensity = traits::has_intensity<PointNT>::value;
+  static constexpr int channels = hasRgb ? 3 : hasIntensity ? 1 : 0;
+
+  static void append(const PointNT& point, std::vector<float>& values)
+  {
+    if constexpr (hasRgb) {
+      values.push_back(point.r);
+      values.push_back(point.g);
+      values.push_back(point.b);
+    } else if constexpr (hasIntensity)
+      values.push_back(point.intensity);
+    else
+      static_cast<void>(point), static_cast<void>(values);
+  }
+};
+
+inline std::uint8_t toByte(float value)
+{
+  return static_cast<std::uint8_t>(std::min(std::max(value + .5f, 0.f), 255.f));
+}
+
+/// Values of a float field of the cloud, by its name; throws InvalidOption if the type lacks it.
+template <typename PointNT>
+std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& indices, const std::string& name)
+{
+  std::vector<PCLPointField> fields;
+  const int number = getFieldIndex<PointNT>(name, fields);
+  if (number < 0 || fields[static_cast<std::size_t>(number)].datatype != PCLPointField::FLOAT32)
+    throw InvalidOption("confidenceField = '" + name +
+                        "' is not a float field of the point type; it has: " + getFieldsList(cloud));
+  const std::size_t offset = fields[static_cast<std::size_t>(number)].offset;
+  std::vector<float> values;
+  values.reserve(indices.size());
+  for (const auto index : indices) {
+    float value;
+    std::memcpy(&value, reinterpret_cast<const char*>(&cloud[static_cast<std::size_t>(index)]) + offset, sizeof(float));
+    values.push_back(value);
+  }
+  return values;
+}
+
+/// Adds a float32 field to a packed cloud layout that is being built. \return its offset
+inline std::size_t addField(PCLPointCloud2& cloud, const char* name, PCLPointField::PointFieldTypes type)
+{
+  PCLPointField field;
+  field.name = name;
+  field.offset = cloud.point_step;
+  field.datatype = static_cast<std::uint8_t>(type);
+  field.count = 1;
+  cloud.fields.push_back(field);
+  cloud.point_step += 4;
+  return field.offset;
+}
+
+inline std::uint32_t packRgb(std::uint8_t r, std::uint8_t g, std::uint8_t b)
+{
+  return static_cast<std::uint32_t>(r) << 16 | static_cast<std::uint32_t>(g) << 8 | b;
+}
+
+} // namespace detail
+} // namespace mrf
+
+template <typename PointNT>
+MRFReconstruction<PointNT>::MRFReconstruction()
+{
+  // The stages ask for a search object when they know which points are left.
+  this->check_tree_ = false;
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::gatherAndRun()
+{
+  result_ = mrf::Reconstruction();
+  mrf::validate(options_);
+  constexpr bool hasNormals = traits::has_normal<PointNT>::value;
+  const mrf::NormalSource source = options_.normals.source;
+  if (!hasNormals && (source == mrf::NormalSource::use || source == mrf::NormalSource::reference))
+    throw mrf::InvalidOption("normals.source = use or reference needs a point type with normals; estimate them, or "
+                             "use pcl::PointNormal");
+  if (!input_ || input_->empty())
+    throw mrf::InvalidInput("the input cloud is missing or empty; call setInputCloud with a cloud that has points");
+  if (!this->initCompute())
+    throw mrf::InvalidInput("the indices do not fit the input cloud");
+  for (const auto index : *indices_)
+    if (index < 0 || static_cast<std::size_t>(index) >= input_->size())
+      throw mrf::InvalidInput("index " + std::to_string(index) + " is outside the cloud of " +
+                              std::to_string(input_->size()) + " points");
+  checkViews();
+
+  std::vector<Eigen::Vector3f> positions, normals;
+  std::vector<std::int32_t> views;
+  positions.reserve(indices_->size());
+  for (const auto index : *indices_) {
+    const PointNT& point = (*input_)[static_cast<std::size_t>(index)];
+    positions.push_back(point.getVector3fMap());
+    if constexpr (hasNormals)
+      if (source != mrf::NormalSource::estimate)
+        normals.push_back(point.getNormalVector3fMap());
+    if (!views_.empty())
+      views.push_back(views_[static_cast<std::size_t>(index)]);
+  }
+  std::vector<float> confidences;
+  if (!options_.confidenceField.empty())
+    confidences = mrf::detail::readField(*input_, *indices_, options_.confidenceField);
+
+  const bool normalsNeeded = source == mrf::NormalSource::automatic || source == mrf::NormalSource::use;
+  mrf::PointCounts counts;
+  const mrf::PointSet points = mrf::gather(positions, normals, confidences, views, sensors_, normalsNeeded, counts);
+
+  mrf::Execution execution(options_.threads, callback_);
+  std::unique_ptr<mrf::NeighbourSearch> search;
+  if (tree_)
+    search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_);
+  else
+    search = mrf::makeKdTree();
+  mrf::reconstruct(points, counts, options_, *search, execution, result_);
+  interpolateAttributes(*search, execution);
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::checkViews() const
+{
+  if (views_.empty())
+    return;
+  if (views_.size() != input_->size())
+    throw mrf::InvalidInput("there are " + std::to_string(views_.size()) + " views for " +
+                            std::to_string(input_->size()) +
+                            " points; setSensorPositions wants one per point of the cloud");
+  for (const std::int32_t view : views_)
+    if (view < 0 || static_cast<std::size_t>(view) >= sensors_.size())
+      throw mrf::InvalidInput("view " + std::to_string(view) + " has no sensor; there are " +
+                              std::to_string(sensors_.size()) + " sensor positions");
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::interpolateAttributes(const mrf::NeighbourSearch& search, mrf::Execution& execution)
+{
+  attributes_.clear();
+  if (mrf::detail::Attributes<PointNT>::channels == 0 || options_.colours != mrf::ColourMode::input)
+    return;
+  std::vector<float> values;
+  for (const std::uint32_t origin : result_.points.origins)
+    mrf::detail::Attributes<PointNT>::append((*input_)[static_cast<std::size_t>((*indices_)[origin])], values);
+  attributes_ = mrf::interpolateAttributes(result_.mesh.vertices, search, values,
+                                           mrf::detail::Attributes<PointNT>::channels, execution);
+}
+
+template <typename PointNT>
+bool MRFReconstruction<PointNT>::run()
+{
+  const auto fail = [this](mrf::Status status, const std::string& message) {
+    mrf::Report report = std::move(result_.report);
+    report.status = status;
+    report.message = message;
+    result_ = mrf::Reconstruction();
+    result_.report = std::move(report);
+    attributes_.clear();
+    PCL_ERROR("[pcl::%s::reconstruct] %s: %s\n", this->getClassName().c_str(), mrf::toString(status), message.c_str());
+  };
+  std::exception_ptr error;
+  try {
+    gatherAndRun();
+  } catch (const mrf::Error& caught) {
+    fail(caught.status(), caught.message());
+    error = std::current_exception();
+  } catch (const std::bad_alloc&) {
+    fail(mrf::Status::resourceLimit, "out of memory; choose a larger voxel size");
+    error = std::make_exception_ptr(mrf::ResourceLimit(result_.report.message));
+  }
+  this->deinitCompute();
+  if (error && throwing_)
+    std::rethrow_exception(error);
+  return !error;
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::reconstruct(pcl::PolygonMesh& output)
+{
+  output = pcl::PolygonMesh();
+  if (input_)
+    output.header = input_->header;
+  performReconstruction(output);
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::reconstruct(PointCloud& points, std::vector<pcl::Vertices>& polygons)
+{
+  points = PointCloud();
+  polygons.clear();
+  if (input_)
+    points.header = input_->header;
+  performReconstruction(points, polygons);
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::writePolygons(std::vector<pcl::Vertices>& polygons) const
+{
+  polygons.resize(result_.mesh.triangles.size());
+  for (std::size_t t = 0; t < polygons.size(); ++t)
+    polygons[t].vertices.assign(result_.mesh.triangles[t].begin(), result_.mesh.triangles[t].end());
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
+{
+  if (!run())
+    return;
+  using Attributes = mrf::detail::Attributes<PointNT>;
+  const mrf::TriangleMesh& mesh = result_.mesh;
+  const bool coloured = options_.colours == mrf::ColourMode::confidence || (Attributes::hasRgb && !attributes_.empty());
+  const bool intense = !Attributes::hasRgb && !attributes_.empty();
+
+  pcl::PCLPointCloud2& cloud = output.cloud;
+  cloud.header = output.header;
+  for (const char* name : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "confidence"})
+    mrf::detail::addField(cloud, name, PCLPointField::FLOAT32);
+  if (coloured)
+    mrf::detail::addField(cloud, "rgb", PCLPointField::FLOAT32);
+  if (intense)
+    mrf::detail::addField(cloud, "intensity", PCLPointField::FLOAT32);
+  cloud.height = 1;
+  cloud.width = static_cast<std::uint32_t>(mesh.vertices.size());
+  cloud.row_step = cloud.point_step * cloud.width;
+  cloud.is_dense = 1;
+  cloud.data.resize(std::size_t{cloud.point_step} * cloud.width);
+
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const Eigen::Vector3f position = (mesh.vertices[v].template cast<double>() + getOffset()).template cast<float>();
+    const Eigen::Vector3f& normal = mesh.normals[v];
+    std::array<float, 8> values = {position.x(), position.y(), position.z(),        normal.x(),
+                                   normal.y(),   normal.z(),   mesh.confidences[v], 0};
+    if (coloured) {
+      mrf::Rgb rgb = mrf::confidenceColour(mesh.confidences[v]);
+      if (options_.colours == mrf::ColourMode::input)
+        rgb = colour(v);
+      const std::uint32_t packed = mrf::detail::packRgb(rgb[0], rgb[1], rgb[2]);
+      std::memcpy(&values[7], &packed, sizeof(packed));
+    } else if (intense)
+      values[7] = attributes_[v];
+    std::memcpy(cloud.data.data() + v * cloud.point_step, values.data(), cloud.point_step);
+  }
+  writePolygons(output.polygons);
+}
+
+template <typename PointNT>
+mrf::Rgb MRFReconstruction<PointNT>::colour(std::size_t vertex) const
+{
+  const float* values = attributes_.data() + 3 * vertex;
+  return {mrf::detail::toByte(values[0]), mrf::detail::toByte(values[1]), mrf::detail::toByte(values[2])};
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::vector<pcl::Vertices>& polygons)
+{
+  if (!run())
+    return;
+  using Attributes = mrf::detail::Attributes<PointNT>;
+  const mrf::TriangleMesh& mesh = result_.mesh;
+  points.resize(mesh.vertices.size());
+  points.is_dense = true;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    PointNT& point = points[v];
+    point.getVector3fMap() = (mesh.vertices[v].template cast<double>() + getOffset()).template cast<float>();
+    if constexpr (traits::has_normal<PointNT>::value)
+      point.getNormalVector3fMap() = mesh.normals[v];
+    if constexpr (Attributes::hasRgb) {
+      if (options_.colours != mrf::ColourMode::none) {
+        const mrf::Rgb rgb =
+            options_.colours == mrf::ColourMode::input ? colour(v) : mrf::confidenceColour(mesh.confidences[v]);
+        point.r = rgb[0];
+        point.g = rgb[1];
+        point.b = rgb[2];
+      }
+    } else if constexpr (Attributes::hasIntensity)
+      if (!attributes_.empty())
+        point.intensity = attributes_[v];
+  }
+  writePolygons(polygons);
+}
+
+} // namespace pcl
+
+#define PCL_INSTANTIATE_MRFReconstruction(T) template class PCL_EXPORTS pcl::MRFReconstruction<T>;
