@@ -1,0 +1,26 @@
+/// \file
+/// \brief The real scans that lie beside the project, where they do.
+#pragma once
+
+#include <pcl/surface/mrf/point_set.h>
+
+#include <string>
+#include <vector>
+
+namespace scans {
+
+/// One case of ../shared/data, seen from the source directory.
+struct Scan {
+  pcl::mrf::PointSet points;              ///< not recentred: offset 0; with normals, sensors and views
+  std::vector<Eigen::Vector3d> heldOut;   ///< noise-free points that the holes removed
+  std::vector<Eigen::Vector3d> clean;     ///< the inliers before noise; the input itself where there is no noise
+  double diagonal = 0;                    ///< of the bounding box that distances are quoted relative to
+};
+
+/// True if the folder of scans is there.
+bool available();
+
+/// Reads igea_clean, igea_noise, nefertiti, bunny or bunny_raw.
+Scan load(const std::string& name);
+
+} // namespace scans
