@@ -30,7 +30,10 @@ std::vector<Eigen::Vector3d> positionsOf(const pcl::PointCloud<pcl::PointNormal>
 
 } // namespace
 
-bool available() { return std::ifstream(folder + "README.md").good(); }
+bool available()
+{
+  return std::ifstream(folder + "README.md").good();
+}
 
 Scan load(const std::string& name)
 {

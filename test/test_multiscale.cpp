@@ -1,0 +1,227 @@
+#include "interpolation.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/multiscale.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+using namespace pcl::mrf;
+
+namespace {
+
+BoundingBox box(const Eigen::Vector3f& lower, const Eigen::Vector3f& upper)
+{
+  BoundingBox result;
+  result.lower = lower;
+  result.upper = upper;
+  return result;
+}
+
+MultiscaleResult regularisePoints(const PointSet& points, float spacing, const PriorOptions& prior = {},
+                                  const MultiscaleOptions& options = {}, const SolverOptions& solver = {},
+                                  int threads = 1)
+{
+  Execution execution(threads);
+  const auto search = makeKdTree();
+  search->setPoints(points.positions);
+  return regularise(shapes::oriented(points), *search, spacing, {}, prior, solver, options, execution);
+}
+
+/// Root mean square of the field's value at exact surface points, in units of the voxel side.
+double surfaceError(const DistanceField& field, const PointSet& truth)
+{
+  double sum = 0;
+  for (const Eigen::Vector3f& p : truth.positions)
+    sum += std::pow(field.sampleDistance(p) / field.lattice().spacing, 2);
+  return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+} // namespace
+
+TEST(PlanLevels, AreNestedAndPadded)
+{
+  const BoundingBox object = box({-1, -2, .5f}, {3, 1, 9});
+  MultiscaleOptions options;
+  const auto levels = planLevels(object, .05f, options);
+  ASSERT_GT(levels.size(), 3u);
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    const Lattice& level = levels[l];
+    const Eigen::Vector3d side = level.spacing * Eigen::Vector3d(level.size.x, level.size.y, level.size.z);
+    const Eigen::Vector3d lower = level.origin - Eigen::Vector3d::Constant(level.spacing / 2);
+    EXPECT_LE((lower - object.lower.cast<double>()).maxCoeff(), -2 * level.spacing + 1e-9);
+    EXPECT_GE((lower + side - object.upper.cast<double>()).minCoeff(), 2 * level.spacing - 1e-9);
+    if (l == 0)
+      continue;
+    const Lattice& coarser = levels[l - 1];
+    EXPECT_NEAR(coarser.spacing, 2 * level.spacing, 1e-12);
+    const Eigen::Vector3d coarserLower = coarser.origin - Eigen::Vector3d::Constant(coarser.spacing / 2);
+    const Eigen::Vector3d coarserUpper =
+        coarserLower + coarser.spacing * Eigen::Vector3d(coarser.size.x, coarser.size.y, coarser.size.z);
+    EXPECT_LE((coarserLower - lower).maxCoeff(), 1e-9);
+    EXPECT_GE((coarserUpper - lower - side).minCoeff(), -1e-9);
+    const Eigen::Vector3d offset = (lower - coarserLower) / coarser.spacing * 2;
+    for (int axis = 0; axis < 3; ++axis)
+      EXPECT_NEAR(offset[axis], std::round(offset[axis]), 1e-6) << "voxel faces do not coincide";
+  }
+  const GridSize coarsest = levels.front().size;
+  EXPECT_LE(std::max({coarsest.x, coarsest.y, coarsest.z}), options.coarsestSide);
+  EXPECT_NEAR(levels.back().spacing, .05, 1e-8);
+}
+
+TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
+{
+  const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
+  MultiscaleOptions options;
+  options.maxMemory = std::size_t{64} << 20;
+  std::string message;
+  try {
+    planLevels(object, .002f, options);
+  } catch (const ResourceLimit& error) {
+    message = error.message();
+  }
+  const std::string phrase = "a voxel size of ";
+  ASSERT_NE(message.find(phrase), std::string::npos) << message;
+  const float fitting = std::stof(message.substr(message.find(phrase) + phrase.size()));
+  EXPECT_GT(fitting, .002f);
+  EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, options));
+}
+
+TEST(PlanLevels, ChecksItsOptions)
+{
+  const auto refuses = [](const MultiscaleOptions& options) {
+    EXPECT_THROW(planLevels(box({0, 0, 0}, {1, 1, 1}), .1f, options), InvalidOption);
+  };
+  MultiscaleOptions options;
+  options.padding = 1;
+  refuses(options);
+  options = {};
+  options.coarsePadding = -1;
+  refuses(options);
+  options = {};
+  options.coarsestSide = 3;
+  refuses(options);
+  options = {};
+  options.voxelSize = -1;
+  refuses(options);
+}
+
+TEST(InterpolateCubic, ReproducesCubicsAwayFromTheBorder)
+{
+  Lattice coarse;
+  coarse.size = {12, 11, 10};
+  coarse.spacing = .5;
+  coarse.origin = {-2, 1, .25};
+  Lattice fine;
+  fine.spacing = .25;
+  fine.size = {14, 12, 11};
+  fine.origin = coarse.origin - Eigen::Vector3d::Constant(coarse.spacing / 2) +
+                fine.spacing * (Eigen::Vector3d(5, 4, 5) + Eigen::Vector3d::Constant(.5));
+  const auto cubic = [](const Eigen::Vector3d& x) {
+    return 1 + x.x() - 2 * x.y() * x.z() + .3 * x.x() * x.x() * x.x() - x.z() * x.z() * x.y() * x.x() +
+           .1 * x.y() * x.y() * x.y();
+  };
+  const auto valuesOf = [&](const Lattice& lattice) {
+    std::vector<float> values;
+    for (int k = 0; k < lattice.size.z; ++k)
+      for (int j = 0; j < lattice.size.y; ++j)
+        for (int i = 0; i < lattice.size.x; ++i)
+          values.push_back(static_cast<float>(cubic(lattice.origin + lattice.spacing * Eigen::Vector3d(i, j, k))));
+    return values;
+  };
+  Execution execution(2);
+  const auto interpolated = interpolateCubic(valuesOf(coarse), coarse, fine, execution);
+  const auto expected = valuesOf(fine);
+  ASSERT_EQ(interpolated.size(), expected.size());
+  for (std::size_t v = 0; v < expected.size(); ++v)
+    EXPECT_NEAR(interpolated[v], expected[v], 1e-4); // values reach 100, single precision
+}
+
+class EveryPrior : public testing::TestWithParam<Prior> {};
+
+TEST_P(EveryPrior, FitsASphereBetterOnAFinerGrid)
+{
+  PriorOptions prior;
+  prior.prior = GetParam();
+  const auto sdf = shapes::sphere(1);
+  const PointSet truth = shapes::sample(sdf, 1.2, .09, 7);
+  const double coarse = surfaceError(regularisePoints(shapes::sample(sdf, 1.2, .12), .12f, prior).field, truth);
+  const double fine = surfaceError(regularisePoints(shapes::sample(sdf, 1.2, .06), .06f, prior).field, truth);
+  EXPECT_LT(coarse, .1);
+  // In voxel sides the curvature error is proportional to h.
+  EXPECT_LT(fine, .7 * coarse);
+}
+
+INSTANTIATE_TEST_SUITE_P(Regularise, EveryPrior,
+                         testing::Values(Prior::membrane, Prior::thinPlate, Prior::triharmonic));
+
+TEST(Regularise, HigherOrdersFillAHoleBetter)
+{
+  const auto sdf = shapes::sphere(1);
+  const auto isHole = [](const Eigen::Vector3f& p) { return (p - Eigen::Vector3f(0, .6f, .8f)).norm() < .5f; };
+  const PointSet all = shapes::sample(sdf, 1.2, .06);
+  const PointSet points = shapes::filter(all, [&](const Eigen::Vector3f& p) { return !isHole(p); });
+  const PointSet hole = shapes::filter(all, isHole);
+  std::vector<double> errors;
+  for (const Prior order : {Prior::membrane, Prior::thinPlate, Prior::triharmonic}) {
+    PriorOptions prior;
+    prior.prior = order;
+    errors.push_back(surfaceError(regularisePoints(points, .06f, prior).field, hole));
+  }
+  EXPECT_LT(errors[1], errors[0]);
+  EXPECT_LT(errors[2], errors[1]);
+  EXPECT_LT(errors[2], .35); // voxels; the hole is 8 voxels wide, its cap 1.1 voxels high
+}
+
+TEST(Regularise, ConfidenceIsZeroAwayFromThePoints)
+{
+  const auto result = regularisePoints(shapes::sample(shapes::sphere(1), 1.2, .1), .1f);
+  const DistanceField& field = result.field;
+  EXPECT_EQ(field.sampleConfidence(Eigen::Vector3f::Zero()), 0);
+  EXPECT_GT(field.sampleConfidence({1, 0, 0}), .5f);
+  EXPECT_LT(field.sampleDistance(Eigen::Vector3f::Zero()), -.5f);
+}
+
+TEST(Regularise, DoesNotDependOnTheNumberOfThreads)
+{
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .1);
+  const auto one = regularisePoints(points, .1f);
+  for (const int threads : {2, 4}) {
+    const auto more = regularisePoints(points, .1f, {}, {}, {}, threads);
+    const GridSize size = one.field.lattice().size;
+    ASSERT_EQ(size, more.field.lattice().size);
+    for (int k = 0; k < size.z; ++k)
+      for (int j = 0; j < size.y; ++j)
+        for (int i = 0; i < size.x; ++i)
+          ASSERT_EQ(one.field.distance(i, j, k), more.field.distance(i, j, k));
+  }
+}
+
+TEST(Regularise, TheBoxOfTheFinestLevelDoesNotShow)
+{
+  // An open surface feels the border of the volume most: half a sphere, solved in a tight and in a wide fine box.
+  const PointSet points =
+      shapes::filter(shapes::sample(shapes::sphere(1), 1.2, .08), [](const Eigen::Vector3f& p) { return p.z() > 0; });
+  MultiscaleOptions tight, wide;
+  tight.padding = 6;
+  wide.padding = 14;
+  const auto a = regularisePoints(points, .08f, {}, tight), b = regularisePoints(points, .08f, {}, wide);
+  double largest = 0;
+  for (const Eigen::Vector3f& p : points.positions)
+    if (p.z() > .2f)
+      largest = std::max<double>(largest, std::abs(a.field.sampleDistance(p) - b.field.sampleDistance(p)));
+  EXPECT_LT(largest / a.field.lattice().spacing, .02); // voxels
+}
+
+TEST(Regularise, SaysWhatIsWrongWhenNothingIsObserved)
+{
+  Execution execution(1);
+  PointSet points = shapes::sample(shapes::sphere(1), 1.2, .3);
+  const auto search = makeKdTree();
+  search->setPoints(points.positions);
+  ObservationOptions observation;
+  observation.maxDistance = 1e-4f;
+  EXPECT_THROW(regularise(shapes::oriented(points), *search, .3f, observation, {}, {}, {}, execution), InvalidInput);
+}
