@@ -1,0 +1,78 @@
+#include "support/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+using namespace pcl::mrf;
+
+namespace {
+
+/// A field that trilinear interpolation and central differences reproduce exactly, on a lattice off the origin.
+DistanceField linearField(const Eigen::Vector3f& slope)
+{
+  Lattice lattice;
+  lattice.size = {6, 5, 7};
+  lattice.spacing = .25;
+  lattice.origin = {10, -20, 3};
+  std::vector<float> distances, confidences;
+  for (int k = 0; k < lattice.size.z; ++k)
+    for (int j = 0; j < lattice.size.y; ++j)
+      for (int i = 0; i < lattice.size.x; ++i) {
+        distances.push_back(slope.dot(lattice.position(i, j, k)));
+        confidences.push_back(static_cast<float>(i) / 5);
+      }
+  return {lattice, distances, confidences};
+}
+
+} // namespace
+
+TEST(DistanceField, InterpolatesLinearFunctionsExactly)
+{
+  const Eigen::Vector3f slope(1, -2, .5f);
+  const DistanceField field = linearField(slope);
+  for (const Eigen::Vector3f& x :
+       {Eigen::Vector3f(10.1f, -19.7f, 3.3f), Eigen::Vector3f(11.2f, -19.01f, 4.4f), Eigen::Vector3f(10, -20, 3)}) {
+    EXPECT_NEAR(field.sampleDistance(x), slope.dot(x), 1e-5); // values up to 50 in single precision
+    EXPECT_NEAR(field.sampleConfidence(x), (x.x() - 10) / 1.25f, 1e-5);
+    EXPECT_LT((field.sampleGradient(x) - slope).norm(), 1e-4); // differences of such values over .25
+  }
+}
+
+TEST(DistanceField, IsClampedToItsLattice)
+{
+  const DistanceField field = linearField({1, 0, 0});
+  EXPECT_NEAR(field.sampleDistance({0, -20, 3}), 10, 1e-5);
+  EXPECT_NEAR(field.sampleDistance({100, 0, 100}), 11.25, 1e-5);
+}
+
+TEST(DistanceField, GradientOfASphereIsTheNormal)
+{
+  const DistanceField field = shapes::field(shapes::sphere(1), 1.5, 40);
+  for (const Eigen::Vector3f& direction :
+       {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(1, 2, -3), Eigen::Vector3f(-1, 1, 1)}) {
+    const Eigen::Vector3f normal = direction.normalized();
+    // Central differences of a field with curvature 1 at h = .075: h²/6 and interpolation h²/8.
+    EXPECT_LT((field.sampleGradient(normal) - normal).norm(), .005);
+  }
+}
+
+TEST(DistanceField, KnowsItsCells)
+{
+  const DistanceField field = linearField({1, 1, 1});
+  EXPECT_TRUE(field.hasCell(0, 0, 0));
+  EXPECT_TRUE(field.hasCell(4, 3, 5));
+  EXPECT_FALSE(field.hasCell(5, 3, 5));
+  EXPECT_FALSE(field.hasCell(4, 4, 5));
+  EXPECT_FALSE(field.hasCell(4, 3, 6));
+  EXPECT_FALSE(field.hasCell(-1, 0, 0));
+}
+
+TEST(DistanceField, RefusesArraysThatDoNotFit)
+{
+  Lattice lattice;
+  lattice.size = {2, 2, 2};
+  EXPECT_THROW(DistanceField(lattice, std::vector<float>(7), std::vector<float>(8)), std::invalid_argument);
+  lattice.size = {1, 2, 2};
+  EXPECT_THROW(DistanceField(lattice, std::vector<float>(4), std::vector<float>(4)), std::invalid_argument);
+}

@@ -1,0 +1,85 @@
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/execution.h>
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+using namespace pcl::mrf;
+
+TEST(Execution, VisitsEveryIndexOnce)
+{
+  for (const int threads : {1, 2, 4}) {
+    Execution execution(threads);
+    for (const std::int64_t count : {0, 1, 7, 64, 1001}) {
+      std::vector<std::atomic<int>> visits(static_cast<std::size_t>(count));
+      execution.forRange(count, 8, [&](std::int64_t begin, std::int64_t end) {
+        EXPECT_LE(end - begin, 8);
+        for (auto i = begin; i < end; ++i)
+          ++visits[static_cast<std::size_t>(i)];
+      });
+      for (const auto& visit : visits)
+        EXPECT_EQ(visit, 1);
+    }
+  }
+}
+
+TEST(Execution, SumIsTheSameForAnyNumberOfThreads)
+{
+  const auto term = [](std::int64_t i) {
+    return std::sin(static_cast<double>(i)) * std::exp(static_cast<double>(i % 50));
+  };
+  const auto total = [&](int threads) {
+    Execution execution(threads);
+    return execution.sum(100000, 1000, [&](std::int64_t begin, std::int64_t end) {
+      double sum = 0;
+      for (auto i = begin; i < end; ++i)
+        sum += term(i);
+      return sum;
+    });
+  };
+  const double one = total(1);
+  for (int run = 0; run < 5; ++run) {
+    EXPECT_EQ(total(2), one);
+    EXPECT_EQ(total(4), one);
+  }
+}
+
+TEST(Execution, RethrowsAnExceptionOfTheBodyAndGoesOnWorking)
+{
+  for (const int threads : {1, 3}) {
+    Execution execution(threads);
+    const auto failing = [](std::int64_t begin, std::int64_t) {
+      if (begin == 50)
+        throw std::runtime_error("range 50");
+    };
+    EXPECT_THROW(execution.forRange(100, 1, failing), std::runtime_error);
+    std::atomic<int> visited{0};
+    execution.forRange(100, 1, [&](std::int64_t, std::int64_t) { ++visited; });
+    EXPECT_EQ(visited, 100);
+  }
+}
+
+TEST(Execution, ReportsStagesAndCancels)
+{
+  std::vector<std::pair<std::string, double>> calls;
+  Execution execution(2, [&](const std::string& stage, double fraction) {
+    calls.emplace_back(stage, fraction);
+    return fraction < .9;
+  });
+  execution.beginStage("first");
+  execution.progress(.5);
+  EXPECT_THROW(execution.progress(1), Cancelled);
+  ASSERT_EQ(calls.size(), 3u);
+  EXPECT_EQ(calls[0], std::make_pair(std::string("first"), 0.0));
+  EXPECT_EQ(calls[1], std::make_pair(std::string("first"), .5));
+}
+
+TEST(Execution, TakesOneThreadPerHardwareThreadByDefault)
+{
+  EXPECT_GE(Execution(0).threads(), 1);
+  EXPECT_EQ(Execution(3).threads(), 3);
+}
