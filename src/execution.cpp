@@ -158,6 +158,7 @@ void Execution::beginStage(const std::string& name)
 
 void Execution::progress(double fraction)
 {
+  fraction_ = fraction;
   if (callback_ && !callback_(stage_, fraction))
     throw Cancelled("cancelled during the stage '" + stage_ + "'");
 }

@@ -47,11 +47,16 @@ public:
   /// \throw Cancelled if the callback returns false
   void progress(double fraction);
 
+  /// Reports the last fraction again: a step that cannot tell its own share gives the callback a chance to cancel.
+  /// \throw Cancelled if the callback returns false
+  void poll() { progress(fraction_); }
+
 private:
   struct Workers;
   int threads_;
   ProgressCallback callback_;
   std::string stage_;
+  double fraction_ = 0;
   std::unique_ptr<Workers> workers_;
 };
 
