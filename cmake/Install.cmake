@@ -1,0 +1,65 @@
+# Installs library, headers, tool, the CMake package and the pkg-config file.
+include(CMakePackageConfigHelpers)
+
+set(MRF_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_mrf_reconstruction)
+
+install(TARGETS pcl_mrf EXPORT pcl_mrf_reconstruction
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
+if(TARGET pcl_mrf_reconstruction)
+  # The tool finds the library beside it, wherever the tree is moved.
+  file(RELATIVE_PATH MRF_LIBRARY_FROM_TOOL ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+  set_target_properties(pcl_mrf_reconstruction PROPERTIES INSTALL_RPATH "$ORIGIN/${MRF_LIBRARY_FROM_TOOL}")
+  install(TARGETS pcl_mrf_reconstruction RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+
+# What a static library leaves to its users to link; a shared one has it inside.
+get_target_property(MRF_LIBRARY_TYPE pcl_mrf TYPE)
+set(MRF_NEEDS_CHOLMOD OFF)
+set(MRF_NEEDS_THREADS OFF)
+set(MRF_PKG_CONFIG_LIBS)
+if(MRF_LIBRARY_TYPE STREQUAL "STATIC_LIBRARY")
+  set(MRF_NEEDS_THREADS ON)
+  if(MRF_WITH_CHOLMOD)
+    set(MRF_NEEDS_CHOLMOD ON)
+    string(APPEND MRF_PKG_CONFIG_LIBS " -lcholmod")
+    install(FILES ${PROJECT_SOURCE_DIR}/cmake/FindCHOLMOD.cmake DESTINATION ${MRF_CMAKE_DIR})
+  endif()
+  string(APPEND MRF_PKG_CONFIG_LIBS " -pthread")
+endif()
+
+install(EXPORT pcl_mrf_reconstruction NAMESPACE pcl_mrf:: DESTINATION ${MRF_CMAKE_DIR}
+  FILE pcl_mrf_reconstructionTargets.cmake)
+configure_package_config_file(
+  ${PROJECT_SOURCE_DIR}/cmake/pcl_mrf_reconstructionConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/pcl_mrf_reconstructionConfig.cmake
+  INSTALL_DESTINATION ${MRF_CMAKE_DIR})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/pcl_mrf_reconstructionConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES
+  ${PROJECT_BINARY_DIR}/pcl_mrf_reconstructionConfig.cmake
+  ${PROJECT_BINARY_DIR}/pcl_mrf_reconstructionConfigVersion.cmake
+  DESTINATION ${MRF_CMAKE_DIR})
+
+# Relative to the file where the directories are relative, so that the installed tree can be moved.
+if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
+  set(MRF_PKG_CONFIG_PREFIX ${CMAKE_INSTALL_PREFIX})
+  set(MRF_PKG_CONFIG_LIBDIR ${CMAKE_INSTALL_LIBDIR})
+else()
+  file(RELATIVE_PATH MRF_PREFIX_FROM_PKG_CONFIG
+    ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+  string(REGEX REPLACE "/$" "" MRF_PREFIX_FROM_PKG_CONFIG ${MRF_PREFIX_FROM_PKG_CONFIG})
+  set(MRF_PKG_CONFIG_PREFIX "\${pcfiledir}/${MRF_PREFIX_FROM_PKG_CONFIG}")
+  set(MRF_PKG_CONFIG_LIBDIR "\${prefix}/${CMAKE_INSTALL_LIBDIR}")
+endif()
+if(IS_ABSOLUTE "${CMAKE_INSTALL_INCLUDEDIR}")
+  set(MRF_PKG_CONFIG_INCLUDEDIR ${CMAKE_INSTALL_INCLUDEDIR})
+else()
+  set(MRF_PKG_CONFIG_INCLUDEDIR "\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}")
+endif()
+configure_file(${PROJECT_SOURCE_DIR}/cmake/pcl_mrf_reconstruction.pc.in
+  ${PROJECT_BINARY_DIR}/pcl_mrf_reconstruction.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/pcl_mrf_reconstruction.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -1,0 +1,67 @@
+// Reconstructs a sphere as a user of the installed library would. Arguments: the solver, and for "cholesky" whether the
+// library has CHOLMOD ("with" or "without"): without it, asking for that solver must fail in a way that can be understood.
+#include <pcl/surface/mrf_reconstruction.h>
+
+#include <pcl/point_types.h>
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace {
+
+pcl::PointCloud<pcl::PointNormal>::Ptr sphere(int count)
+{
+  pcl::PointCloud<pcl::PointNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointNormal>);
+  const double goldenAngle = M_PI * (3 - std::sqrt(5.));
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (2 * i + 1.) / count, r = std::sqrt(1 - z * z), angle = goldenAngle * i;
+    pcl::PointNormal point;
+    point.x = point.normal_x = static_cast<float>(r * std::cos(angle));
+    point.y = point.normal_y = static_cast<float>(r * std::sin(angle));
+    point.z = point.normal_z = static_cast<float>(z);
+    cloud->push_back(point);
+  }
+  return cloud;
+}
+
+bool check(bool condition, const char* what)
+{
+  if (!condition)
+    std::fprintf(stderr, "consumer: failed: %s\n", what);
+  return condition;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+  const std::string solver = argc > 1 ? argv[1] : "multigrid", cholmod = argc > 2 ? argv[2] : "with";
+
+  pcl::MRFReconstruction<pcl::PointNormal> mrf;
+  mrf.setInputCloud(sphere(1000));
+  if (solver == "cholesky") {
+    mrf.setSolver(pcl::mrf::SolverMethod::cholesky);
+    mrf.setPrior(pcl::mrf::Prior::membrane);
+  }
+  pcl::PolygonMesh mesh;
+  mrf.reconstruct(mesh);
+  const pcl::mrf::Report& report = mrf.getReport();
+  std::printf("%s: %s, %zu triangles, volume %.3f\n", solver.c_str(), report.message.c_str(), mesh.polygons.size(),
+              report.mesh.volume);
+
+  if (solver == "cholesky" && cholmod == "without")
+    return check(report.status == pcl::mrf::Status::invalidOption, "the status is 'invalid option'") &
+                   check(report.message.find("CHOLMOD") != std::string::npos, "the message names CHOLMOD") &
+                   check(mesh.polygons.empty(), "no mesh is left")
+               ? 0
+               : 1;
+  // A sphere from 1000 points, l̄ = 0.11, h = 0.22: five per cent of volume are a quarter of h²·curvature² and generous.
+  return check(report.status == pcl::mrf::Status::ok, "the status is 'ok'") &
+                 check(report.mesh.closed() && report.mesh.eulerCharacteristic == 2, "the mesh is a closed sphere") &
+                 check(mesh.polygons.size() == static_cast<std::size_t>(report.mesh.triangles),
+                       "the mesh has as many triangles as the report") &
+                 check(std::abs(report.mesh.volume - 4 * M_PI / 3) < .05 * 4 * M_PI / 3, "the volume is the sphere's")
+             ? 0
+             : 1;
+}
