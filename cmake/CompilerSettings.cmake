@@ -12,7 +12,7 @@ endif()
 if(MRF_SANITIZE)
   # Function multi-versioning resolves symbols before the sanitizers' run time is up.
   target_compile_definitions(mrf_compiler_settings INTERFACE MRF_NO_MULTIVERSIONING)
-  target_compile_options(mrf_compiler_settings INTERFACE -fsanitize=${MRF_SANITIZE} -fno-omit-frame-pointer -g1)
+  target_compile_options(mrf_compiler_settings INTERFACE -fsanitize=${MRF_SANITIZE} -fno-omit-frame-pointer -O1 -g1)
   target_link_options(mrf_compiler_settings INTERFACE -fsanitize=${MRF_SANITIZE})
   if(MRF_SANITIZE MATCHES "undefined")
     target_compile_options(mrf_compiler_settings INTERFACE -fno-sanitize-recover=undefined)
