@@ -1,1 +1,131 @@
 #include <pcl/surface/mrf/solver.h>
+
+#include "cholesky.h"
+#include "conjugate_gradients.h"
+#include "icm.h"
+#include "linear_system.h"
+#include "multigrid.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+template <typename Value>
+[[noreturn]] void refuse(const char* name, const Value& value, const char* range)
+{
+  std::ostringstream message;
+  message << name << " is " << value << "; it must be " << range;
+  throw InvalidOption(message.str());
+}
+
+template <typename Real>
+void checkSizes(const LinearSystem<Real>& system, const std::vector<Real>& d)
+{
+  const GridSize size = system.size();
+  if (!system.data || system.data->size() != size || d.size() != static_cast<std::size_t>(size.count()) || d.empty())
+    throw std::invalid_argument("solve: the prior, the data term and the field differ in size");
+  const std::size_t weights = system.prior.voxelWeights.size();
+  if (weights != 0 && weights != d.size())
+    throw std::invalid_argument("solve: voxelWeights must be empty or hold one value per voxel");
+}
+
+} // namespace
+
+void validate(const SolverOptions& options)
+{
+  const int method = static_cast<int>(options.method);
+  if (method < 0 || method > static_cast<int>(SolverMethod::cholesky))
+    refuse("solver method", method, "multigrid, icm, cg or cholesky");
+  if (options.maxIterations < 0)
+    refuse("maxIterations", options.maxIterations, "at least 0 (0 = the method's default)");
+  if (!(options.residualTolerance > 0 && options.residualTolerance < 1))
+    refuse("residualTolerance", options.residualTolerance, "above 0 and below 1");
+  if (!(options.changeTolerance >= 0 && std::isfinite(options.changeTolerance)))
+    refuse("changeTolerance", options.changeTolerance, "finite and at least 0 (0 = stop by sweeps only)");
+  if (options.smootherDegree < 0 || options.smootherDegree > 50)
+    refuse("smootherDegree", options.smootherDegree, "from 0 to 50 (0 = the prior's default)");
+  if (options.maxFactorBytes == 0)
+    refuse("maxFactorBytes", options.maxFactorBytes, "above 0");
+}
+
+template <typename Real>
+SolveReport solve(const LinearSystem<Real>& system, const SolverOptions& options, double unit, std::vector<Real>& d,
+                  Execution& execution)
+{
+  validate(options);
+  checkSizes(system, d);
+  if (!(unit > 0 && std::isfinite(unit)))
+    throw std::invalid_argument("solve: the unit must be positive and finite");
+  const std::vector<Real>& diagonal = system.data->diagonal();
+  if (std::none_of(diagonal.begin(), diagonal.end(), [](Real value) { return value > 0; }))
+    throw SolverFailure("no voxel is observed with a positive weight, so that the field is not determined; check the "
+                        "confidences, and that beta is above 0");
+
+  SolveReport report;
+  switch (options.method) {
+  case SolverMethod::multigrid:
+    report = solveMultigrid(system, options, d, execution);
+    break;
+  case SolverMethod::icm:
+    report = solveIcm(system, options, unit, d, execution);
+    break;
+  case SolverMethod::cg:
+    report = solveConjugateGradients(system, options, d, execution);
+    break;
+  case SolverMethod::cholesky:
+    report = solveCholesky(system, options, d, execution);
+    break;
+  }
+  if (!std::all_of(d.begin(), d.end(), [](Real value) { return std::isfinite(value); }))
+    throw SolverFailure("the solution is not finite; check the observed distances and the initial guess");
+  return report;
+}
+
+template <typename Real>
+double energy(const LinearSystem<Real>& system, const std::vector<Real>& d, Execution& execution)
+{
+  checkSizes(system, d);
+  std::vector<Real> product(d.size());
+  const double quadratic = applySystemAndDot(system, d.data(), product.data(), execution);
+  const double linear = dotProduct(system.data->rightHandSide(), d, execution);
+  return (.5 * quadratic - linear) / static_cast<double>(d.size());
+}
+
+template <typename Real>
+double relativeResidual(const LinearSystem<Real>& system, const std::vector<Real>& d, Execution& execution)
+{
+  checkSizes(system, d);
+  const std::vector<Real>& b = system.data->rightHandSide();
+  std::vector<Real> residual(d.size());
+  const double squared = systemResidual(system, b.data(), d.data(), residual.data(), execution);
+  const double norm = std::sqrt(dotProduct(b, b, execution));
+  return norm > 0 ? std::sqrt(squared) / norm : std::sqrt(squared);
+}
+
+bool hasCholesky()
+{
+#ifdef MRF_HAVE_CHOLMOD
+  return true;
+#else
+  return false;
+#endif
+}
+
+#define MRF_INSTANTIATE(Real)                                                                                          \
+  template SolveReport solve(const LinearSystem<Real>&, const SolverOptions&, double, std::vector<Real>&, Execution&); \
+  template double energy(const LinearSystem<Real>&, const std::vector<Real>&, Execution&);                             \
+  template double relativeResidual(const LinearSystem<Real>&, const std::vector<Real>&, Execution&);
+
+MRF_INSTANTIATE(float)
+MRF_INSTANTIATE(double)
+#undef MRF_INSTANTIATE
+
+} // namespace mrf
+} // namespace pcl

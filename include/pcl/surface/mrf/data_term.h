@@ -27,8 +27,12 @@ public:
 
   virtual GridSize size() const = 0;
 
-  /// y += C x for the planes z in [zBegin, zEnd). Called concurrently for disjoint ranges of planes.
-  virtual void addProduct(const Real* x, Real* y, int zBegin, int zEnd) const = 0;
+  /// y += C x on plane z. The solvers keep only a window of x in memory order, so x comes as the planes z − 1, z and
+  /// z + 1; at the grid's border the missing one is the plane z itself. Called concurrently.
+  virtual void addPlaneProduct(int z, const Real* below, const Real* centre, const Real* above, Real* y) const = 0;
+
+  /// y += C x for the planes z in [zBegin, zEnd) of whole arrays.
+  void addProduct(const Real* x, Real* y, int zBegin, int zEnd) const;
 
   /// b, one value per voxel.
   virtual const std::vector<Real>& rightHandSide() const = 0;
@@ -40,8 +44,11 @@ public:
   virtual Real spectralBound() const = 0;
 
   /// The term on the grid size().coarsened(), scaled for a prior of the given order as a multigrid level needs it
-  /// (right-hand side not needed, may be empty).
+  /// (right-hand side not needed, may be empty). An axis of one voxel stays as it is.
   virtual std::unique_ptr<DataTerm> coarsened(Prior prior) const = 0;
+
+  /// True if C has no entry off its diagonal.
+  virtual bool isDiagonal() const = 0;
 
   /// Appends the entries of C (both triangles).
   virtual void appendEntries(std::vector<Eigen::Triplet<double, std::int64_t>>& entries) const = 0;

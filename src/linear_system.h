@@ -1,0 +1,54 @@
+/// \file
+/// \brief What the solvers share: products with the whole system, dot products, slabs, the explicit matrix.
+#pragma once
+
+#include <pcl/surface/mrf/data_term.h>
+#include <pcl/surface/mrf/execution.h>
+
+#include <Eigen/SparseCore>
+
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Below this size the overhead of waking threads exceeds what they gain.
+constexpr std::int64_t serialVoxels = 100000;
+
+/// Voxels per partial sum of a dot product.
+constexpr std::int64_t sumGrain = 1 << 16;
+
+/// Planes per slab: one slab per thread, one in all on small grids. Planes are computed alike whatever the slab, so
+/// this may depend on the number of threads.
+int slabThickness(const GridSize& size, const Execution& execution);
+
+/// The mean of the up to 8 children of each voxel of the grid size.coarsened(), times `scale`.
+template <typename Real>
+std::vector<Real> meanOfChildren(const GridSize& size, const std::vector<Real>& values, Real scale);
+
+/// y = (P + C) x.
+template <typename Real>
+void applySystem(const LinearSystem<Real>& system, const Real* x, Real* y, Execution& execution);
+
+/// y = (P + C) x. \return xᵀ(P + C)x
+template <typename Real>
+double applySystemAndDot(const LinearSystem<Real>& system, const Real* x, Real* y, Execution& execution);
+
+/// r = b − (P + C) x. \return ‖r‖²
+template <typename Real>
+double systemResidual(const LinearSystem<Real>& system, const Real* b, const Real* x, Real* r, Execution& execution);
+
+/// xᵀy in double precision; the same for any number of threads.
+template <typename Real>
+double dotProduct(const std::vector<Real>& x, const std::vector<Real>& y, Execution& execution);
+
+/// P as an explicit matrix.
+template <typename Real>
+Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t> priorMatrix(const PriorOperator<Real>& prior);
+
+/// P + C as an explicit matrix, both triangles. About 7, 25 or 63 entries per voxel for k = 1, 2, 3.
+template <typename Real>
+Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t> systemMatrix(const LinearSystem<Real>& system);
+
+} // namespace mrf
+} // namespace pcl
