@@ -1,5 +1,6 @@
 // Reconstructs a sphere as a user of the installed library would. Arguments: the solver, and for "cholesky" whether the
-// library has CHOLMOD ("with" or "without"): without it, asking for that solver must fail in a way that can be understood.
+// library has CHOLMOD ("with" or "without"): without it, asking for that solver must fail in a way that can be
+// understood.
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <pcl/point_types.h>

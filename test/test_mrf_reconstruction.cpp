@@ -1,0 +1,757 @@
+// The contract of pcl::MRFReconstruction: what PCL users rely on, and what happens with input that cannot work.
+#include "support/clouds.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf_reconstruction.h>
+
+#include <pcl/console/print.h>
+#include <pcl/search/kdtree.h>
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+
+using pcl::mrf::Status;
+
+namespace {
+
+using Mrf = pcl::MRFReconstruction<pcl::PointNormal>;
+using Cloud = pcl::PointCloud<pcl::PointNormal>;
+
+constexpr double spacing = .15; // about 500 points on the unit sphere
+
+const pcl::mrf::PointSet& sphere()
+{
+  static const pcl::mrf::PointSet points = shapes::sample(shapes::sphere(1), 1.2, spacing);
+  return points;
+}
+
+Cloud::Ptr sphereCloud()
+{
+  return clouds::make<pcl::PointNormal>(sphere());
+}
+
+/// A square patch of the plane z = 0 with about 400 points.
+pcl::mrf::PointSet patch()
+{
+  return shapes::filter(shapes::sample(shapes::plane(Eigen::Vector3d::UnitZ()), 1.2, .1),
+                        [](const Eigen::Vector3f& p) { return p.cwiseAbs().maxCoeff() < 1; });
+}
+
+/// Outputs that hold something, so that a test sees whether they were cleared.
+template <typename PointT>
+struct Outputs {
+  pcl::PolygonMesh mesh;
+  pcl::PointCloud<PointT> points;
+  std::vector<pcl::Vertices> polygons;
+
+  Outputs()
+  {
+    polygons.resize(3);
+    points.resize(5);
+    mesh.polygons = polygons;
+    pcl::toPCLPointCloud2(points, mesh.cloud);
+  }
+};
+
+/// Runs both overloads on something that must fail. \return the message
+template <typename PointT>
+std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, Status status)
+{
+  Outputs<PointT> outputs;
+  mrf.reconstruct(outputs.mesh);
+  EXPECT_EQ(toString(mrf.getReport().status), std::string(toString(status))) << mrf.getReport().message;
+  EXPECT_TRUE(outputs.mesh.polygons.empty());
+  EXPECT_TRUE(outputs.mesh.cloud.data.empty());
+  EXPECT_EQ(outputs.mesh.cloud.width, 0u);
+  const std::string message = mrf.getReport().message;
+  EXPECT_GT(message.size(), 10u);
+
+  mrf.reconstruct(outputs.points, outputs.polygons);
+  EXPECT_EQ(mrf.getReport().status, status);
+  EXPECT_EQ(mrf.getReport().message, message);
+  EXPECT_TRUE(outputs.points.empty());
+  EXPECT_TRUE(outputs.polygons.empty());
+  EXPECT_TRUE(mrf.getDistanceField().empty());
+  return message;
+}
+
+template <typename PointT>
+std::string expectInvalidCloud(const typename pcl::PointCloud<PointT>::Ptr& cloud)
+{
+  pcl::MRFReconstruction<PointT> mrf;
+  mrf.setInputCloud(cloud);
+  return expectFailure(mrf, Status::invalidInput);
+}
+
+pcl::mrf::TriangleMesh run(Mrf& mrf)
+{
+  pcl::PolygonMesh mesh;
+  mrf.reconstruct(mesh);
+  EXPECT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  return clouds::plain(mesh);
+}
+
+bool sameBytes(const pcl::mrf::TriangleMesh& a, const pcl::mrf::TriangleMesh& b)
+{
+  return a.vertices == b.vertices && a.triangles == b.triangles && a.normals == b.normals &&
+         a.confidences == b.confidences;
+}
+
+/// PCL prints the errors that these tests provoke; they would hide the test's own.
+class Quiet : public ::testing::Environment {
+public:
+  void SetUp() override { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
+};
+const auto* const quiet = ::testing::AddGlobalTestEnvironment(new Quiet);
+
+} // namespace
+
+template <typename PointT>
+class EveryPointType : public ::testing::Test {};
+using PointTypes = ::testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZRGB, pcl::PointNormal,
+                                    pcl::PointXYZINormal, pcl::PointXYZRGBNormal>;
+TYPED_TEST_SUITE(EveryPointType, PointTypes);
+
+TYPED_TEST(EveryPointType, givesAClosedSphereThroughBothOverloads)
+{
+  using Point = TypeParam;
+  typename pcl::PointCloud<Point>::Ptr cloud = clouds::make<Point>(sphere());
+  cloud->header.frame_id = "scanner";
+  cloud->header.stamp = 1234567;
+  pcl::MRFReconstruction<Point> mrf;
+  mrf.setInputCloud(cloud);
+  pcl::PolygonMesh output;
+  mrf.reconstruct(output);
+  const pcl::mrf::Report report = mrf.getReport();
+  ASSERT_EQ(report.status, Status::ok) << report.message;
+  EXPECT_EQ(report.normalsEstimated, !pcl::traits::has_normal<Point>::value);
+  EXPECT_EQ(report.points.used, static_cast<std::int64_t>(cloud->size()));
+
+  const pcl::mrf::TriangleMesh mesh = clouds::plain(output);
+  const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(mesh);
+  EXPECT_TRUE(statistics.closed() && statistics.manifold());
+  EXPECT_EQ(statistics.eulerCharacteristic, 2);
+  EXPECT_EQ(statistics.components, 1);
+  EXPECT_EQ(statistics.triangles, report.mesh.triangles);
+  // Points of spacing 0.15 on curvature 1: chords and tangents are off by spacing²/2 = 1 %, thrice that in the volume.
+  EXPECT_NEAR(statistics.volume, 4 * M_PI / 3, .05 * 4 * M_PI / 3);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    EXPECT_NEAR(mesh.normals[v].norm(), 1, 1e-5);
+    EXPECT_GT(mesh.normals[v].dot(mesh.vertices[v].normalized()), .95f) << "outward";
+  }
+
+  for (const char* field : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "confidence"})
+    EXPECT_TRUE(clouds::hasField(output, field)) << field;
+  EXPECT_EQ(clouds::hasField(output, "rgb"), pcl::traits::has_color<Point>::value);
+  EXPECT_EQ(clouds::hasField(output, "intensity"), pcl::traits::has_intensity<Point>::value);
+  EXPECT_EQ(output.header.frame_id, "scanner");
+  EXPECT_EQ(output.header.stamp, 1234567u);
+  EXPECT_EQ(output.cloud.header.frame_id, "scanner");
+
+  pcl::PointCloud<Point> points;
+  std::vector<pcl::Vertices> polygons;
+  mrf.reconstruct(points, polygons);
+  EXPECT_EQ(points.header.frame_id, "scanner");
+  EXPECT_EQ(clouds::triangles(polygons), mesh.triangles);
+  ASSERT_EQ(points.size(), mesh.vertices.size());
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    EXPECT_EQ(Eigen::Vector3f(points[v].getVector3fMap()), mesh.vertices[v]);
+    if constexpr (pcl::traits::has_normal<Point>::value) {
+      EXPECT_EQ(Eigen::Vector3f(points[v].getNormalVector3fMap()), mesh.normals[v]);
+    }
+  }
+}
+
+TYPED_TEST(EveryPointType, refusesNormalsThatTheTypeLacks)
+{
+  using Point = TypeParam;
+  for (const auto source : {pcl::mrf::NormalSource::use, pcl::mrf::NormalSource::reference}) {
+    pcl::MRFReconstruction<Point> mrf;
+    mrf.setInputCloud(clouds::make<Point>(sphere()));
+    mrf.setNormalSource(source);
+    if (!pcl::traits::has_normal<Point>::value) {
+      EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("normals"), std::string::npos);
+      continue;
+    }
+    pcl::PolygonMesh mesh;
+    mrf.reconstruct(mesh);
+    EXPECT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+    EXPECT_EQ(mrf.getReport().normalsEstimated, source == pcl::mrf::NormalSource::reference);
+  }
+}
+
+TEST(BadInput, missingOrEmptyCloud)
+{
+  Mrf mrf;
+  expectFailure(mrf, Status::invalidInput);
+  expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr());
+  expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr(new Cloud));
+}
+
+TEST(BadInput, tooFewPoints)
+{
+  for (const std::size_t count : {1, 2, 3}) {
+    Cloud::Ptr cloud = sphereCloud();
+    cloud->resize(count);
+    EXPECT_NE(expectInvalidCloud<pcl::PointNormal>(cloud).find(std::to_string(count)), std::string::npos);
+    expectInvalidCloud<pcl::PointXYZ>([&] {
+      pcl::PointCloud<pcl::PointXYZ>::Ptr positions = clouds::make<pcl::PointXYZ>(sphere());
+      positions->resize(count);
+      return positions;
+    }());
+  }
+}
+
+TEST(BadInput, onePlaceOnly)
+{
+  expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr(new Cloud(50, 1, sphereCloud()->front())));
+  expectInvalidCloud<pcl::PointXYZ>(
+      pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>(50, 1, pcl::PointXYZ(1, 2, 3))));
+}
+
+TEST(BadInput, collinear)
+{
+  pcl::PointCloud<pcl::PointXYZ>::Ptr line(new pcl::PointCloud<pcl::PointXYZ>);
+  for (int i = 0; i < 100; ++i)
+    line->push_back(pcl::PointXYZ(.01f * static_cast<float>(i), .02f * static_cast<float>(i), 0));
+  // No plane fits a line in one way only: there are no normals to be had.
+  expectInvalidCloud<pcl::PointXYZ>(line);
+}
+
+TEST(BadInput, nothingFinite)
+{
+  Cloud::Ptr cloud = sphereCloud();
+  for (pcl::PointNormal& point : *cloud)
+    point.y = std::numeric_limits<float>::quiet_NaN();
+  cloud->is_dense = false;
+  expectInvalidCloud<pcl::PointNormal>(cloud);
+}
+
+TEST(BadInput, onlyZeroNormals)
+{
+  Cloud::Ptr cloud = sphereCloud();
+  for (pcl::PointNormal& point : *cloud)
+    point.getNormalVector3fMap().setZero();
+  const std::string message = expectInvalidCloud<pcl::PointNormal>(cloud);
+  EXPECT_NE(message.find("normal"), std::string::npos);
+
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  mrf.setNormalSource(pcl::mrf::NormalSource::estimate);
+  EXPECT_TRUE(pcl::mrf::measure(run(mrf)).closed()) << "the cloud's normals do not matter when they are ignored";
+}
+
+TEST(BadInput, unusablePointsAreCountedAndDropped)
+{
+  Cloud::Ptr cloud = sphereCloud();
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  const pcl::mrf::TriangleMesh clean = run(mrf);
+
+  Cloud::Ptr dirty(new Cloud(*cloud));
+  const std::size_t count = cloud->size();
+  for (std::size_t i = 0; i < 40; ++i)
+    dirty->push_back((*cloud)[i]);
+  for (int i = 0; i < 3; ++i)
+    dirty->push_back(cloud->front());
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    pcl::PointNormal point = cloud->front();
+    point.z = bad;
+    dirty->push_back(point);
+    point = cloud->front();
+    point.x += .01f;
+    point.normal_x = bad;
+    dirty->push_back(point);
+  }
+  pcl::PointNormal withoutNormal = cloud->front();
+  withoutNormal.x += .02f;
+  withoutNormal.getNormalVector3fMap().setZero();
+  dirty->push_back(withoutNormal);
+  dirty->is_dense = false;
+
+  mrf.setInputCloud(dirty);
+  const pcl::mrf::TriangleMesh mesh = run(mrf);
+  const pcl::mrf::PointCounts& counts = mrf.getReport().points;
+  EXPECT_EQ(counts.input, static_cast<std::int64_t>(dirty->size()));
+  EXPECT_EQ(counts.duplicates, 43);
+  EXPECT_EQ(counts.notFinite, 2);
+  EXPECT_EQ(counts.zeroNormals, 3);
+  EXPECT_EQ(counts.used, static_cast<std::int64_t>(count));
+  EXPECT_EQ(counts.used + counts.duplicates + counts.notFinite + counts.zeroNormals + counts.zeroConfidence +
+                counts.outliersBySpacing + counts.outliersByStatistics + counts.noiseByPlaneFit +
+                counts.smallComponents,
+            counts.input);
+  EXPECT_TRUE(sameBytes(mesh, clean)) << "what is left are the same points in the same order";
+}
+
+TEST(BadInput, indicesOutsideTheCloud)
+{
+  for (const int index : {-1, 1000000}) {
+    Mrf mrf;
+    mrf.setInputCloud(sphereCloud());
+    pcl::IndicesPtr indices(new pcl::Indices{0, 1, index, 2, 3});
+    mrf.setIndices(indices);
+    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find(std::to_string(index)), std::string::npos);
+  }
+}
+
+TEST(BadInput, noIndices)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  mrf.setIndices(pcl::IndicesPtr(new pcl::Indices));
+  expectFailure(mrf, Status::invalidInput);
+}
+
+TEST(BadInput, sensorsAndViewsThatDoNotFit)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, {0, 0, 0});
+  EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("3"), std::string::npos) << "3 views";
+  std::vector<std::int32_t> views(sphere().size(), 0);
+  views.back() = 1;
+  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, views);
+  expectFailure(mrf, Status::invalidInput);
+  views.back() = -1;
+  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, views);
+  expectFailure(mrf, Status::invalidInput);
+}
+
+TEST(BadInput, confidenceFieldThatIsMissing)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  pcl::mrf::Options options;
+  options.confidenceField = "trust";
+  mrf.setOptions(options);
+  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("trust"), std::string::npos);
+}
+
+TEST(Coplanar, patchGivesThePatch)
+{
+  // With normals, and without: then its side is arbitrary, its shape is not.
+  const pcl::mrf::PointSet points = patch();
+  Mrf withNormals;
+  withNormals.setInputCloud(clouds::make<pcl::PointNormal>(points));
+  pcl::PolygonMesh first, second;
+  withNormals.reconstruct(first);
+  ASSERT_EQ(withNormals.getReport().status, Status::ok) << withNormals.getReport().message;
+  pcl::MRFReconstruction<pcl::PointXYZ> estimated;
+  estimated.setInputCloud(clouds::make<pcl::PointXYZ>(points));
+  estimated.reconstruct(second);
+  ASSERT_EQ(estimated.getReport().status, Status::ok) << estimated.getReport().message;
+
+  for (const pcl::PolygonMesh* output : {&first, &second}) {
+    const pcl::mrf::TriangleMesh mesh = clouds::plain(*output);
+    const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(mesh);
+    EXPECT_TRUE(statistics.manifold());
+    EXPECT_EQ(statistics.components, 1);
+    EXPECT_EQ(statistics.boundaryLoops, 1);
+    // Support reaches dEmax = 3 l̄ = 0.3 beyond the points, and triangles with one supported vertex are kept: one edge
+    // (h = 0.2) more. It may not end before the points do.
+    EXPECT_GT(statistics.area, 2 * 2);
+    EXPECT_LT(statistics.area, 3 * 3);
+    for (const Eigen::Vector3f& vertex : mesh.vertices)
+      EXPECT_LT(std::abs(vertex.z()), .01f) << "a twentieth of a voxel: the data is exact";
+  }
+  for (const Eigen::Vector3f& normal : clouds::plain(first).normals)
+    EXPECT_GT(normal.z(), .99f);
+}
+
+TEST(Interface, honoursIndices)
+{
+  Cloud::Ptr both = sphereCloud();
+  pcl::IndicesPtr indices(new pcl::Indices);
+  for (std::size_t i = 0; i < sphere().size(); ++i) {
+    pcl::PointNormal point = (*both)[i];
+    point.x += 10;
+    indices->push_back(static_cast<int>(both->size()));
+    both->push_back(point);
+  }
+  Mrf mrf;
+  mrf.setInputCloud(both);
+  EXPECT_EQ(pcl::mrf::measure(run(mrf)).components, 2);
+  mrf.setIndices(indices);
+  const pcl::mrf::TriangleMesh mesh = run(mrf);
+  EXPECT_EQ(pcl::mrf::measure(mesh).components, 1);
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    EXPECT_GT(vertex.x(), 8);
+  EXPECT_EQ(mrf.getReport().points.input, static_cast<std::int64_t>(indices->size()));
+}
+
+TEST(Interface, worksThroughBaseClassPointers)
+{
+  Mrf direct;
+  direct.setInputCloud(sphereCloud());
+  const pcl::mrf::TriangleMesh expected = run(direct);
+
+  pcl::SurfaceReconstruction<pcl::PointNormal>::Ptr surface(new Mrf);
+  surface->setInputCloud(sphereCloud());
+  pcl::PolygonMesh mesh;
+  surface->reconstruct(mesh);
+  EXPECT_TRUE(sameBytes(clouds::plain(mesh), expected));
+
+  Mrf::Ptr derived(new Mrf);
+  pcl::PCLSurfaceBase<pcl::PointNormal>::Ptr base = derived;
+  base->setInputCloud(sphereCloud());
+  pcl::PolygonMesh again;
+  base->reconstruct(again);
+  EXPECT_TRUE(sameBytes(clouds::plain(again), expected));
+}
+
+TEST(Interface, namesItself)
+{
+  struct Named : Mrf {
+    using Mrf::getClassName;
+  };
+  EXPECT_EQ(Named().getClassName(), "MRFReconstruction");
+}
+
+TEST(Interface, oneObjectServesManyClouds)
+{
+  const auto torus = clouds::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, spacing));
+  Mrf fresh;
+  fresh.setInputCloud(torus);
+  const pcl::mrf::TriangleMesh expected = run(fresh);
+
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  run(mrf);
+  mrf.setInputCloud(Cloud::Ptr(new Cloud));
+  expectFailure(mrf, Status::invalidInput);
+  mrf.setInputCloud(torus);
+  EXPECT_TRUE(sameBytes(run(mrf), expected)) << "nothing of the earlier runs is left";
+  EXPECT_EQ(mrf.getReport().points.input, static_cast<std::int64_t>(torus->size()));
+  EXPECT_TRUE(mrf.getReport().warnings.empty()) << mrf.getReport().warnings.front();
+}
+
+namespace {
+
+struct CountingSearch : pcl::search::KdTree<pcl::PointNormal> {
+  mutable std::atomic<int> queries{0};
+  using pcl::search::KdTree<pcl::PointNormal>::nearestKSearch;
+  using pcl::search::KdTree<pcl::PointNormal>::radiusSearch;
+
+  int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
+                     std::vector<float>& distances) const override
+  {
+    ++queries;
+    return pcl::search::KdTree<pcl::PointNormal>::nearestKSearch(point, k, indices, distances);
+  }
+  int radiusSearch(const pcl::PointNormal& point, double radius, pcl::Indices& indices, std::vector<float>& distances,
+                   unsigned int limit) const override
+  {
+    ++queries;
+    return pcl::search::KdTree<pcl::PointNormal>::radiusSearch(point, radius, indices, distances, limit);
+  }
+};
+
+} // namespace
+
+TEST(Interface, asksTheGivenSearchObject)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  const pcl::mrf::TriangleMesh expected = run(mrf);
+  const pcl::shared_ptr<CountingSearch> search(new CountingSearch);
+  mrf.setSearchMethod(search);
+  EXPECT_TRUE(sameBytes(run(mrf), expected)) << "the same exact queries";
+  // One query per point for the sampling density, and more than one per point for the observation (2.8 at h = 2 l̄).
+  EXPECT_GT(search->queries, 3 * static_cast<int>(sphere().size()));
+}
+
+TEST(Interface, fieldIsReadableAndFitsTheMesh)
+{
+  Cloud::Ptr cloud = sphereCloud();
+  for (pcl::PointNormal& point : *cloud)
+    point.getVector3fMap() += Eigen::Vector3f(100, 200, 300);
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  EXPECT_TRUE(mrf.getDistanceField().empty());
+  const pcl::mrf::TriangleMesh mesh = run(mrf);
+  const pcl::mrf::DistanceField& field = mrf.getDistanceField();
+  ASSERT_FALSE(field.empty());
+  const double h = field.lattice().spacing;
+  EXPECT_NEAR(h, 2 * mrf.getReport().density.spacing, 1e-6);
+  EXPECT_NEAR(mrf.getReport().options.multiscale.voxelSize, h, 1e-6) << "the report shows what was derived";
+  EXPECT_EQ(mrf.getOptions().multiscale.voxelSize, 0) << "the request stays as it was";
+  for (const Eigen::Vector3f& vertex : mesh.vertices) {
+    const Eigen::Vector3f position = (vertex.cast<double>() - mrf.getOffset()).cast<float>();
+    EXPECT_LT(std::abs(field.sampleDistance(position)), .1 * h);
+  }
+  const Eigen::Vector3f centre = (Eigen::Vector3d(100, 200, 300) - mrf.getOffset()).cast<float>();
+  EXPECT_LT(field.sampleDistance(centre), -h) << "negative inside";
+}
+
+TEST(VertexFields, confidenceTellsObservedFromInvented)
+{
+  const pcl::mrf::PointSet open =
+      shapes::filter(sphere(), [](const Eigen::Vector3f& position) { return position.z() < .4f; });
+  Mrf mrf;
+  mrf.setInputCloud(clouds::make<pcl::PointNormal>(open));
+  mrf.setTrimming(pcl::mrf::Trimming::none);
+  const pcl::mrf::TriangleMesh mesh = run(mrf);
+  const float reach = mrf.getReport().options.observation.maxDistance;
+  const auto h = static_cast<float>(mrf.getReport().options.multiscale.voxelSize);
+  int observed = 0, invented = 0;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    float nearest = std::numeric_limits<float>::max();
+    for (const Eigen::Vector3f& position : open.positions)
+      nearest = std::min(nearest, (mesh.vertices[v] - (position + open.offset.cast<float>())).norm());
+    EXPECT_GE(mesh.confidences[v], 0);
+    EXPECT_LE(mesh.confidences[v], 1);
+    // α is interpolated between voxel centres, which are up to √3 h away.
+    if (nearest > reach + 1.74f * h) {
+      EXPECT_EQ(mesh.confidences[v], 0);
+      ++invented;
+    }
+    if (nearest < .5f * reach) {
+      EXPECT_GT(mesh.confidences[v], .2f);
+      ++observed;
+    }
+  }
+  EXPECT_GT(observed, 50);
+  EXPECT_GT(invented, 5);
+}
+
+TEST(VertexFields, coloursAreInterpolated)
+{
+  pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud = clouds::make<pcl::PointXYZRGBNormal>(sphere());
+  const auto red = [](const auto& point) { return 128 + 100 * point.x; };
+  for (pcl::PointXYZRGBNormal& point : *cloud) {
+    point.r = static_cast<std::uint8_t>(red(point));
+    point.g = 7;
+    point.b = 250;
+  }
+  pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;
+  mrf.setInputCloud(cloud);
+  pcl::PolygonMesh output;
+  mrf.reconstruct(output);
+  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  pcl::PointCloud<pcl::PointXYZRGBNormal> points, direct;
+  pcl::fromPCLPointCloud2(output.cloud, points);
+  std::vector<pcl::Vertices> polygons;
+  mrf.reconstruct(direct, polygons);
+  ASSERT_EQ(points.size(), direct.size());
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    // The 4 nearest points lie within 2 l̄, and the nearest weigh most: half of the largest change over that.
+    EXPECT_NEAR(points[v].r, red(points[v]), 100 * spacing + 1);
+    EXPECT_EQ(points[v].g, 7);
+    EXPECT_EQ(points[v].b, 250);
+    EXPECT_EQ(points[v].rgba & 0xffffff, direct[v].rgba & 0xffffff);
+  }
+}
+
+TEST(VertexFields, intensityIsInterpolated)
+{
+  pcl::PointCloud<pcl::PointXYZI>::Ptr cloud = clouds::make<pcl::PointXYZI>(sphere());
+  for (pcl::PointXYZI& point : *cloud)
+    point.intensity = 5 + point.y;
+  pcl::MRFReconstruction<pcl::PointXYZI> mrf;
+  mrf.setInputCloud(cloud);
+  pcl::PolygonMesh output;
+  mrf.reconstruct(output);
+  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  pcl::PointCloud<pcl::PointXYZI> points;
+  pcl::fromPCLPointCloud2(output.cloud, points);
+  for (const pcl::PointXYZI& point : points)
+    EXPECT_NEAR(point.intensity, 5 + point.y, spacing);
+}
+
+TEST(VertexFields, colourModes)
+{
+  pcl::MRFReconstruction<pcl::PointXYZRGB> coloured;
+  coloured.setInputCloud(clouds::make<pcl::PointXYZRGB>(sphere()));
+  coloured.setColourMode(pcl::mrf::ColourMode::none);
+  pcl::PolygonMesh output;
+  coloured.reconstruct(output);
+  ASSERT_EQ(coloured.getReport().status, Status::ok);
+  EXPECT_FALSE(clouds::hasField(output, "rgb"));
+
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  mrf.setColourMode(pcl::mrf::ColourMode::confidence);
+  mrf.reconstruct(output);
+  ASSERT_EQ(mrf.getReport().status, Status::ok);
+  ASSERT_TRUE(clouds::hasField(output, "rgb"));
+  pcl::PointCloud<pcl::PointXYZRGB> points;
+  pcl::fromPCLPointCloud2(output.cloud, points);
+  const std::vector<float> confidences = clouds::plain(output).confidences;
+  for (std::size_t v = 0; v < points.size(); ++v)
+    EXPECT_EQ((pcl::mrf::Rgb{points[v].r, points[v].g, points[v].b}), pcl::mrf::confidenceColour(confidences[v]));
+}
+
+TEST(VertexFields, pointConfidencesWeighTheData)
+{
+  // A second sheet inside the sphere; a low confidence must move the surface towards the trusted one.
+  pcl::PointCloud<pcl::PointXYZINormal>::Ptr cloud = clouds::make<pcl::PointXYZINormal>(sphere());
+  for (pcl::PointXYZINormal& point : *cloud)
+    point.intensity = point.z > 0 ? 1 : 0;
+  pcl::MRFReconstruction<pcl::PointXYZINormal> mrf;
+  mrf.setInputCloud(cloud);
+  pcl::mrf::Options options;
+  options.confidenceField = "intensity";
+  options.trimming.trimming = pcl::mrf::Trimming::none;
+  mrf.setOptions(options);
+  pcl::PolygonMesh output;
+  mrf.reconstruct(output);
+  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  std::int64_t trusted = 0;
+  for (const pcl::PointXYZINormal& point : *cloud)
+    trusted += point.z > 0;
+  EXPECT_EQ(mrf.getReport().points.used, trusted);
+  EXPECT_EQ(mrf.getReport().points.zeroConfidence, static_cast<std::int64_t>(cloud->size()) - trusted);
+
+  for (pcl::PointXYZINormal& point : *cloud)
+    point.intensity = .1f;
+  mrf.reconstruct(output);
+  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  const std::vector<float> confidences = clouds::plain(output).confidences;
+  EXPECT_LE(*std::max_element(confidences.begin(), confidences.end()), .1001f) << "the scanner's multiplies α";
+}
+
+TEST(Sensors, turnNormalsTowardsThem)
+{
+  const pcl::mrf::PointSet points = patch();
+  for (const double side : {-1., 1.}) {
+    pcl::MRFReconstruction<pcl::PointXYZ> mrf;
+    mrf.setInputCloud(clouds::make<pcl::PointXYZ>(points));
+    mrf.setSensorPosition({.3, .2, side * 4});
+    pcl::PolygonMesh output;
+    mrf.reconstruct(output);
+    ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+    EXPECT_EQ(mrf.getReport().vote, pcl::mrf::OrientationVote::sensor);
+    EXPECT_NEAR(mrf.getReport().orientation.agreement, 1, .01);
+    for (const Eigen::Vector3f& normal : clouds::plain(output).normals)
+      EXPECT_GT(side * normal.z(), .99);
+  }
+}
+
+TEST(Sensors, viewsAreOfTheCloudNotOfTheIndices)
+{
+  // Two parallel patches seen from between them, and indices that drop every other point.
+  pcl::mrf::PointSet lower = patch();
+  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+  std::vector<std::int32_t> views;
+  for (const int level : {0, 1})
+    for (const Eigen::Vector3f& position : lower.positions) {
+      cloud->push_back(pcl::PointXYZ(position.x(), position.y(), position.z() + 4 * static_cast<float>(level)));
+      views.push_back(level);
+    }
+  pcl::IndicesPtr indices(new pcl::Indices);
+  for (std::size_t i = 0; i < cloud->size(); ++i)
+    if (i % 3 != 0)
+      indices->push_back(static_cast<int>(i));
+  pcl::MRFReconstruction<pcl::PointXYZ> mrf;
+  mrf.setInputCloud(cloud);
+  mrf.setIndices(indices);
+  // Each patch is nearer to the other one's sensor: only the views tell.
+  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 3.5), Eigen::Vector3d(0, 0, .5)}, views);
+  pcl::PolygonMesh output;
+  mrf.reconstruct(output);
+  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  EXPECT_GT(mrf.getReport().orientation.agreement, .99);
+  const pcl::mrf::TriangleMesh mesh = clouds::plain(output);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    EXPECT_GT(mesh.normals[v].z() * (mesh.vertices[v].z() < 2 ? 1.f : -1.f), .5f) << mesh.vertices[v].transpose();
+}
+
+TEST(Progress, reportsStagesAndFractions)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  std::vector<std::string> stages;
+  double last = 0;
+  mrf.setProgressCallback([&](const std::string& stage, double fraction) {
+    EXPECT_GE(fraction, 0);
+    EXPECT_LE(fraction, 1);
+    if (stages.empty() || stages.back() != stage) {
+      stages.push_back(stage);
+      EXPECT_EQ(fraction, 0) << stage << " begins at 0";
+      last = 0;
+    }
+    EXPECT_GE(fraction, last) << stage;
+    last = fraction;
+    return true;
+  });
+  run(mrf);
+  EXPECT_GE(stages.size(), 5u);
+  ASSERT_FALSE(mrf.getReport().times.empty());
+  for (const pcl::mrf::StageTime& time : mrf.getReport().times)
+    EXPECT_NE(std::find(stages.begin(), stages.end(), time.stage), stages.end()) << time.stage;
+}
+
+TEST(Progress, cancelsWhereverItIsAsked)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  int calls = 0;
+  mrf.setProgressCallback([&](const std::string&, double) { return ++calls, true; });
+  const pcl::mrf::TriangleMesh expected = run(mrf);
+  ASSERT_GT(calls, 5);
+  for (int stopAt = 1, total = calls; stopAt <= total; stopAt += std::max(1, total / 7)) {
+    calls = 0;
+    mrf.setProgressCallback([&](const std::string&, double) { return ++calls < stopAt; });
+    Outputs<pcl::PointNormal> outputs;
+    mrf.reconstruct(outputs.mesh);
+    EXPECT_EQ(mrf.getReport().status, Status::cancelled) << "at call " << stopAt;
+    EXPECT_EQ(calls, stopAt) << "nothing is called after it asked to stop";
+    EXPECT_TRUE(outputs.mesh.polygons.empty() && outputs.mesh.cloud.data.empty());
+    EXPECT_TRUE(mrf.getDistanceField().empty());
+  }
+  mrf.setProgressCallback({});
+  EXPECT_TRUE(sameBytes(run(mrf), expected)) << "the object works after it was cancelled";
+}
+
+TEST(Errors, areRethrownOnRequest)
+{
+  Mrf mrf;
+  mrf.setThrowing(true);
+  Outputs<pcl::PointNormal> outputs;
+  EXPECT_THROW(mrf.reconstruct(outputs.mesh), pcl::mrf::InvalidInput);
+  EXPECT_TRUE(outputs.mesh.polygons.empty() && outputs.mesh.cloud.data.empty());
+  EXPECT_EQ(mrf.getReport().status, Status::invalidInput);
+
+  mrf.setInputCloud(sphereCloud());
+  mrf.setBeta(1.5f);
+  EXPECT_THROW(mrf.reconstruct(outputs.points, outputs.polygons), pcl::mrf::InvalidOption);
+  EXPECT_TRUE(outputs.points.empty() && outputs.polygons.empty());
+  EXPECT_THROW(mrf.reconstruct(outputs.mesh), pcl::PCLException) << "PCL's own type catches them as well";
+
+  mrf.setBeta(.99f);
+  mrf.setProgressCallback([](const std::string&, double) { return false; });
+  EXPECT_THROW(mrf.reconstruct(outputs.mesh), pcl::mrf::Cancelled);
+}
+
+TEST(Errors, memoryLimitNamesTheVoxelSizeThatFits)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  pcl::mrf::Options options;
+  options.multiscale.voxelSize = .01f;
+  options.multiscale.maxMemory = std::size_t{1} << 20;
+  mrf.setOptions(options);
+  const std::string message = expectFailure(mrf, Status::resourceLimit);
+  EXPECT_NE(message.find("voxel"), std::string::npos) << message;
+}
+
+TEST(Errors, reportOfAFailureHasWhatWasDone)
+{
+  Mrf mrf;
+  EXPECT_NE(mrf.getReport().status, Status::ok) << "before the first run";
+  mrf.setInputCloud(sphereCloud());
+  run(mrf);
+  int calls = 0;
+  mrf.setProgressCallback([&](const std::string& stage, double) { return ++calls, stage != "polygonizer"; });
+  pcl::PolygonMesh mesh;
+  mrf.reconstruct(mesh);
+  ASSERT_EQ(mrf.getReport().status, Status::cancelled);
+  EXPECT_EQ(mrf.getReport().points.input, static_cast<std::int64_t>(sphere().size()));
+  EXPECT_GT(mrf.getReport().density.spacing, 0);
+  EXPECT_FALSE(mrf.getReport().levels.empty());
+  EXPECT_EQ(mrf.getReport().mesh.triangles, 0);
+}

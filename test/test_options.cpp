@@ -1,0 +1,112 @@
+// Every option's limits: the ends of its range are accepted, what lies beyond is refused with the option's name and
+// value.
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/options.h>
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+using pcl::mrf::Options;
+
+namespace {
+
+struct Limit {
+  std::string name;
+  std::function<void(Options&, double)> set;
+  std::vector<double> allowed, refused;
+};
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+template <typename Stage, typename Value>
+Limit limit(const char* name, Stage Options::*stage, Value Stage::*value, std::vector<double> allowed,
+            std::vector<double> refused)
+{
+  if (std::is_floating_point<Value>::value)
+    refused.insert(refused.end(), {nan, infinity, -infinity});
+  return {name, [=](Options& options, double x) { options.*stage.*value = static_cast<Value>(x); }, std::move(allowed),
+          std::move(refused)};
+}
+
+std::vector<Limit> limits()
+{
+  using namespace pcl::mrf;
+  const auto outliers = &Options::outliers;
+  const auto normals = &Options::normals;
+  const auto orientation = &Options::orientation;
+  const auto observation = &Options::observation;
+  const auto prior = &Options::prior;
+  const auto solver = &Options::solver;
+  const auto multiscale = &Options::multiscale;
+  const auto trimming = &Options::trimming;
+  const auto remesher = &Options::remesher;
+  return {
+      limit("spacingNeighbours", outliers, &OutlierOptions::spacingNeighbours, {1, 1000}, {0, -1, 1001}),
+      limit("spacingFactor", outliers, &OutlierOptions::spacingFactor, {1.001, 100}, {1, 0, -3}),
+      limit("statisticalNeighbours", outliers, &OutlierOptions::statisticalNeighbours, {1, 1000}, {0, -1, 1001}),
+      limit("statisticalDeviations", outliers, &OutlierOptions::statisticalDeviations, {.001, 10}, {0, -1}),
+      limit("radius", normals, &NormalOptions::radius, {0, 1}, {-1}),
+      limit("maxThirdEigenvalue", normals, &NormalOptions::maxThirdEigenvalue, {.001, 1. / 3}, {0, -.1, .34}),
+      limit("maxPlaneDistance", normals, &NormalOptions::maxPlaneDistance, {0, 1}, {-1}),
+      limit("neighbourDistance", orientation, &OrientationOptions::neighbourDistance, {0, 1}, {-1}),
+      limit("maxAngle", orientation, &OrientationOptions::maxAngle, {.001, 90}, {0, -1, 90.1}),
+      limit("minComponentShare", orientation, &OrientationOptions::minComponentShare, {0, .999}, {-.1, 1}),
+      limit("lowAgreement", orientation, &OrientationOptions::lowAgreement, {0, 1}, {-.1, 1.1}),
+      limit("neighbours", observation, &ObservationOptions::neighbours, {1, 100}, {0, -1, 101}),
+      limit("maxDistance", observation, &ObservationOptions::maxDistance, {0, 1}, {-1}),
+      limit("beta", prior, &PriorOptions::beta, {0, .999999}, {-.1, 1, 2}),
+      limit("maxIterations", solver, &SolverOptions::maxIterations, {0, 1000000}, {-1}),
+      limit("residualTolerance", solver, &SolverOptions::residualTolerance, {1e-12, .999}, {0, -1, 1}),
+      limit("changeTolerance", solver, &SolverOptions::changeTolerance, {0, 1}, {-1}),
+      limit("smootherDegree", solver, &SolverOptions::smootherDegree, {0, 50}, {-1, 51}),
+      limit("voxelSize", multiscale, &MultiscaleOptions::voxelSize, {0, 1}, {-1}),
+      limit("padding", multiscale, &MultiscaleOptions::padding, {2, 1000}, {1, -1, 1001}),
+      limit("coarsePadding", multiscale, &MultiscaleOptions::coarsePadding, {0, 4}, {-.1, 4.1}),
+      limit("coarsestSide", multiscale, &MultiscaleOptions::coarsestSide, {4, 256}, {3, -1, 257}),
+      limit("maxHole", trimming, &TrimmingOptions::maxHole, {0, 1}, {-1}),
+      limit("minComponentShare", trimming, &TrimmingOptions::minComponentShare, {0, .999}, {-.1, 1}),
+      limit("rounds", remesher, &RemesherOptions::rounds, {0, 1000}, {-1, 1001}),
+      limit("targetEdge", remesher, &RemesherOptions::targetEdge, {0, 1}, {-1}),
+      limit("relaxation", remesher, &RemesherOptions::relaxation, {.001, 1}, {0, -.1, 1.1}),
+      {"threads", [](Options& options, double x) { options.threads = static_cast<int>(x); }, {0, 1024}, {-1, 1025}},
+  };
+}
+
+} // namespace
+
+TEST(Options, endsOfTheRangesAreAccepted)
+{
+  for (const Limit& limit : limits())
+    for (const double value : limit.allowed) {
+      Options options;
+      limit.set(options, value);
+      EXPECT_NO_THROW(validate(options)) << limit.name << " = " << value;
+    }
+}
+
+TEST(Options, valuesBeyondThemAreRefusedByName)
+{
+  for (const Limit& limit : limits())
+    for (const double value : limit.refused) {
+      Options options;
+      limit.set(options, value);
+      try {
+        validate(options);
+        ADD_FAILURE() << limit.name << " = " << value << " was accepted";
+      } catch (const pcl::mrf::InvalidOption& error) {
+        EXPECT_NE(error.message().find(limit.name), std::string::npos) << error.message();
+        EXPECT_EQ(error.status(), pcl::mrf::Status::invalidOption);
+      }
+    }
+}
+
+TEST(Options, presetsAreValid)
+{
+  EXPECT_NO_THROW(validate(pcl::mrf::defaultPreset()));
+  EXPECT_NO_THROW(validate(pcl::mrf::paperPreset()));
+}
