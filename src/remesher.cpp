@@ -1,1 +1,514 @@
+#include "half_edge_mesh.h"
+
+#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/remesher.h>
+#include <pcl/surface/mrf/self_intersection.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <sstream>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Below this share of the equilateral triangle's shape, or this cosine to the field's normal, an operation is refused
+/// unless it makes things no worse. Marching cubes leaves slivers and crooked triangles: they must be free to improve.
+constexpr float minShape = .1f;
+constexpr float minCosine = .6f;
+/// Cosine of the largest angle by which a sound triangle may turn in one operation.
+constexpr float minTurnCosine = .5f;
+
+constexpr float squared(float value)
+{
+  return value * value;
+}
+
+/// What decides whether a triangle may replace another one.
+struct Shape {
+  Vector3f cross = Vector3f::Zero(); ///< normal, twice the area long
+  float shape = 1;                   ///< 4√3 area / sum of squared sides: 1 for equilateral, 0 for degenerate
+  float cosine = 1;                  ///< to the field's normal
+
+  /// The worse of both, with the sum of the normals.
+  Shape operator&(const Shape& other) const
+  {
+    return {cross + other.cross, std::min(shape, other.shape), std::min(cosine, other.cosine)};
+  }
+
+  bool sound() const { return shape >= minShape && cosine >= minCosine; }
+
+  bool mayReplace(const Shape& former) const
+  {
+    if (!(shape >= std::min(minShape, former.shape) && cosine >= std::min(minCosine, former.cosine) && shape > 1e-4f))
+      return false;
+    return !former.sound() || cross.dot(former.cross) >= minTurnCosine * cross.norm() * former.cross.norm();
+  }
+};
+
+struct Corner {
+  Vector3f position, normal;
+};
+
+Shape shapeOf(const Corner& a, const Corner& b, const Corner& c)
+{
+  const Vector3f u = b.position - a.position, v = c.position - a.position, w = c.position - b.position;
+  Shape result;
+  result.cross = u.cross(v);
+  const float doubleArea = result.cross.norm();
+  const float sides = u.squaredNorm() + v.squaredNorm() + w.squaredNorm();
+  const Vector3f normal = a.normal + b.normal + c.normal;
+  result.shape = sides > 0 ? 3.46410162f * doubleArea / sides : 0;
+  const float lengths = doubleArea * normal.norm();
+  result.cosine = lengths > 0 ? result.cross.dot(normal) / lengths : -1;
+  return result;
+}
+
+/// Unit normal of the field, or the fallback where its gradient vanishes.
+Vector3f normalOf(const DistanceField& field, const Vector3f& position, const Vector3f& fallback)
+{
+  const Vector3f gradient = field.sampleGradient(position);
+  const float norm = gradient.norm();
+  return norm > 1e-6f ? Vector3f(gradient / norm) : fallback;
+}
+
+/// |d| / |∇d| in voxels up to which a position counts as on the zero level.
+constexpr float onLevel = 1e-3f;
+
+bool trace(const DistanceField& field, const Vector3f& start, float maxStep, Vector3f& result)
+{
+  const float tolerance = onLevel * static_cast<float>(field.lattice().spacing);
+  const auto slope = [&](const Vector3f& x) -> Vector3f {
+    const Vector3f gradient = field.sampleGradient(x);
+    return gradient / gradient.squaredNorm();
+  };
+  Vector3f x = start;
+  // Each step integrates dx/dd = ∇d/|∇d|² from d to 0. The gradient is that of a smoother interpolation than the
+  // distance's, so that a second step may be needed; more than a few do not converge.
+  for (int step = 0; step < 6; ++step) {
+    const float d = field.sampleDistance(x);
+    const Vector3f k1 = slope(x);
+    if (!k1.allFinite())
+      return false;
+    if (std::abs(d) * k1.norm() <= tolerance) {
+      result = x;
+      return true;
+    }
+    const Vector3f k2 = slope(x - .5f * d * k1);
+    const Vector3f k3 = slope(x - .5f * d * k2);
+    const Vector3f k4 = slope(x - d * k3);
+    x -= d / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    if (!((x - start).squaredNorm() <= squared(maxStep)))
+      return false;
+  }
+  return false;
+}
+
+/// One remeshing run: the mesh, the lengths and the counts that the passes share.
+class Remesher {
+public:
+  Remesher(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options, Execution& execution)
+      : mesh_(mesh), field_(field), options_(options), execution_(execution),
+        maxStep_(.5f * static_cast<float>(field.lattice().spacing))
+  {
+    target_ = options.targetEdge > 0 ? options.targetEdge : medianEdge();
+    checkSize();
+    setNormals();
+  }
+
+  RemeshResult run()
+  {
+    int round = 0;
+    while (round < options_.rounds && runRound()) {
+      ++round;
+      execution_.progress(static_cast<double>(round) / options_.rounds);
+    }
+    counts_.mesh = mesh_.toTriangles();
+    counts_.targetEdge = target_;
+    return std::move(counts_);
+  }
+
+private:
+  Corner corner(std::int32_t vertex) const { return {mesh_.positions[vertex], mesh_.normals[vertex]}; }
+
+  Shape shape(std::int32_t h) const
+  {
+    return shapeOf(corner(mesh_.origin[h]), corner(mesh_.target(h)), corner(mesh_.opposite(h)));
+  }
+
+  float squaredLength(std::int32_t h) const
+  {
+    return (mesh_.positions[mesh_.target(h)] - mesh_.positions[mesh_.origin[h]]).squaredNorm();
+  }
+
+  bool fixed(std::int32_t vertex) const { return mesh_.pinned[vertex] || mesh_.onBoundary(vertex); }
+  bool edgePinned(std::int32_t h) const { return mesh_.pinned[mesh_.origin[h]] && mesh_.pinned[mesh_.target(h)]; }
+
+  bool refused()
+  {
+    ++counts_.refusedOperations;
+    return false;
+  }
+
+  float medianEdge() const
+  {
+    std::vector<float> lengths;
+    for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); ++h)
+      if (mesh_.represents(h))
+        lengths.push_back(squaredLength(h));
+    const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    return std::sqrt(*middle);
+  }
+
+  /// A tiny target edge would ask for more half-edges than 32 bits can count.
+  void checkSize() const
+  {
+    double area = 0;
+    for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); h += 3)
+      area += .5 * shape(h).cross.norm();
+    const double triangles = area / (.25 * std::sqrt(3.0) * target_ * target_);
+    const double limit = 5e8;
+    if (triangles > limit) {
+      std::ostringstream message;
+      message << "RemesherOptions::targetEdge = " << target_ << " would give about " << triangles
+              << " triangles; at least " << target_ * std::sqrt(triangles / limit) << " is needed";
+      throw ResourceLimit(message.str());
+    }
+  }
+
+  void setNormals()
+  {
+    execution_.forRange(mesh_.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
+        if (mesh_.outgoing[v] < 0)
+          continue;
+        Vector3f sum = Vector3f::Zero();
+        mesh_.forOutgoing(v, [&](std::int32_t h) { sum += shape(h).cross; });
+        mesh_.normals[v] = normalOf(field_, mesh_.positions[v], sum.normalized());
+      }
+    });
+  }
+
+  /// One round of all passes; where it made triangles intersect, it is repeated with the mesh around them left as it
+  /// was. \return false if no round can be made any more
+  bool runRound()
+  {
+    const HalfEdgeMesh before = mesh_;
+    const RemeshResult countsBefore = counts_;
+    std::vector<std::uint8_t> pinned = before.pinned;
+    float radius = 2 * target_;
+    for (int attempt = 0; attempt < maxAttempts; ++attempt, radius *= 2) {
+      splitLongEdges();
+      collapseShortEdges();
+      flipEdges();
+      mesh_.compact();
+      relax();
+      const std::vector<Vector3f> intersecting = newIntersections();
+      if (intersecting.empty()) {
+        std::fill(mesh_.pinned.begin(), mesh_.pinned.end(), std::uint8_t{0});
+        return true;
+      }
+      pinAround(intersecting, radius, before.positions, pinned);
+      mesh_ = before;
+      mesh_.pinned = pinned;
+      const std::int64_t refusals = counts_.refusedOperations;
+      counts_ = countsBefore;
+      counts_.refusedOperations = refusals;
+    }
+    return false;
+  }
+
+  /// Corners of the intersecting triangles that this round changed. A triangle with three pinned corners is the same as
+  /// before the round; what intersects it has changed, or the intersection is the input's own.
+  std::vector<Vector3f> newIntersections() const
+  {
+    const TriangleMesh triangles = mesh_.toTriangles();
+    std::vector<Vector3f> corners;
+    for (const std::int32_t t : selfIntersectingTriangles(triangles, execution_)) {
+      const Triangle& vertices = triangles.triangles[t];
+      if (std::all_of(vertices.begin(), vertices.end(), [&](std::int32_t v) { return mesh_.pinned[v] != 0; }))
+        continue;
+      for (const std::int32_t v : vertices)
+        corners.push_back(triangles.vertices[v]);
+    }
+    return corners;
+  }
+
+  static void pinAround(const std::vector<Vector3f>& centres, float radius, const std::vector<Vector3f>& positions,
+                        std::vector<std::uint8_t>& pinned)
+  {
+    using Cell = std::array<std::int64_t, 3>;
+    const auto cellOf = [&](const Vector3f& p) -> Cell {
+      const auto along = [&](float x) { return static_cast<std::int64_t>(std::floor(x / radius)); };
+      return {along(p.x()), along(p.y()), along(p.z())};
+    };
+    std::vector<Cell> cells; // all within a cell's side of a centre
+    for (const Vector3f& centre : centres)
+      for (std::int64_t i = 0; i < 27; ++i) {
+        const Cell cell = cellOf(centre);
+        cells.push_back({cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1});
+      }
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    for (std::size_t v = 0; v < positions.size(); ++v)
+      if (std::binary_search(cells.begin(), cells.end(), cellOf(positions[v])))
+        pinned[v] = 1;
+  }
+
+  void splitLongEdges()
+  {
+    const std::int32_t count = mesh_.halfEdgeCount(); // edges that a split makes wait for the next round
+    for (std::int32_t h = 0; h < count; ++h)
+      if (mesh_.represents(h) && squaredLength(h) > squared(4 * target_ / 3) && !edgePinned(h))
+        split(h);
+  }
+
+  bool split(std::int32_t h)
+  {
+    const std::int32_t g = mesh_.twin[h];
+    const Corner a = corner(mesh_.origin[h]), b = corner(mesh_.target(h));
+    const Vector3f middle = .5f * (a.position + b.position);
+    Corner m;
+    if (!trace(field_, middle, maxStep_, m.position))
+      return refused();
+    if (g < 0) {
+      // The boundary keeps its course; where it cuts a corner so much that its middle is off the surface, it stays
+      // whole.
+      if ((m.position - middle).norm() > .05f * static_cast<float>(field_.lattice().spacing))
+        return refused();
+      m.position = middle;
+    }
+    m.normal = normalOf(field_, m.position, (a.normal + b.normal).normalized());
+
+    const auto halvesFit = [&](std::int32_t side, const Corner& from, const Corner& to) {
+      const Corner apex = corner(mesh_.opposite(side));
+      Shape former = shape(side);
+      former.shape *= .5f; // half a needle is a thinner one, and yet the way to get rid of it
+      return shapeOf(from, m, apex).mayReplace(former) && shapeOf(m, to, apex).mayReplace(former);
+    };
+    if (!halvesFit(h, a, b) || (g >= 0 && !halvesFit(g, b, a)))
+      return refused();
+    mesh_.split(h, m.position, m.normal);
+    ++counts_.splits;
+    return true;
+  }
+
+  void collapseShortEdges()
+  {
+    for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); ++h)
+      if (mesh_.represents(h) && mesh_.twin[h] >= 0 && squaredLength(h) < squared(4 * target_ / 5))
+        collapse(fixed(mesh_.target(h)) ? mesh_.twin[h] : h);
+  }
+
+  /// Merges the target into the origin: on the surface half way between them, else where one of them is.
+  bool collapse(std::int32_t h)
+  {
+    const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
+    if (fixed(b))
+      return false; // both are
+    if (!mesh_.mayCollapse(h))
+      return refused();
+    if (fixed(a))
+      return collapse(h, corner(a));
+    Corner middle;
+    if (trace(field_, .5f * (mesh_.positions[a] + mesh_.positions[b]), maxStep_, middle.position)) {
+      middle.normal = normalOf(field_, middle.position, (mesh_.normals[a] + mesh_.normals[b]).normalized());
+      if (collapse(h, middle))
+        return true;
+    }
+    return collapse(h, corner(a)) || collapse(h, corner(b)) || refused();
+  }
+
+  bool collapse(std::int32_t h, const Corner& merged)
+  {
+    const std::int32_t g = mesh_.twin[h], a = mesh_.origin[h], b = mesh_.target(h);
+    bool fits = true;
+    for (const std::int32_t end : {a, b}) {
+      mesh_.forNeighbours(end, [&](std::int32_t w) {
+        // Edges that are too long already must not keep a needle's short one from going.
+        const float former = 1.21f * (mesh_.positions[w] - mesh_.positions[end]).squaredNorm();
+        fits =
+            fits && (mesh_.positions[w] - merged.position).squaredNorm() <= std::max(squared(4 * target_ / 3), former);
+      });
+      mesh_.forOutgoing(end, [&](std::int32_t spoke) {
+        if (fits && spoke / 3 != h / 3 && spoke / 3 != g / 3)
+          fits = shapeOf(merged, corner(mesh_.target(spoke)), corner(mesh_.opposite(spoke))).mayReplace(shape(spoke));
+      });
+    }
+    if (!fits)
+      return false;
+    mesh_.collapse(h);
+    mesh_.positions[a] = merged.position;
+    mesh_.normals[a] = merged.normal;
+    ++counts_.collapses;
+    return true;
+  }
+
+  void flipEdges()
+  {
+    for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); ++h)
+      if (mesh_.represents(h) && mesh_.twin[h] >= 0 && !edgePinned(h))
+        flip(h);
+  }
+
+  /// By how much the squared deviation from the ideal valence grows if the valence changes by one.
+  int growth(std::int32_t vertex, int change) const
+  {
+    const int deviation = mesh_.valence[vertex] - (mesh_.onBoundary(vertex) ? 4 : 6);
+    return 2 * change * deviation + 1;
+  }
+
+  bool flip(std::int32_t h)
+  {
+    const std::int32_t g = mesh_.twin[h];
+    const std::int32_t a = mesh_.origin[h], b = mesh_.origin[g], c = mesh_.opposite(h), d = mesh_.opposite(g);
+    if (growth(a, -1) + growth(b, -1) + growth(c, 1) + growth(d, 1) >= 0)
+      return false;
+    const int leastA = mesh_.onBoundary(a) ? 2 : 3, leastB = mesh_.onBoundary(b) ? 2 : 3;
+    if (mesh_.valence[a] <= leastA || mesh_.valence[b] <= leastB || mesh_.adjacent(c, d))
+      return refused();
+    const Shape former = shape(h) & shape(g);
+    const Corner cornerC = corner(c), cornerD = corner(d);
+    if (!shapeOf(corner(a), cornerD, cornerC).mayReplace(former) ||
+        !shapeOf(cornerD, corner(b), cornerC).mayReplace(former))
+      return refused();
+    mesh_.flip(h);
+    ++counts_.flips;
+    return true;
+  }
+
+  /// Where a vertex is to go: part of the way to its tangential target, then to the zero level.
+  bool propose(std::int32_t v, const Vector3f& step, Corner& moved) const
+  {
+    if (!trace(field_, mesh_.positions[v] + step, maxStep_, moved.position))
+      return false;
+    moved.normal = normalOf(field_, moved.position, mesh_.normals[v]);
+    return true;
+  }
+
+  bool mayMove(std::int32_t v, const Corner& moved) const
+  {
+    bool fits = true;
+    mesh_.forOutgoing(v, [&](std::int32_t h) {
+      if (fits)
+        fits = shapeOf(moved, corner(mesh_.target(h)), corner(mesh_.opposite(h))).mayReplace(shape(h));
+    });
+    return fits;
+  }
+
+  /// All steps are computed from the same state, in parallel; they are taken one by one, each against the state it
+  /// meets.
+  void relax()
+  {
+    const std::int32_t count = mesh_.vertexCount();
+    areas_.resize(count);
+    steps_.resize(count);
+    moved_.resize(count);
+    reached_.assign(count, 0);
+    execution_.forRange(count, vertexGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
+        areas_[v] = 0;
+        mesh_.forOutgoing(v, [&](std::int32_t h) { areas_[v] += shape(h).cross.norm(); });
+      }
+    });
+    execution_.forRange(count, vertexGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
+        if (fixed(v))
+          continue;
+        Vector3f sum = Vector3f::Zero();
+        float weight = 0;
+        const Vector3f p = mesh_.positions[v], n = mesh_.normals[v];
+        mesh_.forNeighbours(v, [&](std::int32_t w) {
+          sum += areas_[w] * (mesh_.positions[w] - p);
+          weight += areas_[w];
+        });
+        const Vector3f towards = weight > 0 ? Vector3f(sum / weight) : Vector3f::Zero();
+        steps_[v] = options_.relaxation * (towards - n * n.dot(towards));
+        reached_[v] = propose(v, steps_[v], moved_[v]) ? 1 : 0;
+      }
+    });
+    for (std::int32_t v = 0; v < count; ++v)
+      if (!fixed(v))
+        move(v);
+  }
+
+  bool move(std::int32_t v)
+  {
+    bool reached = reached_[v] != 0;
+    for (const float share : {1.0f, .5f, .25f, 0.0f}) { // the last: to the zero level and no more
+      if (share < 1)
+        reached = propose(v, share * steps_[v], moved_[v]);
+      if (reached && mayMove(v, moved_[v])) {
+        mesh_.positions[v] = moved_[v].position;
+        mesh_.normals[v] = moved_[v].normal;
+        return share > 0 || refused();
+      }
+    }
+    return refused();
+  }
+
+  static constexpr std::int64_t vertexGrain = 2048;
+  static constexpr int maxAttempts = 6;
+
+  HalfEdgeMesh mesh_;
+  const DistanceField& field_;
+  const RemesherOptions& options_;
+  Execution& execution_;
+  float maxStep_;
+  float target_ = 0;
+  RemeshResult counts_;
+  std::vector<float> areas_;
+  std::vector<Vector3f> steps_;
+  std::vector<Corner> moved_;
+  std::vector<std::uint8_t> reached_;
+};
+
+template <typename Value>
+void checkRange(const char* name, Value value, bool inRange, const char* range)
+{
+  if (inRange)
+    return;
+  std::ostringstream message;
+  message << "RemesherOptions::" << name << " = " << value << " must be in " << range;
+  throw InvalidOption(message.str());
+}
+
+} // namespace
+
+void validate(const RemesherOptions& options)
+{
+  checkRange("rounds", options.rounds, options.rounds >= 0 && options.rounds <= 1000, "[0, 1000]");
+  checkRange("targetEdge", options.targetEdge, std::isfinite(options.targetEdge) && options.targetEdge >= 0,
+             "[0, inf); 0 = median edge");
+  checkRange("relaxation", options.relaxation, options.relaxation > 0 && options.relaxation <= 1, "(0, 1]");
+}
+
+RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
+                    Execution& execution)
+{
+  validate(options);
+  if (options.rounds == 0 || mesh.triangles.empty()) {
+    RemeshResult unchanged;
+    unchanged.mesh.vertices = mesh.vertices;
+    unchanged.mesh.triangles = mesh.triangles;
+    return unchanged;
+  }
+  if (field.empty())
+    throw InvalidInput("remeshing needs a distance field, and this one is empty");
+  return Remesher(mesh, field, options, execution).run();
+}
+
+Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position, float maxStep)
+{
+  Eigen::Vector3f reached;
+  return trace(field, position, maxStep, reached) ? reached : position;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -2,6 +2,7 @@
 /// \brief Self-intersections of a triangle mesh.
 #pragma once
 
+#include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
@@ -12,7 +13,14 @@ namespace mrf {
 
 /// Indices, ascending, of the triangles that intersect another triangle without sharing a vertex with it, or that
 /// intersect a triangle sharing a vertex in more than what they share.
-/// Cost: uniform bins, about linear for meshes of even triangle size.
+///
+/// Triangles are closed sets, so that touching counts; the decisions are exact. A pair with a common edge intersects
+/// only if it is folded flat. A degenerate triangle counts as its edges and is not compared with another degenerate
+/// one; a triangle with a vertex that is not finite is left out. Cost: uniform bins, about linear for meshes of even
+/// triangle size. The result does not depend on the number of threads.
+std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution);
+
+/// The same on the calling thread.
 std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh);
 
 } // namespace mrf

@@ -1,0 +1,105 @@
+/// \file
+/// \brief The connectivity the remesher works on: half-edges in plain index arrays.
+#pragma once
+
+#include <pcl/surface/mrf/triangle_mesh.h>
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// An oriented manifold triangle mesh, with or without boundary, and its local operations.
+///
+/// Triangle t owns the half-edges 3t, 3t+1, 3t+2; half-edge h runs counter-clockwise from origin[h] to the origin of
+/// the next one:
+///
+///          c
+///         / \          h = 3t + i : a → b
+///    h+2 /   \ h+1     twin[h]    : b → a in the triangle below, −1 on the boundary
+///       /  t  \        outgoing[v]: a half-edge that starts at v; at a boundary vertex the one without a twin, so that
+///      a-------b                    turning counter-clockwise from it meets all triangles of v
+///          h
+///
+/// The operations keep the mesh manifold and oriented as long as their preconditions hold; they look at no positions.
+struct HalfEdgeMesh {
+  std::vector<Eigen::Vector3f> positions;
+  std::vector<Eigen::Vector3f> normals; ///< of the field, unit
+  std::vector<std::uint8_t> pinned;     ///< vertices that must stay as they are
+  std::vector<std::int32_t> outgoing;   ///< −1: removed, or in no triangle
+  std::vector<std::int32_t> valence;    ///< edges of a vertex
+  std::vector<std::int32_t> origin;     ///< −1 in removed triangles
+  std::vector<std::int32_t> twin;
+
+  /// \throw InvalidInput if the triangles are not an oriented manifold
+  explicit HalfEdgeMesh(const TriangleMesh& mesh);
+  HalfEdgeMesh() = default;
+
+  std::int32_t vertexCount() const { return static_cast<std::int32_t>(positions.size()); }
+  std::int32_t halfEdgeCount() const { return static_cast<std::int32_t>(origin.size()); }
+
+  static std::int32_t next(std::int32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+  static std::int32_t previous(std::int32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+  std::int32_t target(std::int32_t h) const { return origin[next(h)]; }
+  std::int32_t opposite(std::int32_t h) const { return origin[previous(h)]; }
+  bool onBoundary(std::int32_t vertex) const { return twin[outgoing[vertex]] < 0; }
+
+  /// True for one half-edge per edge of the mesh.
+  bool represents(std::int32_t h) const { return origin[h] >= 0 && h > twin[h]; }
+
+  /// Calls body(h) for the half-edges that start at a vertex, counter-clockwise: one per triangle of the vertex.
+  template <typename Body>
+  void forOutgoing(std::int32_t vertex, const Body& body) const
+  {
+    const std::int32_t start = outgoing[vertex];
+    std::int32_t h = start;
+    do {
+      body(h);
+      h = twin[previous(h)];
+    } while (h >= 0 && h != start);
+  }
+
+  /// Calls body(w) for the vertices joined to a vertex by an edge, counter-clockwise.
+  template <typename Body>
+  void forNeighbours(std::int32_t vertex, const Body& body) const
+  {
+    std::int32_t last = -1;
+    forOutgoing(vertex, [&](std::int32_t h) {
+      body(target(h));
+      last = h;
+    });
+    if (onBoundary(vertex))
+      body(opposite(last));
+  }
+
+  bool adjacent(std::int32_t v, std::int32_t w) const;
+
+  /// Puts a vertex on the edge of h and cuts the triangles beside it in two. \return the new vertex
+  std::int32_t split(std::int32_t h, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
+
+  /// True if merging the ends of an inner edge keeps the mesh manifold and its topology (the link condition).
+  bool mayCollapse(std::int32_t h) const;
+
+  /// Merges the target of h into its origin; both triangles beside it go. \pre mayCollapse(h), the target is not on the
+  /// boundary
+  void collapse(std::int32_t h);
+
+  /// Turns the inner edge of h to join the two opposite vertices. \pre they are not adjacent
+  void flip(std::int32_t h);
+
+  /// Drops what was removed and renumbers the rest in its order.
+  void compact();
+
+  TriangleMesh toTriangles() const;
+
+private:
+  void link(std::int32_t g, std::int32_t h);
+  void replaceOutgoing(std::int32_t vertex, std::int32_t former, std::int32_t h);
+  void turnToStart(std::int32_t vertex, std::int32_t h);
+};
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,20 @@
+/// \file
+/// \brief Exact signs of the determinants that geometric decisions hang on.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace pcl {
+namespace mrf {
+
+/// +1 if d is above the plane through a, b, c seen counter-clockwise from above, −1 if below, 0 if in it.
+///
+/// Exact for coordinates that were floats within a factor of 2²⁹ of each other (their differences are then exact in
+/// double): a filtered evaluation in double, and sums of exact products where the filter cannot tell.
+int orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, const Eigen::Vector3d& d);
+
+/// +1 if a, b, c turn left, −1 if right, 0 if they are collinear. Exact like the one above.
+int orientation(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,399 @@
+#include "support/lattice_mesh.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/remesher.h>
+#include <pcl/surface/mrf/self_intersection.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <vector>
+
+using namespace pcl::mrf;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using shapes::Census;
+using shapes::takeCensus;
+
+namespace {
+
+constexpr double halfSide = 1;
+constexpr int voxels = 32;
+constexpr double spacing = 2 * halfSide / voxels;
+
+struct Case {
+  std::string name;
+  shapes::Sdf sdf;
+  int euler;
+  double radius; ///< smallest radius of curvature
+
+  /// How far the zero level may be from the shape: trilinear interpolation errs by at most h²/8 times the second
+  /// derivative in each of two directions, and the trace stops within a thousandth of a voxel of it.
+  double vertexDistance() const { return .25 * spacing * spacing / radius + .002 * spacing; }
+
+  /// The middle of an equilateral triangle of side 4/3 h is at most l²/6R below its corners' sphere.
+  double middleDistance() const { return vertexDistance() + .3 * spacing * spacing / radius; }
+};
+
+std::vector<Case> closedShapes()
+{
+  using namespace shapes;
+  const Sdf tubes = unite(tube({-.6, 0, -.35}, {.6, .1, -.35}, .25), tube({-.6, 0, .35}, {.6, -.1, .3}, .25));
+  return {{"sphere", sphere(.7), 2, .7},
+          {"torus", torus(.6, .25), 0, .25},
+          {"roundedBox", box({.7, .5, .6}, .25), 2, .25},
+          {"twoTubes", tubes, 4, .25}};
+}
+
+void expectSamePositions(const TriangleMesh& a, const TriangleMesh& b)
+{
+  ASSERT_EQ(a.vertices.size(), b.vertices.size());
+  for (std::size_t v = 0; v < a.vertices.size(); ++v)
+    ASSERT_EQ(a.vertices[v], b.vertices[v]);
+  ASSERT_EQ(a.triangles, b.triangles);
+}
+
+double distanceToLevel(const DistanceField& field, const Vector3f& p)
+{
+  return std::abs(field.sampleDistance(p)) / field.sampleGradient(p).norm() / field.lattice().spacing;
+}
+
+Vector3d middleOf(const TriangleMesh& mesh, const Triangle& t)
+{
+  return (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]).cast<double>() / 3;
+}
+
+Vector3d normalOf(const TriangleMesh& mesh, const Triangle& t)
+{
+  const Vector3d a = mesh.vertices[t[0]].cast<double>(), b = mesh.vertices[t[1]].cast<double>(),
+                 c = mesh.vertices[t[2]].cast<double>();
+  return (b - a).cross(c - a).normalized();
+}
+
+/// Directed boundary edges as start → end.
+std::map<std::int32_t, std::int32_t> boundaryOf(const TriangleMesh& mesh)
+{
+  std::map<std::pair<std::int32_t, std::int32_t>, int> uses;
+  for (const Triangle& t : mesh.triangles)
+    for (int i = 0; i < 3; ++i)
+      ++uses[{t[i], t[(i + 1) % 3]}];
+  std::map<std::int32_t, std::int32_t> boundary;
+  for (const auto& use : uses)
+    if (uses.count({use.first.second, use.first.first}) == 0)
+      boundary.insert(use.first);
+  return boundary;
+}
+
+RemeshResult remeshed(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options = {})
+{
+  Execution execution(1);
+  return remesh(mesh, field, options, execution);
+}
+
+} // namespace
+
+TEST(Remesher, ClosedShapesBecomeEvenAndStayOnTheSurface)
+{
+  for (const Case& shape : closedShapes()) {
+    SCOPED_TRACE(shape.name);
+    const DistanceField field = shapes::field(shape.sdf, halfSide, voxels);
+    const TriangleMesh raw = shapes::marchTetrahedra(field);
+    const Census before = takeCensus(raw);
+    ASSERT_EQ(before.euler(), shape.euler);
+
+    const RemeshResult result = remeshed(raw, field);
+    const Census after = takeCensus(result.mesh);
+    EXPECT_TRUE(after.sound());
+    EXPECT_EQ(after.boundaryEdges, 0);
+    EXPECT_EQ(after.euler(), before.euler());
+    EXPECT_EQ(static_cast<std::size_t>(after.vertices), result.mesh.vertices.size()) << "unused vertices";
+    EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
+    EXPECT_GT(after.meanQuality, .92);
+    EXPECT_GT(after.minQuality, .3);
+    EXPECT_GE(after.regularShare, .6);
+    EXPECT_LT(after.areaDeviation, .5 * before.areaDeviation);
+    EXPECT_NEAR(after.meanEdge, result.targetEdge, .15 * result.targetEdge);
+    EXPECT_GT(result.splits, 0);
+    EXPECT_GT(result.collapses, 0);
+    EXPECT_GT(result.flips, 0);
+
+    for (const Vector3f& p : result.mesh.vertices) {
+      ASSERT_LT(distanceToLevel(field, p), .1);
+      ASSERT_LT(std::abs(shape.sdf(p.cast<double>())), shape.vertexDistance());
+    }
+    for (const Triangle& t : result.mesh.triangles) {
+      const Vector3d middle = middleOf(result.mesh, t);
+      ASSERT_LT(std::abs(shape.sdf(middle)), shape.middleDistance());
+      // No triangle turned over: curvature within a triangle and the rounding off by the grid stay far below 60°.
+      ASSERT_GT(normalOf(result.mesh, t).dot(shapes::normalOf(shape.sdf, middle)), .5);
+    }
+    // All of the shape is still covered: the area is the raw one's, whose facets stray by fractions of a per cent.
+    EXPECT_NEAR(after.area, before.area, .01 * before.area);
+  }
+}
+
+TEST(Remesher, SharpBoxStaysValid)
+{
+  const shapes::Sdf sdf = shapes::box({.7, .5, .61});
+  const DistanceField field = shapes::field(sdf, halfSide, voxels);
+  const TriangleMesh raw = shapes::marchTetrahedra(field);
+  const RemeshResult result = remeshed(raw, field);
+  const Census after = takeCensus(result.mesh);
+  EXPECT_TRUE(after.sound());
+  EXPECT_EQ(after.euler(), 2);
+  EXPECT_GT(after.meanQuality, .92);
+  EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
+  // The field itself rounds off the edges by a good part of a voxel.
+  for (const Triangle& t : result.mesh.triangles)
+    ASSERT_LT(std::abs(sdf(middleOf(result.mesh, t))), .5 * spacing);
+}
+
+TEST(Remesher, ThinPlateKeepsItsTwoSheets)
+{
+  const shapes::Sdf sdf = shapes::box({.7, .6, 1.5 * spacing}); // sheets three voxels apart
+  const DistanceField field = shapes::field(sdf, halfSide, voxels);
+  const TriangleMesh raw = shapes::marchTetrahedra(field);
+  const RemeshResult result = remeshed(raw, field);
+  const Census after = takeCensus(result.mesh);
+  EXPECT_TRUE(after.sound());
+  EXPECT_EQ(after.boundaryEdges, 0);
+  EXPECT_EQ(after.euler(), 2);
+  EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
+  for (const Vector3f& p : result.mesh.vertices) {
+    ASSERT_LT(distanceToLevel(field, p), .1);
+    if (std::abs(p.x()) < .6 && std::abs(p.y()) < .5) {
+      ASSERT_NEAR(std::abs(p.z()), 1.5 * spacing, .1 * spacing);
+    }
+  }
+}
+
+TEST(Remesher, OpenPatchKeepsItsBoundary)
+{
+  const shapes::Sdf sdf = shapes::plane({.1, .2, 1});
+  const DistanceField field = shapes::field(sdf, halfSide, voxels);
+  const TriangleMesh raw = shapes::marchTetrahedra(field);
+  const Census before = takeCensus(raw);
+  ASSERT_GT(before.boundaryEdges, 0);
+  const RemeshResult result = remeshed(raw, field);
+  const Census after = takeCensus(result.mesh);
+  EXPECT_TRUE(after.sound());
+  EXPECT_EQ(after.euler(), before.euler());
+  EXPECT_GT(after.meanQuality, .92);
+  EXPECT_NEAR(after.area, before.area, 1e-4 * before.area);
+  for (const Vector3f& p : result.mesh.vertices)
+    ASSERT_LT(std::abs(sdf(p.cast<double>())), .01 * spacing);
+
+  // Every boundary vertex is still there and on the boundary, and between two of them the course is straight.
+  const auto formerBoundary = boundaryOf(raw), boundary = boundaryOf(result.mesh);
+  std::map<std::array<float, 3>, std::int32_t> byPosition;
+  for (const auto& edge : boundary) {
+    const Vector3f& p = result.mesh.vertices[edge.first];
+    byPosition[{p.x(), p.y(), p.z()}] = edge.first;
+  }
+  std::size_t walked = 0;
+  for (const auto& edge : formerBoundary) {
+    const Vector3f from = raw.vertices[edge.first], to = raw.vertices[edge.second];
+    const auto start = byPosition.find({from.x(), from.y(), from.z()});
+    ASSERT_NE(start, byPosition.end());
+    std::int32_t v = start->second;
+    do {
+      v = boundary.at(v);
+      ++walked;
+      const Vector3f p = result.mesh.vertices[v];
+      const float along = (p - from).dot(to - from) / (to - from).squaredNorm();
+      ASSERT_LT((from + along * (to - from) - p).norm(), 1e-5f);
+      ASSERT_LE(along, 1.00001f);
+    } while (result.mesh.vertices[v] != to);
+  }
+  EXPECT_EQ(walked, boundary.size());
+}
+
+TEST(Remesher, TargetEdgeIsReached)
+{
+  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, voxels);
+  const TriangleMesh raw = shapes::marchTetrahedra(field);
+  for (const double voxelsPerEdge : {.5, 2.0}) {
+    RemesherOptions options;
+    options.targetEdge = static_cast<float>(voxelsPerEdge * spacing);
+    const RemeshResult result = remeshed(raw, field, options);
+    const Census after = takeCensus(result.mesh);
+    EXPECT_TRUE(after.sound());
+    EXPECT_EQ(after.euler(), 2);
+    EXPECT_FLOAT_EQ(static_cast<float>(result.targetEdge), options.targetEdge);
+    EXPECT_NEAR(after.meanEdge, options.targetEdge, .15 * options.targetEdge);
+    EXPECT_GT(after.meanQuality, .92);
+    for (const Vector3f& p : result.mesh.vertices)
+      ASSERT_LT(distanceToLevel(field, p), .1);
+  }
+}
+
+TEST(Remesher, HugeTargetEdgeKeepsTheTopology)
+{
+  for (const Case& shape : closedShapes()) {
+    SCOPED_TRACE(shape.name);
+    const DistanceField field = shapes::field(shape.sdf, halfSide, 16);
+    const TriangleMesh raw = shapes::marchTetrahedra(field);
+    RemesherOptions options;
+    options.targetEdge = 100;
+    const RemeshResult result = remeshed(raw, field, options);
+    const Census after = takeCensus(result.mesh);
+    EXPECT_TRUE(after.sound());
+    EXPECT_EQ(after.euler(), shape.euler);
+    EXPECT_EQ(after.boundaryEdges, 0);
+    EXPECT_LT(after.triangles, .5 * static_cast<double>(raw.triangles.size()));
+    EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
+  }
+}
+
+TEST(Remesher, NoRoundsChangeNothing)
+{
+  const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, 16);
+  const TriangleMesh raw = shapes::marchTetrahedra(field);
+  RemesherOptions options;
+  options.rounds = 0;
+  const RemeshResult result = remeshed(raw, field, options);
+  expectSamePositions(result.mesh, raw);
+  EXPECT_EQ(result.splits + result.collapses + result.flips + result.refusedOperations, 0);
+}
+
+TEST(Remesher, SameBytesForAnyNumberOfThreads)
+{
+  const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, voxels);
+  const TriangleMesh raw = shapes::marchTetrahedra(field);
+  const RemeshResult reference = remeshed(raw, field);
+  for (const int threads : {1, 2, 4}) {
+    Execution execution(threads);
+    const RemeshResult result = remesh(raw, field, {}, execution);
+    expectSamePositions(result.mesh, reference.mesh);
+    EXPECT_EQ(result.refusedOperations, reference.refusedOperations);
+  }
+}
+
+TEST(Remesher, EmptyMeshStaysEmpty)
+{
+  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, 8);
+  EXPECT_TRUE(remeshed({}, field).mesh.triangles.empty());
+  EXPECT_TRUE(remeshed({}, field).mesh.vertices.empty());
+  EXPECT_TRUE(remeshed({}, {}).mesh.triangles.empty());
+}
+
+TEST(Remesher, RefusesBadMeshes)
+{
+  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, 8);
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}};
+  const auto expectRefused = [&](const std::vector<Triangle>& triangles) {
+    mesh.triangles = triangles;
+    EXPECT_THROW(remeshed(mesh, field), InvalidInput);
+  };
+  expectRefused({{0, 1, 2}, {0, 1, 3}});            // orientations disagree
+  expectRefused({{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}); // three triangles on an edge
+  expectRefused({{0, 1, 2}, {0, 3, 4}});            // one vertex in common
+  expectRefused({{0, 1, 1}});
+  expectRefused({{0, 1, 7}});
+  expectRefused({{0, 1, -1}});
+  mesh.vertices[2].x() = std::numeric_limits<float>::infinity();
+  expectRefused({{0, 1, 2}});
+  mesh.vertices[2] = {0, 1, 0};
+  mesh.triangles = {{0, 1, 2}};
+  EXPECT_THROW(remeshed(mesh, {}), InvalidInput) << "no field";
+}
+
+TEST(Remesher, OptionsOutOfRangeAreNamed)
+{
+  const auto messageOf = [](const RemesherOptions& options) -> std::string {
+    try {
+      validate(options);
+    } catch (const InvalidOption& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto expectNamed = [&](const RemesherOptions& options, const std::vector<std::string>& parts) {
+    const std::string message = messageOf(options);
+    for (const std::string& part : parts)
+      EXPECT_NE(message.find(part), std::string::npos) << message;
+    EXPECT_THROW(remeshed({}, {}, options), InvalidOption);
+  };
+  EXPECT_EQ(messageOf({}), "");
+  EXPECT_EQ(messageOf({0, 0, 1}), "");
+  EXPECT_EQ(messageOf({1000, 1e9f, .001f}), "");
+  expectNamed({-1, 0, 1}, {"rounds", "-1", "[0, 1000]"});
+  expectNamed({1001, 0, 1}, {"rounds", "1001", "[0, 1000]"});
+  expectNamed({10, -2, 1}, {"targetEdge", "-2", "[0, inf)"});
+  expectNamed({10, std::numeric_limits<float>::quiet_NaN(), 1}, {"targetEdge", "nan"});
+  expectNamed({10, 0, 0}, {"relaxation", "0", "(0, 1]"});
+  expectNamed({10, 0, 1.5f}, {"relaxation", "1.5", "(0, 1]"});
+}
+
+TEST(Remesher, TooManyTrianglesAreRefused)
+{
+  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, 8);
+  RemesherOptions options;
+  options.targetEdge = 1e-6f;
+  try {
+    remeshed(shapes::marchTetrahedra(field), field, options);
+    FAIL();
+  } catch (const ResourceLimit& error) {
+    EXPECT_NE(std::string(error.what()).find("targetEdge"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Remesher, CanBeCancelled)
+{
+  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, 16);
+  std::vector<double> fractions;
+  Execution execution(1, [&](const std::string&, double fraction) {
+    fractions.push_back(fraction);
+    return fraction < .25;
+  });
+  EXPECT_THROW(remesh(shapes::marchTetrahedra(field), field, {}, execution), Cancelled);
+  ASSERT_FALSE(fractions.empty());
+  EXPECT_NEAR(fractions.back(), .3, 1e-9); // the third of ten rounds
+}
+
+TEST(TraceToZeroLevel, ReachesALinearFieldsLevelWhateverTheSlope)
+{
+  // d = s (n·x − c): gradient of length s, the zero level a plane.
+  const Vector3d n = Vector3d(1, 2, 2) / 3;
+  for (const double slope : {.1, 1.0, 7.0}) {
+    const DistanceField field =
+        shapes::field([&](const Vector3d& x) { return slope * (n.dot(x) - .2); }, halfSide, voxels);
+    const Vector3f start(.1f, .1f, .1f); // n·start = 1/6, so 1/30 below
+    const Vector3f end = traceToZeroLevel(field, start, .1f);
+    EXPECT_NEAR(n.dot(end.cast<double>()), .2, 1e-3 * spacing);
+    // Straight along the gradient.
+    EXPECT_LT(((end - start).cast<double>() - (.2 - n.dot(start.cast<double>())) * n).norm(), 1e-3 * spacing);
+  }
+}
+
+TEST(TraceToZeroLevel, FollowsACurvedGradient)
+{
+  const shapes::Sdf sdf = shapes::torus(.6, .25);
+  const DistanceField field = shapes::field(sdf, halfSide, 64);
+  for (int i = 0; i < 50; ++i) {
+    const double u = .7 * i, v = 1.3 * i, offset = .02 * std::cos(i);
+    const Vector3d outward(std::cos(v) * std::cos(u), std::cos(v) * std::sin(u), std::sin(v));
+    const Vector3d onSurface = Vector3d(.6 * std::cos(u), .6 * std::sin(u), 0) + .25 * outward;
+    const Vector3f end = traceToZeroLevel(field, (onSurface + offset * outward).cast<float>(), .05f);
+    // .03 voxel: what trilinear interpolation loses on a tube of 8 voxels radius.
+    EXPECT_LT((end.cast<double>() - onSurface).norm(), .05 * field.lattice().spacing);
+    EXPECT_LT(distanceToLevel(field, end), .002);
+  }
+}
+
+TEST(TraceToZeroLevel, StaysWhereItIsWhenTheLevelIsTooFarOrThereIsNone)
+{
+  const Vector3f start(.1f, .2f, .3f);
+  const DistanceField sphere = shapes::field(shapes::sphere(.7), halfSide, voxels);
+  EXPECT_EQ(traceToZeroLevel(sphere, start, .1f), start);
+  EXPECT_NE(traceToZeroLevel(sphere, start, .5f), start);
+  const DistanceField constant = shapes::field([](const Vector3d&) { return 1.0; }, halfSide, 8);
+  EXPECT_EQ(traceToZeroLevel(constant, start, 10), start);
+}

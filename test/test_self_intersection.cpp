@@ -1,0 +1,179 @@
+#include "support/lattice_mesh.h"
+#include "support/self_intersection_oracle.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/self_intersection.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <random>
+#include <set>
+
+using namespace pcl::mrf;
+using Eigen::Vector3f;
+
+namespace {
+
+bool degenerate(const TriangleMesh& mesh)
+{
+  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+    const Vector3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    return (b - a).cross(c - a).isZero(0);
+  });
+}
+
+/// Two triangles whose corners are random points of a tiny integer lattice, where touching, coplanar and overlapping
+/// pairs are common and every product is exact.
+void comparePairs(const std::vector<Triangle>& triangles, int vertices, unsigned seed)
+{
+  std::mt19937 random(seed);
+  std::uniform_int_distribution<int> coordinate(0, 3);
+  int compared = 0, intersecting = 0;
+  while (compared < 15000) {
+    TriangleMesh mesh;
+    std::set<std::array<int, 3>> distinct;
+    for (int v = 0; v < vertices; ++v) {
+      const std::array<int, 3> p{coordinate(random), coordinate(random), compared % 3 == 0 ? 0 : coordinate(random)};
+      distinct.insert(p);
+      mesh.vertices.push_back(Eigen::Vector3i(p[0], p[1], p[2]).cast<float>());
+    }
+    mesh.triangles = triangles;
+    // Coincident vertices of different index: a shared corner to the eye, an intersection to both.
+    if (degenerate(mesh) || (compared % 2 == 0 && distinct.size() < mesh.vertices.size()))
+      continue;
+    const auto expected = oracle::selfIntersectingTriangles(mesh);
+    ASSERT_EQ(selfIntersectingTriangles(mesh), expected)
+        << "vertices: " << ::testing::PrintToString(distinct) << ", pair " << compared;
+    ++compared;
+    intersecting += expected.empty() ? 0 : 1;
+  }
+  // The comparison says something only if both answers are frequent.
+  EXPECT_GT(intersecting, compared / 50);
+  EXPECT_LT(intersecting, compared - compared / 50);
+}
+
+TriangleMesh patch(int side)
+{
+  TriangleMesh mesh;
+  for (int j = 0; j <= side; ++j)
+    for (int i = 0; i <= side; ++i)
+      mesh.vertices.push_back(Vector3f(static_cast<float>(i), static_cast<float>(j), 0));
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i) {
+      const std::int32_t v = j * (side + 1) + i;
+      mesh.triangles.push_back({v, v + 1, v + side + 2});
+      mesh.triangles.push_back({v, v + side + 2, v + side + 1});
+    }
+  return mesh;
+}
+
+void append(TriangleMesh& mesh, const TriangleMesh& other, const Vector3f& shift)
+{
+  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+  for (const Vector3f& p : other.vertices)
+    mesh.vertices.push_back(p + shift);
+  for (const Triangle& t : other.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+} // namespace
+
+TEST(SelfIntersection, PairsWithoutCommonVertexAgreeWithCgal)
+{
+  comparePairs({{0, 1, 2}, {3, 4, 5}}, 6, 1);
+}
+
+TEST(SelfIntersection, PairsWithOneCommonVertexAgreeWithCgal)
+{
+  comparePairs({{0, 1, 2}, {3, 0, 4}}, 5, 2);
+}
+
+TEST(SelfIntersection, PairsWithACommonEdgeAgreeWithCgal)
+{
+  comparePairs({{0, 1, 2}, {1, 0, 3}}, 4, 3);
+}
+
+TEST(SelfIntersection, CrumpledPatchAgreesWithCgal)
+{
+  std::mt19937 random(4);
+  for (const float noise : {.4f, .8f, 1.5f}) {
+    TriangleMesh mesh = patch(30);
+    std::normal_distribution<float> offset(0, noise);
+    for (Vector3f& p : mesh.vertices)
+      p += Vector3f(offset(random), offset(random), offset(random));
+    const auto expected = oracle::selfIntersectingTriangles(mesh);
+    EXPECT_FALSE(expected.empty());
+    EXPECT_EQ(selfIntersectingTriangles(mesh), expected);
+  }
+}
+
+TEST(SelfIntersection, NearlyFlatPatchFarFromTheOriginAgreesWithCgal)
+{
+  // Rounding to float leaves a tilted plane almost, but not exactly flat: the filter alone would guess.
+  TriangleMesh mesh = patch(20);
+  for (Vector3f& p : mesh.vertices)
+    p = Vector3f(1000 + .37f * p.x(), 2000 + .21f * p.y(), 3000 + .1f * p.x() + .3f * p.y());
+  append(mesh, mesh, {.05f, .02f, 0});
+  EXPECT_EQ(selfIntersectingTriangles(mesh), oracle::selfIntersectingTriangles(mesh));
+}
+
+TEST(SelfIntersection, SlicedSpheresAgreeWithCgalForAnyNumberOfThreads)
+{
+  TriangleMesh mesh = shapes::marchTetrahedra(shapes::field(shapes::sphere(.7), 1, 20));
+  EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
+  append(mesh, mesh, {.5f, .13f, .21f});
+  const auto expected = oracle::selfIntersectingTriangles(mesh);
+  EXPECT_GT(expected.size(), 50u);
+  for (const int threads : {1, 2, 4}) {
+    Execution execution(threads);
+    EXPECT_EQ(selfIntersectingTriangles(mesh, execution), expected);
+  }
+}
+
+TEST(SelfIntersection, ManifoldLevelSetsAreClean)
+{
+  const double h = 2.0 / 24;
+  for (const shapes::Sdf& shape : {shapes::torus(.6, .25), shapes::box({.7, .5, .6}), shapes::box({.7, .7, 1.1 * h})}) {
+    const TriangleMesh mesh = shapes::marchTetrahedra(shapes::field(shape, 1, 24));
+    EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
+  }
+}
+
+TEST(SelfIntersection, OneHugeTriangleAmongSmallOnes)
+{
+  // Bins of the small triangles' size would be too many over the large one.
+  TriangleMesh mesh = patch(60);
+  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), {{30.2f, 30.3f, -1e5f}, {30.2f, 30.3f, 1e5f}, {1e6f, 1e6f, 1e5f}});
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  EXPECT_EQ(selfIntersectingTriangles(mesh), oracle::selfIntersectingTriangles(mesh));
+}
+
+TEST(SelfIntersection, TheSameVerticesTwice)
+{
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {1, 0, 2}};
+  EXPECT_EQ(selfIntersectingTriangles(mesh), (std::vector<std::int32_t>{0, 1}));
+}
+
+TEST(SelfIntersection, DegenerateTrianglesCountAsTheirEdges)
+{
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {1, 1, -1}, {1, 1, 0}, {1, 1, 2}, {5, 5, -1}, {5, 5, 0}, {5, 5, 2}};
+  mesh.triangles = {{0, 1, 2}, {6, 7, 8}};
+  EXPECT_TRUE(selfIntersectingTriangles(mesh).empty()) << "collinear, and far from the other";
+  mesh.triangles[1] = {3, 4, 5};
+  EXPECT_EQ(selfIntersectingTriangles(mesh), (std::vector<std::int32_t>{0, 1})) << "collinear, and through the other";
+}
+
+TEST(SelfIntersection, EmptyAndNotFinite)
+{
+  EXPECT_TRUE(selfIntersectingTriangles({}).empty());
+  TriangleMesh mesh = patch(2);
+  mesh.vertices[0].x() = std::numeric_limits<float>::quiet_NaN();
+  mesh.vertices[1].y() = std::numeric_limits<float>::infinity();
+  EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
+}
