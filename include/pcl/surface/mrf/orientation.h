@@ -32,26 +32,45 @@ struct OrientationResult {
   std::int64_t componentsAtCreases = 0; ///< as the angle criterion alone cuts them
   std::int64_t componentsDropped = 0;
   std::int64_t componentsFlipped = 0; ///< by the vote of sensors, reference normals or signed volume
+  std::int64_t piecesFlipped = 0;     ///< pieces of smooth surface that their own vote turned against their component
   std::int64_t pointsDropped = 0;
   std::int64_t pointsFlipped = 0; ///< normals whose sign differs from the one they came with
-  double agreement = 1;           ///< share of kept points whose normal agrees with their vote; 1 without a vote
+  /// Share of the kept points' votes that agree with the normals, 1 without a vote. An outward vote counts by its
+  /// contribution to the volume: 1 for a convex component, about ½ for one without inside and outside.
+  double agreement = 1;
 };
 
 /// Which votes decide the sign of a component.
 enum class OrientationVote {
   none,      ///< keep the normals' signs as they are; only the components are computed
   reference, ///< the majority of dot(normal, reference normal)
-  sensor,    ///< the majority of dot(normal, sensor - position); without views a point's sensor is the nearest one
-  outward    ///< positive signed volume, Σ (p - centroid)·n > 0
+  sensor,    ///< the majority of dot(normal, sensor - position); where a view is unknown, the nearest sensor counts
+  outward    ///< positive signed volume, Σ A (p - centroid)·n > 0 with A the area that a point stands for
 };
 
 /// Makes normals consistent inside each connected component and decides the sign of each component by a vote.
 ///
-/// Edges join points closer than the neighbour distance. They are taken in the order of how well the two normals agree
-/// up to sign (after reflection at the edge's bisector plane, which is exact on circular arcs); the component's tree
-/// fixes the relative signs. Creases stop the paper's search for good; here they only come last.
+/// Edges join points closer than the neighbour distance (the 12 nearest, and what connectivity needs besides). They are
+/// taken best first, and the component's tree fixes the relative signs. An edge is the better, the more parallel the
+/// two normals are up to sign after reflection at the edge's bisector plane, which is exact on circular arcs, and the
+/// less the edge leaves the tangent planes: edges along the normals lead to the opposite sheet of a thin object.
+///
+///       b ↑   ↗ n_b        b ←·   n_b        b ↓  n_b
+///        \__·               |                  |
+///      n_a ↑ a             a ·↑ n_a          a ·↑ n_a
+///        good            crease: late       two sheets: last
+///
+/// Differences to the paper: creases stop its search for good, here they only come late (joinAcrossCreases); edges
+/// along both normals join nothing unless the vote is outward, so that two sheets vote on their own; and where the view
+/// of each point, or a reference, is known, a piece of smooth surface (joined by good edges alone) whose own vote is
+/// decisive, three quarters or more, is not outvoted by the component it belongs to.
+///
+/// Opposite sheets closer than about twice l̄ cannot be told apart by their points; agreement is then low unless
+/// views or reference normals are given.
 /// \param normals unit length, one per point, as estimated or as they came; a zero normal joins nothing and is dropped
 /// \param vote OrientationVote::sensor needs points.sensors, reference needs points.normals
+/// \throw InvalidOption as validate does; InvalidInput if what the vote needs is missing
+/// Cost: one 13-neighbour query per point, and sorting about 7 edges per point.
 /// The result does not depend on the number of threads or, up to ties, on the order of the points.
 OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
                                 const NeighbourSearch& search, const SamplingDensity& density, OrientationVote vote,
