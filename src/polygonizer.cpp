@@ -1,1 +1,321 @@
+#include "cell_cases.h"
+#include "mesh_topology.h"
+
+#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/polygonizer.h>
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <string>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Word = std::uint64_t;
+constexpr int wordBits = 64;
+
+int countBits(Word word)
+{
+  return __builtin_popcountll(word);
+}
+int lowestBit(Word word)
+{
+  return __builtin_ctzll(word);
+}
+
+/// One bit per voxel, 64 along x per word: set where the distance is negative.
+class SignBits {
+public:
+  explicit SignBits(GridSize size) : size_(size), wordsPerRow_((size.x + wordBits - 1) / wordBits)
+  {
+    words_.assign(static_cast<std::size_t>(std::int64_t{wordsPerRow_} * size.y * size.z), 0);
+  }
+
+  int wordsPerRow() const { return wordsPerRow_; }
+  std::size_t index(int w, int j, int k) const
+  {
+    return static_cast<std::size_t>(w + std::int64_t{wordsPerRow_} * (j + std::int64_t{size_.y} * k));
+  }
+
+  void fillPlane(const DistanceField& field, int k)
+  {
+    for (int j = 0; j < size_.y; ++j)
+      for (int i = 0; i < size_.x; ++i)
+        words_[index(i / wordBits, j, k)] |= Word{field.distance(i, j, k) < 0} << (i % wordBits);
+  }
+
+  /// The signs of the voxels (i + dx, j, k), dx 0 or 1, for the 64 voxels i of word w. Beyond the row: not negative.
+  Word shifted(int w, int dx, int j, int k) const
+  {
+    const std::size_t at = index(w, j, k);
+    if (dx == 0)
+      return words_[at];
+    const Word next = w + 1 < wordsPerRow_ ? words_[at + 1] : 0;
+    return words_[at] >> 1 | next << (wordBits - 1);
+  }
+
+  /// The voxels i of word w for which i + dx is in the row.
+  Word inRow(int w, int dx) const
+  {
+    const int valid = std::min(size_.x - dx - w * wordBits, wordBits);
+    return valid <= 0 ? 0 : ~Word{0} >> (wordBits - valid);
+  }
+
+private:
+  GridSize size_;
+  int wordsPerRow_;
+  std::vector<Word> words_;
+};
+
+/// The signs of the 8 corners of the 64 cells of one word, and which of these cells are cut.
+struct CellWord {
+  std::array<Word, 8> corners;
+  Word cut;
+
+  CellWord(const SignBits& signs, int w, int j, int k)
+  {
+    Word any = 0, all = ~Word{0};
+    for (int corner = 0; corner < 8; ++corner) {
+      const Word bits = signs.shifted(w, corner & 1, j + (corner >> 1 & 1), k + (corner >> 2 & 1));
+      corners[static_cast<std::size_t>(corner)] = bits;
+      any |= bits;
+      all &= bits;
+    }
+    cut = any & ~all & signs.inRow(w, 1);
+  }
+
+  std::size_t caseOf(int bit) const
+  {
+    std::size_t signs = 0;
+    for (std::size_t corner = 0; corner < 8; ++corner)
+      signs |= static_cast<std::size_t>(corners[corner] >> bit & 1) << corner;
+    return signs;
+  }
+};
+
+/// Numbers the cut edges of the lattice: one bit per voxel and direction, and the number of the first edge of each
+/// word. An edge's number is found by counting bits, so that no table of one index per edge is needed.
+class CutEdges {
+public:
+  CutEdges(const SignBits& signs, const CellTable& table, GridSize size)
+      : signs_(signs), directions_(table.directions), size_(size), slots_(table.directions.size())
+  {
+    slotOf_.fill(0);
+    for (std::size_t slot = 0; slot < slots_; ++slot)
+      slotOf_[directions_[slot]] = slot;
+    const std::size_t words = signs.index(0, 0, size.z) * slots_;
+    cut_.assign(words, 0);
+    first_.assign(words, 0);
+  }
+
+  /// Marks the edges that start in plane k. \return how many
+  std::int64_t markPlane(int k)
+  {
+    std::int64_t count = 0;
+    forEachWord(k, [&](int w, int j, std::size_t slot, std::size_t at) {
+      const int dx = directions_[slot] & 1, dy = directions_[slot] >> 1 & 1, dz = directions_[slot] >> 2 & 1;
+      if (j + dy < size_.y && k + dz < size_.z)
+        cut_[at] = (signs_.shifted(w, 0, j, k) ^ signs_.shifted(w, dx, j + dy, k + dz)) & signs_.inRow(w, dx);
+      count += countBits(cut_[at]);
+    });
+    return count;
+  }
+
+  /// Numbers the marked edges of plane k from `number` on and calls visit(number, i, j, k, direction) for each.
+  template <typename Visit>
+  void numberPlane(int k, std::int32_t number, const Visit& visit)
+  {
+    forEachWord(k, [&](int w, int j, std::size_t slot, std::size_t at) {
+      first_[at] = number;
+      for (Word bits = cut_[at]; bits != 0; bits &= bits - 1)
+        visit(number++, w * wordBits + lowestBit(bits), j, k, directions_[slot]);
+    });
+  }
+
+  /// Number of the edge that starts at voxel (i, j, k). \pre it is cut
+  std::int32_t number(int i, int j, int k, std::uint8_t direction) const
+  {
+    const std::size_t at = signs_.index(i / wordBits, j, k) * slots_ + slotOf_[direction];
+    return first_[at] + countBits(cut_[at] & ((Word{1} << (i % wordBits)) - 1));
+  }
+
+private:
+  template <typename Body>
+  void forEachWord(int k, const Body& body)
+  {
+    for (int j = 0; j < size_.y; ++j)
+      for (int w = 0; w < signs_.wordsPerRow(); ++w)
+        for (std::size_t slot = 0; slot < slots_; ++slot)
+          body(w, j, slot, signs_.index(w, j, k) * slots_ + slot);
+  }
+
+  const SignBits& signs_;
+  const std::vector<std::uint8_t>& directions_;
+  GridSize size_;
+  std::size_t slots_;
+  std::array<std::size_t, 8> slotOf_;
+  std::vector<Word> cut_;
+  std::vector<std::int32_t> first_;
+};
+
+/// Replaces counts by the sums of those before them. \return the total
+std::int64_t accumulate(std::vector<std::int64_t>& counts, const char* what)
+{
+  std::int64_t total = 0;
+  for (std::int64_t& count : counts) {
+    const std::int64_t before = total;
+    total += count;
+    count = before;
+  }
+  // Sides of triangles are numbered as well, three each.
+  if (total > std::numeric_limits<std::int32_t>::max() / 3)
+    throw ResourceLimit("the zero level has " + std::to_string(total) + ' ' + what +
+                        ", more than 32-bit indices can tell apart; use larger voxels");
+  return total;
+}
+
+class Polygonizer {
+public:
+  Polygonizer(const DistanceField& field, const CellTable& table, Execution& execution)
+      : field_(field), table_(table), execution_(execution), size_(field.lattice().size), signs_(size_),
+        edges_(signs_, table, size_), margin_(crossingMargin(field.lattice()))
+  {}
+
+  TriangleMesh run()
+  {
+    const int planes = size_.z;
+    forPlanes(planes, [&](int k) { signs_.fillPlane(field_, k); });
+
+    std::vector<std::int64_t> firstVertex(static_cast<std::size_t>(planes)), firstTriangle(firstVertex);
+    forPlanes(planes, [&](int k) { firstVertex[static_cast<std::size_t>(k)] = edges_.markPlane(k); });
+    forPlanes(planes - 1, [&](int k) { firstTriangle[static_cast<std::size_t>(k)] = countTriangles(k); });
+    mesh_.vertices.resize(static_cast<std::size_t>(accumulate(firstVertex, "vertices")));
+    mesh_.triangles.resize(static_cast<std::size_t>(accumulate(firstTriangle, "triangles")));
+
+    forPlanes(planes, [&](int k) {
+      edges_.numberPlane(k, static_cast<std::int32_t>(firstVertex[static_cast<std::size_t>(k)]),
+                         [&](std::int32_t number, int i, int j, int plane, std::uint8_t direction) {
+                           mesh_.vertices[static_cast<std::size_t>(number)] = crossing(i, j, plane, direction);
+                         });
+    });
+    forPlanes(planes - 1,
+              [&](int k) { writeTriangles(k, mesh_.triangles.data() + firstTriangle[static_cast<std::size_t>(k)]); });
+    // Around a missing cell, edges may be left without a triangle, and others with triangles on two sides of the gap.
+    if (cellsMissing_) {
+      mesh_ = select(mesh_, std::vector<std::uint8_t>(mesh_.triangles.size(), 1));
+      splitFans(mesh_);
+    }
+    return std::move(mesh_);
+  }
+
+private:
+  template <typename Body>
+  void forPlanes(int count, const Body& body)
+  {
+    execution_.forRange(count, 1, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t k = begin; k < end; ++k)
+        body(static_cast<int>(k));
+    });
+    execution_.poll();
+  }
+
+  /// How close to the ends of its edge a vertex may be, as a share of the edge.
+  ///
+  /// Points on different edges of a cube are collinear only if one lies on an edge between corners that the two others
+  /// have reached. With a margin m the flattest such triangle has the quality 4 m² (tetrahedra: 8 m²). Rounding to
+  /// float moves a vertex by half a unit in the last place r per axis; the second term keeps m well above it.
+  static double crossingMargin(const Lattice& lattice)
+  {
+    const GridSize& size = lattice.size;
+    const Eigen::Vector3d last = lattice.origin + lattice.spacing * Eigen::Vector3d(size.x, size.y, size.z);
+    const double farthest = lattice.origin.cwiseAbs().cwiseMax(last.cwiseAbs()).maxCoeff();
+    const double rounding = farthest / lattice.spacing * std::numeric_limits<float>::epsilon() / 2;
+    return std::min(1. / 512 + 8 * rounding, .25);
+  }
+
+  Eigen::Vector3f crossing(int i, int j, int k, std::uint8_t direction) const
+  {
+    const Eigen::Vector3i step(direction & 1, direction >> 1 & 1, direction >> 2 & 1);
+    const double start = field_.distance(i, j, k);
+    const double end = field_.distance(i + step.x(), j + step.y(), k + step.z());
+    const double share = start / (start - end);
+    // Written so that a NaN, from a field that is not finite, gives a position on the edge as well.
+    const double inside = share > margin_ ? std::min(share, 1 - margin_) : margin_;
+    const Lattice& lattice = field_.lattice();
+    const Eigen::Vector3d voxel = Eigen::Vector3d(i, j, k) + inside * step.cast<double>();
+    return (lattice.origin + lattice.spacing * voxel).cast<float>();
+  }
+
+  /// Calls visit(case, i, j) for the cut cells between the planes k and k + 1.
+  template <typename Visit>
+  void forEachCutCell(int k, const Visit& visit)
+  {
+    for (int j = 0; j + 1 < size_.y; ++j)
+      for (int w = 0; w < signs_.wordsPerRow(); ++w) {
+        const CellWord cells(signs_, w, j, k);
+        for (Word cut = cells.cut; cut != 0; cut &= cut - 1) {
+          const int bit = lowestBit(cut), i = w * wordBits + bit;
+          if (field_.hasCell(i, j, k))
+            visit(table_.cases[cells.caseOf(bit)], i, j);
+          else
+            cellsMissing_ = true;
+        }
+      }
+  }
+
+  std::int64_t countTriangles(int k)
+  {
+    std::size_t count = 0;
+    forEachCutCell(k, [&](const CellCase& cell, int, int) { count += 2 * cell.quads.size() + cell.triangles.size(); });
+    return static_cast<std::int64_t>(count);
+  }
+
+  void writeTriangles(int k, Triangle* out)
+  {
+    forEachCutCell(k, [&](const CellCase& cell, int i, int j) {
+      const auto vertex = [&](std::uint8_t e) {
+        const CellEdge edge = table_.edges[e];
+        return edges_.number(i + (edge.corner & 1), j + (edge.corner >> 1 & 1), k + (edge.corner >> 2 & 1),
+                             edge.direction);
+      };
+      for (const auto& quad : cell.quads) {
+        const std::int32_t a = vertex(quad[0]), b = vertex(quad[1]), c = vertex(quad[2]), d = vertex(quad[3]);
+        const bool alongAc = squaredLength(a, c) <= squaredLength(b, d);
+        *out++ = {a, b, alongAc ? c : d};
+        *out++ = {alongAc ? a : b, c, d};
+      }
+      for (const auto& triangle : cell.triangles)
+        *out++ = {vertex(triangle[0]), vertex(triangle[1]), vertex(triangle[2])};
+    });
+  }
+
+  float squaredLength(std::int32_t a, std::int32_t b) const
+  {
+    return (mesh_.vertices[static_cast<std::size_t>(a)] - mesh_.vertices[static_cast<std::size_t>(b)]).squaredNorm();
+  }
+
+  const DistanceField& field_;
+  const CellTable& table_;
+  Execution& execution_;
+  GridSize size_;
+  SignBits signs_;
+  CutEdges edges_;
+  double margin_;
+  std::atomic<bool> cellsMissing_{false};
+  TriangleMesh mesh_;
+};
+
+} // namespace
+
+TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& options, Execution& execution)
+{
+  if (field.empty())
+    return {};
+  const CellTable& table = options.decomposition == CellDecomposition::cubes ? cubeTable() : tetrahedraTable();
+  return Polygonizer(field, table, execution).run();
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,1 +1,102 @@
 #include <pcl/surface/mrf/vertex_fields.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+constexpr std::int64_t grain = 1024;
+
+/// Area-weighted mean normals of the triangles around each vertex, not normalised.
+std::vector<Eigen::Vector3d> triangleNormals(const TriangleMesh& mesh)
+{
+  std::vector<Eigen::Vector3d> normals(mesh.vertices.size(), Eigen::Vector3d::Zero());
+  for (const Triangle& t : mesh.triangles) {
+    const auto position = [&](std::size_t corner) -> Eigen::Vector3d {
+      return mesh.vertices[static_cast<std::size_t>(t[corner])].cast<double>();
+    };
+    const Eigen::Vector3d normal = (position(1) - position(0)).cross(position(2) - position(0));
+    for (const std::int32_t v : t)
+      normals[static_cast<std::size_t>(v)] += normal;
+  }
+  return normals;
+}
+
+} // namespace
+
+void setVertexFields(TriangleMesh& mesh, const DistanceField& field, Execution& execution)
+{
+  // A distance field's gradient has a length near 1 whatever the cloud's unit.
+  constexpr float vanishing = 1e-6f;
+  mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::Zero());
+  mesh.confidences.assign(mesh.vertices.size(), 0);
+  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+      mesh.confidences[v] = field.sampleConfidence(mesh.vertices[v]);
+      const Eigen::Vector3f gradient = field.sampleGradient(mesh.vertices[v]);
+      const float length = gradient.norm();
+      if (length > vanishing && std::isfinite(length))
+        mesh.normals[v] = gradient / length;
+    }
+  });
+  const auto isZero = [](const Eigen::Vector3f& normal) { return normal.isZero(0); };
+  if (std::none_of(mesh.normals.begin(), mesh.normals.end(), isZero))
+    return;
+  const std::vector<Eigen::Vector3d> substitutes = triangleNormals(mesh);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (!isZero(mesh.normals[v]))
+      continue;
+    const double length = substitutes[v].norm();
+    mesh.normals[v] = length > 0 ? Eigen::Vector3f((substitutes[v] / length).cast<float>()) : Eigen::Vector3f::UnitZ();
+  }
+}
+
+std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighbourSearch& search,
+                                         const std::vector<float>& attributes, int channels, Execution& execution)
+{
+  if (channels < 1 || attributes.size() % static_cast<std::size_t>(channels) != 0)
+    throw std::invalid_argument("interpolateAttributes: needs `channels` values per point");
+  const auto stride = static_cast<std::size_t>(channels);
+  std::vector<float> values(vertices.size() * stride, 0);
+  execution.forRange(static_cast<std::int64_t>(vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    Neighbours nearest;
+    std::vector<double> sums(stride);
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+      const int found = search.nearest(vertices[v], 4, nearest);
+      if (found < 1)
+        continue;
+      // Weights relative to the nearest point's stay in range however small the distances are.
+      const double closest = nearest.squaredDistances.front();
+      double weights = 0;
+      std::fill(sums.begin(), sums.end(), 0.);
+      for (std::size_t n = 0; n < static_cast<std::size_t>(found); ++n) {
+        const double squared = nearest.squaredDistances[n];
+        const double weight = n == 0 ? 1 : closest / squared;
+        if (!(weight > 0))
+          continue;
+        weights += weight;
+        for (std::size_t c = 0; c < stride; ++c)
+          sums[c] += weight * attributes[static_cast<std::size_t>(nearest.indices[n]) * stride + c];
+      }
+      for (std::size_t c = 0; c < stride; ++c)
+        values[v * stride + c] = static_cast<float>(sums[c] / weights);
+    }
+  });
+  return values;
+}
+
+Rgb confidenceColour(float confidence)
+{
+  constexpr std::array<float, 3> blue{58, 92, 190}, skin{232, 190, 165};
+  const float share = confidence > 0 ? std::min(confidence, 1.f) : 0; // NaN is no confidence
+  Rgb colour;
+  for (std::size_t c = 0; c < 3; ++c)
+    colour[c] = static_cast<std::uint8_t>(std::lround(blue[c] + share * (skin[c] - blue[c])));
+  return colour;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -23,7 +23,7 @@ struct MeshStatistics {
   std::int64_t boundaryLoops = 0;
   std::int64_t nonManifoldEdges = 0;    ///< more than two triangles, or two that disagree on the orientation
   std::int64_t nonManifoldVertices = 0; ///< triangles around the vertex do not form one fan
-  std::int64_t degenerateTriangles = 0; ///< repeated vertex, not finite, or quality below 1e-6
+  std::int64_t degenerateTriangles = 0; ///< repeated or missing vertex, not finite, or quality below 1e-6
   std::int64_t unusedVertices = 0;
   std::int64_t eulerCharacteristic = 0; ///< V − E + F, V without unused vertices
   double area = 0;                      ///< cloud's unit squared
@@ -43,10 +43,16 @@ struct MeshStatistics {
   }
 };
 
-/// Computes all statistics. Cost: O(n log n) in the number of triangles.
+/// Computes all statistics, of any mesh.
+///
+/// Triangles with a repeated vertex or an index out of range count as degenerate and are left out of the topology
+/// (edges, components, Euler characteristic); areas, volumes and lengths that are not finite are left out of the sums.
+/// \throw ResourceLimit for more than 2³¹/3 triangles
+/// Cost: linear in the number of triangles for bounded valences.
 MeshStatistics measure(const TriangleMesh& mesh);
 
-/// Component of each triangle, connected over shared edges; components are numbered by their first triangle.
+/// Component of each triangle, connected over shared edges; components are numbered by their first triangle;
+/// −1 for triangles with a repeated vertex or an index out of range.
 /// \return number of components
 std::int32_t connectedComponents(const TriangleMesh& mesh, std::vector<std::int32_t>& componentOfTriangle);
 

@@ -21,8 +21,8 @@ enum class Trimming {
 struct TrimmingOptions {
   Trimming trimming = Trimming::holes;
   float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the points' bbox diagonal
-  float minComponentShare =
-      .01f; ///< drop components with less than this share of the supported area, [0, 1); not with `none`
+  /// Components with less than this share of the supported area are dropped, [0, 1); not with `none`.
+  float minComponentShare = .01f;
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -42,9 +42,13 @@ struct TrimResult {
 /// A triangle is unsupported if the confidence of all its vertices is 0. Edge-connected unsupported triangles form a
 /// region. A region is an extrapolation if it touches the mesh's boundary (the field's border), has no supported
 /// neighbour at all, or if its diameter, estimated as twice the largest distance from one of its vertices to the
-/// nearest data point, exceeds maxHole; otherwise it is a hole filling. \param mesh with confidences; remains manifold:
-/// vertices that touch only at a corner after trimming are duplicated \param search holds the data points \param
-/// diagonal of the points' bounding box, for the automatic maxHole
+/// nearest data point, exceeds maxHole; otherwise it is a hole filling.
+/// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
+/// \param search holds the data points
+/// \param diagonal of the points' bounding box, for the automatic maxHole
+/// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
+/// Cost: linear in the number of triangles, and one query per vertex of the regions in question.
+/// The result does not depend on the number of threads.
 TrimResult trim(const TriangleMesh& mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
                 Execution& execution);
 

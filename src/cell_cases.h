@@ -1,0 +1,44 @@
+/// \file
+/// \brief How the zero level passes through one cell, for each of the 256 sign patterns of its corners.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// A segment of the lattice that can carry a vertex. Corners of a cell are numbered by bits (x = 1, y = 2, z = 4); the
+/// edge leads from `corner` to `corner | direction`.
+struct CellEdge {
+  std::uint8_t corner;
+  std::uint8_t direction;
+};
+
+/// Polygons of one sign pattern: indices into CellTable::edges, counter-clockwise seen from the positive side.
+struct CellCase {
+  std::vector<std::array<std::uint8_t, 4>> quads; ///< either diagonal may be taken
+  std::vector<std::array<std::uint8_t, 3>> triangles;
+};
+
+/// Cases of one decomposition. Bit c of a case is set if corner c is negative.
+struct CellTable {
+  std::vector<CellEdge> edges;
+  std::vector<std::uint8_t> directions; ///< the distinct directions of the edges, ascending
+  std::array<CellCase, 256> cases;
+};
+
+/// Cubes: the loops in which the zero level leaves the cell through its faces, triangulated.
+///
+/// On a face whose signs alternate the negative corners are separated. Neighbours see the same four signs, hence the
+/// same segments. No triangulation uses a diagonal between two vertices of one face: the neighbour could use it too,
+/// and the edge would have four triangles. All loops (3 to 7 vertices) can be triangulated so.
+const CellTable& cubeTable();
+
+/// Tetrahedra: the six that climb from corner 0 to corner 7 along the axes in each of their orders. The pattern repeats
+/// with the lattice, so that neighbours cut a common face along the same diagonal.
+const CellTable& tetrahedraTable();
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,379 @@
+#include "support/self_intersection_oracle.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/polygonizer.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+
+using namespace pcl::mrf;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+TriangleMesh extract(const DistanceField& field, CellDecomposition decomposition, int threads = 1)
+{
+  PolygonizerOptions options;
+  options.decomposition = decomposition;
+  Execution execution(threads);
+  return polygonize(field, options, execution);
+}
+
+DistanceField makeField(GridSize size, std::vector<float> distances, double spacing = 1,
+                        const Vector3d& origin = Vector3d::Zero())
+{
+  Lattice lattice;
+  lattice.size = size;
+  lattice.spacing = spacing;
+  lattice.origin = origin;
+  std::vector<float> confidences(distances.size(), 1.f);
+  return {lattice, std::move(distances), std::move(confidences)};
+}
+
+bool isAtBorder(GridSize size, int i, int j, int k)
+{
+  return i == 0 || j == 0 || k == 0 || i == size.x - 1 || j == size.y - 1 || k == size.z - 1;
+}
+
+/// Values from `value(i, j, k)` inside a border of `outside`.
+template <typename Value>
+DistanceField enclosed(GridSize size, float outside, const Value& value, double spacing = 1,
+                       const Vector3d& origin = Vector3d::Zero())
+{
+  std::vector<float> distances;
+  for (int k = 0; k < size.z; ++k)
+    for (int j = 0; j < size.y; ++j)
+      for (int i = 0; i < size.x; ++i)
+        distances.push_back(isAtBorder(size, i, j, k) ? outside : value(i, j, k));
+  return makeField(size, std::move(distances), spacing, origin);
+}
+
+/// What every extracted mesh must be, whatever the field.
+void expectValid(const MeshStatistics& mesh)
+{
+  EXPECT_EQ(mesh.nonManifoldEdges, 0);
+  EXPECT_EQ(mesh.nonManifoldVertices, 0);
+  EXPECT_EQ(mesh.degenerateTriangles, 0);
+  EXPECT_EQ(mesh.unusedVertices, 0);
+}
+
+void expectClosed(const MeshStatistics& mesh)
+{
+  expectValid(mesh);
+  EXPECT_EQ(mesh.boundaryEdges, 0);
+  EXPECT_EQ(mesh.eulerCharacteristic % 2, 0); // of a closed orientable surface, 2 per component less 2 per handle
+}
+
+bool sameBytes(const TriangleMesh& a, const TriangleMesh& b)
+{
+  return a.vertices == b.vertices && a.triangles == b.triangles;
+}
+
+std::vector<std::array<float, 3>> sortedVertices(const TriangleMesh& mesh)
+{
+  std::vector<std::array<float, 3>> sorted;
+  for (const Vector3f& x : mesh.vertices)
+    sorted.push_back({x.x(), x.y(), x.z()});
+  std::sort(sorted.begin(), sorted.end());
+  return sorted;
+}
+
+class Polygonizer : public ::testing::TestWithParam<CellDecomposition> {
+protected:
+  TriangleMesh extract(const DistanceField& field, int threads = 1) const
+  {
+    return ::extract(field, GetParam(), threads);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Decompositions, Polygonizer,
+                         ::testing::Values(CellDecomposition::cubes, CellDecomposition::tetrahedra),
+                         [](const auto& instance) {
+                           return std::string(instance.param == CellDecomposition::cubes ? "cubes" : "tetrahedra");
+                         });
+
+TEST_P(Polygonizer, everySignPatternOfACellIsClosedAndManifold)
+{
+  for (int signs = 0; signs < 256; ++signs) {
+    SCOPED_TRACE(signs);
+    const DistanceField field = enclosed({4, 4, 4}, .7f, [&](int i, int j, int k) {
+      return signs >> ((i - 1) | (j - 1) << 1 | (k - 1) << 2) & 1 ? -.4f : .5f;
+    });
+    const MeshStatistics mesh = measure(extract(field));
+    expectClosed(mesh);
+    if (signs != 0) {
+      EXPECT_GT(mesh.triangles, 0);
+      EXPECT_GT(mesh.volume, 0); // outward
+    } else {
+      EXPECT_EQ(mesh.vertices, 0);
+    }
+  }
+}
+
+/// Each sign pattern next to each other one: a shared face must be cut alike from both sides.
+TEST_P(Polygonizer, everyPairOfNeighbouringPatternsIsClosedAndManifold)
+{
+  for (int signs = 0; signs < 4096; ++signs) {
+    const DistanceField field = enclosed({5, 4, 4}, .7f, [&](int i, int j, int k) {
+      return signs >> ((i - 1) + 3 * ((j - 1) | (k - 1) << 1)) & 1 ? -.4f : .5f;
+    });
+    const MeshStatistics mesh = measure(extract(field));
+    ASSERT_TRUE(mesh.closed() && mesh.manifold() && mesh.degenerateTriangles == 0) << signs;
+  }
+}
+
+TEST_P(Polygonizer, whiteNoiseIsClosedAndManifold)
+{
+  std::mt19937 random(7);
+  std::normal_distribution<float> noise;
+  for (const GridSize size : {GridSize{10, 10, 10}, GridSize{20, 17, 13}, GridSize{7, 9, 20}}) {
+    const auto field = enclosed(size, 1, [&](int, int, int) { return noise(random); });
+    const MeshStatistics mesh = measure(extract(field));
+    expectClosed(mesh);
+    EXPECT_GT(mesh.triangles, size.count() / 2);
+  }
+}
+
+/// Rows of more than one 64-voxel word, and rows that end exactly with a word.
+TEST_P(Polygonizer, rowsOfAnyLengthAreClosedAndManifold)
+{
+  std::mt19937 random(8);
+  std::normal_distribution<float> noise;
+  for (const int length : {63, 64, 65, 127, 128, 129, 130}) {
+    SCOPED_TRACE(length);
+    const auto field = enclosed({length, 5, 5}, 1, [&](int, int, int) { return noise(random); });
+    expectClosed(measure(extract(field)));
+    // The same values with the axes exchanged need no word boundary.
+    const auto turned = enclosed({5, 5, length}, 1, [&](int i, int j, int k) { return field.distance(k, i, j); });
+    EXPECT_EQ(measure(extract(turned)).vertices, measure(extract(field)).vertices);
+  }
+}
+
+/// Crossings pushed to the ends of their edges give the flattest triangles there can be.
+TEST_P(Polygonizer, noTriangleDegeneratesWithValuesNearZero)
+{
+  const std::vector<float> values{
+      0.f, -0.f, 1e-30f, -1e-30f, std::numeric_limits<float>::denorm_min(), -std::numeric_limits<float>::denorm_min(),
+      1.f, -1.f, 1e30f,  -1e30f};
+  std::mt19937 random(9);
+  std::uniform_int_distribution<std::size_t> pick(0, values.size() - 1);
+  const auto value = [&](int, int, int) { return values[pick(random)]; };
+  // Origins in voxels: near, at 5,000 and at 100,000 voxels from the frame's origin, where float keeps 1/2048 and
+  // 1/128.
+  for (const double distance : {-8., 5000., 100000.})
+    for (const double spacing : {1., 1e-3, 370.}) {
+      SCOPED_TRACE(::testing::Message() << distance << " voxels of " << spacing);
+      const Vector3d origin = distance * spacing * Vector3d(1, -1, .7);
+      const MeshStatistics mesh = measure(extract(enclosed({16, 16, 16}, 1, value, spacing, origin)));
+      expectClosed(mesh);
+    }
+}
+
+TEST_P(Polygonizer, zeroIsOutside)
+{
+  EXPECT_TRUE(extract(makeField({3, 3, 3}, std::vector<float>(27, 0.f))).triangles.empty());
+  EXPECT_TRUE(extract(makeField({3, 3, 3}, std::vector<float>(27, -0.f))).triangles.empty());
+  // Negative all over but for one zero: the surface is a bubble around it, with its normals towards the zero.
+  std::vector<float> distances(27, -1.f);
+  distances[13] = 0;
+  const MeshStatistics mesh = measure(extract(makeField({3, 3, 3}, distances)));
+  expectClosed(mesh);
+  EXPECT_EQ(mesh.eulerCharacteristic, 2);
+  EXPECT_LT(mesh.volume, 0);
+}
+
+TEST_P(Polygonizer, infiniteAndUndefinedValuesGiveFinitePositions)
+{
+  const float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const std::vector<float> values{-infinity, infinity, nan, -1.f, 1.f};
+  std::mt19937 random(10);
+  std::uniform_int_distribution<std::size_t> pick(0, values.size() - 1);
+  const TriangleMesh mesh = extract(enclosed({9, 9, 9}, infinity, [&](int, int, int) { return values[pick(random)]; }));
+  EXPECT_TRUE(std::all_of(mesh.vertices.begin(), mesh.vertices.end(), [](const Vector3f& x) { return x.allFinite(); }));
+  expectClosed(measure(mesh));
+}
+
+TEST_P(Polygonizer, mirroredSignsGiveTheSameVertices)
+{
+  std::mt19937 random(11);
+  std::normal_distribution<float> noise; // without exact zeros, which are outside in both
+  std::vector<float> distances, mirrored;
+  for (int n = 0; n < 9 * 8 * 7; ++n) {
+    distances.push_back(noise(random));
+    mirrored.push_back(-distances.back());
+  }
+  const TriangleMesh mesh = extract(makeField({9, 8, 7}, distances));
+  const TriangleMesh inverse = extract(makeField({9, 8, 7}, mirrored));
+  EXPECT_EQ(sortedVertices(mesh), sortedVertices(inverse));
+}
+
+TEST_P(Polygonizer, leavesTheLatticeOnlyAtItsBorder)
+{
+  std::mt19937 random(12);
+  std::normal_distribution<float> noise;
+  std::vector<float> distances(11 * 12 * 13);
+  for (float& distance : distances)
+    distance = noise(random);
+  const TriangleMesh mesh = extract(makeField({11, 12, 13}, distances));
+  const MeshStatistics statistics = measure(mesh);
+  expectValid(statistics);
+  EXPECT_GT(statistics.boundaryEdges, 0);
+  // An edge is on the boundary exactly if both its ends are on one face of the lattice's box.
+  const Vector3f last(10, 11, 12);
+  std::int64_t onFace = 0;
+  std::map<std::pair<std::int32_t, std::int32_t>, int> sides;
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t c = 0; c < 3; ++c)
+      ++sides[std::minmax(t[c], t[(c + 1) % 3])];
+  for (const auto& [edge, count] : sides) {
+    const Vector3f& a = mesh.vertices[static_cast<std::size_t>(edge.first)];
+    const Vector3f& b = mesh.vertices[static_cast<std::size_t>(edge.second)];
+    bool shared = false;
+    for (int axis = 0; axis < 3; ++axis)
+      shared = shared || (a[axis] == b[axis] && (a[axis] == 0 || a[axis] == last[axis]));
+    EXPECT_EQ(count, shared ? 1 : 2);
+    onFace += shared ? 1 : 0;
+  }
+  EXPECT_EQ(onFace, statistics.boundaryEdges);
+}
+
+TEST_P(Polygonizer, doesNotDependOnThreads)
+{
+  std::mt19937 random(13);
+  std::normal_distribution<float> noise;
+  const auto field = enclosed({40, 33, 29}, 1, [&](int, int, int) { return noise(random); });
+  const TriangleMesh one = extract(field, 1);
+  for (const int threads : {2, 4})
+    EXPECT_TRUE(sameBytes(one, extract(field, threads))) << threads;
+  EXPECT_TRUE(sameBytes(one, extract(field, 4)));
+}
+
+struct Solid {
+  const char* name;
+  shapes::Sdf sdf;
+  double area, volume; ///< of the truth
+  std::int64_t components, eulerCharacteristic;
+};
+
+std::vector<Solid> solids()
+{
+  const double r = .61, major = .6, minor = .22, tubeRadius = .16, tubeLength = 1.1;
+  // A box with rounded edges: an inner box of half sides h − ρ grown by ρ (Steiner's formula).
+  const Vector3d half(.63, .52, .41);
+  const double rounding = .15;
+  const Vector3d inner = 2 * (half - Vector3d::Constant(rounding));
+  const double innerArea = 2 * (inner.x() * inner.y() + inner.y() * inner.z() + inner.z() * inner.x());
+  const double boxArea = innerArea + 2 * pi * rounding * inner.sum() + 4 * pi * rounding * rounding;
+  const double boxVolume = inner.prod() + innerArea * rounding + pi * rounding * rounding * inner.sum() +
+                           4. / 3 * pi * std::pow(rounding, 3);
+  const Vector3d along = tubeLength * Vector3d(.9, .3, .2).normalized();
+  const Vector3d start = Vector3d(-.5, -.4, -.2), aside(-.05, .45, .3);
+  return {
+      {"sphere", shapes::sphere(r, {.03, -.02, .05}), 4 * pi * r * r, 4. / 3 * pi * r * r * r, 1, 2},
+      {"torus", shapes::torus(major, minor), 4 * pi * pi * major * minor, 2 * pi * pi * major * minor * minor, 1, 0},
+      {"box", shapes::box(half, rounding), boxArea, boxVolume, 1, 2},
+      {"two tubes",
+       shapes::unite(shapes::tube(start, start + along, tubeRadius),
+                     shapes::tube(start + aside, start + along + aside, tubeRadius)),
+       2 * (2 * pi * tubeRadius * tubeLength + 4 * pi * tubeRadius * tubeRadius),
+       2 * (pi * tubeRadius * tubeRadius * tubeLength + 4. / 3 * pi * std::pow(tubeRadius, 3)), 2, 4}};
+}
+
+TEST_P(Polygonizer, areaAndVolumeConvergeAtSecondOrder)
+{
+  for (const Solid& solid : solids()) {
+    SCOPED_TRACE(solid.name);
+    std::vector<double> areaErrors, volumeErrors;
+    for (const int voxels : {24, 48, 96}) {
+      const MeshStatistics mesh = measure(extract(shapes::field(solid.sdf, 1, voxels)));
+      expectClosed(mesh);
+      EXPECT_EQ(mesh.components, solid.components);
+      EXPECT_EQ(mesh.eulerCharacteristic, solid.eulerCharacteristic);
+      areaErrors.push_back(std::abs(mesh.area / solid.area - 1));
+      volumeErrors.push_back(std::abs(mesh.volume / solid.volume - 1));
+    }
+    // Two halvings: 16 at second order; a first-order error would give 4.
+    EXPECT_GT(areaErrors.front() / areaErrors.back(), 9);
+    EXPECT_GT(volumeErrors.front() / volumeErrors.back(), 9);
+    EXPECT_LT(volumeErrors.back(), .01);
+  }
+}
+
+TEST_P(Polygonizer, verticesLieOnTheZeroLevel)
+{
+  const shapes::Sdf sdf = shapes::torus(.6, .25);
+  std::vector<double> errors;
+  for (const int voxels : {24, 48}) {
+    double largest = 0;
+    for (const Vector3f& x : extract(shapes::field(sdf, 1, voxels)).vertices)
+      largest = std::max(largest, std::abs(sdf(x.cast<double>())));
+    errors.push_back(largest);
+    // A linear crossing is off by at most e²κ/8 along an edge e of up to √3 voxels, and by the margin (1/512) of it.
+    const double edge = std::sqrt(3.) * 2 / voxels;
+    EXPECT_LT(largest, edge * edge / 8 * 4 * 1.2 + edge / 512); // κ = 1/.25, 20 % for its change along the edge
+  }
+  EXPECT_LT(errors[1], errors[0] / 2);
+}
+
+TEST_P(Polygonizer, trianglesFaceOutwards)
+{
+  const shapes::Sdf sdf = shapes::torus(.6, .25);
+  const TriangleMesh mesh = extract(shapes::field(sdf, 1, 40));
+  for (const Triangle& t : mesh.triangles) {
+    const Vector3d a = mesh.vertices[static_cast<std::size_t>(t[0])].cast<double>();
+    const Vector3d b = mesh.vertices[static_cast<std::size_t>(t[1])].cast<double>();
+    const Vector3d c = mesh.vertices[static_cast<std::size_t>(t[2])].cast<double>();
+    const Vector3d normal = (b - a).cross(c - a);
+    // Slivers, with sides near the margin, may turn by rounding and by the clamping of their vertices.
+    if (triangleQuality(a.cast<float>(), b.cast<float>(), c.cast<float>()) > .1) {
+      EXPECT_GT(normal.dot(shapes::normalOf(sdf, (a + b + c) / 3)), 0);
+    }
+  }
+}
+
+TEST_P(Polygonizer, smoothFieldsDoNotIntersectThemselves)
+{
+  for (const Solid& solid : solids()) {
+    SCOPED_TRACE(solid.name);
+    EXPECT_EQ(oracle::selfIntersectingTriangles(extract(shapes::field(solid.sdf, 1, 41))).size(), 0u);
+  }
+}
+
+/// The pieces in two tetrahedra meet in their common face alone, so that nothing can intersect however rough the field.
+TEST(PolygonizerTetrahedra, whiteNoiseDoesNotIntersectItself)
+{
+  std::mt19937 random(14);
+  std::normal_distribution<float> noise;
+  const auto field = enclosed({14, 14, 14}, 1, [&](int, int, int) { return noise(random); });
+  EXPECT_EQ(oracle::selfIntersectingTriangles(extract(field, CellDecomposition::tetrahedra)).size(), 0u);
+}
+
+TEST(PolygonizerCubes, hasHalfTheTrianglesOfTetrahedra)
+{
+  const auto field = shapes::field(shapes::sphere(.7), 1, 40);
+  const double cubes = static_cast<double>(extract(field, CellDecomposition::cubes).triangles.size());
+  const double tetrahedra = static_cast<double>(extract(field, CellDecomposition::tetrahedra).triangles.size());
+  EXPECT_GT(tetrahedra / cubes, 1.8);
+  EXPECT_LT(tetrahedra / cubes, 3.5);
+}
+
+TEST(PolygonizerFields, withoutAZeroLevelGiveAnEmptyMesh)
+{
+  for (const float value : {-1.f, 1.f}) {
+    const TriangleMesh mesh = extract(makeField({5, 6, 7}, std::vector<float>(210, value)), CellDecomposition::cubes);
+    EXPECT_TRUE(mesh.vertices.empty());
+    EXPECT_TRUE(mesh.triangles.empty());
+  }
+  EXPECT_TRUE(extract(DistanceField(), CellDecomposition::cubes).triangles.empty());
+}
+
+} // namespace
