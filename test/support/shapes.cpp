@@ -11,54 +11,6 @@ namespace shapes {
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
-Sdf sphere(double radius, const Vector3d& centre)
-{
-  return [=](const Vector3d& x) { return (x - centre).norm() - radius; };
-}
-
-Sdf torus(double majorRadius, double minorRadius)
-{
-  return [=](const Vector3d& x) { return std::hypot(std::hypot(x.x(), x.y()) - majorRadius, x.z()) - minorRadius; };
-}
-
-Sdf box(const Vector3d& half, double rounding)
-{
-  return [=](const Vector3d& x) {
-    const Vector3d q = x.cwiseAbs() - (half - Vector3d::Constant(rounding));
-    return q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0) - rounding;
-  };
-}
-
-Sdf tube(const Vector3d& a, const Vector3d& b, double radius)
-{
-  return [=](const Vector3d& x) {
-    const double t = std::clamp((x - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
-    return (x - a - t * (b - a)).norm() - radius;
-  };
-}
-
-Sdf plane(const Vector3d& normal)
-{
-  const Vector3d unit = normal.normalized();
-  return [=](const Vector3d& x) { return unit.dot(x); };
-}
-
-Sdf unite(const Sdf& a, const Sdf& b)
-{
-  return [=](const Vector3d& x) { return std::min(a(x), b(x)); };
-}
-
-Vector3d normalOf(const Sdf& sdf, const Vector3d& position)
-{
-  const double step = 1e-5;
-  Vector3d gradient;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d offset = step * Vector3d::Unit(axis);
-    gradient[axis] = sdf(position + offset) - sdf(position - offset);
-  }
-  return gradient.normalized();
-}
-
 pcl::mrf::PointSet sample(const Sdf& sdf, double halfSide, double spacing, unsigned seed)
 {
   std::mt19937 random(seed);

@@ -1,31 +1,16 @@
 /// \file
-/// \brief Analytic shapes with exact signed distances: sampled clouds and fields for the tests.
+/// \brief Sampled clouds and fields of the analytic shapes for the tests.
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/point_set.h>
 
+#include <shapes/signed_distance.h>
+
 #include <functional>
 #include <vector>
 
 namespace shapes {
-
-/// Signed distance, negative inside.
-using Sdf = std::function<double(const Eigen::Vector3d&)>;
-
-Sdf sphere(double radius, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero());
-/// Torus around the z axis.
-Sdf torus(double majorRadius, double minorRadius);
-/// Axis-aligned box with its edges rounded by `rounding`; `half` are the outer half sides.
-Sdf box(const Eigen::Vector3d& half, double rounding = 0);
-/// Capsule between two points.
-Sdf tube(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius);
-/// Half space below the plane through the origin with the given outward normal.
-Sdf plane(const Eigen::Vector3d& normal);
-Sdf unite(const Sdf& a, const Sdf& b);
-
-/// Unit outward normal by central differences.
-Eigen::Vector3d normalOf(const Sdf& sdf, const Eigen::Vector3d& position);
 
 /// About evenly spaced points on the zero level with exact normals, inside the box [-halfSide, halfSide]³.
 ///

@@ -1,0 +1,109 @@
+#include "signed_distance.h"
+
+#include "portable_math.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace shapes {
+
+using Eigen::Vector3d;
+using portable::dot;
+using portable::norm;
+
+namespace {
+
+double hypotenuse(double a, double b)
+{
+  return std::sqrt(a * a + b * b);
+}
+
+} // namespace
+
+Sdf sphere(double radius, const Vector3d& centre)
+{
+  return [=](const Vector3d& x) { return norm(x - centre) - radius; };
+}
+
+Sdf torus(double majorRadius, double minorRadius)
+{
+  return [=](const Vector3d& x) { return hypotenuse(hypotenuse(x.x(), x.y()) - majorRadius, x.z()) - minorRadius; };
+}
+
+Sdf box(const Vector3d& half, double rounding)
+{
+  return [=](const Vector3d& x) {
+    const Vector3d q = x.cwiseAbs() - (half - Vector3d::Constant(rounding));
+    return norm(q.cwiseMax(0)) + std::min(q.maxCoeff(), 0.0) - rounding;
+  };
+}
+
+Sdf tube(const Vector3d& a, const Vector3d& b, double radius)
+{
+  return [=](const Vector3d& x) {
+    const double t = std::clamp(dot(x - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
+    return norm(x - a - t * (b - a)) - radius;
+  };
+}
+
+Sdf cylinder(const Vector3d& a, const Vector3d& b, double radius)
+{
+  const Vector3d centre = .5 * (a + b), axis = portable::unit(b - a);
+  const double halfLength = .5 * norm(b - a);
+  return [=](const Vector3d& x) {
+    const double height = dot(x - centre, axis);
+    const double across = norm(x - centre - height * axis) - radius;
+    const double along = std::abs(height) - halfLength;
+    return hypotenuse(std::max(across, 0.0), std::max(along, 0.0)) + std::min(std::max(across, along), 0.0);
+  };
+}
+
+Sdf plane(const Vector3d& normal)
+{
+  const Vector3d unit = portable::unit(normal);
+  return [=](const Vector3d& x) { return dot(unit, x); };
+}
+
+Sdf translate(const Sdf& shape, const Vector3d& offset)
+{
+  return [=](const Vector3d& x) { return shape(x - offset); };
+}
+
+Sdf unite(const Sdf& a, const Sdf& b)
+{
+  return [=](const Vector3d& x) { return std::min(a(x), b(x)); };
+}
+
+Sdf unite(std::vector<Sdf> shapes)
+{
+  return [shapes = std::move(shapes)](const Vector3d& x) {
+    double distance = std::numeric_limits<double>::infinity();
+    for (const Sdf& shape : shapes)
+      distance = std::min(distance, shape(x));
+    return distance;
+  };
+}
+
+Sdf subtract(const Sdf& a, std::vector<Sdf> b)
+{
+  return [a, b = std::move(b)](const Vector3d& x) {
+    double distance = a(x);
+    for (const Sdf& shape : b)
+      distance = std::max(distance, -shape(x));
+    return distance;
+  };
+}
+
+Vector3d normalOf(const Sdf& sdf, const Vector3d& position)
+{
+  const double step = 1e-5;
+  Vector3d gradient;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d offset = step * Vector3d::Unit(axis);
+    gradient[axis] = sdf(position + offset) - sdf(position - offset);
+  }
+  return portable::unit(gradient);
+}
+
+} // namespace shapes

@@ -1,0 +1,39 @@
+/// \file
+/// \brief Signed distances to analytic shapes: what is scanned, and the truth to measure against.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <functional>
+#include <vector>
+
+namespace shapes {
+
+/// Signed distance, negative inside. The zero level is exact for every shape here; the distance itself is exact where
+/// nothing else is said.
+using Sdf = std::function<double(const Eigen::Vector3d&)>;
+
+Sdf sphere(double radius, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero());
+/// Torus around the z axis.
+Sdf torus(double majorRadius, double minorRadius);
+/// Axis-aligned box with its edges rounded by `rounding`; `half` are the outer half sides.
+Sdf box(const Eigen::Vector3d& half, double rounding = 0);
+/// Capsule between two points.
+Sdf tube(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius);
+/// Solid cylinder with flat ends at two points.
+Sdf cylinder(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius);
+/// Half space below the plane through the origin with the given outward normal.
+Sdf plane(const Eigen::Vector3d& normal);
+
+/// The shape moved by `offset`.
+Sdf translate(const Sdf& shape, const Eigen::Vector3d& offset);
+/// Union: exact outside; inside, where the shapes overlap, the result is at most as far from the surface as told.
+Sdf unite(const Sdf& a, const Sdf& b);
+Sdf unite(std::vector<Sdf> shapes);
+/// What of a is outside of all of b: a lower bound of the distance outside.
+Sdf subtract(const Sdf& a, std::vector<Sdf> b);
+
+/// Unit outward normal by central differences.
+Eigen::Vector3d normalOf(const Sdf& sdf, const Eigen::Vector3d& position);
+
+} // namespace shapes
