@@ -1,0 +1,323 @@
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/polygonizer.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+
+using namespace pcl::mrf;
+using Eigen::Vector3f;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+/// Corners 0, x, y, z of the unit cube, outward.
+TriangleMesh tetrahedron(const Vector3f& offset = Vector3f::Zero())
+{
+  TriangleMesh mesh;
+  mesh.vertices = {offset, offset + Vector3f::UnitX(), offset + Vector3f::UnitY(), offset + Vector3f::UnitZ()};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  return mesh;
+}
+
+/// `count` of the 6 triangles of a regular hexagon with unit sides.
+TriangleMesh hexagonFan(int count)
+{
+  TriangleMesh mesh;
+  mesh.vertices.push_back(Vector3f::Zero());
+  for (int n = 0; n < 6; ++n)
+    mesh.vertices.emplace_back(std::cos(static_cast<float>(n * pi / 3)), std::sin(static_cast<float>(n * pi / 3)), 0.f);
+  for (int n = 0; n < count; ++n)
+    mesh.triangles.push_back({0, n + 1, (n + 1) % 6 + 1});
+  return mesh;
+}
+
+/// A torus of m × n vertices, all of valence 6.
+TriangleMesh torus(int m, int n, double majorRadius, double minorRadius)
+{
+  TriangleMesh mesh;
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < m; ++i) {
+      const double u = 2 * pi * i / m, v = 2 * pi * j / n, r = majorRadius + minorRadius * std::cos(v);
+      mesh.vertices.push_back(
+          Eigen::Vector3d(r * std::cos(u), r * std::sin(u), minorRadius * std::sin(v)).cast<float>());
+      const std::int32_t a = i + m * j, b = (i + 1) % m + m * j, c = (i + 1) % m + m * ((j + 1) % n),
+                         d = i + m * ((j + 1) % n);
+      mesh.triangles.push_back({a, b, c});
+      mesh.triangles.push_back({a, c, d});
+    }
+  return mesh;
+}
+
+void append(TriangleMesh& mesh, const TriangleMesh& other)
+{
+  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const Triangle& t : other.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+TEST(TriangleQuality, isTwiceTheRatioOfTheRadii)
+{
+  const Vector3f o(0, 0, 0);
+  EXPECT_NEAR(triangleQuality(o, {1, 0, 0}, {.5f, std::sqrt(.75f), 0}), 1, 1e-6); // equilateral, to float's rounding
+  // Sides 3, 4, 5: inradius 1, circumradius 5/2.
+  EXPECT_NEAR(triangleQuality(o, {3, 0, 0}, {0, 4, 0}), .8, 1e-12);
+  EXPECT_NEAR(triangleQuality({3e-12f, 0, 0}, {0, 4e-12f, 0}, o), .8, 1e-6);
+  EXPECT_NEAR(triangleQuality({3e12f, 0, 0}, {0, 4e12f, 0}, o), .8, 1e-6);
+  EXPECT_EQ(triangleQuality(o, {1, 1, 1}, {2, 2, 2}), 0);
+  EXPECT_EQ(triangleQuality(o, o, {1, 0, 0}), 0);
+  EXPECT_EQ(triangleQuality(o, o, o), 0);
+  EXPECT_EQ(triangleQuality(o, {1, 0, 0}, {0, std::numeric_limits<float>::quiet_NaN(), 0}), 0);
+  EXPECT_EQ(triangleQuality(o, {1, 0, 0}, {0, std::numeric_limits<float>::infinity(), 0}), 0);
+}
+
+TEST(MeshQuality, tetrahedron)
+{
+  const MeshStatistics s = measure(tetrahedron({10, -20, 5}));
+  EXPECT_EQ(s.vertices, 4);
+  EXPECT_EQ(s.triangles, 4);
+  EXPECT_EQ(s.edges, 6);
+  EXPECT_EQ(s.components, 1);
+  EXPECT_TRUE(s.closed());
+  EXPECT_TRUE(s.manifold());
+  EXPECT_EQ(s.boundaryLoops, 0);
+  EXPECT_EQ(s.degenerateTriangles, 0);
+  EXPECT_EQ(s.eulerCharacteristic, 2);
+  EXPECT_NEAR(s.volume, 1. / 6, 1e-12);
+  const double large = std::sqrt(3.) / 2;
+  EXPECT_NEAR(s.area, 1.5 + large, 1e-12);
+  EXPECT_NEAR(s.meanEdge, (1 + std::sqrt(2.)) / 2, 1e-12);
+  EXPECT_NEAR(s.minEdge, 1, 1e-12);
+  EXPECT_NEAR(s.maxEdge, std::sqrt(2.), 1e-12);
+  const double right = 2 * (std::sqrt(2.) - 1); // 2 r / R = 2 (1 − √½) / √½
+  EXPECT_NEAR(s.minQuality, right, 1e-12);
+  EXPECT_NEAR(s.meanQuality, (3 * right + 1) / 4, 1e-12);
+  const double mean = (1.5 + large) / 4;
+  EXPECT_NEAR(s.areaDeviation, std::sqrt((3 * std::pow(.5 - mean, 2) + std::pow(large - mean, 2)) / 4) / mean, 1e-12);
+  EXPECT_EQ(s.valences[3], 4);
+  EXPECT_EQ(s.regularShare(), 0);
+}
+
+TEST(MeshQuality, insideOutTetrahedronHasNegativeVolume)
+{
+  TriangleMesh mesh = tetrahedron();
+  for (Triangle& t : mesh.triangles)
+    std::swap(t[1], t[2]);
+  const MeshStatistics s = measure(mesh);
+  EXPECT_TRUE(s.closed() && s.manifold());
+  EXPECT_NEAR(s.volume, -1. / 6, 1e-12);
+}
+
+TEST(MeshQuality, twoTetrahedraOnOneVertex)
+{
+  TriangleMesh mesh = tetrahedron();
+  append(mesh, tetrahedron());
+  for (Triangle& t : mesh.triangles)
+    for (std::int32_t& v : t)
+      v = v == 4 ? 0 : v;
+  const MeshStatistics s = measure(mesh);
+  EXPECT_EQ(s.nonManifoldVertices, 1);
+  EXPECT_EQ(s.nonManifoldEdges, 0);
+  EXPECT_EQ(s.components, 2); // a vertex does not connect
+  EXPECT_TRUE(s.closed());
+  EXPECT_EQ(s.unusedVertices, 1);
+  EXPECT_EQ(s.eulerCharacteristic, 7 - 12 + 8);
+  EXPECT_EQ(s.valences[0], 1);
+}
+
+/// Two open triangles on one vertex: two boundary loops that touch.
+TEST(MeshQuality, openBowTie)
+{
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 3, 4}};
+  const MeshStatistics s = measure(mesh);
+  EXPECT_EQ(s.nonManifoldVertices, 1);
+  EXPECT_EQ(s.boundaryEdges, 6);
+  EXPECT_EQ(s.boundaryLoops, 2);
+  EXPECT_EQ(s.components, 2);
+}
+
+TEST(MeshQuality, threeTrianglesOnAnEdge)
+{
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
+  const MeshStatistics s = measure(mesh);
+  EXPECT_EQ(s.nonManifoldEdges, 1);
+  EXPECT_EQ(s.nonManifoldVertices, 2);
+  EXPECT_EQ(s.edges, 7);
+  EXPECT_EQ(s.boundaryEdges, 6);
+  EXPECT_EQ(s.components, 1);
+  EXPECT_FALSE(s.manifold());
+}
+
+TEST(MeshQuality, flippedNeighbourIsFoundOnItsEdges)
+{
+  TriangleMesh mesh = tetrahedron();
+  std::swap(mesh.triangles[3][0], mesh.triangles[3][1]);
+  const MeshStatistics s = measure(mesh);
+  EXPECT_EQ(s.nonManifoldEdges, 3);
+  EXPECT_EQ(s.nonManifoldVertices, 0); // the triangles do form fans
+  EXPECT_EQ(s.boundaryEdges, 0);
+  EXPECT_EQ(s.components, 1);
+}
+
+TEST(MeshQuality, duplicateTriangle)
+{
+  TriangleMesh mesh = tetrahedron();
+  mesh.triangles.push_back(mesh.triangles.front());
+  const MeshStatistics s = measure(mesh);
+  EXPECT_EQ(s.nonManifoldEdges, 3);
+  EXPECT_EQ(s.nonManifoldVertices, 3);
+}
+
+TEST(MeshQuality, openAndClosedFans)
+{
+  for (int count = 1; count <= 6; ++count) {
+    SCOPED_TRACE(count);
+    const MeshStatistics s = measure(hexagonFan(count));
+    EXPECT_TRUE(s.manifold());
+    EXPECT_EQ(s.boundaryEdges, count == 6 ? 6 : count + 2);
+    EXPECT_EQ(s.boundaryLoops, 1);
+    EXPECT_EQ(s.eulerCharacteristic, 1);
+    EXPECT_EQ(s.unusedVertices, std::max(5 - count, 0));
+    EXPECT_NEAR(s.area, count * std::sqrt(3.) / 4, 1e-6); // positions are float
+    EXPECT_NEAR(s.meanQuality, 1, 1e-6);
+    EXPECT_NEAR(s.areaDeviation, 0, 1e-3); // square root of float's rounding
+  }
+  EXPECT_NEAR(measure(hexagonFan(6)).regularShare(), 1. / 7, 1e-12);
+}
+
+TEST(MeshQuality, annulusHasTwoBoundaryLoops)
+{
+  TriangleMesh mesh = torus(12, 9, 2, .5);
+  // Without the triangles between two neighbouring rows of vertices the torus is an open tube.
+  mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 24);
+  const MeshStatistics s = measure(mesh);
+  EXPECT_TRUE(s.manifold());
+  EXPECT_EQ(s.boundaryEdges, 24);
+  EXPECT_EQ(s.boundaryLoops, 2);
+  EXPECT_EQ(s.eulerCharacteristic, 0);
+}
+
+TEST(MeshQuality, torus)
+{
+  const MeshStatistics s = measure(torus(60, 40, 2, .5));
+  EXPECT_TRUE(s.closed() && s.manifold());
+  EXPECT_EQ(s.components, 1);
+  EXPECT_EQ(s.eulerCharacteristic, 0);
+  EXPECT_EQ(s.valences[6], 60 * 40);
+  EXPECT_EQ(s.regularShare(), 1);
+  // Inscribed polygons of 60 and 40 corners lose about (2π/n)²/6 each.
+  const double loss = std::pow(2 * pi / 60, 2) / 6 + std::pow(2 * pi / 40, 2) / 6;
+  EXPECT_NEAR(s.volume / (2 * pi * pi * 2 * .25), 1 - loss, .3 * loss);
+}
+
+TEST(MeshQuality, anyIndicesAndPositionsAreSurvived)
+{
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  TriangleMesh mesh = tetrahedron();
+  mesh.vertices.emplace_back(nan, 0.f, 0.f);
+  mesh.triangles.push_back({0, 1, 99});
+  mesh.triangles.push_back({-1, 1, 2});
+  mesh.triangles.push_back({2, 2, 3});
+  mesh.triangles.push_back({std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max(), 0});
+  MeshStatistics s = measure(mesh);
+  EXPECT_EQ(s.triangles, 8);
+  EXPECT_EQ(s.degenerateTriangles, 4);
+  EXPECT_EQ(s.minQuality, 0);
+  EXPECT_EQ(s.eulerCharacteristic, 2); // of the rest
+  EXPECT_EQ(s.components, 1);
+  EXPECT_TRUE(s.manifold() && s.closed());
+  EXPECT_NEAR(s.volume, 1. / 6, 1e-12);
+  std::vector<std::int32_t> component;
+  EXPECT_EQ(connectedComponents(mesh, component), 1);
+  EXPECT_EQ(component, (std::vector<std::int32_t>{0, 0, 0, 0, -1, -1, -1, -1}));
+
+  mesh.triangles.push_back({0, 1, 4}); // a vertex that is not finite
+  s = measure(mesh);
+  EXPECT_EQ(s.degenerateTriangles, 5);
+  EXPECT_TRUE(std::isfinite(s.area) && std::isfinite(s.volume) && std::isfinite(s.meanEdge) &&
+              std::isfinite(s.maxEdge));
+  EXPECT_TRUE(std::isfinite(s.meanQuality) && std::isfinite(s.areaDeviation));
+
+  s = measure(TriangleMesh());
+  EXPECT_EQ(s.triangles + s.vertices + s.edges + s.components + s.boundaryLoops, 0);
+  EXPECT_EQ(s.minQuality, 0);
+  EXPECT_EQ(s.regularShare(), 0);
+}
+
+TEST(MeshQuality, randomSoupsAgreeWithCountingByHand)
+{
+  std::mt19937 random(3);
+  std::uniform_int_distribution<std::int32_t> vertex(0, 11);
+  for (int trial = 0; trial < 50; ++trial) {
+    TriangleMesh mesh;
+    for (int v = 0; v < 12; ++v)
+      mesh.vertices.push_back(Vector3f::Random());
+    while (mesh.triangles.size() < 10) {
+      const Triangle t{vertex(random), vertex(random), vertex(random)};
+      if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0])
+        mesh.triangles.push_back(t);
+    }
+    std::int64_t edges = 0, boundary = 0, nonManifold = 0;
+    for (std::int32_t a = 0; a < 12; ++a)
+      for (std::int32_t b = a + 1; b < 12; ++b) {
+        int forward = 0, backward = 0;
+        for (const Triangle& t : mesh.triangles)
+          for (std::size_t c = 0; c < 3; ++c) {
+            forward += t[c] == a && t[(c + 1) % 3] == b ? 1 : 0;
+            backward += t[c] == b && t[(c + 1) % 3] == a ? 1 : 0;
+          }
+        edges += forward + backward > 0 ? 1 : 0;
+        boundary += forward + backward == 1 ? 1 : 0;
+        nonManifold += forward > 1 || backward > 1 ? 1 : 0;
+      }
+    const MeshStatistics s = measure(mesh);
+    EXPECT_EQ(s.edges, edges);
+    EXPECT_EQ(s.boundaryEdges, boundary);
+    EXPECT_EQ(s.nonManifoldEdges, nonManifold);
+    EXPECT_EQ(std::accumulate(s.valences.begin(), s.valences.end(), std::int64_t{0}), 12);
+  }
+}
+
+TEST(MeshQuality, componentsAreNumberedByTheirFirstTriangle)
+{
+  TriangleMesh mesh = tetrahedron();
+  append(mesh, torus(5, 4, 2, .5));
+  append(mesh, tetrahedron({9, 9, 9}));
+  std::vector<Triangle> interleaved;
+  for (std::size_t n = 0; n < 4; ++n) // of the last tetrahedron, of the torus, of the first one
+    for (const std::size_t first : {std::size_t{44}, std::size_t{4}, std::size_t{0}})
+      interleaved.push_back(mesh.triangles[first + n]);
+  mesh.triangles = interleaved;
+  std::vector<std::int32_t> component;
+  EXPECT_EQ(connectedComponents(mesh, component), 3);
+  EXPECT_EQ(component, (std::vector<std::int32_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
+}
+
+TEST(MeshQuality, doesNotDependOnTheOrderOfTriangles)
+{
+  Execution execution(1);
+  TriangleMesh mesh = polygonize(shapes::field(shapes::torus(.6, .25), 1, 30), {}, execution);
+  const MeshStatistics before = measure(mesh);
+  std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), std::mt19937(1));
+  const MeshStatistics after = measure(mesh);
+  EXPECT_EQ(before.edges, after.edges);
+  EXPECT_EQ(before.valences, after.valences);
+  EXPECT_EQ(before.eulerCharacteristic, 0);
+  EXPECT_EQ(after.eulerCharacteristic, 0);
+  EXPECT_TRUE(after.manifold() && after.closed());
+  EXPECT_NEAR(before.volume, after.volume, 1e-12);
+}
+
+} // namespace

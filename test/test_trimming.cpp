@@ -1,0 +1,351 @@
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/trimming.h>
+#include <pcl/surface/mrf/vertex_fields.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+
+using namespace pcl::mrf;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr double spacing = .06;
+constexpr double reach = 3 * spacing; // confidence ends here, as with the default dEmax
+
+/// A surface with its points: the mesh carries confidences that fall from 1 at a point to 0 at `reach`.
+struct Scene {
+  TriangleMesh mesh;
+  std::unique_ptr<NeighbourSearch> search = makeKdTree();
+
+  Scene(const shapes::Sdf& sdf, const PointSet& points, int voxels = 34)
+  {
+    search->setPoints(points.positions);
+    const DistanceField exact = shapes::field(sdf, 1.2, voxels);
+    const GridSize size = exact.lattice().size;
+    std::vector<float> distances, confidences;
+    Neighbours nearest;
+    for (int k = 0; k < size.z; ++k)
+      for (int j = 0; j < size.y; ++j)
+        for (int i = 0; i < size.x; ++i) {
+          distances.push_back(exact.distance(i, j, k));
+          confidences.push_back(0);
+          if (std::abs(distances.back()) > 2 * exact.lattice().spacing)
+            continue; // no vertex interpolates here
+          search->nearest(exact.lattice().position(i, j, k), 1, nearest);
+          const double distance = std::sqrt(nearest.squaredDistances.front());
+          confidences.back() = static_cast<float>(std::max(1 - distance / reach, 0.));
+        }
+    Execution execution(1);
+    const DistanceField field(exact.lattice(), distances, confidences);
+    mesh = polygonize(field, {}, execution);
+    setVertexFields(mesh, field, execution);
+  }
+
+  TrimResult trim(Trimming trimming, float maxHole, float minComponentShare = .01f, int threads = 1) const
+  {
+    TrimmingOptions options;
+    options.trimming = trimming;
+    options.maxHole = maxHole;
+    options.minComponentShare = minComponentShare;
+    Execution execution(threads);
+    return pcl::mrf::trim(mesh, *search, 2, options, execution);
+  }
+};
+
+/// Points of the unit sphere without those closer than an angle to +z, and to −z.
+PointSet cappedSphere(double angleAbove, double angleBelow)
+{
+  return shapes::filter(shapes::sample(shapes::sphere(1), 1.2, spacing), [=](const Vector3f& x) {
+    return x.z() < std::cos(angleAbove) && x.z() > -std::cos(angleBelow);
+  });
+}
+
+/// Diameter of such a cap as trimming estimates it: twice the chord from the pole to the rim.
+double capDiameter(double angle)
+{
+  return 4 * std::sin(angle / 2);
+}
+
+/// Area of the part of the cap that is farther than `reach` from its rim: the triangles without support, less those
+/// that straddle the end of the support, more where the voxels near it still have some.
+double unsupportedCapArea(double angle)
+{
+  return 2 * pi * (1 - std::cos(angle - 2 * std::asin(reach / 2)));
+}
+
+/// A band of one voxel diagonal along the rim is undecided, and points have gaps of about their spacing at the rim.
+double capAreaTolerance(double angle)
+{
+  return 2 * pi * std::sin(angle) * (2.4 / 34 * std::sqrt(3.) + spacing);
+}
+
+void expectSound(const TriangleMesh& mesh)
+{
+  const MeshStatistics s = measure(mesh);
+  EXPECT_TRUE(s.manifold());
+  EXPECT_EQ(s.degenerateTriangles, 0);
+  EXPECT_EQ(s.unusedVertices, 0);
+  EXPECT_EQ(mesh.normals.size(), mesh.vertices.size());
+  EXPECT_EQ(mesh.confidences.size(), mesh.vertices.size());
+}
+
+TEST(Trimming, keepsAHoleBelowTheLimitAndDropsItAbove)
+{
+  const double angle = .6, diameter = capDiameter(angle);
+  const Scene scene(shapes::sphere(1), cappedSphere(angle, 0));
+  const double area = measure(scene.mesh).area;
+
+  const TrimResult kept = scene.trim(Trimming::holes, static_cast<float>(1.15 * diameter));
+  EXPECT_EQ(kept.holesFilled, 1);
+  EXPECT_EQ(kept.extrapolationsDropped, 0);
+  EXPECT_EQ(kept.areaDropped, 0);
+  EXPECT_NEAR(kept.largestHole, diameter, 2 * spacing); // points have gaps of about their spacing at the rim
+  EXPECT_NEAR(kept.areaFilled, unsupportedCapArea(angle), capAreaTolerance(angle));
+  EXPECT_TRUE(measure(kept.mesh).closed());
+  EXPECT_EQ(kept.mesh.triangles, scene.mesh.triangles);
+
+  const TrimResult dropped = scene.trim(Trimming::holes, static_cast<float>(.85 * diameter));
+  EXPECT_EQ(dropped.holesFilled, 0);
+  EXPECT_EQ(dropped.extrapolationsDropped, 1);
+  EXPECT_EQ(dropped.largestHole, 0);
+  EXPECT_NEAR(dropped.areaDropped, kept.areaFilled, 1e-9);
+  const MeshStatistics s = measure(dropped.mesh);
+  expectSound(dropped.mesh);
+  EXPECT_EQ(s.boundaryLoops, 1);
+  EXPECT_EQ(s.components, 1);
+  EXPECT_EQ(s.eulerCharacteristic, 1);
+  EXPECT_NEAR(s.area + dropped.areaDropped, area, 1e-4 * area);
+}
+
+TEST(Trimming, judgesEachHoleByItself)
+{
+  const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
+  const TrimResult both = scene.trim(Trimming::holes, 100);
+  EXPECT_EQ(both.holesFilled, 2);
+  EXPECT_NEAR(both.largestHole, capDiameter(.75), 2 * spacing);
+  EXPECT_TRUE(measure(both.mesh).closed());
+
+  const TrimResult one = scene.trim(Trimming::holes, static_cast<float>((capDiameter(.45) + capDiameter(.75)) / 2));
+  EXPECT_EQ(one.holesFilled, 1);
+  EXPECT_EQ(one.extrapolationsDropped, 1);
+  EXPECT_NEAR(one.largestHole, capDiameter(.45), 2 * spacing);
+  expectSound(one.mesh);
+  EXPECT_EQ(measure(one.mesh).boundaryLoops, 1);
+  // The large one was below.
+  const auto isPole = [](double sign) {
+    return [=](const Vector3f& x) { return (x - Vector3f(0, 0, static_cast<float>(sign))).norm() < .15f; };
+  };
+  EXPECT_TRUE(std::any_of(one.mesh.vertices.begin(), one.mesh.vertices.end(), isPole(1)));
+  EXPECT_TRUE(std::none_of(one.mesh.vertices.begin(), one.mesh.vertices.end(), isPole(-1)));
+
+  const TrimResult none = scene.trim(Trimming::holes, static_cast<float>(.8 * capDiameter(.45)));
+  EXPECT_EQ(none.extrapolationsDropped, 2);
+  EXPECT_EQ(measure(none.mesh).boundaryLoops, 2);
+}
+
+TEST(Trimming, automaticLimitIsHalfTheDiagonal)
+{
+  const Scene small(shapes::sphere(1), cappedSphere(.4, 0)); // .79 across, the diagonal given is 2
+  EXPECT_EQ(small.trim(Trimming::holes, 0).holesFilled, 1);
+  const Scene large(shapes::sphere(1), cappedSphere(.7, 0)); // 1.37 across
+  EXPECT_EQ(large.trim(Trimming::holes, 0).holesFilled, 0);
+}
+
+TEST(Trimming, supportedModeKeepsNoHole)
+{
+  const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
+  const TrimResult result = scene.trim(Trimming::supported, 100);
+  EXPECT_EQ(result.holesFilled, 0);
+  EXPECT_EQ(result.extrapolationsDropped, 2);
+  EXPECT_EQ(result.areaFilled, 0);
+  expectSound(result.mesh);
+  for (const Triangle& t : result.mesh.triangles)
+    EXPECT_TRUE(std::any_of(t.begin(), t.end(),
+                            [&](std::int32_t v) { return result.mesh.confidences[static_cast<std::size_t>(v)] > 0; }));
+}
+
+TEST(Trimming, noneKeepsEveryByte)
+{
+  const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
+  const TrimResult result = scene.trim(Trimming::none, .01f, .5f);
+  EXPECT_EQ(result.mesh.vertices, scene.mesh.vertices);
+  EXPECT_EQ(result.mesh.triangles, scene.mesh.triangles);
+  EXPECT_EQ(result.mesh.normals, scene.mesh.normals);
+  EXPECT_EQ(result.mesh.confidences, scene.mesh.confidences);
+  EXPECT_EQ(result.areaDropped, 0);
+}
+
+TEST(Trimming, dropsTheSheetAroundAPatchButFillsItsHole)
+{
+  const double half = .7, holeRadius = .3;
+  const shapes::Sdf plane = shapes::plane({.1, -.2, 1});
+  const PointSet points = shapes::filter(shapes::sample(plane, 1.1, spacing), [=](const Vector3f& x) {
+    return std::abs(x.x()) < half && std::abs(x.y()) < half && x.norm() > holeRadius;
+  });
+  const Scene scene(plane, points);
+  EXPECT_FALSE(measure(scene.mesh).closed());
+
+  const TrimResult result = scene.trim(Trimming::holes, 1);
+  // The hole, and perhaps a triangle or two that the jagged end of the support encloses.
+  EXPECT_GE(result.holesFilled, 1);
+  EXPECT_EQ(result.extrapolationsDropped, 1);
+  EXPECT_NEAR(result.largestHole, 2 * holeRadius, 2 * spacing);
+  EXPECT_NEAR(result.areaFilled, pi * std::pow(holeRadius - reach, 2),
+              2 * pi * holeRadius * (2.4 / 34 * std::sqrt(3.) + spacing));
+  EXPECT_LT(result.areaFilled, pi * holeRadius * holeRadius);
+  expectSound(result.mesh);
+  const MeshStatistics s = measure(result.mesh);
+  EXPECT_EQ(s.boundaryLoops, 1);
+  EXPECT_EQ(s.eulerCharacteristic, 1); // a disc
+  // What is left ends between the patch and its support plus a voxel's diagonal.
+  const double beyond = reach + 2.4 / 34 * std::sqrt(3.);
+  for (const Vector3f& x : result.mesh.vertices)
+    EXPECT_LT(std::max(std::abs(x.x()), std::abs(x.y())), half + beyond);
+  EXPECT_GT(s.area, 4 * half * half);
+
+  // The sheet is dropped however large a hole may be.
+  EXPECT_EQ(scene.trim(Trimming::holes, 1000).extrapolationsDropped, 1);
+}
+
+TEST(Trimming, dropsComponentsWithoutOrWithLittleSupport)
+{
+  const shapes::Sdf large = shapes::sphere(.6, {-.45, 0, 0}), small = shapes::sphere(.2, {.8, 0, 0});
+  const shapes::Sdf both = shapes::unite(large, small);
+  const PointSet all = shapes::sample(both, 1.2, spacing);
+  const PointSet largeOnly = shapes::filter(all, [](const Vector3f& x) { return x.x() < .3f; });
+
+  const Scene unsupported(both, largeOnly);
+  ASSERT_EQ(measure(unsupported.mesh).components, 2);
+  const TrimResult withoutPoints = unsupported.trim(Trimming::holes, 100, 0);
+  EXPECT_EQ(withoutPoints.extrapolationsDropped, 1);
+  EXPECT_EQ(measure(withoutPoints.mesh).components, 1);
+  EXPECT_TRUE(measure(withoutPoints.mesh).closed());
+  EXPECT_NEAR(withoutPoints.areaDropped, 4 * pi * .04, .05 * 4 * pi * .04); // faceting of a sphere 3 voxels in radius
+
+  const Scene supported(both, all);
+  const double share = .04 / (.36 + .04); // of the areas
+  const TrimResult kept = supported.trim(Trimming::holes, 100, static_cast<float>(.8 * share));
+  EXPECT_EQ(kept.componentsDropped, 0);
+  EXPECT_EQ(measure(kept.mesh).components, 2);
+  for (const Trimming mode : {Trimming::holes, Trimming::supported}) {
+    const TrimResult dropped = supported.trim(mode, 100, static_cast<float>(1.2 * share));
+    EXPECT_EQ(dropped.componentsDropped, 1);
+    EXPECT_EQ(measure(dropped.mesh).components, 1);
+    EXPECT_NEAR(dropped.areaDropped, 4 * pi * .04, .05 * 4 * pi * .04);
+  }
+}
+
+TEST(Trimming, withoutAnySupportNothingIsLeft)
+{
+  Scene scene(shapes::sphere(1), cappedSphere(.6, 0));
+  std::fill(scene.mesh.confidences.begin(), scene.mesh.confidences.end(), 0.f);
+  const TrimResult result = scene.trim(Trimming::holes, 100);
+  EXPECT_TRUE(result.mesh.triangles.empty());
+  EXPECT_TRUE(result.mesh.vertices.empty());
+  EXPECT_EQ(result.extrapolationsDropped, 1);
+}
+
+/// Confidences at random tear the mesh into pieces that touch at corners everywhere.
+TEST(Trimming, staysManifoldHoweverTorn)
+{
+  Scene scene(shapes::torus(.7, .3), shapes::sample(shapes::torus(.7, .3), 1.2, .1), 20);
+  std::mt19937 random(5);
+  for (const double share : {.15, .3, .5, .7}) {
+    SCOPED_TRACE(share);
+    std::bernoulli_distribution isSupported(share);
+    for (float& confidence : scene.mesh.confidences)
+      confidence = isSupported(random) ? std::uniform_real_distribution<float>(.1f, 1)(random) : 0;
+    const TrimResult result = scene.trim(Trimming::supported, 0, 0);
+    expectSound(result.mesh);
+    EXPECT_FALSE(measure(result.mesh).closed());
+
+    // Vertices were duplicated, with their fields, and triangles neither lost nor turned.
+    const auto corner = [](const TriangleMesh& mesh, std::int32_t v) {
+      const auto n = static_cast<std::size_t>(v);
+      return std::array<float, 7>{mesh.vertices[n].x(), mesh.vertices[n].y(), mesh.vertices[n].z(), mesh.normals[n].x(),
+                                  mesh.normals[n].y(),  mesh.normals[n].z(),  mesh.confidences[n]};
+    };
+    std::size_t next = 0;
+    for (const Triangle& t : scene.mesh.triangles) {
+      const auto confidence = [&](std::size_t c) { return scene.mesh.confidences[static_cast<std::size_t>(t[c])]; };
+      if (confidence(0) + confidence(1) + confidence(2) == 0)
+        continue;
+      ASSERT_LT(next, result.mesh.triangles.size());
+      const Triangle& kept = result.mesh.triangles[next++];
+      for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_EQ(corner(result.mesh, kept[c]), corner(scene.mesh, t[c]));
+    }
+    EXPECT_EQ(next, result.mesh.triangles.size());
+    std::size_t distinct = 0;
+    {
+      std::vector<std::array<float, 7>> corners;
+      for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v)
+        corners.push_back(corner(result.mesh, static_cast<std::int32_t>(v)));
+      std::sort(corners.begin(), corners.end());
+      distinct = static_cast<std::size_t>(std::unique(corners.begin(), corners.end()) - corners.begin());
+    }
+    if (share < .5) {
+      EXPECT_LT(distinct, result.mesh.vertices.size()); // there were corners to separate
+    }
+  }
+}
+
+TEST(Trimming, doesNotDependOnThreads)
+{
+  const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
+  const TrimResult one = scene.trim(Trimming::holes, 1.3f, .01f, 1);
+  for (const int threads : {2, 4}) {
+    const TrimResult other = scene.trim(Trimming::holes, 1.3f, .01f, threads);
+    EXPECT_EQ(one.mesh.vertices, other.mesh.vertices);
+    EXPECT_EQ(one.mesh.triangles, other.mesh.triangles);
+    EXPECT_EQ(one.mesh.confidences, other.mesh.confidences);
+    EXPECT_EQ(one.areaDropped, other.areaDropped);
+    EXPECT_EQ(one.largestHole, other.largestHole);
+  }
+}
+
+TEST(Trimming, refusesBadOptionsByName)
+{
+  const auto messageOf = [](float maxHole, float share) -> std::string {
+    TrimmingOptions options;
+    options.maxHole = maxHole;
+    options.minComponentShare = share;
+    try {
+      validate(options);
+    } catch (const InvalidOption& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  for (const float bad : {-1.f, nan, infinity})
+    EXPECT_NE(messageOf(bad, .01f).find("maxHole"), std::string::npos);
+  for (const float bad : {-.1f, 1.f, nan})
+    EXPECT_NE(messageOf(0, bad).find("minComponentShare"), std::string::npos);
+  EXPECT_EQ(messageOf(0, 0), "");
+  EXPECT_EQ(messageOf(5, .999f), "");
+}
+
+TEST(Trimming, needsConfidences)
+{
+  Scene scene(shapes::sphere(1), cappedSphere(.6, 0), 16);
+  scene.mesh.confidences.clear();
+  EXPECT_THROW(scene.trim(Trimming::holes, 1), std::invalid_argument);
+  EXPECT_NO_THROW(scene.trim(Trimming::none, 1));
+  scene.mesh = TriangleMesh();
+  EXPECT_TRUE(scene.trim(Trimming::holes, 1).mesh.triangles.empty());
+}
+
+} // namespace

@@ -1,0 +1,195 @@
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/vertex_fields.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+using namespace pcl::mrf;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+namespace {
+
+TriangleMesh extract(const DistanceField& field)
+{
+  Execution execution(1);
+  return polygonize(field, {}, execution);
+}
+
+TEST(VertexFields, normalsOfASphereConverge)
+{
+  Execution execution(1);
+  std::vector<double> errors;
+  for (const int voxels : {20, 40}) {
+    const DistanceField field = shapes::field(shapes::sphere(.7), 1, voxels);
+    TriangleMesh mesh = extract(field);
+    setVertexFields(mesh, field, execution);
+    ASSERT_EQ(mesh.normals.size(), mesh.vertices.size());
+    double largest = 0;
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+      EXPECT_NEAR(mesh.normals[v].norm(), 1, 1e-6);
+      largest = std::max<double>(largest, (mesh.normals[v] - mesh.vertices[v].normalized()).norm());
+    }
+    errors.push_back(largest);
+  }
+  // Trilinear interpolation of central differences: (h/R)² times a small factor.
+  EXPECT_LT(errors[0], std::pow(.1 / .7, 2));
+  EXPECT_LT(errors[1], errors[0] / 3);
+}
+
+TEST(VertexFields, confidencesAreInterpolated)
+{
+  const DistanceField exact = shapes::field(shapes::sphere(.7), 1, 20);
+  const Lattice& lattice = exact.lattice();
+  std::vector<float> distances, confidences;
+  const auto ramp = [](double x) { return static_cast<float>(.5 + .4 * x); }; // trilinear interpolation reproduces it
+  for (int k = 0; k < 20; ++k)
+    for (int j = 0; j < 20; ++j)
+      for (int i = 0; i < 20; ++i) {
+        distances.push_back(exact.distance(i, j, k));
+        confidences.push_back(ramp(lattice.position(i, j, k).x()));
+      }
+  const DistanceField field(lattice, distances, confidences);
+  TriangleMesh mesh = extract(field);
+  Execution execution(1);
+  setVertexFields(mesh, field, execution);
+  ASSERT_EQ(mesh.confidences.size(), mesh.vertices.size());
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    EXPECT_NEAR(mesh.confidences[v], ramp(mesh.vertices[v].x()), 1e-5);
+}
+
+TEST(VertexFields, trianglesGiveTheNormalWhereTheGradientVanishes)
+{
+  // A field without any slope, and a roof of two triangles and an unused vertex in it.
+  Lattice lattice;
+  lattice.size = {4, 4, 4};
+  const DistanceField field(lattice, std::vector<float>(64, 1.f), std::vector<float>(64, .5f));
+  TriangleMesh mesh;
+  mesh.vertices = {{1, 1, 2}, {1, 2, 2}, {0, 1, 1}, {2, 1, 1}, {3, 3, 3}};
+  mesh.triangles = {{1, 2, 0}, {1, 0, 3}}; // two slopes that meet in the ridge 0–1
+  Execution execution(1);
+  setVertexFields(mesh, field, execution);
+  const Vector3f left = Vector3f(-1, 0, 1).normalized(), right = Vector3f(1, 0, 1).normalized();
+  EXPECT_LT((mesh.normals[0] - Vector3f::UnitZ()).norm(), 1e-6f);
+  EXPECT_LT((mesh.normals[1] - Vector3f::UnitZ()).norm(), 1e-6f);
+  EXPECT_LT((mesh.normals[2] - left).norm(), 1e-6f);
+  EXPECT_LT((mesh.normals[3] - right).norm(), 1e-6f);
+  EXPECT_NEAR(mesh.normals[4].norm(), 1, 1e-6);
+}
+
+class Attributes : public ::testing::Test {
+protected:
+  Attributes() : search_(makeKdTree())
+  {
+    points_ = shapes::sample(shapes::sphere(1), 1.2, .08);
+    search_->setPoints(points_.positions);
+  }
+
+  std::vector<float> interpolate(const std::vector<Vector3f>& at, const std::vector<float>& values, int channels,
+                                 int threads = 1) const
+  {
+    Execution execution(threads);
+    return interpolateAttributes(at, *search_, values, channels, execution);
+  }
+
+  PointSet points_;
+  std::unique_ptr<NeighbourSearch> search_;
+};
+
+TEST_F(Attributes, areThePointsOwnAtThePoints)
+{
+  std::vector<float> values;
+  for (std::size_t p = 0; p < points_.size(); ++p)
+    for (int c = 0; c < 3; ++c)
+      values.push_back(static_cast<float>(3 * p) + static_cast<float>(c));
+  EXPECT_EQ(interpolate(points_.positions, values, 3), values);
+}
+
+TEST_F(Attributes, areWeightedMeansOfTheFourNearest)
+{
+  std::vector<float> values;
+  for (const Vector3f& x : points_.positions) {
+    values.push_back(x.x());
+    values.push_back(7);
+  }
+  std::vector<Vector3f> between;
+  for (std::size_t p = 0; p + 1 < points_.size(); p += 5)
+    between.push_back(points_.positions[p] + Vector3f(.02f, -.015f, .01f));
+  const std::vector<float> result = interpolate(between, values, 2);
+  ASSERT_EQ(result.size(), 2 * between.size());
+  for (std::size_t v = 0; v < between.size(); ++v) {
+    std::vector<std::pair<double, double>> all; // squared distance, value
+    for (const Vector3f& x : points_.positions)
+      all.emplace_back((x - between[v]).cast<double>().squaredNorm(), x.x());
+    std::sort(all.begin(), all.end());
+    double sum = 0, weights = 0;
+    for (std::size_t n = 0; n < 4; ++n) {
+      sum += all[n].second / all[n].first;
+      weights += 1 / all[n].first;
+    }
+    EXPECT_NEAR(result[2 * v], sum / weights, 1e-4); // squared distances are float: 1e-7 of 1 against about 1e-3
+    EXPECT_NEAR(result[2 * v + 1], 7, 1e-5);
+  }
+}
+
+TEST_F(Attributes, coincidentAndVeryClosePointsDoNotOverflow)
+{
+  search_->setPoints({{0, 0, 0}, {0, 0, 0}, {1e-20f, 0, 0}, {1, 0, 0}, {2, 0, 0}});
+  const std::vector<float> result = interpolate({{0, 0, 0}, {1e-21f, 0, 0}, {1, 0, 0}}, {5, 5, 5, 1, 2}, 1);
+  EXPECT_EQ(result[0], 5);
+  EXPECT_NEAR(result[1], 5, 1e-6);
+  EXPECT_EQ(result[2], 1);
+}
+
+TEST_F(Attributes, fewerThanFourPointsAreEnough)
+{
+  search_->setPoints({{0, 0, 0}, {1, 0, 0}});
+  EXPECT_NEAR(interpolate({{.5f, 0, 0}}, {2, 4}, 1)[0], 3, 1e-6);
+  search_->setPoints({{0, 0, 0}});
+  EXPECT_EQ(interpolate({{.5f, 0, 0}}, {2}, 1)[0], 2);
+}
+
+TEST_F(Attributes, refuseAWrongNumberOfValues)
+{
+  EXPECT_THROW(interpolate({{0, 0, 0}}, {1, 2, 3}, 2), std::invalid_argument);
+  EXPECT_THROW(interpolate({{0, 0, 0}}, {1, 2, 3}, 0), std::invalid_argument);
+}
+
+TEST_F(Attributes, fieldsDoNotDependOnThreads)
+{
+  const DistanceField field = shapes::field(shapes::torus(.6, .25), 1, 40);
+  TriangleMesh mesh = extract(field), other = mesh;
+  Execution one(1), four(4);
+  setVertexFields(mesh, field, one);
+  setVertexFields(other, field, four);
+  EXPECT_EQ(mesh.normals, other.normals);
+  EXPECT_EQ(mesh.confidences, other.confidences);
+  std::vector<float> values;
+  for (const Vector3f& x : points_.positions)
+    values.push_back(x.y());
+  const std::vector<float> serial = interpolate(mesh.vertices, values, 1, 1);
+  for (const int threads : {2, 4})
+    EXPECT_EQ(serial, interpolate(mesh.vertices, values, 1, threads));
+}
+
+TEST(ConfidenceColour, runsFromBlueToSkin)
+{
+  const Rgb blue = confidenceColour(0), skin = confidenceColour(1);
+  EXPECT_GT(blue[2], std::max(blue[0], blue[1]) + 50);
+  EXPECT_GT(skin[0], skin[1]);
+  EXPECT_GT(skin[1], skin[2]);
+  EXPECT_EQ(confidenceColour(-3), blue);
+  EXPECT_EQ(confidenceColour(NAN), blue);
+  EXPECT_EQ(confidenceColour(4), skin);
+  const Rgb middle = confidenceColour(.5f);
+  for (std::size_t c = 0; c < 3; ++c)
+    EXPECT_NEAR(middle[c], (blue[c] + skin[c]) / 2., 1); // rounding
+}
+
+} // namespace
