@@ -149,6 +149,11 @@ private:
   bool fixed(std::int32_t vertex) const { return mesh_.pinned[vertex] || mesh_.onBoundary(vertex); }
   bool edgePinned(std::int32_t h) const { return mesh_.pinned[mesh_.origin[h]] && mesh_.pinned[mesh_.target(h)]; }
 
+  bool oppositesPinned(std::int32_t h) const
+  {
+    return mesh_.pinned[mesh_.opposite(h)] && mesh_.pinned[mesh_.opposite(mesh_.twin[h])];
+  }
+
   bool refused()
   {
     ++counts_.refusedOperations;
@@ -202,7 +207,7 @@ private:
     const HalfEdgeMesh before = mesh_;
     const RemeshResult countsBefore = counts_;
     std::vector<std::uint8_t> pinned = before.pinned;
-    float radius = 2 * target_;
+    float radius = .5f * target_;
     for (int attempt = 0; attempt < maxAttempts; ++attempt, radius *= 2) {
       splitLongEdges();
       collapseShortEdges();
@@ -210,10 +215,8 @@ private:
       mesh_.compact();
       relax();
       const std::vector<Vector3f> intersecting = newIntersections();
-      if (intersecting.empty()) {
-        std::fill(mesh_.pinned.begin(), mesh_.pinned.end(), std::uint8_t{0});
-        return true;
-      }
+      if (intersecting.empty())
+        return true; // what was pinned stays so: the next round would run into the same trouble
       pinAround(intersecting, radius, before.positions, pinned);
       mesh_ = before;
       mesh_.pinned = pinned;
@@ -224,8 +227,9 @@ private:
     return false;
   }
 
-  /// Corners of the intersecting triangles that this round changed. A triangle with three pinned corners is the same as
-  /// before the round; what intersects it has changed, or the intersection is the input's own.
+  /// Corners of the intersecting triangles that this round changed. No operation makes or removes an edge between
+  /// pinned vertices, so a triangle with three pinned corners is the same as before the round; what intersects it has
+  /// changed, or the intersection is the input's own.
   std::vector<Vector3f> newIntersections() const
   {
     const TriangleMesh triangles = mesh_.toTriangles();
@@ -310,8 +314,8 @@ private:
   bool collapse(std::int32_t h)
   {
     const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
-    if (fixed(b))
-      return false; // both are
+    if (fixed(b) || mesh_.pinned[a])
+      return false;
     if (!mesh_.mayCollapse(h))
       return refused();
     if (fixed(a))
@@ -353,7 +357,7 @@ private:
   void flipEdges()
   {
     for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); ++h)
-      if (mesh_.represents(h) && mesh_.twin[h] >= 0 && !edgePinned(h))
+      if (mesh_.represents(h) && mesh_.twin[h] >= 0 && !edgePinned(h) && !oppositesPinned(h))
         flip(h);
   }
 
@@ -454,7 +458,7 @@ private:
   }
 
   static constexpr std::int64_t vertexGrain = 2048;
-  static constexpr int maxAttempts = 6;
+  static constexpr int maxAttempts = 8;
 
   HalfEdgeMesh mesh_;
   const DistanceField& field_;
