@@ -1,7 +1,9 @@
 #include "half_edge_mesh.h"
 
-#include "support/lattice_mesh.h"
 #include "support/shapes.h"
+
+#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/polygonizer.h>
 
 #include <gtest/gtest.h>
 
@@ -12,6 +14,12 @@ using namespace pcl::mrf;
 using Eigen::Vector3f;
 
 namespace {
+
+TriangleMesh zeroLevel(const DistanceField& field)
+{
+  Execution execution(1);
+  return polygonize(field, {}, execution);
+}
 
 /// All that the arrays promise each other.
 void expectConsistent(const HalfEdgeMesh& mesh)
@@ -80,8 +88,8 @@ TEST(HalfEdgeMesh, KeepsItsInvariantsAndTheTopologyUnderRandomOperations)
 {
   const std::vector<shapes::Sdf> sdfs = {shapes::sphere(.7), shapes::torus(.6, .25), shapes::plane({.1, .2, 1})};
   for (std::size_t s = 0; s < sdfs.size(); ++s) {
-    const TriangleMesh raw = shapes::marchTetrahedra(shapes::field(sdfs[s], 1, 10));
-    const int euler = shapes::takeCensus(raw).euler();
+    const TriangleMesh raw = zeroLevel(shapes::field(sdfs[s], 1, 10));
+    const std::int64_t euler = measure(raw).eulerCharacteristic;
     HalfEdgeMesh mesh(raw);
     expectConsistent(mesh);
     for (unsigned seed = 1; seed <= 8; ++seed) {
@@ -89,9 +97,9 @@ TEST(HalfEdgeMesh, KeepsItsInvariantsAndTheTopologyUnderRandomOperations)
       expectConsistent(mesh);
       mesh.compact();
       expectConsistent(mesh);
-      const shapes::Census census = shapes::takeCensus(mesh.toTriangles());
-      ASSERT_EQ(census.badEdges + census.badVertices + census.duplicates, 0);
-      ASSERT_EQ(census.euler(), euler);
+      const MeshStatistics census = measure(mesh.toTriangles());
+      ASSERT_EQ(census.nonManifoldEdges + census.nonManifoldVertices, 0);
+      ASSERT_EQ(census.eulerCharacteristic, euler);
       ASSERT_EQ(census.boundaryEdges == 0, s < 2);
     }
   }
@@ -109,15 +117,15 @@ TEST(HalfEdgeMesh, CollapsesATetrahedronNoFurther)
       mesh.collapse(h);
   expectConsistent(mesh);
   mesh.compact();
-  const shapes::Census census = shapes::takeCensus(mesh.toTriangles());
+  const MeshStatistics census = measure(mesh.toTriangles());
   EXPECT_EQ(census.triangles, 4);
   EXPECT_EQ(census.vertices, 4);
-  EXPECT_EQ(census.badEdges + census.badVertices + census.duplicates, 0);
+  EXPECT_EQ(census.nonManifoldEdges + census.nonManifoldVertices, 0);
 }
 
 TEST(HalfEdgeMesh, KeepsTheOrderOfAnUntouchedMesh)
 {
-  const TriangleMesh raw = shapes::marchTetrahedra(shapes::field(shapes::sphere(.7), 1, 10));
+  const TriangleMesh raw = zeroLevel(shapes::field(shapes::sphere(.7), 1, 10));
   HalfEdgeMesh mesh(raw);
   mesh.compact();
   EXPECT_EQ(mesh.toTriangles().triangles, raw.triangles);

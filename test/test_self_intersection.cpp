@@ -1,7 +1,7 @@
-#include "support/lattice_mesh.h"
 #include "support/self_intersection_oracle.h"
 #include "support/shapes.h"
 
+#include <pcl/surface/mrf/polygonizer.h>
 #include <pcl/surface/mrf/self_intersection.h>
 
 #include <gtest/gtest.h>
@@ -15,6 +15,12 @@ using namespace pcl::mrf;
 using Eigen::Vector3f;
 
 namespace {
+
+TriangleMesh zeroLevel(const DistanceField& field)
+{
+  Execution execution(1);
+  return polygonize(field, {}, execution);
+}
 
 bool degenerate(const TriangleMesh& mesh)
 {
@@ -121,7 +127,7 @@ TEST(SelfIntersection, NearlyFlatPatchFarFromTheOriginAgreesWithCgal)
 
 TEST(SelfIntersection, SlicedSpheresAgreeWithCgalForAnyNumberOfThreads)
 {
-  TriangleMesh mesh = shapes::marchTetrahedra(shapes::field(shapes::sphere(.7), 1, 20));
+  TriangleMesh mesh = zeroLevel(shapes::field(shapes::sphere(.7), 1, 20));
   EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
   append(mesh, mesh, {.5f, .13f, .21f});
   const auto expected = oracle::selfIntersectingTriangles(mesh);
@@ -136,7 +142,7 @@ TEST(SelfIntersection, ManifoldLevelSetsAreClean)
 {
   const double h = 2.0 / 24;
   for (const shapes::Sdf& shape : {shapes::torus(.6, .25), shapes::box({.7, .5, .6}), shapes::box({.7, .7, 1.1 * h})}) {
-    const TriangleMesh mesh = shapes::marchTetrahedra(shapes::field(shape, 1, 24));
+    const TriangleMesh mesh = zeroLevel(shapes::field(shape, 1, 24));
     EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
   }
 }
