@@ -13,9 +13,6 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Voxels at each end of a level's box that are held near the coarser level's values.
-constexpr int rimVoxels = 2;
-
 /// Peak bytes per voxel of the finest level while it is solved: the solver's vectors, its hierarchy, system and field.
 constexpr double bytesPerVoxel = 72;
 
@@ -41,48 +38,9 @@ struct IndexBox {
   }
 };
 
-Eigen::Array3i floorHalf(const Eigen::Array3i& index)
+Eigen::Array3d halved(const Eigen::Array3i& index)
 {
-  return (index.cast<double>() / 2).floor().cast<int>();
-}
-Eigen::Array3i ceilHalf(const Eigen::Array3i& index)
-{
-  return (index.cast<double>() / 2).ceil().cast<int>();
-}
-
-/// The finer level's box ends well inside the coarser one's.
-bool endsInside(const Lattice& fine, const Lattice& coarse)
-{
-  return (fine.origin - coarse.origin).minCoeff() > 1.2 * coarse.spacing;
-}
-
-/// Appends the rim of the level as observations of the interpolated field with full confidence.
-void holdRim(Observation& observation, const std::vector<float>& interpolated)
-{
-  const GridSize size = observation.lattice.size;
-  Observation held;
-  held.lattice = observation.lattice;
-  std::size_t next = 0;
-  const auto isRim = [](int i, int n) { return i < rimVoxels || i >= n - rimVoxels; };
-  for (int z = 0; z < size.z; ++z)
-    for (int y = 0; y < size.y; ++y) {
-      const bool rowIsRim = isRim(z, size.z) || isRim(y, size.y);
-      for (int x = 0; x < size.x; ++x) {
-        const std::int64_t voxel = size.index(x, y, z);
-        const bool isObserved = next < observation.voxels.size() && observation.voxels[next] == voxel;
-        if (isObserved) {
-          held.voxels.push_back(voxel);
-          held.distances.push_back(observation.distances[next]);
-          held.confidences.push_back(observation.confidences[next]);
-          ++next;
-        } else if (rowIsRim || isRim(x, size.x)) {
-          held.voxels.push_back(voxel);
-          held.distances.push_back(interpolated[static_cast<std::size_t>(voxel)]);
-          held.confidences.push_back(1);
-        }
-      }
-    }
-  observation = std::move(held);
+  return index.cast<double>() / 2;
 }
 
 std::vector<float> denseConfidences(const Observation& observation)
@@ -130,8 +88,6 @@ void validate(const MultiscaleOptions& options)
     refuse("voxelSize", options.voxelSize, "[0, inf), 0 = 2 mean spacings");
   if (options.padding < 2 || options.padding > 1000)
     refuse("padding", options.padding, "2..1000");
-  if (!(options.coarsePadding >= 0 && options.coarsePadding <= 4))
-    refuse("coarsePadding", options.coarsePadding, "[0, 4]");
   if (options.coarsestSide < 4 || options.coarsestSide > 256)
     refuse("coarsestSide", options.coarsestSide, "4..256");
 }
@@ -145,25 +101,17 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const M
 
   const Eigen::Vector3d corner = box.lower.cast<double>();
   const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
+  IndexBox voxels;
+  voxels.lower = Eigen::Array3i::Constant(-options.padding);
+  voxels.upper = (extent / voxelSize).ceil().cast<int>() + options.padding;
   std::vector<Lattice> levels;
-  IndexBox previous;
-  double spacing = voxelSize;
-  for (;; spacing *= 2) {
-    const int wanted = static_cast<int>(std::ceil(options.coarsePadding * extent.maxCoeff() / spacing));
-    const int padding = levels.empty() ? options.padding : std::min(options.padding, wanted);
-    IndexBox current;
-    current.lower = Eigen::Array3i::Constant(-padding);
-    current.upper = (extent / spacing).ceil().cast<int>() + padding;
-    if (!levels.empty()) {
-      current.lower = current.lower.min(floorHalf(previous.lower));
-      current.upper = current.upper.max(ceilHalf(previous.upper));
-    }
-    levels.push_back(current.toLattice(corner, spacing));
+  for (double spacing = voxelSize;; spacing *= 2) {
+    levels.push_back(voxels.toLattice(corner, spacing));
     const GridSize size = levels.back().size;
-    // 8: the padding alone keeps a level from shrinking further.
-    if (std::max({size.x, size.y, size.z}) <= std::max(options.coarsestSide, 8) || levels.size() >= 30)
+    if (std::max({size.x, size.y, size.z}) <= options.coarsestSide)
       break;
-    previous = current;
+    voxels.lower = halved(voxels.lower).floor().cast<int>();
+    voxels.upper = halved(voxels.upper).ceil().cast<int>();
   }
   std::reverse(levels.begin(), levels.end());
   return levels;
@@ -208,11 +156,8 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
     const Clock::time_point solverStart = Clock::now();
     if (isCoarsest)
       distances.assign(static_cast<std::size_t>(lattice.size.count()), 0);
-    else {
+    else
       distances = interpolateCubic(distances, lattices[level - 1], lattice, execution);
-      if (endsInside(lattice, lattices[level - 1]))
-        holdRim(observation, distances);
-    }
     // With a narrow reach the coarse levels of the paper's scheme may see nothing: their guess is then kept.
     if (!observation.voxels.empty()) {
       SolverOptions levelSolver = solver;

@@ -23,7 +23,6 @@ Options paperPreset()
   options.prior.beta = .9f;
   options.solver.method = SolverMethod::icm;
   options.solver.choleskyOnCoarsest = hasCholesky();
-  options.multiscale.coarsePadding = 0;
   options.trimming.trimming = Trimming::none;
   options.remesher.rounds = 10;
   return options;

@@ -66,7 +66,6 @@ std::vector<Limit> limits()
       limit("smootherDegree", solver, &SolverOptions::smootherDegree, {0, 50}, {-1, 51}),
       limit("voxelSize", multiscale, &MultiscaleOptions::voxelSize, {0, 1}, {-1}),
       limit("padding", multiscale, &MultiscaleOptions::padding, {2, 1000}, {1, -1, 1001}),
-      limit("coarsePadding", multiscale, &MultiscaleOptions::coarsePadding, {0, 4}, {-.1, 4.1}),
       limit("coarsestSide", multiscale, &MultiscaleOptions::coarsestSide, {4, 256}, {3, -1, 257}),
       limit("maxHole", trimming, &TrimmingOptions::maxHole, {0, 1}, {-1}),
       limit("minComponentShare", trimming, &TrimmingOptions::minComponentShare, {0, .999}, {-.1, 1}),

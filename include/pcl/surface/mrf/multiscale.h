@@ -17,10 +17,8 @@ namespace pcl {
 namespace mrf {
 
 struct MultiscaleOptions {
-  float voxelSize = 0; ///< voxel side of the finest level h, cloud's unit; 0 = 2 l̄
-  int padding = 6;     ///< voxels around the points' bounding box on each level, 2..1000
-  float coarsePadding =
-      .5f; ///< padding is not increased beyond this share of the box's longest side on coarse levels, [0, 4]
+  float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = 2 l̄
+  int padding = 6;           ///< voxels of the finest level around the points' bounding box, 2..1000
   int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
   std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free
 };
