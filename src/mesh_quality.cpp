@@ -2,6 +2,8 @@
 
 #include <pcl/surface/mrf/mesh_quality.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -3,6 +3,8 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/trimming.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>

@@ -1,5 +1,7 @@
 #include <pcl/surface/mrf/vertex_fields.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>

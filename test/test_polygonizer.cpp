@@ -4,6 +4,8 @@
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/polygonizer.h>
 
+#include <Eigen/Geometry>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
