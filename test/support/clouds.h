@@ -1,72 +1,51 @@
 /// \file
-/// \brief Between the plain arrays of the test shapes and PCL's clouds and meshes.
+/// \brief Changes of point sets that must not change, or must scale, what a stage finds.
 #pragma once
 
+#include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
-#include <pcl/surface/mrf/triangle_mesh.h>
 
-#include <pcl/conversions.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-#include <pcl/PolygonMesh.h>
-#include <pcl/type_traits.h>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
 
 namespace clouds {
 
-/// A cloud of the points, with their normals where the type has room for them.
-template <typename PointT>
-typename pcl::PointCloud<PointT>::Ptr make(const pcl::mrf::PointSet& points)
-{
-  typename pcl::PointCloud<PointT>::Ptr cloud(new pcl::PointCloud<PointT>);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    PointT point;
-    point.getVector3fMap() = (points.positions[i].template cast<double>() + points.offset).template cast<float>();
-    if constexpr (pcl::traits::has_normal<PointT>::value)
-      point.getNormalVector3fMap() = points.normals[i];
-    cloud->push_back(point);
-  }
-  return cloud;
-}
+/// A kd-tree of the points.
+std::unique_ptr<pcl::mrf::NeighbourSearch> searchOf(const pcl::mrf::PointSet& points);
 
-inline std::vector<pcl::mrf::Triangle> triangles(const std::vector<pcl::Vertices>& polygons)
-{
-  std::vector<pcl::mrf::Triangle> result;
-  for (const pcl::Vertices& polygon : polygons)
-    result.push_back({polygon.vertices.at(0), polygon.vertices.at(1), polygon.vertices.at(2)});
-  return result;
-}
+/// Positions and sensors multiplied by a factor.
+pcl::mrf::PointSet scaled(pcl::mrf::PointSet points, float factor);
 
-inline bool hasField(const pcl::PolygonMesh& mesh, const std::string& name)
-{
-  for (const pcl::PCLPointField& field : mesh.cloud.fields)
-    if (field.name == name)
-      return true;
-  return false;
-}
+/// The points in the given order: point n of the result is point order[n].
+pcl::mrf::PointSet reordered(const pcl::mrf::PointSet& points, const std::vector<std::uint32_t>& order);
 
-/// Positions, normals and confidences of a reconstruction's output.
-inline pcl::mrf::TriangleMesh plain(const pcl::PolygonMesh& mesh)
+/// A random order of `count` points.
+std::vector<std::uint32_t> shuffledOrder(std::size_t count, unsigned seed = 1);
+
+/// Points drawn at random, uniformly, from the square [-half, half]² in z = 0, with normals +z.
+pcl::mrf::PointSet randomSquare(std::size_t count, float half, unsigned seed = 1);
+
+/// side × side points of a square lattice in z = 0 with the given spacing, with normals +z.
+pcl::mrf::PointSet lattice(int side, float spacing);
+
+/// Appends one point.
+void append(pcl::mrf::PointSet& points, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
+
+/// Appends all points of `more`.
+void append(pcl::mrf::PointSet& points, const pcl::mrf::PointSet& more);
+
+/// The message that the call's pcl::mrf::Error of this type carries; empty if it did not throw one.
+template <typename ErrorType, typename Call>
+std::string messageOf(const Call& call)
 {
-  pcl::mrf::TriangleMesh result;
-  result.triangles = triangles(mesh.polygons);
-  if (mesh.cloud.width == 0)
-    return result;
-  pcl::PointCloud<pcl::PointNormal> points;
-  pcl::fromPCLPointCloud2(mesh.cloud, points);
-  for (const pcl::PointNormal& point : points) {
-    result.vertices.push_back(point.getVector3fMap());
-    result.normals.push_back(point.getNormalVector3fMap());
+  try {
+    call();
+  } catch (const ErrorType& error) {
+    return error.message();
   }
-  std::size_t offset = 0;
-  for (const pcl::PCLPointField& field : mesh.cloud.fields)
-    if (field.name == "confidence")
-      offset = field.offset;
-  for (std::size_t v = 0; v < points.size(); ++v) {
-    float confidence;
-    std::memcpy(&confidence, mesh.cloud.data.data() + v * mesh.cloud.point_step + offset, sizeof(float));
-    result.confidences.push_back(confidence);
-  }
-  return result;
+  return {};
 }
 
 } // namespace clouds

@@ -1,0 +1,260 @@
+#include "support/clouds.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/normals.h>
+#include <pcl/surface/mrf/sampling_density.h>
+
+#include <pcl/features/normal_3d_omp.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+using namespace pcl::mrf;
+
+namespace {
+
+NormalEstimates normalsOf(const PointSet& points, const NormalOptions& options = {}, int threads = 1)
+{
+  Execution execution(threads);
+  const auto search = clouds::searchOf(points);
+  const float spacing = estimateSamplingDensity(points, *search, execution).spacing;
+  return estimateNormals(points, *search, spacing, options, execution);
+}
+
+/// Angles between the estimates and the points' normals up to sign, degrees, ascending.
+std::vector<double> errorsOf(const PointSet& points, const NormalEstimates& estimates)
+{
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d a = points.normals[i].cast<double>(), b = estimates.normals[i].cast<double>();
+    errors.push_back(std::atan2(a.cross(b).norm(), std::abs(a.dot(b))) * (180 / static_cast<double>(EIGEN_PI)));
+  }
+  std::sort(errors.begin(), errors.end());
+  return errors;
+}
+
+PointSet line(int number)
+{
+  PointSet points;
+  for (int n = 0; n < number; ++n)
+    clouds::append(points, Eigen::Vector3f(1, 2, 3) * (.1f * static_cast<float>(n)), Eigen::Vector3f::UnitZ());
+  return points;
+}
+
+} // namespace
+
+TEST(Normals, OfAPlaneAreExact)
+{
+  PointSet points = clouds::randomSquare(2000, 1);
+  const Eigen::Matrix3f rotation = Eigen::AngleAxisf(.7f, Eigen::Vector3f(1, 2, 3).normalized()).toRotationMatrix();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points.positions[i] = rotation * points.positions[i];
+    points.normals[i] = rotation * points.normals[i];
+  }
+  const NormalEstimates estimates = normalsOf(points);
+  // Coordinates are rounded to 6e-8; the narrowest neighbourhoods are some 1e-2 wide.
+  EXPECT_LT(errorsOf(points, estimates).back(), 1e-2);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(estimates.normals[i].norm(), 1, 1e-6);
+    EXPECT_LT(estimates.thirdEigenvalueShare[i], 1e-8);
+    EXPECT_LT(estimates.planeDistances[i], 1e-6);
+    EXPECT_FALSE(estimates.isNoise[i]);
+  }
+}
+
+TEST(Normals, OfASphereConvergeWithTheSpacing)
+{
+  // The bias of a plane fit is the curvature times the neighbourhood's asymmetry: of first order in the spacing.
+  double previous = 0;
+  for (const double spacing : {.16, .08, .04}) {
+    const PointSet points = shapes::sample(shapes::sphere(1), 1.2, spacing);
+    const std::vector<double> errors = errorsOf(points, normalsOf(points));
+    const double median = errors[errors.size() / 2];
+    EXPECT_LT(median, 10 * spacing); // .4 degrees at .04
+    if (previous > 0) {
+      EXPECT_LT(median, .7 * previous);
+    }
+    previous = median;
+  }
+}
+
+TEST(Normals, AreAsGoodAtAnyScale)
+{
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .08);
+  const NormalEstimates expected = normalsOf(points);
+  for (const float factor : {1e-3f, 1e3f, 1e-9f, 1e9f}) {
+    const NormalEstimates estimates = normalsOf(clouds::scaled(points, factor));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      // A point on the radius may move in or out by rounding: most are equal, all are close.
+      EXPECT_GT(std::abs(estimates.normals[i].dot(expected.normals[i])), .999f) << i;
+      EXPECT_NEAR(estimates.planeDistances[i] / factor, expected.planeDistances[i], .01 * .08);
+      EXPECT_NEAR(estimates.thirdEigenvalueShare[i], expected.thirdEigenvalueShare[i], .005);
+    }
+  }
+}
+
+TEST(Normals, AgreeWithPclsOwn)
+{
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .08);
+  NormalOptions options;
+  options.radius = .25f; // everywhere more than 12 points, so that both use the radius alone
+
+  auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const Eigen::Vector3f& p : points.positions)
+    cloud->push_back({p.x(), p.y(), p.z()});
+  pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> estimation(1);
+  estimation.setInputCloud(cloud);
+  estimation.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
+  estimation.setRadiusSearch(options.radius);
+  pcl::PointCloud<pcl::Normal> expected;
+  estimation.compute(expected);
+
+  const NormalEstimates estimates = normalsOf(points, options);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    // PCL's eigenvalues are single precision: about 1e-3 in the normal.
+    EXPECT_GT(std::abs(estimates.normals[i].dot(expected[i].getNormalVector3fMap())), 1 - 1e-5f) << i;
+    EXPECT_NEAR(estimates.thirdEigenvalueShare[i], expected[i].curvature, 1e-4);
+  }
+}
+
+TEST(Normals, ThirdEigenvalueTellsVolumesFromSurfaces)
+{
+  std::mt19937 random(3);
+  std::normal_distribution<float> coordinate;
+  PointSet blob;
+  for (int n = 0; n < 4000; ++n) {
+    const float x = coordinate(random), y = coordinate(random), z = coordinate(random);
+    clouds::append(blob, {x, y, z}, Eigen::Vector3f::UnitZ());
+  }
+  NormalOptions options;
+  options.radius = 1;
+  options.noiseCriteria = true;
+  const NormalEstimates estimates = normalsOf(blob, options);
+  std::int64_t inside = 0, noise = 0;
+  for (std::size_t i = 0; i < blob.size(); ++i) {
+    EXPECT_GE(estimates.thirdEigenvalueShare[i], 0);
+    EXPECT_LE(estimates.thirdEigenvalueShare[i], 1.0f / 3 + 1e-6f);
+    if (blob.positions[i].norm() > 1)
+      continue;
+    ++inside;
+    noise += estimates.isNoise[i];
+    EXPECT_GT(estimates.thirdEigenvalueShare[i], .2f); // a third for a ball of many points
+  }
+  EXPECT_GT(inside, 500);
+  EXPECT_EQ(noise, inside);
+}
+
+TEST(Normals, NoiseCriteriaFindPointsOffTheSurface)
+{
+  PointSet points = clouds::lattice(40, .1f);
+  const std::size_t clean = points.size();
+  for (int n = -3; n <= 3; ++n) // 1.5 spacings off, above the middle of a cell, far from each other
+    clouds::append(points, {.5f * static_cast<float>(n), .5f * static_cast<float>(n), .15f}, Eigen::Vector3f::UnitZ());
+  NormalOptions options;
+  options.noiseCriteria = true;
+  const NormalEstimates estimates = normalsOf(points, options);
+  for (std::size_t i = clean; i < points.size(); ++i) {
+    EXPECT_TRUE(estimates.isNoise[i]);
+    EXPECT_GT(estimates.planeDistances[i], .1f);
+    EXPECT_LT(estimates.planeDistances[i], .15f); // it pulls the plane towards itself
+  }
+  std::size_t noise = 0;
+  for (std::size_t i = 0; i < clean; ++i) {
+    // A point of the plane sees at most one planted point among 20.
+    EXPECT_LT(estimates.planeDistances[i], .02f);
+    noise += estimates.isNoise[i];
+  }
+  EXPECT_EQ(noise, 0u);
+
+  options.maxPlaneDistance = .2f;
+  options.maxThirdEigenvalue = 1.0f / 3;
+  const NormalEstimates lenient = normalsOf(points, options);
+  EXPECT_EQ(std::count(lenient.isNoise.begin(), lenient.isNoise.end(), 1), 0);
+}
+
+TEST(Normals, SparseRegionsTakeTheirNearestNeighbours)
+{
+  // A dense square decides on l̄; a square ten times as sparse has nobody inside the radius.
+  PointSet points = clouds::lattice(40, .1f);
+  const std::size_t dense = points.size();
+  PointSet sparse = clouds::lattice(8, 1);
+  for (std::size_t i = 0; i < sparse.size(); ++i)
+    clouds::append(points, Eigen::Vector3f(0, sparse.positions[i].x(), sparse.positions[i].y() + 20),
+                   Eigen::Vector3f::UnitX());
+  const NormalEstimates estimates = normalsOf(points);
+  for (std::size_t i = dense; i < points.size(); ++i)
+    EXPECT_GT(std::abs(estimates.normals[i].x()), .9999f);
+}
+
+TEST(Normals, LinesAndSinglePositionsHaveNone)
+{
+  for (const int number : {2, 3, 5, 50}) {
+    const NormalEstimates estimates = normalsOf(line(number));
+    for (const Eigen::Vector3f& normal : estimates.normals) {
+      EXPECT_TRUE(normal.isZero()) << number << " points on a line: " << normal.transpose();
+    }
+  }
+  PointSet same;
+  for (int n = 0; n < 20; ++n)
+    clouds::append(same, {1, 2, 3}, Eigen::Vector3f::UnitZ());
+  Execution execution;
+  for (const Eigen::Vector3f& normal : estimateNormals(same, *clouds::searchOf(same), 1, {}, execution).normals)
+    EXPECT_TRUE(normal.isZero());
+  EXPECT_TRUE(estimateNormals({}, *makeKdTree(), 1, {}, execution).normals.empty());
+}
+
+TEST(Normals, ANarrowStripIsAPlane)
+{
+  PointSet points; // a thousand times as long as wide
+  for (int n = 0; n < 100; ++n)
+    clouds::append(points, {static_cast<float>(n), n % 2 == 0 ? 0 : .01f, 0}, Eigen::Vector3f::UnitZ());
+  EXPECT_LT(errorsOf(points, normalsOf(points)).back(), .1);
+}
+
+TEST(Normals, AreTheSameBytesForAnyNumberOfThreads)
+{
+  PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .06);
+  shapes::addNoise(points, .02);
+  NormalOptions options;
+  options.noiseCriteria = true;
+  const NormalEstimates one = normalsOf(points, options, 1);
+  for (const int threads : {2, 4}) {
+    const NormalEstimates other = normalsOf(points, options, threads);
+    EXPECT_EQ(other.normals, one.normals);
+    EXPECT_EQ(other.thirdEigenvalueShare, one.thirdEigenvalueShare);
+    EXPECT_EQ(other.planeDistances, one.planeDistances);
+    EXPECT_EQ(other.isNoise, one.isNoise);
+  }
+  const std::vector<std::uint32_t> order = clouds::shuffledOrder(points.size());
+  const NormalEstimates shuffled = normalsOf(clouds::reordered(points, order), options);
+  for (std::size_t n = 0; n < order.size(); ++n) // the order of equal distances may differ, and with it a sum's
+    EXPECT_GT(std::abs(shuffled.normals[n].dot(one.normals[order[n]])), 1 - 1e-5f);
+}
+
+TEST(Normals, OptionsOutOfRangeAreNamed)
+{
+  const auto refused = [](const auto& change) {
+    NormalOptions options;
+    change(options);
+    return clouds::messageOf<InvalidOption>([&] { validate(options); });
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NO_THROW(validate(NormalOptions()));
+  EXPECT_NE(refused([](auto& o) { o.radius = -1; }).find("normals.radius = -1 is outside its range >= 0"),
+            std::string::npos);
+  EXPECT_NE(refused([&](auto& o) { o.radius = nan; }), "");
+  EXPECT_EQ(refused([](auto& o) { o.maxThirdEigenvalue = .4f; }),
+            "normals.maxThirdEigenvalue = 0.4 is outside its range (0, 1/3]");
+  EXPECT_NE(refused([](auto& o) { o.maxThirdEigenvalue = 0; }), "");
+  EXPECT_EQ(refused([](auto& o) { o.maxThirdEigenvalue = 1.0f / 3; }), "");
+  EXPECT_NE(refused([](auto& o) { o.maxPlaneDistance = -1; }).find("normals.maxPlaneDistance = -1 "),
+            std::string::npos);
+}

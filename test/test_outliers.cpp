@@ -1,0 +1,226 @@
+#include "support/clouds.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/outliers.h>
+
+#include <pcl/filters/statistical_outlier_removal.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <random>
+
+using namespace pcl::mrf;
+
+namespace {
+
+OutlierResult outliersOf(const PointSet& points, const OutlierOptions& options = {}, int threads = 1)
+{
+  Execution execution(threads);
+  return findOutliers(points, *clouds::searchOf(points), options, execution);
+}
+
+OutlierOptions statisticalOnly()
+{
+  OutlierOptions options;
+  options.spacing = false;
+  options.statistical = true;
+  return options;
+}
+
+PointSet sphere()
+{
+  return shapes::sample(shapes::sphere(1), 1.2, .08);
+}
+
+/// Appends points at least 6 spacings away from the sphere's surface and from each other.
+void plantOutliers(PointSet& points, int number)
+{
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> coordinate(-3, 3);
+  for (int planted = 0; planted < number;) {
+    const Eigen::Vector3f x(coordinate(random), coordinate(random), coordinate(random));
+    const bool isFree = std::all_of(points.positions.begin(), points.positions.end(),
+                                    [&](const Eigen::Vector3f& p) { return (p - x).norm() > .5f; });
+    if (!isFree)
+      continue;
+    clouds::append(points, x, Eigen::Vector3f::UnitZ());
+    ++planted;
+  }
+}
+
+} // namespace
+
+TEST(Outliers, NoneOnCleanSurfaces)
+{
+  for (const shapes::Sdf& sdf : {shapes::sphere(1), shapes::torus(1, .4), shapes::box({1, .8, .6})}) {
+    const OutlierResult result = outliersOf(shapes::sample(sdf, 1.6, .08));
+    EXPECT_EQ(result.droppedBySpacing, 0);
+    EXPECT_EQ(result.droppedByStatistics, 0);
+    EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0}), 0);
+  }
+}
+
+TEST(Outliers, PlantedOnesAreFoundAndNothingElse)
+{
+  PointSet points = sphere();
+  const std::size_t clean = points.size();
+  plantOutliers(points, 30);
+  const OutlierResult result = outliersOf(points);
+  EXPECT_EQ(result.droppedBySpacing, 30);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    EXPECT_EQ(result.keep[i] != 0, i < clean) << i;
+}
+
+TEST(Outliers, AFarOneDoesNotHideTheOthers)
+{
+  PointSet points = sphere();
+  const std::size_t clean = points.size();
+  plantOutliers(points, 10);
+  clouds::append(points, {1e4f, 0, 0}, Eigen::Vector3f::UnitZ());
+  EXPECT_EQ(outliersOf(points).droppedBySpacing, 11);
+  // What the criterion is for: the far one inflates the deviation, and PCL's criterion keeps all the others.
+  const OutlierResult statistical = outliersOf(points, statisticalOnly());
+  EXPECT_EQ(statistical.droppedByStatistics, 1);
+  EXPECT_EQ(std::count(statistical.keep.begin() + static_cast<std::ptrdiff_t>(clean), statistical.keep.end(), 1), 10);
+}
+
+TEST(Outliers, ASmallClusterIsOne)
+{
+  PointSet points = sphere();
+  const std::size_t clean = points.size();
+  for (int n = 0; n < 4; ++n) // 3 near neighbours of 8 cannot bring the mean down
+    clouds::append(points, {2.5f, .05f * static_cast<float>(n), 0}, Eigen::Vector3f::UnitZ());
+  const OutlierResult result = outliersOf(points);
+  EXPECT_EQ(result.droppedBySpacing, 4);
+  EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), 1), static_cast<std::ptrdiff_t>(clean));
+}
+
+TEST(Outliers, StatisticalIsPcls)
+{
+  PointSet points = sphere();
+  plantOutliers(points, 30);
+  OutlierOptions options = statisticalOnly();
+  options.statisticalNeighbours = 10;
+  options.statisticalDeviations = 1;
+
+  auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const Eigen::Vector3f& p : points.positions)
+    cloud->push_back({p.x(), p.y(), p.z()});
+  pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter;
+  filter.setInputCloud(cloud);
+  filter.setMeanK(10);
+  filter.setStddevMulThresh(1);
+  pcl::Indices kept;
+  filter.filter(kept);
+
+  const OutlierResult result = outliersOf(points, options);
+  EXPECT_EQ(result.droppedByStatistics, static_cast<std::int64_t>(points.size() - kept.size()));
+  EXPECT_GE(result.droppedByStatistics, 30);
+  for (const int i : kept)
+    EXPECT_TRUE(result.keep[static_cast<std::size_t>(i)]) << i;
+}
+
+TEST(Outliers, CriteriaAddUp)
+{
+  PointSet points = sphere();
+  plantOutliers(points, 30);
+  OutlierOptions both;
+  both.spacingFactor = 12; // finds the farthest only
+  both.statistical = true;
+  OutlierOptions first = both, second = both;
+  first.statistical = false;
+  second.spacing = false;
+  const OutlierResult spacing = outliersOf(points, first), statistical = outliersOf(points, second),
+                      result = outliersOf(points, both);
+  EXPECT_GT(spacing.droppedBySpacing, 0);
+  EXPECT_EQ(result.droppedBySpacing, spacing.droppedBySpacing);
+  EXPECT_GT(result.droppedByStatistics, 0);
+  EXPECT_EQ(result.droppedBySpacing + result.droppedByStatistics,
+            std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0}));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    EXPECT_EQ(result.keep[i], spacing.keep[i] & statistical.keep[i]) << i;
+}
+
+TEST(Outliers, NoneWithoutACriterion)
+{
+  PointSet points = sphere();
+  plantOutliers(points, 3);
+  OutlierOptions options;
+  options.spacing = false;
+  const OutlierResult result = outliersOf(points, options);
+  EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), 1), static_cast<std::ptrdiff_t>(points.size()));
+}
+
+TEST(Outliers, CoincidingPointsAreNoMeasure)
+{
+  // Nine copies of each point: all neighbours at distance 0, and so is the median.
+  PointSet points;
+  for (int n = 0; n < 9; ++n)
+    clouds::append(points, clouds::lattice(5, 1));
+  clouds::append(points, {.5f, .5f, 0}, Eigen::Vector3f::UnitZ());
+  EXPECT_EQ(outliersOf(points).droppedBySpacing, 0);
+}
+
+TEST(Outliers, FewerPointsThanNeighbours)
+{
+  OutlierOptions options;
+  options.statistical = true;
+  for (int number = 1; number < 10; ++number) {
+    PointSet points;
+    for (int n = 0; n < number; ++n)
+      clouds::append(points, {static_cast<float>(n), 0, 0}, Eigen::Vector3f::UnitZ());
+    const OutlierResult result = outliersOf(points, options);
+    EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), 1), number);
+  }
+  Execution execution;
+  EXPECT_TRUE(findOutliers({}, *makeKdTree(), options, execution).keep.empty());
+}
+
+TEST(Outliers, DoNotDependOnThreadsOrderOrScale)
+{
+  PointSet points = sphere();
+  plantOutliers(points, 30);
+  OutlierOptions options;
+  options.spacingFactor = 1.2f; // drops some of the surface as well, so that the comparison is not trivial
+  const OutlierResult one = outliersOf(points, options, 1);
+  EXPECT_GT(one.droppedBySpacing, 30);
+  EXPECT_EQ(outliersOf(points, options, 2).keep, one.keep);
+  EXPECT_EQ(outliersOf(points, options, 4).keep, one.keep);
+
+  const std::vector<std::uint32_t> order = clouds::shuffledOrder(points.size());
+  const OutlierResult shuffled = outliersOf(clouds::reordered(points, order), options);
+  for (std::size_t n = 0; n < order.size(); ++n)
+    EXPECT_EQ(shuffled.keep[n], one.keep[order[n]]);
+
+  const OutlierResult expected = outliersOf(points);
+  for (const float factor : {1e-3f, 1e3f})
+    EXPECT_EQ(outliersOf(clouds::scaled(points, factor)).keep, expected.keep);
+}
+
+TEST(Outliers, OptionsOutOfRangeAreNamed)
+{
+  const auto refused = [](const auto& change) {
+    OutlierOptions options;
+    change(options);
+    return clouds::messageOf<InvalidOption>([&] { validate(options); });
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NO_THROW(validate(OutlierOptions()));
+  EXPECT_EQ(refused([](auto& o) { o.spacingNeighbours = 0; }),
+            "outliers.spacingNeighbours = 0 is outside its range 1..1000");
+  EXPECT_NE(refused([](auto& o) { o.spacingNeighbours = 1001; }), "");
+  EXPECT_NE(refused([](auto& o) { o.spacingFactor = 1; }).find("outliers.spacingFactor = 1 "), std::string::npos);
+  EXPECT_NE(refused([&](auto& o) { o.spacingFactor = nan; }), "");
+  EXPECT_NE(refused([](auto& o) { o.statisticalNeighbours = 0; }).find("outliers.statisticalNeighbours = 0 "),
+            std::string::npos);
+  EXPECT_NE(refused([](auto& o) { o.statisticalNeighbours = 1001; }), "");
+  EXPECT_NE(refused([](auto& o) { o.statisticalDeviations = 0; }).find("outliers.statisticalDeviations = 0 "),
+            std::string::npos);
+  EXPECT_NE(refused([&](auto& o) { o.statisticalDeviations = nan; }), "");
+  EXPECT_EQ(refused([](auto& o) { o.spacingNeighbours = o.statisticalNeighbours = 1000; }), "");
+}

@@ -1,0 +1,130 @@
+#include "support/clouds.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/sampling_density.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+using namespace pcl::mrf;
+
+namespace {
+
+const double pi = std::acos(-1.0);
+
+SamplingDensity densityOf(const PointSet& points, int threads = 1)
+{
+  Execution execution(threads);
+  return estimateSamplingDensity(points, *clouds::searchOf(points), execution);
+}
+
+} // namespace
+
+TEST(SamplingDensity, OfALatticeIsItsSpacing)
+{
+  const SamplingDensity density = densityOf(clouds::lattice(40, .5f));
+  // Exact but for the rounding of coordinates of ten spacings to single precision.
+  EXPECT_NEAR(density.nearestMean, .5, 1e-5);
+  EXPECT_NEAR(density.nearestDeviation, 0, 1e-5);
+  EXPECT_NEAR(density.eighthMedian, .5 * std::sqrt(2.0), 1e-5);
+  EXPECT_EQ(density.spacing, density.nearestMean); // 0.313 √2 < 1
+}
+
+TEST(SamplingDensity, OfRandomPointsIsTheExpectationOfAPoissonProcess)
+{
+  // 20,000 points in an area of 4: mean nearest distance ½ ρ^(-½), standard deviation ((4 − π)/4π ρ)^½, and the 8th
+  // neighbour's median (7.669/π ρ)^½. The border (1 % of the points) and chance make less than 3 %.
+  const SamplingDensity density = densityOf(clouds::randomSquare(20000, 1));
+  const double scale = 1 / std::sqrt(5000.0);
+  EXPECT_NEAR(density.nearestMean / scale, .5, .015);
+  EXPECT_NEAR(density.nearestDeviation / scale, std::sqrt((4 - pi) / (4 * pi)), .01);
+  EXPECT_NEAR(density.eighthMedian / scale, std::sqrt(7.669 / pi), .047);
+  // The factor that makes both estimates equal on such a surface: 0.313 against 0.320.
+  EXPECT_NEAR(density.spacing, density.nearestMean, .03 * density.nearestMean);
+}
+
+TEST(SamplingDensity, OverlappingScansDoNotShrinkTheSpacing)
+{
+  // Every point has a partner at a hundredth of the spacing, as in two registered scans of one surface.
+  PointSet points = clouds::lattice(40, 1);
+  PointSet partners = points;
+  for (Eigen::Vector3f& position : partners.positions)
+    position += Eigen::Vector3f(.01f, 0, 0);
+  clouds::append(points, partners);
+  const SamplingDensity density = densityOf(points);
+  EXPECT_NEAR(density.nearestMean, .01, 1e-4);
+  EXPECT_NEAR(density.eighthMedian, 1.0, .02); // one of the four pairs at distance 1
+  EXPECT_FLOAT_EQ(density.spacing, .313f * density.eighthMedian);
+}
+
+TEST(SamplingDensity, DuplicatesCountOnce)
+{
+  const PointSet once = clouds::randomSquare(500, 1);
+  PointSet repeated = once;
+  for (std::size_t i = 0; i < once.size(); i += 3) // up to 20 times: more than the neighbours that are looked at
+    for (std::size_t n = 0; n < i % 20; ++n)
+      clouds::append(repeated, once.positions[i], once.normals[i]);
+  const SamplingDensity expected = densityOf(once), density = densityOf(repeated);
+  // The same distances, added in another order.
+  EXPECT_NEAR(density.nearestMean, expected.nearestMean, 1e-6 * expected.nearestMean);
+  EXPECT_NEAR(density.nearestDeviation, expected.nearestDeviation, 1e-6 * expected.nearestMean);
+  EXPECT_EQ(density.eighthMedian, expected.eighthMedian);
+}
+
+TEST(SamplingDensity, NeedsTwoDistinctPositions)
+{
+  Execution execution;
+  PointSet points;
+  const auto density = [&] { estimateSamplingDensity(points, *clouds::searchOf(points), execution); };
+  EXPECT_NE(clouds::messageOf<InvalidInput>([&] { estimateSamplingDensity(points, *makeKdTree(), execution); }), "");
+  clouds::append(points, {1, 2, 3}, Eigen::Vector3f::UnitZ());
+  EXPECT_NE(clouds::messageOf<InvalidInput>(density), "");
+  for (int n = 0; n < 20; ++n)
+    clouds::append(points, {1, 2, 3}, Eigen::Vector3f::UnitZ());
+  EXPECT_NE(clouds::messageOf<InvalidInput>(density), "");
+  clouds::append(points, {1, 2, 5}, Eigen::Vector3f::UnitZ());
+  EXPECT_FLOAT_EQ(densityOf(points).spacing, 2);
+}
+
+TEST(SamplingDensity, FewPointsHaveNoEighthNeighbour)
+{
+  PointSet points = clouds::lattice(2, 1);
+  EXPECT_EQ(densityOf(points).eighthMedian, 0);
+  EXPECT_FLOAT_EQ(densityOf(points).spacing, 1);
+  clouds::append(points, clouds::lattice(2, 3)); // 8 points: 7 neighbours each
+  EXPECT_EQ(densityOf(points).eighthMedian, 0);
+  clouds::append(points, {0, 0, 0}, Eigen::Vector3f::UnitZ());
+  EXPECT_GT(densityOf(points).eighthMedian, 0);
+}
+
+TEST(SamplingDensity, RefusesASpacingBeyondSinglePrecision)
+{
+  // Squared distances of 1e-60 are zero in single precision.
+  EXPECT_NE(clouds::messageOf<InvalidInput>([] { densityOf(clouds::scaled(clouds::lattice(10, 1), 1e-30f)); }), "");
+}
+
+TEST(SamplingDensity, IsTheSameBytesForAnyNumberOfThreads)
+{
+  const PointSet points = clouds::randomSquare(20000, 1);
+  const SamplingDensity one = densityOf(points, 1), two = densityOf(points, 2), four = densityOf(points, 4);
+  EXPECT_EQ(std::memcmp(&one, &two, sizeof one), 0);
+  EXPECT_EQ(std::memcmp(&one, &four, sizeof one), 0);
+}
+
+TEST(SamplingDensity, ScalesWithTheCloudAndIgnoresItsOrder)
+{
+  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .08);
+  const SamplingDensity density = densityOf(points);
+  for (const float factor : {1e-3f, 1e3f}) {
+    const SamplingDensity other = densityOf(clouds::scaled(points, factor));
+    // Coordinates are rounded to 6e-8 of the radius, 1e-6 of the spacing.
+    EXPECT_NEAR(other.spacing / factor, density.spacing, 2e-6 * density.spacing);
+    EXPECT_NEAR(other.nearestDeviation / factor, density.nearestDeviation, 2e-6 * density.spacing);
+  }
+  const SamplingDensity shuffled = densityOf(clouds::reordered(points, clouds::shuffledOrder(points.size())));
+  EXPECT_NEAR(shuffled.spacing, density.spacing, 1e-6 * density.spacing); // the sum's order
+  EXPECT_EQ(shuffled.eighthMedian, density.eighthMedian);
+}
