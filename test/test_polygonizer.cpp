@@ -1,4 +1,4 @@
-#include "support/self_intersection_oracle.h"
+#include "exact/self_intersections.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/mesh_quality.h>
@@ -346,7 +346,7 @@ TEST_P(Polygonizer, smoothFieldsDoNotIntersectThemselves)
 {
   for (const Solid& solid : solids()) {
     SCOPED_TRACE(solid.name);
-    EXPECT_EQ(oracle::selfIntersectingTriangles(extract(shapes::field(solid.sdf, 1, 41))).size(), 0u);
+    EXPECT_EQ(exact::selfIntersectingTriangles(extract(shapes::field(solid.sdf, 1, 41))).size(), 0u);
   }
 }
 
@@ -356,7 +356,7 @@ TEST_P(Polygonizer, whiteNoiseDoesNotIntersectItself)
   std::mt19937 random(14);
   std::normal_distribution<float> noise;
   const auto field = enclosed({14, 14, 14}, 1, [&](int, int, int) { return noise(random); });
-  EXPECT_EQ(oracle::selfIntersectingTriangles(extract(field)).size(), 0u);
+  EXPECT_EQ(exact::selfIntersectingTriangles(extract(field)).size(), 0u);
 }
 
 TEST(PolygonizerCubes, hasHalfTheTrianglesOfTetrahedra)

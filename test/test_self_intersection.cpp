@@ -1,4 +1,4 @@
-#include "support/self_intersection_oracle.h"
+#include "exact/self_intersections.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/polygonizer.h>
@@ -49,7 +49,7 @@ void comparePairs(const std::vector<Triangle>& triangles, int vertices, unsigned
     // Coincident vertices of different index: a shared corner to the eye, an intersection to both.
     if (degenerate(mesh) || (compared % 2 == 0 && distinct.size() < mesh.vertices.size()))
       continue;
-    const auto expected = oracle::selfIntersectingTriangles(mesh);
+    const auto expected = exact::selfIntersectingTriangles(mesh);
     ASSERT_EQ(selfIntersectingTriangles(mesh), expected)
         << "vertices: " << ::testing::PrintToString(distinct) << ", pair " << compared;
     ++compared;
@@ -109,7 +109,7 @@ TEST(SelfIntersection, CrumpledPatchAgreesWithCgal)
     std::normal_distribution<float> offset(0, noise);
     for (Vector3f& p : mesh.vertices)
       p += Vector3f(offset(random), offset(random), offset(random));
-    const auto expected = oracle::selfIntersectingTriangles(mesh);
+    const auto expected = exact::selfIntersectingTriangles(mesh);
     EXPECT_FALSE(expected.empty());
     EXPECT_EQ(selfIntersectingTriangles(mesh), expected);
   }
@@ -122,7 +122,7 @@ TEST(SelfIntersection, NearlyFlatPatchFarFromTheOriginAgreesWithCgal)
   for (Vector3f& p : mesh.vertices)
     p = Vector3f(1000 + .37f * p.x(), 2000 + .21f * p.y(), 3000 + .1f * p.x() + .3f * p.y());
   append(mesh, mesh, {.05f, .02f, 0});
-  EXPECT_EQ(selfIntersectingTriangles(mesh), oracle::selfIntersectingTriangles(mesh));
+  EXPECT_EQ(selfIntersectingTriangles(mesh), exact::selfIntersectingTriangles(mesh));
 }
 
 TEST(SelfIntersection, SlicedSpheresAgreeWithCgalForAnyNumberOfThreads)
@@ -130,7 +130,7 @@ TEST(SelfIntersection, SlicedSpheresAgreeWithCgalForAnyNumberOfThreads)
   TriangleMesh mesh = zeroLevel(shapes::field(shapes::sphere(.7), 1, 20));
   EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
   append(mesh, mesh, {.5f, .13f, .21f});
-  const auto expected = oracle::selfIntersectingTriangles(mesh);
+  const auto expected = exact::selfIntersectingTriangles(mesh);
   EXPECT_GT(expected.size(), 50u);
   for (const int threads : {1, 2, 4}) {
     Execution execution(threads);
@@ -154,7 +154,7 @@ TEST(SelfIntersection, OneHugeTriangleAmongSmallOnes)
   const auto first = static_cast<std::int32_t>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), {{30.2f, 30.3f, -1e5f}, {30.2f, 30.3f, 1e5f}, {1e6f, 1e6f, 1e5f}});
   mesh.triangles.push_back({first, first + 1, first + 2});
-  EXPECT_EQ(selfIntersectingTriangles(mesh), oracle::selfIntersectingTriangles(mesh));
+  EXPECT_EQ(selfIntersectingTriangles(mesh), exact::selfIntersectingTriangles(mesh));
 }
 
 TEST(SelfIntersection, TheSameVerticesTwice)

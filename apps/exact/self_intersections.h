@@ -1,5 +1,5 @@
 /// \file
-/// \brief Exact self-intersections of a triangle mesh through CGAL, to judge our own code with.
+/// \brief Exact self-intersections of a triangle mesh through CGAL, to judge meshes and our own code with.
 #pragma once
 
 #include <pcl/surface/mrf/triangle_mesh.h>
@@ -7,10 +7,14 @@
 #include <cstdint>
 #include <vector>
 
-namespace oracle {
+namespace exact {
 
 /// Indices, ascending, of the triangles that are degenerate, that intersect a triangle without a common vertex, or that
 /// share vertices with one (by index) and meet it in more than these. Exact predicates; any soup of triangles will do.
+/// Triangles with a vertex that is not finite are left out.
 std::vector<std::int32_t> selfIntersectingTriangles(const pcl::mrf::TriangleMesh& mesh);
 
-} // namespace oracle
+/// Indices, ascending, of the triangles whose finite corners lie on one line.
+std::vector<std::int32_t> degenerateTriangles(const pcl::mrf::TriangleMesh& mesh);
+
+} // namespace exact

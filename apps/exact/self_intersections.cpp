@@ -1,11 +1,11 @@
-#include "support/self_intersection_oracle.h"
+#include "self_intersections.h"
 
 #include <CGAL/box_intersection_d.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
 #include <algorithm>
 
-namespace oracle {
+namespace exact {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -24,11 +24,18 @@ class PairTest {
 public:
   explicit PairTest(const pcl::mrf::TriangleMesh& mesh) : triangles_(mesh.triangles)
   {
-    for (const Eigen::Vector3f& x : mesh.vertices)
+    for (const Eigen::Vector3f& x : mesh.vertices) {
+      finite_.push_back(x.allFinite());
       points_.emplace_back(x.x(), x.y(), x.z());
+    }
   }
 
   const Point& point(std::int32_t vertex) const { return points_[static_cast<std::size_t>(vertex)]; }
+
+  bool isFinite(const Triangle& t) const
+  {
+    return std::all_of(t.begin(), t.end(), [&](std::int32_t v) { return finite_[static_cast<std::size_t>(v)]; });
+  }
 
   bool isDegenerate(const Triangle& t) const { return CGAL::collinear(point(t[0]), point(t[1]), point(t[2])); }
 
@@ -69,11 +76,22 @@ private:
            CGAL::coplanar_orientation(point(a[1]), point(a[2]), point(a[0]), opposite) == CGAL::POSITIVE;
   }
 
+  std::vector<bool> finite_;
   std::vector<Point> points_;
   const std::vector<Triangle>& triangles_;
 };
 
 } // namespace
+
+std::vector<std::int32_t> degenerateTriangles(const pcl::mrf::TriangleMesh& mesh)
+{
+  const PairTest test(mesh);
+  std::vector<std::int32_t> result;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (test.isFinite(mesh.triangles[t]) && test.isDegenerate(mesh.triangles[t]))
+      result.push_back(static_cast<std::int32_t>(t));
+  return result;
+}
 
 std::vector<std::int32_t> selfIntersectingTriangles(const pcl::mrf::TriangleMesh& mesh)
 {
@@ -82,6 +100,8 @@ std::vector<std::int32_t> selfIntersectingTriangles(const pcl::mrf::TriangleMesh
   std::vector<Box> boxes;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Triangle& triangle = mesh.triangles[t];
+    if (!intersects.isFinite(triangle))
+      continue;
     if (intersects.isDegenerate(triangle))
       hit[t] = 1;
     else
@@ -100,4 +120,4 @@ std::vector<std::int32_t> selfIntersectingTriangles(const pcl::mrf::TriangleMesh
   return result;
 }
 
-} // namespace oracle
+} // namespace exact
