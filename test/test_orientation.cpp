@@ -1,0 +1,563 @@
+#include "support/clouds.h"
+#include "support/scans.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/normals.h>
+#include <pcl/surface/mrf/orientation.h>
+#include <pcl/surface/mrf/outliers.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <sstream>
+
+using namespace pcl::mrf;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+namespace {
+
+/// The points' normals with random signs: what an estimate without any orientation gives, at its best.
+std::vector<Vector3f> scrambled(const PointSet& points, unsigned seed = 5)
+{
+  std::mt19937 random(seed);
+  std::vector<Vector3f> normals = points.normals;
+  for (Vector3f& normal : normals)
+    if (random() % 2 == 0)
+      normal = -normal;
+  return normals;
+}
+
+OrientationResult orient(const PointSet& points, const std::vector<Vector3f>& normals, OrientationVote vote,
+                         const OrientationOptions& options = {}, int threads = 1)
+{
+  Execution execution(threads);
+  const auto search = clouds::searchOf(points);
+  return orientNormals(points, normals, *search, estimateSamplingDensity(points, *search, execution), vote, options,
+                       execution);
+}
+
+std::vector<Vector3f> estimated(const PointSet& points)
+{
+  Execution execution;
+  const auto search = clouds::searchOf(points);
+  const float spacing = estimateSamplingDensity(points, *search, execution).spacing;
+  return estimateNormals(points, *search, spacing, {}, execution).normals;
+}
+
+OrientationResult estimateAndOrient(const PointSet& points, OrientationVote vote)
+{
+  return orient(points, estimated(points), vote);
+}
+
+/// Share of the kept points whose normal is on the side of the true one.
+double shareRight(const PointSet& points, const OrientationResult& result)
+{
+  std::int64_t right = 0, kept = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (result.keep[i] && !points.normals[i].isZero()) {
+      ++kept;
+      right += points.normals[i].dot(result.normals[i]) > 0;
+    }
+  return static_cast<double>(right) / static_cast<double>(kept);
+}
+
+/// The sensor that sees a point most from the front becomes its view.
+void assignViews(PointSet& points)
+{
+  points.views.clear();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto cosine = [&](const Vector3f& sensor) {
+      return (sensor - points.positions[i]).normalized().dot(points.normals[i]);
+    };
+    const auto best = std::max_element(points.sensors.begin(), points.sensors.end(),
+                                       [&](const Vector3f& a, const Vector3f& b) { return cosine(a) < cosine(b); });
+    points.views.push_back(static_cast<std::int32_t>(best - points.sensors.begin()));
+  }
+}
+
+PointSet moved(PointSet points, const Vector3f& by)
+{
+  for (Vector3f& position : points.positions)
+    position += by;
+  return points;
+}
+
+/// The vertices of a Wavefront file with the normals of its faces.
+PointSet readVertices(const std::string& path)
+{
+  PointSet points;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string keyword;
+    words >> keyword;
+    if (keyword == "v") {
+      Vector3f position;
+      words >> position.x() >> position.y() >> position.z();
+      clouds::append(points, position, Vector3f::Zero());
+    } else if (keyword == "f") {
+      Triangle corners = {};
+      for (std::int32_t& corner : corners) {
+        std::string word;
+        words >> word;
+        corner = std::stoi(word) - 1;
+      }
+      const auto at = [&](int n) { return points.positions[static_cast<std::size_t>(corners[n])]; };
+      const Vector3f normal = (at(1) - at(0)).cross(at(2) - at(0));
+      for (const std::int32_t corner : corners)
+        points.normals[static_cast<std::size_t>(corner)] += normal;
+    }
+  }
+  for (Vector3f& normal : points.normals)
+    normal.normalize(); // leaves the zero of an unused vertex
+  return points;
+}
+
+} // namespace
+
+TEST(Orientation, ClosedSurfacesPointOutward)
+{
+  const double spacing = .08;
+  const std::vector<shapes::Sdf> closed = {shapes::sphere(1), shapes::torus(1, .4), shapes::box({1, .8, .6}),
+                                           shapes::tube({-1, 0, 0}, {1, 0, 0}, .2)};
+  for (const shapes::Sdf& sdf : closed) {
+    const PointSet points = shapes::sample(sdf, 1.6, spacing);
+    // With exact normals, and with estimated ones, which are round at the box's edges.
+    for (const auto& normals : {scrambled(points), estimated(points)}) {
+      const OrientationResult result = orient(points, normals, OrientationVote::outward);
+      EXPECT_EQ(shareRight(points, result), 1);
+      EXPECT_EQ(result.components, 1);
+      EXPECT_EQ(result.pointsDropped, 0);
+      EXPECT_GT(result.agreement, .85); // .88 for the torus by its volume integral, 1 for the convex ones
+      EXPECT_LE(result.agreement, 1);
+      for (std::size_t i = 0; i < points.size(); ++i)
+        EXPECT_EQ(result.normals[i].cwiseAbs(), normals[i].cwiseAbs()) << "only signs may change";
+    }
+  }
+}
+
+TEST(Orientation, NoiseLeavesAlmostAllRight)
+{
+  PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .06);
+  shapes::addNoise(points, .03); // half a spacing: estimated normals are off by 8 degrees, some by 40
+  EXPECT_GT(shareRight(points, estimateAndOrient(points, OrientationVote::outward)), .995);
+}
+
+TEST(Orientation, ThinPlateHasTwoSides)
+{
+  // 2.5 spacings thick: the sides are each other's neighbours, and only the rim, where estimated normals are poor,
+  // tells how they belong together.
+  for (const double rounding : {0.0, .039}) {
+    const PointSet points = shapes::sample(shapes::box({1, 1, .04}, rounding), 1.2, .04);
+    const OrientationResult result = estimateAndOrient(points, OrientationVote::outward);
+    EXPECT_GT(shareRight(points, result), .995);
+    EXPECT_EQ(result.components, 1);
+  }
+}
+
+TEST(Orientation, TwoSheetsVoteOnTheirOwn)
+{
+  // Two sheets at 1.3 and .9 spacings, open at their borders: by their points alone one cannot say that they are
+  // two, but the views can. Some percent of the normals are too poor to belong to a piece of smooth surface.
+  for (const double thickness : {.04, .028}) {
+    PointSet points = shapes::filter(shapes::sample(shapes::box({1, 1, .5 * thickness}), 1.2, .04),
+                                     [](const Vector3f& x) { return x.head<2>().cwiseAbs().maxCoeff() < .9f; });
+    points.sensors = {{0, 0, 5}, {0, 0, -5}};
+    assignViews(points);
+    for (const OrientationVote vote : {OrientationVote::sensor, OrientationVote::reference}) {
+      const OrientationResult result = estimateAndOrient(points, vote);
+      EXPECT_GT(shareRight(points, result), .97);
+      EXPECT_GT(result.agreement, .97);
+      EXPECT_GT(result.piecesFlipped, 0);
+    }
+    // Without them the report must not sound sure.
+    EXPECT_LT(estimateAndOrient(points, OrientationVote::outward).agreement, .75);
+  }
+}
+
+TEST(Orientation, SheetsOfGivenNormalsAreTwoSidesOfOneObject)
+{
+  // Nearer than the neighbour distance, without a rim, so that only edges along the normals join them.
+  PointSet points = clouds::lattice(30, 1);
+  PointSet below = moved(points, {0, 0, -2.2f});
+  for (Vector3f& normal : below.normals)
+    normal = -normal;
+  clouds::append(points, below);
+  points.sensors = {{0, 0, 100}};
+  const std::vector<Vector3f> normals = scrambled(points);
+  const OrientationResult outward = orient(points, normals, OrientationVote::outward);
+  EXPECT_EQ(outward.components, 1);
+  EXPECT_EQ(shareRight(points, outward), 1);
+  // A sensor above takes them for two surfaces that it sees.
+  const OrientationResult seen = orient(points, normals, OrientationVote::sensor);
+  EXPECT_EQ(seen.components, 2);
+  EXPECT_EQ(seen.agreement, 1);
+  for (const Vector3f& normal : seen.normals)
+    EXPECT_GT(normal.z(), 0);
+}
+
+TEST(Orientation, EveryComponentVotesOnItsOwn)
+{
+  PointSet points = shapes::sample(shapes::sphere(.5), 1, .08);
+  clouds::append(points, moved(shapes::sample(shapes::torus(.6, .2), 1, .08, 2), {20, 0, 0}));
+  clouds::append(points, moved(shapes::sample(shapes::box({.5, .4, .3}), 1, .08, 3), {0, -30, 5}));
+  const OrientationResult result = orient(points, scrambled(points), OrientationVote::outward);
+  EXPECT_EQ(result.components, 3);
+  EXPECT_EQ(result.componentsDropped, 0);
+  EXPECT_EQ(shareRight(points, result), 1);
+
+  // Two tubes side by side, farther apart than the neighbour distance.
+  const shapes::Sdf tubes =
+      shapes::unite(shapes::tube({-1, -.3, 0}, {1, -.3, 0}, .2), shapes::tube({-1, .3, 0}, {1, .3, 0}, .2));
+  const PointSet pair = shapes::sample(tubes, 1.6, .06);
+  const OrientationResult two = estimateAndOrient(pair, OrientationVote::outward);
+  EXPECT_EQ(two.components, 2);
+  EXPECT_EQ(shareRight(pair, two), 1);
+}
+
+TEST(Orientation, UnevenSamplingDoesNotTurnTheVolumeInside)
+{
+  // The inner half of the torus, which contributes negatively to the volume, has 16 times the points of the outer.
+  const shapes::Sdf torus = shapes::torus(1, .4);
+  const auto isInner = [](const Vector3f& x) { return x.head<2>().norm() < 1; };
+  PointSet points = shapes::filter(shapes::sample(torus, 1.6, .03), isInner);
+  clouds::append(points,
+                 shapes::filter(shapes::sample(torus, 1.6, .12), [&](const Vector3f& x) { return !isInner(x); }));
+  double unweighted = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    unweighted += points.positions[i].dot(points.normals[i]);
+  ASSERT_LT(unweighted, 0) << "the case is too easy";
+  OrientationOptions options;
+  options.neighbourDistance = .3f; // of the coarse half
+  EXPECT_EQ(shareRight(points, orient(points, scrambled(points), OrientationVote::outward, options)), 1);
+}
+
+TEST(Orientation, OpenSurfaces)
+{
+  const PointSet half =
+      shapes::filter(shapes::sample(shapes::sphere(1), 1.2, .06), [](const Vector3f& x) { return x.z() > 0; });
+  const OrientationResult outward = estimateAndOrient(half, OrientationVote::outward);
+  EXPECT_EQ(shareRight(half, outward), 1);
+  EXPECT_GT(outward.agreement, .75); // a shallow dome is surer of its outside than the warning's limit
+
+  PointSet patch = clouds::randomSquare(3000, 1);
+  for (const float height : {5.0f, -5.0f}) {
+    patch.sensors = {{.3f, .2f, height}};
+    const OrientationResult seen = estimateAndOrient(patch, OrientationVote::sensor);
+    EXPECT_EQ(seen.agreement, 1);
+    for (const Vector3f& normal : seen.normals)
+      EXPECT_GT(normal.z() * height, 0);
+  }
+  // A flat patch has no outside: either sign is right, certainty is not.
+  EXPECT_NEAR(estimateAndOrient(patch, OrientationVote::outward).agreement, .5, .1);
+}
+
+TEST(Orientation, SensorsFlipAComponentThatLooksAway)
+{
+  PointSet points = shapes::sample(shapes::sphere(1), 1.2, .08);
+  std::vector<Vector3f> inward = points.normals;
+  for (Vector3f& normal : inward)
+    normal = -normal;
+  points.sensors = {{0, 0, 4}, {0, 0, -4}};
+  const OrientationResult flipped = orient(points, inward, OrientationVote::sensor);
+  EXPECT_EQ(shareRight(points, flipped), 1);
+  EXPECT_EQ(flipped.componentsFlipped, 1);
+  EXPECT_EQ(flipped.pointsFlipped, static_cast<std::int64_t>(points.size()));
+
+  const OrientationResult kept = orient(points, points.normals, OrientationVote::sensor);
+  EXPECT_EQ(shareRight(points, kept), 1);
+  EXPECT_EQ(kept.componentsFlipped, 0);
+  EXPECT_EQ(kept.pointsFlipped, 0);
+
+  points.sensors = {{0, 0, 0}}; // from inside the sphere the visible side is the inner one
+  EXPECT_EQ(shareRight(points, orient(points, points.normals, OrientationVote::sensor)), 0);
+}
+
+TEST(Orientation, ViewsSayWhichSensorSawAPoint)
+{
+  // A room: each sensor is nearer to the wall behind it, which it did not see, than to the wall it saw. The walls are
+  // seen from outside, through each other.
+  PointSet points = moved(clouds::lattice(20, .1f), {0, 0, 1});
+  PointSet floor = moved(clouds::lattice(20, .1f), {0, 0, -1});
+  for (Vector3f& normal : floor.normals)
+    normal = -normal;
+  clouds::append(points, floor);
+  points.sensors = {{0, 0, .5f}, {0, 0, -.5f}};
+  const std::size_t half = points.size() / 2;
+  const auto isInward = [&](const OrientationResult& result) { return shareRight(points, result) == 0; };
+  EXPECT_TRUE(isInward(orient(points, scrambled(points), OrientationVote::sensor)));
+  points.sensors = {{0, 0, -1.5f}, {0, 0, 1.5f}};
+  EXPECT_EQ(shareRight(points, orient(points, scrambled(points), OrientationVote::sensor)), 1) << "nearest";
+  points.views.assign(points.size(), 0);
+  std::fill(points.views.begin() + static_cast<std::ptrdiff_t>(half), points.views.end(), 1);
+  EXPECT_TRUE(isInward(orient(points, scrambled(points), OrientationVote::sensor)));
+  points.views.assign(points.size(), -1);
+  EXPECT_EQ(shareRight(points, orient(points, scrambled(points), OrientationVote::sensor)), 1) << "views unknown";
+}
+
+TEST(Orientation, MultiViewCloud)
+{
+  PointSet points = shapes::sample(shapes::unite(shapes::torus(.8, .3), shapes::sphere(.4, {0, 0, .6})), 1.3, .06);
+  points.sensors = {{5, 0, 1}, {-5, 0, 1}, {0, 5, -1}, {0, -5, -1}, {0, 0, 5}, {0, 0, -5}};
+  assignViews(points);
+  const OrientationResult result = estimateAndOrient(points, OrientationVote::sensor);
+  EXPECT_GT(shareRight(points, result), .998); // the crease between sphere and torus
+  EXPECT_GT(result.agreement, .99);
+}
+
+TEST(Orientation, ReferenceNormalsVote)
+{
+  PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .08);
+  const PointSet truth = points;
+  std::mt19937 random(3);
+  for (Vector3f& normal : points.normals) {
+    if (random() % 4 == 0) // a quarter of them lies, an eighth says nothing
+      normal = -normal;
+    if (random() % 8 == 0)
+      normal.setZero();
+  }
+  const OrientationResult result = estimateAndOrient(points, OrientationVote::reference);
+  EXPECT_EQ(shareRight(truth, result), 1);
+  EXPECT_NEAR(result.agreement, .75, .03); // 2,700 votes: three standard deviations
+  for (Vector3f& normal : points.normals)
+    normal = -normal;
+  EXPECT_EQ(shareRight(truth, estimateAndOrient(points, OrientationVote::reference)), 0);
+}
+
+TEST(Orientation, WithoutAVoteSignsStay)
+{
+  PointSet points = shapes::sample(shapes::sphere(1), 1.2, .08);
+  clouds::append(points, {5, 5, 5}, Vector3f::UnitX());
+  const std::vector<Vector3f> normals = scrambled(points);
+  const OrientationResult result = orient(points, normals, OrientationVote::none);
+  EXPECT_EQ(result.normals, normals);
+  EXPECT_EQ(result.pointsFlipped, 0);
+  EXPECT_EQ(result.agreement, 1);
+  EXPECT_EQ(result.components, 2);
+  EXPECT_EQ(result.componentsDropped, 1);
+  EXPECT_FALSE(result.keep.back());
+}
+
+TEST(Orientation, SmallComponentsAreDropped)
+{
+  PointSet points = shapes::sample(shapes::sphere(1), 1.2, .06);
+  const std::size_t large = points.size();
+  clouds::append(points, moved(clouds::lattice(4, .05f), {3, 0, 0}));
+  clouds::append(points, moved(clouds::lattice(9, .05f), {0, 3, 0}));
+  OrientationOptions options;
+  options.minComponentShare = 50.0f / static_cast<float>(points.size()); // between 16 and 81 points
+  const OrientationResult result = orient(points, scrambled(points), OrientationVote::outward, options);
+  EXPECT_EQ(result.components, 3);
+  EXPECT_EQ(result.componentsDropped, 1);
+  EXPECT_EQ(result.pointsDropped, 16);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    EXPECT_EQ(result.keep[i] == 0, i >= large && i < large + 16) << i;
+  options.minComponentShare = 0;
+  EXPECT_EQ(orient(points, scrambled(points), OrientationVote::outward, options).pointsDropped, 0);
+}
+
+TEST(Orientation, CreasesSeparateOnlyOnRequest)
+{
+  const Vector3f half(1, .8f, .6f);
+  PointSet points = shapes::sample(shapes::box(half.cast<double>()), 1.2, .06);
+  points = shapes::filter(points, [&](const Vector3f& x) { // points right on an edge belong to no face
+    return ((x.cwiseAbs() - half).array() > -1e-5f).count() == 1;
+  });
+  const std::vector<Vector3f> normals = scrambled(points);
+  const OrientationResult joined = orient(points, normals, OrientationVote::outward);
+  EXPECT_EQ(joined.components, 1);
+  EXPECT_EQ(joined.componentsAtCreases, 6); // exact normals: the faces
+  EXPECT_EQ(shareRight(points, joined), 1);
+
+  OrientationOptions options;
+  options.joinAcrossCreases = false;
+  const OrientationResult cut = orient(points, normals, OrientationVote::outward, options);
+  EXPECT_EQ(cut.components, 6);
+  EXPECT_EQ(cut.componentsAtCreases, 6);
+  options.minComponentShare = .14f; // the paper's search loses the smallest pair of faces: .8·.6 of 3.76 each
+  const OrientationResult dropped = orient(points, normals, OrientationVote::outward, options);
+  EXPECT_EQ(dropped.componentsDropped, 2);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    EXPECT_EQ(dropped.keep[i] == 0, std::abs(points.normals[i].x()) > .9f) << i;
+
+  options.maxAngle = 90;
+  EXPECT_EQ(orient(points, normals, OrientationVote::outward, options).components, 1);
+}
+
+TEST(Orientation, ScanLinesFartherApartThanTheirPointsAreOneComponent)
+{
+  // The 12 nearest neighbours all lie on the point's own line, 15 times as dense as the lines are.
+  PointSet points;
+  for (int line = 0; line < 30; ++line)
+    for (int n = 0; n < 450; ++n)
+      clouds::append(points, {static_cast<float>(n) / 15 - 15, static_cast<float>(line) - 15, 0}, Vector3f::UnitZ());
+  points.sensors = {{0, 0, 100}};
+  OrientationOptions options;
+  options.neighbourDistance = 1.5f;
+  const OrientationResult result = orient(points, scrambled(points), OrientationVote::sensor, options);
+  EXPECT_EQ(result.components, 1);
+  EXPECT_EQ(shareRight(points, result), 1);
+  options.neighbourDistance = .9f;
+  EXPECT_EQ(orient(points, scrambled(points), OrientationVote::sensor, options).components, 30);
+}
+
+TEST(Orientation, ZeroNormalsAreDropped)
+{
+  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .08);
+  std::vector<Vector3f> normals = scrambled(points);
+  std::int64_t zeros = 0;
+  for (std::size_t i = 0; i < normals.size(); i += 10, ++zeros)
+    normals[i].setZero();
+  const OrientationResult result = orient(points, normals, OrientationVote::outward);
+  EXPECT_EQ(result.pointsDropped, zeros);
+  EXPECT_EQ(result.components, 1);
+  EXPECT_EQ(shareRight(points, result), 1);
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    EXPECT_EQ(result.keep[i] == 0, i % 10 == 0);
+
+  normals.assign(normals.size(), Vector3f::Zero());
+  const OrientationResult none = orient(points, normals, OrientationVote::outward);
+  EXPECT_EQ(none.components, 0);
+  EXPECT_EQ(none.pointsDropped, static_cast<std::int64_t>(points.size()));
+  EXPECT_EQ(none.agreement, 1);
+}
+
+TEST(Orientation, DegenerateClouds)
+{
+  // Points on a line have no normals of their own; given ones must do. Duplicates are edges of length 0.
+  PointSet points;
+  for (int n = 0; n < 60; ++n)
+    for (int copy = 0; copy < n % 17; ++copy)
+      clouds::append(points, {static_cast<float>(n), 0, 0}, Vector3f::UnitZ());
+  points.sensors = {{0, 0, 10}};
+  for (const OrientationVote vote :
+       {OrientationVote::none, OrientationVote::reference, OrientationVote::sensor, OrientationVote::outward}) {
+    const OrientationResult result = orient(points, points.normals, vote);
+    EXPECT_EQ(result.normals.size(), points.size());
+    const double share = shareRight(points, result);
+    EXPECT_TRUE(share == 1 || (vote == OrientationVote::outward && share == 0)) << share;
+    EXPECT_EQ(estimateAndOrient(points, vote).pointsDropped, static_cast<std::int64_t>(points.size()));
+  }
+  Execution execution;
+  const OrientationResult nothing =
+      orientNormals({}, {}, *makeKdTree(), SamplingDensity(), OrientationVote::outward, {}, execution);
+  EXPECT_EQ(nothing.components, 0);
+  EXPECT_TRUE(nothing.normals.empty());
+}
+
+TEST(Orientation, IsTheSameBytesForAnyNumberOfThreads)
+{
+  PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .06);
+  shapes::addNoise(points, .02);
+  const std::vector<Vector3f> normals = estimated(points);
+  const OrientationResult one = orient(points, normals, OrientationVote::outward);
+  for (const int threads : {2, 4}) {
+    const OrientationResult other = orient(points, normals, OrientationVote::outward, {}, threads);
+    EXPECT_EQ(other.normals, one.normals);
+    EXPECT_EQ(other.keep, one.keep);
+    EXPECT_EQ(other.agreement, one.agreement);
+    EXPECT_EQ(other.pointsFlipped, one.pointsFlipped);
+    EXPECT_EQ(other.componentsAtCreases, one.componentsAtCreases);
+  }
+}
+
+TEST(Orientation, DoesNotDependOnOrderOrScale)
+{
+  PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .06);
+  shapes::addNoise(points, .02);
+  const std::vector<Vector3f> normals = estimated(points);
+  const OrientationResult expected = orient(points, normals, OrientationVote::outward);
+
+  const std::vector<std::uint32_t> order = clouds::shuffledOrder(points.size());
+  std::vector<Vector3f> shuffledNormals;
+  for (const std::uint32_t i : order)
+    shuffledNormals.push_back(normals[i]);
+  const OrientationResult shuffled =
+      orient(clouds::reordered(points, order), shuffledNormals, OrientationVote::outward);
+  EXPECT_EQ(shuffled.componentsAtCreases, expected.componentsAtCreases);
+  for (std::size_t n = 0; n < order.size(); ++n)
+    EXPECT_EQ(shuffled.normals[n], expected.normals[order[n]]);
+
+  for (const float factor : {1e-3f, 1e3f}) {
+    const OrientationResult scaled = orient(clouds::scaled(points, factor), normals, OrientationVote::outward);
+    // Rounding moves few neighbours across the distance and few edges in their order.
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      different += scaled.normals[i] != expected.normals[i];
+    EXPECT_LE(different, points.size() / 1000);
+    EXPECT_NEAR(scaled.agreement, expected.agreement, 1e-3);
+  }
+}
+
+TEST(Orientation, MissingInputIsRefused)
+{
+  PointSet points = clouds::lattice(10, 1);
+  const std::vector<Vector3f> normals = points.normals;
+  EXPECT_NE(clouds::messageOf<InvalidInput>([&] { orient(points, normals, OrientationVote::sensor); }), "");
+  EXPECT_NE(clouds::messageOf<InvalidInput>([&] { orient(points, {Vector3f::UnitZ()}, OrientationVote::none); }), "");
+  points.normals.clear();
+  EXPECT_NE(clouds::messageOf<InvalidInput>([&] { orient(points, normals, OrientationVote::reference); }), "");
+}
+
+TEST(Orientation, OptionsOutOfRangeAreNamed)
+{
+  const auto refused = [](const auto& change) {
+    OrientationOptions options;
+    change(options);
+    return clouds::messageOf<InvalidOption>([&] { validate(options); });
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NO_THROW(validate(OrientationOptions()));
+  EXPECT_NE(refused([](auto& o) { o.neighbourDistance = -1; }).find("orientation.neighbourDistance = -1 is outside"),
+            std::string::npos);
+  EXPECT_NE(refused([&](auto& o) { o.neighbourDistance = nan; }), "");
+  EXPECT_EQ(refused([](auto& o) { o.maxAngle = 91; }),
+            "orientation.maxAngle = 91 is outside its range (0, 90] degrees");
+  EXPECT_NE(refused([](auto& o) { o.maxAngle = 0; }), "");
+  EXPECT_EQ(refused([](auto& o) { o.maxAngle = 90; }), "");
+  EXPECT_NE(refused([](auto& o) { o.minComponentShare = 1; }).find("orientation.minComponentShare = 1 "),
+            std::string::npos);
+  EXPECT_NE(refused([](auto& o) { o.minComponentShare = -.1f; }), "");
+  EXPECT_NE(refused([](auto& o) { o.lowAgreement = 1.5f; }).find("orientation.lowAgreement = 1.5 "), std::string::npos);
+  EXPECT_NE(refused([&](auto& o) { o.lowAgreement = nan; }), "");
+}
+
+TEST(OrientationOfScans, StanfordBunnyWithoutNormalsOrSensors)
+{
+  const PointSet points = readVertices("/usr/share/glmark2/models/bunny.obj");
+  if (points.size() == 0)
+    GTEST_SKIP() << "the package glmark2-data is not installed";
+  const OrientationResult result = estimateAndOrient(points, OrientationVote::outward);
+  EXPECT_GE(shareRight(points, result), .995); // ears included; measured: 1
+  EXPECT_GT(result.agreement, .9);
+  EXPECT_LE(result.pointsDropped, 10);
+}
+
+TEST(OrientationOfScans, WithAndWithoutSensors)
+{
+  if (!scans::available())
+    GTEST_SKIP() << "no ../shared/data beside the source directory";
+  for (const char* name : {"nefertiti", "bunny_raw", "igea_noise"}) {
+    PointSet points = scans::load(name).points;
+    // A part of the raw scans, for the time it takes; they come shuffled.
+    std::vector<std::uint8_t> keep(points.size(), 1);
+    std::fill(keep.begin() + std::min<std::ptrdiff_t>(30000, static_cast<std::ptrdiff_t>(keep.size())), keep.end(), 0);
+    points = select(points, keep);
+    Execution execution;
+    points = select(points, findOutliers(points, *clouds::searchOf(points), {}, execution).keep);
+
+    const std::vector<Vector3f> normals = estimated(points);
+    EXPECT_GE(shareRight(points, orient(points, normals, OrientationVote::outward)), .99) << name;
+    const OrientationResult seen = orient(points, normals, OrientationVote::sensor);
+    EXPECT_GE(shareRight(points, seen), .99) << name;
+    EXPECT_GE(seen.agreement, .98) << name;
+    EXPECT_LT(static_cast<double>(seen.pointsDropped), .005 * static_cast<double>(points.size())) << name;
+  }
+}
