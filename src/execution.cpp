@@ -153,13 +153,26 @@ double Execution::sum(std::int64_t count, std::int64_t grain,
 void Execution::beginStage(const std::string& name)
 {
   stage_ = name;
-  progress(0);
+  fraction_ = 0;
+  beginStep(0, 1);
+  poll();
+}
+
+void Execution::beginStep(double from, double to)
+{
+  stepBegin_ = from;
+  stepEnd_ = to;
 }
 
 void Execution::progress(double fraction)
 {
-  fraction_ = fraction;
-  if (callback_ && !callback_(stage_, fraction))
+  fraction_ = std::max(fraction_, stepBegin_ + (stepEnd_ - stepBegin_) * std::min(std::max(fraction, 0.), 1.));
+  poll();
+}
+
+void Execution::poll()
+{
+  if (callback_ && !callback_(stage_, fraction_))
     throw Cancelled("cancelled during the stage '" + stage_ + "'");
 }
 

@@ -144,6 +144,10 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
     if (observationOptions.scaleWithLevel && !isFinest)
       report.maxDistance = std::max(maxDistance, static_cast<float>(1.5 * lattice.spacing));
 
+    const double begin = doneVoxels / totalVoxels;
+    doneVoxels += static_cast<double>(lattice.size.count());
+    execution.beginStep(begin, doneVoxels / totalVoxels);
+
     const Clock::time_point observationStart = Clock::now();
     Observation observation =
         observe(points, search, lattice, spacing, report.maxDistance, observationOptions, execution);
@@ -167,8 +171,7 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
     }
     report.solverSeconds = secondsSince(solverStart);
     result.levels.push_back(report);
-    doneVoxels += static_cast<double>(lattice.size.count());
-    execution.progress(doneVoxels / totalVoxels);
+    execution.progress(1);
 
     if (isFinest) {
       if (report.observed == 0) {

@@ -1,5 +1,5 @@
 // The whole method on shapes whose truth is known, what must not change its result, and real scans.
-#include "support/clouds.h"
+#include "support/conversion.h"
 #include "support/mesh_distance.h"
 #include "support/scans.h"
 #include "support/shapes.h"
@@ -29,12 +29,12 @@ struct Outcome {
 Outcome reconstruct(const PointSet& points, const pcl::mrf::Options& options = {})
 {
   pcl::MRFReconstruction<pcl::PointNormal> mrf;
-  mrf.setInputCloud(clouds::make<pcl::PointNormal>(points));
+  mrf.setInputCloud(conversion::make<pcl::PointNormal>(points));
   mrf.setOptions(options);
   pcl::PolygonMesh mesh;
   mrf.reconstruct(mesh);
   EXPECT_EQ(mrf.getReport().status, pcl::mrf::Status::ok) << mrf.getReport().message;
-  return {clouds::plain(mesh), mrf.getReport()};
+  return {conversion::plain(mesh), mrf.getReport()};
 }
 
 /// RMS of the exact distance at the vertices.
@@ -98,12 +98,6 @@ const Outcome& lopsidedRun()
   return run;
 }
 
-bool sameBytes(const TriangleMesh& a, const TriangleMesh& b)
-{
-  return a.vertices == b.vertices && a.triangles == b.triangles && a.normals == b.normals &&
-         a.confidences == b.confidences;
-}
-
 void expectClosed(const Outcome& run, int components, int eulerCharacteristic)
 {
   const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(run.mesh);
@@ -119,7 +113,7 @@ void expectClosed(const Outcome& run, int components, int eulerCharacteristic)
 
 } // namespace
 
-TEST(Analytic, sphereConvergesWithTheSampling)
+TEST(Analytic, SphereConvergesWithTheSampling)
 {
   const shapes::Sdf truth = shapes::sphere(1);
   double last = 0;
@@ -134,13 +128,15 @@ TEST(Analytic, sphereConvergesWithTheSampling)
       EXPECT_LT(rms, last / 2.8);
     }
     last = rms;
-    // Inscribed triangles lose edge²/8 of curvature each: area and volume are of second order as well.
-    EXPECT_NEAR(run.report.mesh.volume, 4 * M_PI / 3, 1.5 * spacing * spacing * 4 * M_PI / 3);
-    EXPECT_NEAR(run.report.mesh.area, 4 * M_PI, 1.5 * spacing * spacing * 4 * M_PI);
+    // A sphere's triangles of edge e lie e²/8 below it on average: 3/8 e² of the volume, and e = h = 2 spacing gives
+    // 1.5 spacing². A third is left for edges that are longer than h.
+    EXPECT_NEAR(run.report.mesh.volume, 4 * M_PI / 3, 2 * spacing * spacing * 4 * M_PI / 3);
+    EXPECT_LT(run.report.mesh.volume, 4 * M_PI / 3);
+    EXPECT_NEAR(run.report.mesh.area, 4 * M_PI, 2 * spacing * spacing * 4 * M_PI);
   }
 }
 
-TEST(Analytic, torusHasAHole)
+TEST(Analytic, TorusHasAHole)
 {
   const shapes::Sdf truth = shapes::torus(1, .4);
   double last = 0;
@@ -154,13 +150,13 @@ TEST(Analytic, torusHasAHole)
     }
     last = rms;
     // As for the sphere, with the curvature 1/0.4 of the tube.
-    const double relative = 1.5 * spacing * spacing / (.4 * .4);
+    const double relative = 2 * spacing * spacing / (.4 * .4);
     EXPECT_NEAR(run.report.mesh.volume, 2 * M_PI * M_PI * .16, relative * 2 * M_PI * M_PI * .16);
     EXPECT_NEAR(run.report.mesh.area, 4 * M_PI * M_PI * .4, relative * 4 * M_PI * M_PI * .4);
   }
 }
 
-TEST(Analytic, boxKeepsItsFacesFlat)
+TEST(Analytic, BoxKeepsItsFacesFlat)
 {
   const Eigen::Vector3d half(1, .7, .5);
   const shapes::Sdf truth = shapes::box(half, .15);
@@ -190,7 +186,7 @@ TEST(Analytic, boxKeepsItsFacesFlat)
   EXPECT_NEAR(run.report.mesh.volume, volume, .02 * volume);
 }
 
-TEST(Analytic, twoTubesStayTwo)
+TEST(Analytic, TwoTubesStayTwo)
 {
   const double spacing = .06;
   const shapes::Sdf truth =
@@ -198,11 +194,11 @@ TEST(Analytic, twoTubesStayTwo)
   const Outcome run = reconstruct(shapes::sample(truth, 1.3, spacing));
   expectClosed(run, 2, 4);
   const double volume = 2 * (M_PI * .25 * .25 * 1.6 + 4 * M_PI / 3 * .25 * .25 * .25);
-  // As for the torus: 1.5 (spacing / radius)².
-  EXPECT_NEAR(run.report.mesh.volume, volume, 1.5 * spacing * spacing / .0625 * volume);
+  // As for the torus: 2 (spacing / radius)².
+  EXPECT_NEAR(run.report.mesh.volume, volume, 2 * spacing * spacing / .0625 * volume);
 }
 
-TEST(Analytic, patchIsTrimmedToItsPoints)
+TEST(Analytic, PatchIsTrimmedToItsPoints)
 {
   const double spacing = .06;
   const shapes::Sdf truth = shapes::sphere(2, {0, 0, -2});
@@ -222,39 +218,51 @@ TEST(Analytic, patchIsTrimmedToItsPoints)
     farthest = std::max(farthest, std::hypot(static_cast<double>(vertex.x()), static_cast<double>(vertex.y())));
   EXPECT_GT(farthest, 1 - spacing);
   EXPECT_LT(farthest, 1 + 7 * spacing);
-  EXPECT_LT(error(run.mesh, truth), .05 * run.report.options.multiscale.voxelSize);
+  // Between the points the surface is observed; beyond them it goes on as the prior bends it.
+  const double h = run.report.options.multiscale.voxelSize;
+  for (const Eigen::Vector3f& vertex : run.mesh.vertices) {
+    const bool between = std::hypot(vertex.x(), vertex.y()) < 1 - h;
+    EXPECT_LT(std::abs(truth(vertex.cast<double>())), (between ? .05 : .5) * h) << vertex.transpose();
+  }
 
   pcl::mrf::Options all;
   all.trimming.trimming = pcl::mrf::Trimming::none;
   EXPECT_GT(reconstruct(points, all).report.mesh.area, 1.2 * statistics.area) << "without trimming a sheet goes on";
 }
 
-TEST(Determinism, sameBytesForAnyNumberOfThreads)
+TEST(Determinism, SameBytesForAnyNumberOfThreads)
 {
   pcl::mrf::Options options;
   for (const int threads : {1, 1, 2, 4}) {
     options.threads = threads;
     const Outcome run = reconstruct(lopsidedPoints(), options);
     EXPECT_EQ(run.report.threads, threads);
-    EXPECT_TRUE(sameBytes(run.mesh, lopsidedRun().mesh)) << threads << " threads";
+    EXPECT_TRUE(conversion::sameBytes(run.mesh, lopsidedRun().mesh)) << threads << " threads";
   }
 }
 
-TEST(Invariance, translation)
+TEST(Invariance, Translation)
 {
   const PointSet& points = lopsidedPoints();
   const double diagonal = lopsidedRun().report.diagonal, h = lopsidedRun().report.options.multiscale.voxelSize;
   const Eigen::Vector3f shift = Eigen::Vector3f(1000, -700, 400) * static_cast<float>(diagonal);
   const auto there = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(p + shift); };
   const auto back = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(p - shift); };
-  const Outcome run = reconstruct(mapped(points, there));
-  EXPECT_TRUE(run.report.warnings.empty());
-  // Positions are rounded to 2^-12 (their magnitude is 2^11..2^12) before and after; the lattice's place follows them.
-  EXPECT_LT(hausdorff(mapped(run.mesh, back), lopsidedRun().mesh), .05 * h);
-  EXPECT_NEAR(run.report.mesh.volume, lopsidedRun().report.mesh.volume, .002 * run.report.mesh.volume);
+  const Outcome remeshed = reconstruct(mapped(points, there));
+  EXPECT_TRUE(remeshed.report.warnings.empty());
+  // Rounding flips decisions of the remesher, and other triangles cut other corners off: e²/8 of the curvature 1/0.45
+  // on each side, with e = h.
+  EXPECT_LT(hausdorff(mapped(remeshed.mesh, back), lopsidedRun().mesh), 2 * h * h / 8 / .45);
+  EXPECT_NEAR(remeshed.report.mesh.volume, lopsidedRun().report.mesh.volume, .002 * remeshed.report.mesh.volume);
+
+  // Before remeshing only the coordinates' rounding is left, 2^-13 (their magnitude is below 2^12) before and after.
+  pcl::mrf::Options options;
+  options.remesher.rounds = 0;
+  const TriangleMesh polygonized = mapped(reconstruct(mapped(points, there), options).mesh, back);
+  EXPECT_LT(hausdorff(polygonized, reconstruct(points, options).mesh), 8 * 0x1p-13);
 }
 
-TEST(Invariance, coarseInputIsWarnedOf)
+TEST(Invariance, CoarseInputIsWarnedOf)
 {
   const double h = lopsidedRun().report.options.multiscale.voxelSize;
   // The float spacing at the shifted position is a power of two just above a tenth of a voxel.
@@ -267,7 +275,7 @@ TEST(Invariance, coarseInputIsWarnedOf)
   EXPECT_EQ(run.report.mesh.components, 1);
 }
 
-TEST(Invariance, scale)
+TEST(Invariance, Scale)
 {
   const TriangleMesh& expected = lopsidedRun().mesh;
   const double h = lopsidedRun().report.options.multiscale.voxelSize;
@@ -278,14 +286,14 @@ TEST(Invariance, scale)
     const TriangleMesh mesh = mapped(run.mesh, back);
     // Powers of two change no digit; others round once, and the arithmetic behind is the same.
     if (std::log2(scale) == std::round(std::log2(scale))) {
-      EXPECT_TRUE(sameBytes(mesh, expected)) << "scale " << scale;
+      EXPECT_TRUE(conversion::sameBytes(mesh, expected)) << "scale " << scale;
     }
     EXPECT_LT(hausdorff(mesh, expected), .01 * h) << "scale " << scale;
     EXPECT_EQ(pcl::mrf::measure(mesh).eulerCharacteristic, 2);
   }
 }
 
-TEST(Invariance, rotation)
+TEST(Invariance, Rotation)
 {
   const double h = lopsidedRun().report.options.multiscale.voxelSize;
   for (const double angle : {.3, 1.1}) {
@@ -304,7 +312,7 @@ TEST(Invariance, rotation)
   }
 }
 
-TEST(Invariance, orderOfThePoints)
+TEST(Invariance, OrderOfThePoints)
 {
   const PointSet& points = lopsidedPoints();
   std::vector<std::size_t> order(points.size());
@@ -320,7 +328,7 @@ TEST(Invariance, orderOfThePoints)
   EXPECT_LT(hausdorff(run.mesh, lopsidedRun().mesh), .01 * run.report.options.multiscale.voxelSize);
 }
 
-TEST(Scans, giveOneManifoldComponent)
+TEST(Scans, GiveOneManifoldComponent)
 {
   if (!scans::available())
     GTEST_SKIP() << "no ../shared/data beside the project";

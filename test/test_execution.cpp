@@ -83,3 +83,21 @@ TEST(Execution, TakesOneThreadPerHardwareThreadByDefault)
   EXPECT_GE(Execution(0).threads(), 1);
   EXPECT_EQ(Execution(3).threads(), 3);
 }
+
+TEST(Execution, ProgressNeverFallsInsideAStage)
+{
+  std::vector<double> seen;
+  Execution execution(1, [&](const std::string&, double fraction) { return seen.push_back(fraction), true; });
+  execution.beginStage("levels");
+  execution.beginStep(0, .25);
+  execution.progress(.5);
+  execution.progress(1);
+  execution.beginStep(.25, 1);
+  execution.progress(0);
+  execution.progress(2. / 3);
+  execution.progress(.1);
+  execution.poll();
+  execution.beginStage("next");
+  execution.progress(.5);
+  EXPECT_EQ(seen, (std::vector<double>{0, .125, .25, .25, .75, .75, .75, 0, .5}));
+}

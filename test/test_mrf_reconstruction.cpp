@@ -1,113 +1,16 @@
-// The contract of pcl::MRFReconstruction: what PCL users rely on, and what happens with input that cannot work.
-#include "support/clouds.h"
-#include "support/shapes.h"
+// The contract of pcl::MRFReconstruction: what PCL users rely on.
+#include "support/contract.h"
 
-#include <pcl/surface/mrf_reconstruction.h>
-
-#include <pcl/console/print.h>
 #include <pcl/search/kdtree.h>
 
-#include <gtest/gtest.h>
-
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <limits>
 
+using namespace contract;
+using conversion::sameBytes;
 using pcl::mrf::Status;
-
-namespace {
-
-using Mrf = pcl::MRFReconstruction<pcl::PointNormal>;
-using Cloud = pcl::PointCloud<pcl::PointNormal>;
-
-constexpr double spacing = .15; // about 500 points on the unit sphere
-
-const pcl::mrf::PointSet& sphere()
-{
-  static const pcl::mrf::PointSet points = shapes::sample(shapes::sphere(1), 1.2, spacing);
-  return points;
-}
-
-Cloud::Ptr sphereCloud()
-{
-  return clouds::make<pcl::PointNormal>(sphere());
-}
-
-/// A square patch of the plane z = 0 with about 400 points.
-pcl::mrf::PointSet patch()
-{
-  return shapes::filter(shapes::sample(shapes::plane(Eigen::Vector3d::UnitZ()), 1.2, .1),
-                        [](const Eigen::Vector3f& p) { return p.cwiseAbs().maxCoeff() < 1; });
-}
-
-/// Outputs that hold something, so that a test sees whether they were cleared.
-template <typename PointT>
-struct Outputs {
-  pcl::PolygonMesh mesh;
-  pcl::PointCloud<PointT> points;
-  std::vector<pcl::Vertices> polygons;
-
-  Outputs()
-  {
-    polygons.resize(3);
-    points.resize(5);
-    mesh.polygons = polygons;
-    pcl::toPCLPointCloud2(points, mesh.cloud);
-  }
-};
-
-/// Runs both overloads on something that must fail. \return the message
-template <typename PointT>
-std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, Status status)
-{
-  Outputs<PointT> outputs;
-  mrf.reconstruct(outputs.mesh);
-  EXPECT_EQ(toString(mrf.getReport().status), std::string(toString(status))) << mrf.getReport().message;
-  EXPECT_TRUE(outputs.mesh.polygons.empty());
-  EXPECT_TRUE(outputs.mesh.cloud.data.empty());
-  EXPECT_EQ(outputs.mesh.cloud.width, 0u);
-  const std::string message = mrf.getReport().message;
-  EXPECT_GT(message.size(), 10u);
-
-  mrf.reconstruct(outputs.points, outputs.polygons);
-  EXPECT_EQ(mrf.getReport().status, status);
-  EXPECT_EQ(mrf.getReport().message, message);
-  EXPECT_TRUE(outputs.points.empty());
-  EXPECT_TRUE(outputs.polygons.empty());
-  EXPECT_TRUE(mrf.getDistanceField().empty());
-  return message;
-}
-
-template <typename PointT>
-std::string expectInvalidCloud(const typename pcl::PointCloud<PointT>::Ptr& cloud)
-{
-  pcl::MRFReconstruction<PointT> mrf;
-  mrf.setInputCloud(cloud);
-  return expectFailure(mrf, Status::invalidInput);
-}
-
-pcl::mrf::TriangleMesh run(Mrf& mrf)
-{
-  pcl::PolygonMesh mesh;
-  mrf.reconstruct(mesh);
-  EXPECT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
-  return clouds::plain(mesh);
-}
-
-bool sameBytes(const pcl::mrf::TriangleMesh& a, const pcl::mrf::TriangleMesh& b)
-{
-  return a.vertices == b.vertices && a.triangles == b.triangles && a.normals == b.normals &&
-         a.confidences == b.confidences;
-}
-
-/// PCL prints the errors that these tests provoke; they would hide the test's own.
-class Quiet : public ::testing::Environment {
-public:
-  void SetUp() override { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
-};
-const auto* const quiet = ::testing::AddGlobalTestEnvironment(new Quiet);
-
-} // namespace
 
 template <typename PointT>
 class EveryPointType : public ::testing::Test {};
@@ -115,10 +18,10 @@ using PointTypes = ::testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZ
                                     pcl::PointXYZINormal, pcl::PointXYZRGBNormal>;
 TYPED_TEST_SUITE(EveryPointType, PointTypes);
 
-TYPED_TEST(EveryPointType, givesAClosedSphereThroughBothOverloads)
+TYPED_TEST(EveryPointType, GivesAClosedSphereThroughBothOverloads)
 {
   using Point = TypeParam;
-  typename pcl::PointCloud<Point>::Ptr cloud = clouds::make<Point>(sphere());
+  typename pcl::PointCloud<Point>::Ptr cloud = conversion::make<Point>(sphere());
   cloud->header.frame_id = "scanner";
   cloud->header.stamp = 1234567;
   pcl::MRFReconstruction<Point> mrf;
@@ -130,7 +33,7 @@ TYPED_TEST(EveryPointType, givesAClosedSphereThroughBothOverloads)
   EXPECT_EQ(report.normalsEstimated, !pcl::traits::has_normal<Point>::value);
   EXPECT_EQ(report.points.used, static_cast<std::int64_t>(cloud->size()));
 
-  const pcl::mrf::TriangleMesh mesh = clouds::plain(output);
+  const pcl::mrf::TriangleMesh mesh = conversion::plain(output);
   const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(mesh);
   EXPECT_TRUE(statistics.closed() && statistics.manifold());
   EXPECT_EQ(statistics.eulerCharacteristic, 2);
@@ -144,9 +47,9 @@ TYPED_TEST(EveryPointType, givesAClosedSphereThroughBothOverloads)
   }
 
   for (const char* field : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "confidence"})
-    EXPECT_TRUE(clouds::hasField(output, field)) << field;
-  EXPECT_EQ(clouds::hasField(output, "rgb"), pcl::traits::has_color<Point>::value);
-  EXPECT_EQ(clouds::hasField(output, "intensity"), pcl::traits::has_intensity<Point>::value);
+    EXPECT_TRUE(conversion::hasField(output, field)) << field;
+  EXPECT_EQ(conversion::hasField(output, "rgb"), pcl::traits::has_color<Point>::value);
+  EXPECT_EQ(conversion::hasField(output, "intensity"), pcl::traits::has_intensity<Point>::value);
   EXPECT_EQ(output.header.frame_id, "scanner");
   EXPECT_EQ(output.header.stamp, 1234567u);
   EXPECT_EQ(output.cloud.header.frame_id, "scanner");
@@ -155,7 +58,7 @@ TYPED_TEST(EveryPointType, givesAClosedSphereThroughBothOverloads)
   std::vector<pcl::Vertices> polygons;
   mrf.reconstruct(points, polygons);
   EXPECT_EQ(points.header.frame_id, "scanner");
-  EXPECT_EQ(clouds::triangles(polygons), mesh.triangles);
+  EXPECT_EQ(conversion::triangles(polygons), mesh.triangles);
   ASSERT_EQ(points.size(), mesh.vertices.size());
   for (std::size_t v = 0; v < points.size(); ++v) {
     EXPECT_EQ(Eigen::Vector3f(points[v].getVector3fMap()), mesh.vertices[v]);
@@ -165,12 +68,12 @@ TYPED_TEST(EveryPointType, givesAClosedSphereThroughBothOverloads)
   }
 }
 
-TYPED_TEST(EveryPointType, refusesNormalsThatTheTypeLacks)
+TYPED_TEST(EveryPointType, RefusesNormalsThatTheTypeLacks)
 {
   using Point = TypeParam;
   for (const auto source : {pcl::mrf::NormalSource::use, pcl::mrf::NormalSource::reference}) {
     pcl::MRFReconstruction<Point> mrf;
-    mrf.setInputCloud(clouds::make<Point>(sphere()));
+    mrf.setInputCloud(conversion::make<Point>(sphere()));
     mrf.setNormalSource(source);
     if (!pcl::traits::has_normal<Point>::value) {
       EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("normals"), std::string::npos);
@@ -183,186 +86,7 @@ TYPED_TEST(EveryPointType, refusesNormalsThatTheTypeLacks)
   }
 }
 
-TEST(BadInput, missingOrEmptyCloud)
-{
-  Mrf mrf;
-  expectFailure(mrf, Status::invalidInput);
-  expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr());
-  expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr(new Cloud));
-}
-
-TEST(BadInput, tooFewPoints)
-{
-  for (const std::size_t count : {1, 2, 3}) {
-    Cloud::Ptr cloud = sphereCloud();
-    cloud->resize(count);
-    EXPECT_NE(expectInvalidCloud<pcl::PointNormal>(cloud).find(std::to_string(count)), std::string::npos);
-    expectInvalidCloud<pcl::PointXYZ>([&] {
-      pcl::PointCloud<pcl::PointXYZ>::Ptr positions = clouds::make<pcl::PointXYZ>(sphere());
-      positions->resize(count);
-      return positions;
-    }());
-  }
-}
-
-TEST(BadInput, onePlaceOnly)
-{
-  expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr(new Cloud(50, 1, sphereCloud()->front())));
-  expectInvalidCloud<pcl::PointXYZ>(
-      pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>(50, 1, pcl::PointXYZ(1, 2, 3))));
-}
-
-TEST(BadInput, collinear)
-{
-  pcl::PointCloud<pcl::PointXYZ>::Ptr line(new pcl::PointCloud<pcl::PointXYZ>);
-  for (int i = 0; i < 100; ++i)
-    line->push_back(pcl::PointXYZ(.01f * static_cast<float>(i), .02f * static_cast<float>(i), 0));
-  // No plane fits a line in one way only: there are no normals to be had.
-  expectInvalidCloud<pcl::PointXYZ>(line);
-}
-
-TEST(BadInput, nothingFinite)
-{
-  Cloud::Ptr cloud = sphereCloud();
-  for (pcl::PointNormal& point : *cloud)
-    point.y = std::numeric_limits<float>::quiet_NaN();
-  cloud->is_dense = false;
-  expectInvalidCloud<pcl::PointNormal>(cloud);
-}
-
-TEST(BadInput, onlyZeroNormals)
-{
-  Cloud::Ptr cloud = sphereCloud();
-  for (pcl::PointNormal& point : *cloud)
-    point.getNormalVector3fMap().setZero();
-  const std::string message = expectInvalidCloud<pcl::PointNormal>(cloud);
-  EXPECT_NE(message.find("normal"), std::string::npos);
-
-  Mrf mrf;
-  mrf.setInputCloud(cloud);
-  mrf.setNormalSource(pcl::mrf::NormalSource::estimate);
-  EXPECT_TRUE(pcl::mrf::measure(run(mrf)).closed()) << "the cloud's normals do not matter when they are ignored";
-}
-
-TEST(BadInput, unusablePointsAreCountedAndDropped)
-{
-  Cloud::Ptr cloud = sphereCloud();
-  Mrf mrf;
-  mrf.setInputCloud(cloud);
-  const pcl::mrf::TriangleMesh clean = run(mrf);
-
-  Cloud::Ptr dirty(new Cloud(*cloud));
-  const std::size_t count = cloud->size();
-  for (std::size_t i = 0; i < 40; ++i)
-    dirty->push_back((*cloud)[i]);
-  for (int i = 0; i < 3; ++i)
-    dirty->push_back(cloud->front());
-  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    pcl::PointNormal point = cloud->front();
-    point.z = bad;
-    dirty->push_back(point);
-    point = cloud->front();
-    point.x += .01f;
-    point.normal_x = bad;
-    dirty->push_back(point);
-  }
-  pcl::PointNormal withoutNormal = cloud->front();
-  withoutNormal.x += .02f;
-  withoutNormal.getNormalVector3fMap().setZero();
-  dirty->push_back(withoutNormal);
-  dirty->is_dense = false;
-
-  mrf.setInputCloud(dirty);
-  const pcl::mrf::TriangleMesh mesh = run(mrf);
-  const pcl::mrf::PointCounts& counts = mrf.getReport().points;
-  EXPECT_EQ(counts.input, static_cast<std::int64_t>(dirty->size()));
-  EXPECT_EQ(counts.duplicates, 43);
-  EXPECT_EQ(counts.notFinite, 2);
-  EXPECT_EQ(counts.zeroNormals, 3);
-  EXPECT_EQ(counts.used, static_cast<std::int64_t>(count));
-  EXPECT_EQ(counts.used + counts.duplicates + counts.notFinite + counts.zeroNormals + counts.zeroConfidence +
-                counts.outliersBySpacing + counts.outliersByStatistics + counts.noiseByPlaneFit +
-                counts.smallComponents,
-            counts.input);
-  EXPECT_TRUE(sameBytes(mesh, clean)) << "what is left are the same points in the same order";
-}
-
-TEST(BadInput, indicesOutsideTheCloud)
-{
-  for (const int index : {-1, 1000000}) {
-    Mrf mrf;
-    mrf.setInputCloud(sphereCloud());
-    pcl::IndicesPtr indices(new pcl::Indices{0, 1, index, 2, 3});
-    mrf.setIndices(indices);
-    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find(std::to_string(index)), std::string::npos);
-  }
-}
-
-TEST(BadInput, noIndices)
-{
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
-  mrf.setIndices(pcl::IndicesPtr(new pcl::Indices));
-  expectFailure(mrf, Status::invalidInput);
-}
-
-TEST(BadInput, sensorsAndViewsThatDoNotFit)
-{
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
-  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, {0, 0, 0});
-  EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("3"), std::string::npos) << "3 views";
-  std::vector<std::int32_t> views(sphere().size(), 0);
-  views.back() = 1;
-  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, views);
-  expectFailure(mrf, Status::invalidInput);
-  views.back() = -1;
-  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, views);
-  expectFailure(mrf, Status::invalidInput);
-}
-
-TEST(BadInput, confidenceFieldThatIsMissing)
-{
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
-  pcl::mrf::Options options;
-  options.confidenceField = "trust";
-  mrf.setOptions(options);
-  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("trust"), std::string::npos);
-}
-
-TEST(Coplanar, patchGivesThePatch)
-{
-  // With normals, and without: then its side is arbitrary, its shape is not.
-  const pcl::mrf::PointSet points = patch();
-  Mrf withNormals;
-  withNormals.setInputCloud(clouds::make<pcl::PointNormal>(points));
-  pcl::PolygonMesh first, second;
-  withNormals.reconstruct(first);
-  ASSERT_EQ(withNormals.getReport().status, Status::ok) << withNormals.getReport().message;
-  pcl::MRFReconstruction<pcl::PointXYZ> estimated;
-  estimated.setInputCloud(clouds::make<pcl::PointXYZ>(points));
-  estimated.reconstruct(second);
-  ASSERT_EQ(estimated.getReport().status, Status::ok) << estimated.getReport().message;
-
-  for (const pcl::PolygonMesh* output : {&first, &second}) {
-    const pcl::mrf::TriangleMesh mesh = clouds::plain(*output);
-    const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(mesh);
-    EXPECT_TRUE(statistics.manifold());
-    EXPECT_EQ(statistics.components, 1);
-    EXPECT_EQ(statistics.boundaryLoops, 1);
-    // Support reaches dEmax = 3 l̄ = 0.3 beyond the points, and triangles with one supported vertex are kept: one edge
-    // (h = 0.2) more. It may not end before the points do.
-    EXPECT_GT(statistics.area, 2 * 2);
-    EXPECT_LT(statistics.area, 3 * 3);
-    for (const Eigen::Vector3f& vertex : mesh.vertices)
-      EXPECT_LT(std::abs(vertex.z()), .01f) << "a twentieth of a voxel: the data is exact";
-  }
-  for (const Eigen::Vector3f& normal : clouds::plain(first).normals)
-    EXPECT_GT(normal.z(), .99f);
-}
-
-TEST(Interface, honoursIndices)
+TEST(Interface, HonoursIndices)
 {
   Cloud::Ptr both = sphereCloud();
   pcl::IndicesPtr indices(new pcl::Indices);
@@ -383,7 +107,7 @@ TEST(Interface, honoursIndices)
   EXPECT_EQ(mrf.getReport().points.input, static_cast<std::int64_t>(indices->size()));
 }
 
-TEST(Interface, worksThroughBaseClassPointers)
+TEST(Interface, WorksThroughBaseClassPointers)
 {
   Mrf direct;
   direct.setInputCloud(sphereCloud());
@@ -393,17 +117,17 @@ TEST(Interface, worksThroughBaseClassPointers)
   surface->setInputCloud(sphereCloud());
   pcl::PolygonMesh mesh;
   surface->reconstruct(mesh);
-  EXPECT_TRUE(sameBytes(clouds::plain(mesh), expected));
+  EXPECT_TRUE(sameBytes(conversion::plain(mesh), expected));
 
   Mrf::Ptr derived(new Mrf);
   pcl::PCLSurfaceBase<pcl::PointNormal>::Ptr base = derived;
   base->setInputCloud(sphereCloud());
   pcl::PolygonMesh again;
   base->reconstruct(again);
-  EXPECT_TRUE(sameBytes(clouds::plain(again), expected));
+  EXPECT_TRUE(sameBytes(conversion::plain(again), expected));
 }
 
-TEST(Interface, namesItself)
+TEST(Interface, NamesItself)
 {
   struct Named : Mrf {
     using Mrf::getClassName;
@@ -411,9 +135,9 @@ TEST(Interface, namesItself)
   EXPECT_EQ(Named().getClassName(), "MRFReconstruction");
 }
 
-TEST(Interface, oneObjectServesManyClouds)
+TEST(Interface, OneObjectServesManyClouds)
 {
-  const auto torus = clouds::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, spacing));
+  const auto torus = conversion::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, spacing));
   Mrf fresh;
   fresh.setInputCloud(torus);
   const pcl::mrf::TriangleMesh expected = run(fresh);
@@ -452,7 +176,7 @@ struct CountingSearch : pcl::search::KdTree<pcl::PointNormal> {
 
 } // namespace
 
-TEST(Interface, asksTheGivenSearchObject)
+TEST(Interface, AsksTheGivenSearchObject)
 {
   Mrf mrf;
   mrf.setInputCloud(sphereCloud());
@@ -464,7 +188,7 @@ TEST(Interface, asksTheGivenSearchObject)
   EXPECT_GT(search->queries, 3 * static_cast<int>(sphere().size()));
 }
 
-TEST(Interface, fieldIsReadableAndFitsTheMesh)
+TEST(Interface, FieldIsReadableAndFitsTheMesh)
 {
   Cloud::Ptr cloud = sphereCloud();
   for (pcl::PointNormal& point : *cloud)
@@ -487,12 +211,12 @@ TEST(Interface, fieldIsReadableAndFitsTheMesh)
   EXPECT_LT(field.sampleDistance(centre), -h) << "negative inside";
 }
 
-TEST(VertexFields, confidenceTellsObservedFromInvented)
+TEST(VertexFields, ConfidenceTellsObservedFromInvented)
 {
   const pcl::mrf::PointSet open =
       shapes::filter(sphere(), [](const Eigen::Vector3f& position) { return position.z() < .4f; });
   Mrf mrf;
-  mrf.setInputCloud(clouds::make<pcl::PointNormal>(open));
+  mrf.setInputCloud(conversion::make<pcl::PointNormal>(open));
   mrf.setTrimming(pcl::mrf::Trimming::none);
   const pcl::mrf::TriangleMesh mesh = run(mrf);
   const float reach = mrf.getReport().options.observation.maxDistance;
@@ -518,9 +242,9 @@ TEST(VertexFields, confidenceTellsObservedFromInvented)
   EXPECT_GT(invented, 5);
 }
 
-TEST(VertexFields, coloursAreInterpolated)
+TEST(VertexFields, ColoursAreInterpolated)
 {
-  pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud = clouds::make<pcl::PointXYZRGBNormal>(sphere());
+  pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud = conversion::make<pcl::PointXYZRGBNormal>(sphere());
   const auto red = [](const auto& point) { return 128 + 100 * point.x; };
   for (pcl::PointXYZRGBNormal& point : *cloud) {
     point.r = static_cast<std::uint8_t>(red(point));
@@ -546,9 +270,9 @@ TEST(VertexFields, coloursAreInterpolated)
   }
 }
 
-TEST(VertexFields, intensityIsInterpolated)
+TEST(VertexFields, IntensityIsInterpolated)
 {
-  pcl::PointCloud<pcl::PointXYZI>::Ptr cloud = clouds::make<pcl::PointXYZI>(sphere());
+  pcl::PointCloud<pcl::PointXYZI>::Ptr cloud = conversion::make<pcl::PointXYZI>(sphere());
   for (pcl::PointXYZI& point : *cloud)
     point.intensity = 5 + point.y;
   pcl::MRFReconstruction<pcl::PointXYZI> mrf;
@@ -562,33 +286,33 @@ TEST(VertexFields, intensityIsInterpolated)
     EXPECT_NEAR(point.intensity, 5 + point.y, spacing);
 }
 
-TEST(VertexFields, colourModes)
+TEST(VertexFields, ColourModes)
 {
   pcl::MRFReconstruction<pcl::PointXYZRGB> coloured;
-  coloured.setInputCloud(clouds::make<pcl::PointXYZRGB>(sphere()));
+  coloured.setInputCloud(conversion::make<pcl::PointXYZRGB>(sphere()));
   coloured.setColourMode(pcl::mrf::ColourMode::none);
   pcl::PolygonMesh output;
   coloured.reconstruct(output);
   ASSERT_EQ(coloured.getReport().status, Status::ok);
-  EXPECT_FALSE(clouds::hasField(output, "rgb"));
+  EXPECT_FALSE(conversion::hasField(output, "rgb"));
 
   Mrf mrf;
   mrf.setInputCloud(sphereCloud());
   mrf.setColourMode(pcl::mrf::ColourMode::confidence);
   mrf.reconstruct(output);
   ASSERT_EQ(mrf.getReport().status, Status::ok);
-  ASSERT_TRUE(clouds::hasField(output, "rgb"));
+  ASSERT_TRUE(conversion::hasField(output, "rgb"));
   pcl::PointCloud<pcl::PointXYZRGB> points;
   pcl::fromPCLPointCloud2(output.cloud, points);
-  const std::vector<float> confidences = clouds::plain(output).confidences;
+  const std::vector<float> confidences = conversion::plain(output).confidences;
   for (std::size_t v = 0; v < points.size(); ++v)
     EXPECT_EQ((pcl::mrf::Rgb{points[v].r, points[v].g, points[v].b}), pcl::mrf::confidenceColour(confidences[v]));
 }
 
-TEST(VertexFields, pointConfidencesWeighTheData)
+TEST(VertexFields, PointConfidencesWeighTheData)
 {
-  // A second sheet inside the sphere; a low confidence must move the surface towards the trusted one.
-  pcl::PointCloud<pcl::PointXYZINormal>::Ptr cloud = clouds::make<pcl::PointXYZINormal>(sphere());
+  // Points without confidence are dropped; a low confidence of the points is one of the surface.
+  pcl::PointCloud<pcl::PointXYZINormal>::Ptr cloud = conversion::make<pcl::PointXYZINormal>(sphere());
   for (pcl::PointXYZINormal& point : *cloud)
     point.intensity = point.z > 0 ? 1 : 0;
   pcl::MRFReconstruction<pcl::PointXYZINormal> mrf;
@@ -610,28 +334,28 @@ TEST(VertexFields, pointConfidencesWeighTheData)
     point.intensity = .1f;
   mrf.reconstruct(output);
   ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
-  const std::vector<float> confidences = clouds::plain(output).confidences;
+  const std::vector<float> confidences = conversion::plain(output).confidences;
   EXPECT_LE(*std::max_element(confidences.begin(), confidences.end()), .1001f) << "the scanner's multiplies α";
 }
 
-TEST(Sensors, turnNormalsTowardsThem)
+TEST(Sensors, TurnNormalsTowardsThem)
 {
   const pcl::mrf::PointSet points = patch();
   for (const double side : {-1., 1.}) {
     pcl::MRFReconstruction<pcl::PointXYZ> mrf;
-    mrf.setInputCloud(clouds::make<pcl::PointXYZ>(points));
+    mrf.setInputCloud(conversion::make<pcl::PointXYZ>(points));
     mrf.setSensorPosition({.3, .2, side * 4});
     pcl::PolygonMesh output;
     mrf.reconstruct(output);
     ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
     EXPECT_EQ(mrf.getReport().vote, pcl::mrf::OrientationVote::sensor);
     EXPECT_NEAR(mrf.getReport().orientation.agreement, 1, .01);
-    for (const Eigen::Vector3f& normal : clouds::plain(output).normals)
+    for (const Eigen::Vector3f& normal : conversion::plain(output).normals)
       EXPECT_GT(side * normal.z(), .99);
   }
 }
 
-TEST(Sensors, viewsAreOfTheCloudNotOfTheIndices)
+TEST(Sensors, ViewsAreOfTheCloudNotOfTheIndices)
 {
   // Two parallel patches seen from between them, and indices that drop every other point.
   pcl::mrf::PointSet lower = patch();
@@ -655,12 +379,12 @@ TEST(Sensors, viewsAreOfTheCloudNotOfTheIndices)
   mrf.reconstruct(output);
   ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
   EXPECT_GT(mrf.getReport().orientation.agreement, .99);
-  const pcl::mrf::TriangleMesh mesh = clouds::plain(output);
+  const pcl::mrf::TriangleMesh mesh = conversion::plain(output);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     EXPECT_GT(mesh.normals[v].z() * (mesh.vertices[v].z() < 2 ? 1.f : -1.f), .5f) << mesh.vertices[v].transpose();
 }
 
-TEST(Progress, reportsStagesAndFractions)
+TEST(Progress, ReportsStagesAndFractions)
 {
   Mrf mrf;
   mrf.setInputCloud(sphereCloud());
@@ -685,7 +409,7 @@ TEST(Progress, reportsStagesAndFractions)
     EXPECT_NE(std::find(stages.begin(), stages.end(), time.stage), stages.end()) << time.stage;
 }
 
-TEST(Progress, cancelsWhereverItIsAsked)
+TEST(Progress, CancelsWhereverItIsAsked)
 {
   Mrf mrf;
   mrf.setInputCloud(sphereCloud());
@@ -707,7 +431,7 @@ TEST(Progress, cancelsWhereverItIsAsked)
   EXPECT_TRUE(sameBytes(run(mrf), expected)) << "the object works after it was cancelled";
 }
 
-TEST(Errors, areRethrownOnRequest)
+TEST(Errors, AreRethrownOnRequest)
 {
   Mrf mrf;
   mrf.setThrowing(true);
@@ -727,7 +451,7 @@ TEST(Errors, areRethrownOnRequest)
   EXPECT_THROW(mrf.reconstruct(outputs.mesh), pcl::mrf::Cancelled);
 }
 
-TEST(Errors, memoryLimitNamesTheVoxelSizeThatFits)
+TEST(Errors, MemoryLimitNamesTheVoxelSizeThatFits)
 {
   Mrf mrf;
   mrf.setInputCloud(sphereCloud());
@@ -739,7 +463,7 @@ TEST(Errors, memoryLimitNamesTheVoxelSizeThatFits)
   EXPECT_NE(message.find("voxel"), std::string::npos) << message;
 }
 
-TEST(Errors, reportOfAFailureHasWhatWasDone)
+TEST(Errors, ReportOfAFailureHasWhatWasDone)
 {
   Mrf mrf;
   EXPECT_NE(mrf.getReport().status, Status::ok) << "before the first run";

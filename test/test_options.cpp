@@ -78,7 +78,7 @@ std::vector<Limit> limits()
 
 } // namespace
 
-TEST(Options, endsOfTheRangesAreAccepted)
+TEST(Options, EndsOfTheRangesAreAccepted)
 {
   for (const Limit& limit : limits())
     for (const double value : limit.allowed) {
@@ -88,7 +88,7 @@ TEST(Options, endsOfTheRangesAreAccepted)
     }
 }
 
-TEST(Options, valuesBeyondThemAreRefusedByName)
+TEST(Options, ValuesBeyondThemAreRefusedByName)
 {
   for (const Limit& limit : limits())
     for (const double value : limit.refused) {
@@ -104,7 +104,7 @@ TEST(Options, valuesBeyondThemAreRefusedByName)
     }
 }
 
-TEST(Options, presetsAreValid)
+TEST(Options, PresetsAreValid)
 {
   EXPECT_NO_THROW(validate(pcl::mrf::defaultPreset()));
   EXPECT_NO_THROW(validate(pcl::mrf::paperPreset()));

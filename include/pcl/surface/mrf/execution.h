@@ -43,20 +43,24 @@ public:
   /// Names the stage that subsequent progress belongs to, and reports it with fraction 0.
   void beginStage(const std::string& name);
 
-  /// Reports the fraction of the current stage that is done, 0..1.
+  /// Confines the fractions that follow to a part of the current stage, [from, to]: a solver reports its own 0..1
+  /// without knowing that it is one level of many.
+  void beginStep(double from, double to);
+
+  /// Reports the fraction of the current step that is done, 0..1. What the callback sees never falls inside a stage.
   /// \throw Cancelled if the callback returns false
   void progress(double fraction);
 
   /// Reports the last fraction again: a step that cannot tell its own share gives the callback a chance to cancel.
   /// \throw Cancelled if the callback returns false
-  void poll() { progress(fraction_); }
+  void poll();
 
 private:
   struct Workers;
   int threads_;
   ProgressCallback callback_;
   std::string stage_;
-  double fraction_ = 0;
+  double fraction_ = 0, stepBegin_ = 0, stepEnd_ = 1;
   std::unique_ptr<Workers> workers_;
 };
 

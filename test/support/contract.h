@@ -1,0 +1,95 @@
+/// \file
+/// \brief What the tests of the class share: small clouds, and what must hold when a run fails.
+#pragma once
+
+#include "conversion.h"
+#include "shapes.h"
+
+#include <pcl/surface/mrf_reconstruction.h>
+
+#include <pcl/console/print.h>
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace contract {
+
+using Mrf = pcl::MRFReconstruction<pcl::PointNormal>;
+using Cloud = pcl::PointCloud<pcl::PointNormal>;
+
+constexpr double spacing = .15; // about 500 points on the unit sphere
+
+inline const pcl::mrf::PointSet& sphere()
+{
+  static const pcl::mrf::PointSet points = shapes::sample(shapes::sphere(1), 1.2, spacing);
+  return points;
+}
+
+inline Cloud::Ptr sphereCloud()
+{
+  return conversion::make<pcl::PointNormal>(sphere());
+}
+
+/// A square patch of the plane z = 0 with about 400 points.
+inline pcl::mrf::PointSet patch()
+{
+  return shapes::filter(shapes::sample(shapes::plane(Eigen::Vector3d::UnitZ()), 1.2, .1),
+                        [](const Eigen::Vector3f& p) { return p.cwiseAbs().maxCoeff() < 1; });
+}
+
+/// Outputs that hold something, so that a test sees whether they were cleared.
+template <typename PointT>
+struct Outputs {
+  pcl::PolygonMesh mesh;
+  pcl::PointCloud<PointT> points;
+  std::vector<pcl::Vertices> polygons;
+
+  Outputs()
+  {
+    polygons.resize(3);
+    points.resize(5);
+    mesh.polygons = polygons;
+    pcl::toPCLPointCloud2(points, mesh.cloud);
+  }
+};
+
+/// Runs both overloads on something that must fail. \return the message
+template <typename PointT>
+std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, pcl::mrf::Status status)
+{
+  Outputs<PointT> outputs;
+  mrf.reconstruct(outputs.mesh);
+  EXPECT_EQ(toString(mrf.getReport().status), std::string(toString(status))) << mrf.getReport().message;
+  EXPECT_TRUE(outputs.mesh.polygons.empty());
+  EXPECT_TRUE(outputs.mesh.cloud.data.empty());
+  EXPECT_EQ(outputs.mesh.cloud.width, 0u);
+  const std::string message = mrf.getReport().message;
+  EXPECT_GT(message.size(), 10u);
+
+  mrf.reconstruct(outputs.points, outputs.polygons);
+  EXPECT_EQ(mrf.getReport().status, status);
+  EXPECT_EQ(mrf.getReport().message, message);
+  EXPECT_TRUE(outputs.points.empty());
+  EXPECT_TRUE(outputs.polygons.empty());
+  EXPECT_TRUE(mrf.getDistanceField().empty());
+  return message;
+}
+
+inline pcl::mrf::TriangleMesh run(Mrf& mrf)
+{
+  pcl::PolygonMesh mesh;
+  mrf.reconstruct(mesh);
+  EXPECT_EQ(mrf.getReport().status, pcl::mrf::Status::ok) << mrf.getReport().message;
+  return conversion::plain(mesh);
+}
+
+/// PCL prints the errors that these tests provoke; they would hide the test's own.
+class Quiet : public ::testing::Environment {
+public:
+  void SetUp() override { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
+};
+inline const auto* const quiet = ::testing::AddGlobalTestEnvironment(new Quiet);
+
+} // namespace contract

@@ -1,0 +1,200 @@
+// Input that cannot be reconstructed, or only in part: each case fails clearly or counts what it drops.
+#include "support/contract.h"
+
+#include <cmath>
+#include <limits>
+
+using namespace contract;
+using conversion::sameBytes;
+using pcl::mrf::Status;
+
+namespace {
+
+template <typename PointT>
+std::string expectInvalidCloud(const typename pcl::PointCloud<PointT>::Ptr& cloud)
+{
+  pcl::MRFReconstruction<PointT> mrf;
+  mrf.setInputCloud(cloud);
+  return expectFailure(mrf, Status::invalidInput);
+}
+
+} // namespace
+
+TEST(BadInput, MissingOrEmptyCloud)
+{
+  Mrf mrf;
+  expectFailure(mrf, Status::invalidInput);
+  expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr());
+  expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr(new Cloud));
+}
+
+TEST(BadInput, TooFewPoints)
+{
+  for (const std::size_t count : {1, 2, 3}) {
+    Cloud::Ptr cloud = sphereCloud();
+    cloud->resize(count);
+    EXPECT_NE(expectInvalidCloud<pcl::PointNormal>(cloud).find(std::to_string(count)), std::string::npos);
+    expectInvalidCloud<pcl::PointXYZ>([&] {
+      pcl::PointCloud<pcl::PointXYZ>::Ptr positions = conversion::make<pcl::PointXYZ>(sphere());
+      positions->resize(count);
+      return positions;
+    }());
+  }
+}
+
+TEST(BadInput, OnePlaceOnly)
+{
+  expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr(new Cloud(50, 1, sphereCloud()->front())));
+  expectInvalidCloud<pcl::PointXYZ>(
+      pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>(50, 1, pcl::PointXYZ(1, 2, 3))));
+}
+
+TEST(BadInput, Collinear)
+{
+  pcl::PointCloud<pcl::PointXYZ>::Ptr line(new pcl::PointCloud<pcl::PointXYZ>);
+  for (int i = 0; i < 100; ++i)
+    line->push_back(pcl::PointXYZ(.01f * static_cast<float>(i), .02f * static_cast<float>(i), 0));
+  // No plane fits a line in one way only: there are no normals to be had.
+  expectInvalidCloud<pcl::PointXYZ>(line);
+}
+
+TEST(BadInput, NothingFinite)
+{
+  Cloud::Ptr cloud = sphereCloud();
+  for (pcl::PointNormal& point : *cloud)
+    point.y = std::numeric_limits<float>::quiet_NaN();
+  cloud->is_dense = false;
+  expectInvalidCloud<pcl::PointNormal>(cloud);
+}
+
+TEST(BadInput, OnlyZeroNormals)
+{
+  Cloud::Ptr cloud = sphereCloud();
+  for (pcl::PointNormal& point : *cloud)
+    point.getNormalVector3fMap().setZero();
+  const std::string message = expectInvalidCloud<pcl::PointNormal>(cloud);
+  EXPECT_NE(message.find("normal"), std::string::npos);
+
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  mrf.setNormalSource(pcl::mrf::NormalSource::estimate);
+  EXPECT_TRUE(pcl::mrf::measure(run(mrf)).closed()) << "the cloud's normals do not matter when they are ignored";
+}
+
+TEST(BadInput, UnusablePointsAreCountedAndDropped)
+{
+  Cloud::Ptr cloud = sphereCloud();
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  const pcl::mrf::TriangleMesh clean = run(mrf);
+
+  Cloud::Ptr dirty(new Cloud(*cloud));
+  const std::size_t count = cloud->size();
+  for (std::size_t i = 0; i < 40; ++i)
+    dirty->push_back((*cloud)[i]);
+  for (int i = 0; i < 3; ++i)
+    dirty->push_back(cloud->front());
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    pcl::PointNormal point = cloud->front();
+    point.z = bad;
+    dirty->push_back(point);
+    point = cloud->front();
+    point.x += .01f;
+    point.normal_x = bad;
+    dirty->push_back(point);
+  }
+  pcl::PointNormal withoutNormal = cloud->front();
+  withoutNormal.x += .02f;
+  withoutNormal.getNormalVector3fMap().setZero();
+  dirty->push_back(withoutNormal);
+  dirty->is_dense = false;
+
+  mrf.setInputCloud(dirty);
+  const pcl::mrf::TriangleMesh mesh = run(mrf);
+  const pcl::mrf::PointCounts& counts = mrf.getReport().points;
+  EXPECT_EQ(counts.input, static_cast<std::int64_t>(dirty->size()));
+  EXPECT_EQ(counts.duplicates, 43);
+  EXPECT_EQ(counts.notFinite, 2);
+  EXPECT_EQ(counts.zeroNormals, 3);
+  EXPECT_EQ(counts.used, static_cast<std::int64_t>(count));
+  EXPECT_EQ(counts.used + counts.duplicates + counts.notFinite + counts.zeroNormals + counts.zeroConfidence +
+                counts.outliersBySpacing + counts.outliersByStatistics + counts.noiseByPlaneFit +
+                counts.smallComponents,
+            counts.input);
+  EXPECT_TRUE(sameBytes(mesh, clean)) << "what is left are the same points in the same order";
+}
+
+TEST(BadInput, IndicesOutsideTheCloud)
+{
+  for (const int index : {-1, 1000000}) {
+    Mrf mrf;
+    mrf.setInputCloud(sphereCloud());
+    pcl::IndicesPtr indices(new pcl::Indices{0, 1, index, 2, 3});
+    mrf.setIndices(indices);
+    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find(std::to_string(index)), std::string::npos);
+  }
+}
+
+TEST(BadInput, NoIndices)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  mrf.setIndices(pcl::IndicesPtr(new pcl::Indices));
+  expectFailure(mrf, Status::invalidInput);
+}
+
+TEST(BadInput, SensorsAndViewsThatDoNotFit)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, {0, 0, 0});
+  EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("3"), std::string::npos) << "3 views";
+  std::vector<std::int32_t> views(sphere().size(), 0);
+  views.back() = 1;
+  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, views);
+  expectFailure(mrf, Status::invalidInput);
+  views.back() = -1;
+  mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, views);
+  expectFailure(mrf, Status::invalidInput);
+}
+
+TEST(BadInput, ConfidenceFieldThatIsMissing)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  pcl::mrf::Options options;
+  options.confidenceField = "trust";
+  mrf.setOptions(options);
+  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("trust"), std::string::npos);
+}
+
+TEST(Coplanar, PatchGivesThePatch)
+{
+  // With normals, and without: then its side is arbitrary, its shape is not.
+  const pcl::mrf::PointSet points = patch();
+  Mrf withNormals;
+  withNormals.setInputCloud(conversion::make<pcl::PointNormal>(points));
+  pcl::PolygonMesh first, second;
+  withNormals.reconstruct(first);
+  ASSERT_EQ(withNormals.getReport().status, Status::ok) << withNormals.getReport().message;
+  pcl::MRFReconstruction<pcl::PointXYZ> estimated;
+  estimated.setInputCloud(conversion::make<pcl::PointXYZ>(points));
+  estimated.reconstruct(second);
+  ASSERT_EQ(estimated.getReport().status, Status::ok) << estimated.getReport().message;
+
+  for (const pcl::PolygonMesh* output : {&first, &second}) {
+    const pcl::mrf::TriangleMesh mesh = conversion::plain(*output);
+    const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(mesh);
+    EXPECT_TRUE(statistics.manifold());
+    EXPECT_EQ(statistics.components, 1);
+    EXPECT_EQ(statistics.boundaryLoops, 1);
+    // Support reaches dEmax = 3 l̄ = 0.3 beyond the points, and triangles with one supported vertex are kept: one edge
+    // (h = 0.2) more. It may not end before the points do.
+    EXPECT_GT(statistics.area, 2 * 2);
+    EXPECT_LT(statistics.area, 3 * 3);
+    for (const Eigen::Vector3f& vertex : mesh.vertices)
+      EXPECT_LT(std::abs(vertex.z()), .01f) << "a twentieth of a voxel: the data is exact";
+  }
+  for (const Eigen::Vector3f& normal : conversion::plain(first).normals)
+    EXPECT_GT(normal.z(), .99f);
+}
