@@ -23,6 +23,25 @@ int defaultDegree(Prior prior)
   return prior == Prior::membrane ? 2 : prior == Prior::thinPlate ? 5 : 8;
 }
 
+/// RMS of p, in units, over the voxels closer than 2 units to the zero level of d: what a step changes of the surface.
+template <typename Real>
+double changeNearZeroLevel(const std::vector<Real>& d, const std::vector<Real>& p, double unit, Execution& execution)
+{
+  const auto limit = static_cast<Real>(2 * unit);
+  const auto count = static_cast<std::int64_t>(d.size());
+  const auto sumNear = [&](const auto& value) {
+    return execution.sum(count, sumGrain, [&](std::int64_t begin, std::int64_t end) {
+      double sum = 0;
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+        if (std::abs(d[i]) < limit)
+          sum += value(static_cast<double>(p[i]) / unit);
+      return sum;
+    });
+  };
+  const double voxels = sumNear([](double) { return 1.0; });
+  return voxels > 0 ? std::sqrt(sumNear([](double change) { return change * change; }) / voxels) : 0;
+}
+
 /// y += a x over whole vectors.
 template <typename Real>
 void addScaled(Real a, const std::vector<Real>& x, std::vector<Real>& y, Execution& execution)
@@ -131,8 +150,8 @@ std::size_t MultigridPreconditioner<Real>::bytes() const
 }
 
 template <typename Real>
-SolveReport solveMultigrid(const LinearSystem<Real>& system, const SolverOptions& options, std::vector<Real>& d,
-                           Execution& execution)
+SolveReport solveMultigrid(const LinearSystem<Real>& system, const SolverOptions& options, double unit,
+                           std::vector<Real>& d, Execution& execution)
 {
   SolveReport report;
   report.method = SolverMethod::multigrid;
@@ -158,7 +177,8 @@ SolveReport solveMultigrid(const LinearSystem<Real>& system, const SolverOptions
   const double initial = std::max(restarted, options.residualTolerance);
   bool fresh = true;
   double gamma = 0;
-  while (report.relativeResidual > options.residualTolerance && report.iterations < maxIterations) {
+  bool settled = false;
+  while (!settled && report.relativeResidual > options.residualTolerance && report.iterations < maxIterations) {
     const std::vector<Real>& z = preconditioner.apply(r, execution);
     const double next = dotProduct(r, z, execution);
     const Real beta = fresh ? Real(0) : static_cast<Real>(next / gamma);
@@ -181,6 +201,8 @@ SolveReport solveMultigrid(const LinearSystem<Real>& system, const SolverOptions
     addScaled(-step, product, r, execution);
 
     ++report.iterations;
+    settled = options.changeTolerance > 0 &&
+              std::abs(step) * changeNearZeroLevel(d, p, unit, execution) < options.changeTolerance;
     report.relativeResidual = std::sqrt(dotProduct(r, r, execution)) / norm;
     if (report.relativeResidual <= options.residualTolerance) {
       // The recursion drifts from the residual by rounding: what counts is the residual itself.
@@ -200,13 +222,14 @@ SolveReport solveMultigrid(const LinearSystem<Real>& system, const SolverOptions
                                   0.0, 1.0));
   }
   report.relativeResidual = trueResidual();
-  report.converged = report.relativeResidual <= options.residualTolerance;
+  report.converged = settled || report.relativeResidual <= options.residualTolerance;
   return report;
 }
 
 #define MRF_INSTANTIATE(Real)                                                                                          \
   template class MultigridPreconditioner<Real>;                                                                        \
-  template SolveReport solveMultigrid(const LinearSystem<Real>&, const SolverOptions&, std::vector<Real>&, Execution&);
+  template SolveReport solveMultigrid(const LinearSystem<Real>&, const SolverOptions&, double, std::vector<Real>&,     \
+                                      Execution&);
 
 MRF_INSTANTIATE(float)
 MRF_INSTANTIATE(double)

@@ -51,10 +51,12 @@ private:
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
 };
 
-/// Conjugate gradients preconditioned by one V-cycle. Stops on SolverOptions::residualTolerance.
+/// Conjugate gradients preconditioned by one V-cycle. Stops on SolverOptions::residualTolerance or ::changeTolerance,
+/// whichever is reached first.
+/// \param unit length of one voxel side in the unit of d
 template <typename Real>
-SolveReport solveMultigrid(const LinearSystem<Real>& system, const SolverOptions& options, std::vector<Real>& d,
-                           Execution& execution);
+SolveReport solveMultigrid(const LinearSystem<Real>& system, const SolverOptions& options, double unit,
+                           std::vector<Real>& d, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

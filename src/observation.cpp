@@ -202,14 +202,14 @@ void validate(const ObservationOptions& options)
   if (options.neighbours < 1 || options.neighbours > 100)
     refuse("neighbours", options.neighbours, "1..100");
   if (!(options.maxDistance >= 0) || !std::isfinite(options.maxDistance))
-    refuse("maxDistance", options.maxDistance, "[0, inf), 0 = 3 mean spacings");
+    refuse("maxDistance", options.maxDistance, "[0, inf), 0 = derived from the mean spacing");
 }
 
 float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize)
 {
   if (options.maxDistance > 0)
     return options.maxDistance;
-  return options.scaleWithLevel ? std::max(3 * spacing, 1.5f * voxelSize) : 3 * spacing;
+  return options.scaleWithLevel ? std::max(3.25f * spacing, 1.5f * voxelSize) : 3 * spacing;
 }
 
 Observation observe(const OrientedPoints& points, const NeighbourSearch& search, const Lattice& lattice, float spacing,

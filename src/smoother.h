@@ -32,7 +32,7 @@ public:
   /// out = `degree` steps from the initial guess x + P coarse. \pre x and out differ
   void smoothCorrected(const Real* b, const Real* x, const Real* coarse, Real* out, Execution& execution);
 
-  /// coarse = scale · Pᵀ fine, the scale being 4^k over the number of children.
+  /// coarse = scale · Pᵀ fine, the scale being 4^k over the number of children, damped for k = 3.
   void restrictTo(const Real* fine, Real* coarse, Execution& execution) const;
 
   std::size_t bytes() const;

@@ -71,7 +71,7 @@ SolveReport solve(const LinearSystem<Real>& system, const SolverOptions& options
   SolveReport report;
   switch (options.method) {
   case SolverMethod::multigrid:
-    report = solveMultigrid(system, options, d, execution);
+    report = solveMultigrid(system, options, unit, d, execution);
     break;
   case SolverMethod::icm:
     report = solveIcm(system, options, unit, d, execution);

@@ -30,8 +30,8 @@ enum class ConfidenceShape {
 
 struct ObservationOptions {
   Estimate estimate = Estimate::plane;
-  int neighbours = 5;         ///< points per voxel, 1..100
-  float maxDistance = 0;      ///< dEmax, cloud's unit; 0 = 3 l̄, or 1.5 h where that is more and scaleWithLevel is set
+  int neighbours = 5;    ///< points per voxel, 1..100
+  float maxDistance = 0; ///< dEmax, cloud's unit; 0 = 3.25 l̄ (measured), at least 1.5 h; without scaleWithLevel 3 l̄
   bool scaleWithLevel = true; ///< coarser levels observe with max(dEmax, 1.5 h_level) instead of dEmax
   ConfidenceShape confidenceShape = ConfidenceShape::quadratic;
 };
