@@ -1,0 +1,162 @@
+#include "analytic_surface.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <shapes/portable_math.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl {
+namespace mrf {
+namespace scan {
+
+using Eigen::Vector3d;
+using portable::sinCos;
+using portable::SinCos;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+void setFrame(SurfacePoint& point, const Vector3d& tangent, double curvature1, double curvature2)
+{
+  point.tangents[0] = tangent;
+  point.tangents[1] = portable::cross(point.normal, tangent);
+  point.normalChanges[0] = curvature1 * point.tangents[0];
+  point.normalChanges[1] = curvature2 * point.tangents[1];
+}
+
+/// The part of a sphere with z ≥ lowest · radius.
+Patch zonePatch(double radius, const Vector3d& centre, double lowest)
+{
+  const auto at = [=](const Draw& draw, SurfacePoint& point) {
+    const double z = lowest + (1 - lowest) * draw.u, across = std::sqrt(std::max(0.0, 1 - z * z));
+    const SinCos around = sinCos(draw.v);
+    point.normal = {across * around.cosine, across * around.sine, z};
+    point.position = centre + radius * point.normal;
+    setFrame(point, portable::perpendicular(point.normal), 1 / radius, 1 / radius);
+    return true;
+  };
+  return {2 * pi * radius * radius * (1 - lowest), at};
+}
+
+} // namespace
+
+Patch spherePatch(double radius, const Vector3d& centre)
+{
+  return zonePatch(radius, centre, -1);
+}
+
+Patch capPatch(double radius, double angle)
+{
+  return zonePatch(radius, Vector3d::Zero(), sinCos(angle).cosine);
+}
+
+Patch torusPatch(double majorRadius, double minorRadius, const Vector3d& centre)
+{
+  const auto at = [=](const Draw& draw, SurfacePoint& point) {
+    const SinCos tube = sinCos(draw.u), around = sinCos(draw.v);
+    const double radius = majorRadius + minorRadius * tube.cosine;
+    // Area is proportional to the distance from the axis.
+    if (draw.accept * (majorRadius + minorRadius) > radius)
+      return false;
+    const Vector3d outwards(around.cosine, around.sine, 0);
+    point.normal = tube.cosine * outwards + Vector3d(0, 0, tube.sine);
+    point.position = centre + radius * outwards + Vector3d(0, 0, minorRadius * tube.sine);
+    setFrame(point, Vector3d(-around.sine, around.cosine, 0), tube.cosine / radius, 1 / minorRadius);
+    return true;
+  };
+  return {4 * pi * pi * minorRadius * (majorRadius + minorRadius), at};
+}
+
+Patch cylinderPatch(const Vector3d& a, const Vector3d& b, double radius)
+{
+  const Vector3d axis = portable::unit(b - a), x = portable::perpendicular(axis), y = portable::cross(axis, x);
+  const auto at = [=](const Draw& draw, SurfacePoint& point) {
+    const SinCos around = sinCos(draw.v);
+    point.normal = around.cosine * x + around.sine * y;
+    point.position = a + draw.u * (b - a) + radius * point.normal;
+    setFrame(point, axis, 0, 1 / radius);
+    return true;
+  };
+  return {2 * pi * radius * portable::norm(b - a), at};
+}
+
+Patch discPatch(const Vector3d& centre, const Vector3d& normal, double radius)
+{
+  const Vector3d unit = portable::unit(normal), x = portable::perpendicular(unit), y = portable::cross(unit, x);
+  const auto at = [=](const Draw& draw, SurfacePoint& point) {
+    const SinCos around = sinCos(draw.v);
+    point.normal = unit;
+    point.position = centre + radius * std::sqrt(draw.u) * (around.cosine * x + around.sine * y);
+    setFrame(point, x, 0, 0);
+    return true;
+  };
+  return {pi * radius * radius, at};
+}
+
+Patch rectanglePatch(const Vector3d& corner, const Vector3d& side1, const Vector3d& side2)
+{
+  const Vector3d normal = portable::unit(portable::cross(side1, side2)), tangent = portable::unit(side1);
+  const auto at = [=](const Draw& draw, SurfacePoint& point) {
+    point.normal = normal;
+    point.position = corner + draw.u * side1 + draw.v * side2;
+    setFrame(point, tangent, 0, 0);
+    return true;
+  };
+  return {portable::norm(portable::cross(side1, side2)), at};
+}
+
+Patch reversed(const Patch& patch)
+{
+  const auto at = [forward = patch.at](const Draw& draw, SurfacePoint& point) {
+    if (!forward(draw, point))
+      return false;
+    point.normal = -point.normal;
+    std::swap(point.tangents[0], point.tangents[1]);
+    std::swap(point.normalChanges[0], point.normalChanges[1]);
+    for (Vector3d& change : point.normalChanges)
+      change = -change;
+    return true;
+  };
+  return {patch.area, at};
+}
+
+AnalyticSurface::AnalyticSurface(Shape shape) : shape_(std::move(shape))
+{
+  double total = 0;
+  for (const Patch& patch : shape_.patches)
+    areas_.push_back(total += patch.area);
+}
+
+bool AnalyticSurface::sample(const Draw& draw, SurfacePoint& point) const
+{
+  const auto found = std::upper_bound(areas_.begin(), areas_.end(), draw.part * areas_.back());
+  const std::size_t part = std::min(static_cast<std::size_t>(found - areas_.begin()), areas_.size() - 1);
+  point.part = static_cast<std::int64_t>(part);
+  if (!shape_.patches[part].at(draw, point))
+    return false;
+  point.displacementDirection = point.normal;
+  // Buried in another solid, or cut away. The limit is far above rounding and far below what could be seen.
+  return std::abs(shape_.distance(point.position)) < 1e-9 * shape_.box.diagonal();
+}
+
+bool AnalyticSurface::isOccluded(const SurfacePoint& point, const Vector3d& from) const
+{
+  // Towards the point; near it the distance falls to 0 because of the point itself, so that the last bit is not walked.
+  const double diagonal = shape_.box.diagonal(), hit = 1e-7 * diagonal, last = 1e-4 * diagonal;
+  const double length = portable::norm(point.position - from);
+  const Vector3d direction = (point.position - from) / length;
+  double walked = 0;
+  for (int step = 0; step < 10000 && walked < length - last; ++step) {
+    const double free = shape_.distance(from + walked * direction);
+    if (free < hit)
+      return true;
+    walked += free;
+  }
+  return false;
+}
+
+} // namespace scan
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,73 @@
+/// \file
+/// \brief Analytic shapes as surfaces to scan, and the catalogue of shapes by name.
+#pragma once
+
+#include "surface.h"
+
+#include <shapes/signed_distance.h>
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace scan {
+
+/// A piece of surface with a closed parametrisation.
+struct Patch {
+  double area = 0; ///< that the draws are spread over
+  /// Sets position, normal, tangents and the normal's changes; false rejects the draw.
+  std::function<bool(const Draw& draw, SurfacePoint& point)> at;
+};
+
+Patch spherePatch(double radius, const Eigen::Vector3d& centre);
+/// The part of a sphere around the +z pole whose polar angle is at most `angle` (in turns).
+Patch capPatch(double radius, double angle);
+Patch torusPatch(double majorRadius, double minorRadius, const Eigen::Vector3d& centre);
+/// The side of a cylinder from a to b, without its ends.
+Patch cylinderPatch(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius);
+Patch discPatch(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double radius);
+/// corner + s·side1 + t·side2 with perpendicular sides; the normal is side1 × side2.
+Patch rectanglePatch(const Eigen::Vector3d& corner, const Eigen::Vector3d& side1, const Eigen::Vector3d& side2);
+/// The same patch, seen from the other side: the wall of a cavity.
+Patch reversed(const Patch& patch);
+
+/// A shape given by its signed distance and by patches that cover its zero level: a point of a patch counts where the
+/// distance is 0, so solids are joined and cut by their distances alone, and sampling stays even.
+struct Shape {
+  shapes::Sdf distance;
+  std::vector<Patch> patches;
+  Box box;
+};
+
+class AnalyticSurface : public Surface {
+public:
+  explicit AnalyticSurface(Shape shape);
+
+  double drawnArea() const override { return areas_.back(); }
+  bool sample(const Draw& draw, SurfacePoint& point) const override;
+  /// By sphere tracing.
+  bool isOccluded(const SurfacePoint& point, const Eigen::Vector3d& from) const override;
+  Box boundingBox() const override { return shape_.box; }
+  const shapes::Sdf& distance() const { return shape_.distance; }
+
+private:
+  Shape shape_;
+  std::vector<double> areas_; ///< cumulative
+};
+
+/// A shape from its description, "name" or "name:parameter=value,...", for example "torus:major=2,minor=.5".
+/// \throw InvalidOption naming the unknown name or parameter, or the value that is out of range
+Shape makeShape(const std::string& description);
+
+/// True if the text starts with the name of a shape (followed by nothing or a colon).
+bool isShape(const std::string& description);
+
+/// One line per shape: name, parameters with their defaults, meaning. For the tool's help.
+std::string describeShapes();
+
+} // namespace scan
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,77 @@
+/// \file
+/// \brief Sensors around an object, and the points of its surface that they see.
+#pragma once
+
+#include "displacement.h"
+#include "surface.h"
+
+#include <pcl/surface/mrf/execution.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace scan {
+
+/// Parallel arrays; empty normals or views: there are none.
+struct Points {
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<Eigen::Vector3d> normals;
+  std::vector<std::int32_t> views; ///< index into the sensors
+
+  std::size_t size() const { return positions.size(); }
+  /// Appends point i of `other`, with what it has.
+  void append(const Points& other, std::size_t i);
+};
+
+enum class Placement {
+  sphere, ///< evenly all around, on a spiral
+  ring,   ///< evenly on a circle about the axis
+  front   ///< on an arc about the axis, in the middle of which is the front direction
+};
+
+struct ViewOptions {
+  Placement placement = Placement::sphere;
+  int count = 12;                                     ///< 0 to 10000; with 0 every point is seen
+  double distance = 1.5;                              ///< from the object's centre, in its diagonals, > 0
+  double elevation = 0;                               ///< degrees above the ring or the arc, -90 to 90
+  double fan = 90;                                    ///< degrees that the front's arc spans, 0 to 360
+  Eigen::Vector3d axis = Eigen::Vector3d(0, 1, 0);    ///< not zero
+  Eigen::Vector3d forward = Eigen::Vector3d(0, 0, 1); ///< not zero; the part across the axis counts
+};
+
+/// Sensor positions around the box's centre.
+/// \throw InvalidOption naming the first field that is out of range
+std::vector<Eigen::Vector3d> placeSensors(const ViewOptions& options, const Box& object);
+
+struct SamplingOptions {
+  std::int64_t points = 30000; ///< 1 to 2^31 - 1
+  bool isEven = true;          ///< keep points apart (Poisson discs); else plain random
+  double grazingLimit = 80;    ///< degrees between normal and line of sight, above 0 and at most 90
+  bool isTwoSided = false;     ///< a sensor behind the surface sees it too, with the normal turned round
+  bool isOccluded = true;      ///< the object hides what is behind it
+};
+
+struct Samples {
+  Points points;
+  double visibleArea = 0; ///< estimated from a few ten thousand draws
+  double spacing = 0;     ///< mean distance to the closest other point, of at most 100,000 points
+};
+
+/// Points spread over what at least one sensor sees, each with one of the sensors that see it.
+///
+/// Every part of the visible surface has the same density. Even: a point is taken only if it keeps a distance to all
+/// taken before it that face the same side; the distance shrinks when places run out, so that the count is always
+/// reached. The order of the points carries no meaning. With no sensors, all of the surface is visible.
+/// \param displacement may be null; what hides a point is the surface without it
+/// \throw InvalidInput if next to nothing of the surface is seen
+/// Cost: about 10 draws and 1 to 2 lines of sight per point, 120 bytes per point. The result does not depend on the
+/// number of threads.
+Samples sampleSurface(const Surface& surface, const std::vector<Eigen::Vector3d>& sensors,
+                      const SamplingOptions& options, const Displacement* displacement, std::uint64_t seed,
+                      Execution& execution);
+
+} // namespace scan
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,87 @@
+/// \file
+/// \brief A simulated range scan of a surface: what the sensors see, with their errors, and the truth beside it.
+#pragma once
+
+#include "sampling.h"
+
+#include <pcl/surface/mrf/execution.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace scan {
+
+/// A length in one of the units that make sense before the object is known.
+struct Length {
+  enum class Unit { cloud, diagonalPercent, spacings };
+  double value = 0;
+  Unit unit = Unit::cloud;
+};
+
+/// "0.5" (the cloud's unit), "2%" (of the object's diagonal) or "0.5s" (mean spacings).
+/// \return false if the text is none of these, or negative
+bool parseLength(const std::string& text, Length& length);
+
+enum class NoiseDirection { normal, isotropic };
+
+/// Every stage draws from its own stream of the seed: changing the noise leaves points and holes where they are.
+struct ScanOptions {
+  SamplingOptions sampling;
+  ViewOptions views;
+  std::vector<Eigen::Vector3d> sensors; ///< given ones, instead of views
+  Eigen::Vector3d rotation =
+      Eigen::Vector3d::Zero(); ///< degrees about x, then y, then z, of the object about the origin
+  Length displacement;         ///< root mean square of a fine height along the normal
+  Length wavelength{2, Length::Unit::diagonalPercent}; ///< of that height; not in spacings, > 0
+
+  Length noise;                                           ///< standard deviation of each point
+  NoiseDirection noiseDirection = NoiseDirection::normal; ///< isotropic: per axis
+  double misalignmentAngle = 0;                           ///< degrees, standard deviation per axis and view, 0 to 180
+  Length misalignmentShift;                               ///< standard deviation per axis and view
+
+  double uniformOutliers = 0; ///< % of all points of the cloud; both together below 100
+  double clusteredOutliers = 0;
+  int clusterSize = 30; ///< points in a false match, 1 to 1000000
+  Length clusterRadius{1, Length::Unit::diagonalPercent};
+
+  int holes = 0;                            ///< at random points of the surface, apart from each other
+  std::vector<Eigen::Vector3d> holeCentres; ///< more holes, in the cloud's frame
+  Length smallestHole{7, Length::Unit::diagonalPercent}, largestHole{7, Length::Unit::diagonalPercent}; ///< radii
+
+  std::uint64_t seed = 1;
+};
+
+struct Hole {
+  Eigen::Vector3d centre;
+  double radius;
+  std::int64_t points; ///< it took away
+};
+
+struct Scan {
+  Points cloud;                         ///< as scanned, shuffled
+  Points clean;                         ///< its inliers in their order, without noise and misalignment
+  Points heldOut;                       ///< what the holes took away, without noise and misalignment
+  std::vector<Eigen::Vector3d> sensors; ///< as far as the scanner knows: moved with their view's misalignment
+  std::vector<Hole> holes;
+  std::int64_t outliers = 0;
+  double diagonal = 0;    ///< of the object before it is rotated: what % refers to
+  double spacing = 0;     ///< mean distance to the closest other point before holes and noise
+  double visibleArea = 0; ///< before holes
+};
+
+/// Samples the surface, makes holes, adds noise, misalignment and outliers, and shuffles.
+///
+/// Holes are balls about their centres: they take the points of all sheets inside, by the points' true places, and no
+/// outlier falls into them. Normals are those of the surface, turned with their view; an outlier's is random and faces
+/// its sensor.
+/// \throw InvalidOption naming what is out of range
+/// \throw InvalidInput if nothing is seen or the holes leave nothing
+/// The same bytes for the same options, on every platform and for any number of threads.
+Scan simulateScan(const Surface& surface, const ScanOptions& options, Execution& execution);
+
+} // namespace scan
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,45 @@
+/// \file
+/// \brief Does a segment hit a triangle: a bounding volume hierarchy over a triangle soup.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace scan {
+
+/// Built by the surface area heuristic over binned centroids: n log n for n triangles. Queries are thread-safe.
+class TriangleTree {
+public:
+  /// \param triangles indices into vertices
+  TriangleTree(const std::vector<Eigen::Vector3d>& vertices, const std::vector<std::array<std::int32_t, 3>>& triangles);
+
+  /// True if the segment origin + t · direction meets a triangle other than `excluded` with tMin < t < 1.
+  bool isHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double tMin, std::int64_t excluded) const;
+
+private:
+  /// Boxes are single precision, rounded outwards, so that two nodes share a cache line.
+  struct Node {
+    std::array<float, 3> lower, upper;
+    std::int32_t first; ///< of the leaf's triangles, or the left child; the right one follows it
+    std::int32_t count; ///< triangles; 0 for an inner node
+  };
+  struct Facet {
+    Eigen::Vector3d corner, edge1, edge2;
+    std::int64_t triangle;
+  };
+  struct Builder;
+
+  static bool isHit(const Facet& facet, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double tMin);
+
+  std::vector<Node> nodes_;
+  std::vector<Facet> facets_;
+};
+
+} // namespace scan
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,562 @@
+// The scanner simulator: sampling, visibility, errors, holes, determinism.
+
+#include "scan/analytic_surface.h"
+#include "scan/mesh_surface.h"
+#include "scan/scan.h"
+#include "support/scan_meshes.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <shapes/portable_math.h>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+using namespace pcl::mrf;
+using namespace pcl::mrf::scan;
+using Eigen::Vector3d;
+using scan_meshes::Soup;
+using scan_meshes::sphereSoup;
+
+namespace {
+
+/// A cup: open at the top (+z), of one layer that is seen from inside only.
+Soup cupFromInside()
+{
+  Soup soup;
+  const double s = 1, h = 4;
+  soup.quad({-s, -s, 0}, {s, -s, 0}, {s, s, 0}, {-s, s, 0});
+  soup.quad({-s, -s, 0}, {-s, -s, h}, {s, -s, h}, {s, -s, 0});
+  soup.quad({s, -s, 0}, {s, -s, h}, {s, s, h}, {s, s, 0});
+  soup.quad({s, s, 0}, {s, s, h}, {-s, s, h}, {-s, s, 0});
+  soup.quad({-s, s, 0}, {-s, s, h}, {-s, -s, h}, {-s, -s, 0});
+  return soup;
+}
+
+MeshSurface surfaceOf(const Soup& soup)
+{
+  return {soup.vertices, soup.triangles};
+}
+
+AnalyticSurface shape(const std::string& description)
+{
+  return AnalyticSurface(makeShape(description));
+}
+
+Scan scanOf(const Surface& surface, const ScanOptions& options, int threads = 1)
+{
+  Execution execution(threads);
+  return simulateScan(surface, options, execution);
+}
+
+ScanOptions unseen(std::int64_t points)
+{
+  ScanOptions options;
+  options.sampling.points = points;
+  options.views.count = 0;
+  return options;
+}
+
+double rms(const std::vector<double>& values)
+{
+  double sum = 0;
+  for (const double value : values)
+    sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+bool sameBytes(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b)
+{
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vector3d)) == 0;
+}
+
+bool sameBytes(const Points& a, const Points& b)
+{
+  return sameBytes(a.positions, b.positions) && sameBytes(a.normals, b.normals) && a.views == b.views;
+}
+
+} // namespace
+
+TEST(ScanSampling, EvenPerAreaOnMeshes)
+{
+  // One triangle pair has nine times the area of the other, cut into two triangles of different size each.
+  Soup soup;
+  soup.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+  soup.quad({5, 0, 0}, {8, 0, 0}, {8, 3, 0}, {5, 3, 0});
+  for (const bool isEven : {false, true}) {
+    ScanOptions options = unseen(20000);
+    options.sampling.isEven = isEven;
+    const Scan result = scanOf(surfaceOf(soup), options);
+    const auto small = std::count_if(result.cloud.positions.begin(), result.cloud.positions.end(),
+                                     [](const Vector3d& x) { return x.x() < 2; });
+    // Binomial: σ = √(20000 · .1 · .9) = 42; even sampling is closer, up to the rim, where it is slightly denser.
+    EXPECT_NEAR(static_cast<double>(small), 2000, 4 * 42.5) << isEven;
+    int quadrant = 0;
+    for (const Vector3d& x : result.cloud.positions)
+      quadrant += x.x() > 6.5 && x.y() > 1.5 ? 1 : 0;
+    EXPECT_NEAR(quadrant, .25 * .9 * 20000, 4 * std::sqrt(20000 * .225 * .775)) << isEven;
+  }
+}
+
+TEST(ScanSampling, EvenKeepsPointsApart)
+{
+  ScanOptions options = unseen(4000);
+  const AnalyticSurface sphere = shape("sphere");
+  const Scan even = scanOf(sphere, options);
+  options.sampling.isEven = false;
+  const Scan random = scanOf(sphere, options);
+  const double side = std::sqrt(4 * M_PI / 4000);
+  // Poisson process: mean nearest distance is half of the mean side. The estimate's standard error is .26/√4000.
+  EXPECT_NEAR(random.spacing / side, .5, .02);
+  EXPECT_GT(even.spacing / side, .72);
+  double closest = 1, mean = 0;
+  for (std::size_t i = 0; i < even.cloud.size(); ++i) {
+    double nearest = 10;
+    for (std::size_t j = 0; j < even.cloud.size(); ++j)
+      if (i != j)
+        nearest = std::min(nearest, (even.cloud.positions[i] - even.cloud.positions[j]).norm());
+    closest = std::min(closest, nearest);
+    mean += nearest / 4000;
+  }
+  EXPECT_GT(closest, .6 * side);
+  EXPECT_NEAR(mean, even.spacing, 1e-9 * side);
+}
+
+TEST(ScanSampling, ThinPlateHasBothSides)
+{
+  ScanOptions options = unseen(4000);
+  // Thinner than the spacing of .045.
+  const Scan result = scanOf(shape("plate:thickness=.001"), options);
+  const auto top = std::count_if(result.cloud.normals.begin(), result.cloud.normals.end(),
+                                 [](const Vector3d& n) { return n.z() > .5; });
+  EXPECT_NEAR(static_cast<double>(top), 2000, 4 * std::sqrt(1000));
+}
+
+TEST(ScanSampling, OrderCarriesNoMeaning)
+{
+  const Scan result = scanOf(shape("box"), unseen(6000));
+  // Halves of the file are alike: σ of the difference of the two means is √(2/3000) of the spread of x.
+  double first = 0, second = 0, square = 0;
+  for (std::size_t i = 0; i < 6000; ++i) {
+    const double x = result.cloud.positions[i].x();
+    (i < 3000 ? first : second) += x / 3000;
+    square += x * x / 6000;
+  }
+  EXPECT_NEAR(first, second, 4 * std::sqrt(square * 2 / 3000));
+}
+
+TEST(ScanViews, SensorsWhereAsked)
+{
+  const Box box{{1, 2, 3}, {3, 4, 4}};
+  ViewOptions options;
+  options.distance = 2;
+  for (const Placement placement : {Placement::sphere, Placement::ring, Placement::front}) {
+    options.placement = placement;
+    options.count = 40;
+    const auto sensors = placeSensors(options, box);
+    ASSERT_EQ(sensors.size(), 40u);
+    Vector3d mean = Vector3d::Zero();
+    for (const Vector3d& sensor : sensors) {
+      EXPECT_NEAR((sensor - box.centre()).norm(), 2 * 3, 1e-9);
+      mean += (sensor - box.centre()) / 40;
+      if (placement != Placement::sphere) {
+        EXPECT_NEAR(sensor.y(), box.centre().y(), 1e-9);
+      }
+      if (placement == Placement::front) { // half of 90 degrees to either side of +z
+        EXPECT_GE((sensor - box.centre()).z(), 6 * std::sqrt(.5) - 1e-9);
+      }
+    }
+    if (placement != Placement::front) {
+      EXPECT_LT(mean.norm(), .1 * 6) << "not even";
+    }
+  }
+}
+
+TEST(ScanViews, EverySensorSeesItsPoints)
+{
+  for (const std::string description : {"sphere", "primitives", "cheese", "cut-sphere"}) {
+    ScanOptions options;
+    options.sampling.points = 2500;
+    options.sampling.grazingLimit = 70;
+    options.misalignmentAngle = 1;
+    options.misalignmentShift = {1, Length::Unit::diagonalPercent};
+    const Scan result = scanOf(shape(description), options);
+    ASSERT_EQ(result.sensors.size(), 12u);
+    ASSERT_EQ(result.cloud.views.size(), 2500u);
+    std::vector<int> used(12, 0);
+    for (std::size_t i = 0; i < 2500; ++i) {
+      const auto view = static_cast<std::size_t>(result.cloud.views[i]);
+      ASSERT_LT(view, 12u);
+      ++used[view];
+      const Vector3d sight = result.sensors[view] - result.cloud.positions[i];
+      // A view and its sensor move as one: the limit holds after misalignment, up to rounding.
+      ASSERT_GE(result.cloud.normals[i].dot(sight.normalized()), std::cos(70 * M_PI / 180) - 1e-9) << description;
+    }
+    if (description == "sphere") {
+      EXPECT_GT(*std::min_element(used.begin(), used.end()), 100);
+    }
+  }
+}
+
+TEST(ScanViews, BackSideIsAbsent)
+{
+  ScanOptions options;
+  options.sampling.points = 3000;
+  options.views.placement = Placement::front;
+  options.views.count = 1;
+  options.views.distance = 100;
+  options.sampling.grazingLimit = 60;
+  const Soup soup = sphereSoup(1, 40);
+  double lowest = 1;
+  for (const Vector3d& x : scanOf(surfaceOf(soup), options).cloud.positions)
+    lowest = std::min(lowest, x.z());
+  // 60 degrees from the line of sight; the facets are up to 3 degrees off the sphere's normals.
+  EXPECT_NEAR(lowest, .5, .06);
+}
+
+TEST(ScanViews, WallsOfACupHideItsInside)
+{
+  // A sensor above the rim: a line from it over the rim at x = -1, z = 4 reaches the wall x = 1 at z = 2.
+  ScanOptions options;
+  options.sampling.points = 4000;
+  options.sampling.grazingLimit = 90;
+  options.sensors = {{-5, 0, 8}};
+  const MeshSurface cup = surfaceOf(cupFromInside());
+  const Scan result = scanOf(cup, options);
+  for (const Vector3d& x : result.cloud.positions) {
+    // What is seen lies above the line over the rim's nearest edge.
+    const double t = (-1 - -5) / (x.x() - -5);
+    const double heightAtRim = 8 + t * (x.z() - 8);
+    ASSERT_GE(heightAtRim, 4 - 1e-6) << x.transpose();
+  }
+  options.sampling.isOccluded = false;
+  double lowest = 4;
+  for (const Vector3d& x : scanOf(cup, options).cloud.positions)
+    lowest = std::min(lowest, x.z());
+  EXPECT_EQ(lowest, 0) << "without occlusion the bottom is seen, or this test could not fail";
+}
+
+TEST(ScanViews, SolidsHideEachOther)
+{
+  // Closed tubes in line, looked at from beyond one end: the other tube is in its shadow.
+  ScanOptions options;
+  options.sampling.points = 2000;
+  options.sensors = {{100, 0, 0}};
+  for (const Vector3d& x : scanOf(shape("tubes:closed=1"), options).cloud.positions)
+    ASSERT_GT(x.x(), 1.24);
+
+  // Inside of a tunnel, analytic: every line of sight found must be free of the solid.
+  options.sensors = {{6, 3, 5}, {-4, 6, 1}};
+  const AnalyticSurface cheese = shape("cheese");
+  const Scan result = scanOf(cheese, options);
+  for (std::size_t i = 0; i < result.cloud.size(); ++i) {
+    const Vector3d &x = result.cloud.positions[i],
+                   &sensor = result.sensors[static_cast<std::size_t>(result.cloud.views[i])];
+    for (int step = 1; step < 200; ++step)
+      ASSERT_GT(cheese.distance()(x + step / 200.0 * (sensor - x)), 0);
+  }
+}
+
+TEST(ScanViews, TwoSidedTurnsNormals)
+{
+  ScanOptions options;
+  options.sampling.points = 1000;
+  options.sensors = {{0, 0, -10}};
+  Soup soup;
+  soup.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+  EXPECT_THROW(scanOf(surfaceOf(soup), options), InvalidInput) << "seen from behind";
+  options.sampling.isTwoSided = true;
+  for (const Vector3d& n : scanOf(surfaceOf(soup), options).cloud.normals)
+    ASSERT_EQ(n.z(), -1);
+}
+
+TEST(ScanNoise, SigmaIsWhatWasAsked)
+{
+  const AnalyticSurface sphere = shape("sphere:radius=10");
+  for (const NoiseDirection direction : {NoiseDirection::normal, NoiseDirection::isotropic}) {
+    ScanOptions options = unseen(20000);
+    const Scan clean = scanOf(sphere, options);
+    options.noiseDirection = direction;
+    for (const Length sigma : {Length{.05, Length::Unit::cloud}, Length{.2, Length::Unit::diagonalPercent},
+                               Length{.5, Length::Unit::spacings}}) {
+      options.noise = sigma;
+      const Scan result = scanOf(sphere, options);
+      ASSERT_TRUE(sameBytes(result.clean, clean.cloud)) << "noise must not move the true points";
+      const double expected = sigma.unit == Length::Unit::cloud             ? .05
+                              : sigma.unit == Length::Unit::diagonalPercent ? .002 * 20 * std::sqrt(3)
+                                                                            : .5 * clean.spacing;
+      std::vector<double> along, across;
+      for (std::size_t i = 0; i < 20000; ++i) {
+        const Vector3d moved = result.cloud.positions[i] - result.clean.positions[i], n = result.clean.normals[i];
+        along.push_back(moved.dot(n));
+        across.push_back((moved - moved.dot(n) * n).norm());
+      }
+      // Standard error of a standard deviation: σ/√(2n) = σ/200; three of them.
+      EXPECT_NEAR(rms(along) / expected, 1, .015);
+      if (direction == NoiseDirection::normal)
+        EXPECT_LT(rms(across), 1e-12);
+      else
+        EXPECT_NEAR(rms(across) / expected / std::sqrt(2), 1, .015);
+    }
+  }
+}
+
+TEST(ScanNoise, ViewsMoveAsRigidBodies)
+{
+  ScanOptions options;
+  options.sampling.points = 3000;
+  options.views.count = 200;
+  options.misalignmentShift = {.1, Length::Unit::cloud};
+  const AnalyticSurface sphere = shape("sphere");
+  Scan result = scanOf(sphere, options);
+  std::vector<double> shifts;
+  std::vector<Vector3d> ofView(200, Vector3d::Constant(NAN));
+  for (std::size_t i = 0; i < result.cloud.size(); ++i) {
+    const Vector3d moved = result.cloud.positions[i] - result.clean.positions[i];
+    Vector3d& first = ofView[static_cast<std::size_t>(result.cloud.views[i])];
+    if (std::isnan(first.x()))
+      first = moved;
+    ASSERT_LT((moved - first).norm(), 1e-12);
+  }
+  for (const Vector3d& shift : ofView)
+    if (!std::isnan(shift.x()))
+      for (int axis = 0; axis < 3; ++axis)
+        shifts.push_back(shift[axis]);
+  ASSERT_GT(shifts.size(), 500u);
+  EXPECT_NEAR(rms(shifts), .1, 4 * .1 / std::sqrt(2.0 * 500));
+
+  options.misalignmentShift = {};
+  options.misalignmentAngle = 2;
+  result = scanOf(sphere, options);
+  for (std::size_t i = 0; i < result.cloud.size(); ++i) {
+    // About the middle: a sphere stays where it is, and its normals stay its normals.
+    ASSERT_NEAR(result.cloud.positions[i].norm(), 1, 1e-12);
+    ASSERT_LT((result.cloud.positions[i] - result.cloud.normals[i]).norm(), 1e-12);
+  }
+  EXPECT_GT((result.cloud.positions[0] - result.clean.positions[0]).norm(), 1e-4);
+}
+
+TEST(ScanOutliers, SharesAreExact)
+{
+  ScanOptions options;
+  options.sampling.points = 9000;
+  options.uniformOutliers = 4;
+  options.clusteredOutliers = 6;
+  const AnalyticSurface sphere = shape("sphere");
+  const Scan result = scanOf(sphere, options);
+  EXPECT_EQ(result.outliers, 1000);
+  EXPECT_EQ(result.cloud.size(), 10000u);
+  EXPECT_EQ(result.clean.size(), 9000u);
+  std::vector<Vector3d> off;
+  for (std::size_t i = 0; i < result.cloud.size(); ++i) {
+    const Vector3d& x = result.cloud.positions[i];
+    const Vector3d sight = result.sensors[static_cast<std::size_t>(result.cloud.views[i])] - x;
+    ASSERT_GE(result.cloud.normals[i].dot(sight), 0);
+    if (std::abs(x.norm() - 1) > 1e-9)
+      off.push_back(x);
+  }
+  ASSERT_EQ(off.size(), 1000u);
+  // Members of a cluster have 10 others within 3 cluster radii (1 % of 3.46); 400 points in a box of 13 have not.
+  int crowded = 0;
+  for (const Vector3d& x : off) {
+    const auto near =
+        std::count_if(off.begin(), off.end(), [&](const Vector3d& y) { return (x - y).norm() < 3 * .0346; });
+    crowded += near > 10 ? 1 : 0;
+  }
+  EXPECT_NEAR(crowded, 600, 25);
+}
+
+TEST(ScanHoles, EmptyInsideAndHeldOutPointsInThem)
+{
+  const AnalyticSurface torus = shape("torus");
+  ScanOptions options;
+  options.sampling.points = 8000;
+  const Scan whole = scanOf(torus, options);
+  options.holes = 4;
+  options.smallestHole = {4, Length::Unit::diagonalPercent};
+  options.largestHole = {8, Length::Unit::diagonalPercent};
+  options.holeCentres = {{1.4, 0, 0}};
+  options.uniformOutliers = 5;
+  const Scan result = scanOf(torus, options);
+  ASSERT_EQ(result.holes.size(), 5u);
+  EXPECT_EQ(result.heldOut.size() + result.clean.size(), 8000u);
+  const auto holeOf = [&](const Vector3d& x) {
+    return std::find_if(result.holes.begin(), result.holes.end(),
+                        [&](const Hole& hole) { return (x - hole.centre).norm() < hole.radius; }) != result.holes.end();
+  };
+  for (const Vector3d& x : result.cloud.positions)
+    ASSERT_FALSE(holeOf(x));
+  std::int64_t taken = 0;
+  for (const Vector3d& x : result.heldOut.positions) {
+    ASSERT_TRUE(holeOf(x));
+    ASSERT_LT(std::abs(torus.distance()(x)), 1e-9);
+  }
+  EXPECT_EQ(result.holes[0].centre, Vector3d(1.4, 0, 0));
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Hole& hole = result.holes[i];
+    taken += hole.points;
+    EXPECT_GT(hole.points, 0);
+    EXPECT_GE(hole.radius, .04 * result.diagonal * (1 - 1e-12));
+    EXPECT_LE(hole.radius, .08 * result.diagonal * (1 + 1e-12));
+    for (std::size_t j = 0; j < i; ++j)
+      EXPECT_GE((hole.centre - result.holes[j].centre).norm(), hole.radius + result.holes[j].radius);
+  }
+  EXPECT_EQ(taken, static_cast<std::int64_t>(result.heldOut.size())) << "holes do not overlap";
+
+  options.holes = 500;
+  EXPECT_THROW(scanOf(torus, options), InvalidOption);
+  options.holes = 0;
+  options.smallestHole = options.largestHole = {10, Length::Unit::cloud};
+  EXPECT_THROW(scanOf(torus, options), InvalidInput) << "nothing left";
+}
+
+TEST(ScanDeterminism, SeedDecidesAllAndThreadsNothing)
+{
+  ScanOptions options;
+  options.sampling.points = 5000;
+  options.noise = {.5, Length::Unit::spacings};
+  options.noiseDirection = NoiseDirection::isotropic;
+  options.misalignmentAngle = .5;
+  options.uniformOutliers = 1;
+  options.clusteredOutliers = 2;
+  options.holes = 2;
+  options.displacement = {.2, Length::Unit::diagonalPercent};
+  const MeshSurface surface = surfaceOf(sphereSoup(1, 30));
+  const Scan first = scanOf(surface, options, 1), threads = scanOf(surface, options, 3);
+  EXPECT_TRUE(sameBytes(first.cloud, threads.cloud));
+  EXPECT_TRUE(sameBytes(first.clean, threads.clean));
+  EXPECT_TRUE(sameBytes(first.heldOut, threads.heldOut));
+  EXPECT_TRUE(sameBytes(first.sensors, threads.sensors));
+  EXPECT_EQ(first.spacing, threads.spacing);
+  options.seed = 2;
+  const Scan other = scanOf(surface, options, 1);
+  EXPECT_FALSE(sameBytes(first.cloud, other.cloud));
+  EXPECT_NE(first.holes[0].centre, other.holes[0].centre);
+}
+
+TEST(ScanDeterminism, SameBitsOnEveryPlatform)
+{
+  // The one snapshot here: the promise is exactly that these bits do not depend on compiler, library or processor. It
+  // has to be renewed when the simulator draws differently on purpose.
+  ScanOptions options;
+  options.sampling.points = 2000;
+  options.noise = {.5, Length::Unit::spacings};
+  options.misalignmentAngle = .5;
+  options.uniformOutliers = 1;
+  options.clusteredOutliers = 2;
+  options.holes = 2;
+  options.rotation = {10, 20, 30};
+  options.displacement = {.2, Length::Unit::diagonalPercent};
+  std::uint64_t hash = 0;
+  const auto add = [&](const std::vector<Vector3d>& values) {
+    for (const Vector3d& x : values)
+      for (int axis = 0; axis < 3; ++axis) {
+        std::uint64_t bits;
+        const double value = x[axis];
+        std::memcpy(&bits, &value, sizeof bits);
+        hash = mix(hash ^ bits);
+      }
+  };
+  const MeshSurface mesh = surfaceOf(sphereSoup(1, 30));
+  const AnalyticSurface primitives = shape("primitives");
+  for (const Surface* surface : {static_cast<const Surface*>(&mesh), static_cast<const Surface*>(&primitives)}) {
+    const Scan result = scanOf(*surface, options);
+    for (const Points* points : {&result.cloud, &result.heldOut}) {
+      add(points->positions);
+      add(points->normals);
+    }
+    add(result.sensors);
+  }
+  EXPECT_EQ(hash, 14709127839521845576u);
+}
+
+TEST(ScanRotation, RotatesTheSample)
+{
+  ScanOptions options = unseen(1000);
+  const AnalyticSurface cap = shape("cut-sphere");
+  const Scan still = scanOf(cap, options);
+  options.rotation = {0, 30, 0};
+  const Scan turned = scanOf(cap, options);
+  const Eigen::Matrix3d rotation = Eigen::AngleAxisd(M_PI / 6, Vector3d::UnitY()).toRotationMatrix();
+  for (std::size_t i = 0; i < 1000; ++i) {
+    ASSERT_LT((turned.cloud.positions[i] - rotation * still.cloud.positions[i]).norm(), 1e-12 * 40);
+    ASSERT_LT((turned.cloud.normals[i] - rotation * still.cloud.normals[i]).norm(), 1e-12);
+  }
+  EXPECT_EQ(turned.diagonal, still.diagonal);
+
+  // Sensors stay in the cloud's frame: from the front, a box turned by 180 degrees shows its other side.
+  options.views.count = 1;
+  options.views.placement = Placement::front;
+  options.rotation = {0, 180, 0};
+  const AnalyticSurface box = shape("box");
+  const Scan back = scanOf(box, options);
+  for (std::size_t i = 0; i < back.cloud.size(); ++i) {
+    ASSERT_GT(back.cloud.normals[i].dot(back.sensors[0] - back.cloud.positions[i]), 0);
+    ASSERT_GT(back.cloud.positions[i].z(), 0);
+  }
+}
+
+TEST(ScanDisplacement, MeshIsDisplacedByWhatWasAskedAndDoesNotTear)
+{
+  ScanOptions options = unseen(20000);
+  options.displacement = {.02, Length::Unit::cloud};
+  options.wavelength = {.3, Length::Unit::cloud};
+  const Soup soup = sphereSoup(1, 60);
+  const Scan result = scanOf(surfaceOf(soup), options);
+  std::vector<double> heights;
+  int steep = 0;
+  for (std::size_t i = 0; i < result.cloud.size(); ++i) {
+    heights.push_back(result.cloud.positions[i].norm() - 1);
+    steep += result.cloud.normals[i].dot(result.cloud.positions[i].normalized()) < .5 ? 1 : 0;
+  }
+  // A few hundred independent bumps: 5 % each of sampling error and of the field's own.
+  EXPECT_NEAR(rms(heights), .02, .004);
+  EXPECT_LT(steep, 200) << "slopes are about 2π·.02/.3 = .42";
+}
+
+TEST(ScanErrors, OptionsAreChecked)
+{
+  const AnalyticSurface sphere = shape("sphere");
+  const auto refuses = [&](const std::function<void(ScanOptions&)>& change) {
+    ScanOptions options;
+    options.sampling.points = 100;
+    change(options);
+    EXPECT_THROW(scanOf(sphere, options), InvalidOption);
+  };
+  refuses([](ScanOptions& o) { o.sampling.points = 0; });
+  refuses([](ScanOptions& o) { o.sampling.points = std::int64_t{1} << 31; });
+  refuses([](ScanOptions& o) { o.sampling.grazingLimit = 0; });
+  refuses([](ScanOptions& o) { o.sampling.grazingLimit = 91; });
+  refuses([](ScanOptions& o) { o.views.count = -1; });
+  refuses([](ScanOptions& o) { o.views.distance = 0; });
+  refuses([](ScanOptions& o) { o.views.axis = Vector3d::Zero(); });
+  refuses([](ScanOptions& o) { o.views.forward = o.views.axis; });
+  refuses([](ScanOptions& o) { o.uniformOutliers = 100; });
+  refuses([](ScanOptions& o) { o.uniformOutliers = o.clusteredOutliers = 60; });
+  refuses([](ScanOptions& o) { o.clusterSize = 0; });
+  refuses([](ScanOptions& o) { o.misalignmentAngle = -1; });
+  refuses([](ScanOptions& o) { o.smallestHole = {2, Length::Unit::cloud}; });
+  refuses([](ScanOptions& o) { o.displacement = {1, Length::Unit::spacings}; });
+  refuses([](ScanOptions& o) { o.wavelength = {}; });
+  refuses([](ScanOptions& o) { o.rotation.x() = NAN; });
+  ScanOptions inside;
+  inside.sensors = {Vector3d::Zero()};
+  EXPECT_THROW(scanOf(sphere, inside), InvalidInput);
+}
+
+TEST(ScanErrors, Lengths)
+{
+  Length length;
+  EXPECT_TRUE(parseLength("0.25%", length));
+  EXPECT_EQ(length.unit, Length::Unit::diagonalPercent);
+  EXPECT_EQ(length.value, .25);
+  EXPECT_TRUE(parseLength("2s", length));
+  EXPECT_EQ(length.unit, Length::Unit::spacings);
+  EXPECT_TRUE(parseLength("1e-3", length));
+  EXPECT_EQ(length.value, 1e-3);
+  for (const char* text : {"", "%", "-1", "1 %", "nan", "inf", "1m", "1%%"})
+    EXPECT_FALSE(parseLength(text, length)) << text;
+}
