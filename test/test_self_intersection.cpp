@@ -75,7 +75,8 @@ TriangleMesh patch(int side)
   return mesh;
 }
 
-void append(TriangleMesh& mesh, const TriangleMesh& other, const Vector3f& shift)
+/// By value: a mesh may be appended to itself.
+void append(TriangleMesh& mesh, TriangleMesh other, const Vector3f& shift)
 {
   const auto first = static_cast<std::int32_t>(mesh.vertices.size());
   for (const Vector3f& p : other.vertices)
