@@ -1,0 +1,326 @@
+#include "command_line.h"
+
+#include "support/errors.h"
+#include "support/point_table.h"
+#include "support/sensors.h"
+#include "support/surface_mesh.h"
+#include "support/text_file.h"
+#include "option_parser.h"
+
+#include <array>
+#include <charconv>
+
+namespace mrf_apps {
+namespace {
+
+using pcl::mrf::Options;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double mebibyte = 1024. * 1024.;
+const Range length{0, infinity};
+const Range positive{0, infinity, true};
+
+Range wholeNumbers(int lower, int upper)
+{
+  return {static_cast<double>(lower), static_cast<double>(upper)};
+}
+
+// Each registers one group of the help, in the order of the stages.
+
+void addInputOptions(OptionParser& parser, Command& command)
+{
+  parser.group("Normals and sensors");
+  parser.choice(
+      "--normals", [](Options & o) -> auto& { return o.normals.source; },
+      "normals of the input: use them if there are any, use, take as reference for the orientation, or "
+      "estimate anew");
+  parser.number(
+      "--normal-radius", "LENGTH", length, [](Options & o) -> auto& { return o.normals.radius; },
+      "neighbourhood of the plane fit", "2.5 s");
+  CLI::Option* sensor = parser
+                            .add("--sensor", "X,Y,Z", "position of a sensor, which normals are turned to; repeatable",
+                                 [&command](const std::string& text) {
+                                   Eigen::Vector3d position;
+                                   if (!parseSensor(text, position))
+                                     throw CLI::ValidationError("--sensor", "'" + text + "' is not X,Y,Z");
+                                   command.sensors.push_back(position);
+                                 })
+                            ->trigger_on_parse()
+                            ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  CLI::Option* sensors = parser.text("--sensors", "FILE", command.sensorsFile, "sensor positions, x y z per line");
+  sensors->excludes(sensor);
+  parser
+      .text("--views", "FILE", command.viewsFile,
+            "the sensor, from 0, that saw each point: one number per line; "
+            "without it the nearest")
+      ->needs(sensors);
+  parser.add("--confidence-field", "NAME", "field of the input with the confidence of each point, 0 to 1; default none",
+             [&command](const std::string& name) { command.options.confidenceField = name; });
+}
+
+void addPreprocessingOptions(OptionParser& parser)
+{
+  parser.group("Outliers");
+  parser.onOff(
+      "--spacing-filter", [](Options & o) -> auto& { return o.outliers.spacing; },
+      "drop points whose mean distance to their neighbours is a multiple of its median");
+  parser.number(
+      "--spacing-neighbours", "N", wholeNumbers(1, 1000),
+      [](Options & o) -> auto& { return o.outliers.spacingNeighbours; }, "its number of neighbours");
+  parser.number(
+      "--spacing-factor", "FACTOR", {1, infinity, true}, [](Options & o) -> auto& { return o.outliers.spacingFactor; },
+      "its multiple of the median");
+  parser.onOff(
+      "--statistical-filter", [](Options & o) -> auto& { return o.outliers.statistical; },
+      "PCL's statistical outlier removal");
+  parser.number(
+      "--statistical-neighbours", "N", wholeNumbers(1, 1000),
+      [](Options & o) -> auto& { return o.outliers.statisticalNeighbours; }, "its number of neighbours");
+  parser.number(
+      "--statistical-deviations", "N", positive, [](Options & o) -> auto& { return o.outliers.statisticalDeviations; },
+      "its limit in standard deviations");
+  parser.onOff(
+      "--noise-criteria", [](Options & o) -> auto& { return o.normals.noiseCriteria; },
+      "drop points off the plane fitted for their normal, as the paper does");
+  parser.number(
+      "--noise-eigenvalue", "SHARE", {0, 1. / 3, true},
+      [](Options & o) -> auto& { return o.normals.maxThirdEigenvalue; },
+      "its limit to the share of the smallest eigenvalue");
+  parser.number(
+      "--noise-distance", "LENGTH", length, [](Options & o) -> auto& { return o.normals.maxPlaneDistance; },
+      "its limit to the distance from the plane", "s");
+
+  parser.group("Orientation");
+  parser.number(
+      "--orientation-distance", "LENGTH", length, [](Options & o) -> auto& { return o.orientation.neighbourDistance; },
+      "points closer than this are neighbours", "s + 6 standard deviations, at least 2.5 s");
+  parser.number(
+      "--orientation-angle", "DEGREES", {0, 90, true}, [](Options & o) -> auto& { return o.orientation.maxAngle; },
+      "and their normals within this angle");
+  parser.onOff(
+      "--join-creases", [](Options & o) -> auto& { return o.orientation.joinAcrossCreases; },
+      "join components over neighbours that fail the angle");
+  parser.number(
+      "--min-component", "SHARE", {0, 1, false, true},
+      [](Options & o) -> auto& { return o.orientation.minComponentShare; },
+      "drop components with a smaller share of the points");
+  parser.number(
+      "--low-agreement", "SHARE", {0, 1}, [](Options & o) -> auto& { return o.orientation.lowAgreement; },
+      "warn if fewer normals agree with the vote on their orientation");
+}
+
+void addModelOptions(OptionParser& parser)
+{
+  parser.group("Observation");
+  parser.choice(
+      "--observation", [](Options & o) -> auto& { return o.observation.estimate; },
+      "how the distances to the tangent planes of the nearest points become one");
+  parser.number(
+      "--neighbours", "N", wholeNumbers(1, 100), [](Options & o) -> auto& { return o.observation.neighbours; },
+      "points observed per voxel");
+  parser.number(
+      "--max-distance", "LENGTH", length, [](Options & o) -> auto& { return o.observation.maxDistance; },
+      "distance from the points at which the confidence reaches 0", "3 s");
+  parser.onOff(
+      "--scale-distance", [](Options & o) -> auto& { return o.observation.scaleWithLevel; },
+      "coarse levels observe up to 1.5 voxels if that is farther");
+  parser.choice(
+      "--confidence-shape", [](Options & o) -> auto& { return o.observation.confidenceShape; },
+      "how the confidence falls with the distance");
+
+  parser.group("Prior");
+  parser.choice(
+      "--prior", [](Options & o) -> auto& { return o.prior.prior; },
+      "what a surface without data looks like; the first is the flattest and fastest");
+  parser.number(
+      "--beta", "WEIGHT", {0, 1, false, true}, [](Options & o) -> auto& { return o.prior.beta; },
+      "weight of the data; lower it for noisy data");
+  parser.choice(
+      "--energy", [](Options & o) -> auto& { return o.prior.energy; },
+      "joint: Eq. 9 of the paper; weighted: Eq. 10-11");
+
+  parser.group("Grid");
+  parser.number(
+      "--voxel-size", "LENGTH", length, [](Options & o) -> auto& { return o.multiscale.voxelSize; },
+      "voxel side of the finest level", "2 s");
+  parser.number(
+      "--padding", "VOXELS", wholeNumbers(2, 1000), [](Options & o) -> auto& { return o.multiscale.padding; },
+      "voxels around the points on each level");
+  parser.number(
+      "--coarse-padding", "SHARE", {0, 4}, [](Options & o) -> auto& { return o.multiscale.coarsePadding; },
+      "on coarse levels not more than this share of the longest side");
+  parser.number(
+      "--coarsest-side", "VOXELS", wholeNumbers(4, 256), [](Options & o) -> auto& { return o.multiscale.coarsestSide; },
+      "levels are added until the longest side is at most this");
+  parser.number(
+      "--max-memory", "MIB", length, [](Options & o) -> auto& { return o.multiscale.maxMemory; },
+      "memory the levels may take", "80 % of what is free", mebibyte);
+
+  parser.group("Solver");
+  parser.choice(
+      "--solver", [](Options & o) -> auto& { return o.solver.method; }, "how the linear system is solved");
+  parser.number(
+      "--max-iterations", "N", wholeNumbers(0, 1000000000), [](Options & o) -> auto& { return o.solver.maxIterations; },
+      "iterations or sweeps per level", "100 (multigrid), 1000 (icm), 10000 (cg)");
+  parser.number(
+      "--residual-tolerance", "RATIO", {0, 1, true, true},
+      [](Options & o) -> auto& { return o.solver.residualTolerance; },
+      "multigrid and cg stop at this relative residual");
+  parser.number(
+      "--change-tolerance", "VOXELS", length, [](Options & o) -> auto& { return o.solver.changeTolerance; },
+      "icm stops when a sweep changes less (RMS); 0 = by sweeps only");
+  parser.number(
+      "--smoother-degree", "N", wholeNumbers(0, 50), [](Options & o) -> auto& { return o.solver.smootherDegree; },
+      "of multigrid's Chebyshev smoother", "2, 5, 8 by the order of the prior");
+  parser.onOff(
+      "--cholesky-coarsest", [](Options & o) -> auto& { return o.solver.choleskyOnCoarsest; },
+      "factorise the coarsest level whatever the solver");
+  parser.number(
+      "--max-factor-memory", "MIB", positive, [](Options & o) -> auto& { return o.solver.maxFactorBytes; },
+      "memory a Cholesky factor may take", {}, mebibyte);
+  parser.number(
+      "--seed", "N", {0, 9e15}, [](Options & o) -> auto& { return o.solver.seed; }, "of icm's visiting order");
+}
+
+void addMeshOptions(OptionParser& parser)
+{
+  parser.group("Mesh");
+  parser.choice(
+      "--polygonizer", [](Options & o) -> auto& { return o.polygonizer.decomposition; },
+      "how the zero level is cut out of the voxels");
+  CLI::Option* remesh = parser.number(
+      "--remesh", "N", wholeNumbers(0, 1000), [](Options & o) -> auto& { return o.remesher.rounds; },
+      "rounds of remeshing");
+  parser.flag("--no-remesh", "the same as --remesh 0", [](Options& o) { o.remesher.rounds = 0; })->excludes(remesh);
+  parser.number(
+      "--target-edge", "LENGTH", length, [](Options & o) -> auto& { return o.remesher.targetEdge; },
+      "edge that the remesher aims at", "median edge before");
+  parser.number(
+      "--relaxation", "SHARE", {0, 1, true}, [](Options & o) -> auto& { return o.remesher.relaxation; },
+      "of the remesher's tangential step that is taken");
+  parser.choice(
+      "--trim", [](Options & o) -> auto& { return o.trimming.trimming; },
+      "invented surface: keep all, keep only fillings of holes, or keep none");
+  parser.number(
+      "--max-hole", "LENGTH", length, [](Options & o) -> auto& { return o.trimming.maxHole; },
+      "largest diameter of a hole that is filled", "half the bounding box's diagonal");
+  parser.number(
+      "--trim-component", "SHARE", {0, 1, false, true},
+      [](Options & o) -> auto& { return o.trimming.minComponentShare; },
+      "drop components of the mesh with less of the supported area; not with --trim none");
+  parser.choice(
+      "--colour", [](Options & o) -> auto& { return o.colours; },
+      "colours of the mesh: blue where interpolated and skin where observed, the input's, or none");
+}
+
+void addOutputOptions(OptionParser& parser, Command& command)
+{
+  parser.group("More output");
+  parser.text("--report", "FILE.json", command.report, "all parameters, counts, times and statistics");
+  parser.text("--field", "FILE.vti", command.field, "the distance field and its confidence");
+  parser.text("--picture", "FILE.png", command.picture, "a rendering of the mesh; needs an X display (xvfb-run)");
+  parser.group("Run");
+  parser.number(
+      "--threads", "N", wholeNumbers(0, 1024), [](Options & o) -> auto& { return o.threads; },
+      "the result does not depend on it", "one per hardware thread");
+}
+
+void requireExtension(const std::string& option, const std::string& path, const std::string& wanted)
+{
+  if (!path.empty() && extension(path) != wanted)
+    throw UsageError(option + ": '" + path + "' does not end in ." + wanted);
+}
+
+void check(const Command& command, bool maxHoleGiven)
+{
+  const std::string input = extension(command.input);
+  if (input != "pcd" && input != "ply" && input != "obj" && input != "xyz" && input != "txt")
+    throw UsageError("INPUT '" + command.input + "' does not end in " + pointFileExtensions);
+  if (!isMeshFormat(extension(command.output)))
+    throw UsageError("OUTPUT '" + command.output + "' does not end in " + meshFileExtensions);
+  requireExtension("--report", command.report, "json");
+  requireExtension("--field", command.field, "vti");
+  requireExtension("--picture", command.picture, "png");
+  if (maxHoleGiven && command.options.trimming.trimming != pcl::mrf::Trimming::holes)
+    throw UsageError("--max-hole has a meaning with --trim holes only");
+}
+
+std::string version()
+{
+  return "pcl_mrf_reconstruction " MRF_VERSION "\n";
+}
+
+} // namespace
+
+std::string decimal(double value)
+{
+  std::array<char, 32> digits;
+  // The defaults are floats; as doubles they would show the digits that float lacks.
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), static_cast<float>(value));
+  return {digits.data(), end.ptr};
+}
+
+std::string Range::text() const
+{
+  if (std::isinf(upper))
+    return (lowerOpen ? "> " : ">= ") + decimal(lower);
+  return (lowerOpen ? "(" : "[") + decimal(lower) + ", " + decimal(upper) + (upperOpen ? ")" : "]");
+}
+
+Command parseCommandLine(int argc, const char* const* argv)
+{
+  Command command;
+  CLI::App app("Reconstructs a surface from points by a Markov random field of signed distances (Paulsen et al. 2010).",
+               "pcl_mrf_reconstruction");
+  app.get_formatter()->column_width(34);
+  app.footer("s is the sampling distance of the points (their mean distance to the nearest other one). Lengths are in "
+             "the unit of INPUT.\nExit status: 0 done, 1 a file cannot be read or written or holds nothing to "
+             "reconstruct, 2 wrong usage, 3 the method failed.");
+  app.add_option("INPUT", command.input,
+                 std::string("points, or a mesh whose vertices are the points: ") + pointFileExtensions)
+      ->required();
+  app.add_option("OUTPUT", command.output, std::string("mesh: ") + meshFileExtensions)->required();
+
+  OptionParser parser(app);
+  std::string preset = "default";
+  parser.group("Preset");
+  parser.add("--preset", "default|paper", "settings that the other options change; default: as shown here",
+             [&preset](const std::string& text) {
+               if (text != "default" && text != "paper")
+                 throw CLI::ValidationError("--preset", "'" + text + "' is none of default, paper");
+               preset = text;
+             });
+  addInputOptions(parser, command);
+  addPreprocessingOptions(parser);
+  addModelOptions(parser);
+  addMeshOptions(parser);
+  addOutputOptions(parser, command);
+  const CLI::Option* verbose = app.add_flag("-v,--verbose", "print all there is to know")->group("Run");
+  const CLI::Option* quiet =
+      app.add_flag("-q,--quiet", "print errors only")->group("Run")->excludes(app.get_option("--verbose"));
+  app.set_help_flag("-h,--help", "print this help")->group("Run");
+  app.set_version_flag("--version", version())->group("Run");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    command.information = app.help();
+    return command;
+  } catch (const CLI::CallForVersion&) {
+    command.information = version();
+    return command;
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(error.what());
+  }
+  const std::string confidenceField = command.options.confidenceField;
+  command.options = preset == "paper" ? pcl::mrf::paperPreset() : pcl::mrf::defaultPreset();
+  parser.apply(command.options);
+  command.options.confidenceField = confidenceField;
+  command.verbosity = quiet->count() > 0     ? Verbosity::quiet
+                      : verbose->count() > 0 ? Verbosity::verbose
+                                             : Verbosity::normal;
+  check(command, app.get_option("--max-hole")->count() > 0);
+  return command;
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,26 @@
+/// \file
+/// \brief Failures of the tools, each kind with its own exit status.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace mrf_apps {
+
+/// Exit statuses of all tools.
+enum ExitStatus { exitDone = 0, exitFile = 1, exitUsage = 2, exitMethod = 3 };
+
+/// Something about a file or the display; the message names the file and the cause in one line.
+class FileError : public std::runtime_error {
+public:
+  explicit FileError(const std::string& message) : std::runtime_error(message) {}
+  FileError(const std::string& path, const std::string& cause) : std::runtime_error("'" + path + "': " + cause) {}
+};
+
+/// The command line asks for something that does not exist or does not go together.
+class UsageError : public std::runtime_error {
+public:
+  explicit UsageError(const std::string& message) : std::runtime_error(message) {}
+};
+
+} // namespace mrf_apps

@@ -1,0 +1,41 @@
+#include "field_file.h"
+
+#include "vtk_output.h"
+
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
+#include <vtkPointData.h>
+#include <vtkSmartPointer.h>
+#include <vtkXMLImageDataWriter.h>
+
+namespace mrf_apps {
+
+void writeField(const pcl::mrf::DistanceField& field, const Eigen::Vector3d& offset, const std::string& path)
+{
+  const pcl::mrf::Lattice& lattice = field.lattice();
+  const pcl::mrf::GridSize& size = lattice.size;
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->SetDimensions(size.x, size.y, size.z);
+  image->SetOrigin((lattice.origin + offset).eval().data());
+  image->SetSpacing(lattice.spacing, lattice.spacing, lattice.spacing);
+
+  auto distances = vtkSmartPointer<vtkFloatArray>::New();
+  auto confidences = vtkSmartPointer<vtkFloatArray>::New();
+  distances->SetName("distance");
+  confidences->SetName("confidence");
+  distances->SetNumberOfTuples(size.count());
+  confidences->SetNumberOfTuples(size.count());
+  vtkIdType voxel = 0;
+  for (int k = 0; k < size.z; ++k)
+    for (int j = 0; j < size.y; ++j)
+      for (int i = 0; i < size.x; ++i, ++voxel) {
+        distances->SetValue(voxel, field.distance(i, j, k));
+        confidences->SetValue(voxel, field.confidence(i, j, k));
+      }
+  image->GetPointData()->SetScalars(distances);
+  image->GetPointData()->AddArray(confidences);
+  auto writer = vtkSmartPointer<vtkXMLImageDataWriter>::New();
+  writeThroughVtk(*writer, image, path);
+}
+
+} // namespace mrf_apps

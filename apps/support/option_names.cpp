@@ -1,0 +1,95 @@
+#include "option_names.h"
+
+namespace mrf_apps {
+
+using namespace pcl::mrf;
+
+template <>
+const Names<Prior>& names()
+{
+  static const Names<Prior> all = {
+      {"membrane", Prior::membrane}, {"thin-plate", Prior::thinPlate}, {"triharmonic", Prior::triharmonic}};
+  return all;
+}
+
+template <>
+const Names<Energy>& names()
+{
+  static const Names<Energy> all = {{"joint", Energy::joint}, {"weighted", Energy::weighted}};
+  return all;
+}
+
+template <>
+const Names<Estimate>& names()
+{
+  static const Names<Estimate> all = {{"median", Estimate::median},
+                                      {"mean", Estimate::mean},
+                                      {"nearest", Estimate::nearest},
+                                      {"plane", Estimate::plane},
+                                      {"trapezoid", Estimate::trapezoid}};
+  return all;
+}
+
+template <>
+const Names<ConfidenceShape>& names()
+{
+  static const Names<ConfidenceShape> all = {{"linear", ConfidenceShape::linear},
+                                             {"quadratic", ConfidenceShape::quadratic}};
+  return all;
+}
+
+template <>
+const Names<SolverMethod>& names()
+{
+  static const Names<SolverMethod> all = {{"multigrid", SolverMethod::multigrid},
+                                          {"icm", SolverMethod::icm},
+                                          {"cg", SolverMethod::cg},
+                                          {"cholesky", SolverMethod::cholesky}};
+  return all;
+}
+
+template <>
+const Names<NormalSource>& names()
+{
+  static const Names<NormalSource> all = {{"auto", NormalSource::automatic},
+                                          {"use", NormalSource::use},
+                                          {"reference", NormalSource::reference},
+                                          {"estimate", NormalSource::estimate}};
+  return all;
+}
+
+template <>
+const Names<OrientationVote>& names()
+{
+  static const Names<OrientationVote> all = {{"none", OrientationVote::none},
+                                             {"reference", OrientationVote::reference},
+                                             {"sensor", OrientationVote::sensor},
+                                             {"outward", OrientationVote::outward}};
+  return all;
+}
+
+template <>
+const Names<CellDecomposition>& names()
+{
+  static const Names<CellDecomposition> all = {{"cubes", CellDecomposition::cubes},
+                                               {"tetrahedra", CellDecomposition::tetrahedra}};
+  return all;
+}
+
+template <>
+const Names<Trimming>& names()
+{
+  static const Names<Trimming> all = {
+      {"none", Trimming::none}, {"holes", Trimming::holes}, {"supported", Trimming::supported}};
+  return all;
+}
+
+template <>
+const Names<ColourMode>& names()
+{
+  static const Names<ColourMode> all = {
+      {"confidence", ColourMode::confidence}, {"input", ColourMode::input}, {"none", ColourMode::none}};
+  return all;
+}
+
+} // namespace mrf_apps

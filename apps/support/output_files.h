@@ -1,0 +1,43 @@
+/// \file
+/// \brief Output files that appear all together and whole, or not at all.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace mrf_apps {
+
+/// A set of files to be written. Each is written to a temporary file beside its target; `publish` renames them all.
+/// Whatever was not published is removed with the object.
+class OutputFiles {
+public:
+  OutputFiles() = default;
+  ~OutputFiles();
+  OutputFiles(const OutputFiles&) = delete;
+  OutputFiles& operator=(const OutputFiles&) = delete;
+
+  /// Declares a file, before any work: creates its temporary file to see that this can be done.
+  /// \throw FileError if the folder is missing or cannot be written to, or the target is not a regular file
+  /// \throw UsageError if two outputs are the same file
+  void add(const std::string& path);
+
+  /// Has a declared file written: `writer` is given the path to write to.
+  /// \return bytes written; \throw FileError naming the target if the writer fails or nothing is there afterwards
+  std::int64_t write(const std::string& path, const std::function<void(const std::string& temporary)>& writer);
+
+  /// Renames every file to its target. \throw FileError
+  void publish();
+
+private:
+  struct File {
+    std::string path, target, temporary;
+  };
+  std::vector<File> files_;
+};
+
+/// True if both paths lead to the same existing file.
+bool sameFile(const std::string& a, const std::string& b);
+
+} // namespace mrf_apps

@@ -1,0 +1,103 @@
+#include "picture.h"
+
+#include "poly_data.h"
+#include "vtk_output.h"
+
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkLight.h>
+#include <vtkLightKit.h>
+#include <vtkPNGWriter.h>
+#include <vtkPointData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
+#include <vtkRenderWindow.h>
+#include <vtkWindowToImageFilter.h>
+
+#include <X11/Xlib.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace mrf_apps {
+
+void requireDisplay()
+{
+  const char* remedy = "; run the command under xvfb-run, as in: xvfb-run -a pcl_mrf_reconstruction ...";
+  const char* name = std::getenv("DISPLAY");
+  if (name == nullptr || *name == '\0')
+    throw FileError(std::string("a picture needs an X display, and DISPLAY is not set") + remedy);
+  // VTK ends the process when the server does not answer.
+  Display* display = XOpenDisplay(nullptr);
+  if (display == nullptr)
+    throw FileError("a picture needs an X display, and '" + std::string(name) + "' does not answer" + remedy);
+  XCloseDisplay(display);
+}
+
+void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const std::string& path)
+{
+  // Far from the origin the graphics card's floats would show.
+  SurfaceMesh centred = mesh;
+  Eigen::Vector3d lower = mesh.vertices.front(), upper = lower;
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    lower = lower.cwiseMin(vertex);
+    upper = upper.cwiseMax(vertex);
+  }
+  for (Eigen::Vector3d& vertex : centred.vertices)
+    vertex -= (lower + upper) / 2;
+  centred.doublePrecision = false;
+
+  auto mapper = vtkSmartPointer<vtkPolyDataMapper>::New();
+  mapper->SetInputData(toPolyData(centred));
+  mapper->SetScalarVisibility(!mesh.colours.empty());
+  auto actor = vtkSmartPointer<vtkActor>::New();
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(.80, .78, .74);
+  actor->GetProperty()->SetInterpolationToPhong();
+  actor->GetProperty()->SetSpecular(.15);
+  actor->GetProperty()->SetSpecularPower(25);
+
+  auto renderer = vtkSmartPointer<vtkRenderer>::New();
+  renderer->SetBackground(1, 1, 1);
+  renderer->SetBackground2(.86, .89, .93);
+  renderer->GradientBackgroundOn();
+  renderer->AddActor(actor);
+  auto lights = vtkSmartPointer<vtkLightKit>::New();
+  lights->AddLightsToRenderer(renderer);
+
+  const Eigen::Vector3d extent = upper - lower;
+  Eigen::Vector3d from = options.from, up = options.up;
+  if (from.isZero(0)) {
+    // A relief whose y is its depth is seen from above.
+    if (extent.y() < .3 * std::min(extent.x(), extent.z())) {
+      from = {.25, 1, -.45};
+      up = Eigen::Vector3d::UnitZ();
+      if (extent.z() > extent.x())
+        from.z() = -from.z();
+    } else
+      from = {.35, .3, 1};
+  }
+  vtkCamera* camera = renderer->GetActiveCamera();
+  camera->SetFocalPoint(0, 0, 0);
+  camera->SetPosition(from.data());
+  camera->SetViewUp(up.data());
+  camera->SetViewAngle(25);
+  renderer->ResetCamera();
+  camera->Zoom(1.25);
+
+  auto window = vtkSmartPointer<vtkRenderWindow>::New();
+  window->SetOffScreenRendering(1);
+  window->SetMultiSamples(8);
+  window->SetSize(options.width, options.height);
+  window->AddRenderer(renderer);
+  window->Render();
+  auto image = vtkSmartPointer<vtkWindowToImageFilter>::New();
+  image->SetInput(window);
+  image->ReadFrontBufferOff();
+  image->Update();
+  auto writer = vtkSmartPointer<vtkPNGWriter>::New();
+  writeThroughVtk(*writer, image->GetOutput(), path);
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,16 @@
+/// \file
+/// \brief A mesh as VTK sees it.
+#pragma once
+
+#include "surface_mesh.h"
+
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+namespace mrf_apps {
+
+/// Colours are the scalars where the mesh has them, else intensities, else confidences; all other fields are named
+/// arrays.
+vtkSmartPointer<vtkPolyData> toPolyData(const SurfaceMesh& mesh);
+
+} // namespace mrf_apps

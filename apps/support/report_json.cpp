@@ -1,0 +1,190 @@
+#include "report_json.h"
+
+#include "option_names.h"
+
+#include <nlohmann/json.hpp>
+
+namespace mrf_apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using namespace pcl::mrf;
+
+Json toJson(const Options& options)
+{
+  const OutlierOptions& outliers = options.outliers;
+  const NormalOptions& normals = options.normals;
+  const OrientationOptions& orientation = options.orientation;
+  const ObservationOptions& observation = options.observation;
+  const SolverOptions& solver = options.solver;
+  const MultiscaleOptions& multiscale = options.multiscale;
+  return {{"outliers",
+           {{"spacing", outliers.spacing},
+            {"spacingNeighbours", outliers.spacingNeighbours},
+            {"spacingFactor", outliers.spacingFactor},
+            {"statistical", outliers.statistical},
+            {"statisticalNeighbours", outliers.statisticalNeighbours},
+            {"statisticalDeviations", outliers.statisticalDeviations}}},
+          {"normals",
+           {{"source", nameOf(normals.source)},
+            {"radius", normals.radius},
+            {"noiseCriteria", normals.noiseCriteria},
+            {"maxThirdEigenvalue", normals.maxThirdEigenvalue},
+            {"maxPlaneDistance", normals.maxPlaneDistance}}},
+          {"orientation",
+           {{"neighbourDistance", orientation.neighbourDistance},
+            {"maxAngle", orientation.maxAngle},
+            {"joinAcrossCreases", orientation.joinAcrossCreases},
+            {"minComponentShare", orientation.minComponentShare},
+            {"lowAgreement", orientation.lowAgreement}}},
+          {"observation",
+           {{"estimate", nameOf(observation.estimate)},
+            {"neighbours", observation.neighbours},
+            {"maxDistance", observation.maxDistance},
+            {"scaleWithLevel", observation.scaleWithLevel},
+            {"confidenceShape", nameOf(observation.confidenceShape)}}},
+          {"prior",
+           {{"prior", nameOf(options.prior.prior)},
+            {"beta", options.prior.beta},
+            {"energy", nameOf(options.prior.energy)}}},
+          {"solver",
+           {{"method", nameOf(solver.method)},
+            {"maxIterations", solver.maxIterations},
+            {"residualTolerance", solver.residualTolerance},
+            {"changeTolerance", solver.changeTolerance},
+            {"smootherDegree", solver.smootherDegree},
+            {"choleskyOnCoarsest", solver.choleskyOnCoarsest},
+            {"seed", solver.seed},
+            {"maxFactorBytes", solver.maxFactorBytes}}},
+          {"multiscale",
+           {{"voxelSize", multiscale.voxelSize},
+            {"padding", multiscale.padding},
+            {"coarsePadding", multiscale.coarsePadding},
+            {"coarsestSide", multiscale.coarsestSide},
+            {"maxMemory", multiscale.maxMemory}}},
+          {"polygonizer", {{"decomposition", nameOf(options.polygonizer.decomposition)}}},
+          {"trimming",
+           {{"trimming", nameOf(options.trimming.trimming)},
+            {"maxHole", options.trimming.maxHole},
+            {"minComponentShare", options.trimming.minComponentShare}}},
+          {"remesher",
+           {{"rounds", options.remesher.rounds},
+            {"targetEdge", options.remesher.targetEdge},
+            {"relaxation", options.remesher.relaxation}}},
+          {"colours", nameOf(options.colours)},
+          {"confidenceField", options.confidenceField},
+          {"threads", options.threads}};
+}
+
+Json toJson(const PointCounts& points)
+{
+  return {{"input", points.input},
+          {"notFinite", points.notFinite},
+          {"duplicates", points.duplicates},
+          {"zeroNormals", points.zeroNormals},
+          {"zeroConfidence", points.zeroConfidence},
+          {"outliersBySpacing", points.outliersBySpacing},
+          {"outliersByStatistics", points.outliersByStatistics},
+          {"noiseByPlaneFit", points.noiseByPlaneFit},
+          {"smallComponents", points.smallComponents},
+          {"used", points.used}};
+}
+
+Json toJson(const OrientationResult& orientation)
+{
+  return {{"components", orientation.components},
+          {"componentsAtCreases", orientation.componentsAtCreases},
+          {"componentsDropped", orientation.componentsDropped},
+          {"componentsFlipped", orientation.componentsFlipped},
+          {"pointsDropped", orientation.pointsDropped},
+          {"pointsFlipped", orientation.pointsFlipped},
+          {"agreement", orientation.agreement}};
+}
+
+Json toJson(const LevelReport& level)
+{
+  return {{"size", {level.size.x, level.size.y, level.size.z}},
+          {"voxelSize", level.voxelSize},
+          {"maxDistance", level.maxDistance},
+          {"observed", level.observed},
+          {"observationSeconds", level.observationSeconds},
+          {"solverSeconds", level.solverSeconds},
+          {"solve",
+           {{"method", nameOf(level.solve.method)},
+            {"iterations", level.solve.iterations},
+            {"relativeResidual", level.solve.relativeResidual},
+            {"converged", level.solve.converged},
+            {"history", level.solve.history}}}};
+}
+
+Json toJson(const MeshStatistics& mesh)
+{
+  return {{"vertices", mesh.vertices},
+          {"triangles", mesh.triangles},
+          {"edges", mesh.edges},
+          {"components", mesh.components},
+          {"boundaryEdges", mesh.boundaryEdges},
+          {"boundaryLoops", mesh.boundaryLoops},
+          {"nonManifoldEdges", mesh.nonManifoldEdges},
+          {"nonManifoldVertices", mesh.nonManifoldVertices},
+          {"degenerateTriangles", mesh.degenerateTriangles},
+          {"unusedVertices", mesh.unusedVertices},
+          {"eulerCharacteristic", mesh.eulerCharacteristic},
+          {"area", mesh.area},
+          {"volume", mesh.volume},
+          {"meanQuality", mesh.meanQuality},
+          {"minQuality", mesh.minQuality},
+          {"meanEdge", mesh.meanEdge},
+          {"minEdge", mesh.minEdge},
+          {"maxEdge", mesh.maxEdge},
+          {"areaDeviation", mesh.areaDeviation},
+          {"valences", mesh.valences}};
+}
+
+} // namespace
+
+Json toJson(const Report& report)
+{
+  Json levels = Json::array();
+  for (const LevelReport& level : report.levels)
+    levels.push_back(toJson(level));
+  Json times = Json::array();
+  for (const StageTime& time : report.times)
+    times.push_back({{"stage", time.stage}, {"seconds", time.seconds}});
+  return {{"status", toString(report.status)},
+          {"message", report.message},
+          {"warnings", report.warnings},
+          {"options", toJson(report.options)},
+          {"density",
+           {{"spacing", report.density.spacing},
+            {"nearestMean", report.density.nearestMean},
+            {"nearestDeviation", report.density.nearestDeviation},
+            {"eighthMedian", report.density.eighthMedian}}},
+          {"diagonal", report.diagonal},
+          {"smoothingLength", report.smoothingLength},
+          {"points", toJson(report.points)},
+          {"normalsEstimated", report.normalsEstimated},
+          {"vote", nameOf(report.vote)},
+          {"orientation", toJson(report.orientation)},
+          {"levels", levels},
+          {"trimming",
+           {{"holesFilled", report.trimming.holesFilled},
+            {"extrapolationsDropped", report.trimming.extrapolationsDropped},
+            {"componentsDropped", report.trimming.componentsDropped},
+            {"areaFilled", report.trimming.areaFilled},
+            {"areaDropped", report.trimming.areaDropped},
+            {"largestHole", report.trimming.largestHole}}},
+          {"remesher",
+           {{"splits", report.splits},
+            {"collapses", report.collapses},
+            {"flips", report.flips},
+            {"refusedOperations", report.refusedOperations}}},
+          {"meshBeforeRemeshing", toJson(report.meshBeforeRemeshing)},
+          {"mesh", toJson(report.mesh)},
+          {"times", times},
+          {"seconds", report.seconds},
+          {"peakBytes", report.peakBytes},
+          {"threads", report.threads}};
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,69 @@
+#include "sensors.h"
+
+#include "errors.h"
+#include "text_file.h"
+
+#include <cmath>
+#include <limits>
+
+namespace mrf_apps {
+namespace {
+
+/// Calls use(values) on every row of `columns` finite numbers.
+template <typename Use>
+void forEachRow(const std::string& path, std::size_t columns, const char* what, const Use& use)
+{
+  const std::string text = readWholeFile(path);
+  std::string_view line;
+  std::vector<std::string_view> words;
+  std::vector<double> values;
+  for (Lines lines(text); lines.next(line);) {
+    split(line, words);
+    if (words.empty() || words[0][0] == '#')
+      continue;
+    bool good = toNumbers(line, words, values) && values.size() == columns;
+    for (std::size_t i = 0; good && i < columns; ++i)
+      good = std::isfinite(values[i]);
+    if (!good || !use(values))
+      throw FileError(path, "line " + std::to_string(lines.number()) + ": is not " + what);
+  }
+}
+
+} // namespace
+
+bool parseSensor(const std::string& text, Eigen::Vector3d& position)
+{
+  std::vector<std::string_view> words;
+  std::vector<double> values;
+  if (!toNumbers(text, words, values) || values.size() != 3)
+    return false;
+  position = {values[0], values[1], values[2]};
+  return position.allFinite();
+}
+
+std::vector<Eigen::Vector3d> readSensors(const std::string& path)
+{
+  std::vector<Eigen::Vector3d> sensors;
+  forEachRow(path, 3, "a position x y z", [&](const std::vector<double>& values) {
+    sensors.emplace_back(values[0], values[1], values[2]);
+    return true;
+  });
+  if (sensors.empty())
+    throw FileError(path, "holds no sensor positions");
+  return sensors;
+}
+
+std::vector<std::int32_t> readViews(const std::string& path)
+{
+  std::vector<std::int32_t> views;
+  forEachRow(path, 1, "the number of a sensor, from 0", [&](const std::vector<double>& values) {
+    const double view = values[0];
+    if (view < 0 || view > std::numeric_limits<std::int32_t>::max() || view != std::floor(view))
+      return false;
+    views.push_back(static_cast<std::int32_t>(view));
+    return true;
+  });
+  return views;
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,280 @@
+#include "surface_mesh.h"
+
+#include "errors.h"
+#include "poly_data.h"
+#include "vtk_output.h"
+
+#include <pcl/PCLPointCloud2.h>
+
+#include <vtkCellArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyDataWriter.h>
+#include <vtkSTLWriter.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+
+namespace mrf_apps {
+namespace {
+
+/// Offset of a 4-byte field in a packed point, −1 if it is not there.
+int fieldOffset(const pcl::PCLPointCloud2& cloud, const std::string& name)
+{
+  for (const pcl::PCLPointField& field : cloud.fields)
+    if (field.name == name)
+      return static_cast<int>(field.offset);
+  return -1;
+}
+
+float floatAt(const std::uint8_t* bytes)
+{
+  float value;
+  std::memcpy(&value, bytes, sizeof(value));
+  return value;
+}
+
+/// Collects bytes of a file; the machine is little-endian as everything PCL and Debian's VTK write here.
+class ByteBuffer {
+public:
+  void text(const std::string& string) { bytes_ += string; }
+
+  template <typename T>
+  void value(T number)
+  {
+    bytes_.append(reinterpret_cast<const char*>(&number), sizeof(T));
+  }
+
+  /// Shortest text that reads back as the same number.
+  template <typename T>
+  void decimal(T number)
+  {
+    std::array<char, 32> digits;
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
+    bytes_.append(digits.data(), end.ptr);
+  }
+
+  void writeTo(const std::string& path) const
+  {
+    std::ofstream file(path, std::ios::binary | std::ios::trunc);
+    file.write(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
+    file.close();
+    if (!file)
+      throw FileError(std::string("could not be written: ") + std::strerror(errno));
+  }
+
+private:
+  std::string bytes_;
+};
+
+/// Not VTK's or PCL's writer: neither keeps the confidence, VTK's no normals.
+void writePly(const SurfaceMesh& mesh, const std::string& path)
+{
+  const bool exact = mesh.doublePrecision;
+  ByteBuffer file;
+  file.text("ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertices.size()) + "\n");
+  for (const char* name : {"x", "y", "z"})
+    file.text(std::string("property ") + (exact ? "double " : "float ") + name + "\n");
+  if (!mesh.normals.empty())
+    file.text("property float nx\nproperty float ny\nproperty float nz\n");
+  if (!mesh.colours.empty())
+    file.text("property uchar red\nproperty uchar green\nproperty uchar blue\n");
+  if (!mesh.intensities.empty())
+    file.text("property float intensity\n");
+  if (!mesh.confidences.empty())
+    file.text("property float confidence\n");
+  file.text("element face " + std::to_string(mesh.triangles.size()) +
+            "\nproperty list uchar int vertex_indices\nend_header\n");
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    for (int axis = 0; axis < 3; ++axis)
+      if (exact)
+        file.value(mesh.vertices[v][axis]);
+      else
+        file.value(static_cast<float>(mesh.vertices[v][axis]));
+    if (!mesh.normals.empty())
+      for (int axis = 0; axis < 3; ++axis)
+        file.value(mesh.normals[v][axis]);
+    if (!mesh.colours.empty())
+      for (const std::uint8_t channel : mesh.colours[v])
+        file.value(channel);
+    if (!mesh.intensities.empty())
+      file.value(mesh.intensities[v]);
+    if (!mesh.confidences.empty())
+      file.value(mesh.confidences[v]);
+  }
+  for (const auto& triangle : mesh.triangles) {
+    file.value(std::uint8_t{3});
+    for (const std::int32_t vertex : triangle)
+      file.value(vertex);
+  }
+  file.writeTo(path);
+}
+
+void writeObj(const SurfaceMesh& mesh, const std::string& path)
+{
+  ByteBuffer file;
+  const auto coordinate = [&](double value) {
+    file.text(" ");
+    if (mesh.doublePrecision)
+      file.decimal(value);
+    else
+      file.decimal(static_cast<float>(value));
+  };
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    file.text("v");
+    for (int axis = 0; axis < 3; ++axis)
+      coordinate(mesh.vertices[v][axis]);
+    // The widespread extension: colours 0..1 behind the coordinates.
+    if (!mesh.colours.empty())
+      for (const std::uint8_t channel : mesh.colours[v]) {
+        file.text(" ");
+        file.decimal(static_cast<float>(channel) / 255.f);
+      }
+    file.text("\n");
+  }
+  for (const Eigen::Vector3f& normal : mesh.normals) {
+    file.text("vn");
+    for (int axis = 0; axis < 3; ++axis) {
+      file.text(" ");
+      file.decimal(normal[axis]);
+    }
+    file.text("\n");
+  }
+  for (const auto& triangle : mesh.triangles) {
+    file.text("f");
+    for (const std::int32_t vertex : triangle) {
+      const std::string index = std::to_string(vertex + 1);
+      file.text(" " + index);
+      if (!mesh.normals.empty())
+        file.text("//" + index);
+    }
+    file.text("\n");
+  }
+  file.writeTo(path);
+}
+
+vtkSmartPointer<vtkFloatArray> namedArray(const char* name, int components, std::size_t count)
+{
+  auto array = vtkSmartPointer<vtkFloatArray>::New();
+  array->SetName(name);
+  array->SetNumberOfComponents(components);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(count));
+  return array;
+}
+
+void addScalars(const std::vector<float>& values, const char* name, vtkPointData* data)
+{
+  if (values.empty())
+    return;
+  const auto array = namedArray(name, 1, values.size());
+  std::copy(values.begin(), values.end(), array->GetPointer(0));
+  data->AddArray(array);
+  if (data->GetScalars() == nullptr)
+    data->SetActiveScalars(name);
+}
+
+} // namespace
+
+const char* const meshFileExtensions = "ply, obj, stl, vtk or vtp";
+
+SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& offset)
+{
+  const pcl::PCLPointCloud2& cloud = mesh.cloud;
+  const std::size_t count = std::size_t{cloud.width} * cloud.height;
+  SurfaceMesh result;
+  result.doublePrecision = !offset.isZero(0);
+  const auto forEach = [&](const char* name, auto&& use) {
+    const int position = fieldOffset(cloud, name);
+    if (position >= 0)
+      for (std::size_t i = 0; i < count; ++i)
+        use(cloud.data.data() + i * cloud.point_step + position);
+  };
+  // The three coordinates of a position or a normal lie one behind the other.
+  forEach("x", [&](const std::uint8_t* p) {
+    result.vertices.push_back(Eigen::Vector3d(floatAt(p), floatAt(p + 4), floatAt(p + 8)) + offset);
+  });
+  forEach("normal_x",
+          [&](const std::uint8_t* p) { result.normals.emplace_back(floatAt(p), floatAt(p + 4), floatAt(p + 8)); });
+  forEach("rgb", [&](const std::uint8_t* p) { result.colours.push_back({p[2], p[1], p[0]}); });
+  forEach("intensity", [&](const std::uint8_t* p) { result.intensities.push_back(floatAt(p)); });
+  forEach("confidence", [&](const std::uint8_t* p) { result.confidences.push_back(floatAt(p)); });
+  result.triangles.reserve(mesh.polygons.size());
+  for (const pcl::Vertices& polygon : mesh.polygons)
+    result.triangles.push_back({static_cast<std::int32_t>(polygon.vertices[0]),
+                                static_cast<std::int32_t>(polygon.vertices[1]),
+                                static_cast<std::int32_t>(polygon.vertices[2])});
+  return result;
+}
+
+vtkSmartPointer<vtkPolyData> toPolyData(const SurfaceMesh& mesh)
+{
+  auto points = vtkSmartPointer<vtkPoints>::New();
+  if (mesh.doublePrecision)
+    points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(static_cast<vtkIdType>(mesh.vertices.size()));
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    points->SetPoint(static_cast<vtkIdType>(v), mesh.vertices[v].data());
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  for (const auto& triangle : mesh.triangles)
+    cells->InsertNextCell({triangle[0], triangle[1], triangle[2]});
+  auto result = vtkSmartPointer<vtkPolyData>::New();
+  result->SetPoints(points);
+  result->SetPolys(cells);
+
+  vtkPointData* data = result->GetPointData();
+  if (!mesh.colours.empty()) {
+    auto colours = vtkSmartPointer<vtkUnsignedCharArray>::New();
+    colours->SetName("rgb");
+    colours->SetNumberOfComponents(3);
+    colours->SetNumberOfTuples(static_cast<vtkIdType>(mesh.colours.size()));
+    std::memcpy(colours->GetPointer(0), mesh.colours.data(), 3 * mesh.colours.size());
+    data->SetScalars(colours);
+  }
+  if (!mesh.normals.empty()) {
+    const auto normals = namedArray("normals", 3, mesh.normals.size());
+    std::memcpy(normals->GetPointer(0), mesh.normals.data(), sizeof(Eigen::Vector3f) * mesh.normals.size());
+    data->SetNormals(normals);
+  }
+  addScalars(mesh.intensities, "intensity", data);
+  addScalars(mesh.confidences, "confidence", data);
+  return result;
+}
+
+bool isMeshFormat(const std::string& extension)
+{
+  return extension == "ply" || extension == "obj" || extension == "stl" || extension == "vtk" || extension == "vtp";
+}
+
+void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format)
+{
+  if (format == "ply")
+    return writePly(mesh, path);
+  if (format == "obj")
+    return writeObj(mesh, path);
+  const auto data = toPolyData(mesh);
+  if (format == "stl") {
+    auto writer = vtkSmartPointer<vtkSTLWriter>::New();
+    writer->SetFileTypeToBinary();
+    writeThroughVtk(*writer, data, path);
+  } else if (format == "vtk") {
+    auto writer = vtkSmartPointer<vtkPolyDataWriter>::New();
+    writer->SetFileTypeToBinary();
+    // Readers before VTK 9 know nothing newer.
+    writer->SetFileVersion(vtkDataWriter::VTK_LEGACY_READER_VERSION_4_2);
+    writer->SetHeader("Markov random field surface reconstruction");
+    writeThroughVtk(*writer, data, path);
+  } else if (format == "vtp") {
+    auto writer = vtkSmartPointer<vtkXMLPolyDataWriter>::New();
+    writeThroughVtk(*writer, data, path);
+  } else
+    throw UsageError("'" + path + "': mesh files end in " + meshFileExtensions);
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,42 @@
+/// \file
+/// \brief A triangle mesh with vertex fields, and the mesh files the tools write.
+#pragma once
+
+#include <pcl/PolygonMesh.h>
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace mrf_apps {
+
+/// Optional arrays are either empty or as long as `vertices`.
+struct SurfaceMesh {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<std::array<std::int32_t, 3>> triangles;
+  std::vector<Eigen::Vector3f> normals;
+  std::vector<float> confidences;
+  std::vector<std::array<std::uint8_t, 3>> colours;
+  std::vector<float> intensities;
+  bool doublePrecision = false; ///< float does not hold the vertices: formats that can are written in double
+};
+
+/// Takes over a reconstruction. \param offset is added to the vertices; doublePrecision is set unless it is zero
+SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& offset);
+
+/// True if `writeMesh` knows the extension (lower case, without the dot).
+bool isMeshFormat(const std::string& extension);
+
+/// Extensions that writeMesh knows, for messages.
+extern const char* const meshFileExtensions;
+
+/// Writes PLY (binary), OBJ, STL (binary), VTK (legacy, binary) or VTP.
+/// STL holds float coordinates and no fields; OBJ no confidence.
+/// \param format extension, lower case, without the dot
+/// \throw FileError
+void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format);
+
+} // namespace mrf_apps

@@ -1,0 +1,95 @@
+#include "text_file.h"
+
+#include "errors.h"
+
+#include <cerrno>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include <sys/stat.h>
+
+namespace mrf_apps {
+
+std::string extension(const std::string& path)
+{
+  const std::size_t dot = path.find_last_of("./");
+  if (dot == std::string::npos || path[dot] == '/')
+    return {};
+  std::string result = path.substr(dot + 1);
+  for (char& c : result)
+    if (c >= 'A' && c <= 'Z')
+      c = static_cast<char>(c - 'A' + 'a');
+  return result;
+}
+
+std::string readWholeFile(const std::string& path)
+{
+  struct stat status;
+  if (stat(path.c_str(), &status) != 0)
+    throw FileError(path, std::strerror(errno));
+  if (S_ISDIR(status.st_mode))
+    throw FileError(path, "is a directory");
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  if (!file)
+    throw FileError(path, std::strerror(errno));
+  std::string text(static_cast<std::size_t>(status.st_size), '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), file.get()));
+  // Pipes have no size beforehand.
+  std::string block(1 << 16, '\0');
+  while (const std::size_t count = std::fread(block.data(), 1, block.size(), file.get()))
+    text.append(block, 0, count);
+  if (std::ferror(file.get()) != 0)
+    throw FileError(path, "cannot be read");
+  if (text.empty())
+    throw FileError(path, "is empty");
+  return text;
+}
+
+bool Lines::next(std::string_view& line)
+{
+  if (text_.empty())
+    return false;
+  const std::size_t end = text_.find('\n');
+  line = text_.substr(0, end);
+  text_.remove_prefix(end == std::string_view::npos ? text_.size() : end + 1);
+  if (!line.empty() && line.back() == '\r')
+    line.remove_suffix(1);
+  ++number_;
+  return true;
+}
+
+void split(std::string_view line, std::vector<std::string_view>& words)
+{
+  constexpr std::string_view separators = " \t,;";
+  words.clear();
+  std::size_t begin = line.find_first_not_of(separators);
+  while (begin != std::string_view::npos) {
+    const std::size_t end = line.find_first_of(separators, begin);
+    words.push_back(line.substr(begin, end == std::string_view::npos ? end : end - begin));
+    begin = line.find_first_not_of(separators, end);
+  }
+}
+
+bool toNumber(std::string_view word, double& value)
+{
+  if (!word.empty() && word.front() == '+')
+    word.remove_prefix(1);
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
+  // A number that no double holds is as good as infinite: not finite, so dropped later and counted.
+  return (result.ec == std::errc() || result.ec == std::errc::result_out_of_range) && !word.empty() &&
+         result.ptr == word.data() + word.size();
+}
+
+bool toNumbers(std::string_view line, std::vector<std::string_view>& words, std::vector<double>& values)
+{
+  split(line, words);
+  values.resize(words.size());
+  for (std::size_t i = 0; i < words.size(); ++i)
+    if (!toNumber(words[i], values[i]))
+      return false;
+  return true;
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,40 @@
+/// \file
+/// \brief Whole files as text, and numbers out of it, fast and without a locale.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace mrf_apps {
+
+/// \return the extension of a path in lower case without the dot; empty if it has none
+std::string extension(const std::string& path);
+
+/// Reads a regular file. \throw FileError if it is missing, a directory, unreadable or empty
+std::string readWholeFile(const std::string& path);
+
+/// Hands out the lines of a text, without their ends (LF, CRLF).
+class Lines {
+public:
+  explicit Lines(std::string_view text) : text_(text) {}
+
+  bool next(std::string_view& line);
+  std::size_t number() const { return number_; } ///< of the line handed out last, from 1
+
+private:
+  std::string_view text_;
+  std::size_t number_ = 0;
+};
+
+/// Splits a line at blanks, tabs, commas and semicolons.
+void split(std::string_view line, std::vector<std::string_view>& words);
+
+/// \return true if the whole word is a number (nan and inf are)
+bool toNumber(std::string_view word, double& value);
+
+/// Splits a line into numbers. \return false if a word is none
+bool toNumbers(std::string_view line, std::vector<std::string_view>& words, std::vector<double>& values);
+
+} // namespace mrf_apps

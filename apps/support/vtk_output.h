@@ -1,0 +1,28 @@
+/// \file
+/// \brief VTK's writers with errors as exceptions.
+#pragma once
+
+#include "errors.h"
+
+#include <vtkErrorCode.h>
+#include <vtkObject.h>
+
+#include <string>
+
+namespace mrf_apps {
+
+/// Writes a data set; VTK prints nothing. \throw FileError
+template <typename Writer, typename Data>
+void writeThroughVtk(Writer& writer, const Data& data, const std::string& path)
+{
+  vtkObject::GlobalWarningDisplayOff();
+  writer.SetFileName(path.c_str());
+  writer.SetInputData(data);
+  writer.Write();
+  const unsigned long code = writer.GetErrorCode();
+  vtkObject::GlobalWarningDisplayOn();
+  if (code != vtkErrorCode::NoError)
+    throw FileError(std::string("could not be written: ") + vtkErrorCode::GetStringFromErrorCode(code));
+}
+
+} // namespace mrf_apps

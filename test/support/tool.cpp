@@ -1,0 +1,131 @@
+#include "support/tool.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace tool {
+
+namespace fs = std::filesystem;
+
+std::string readText(const fs::path& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void writeText(const fs::path& path, const std::string& text)
+{
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+}
+
+Outcome runProgram(const std::vector<std::string>& command, const fs::path& folder, bool withDisplay)
+{
+  // Beside the folder, so that its contents are the program's alone.
+  const fs::path out = folder.string() + ".out", err = folder.string() + ".err";
+  const pid_t child = fork();
+  if (child == 0) {
+    std::vector<char*> arguments;
+    for (const std::string& word : command)
+      arguments.push_back(const_cast<char*>(word.c_str()));
+    arguments.push_back(nullptr);
+    if (!withDisplay)
+      unsetenv("DISPLAY");
+    constexpr int flags = O_WRONLY | O_CREAT | O_TRUNC;
+    if (chdir(folder.c_str()) != 0 || dup2(open(out.c_str(), flags, 0600), STDOUT_FILENO) < 0 ||
+        dup2(open(err.c_str(), flags, 0600), STDERR_FILENO) < 0)
+      _exit(126);
+    execvp(arguments[0], arguments.data());
+    _exit(127);
+  }
+  int state = 0;
+  waitpid(child, &state, 0);
+  Outcome outcome;
+  outcome.status = WIFEXITED(state) ? WEXITSTATUS(state) : 128 + WTERMSIG(state);
+  outcome.out = readText(out);
+  outcome.err = readText(err);
+  fs::remove(out);
+  fs::remove(err);
+  return outcome;
+}
+
+bool hasProgram(const std::string& name)
+{
+  std::istringstream folders(std::getenv("PATH") != nullptr ? std::getenv("PATH") : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (access((folder + "/" + name).c_str(), X_OK) == 0)
+      return true;
+  return false;
+}
+
+std::vector<Eigen::Vector3d> spherePoints(int count, double top)
+{
+  const double goldenAngle = 3.14159265358979 * (3 - std::sqrt(5.));
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (2 * i + 1.) / count, radius = std::sqrt(1 - z * z);
+    if (z <= top)
+      points.emplace_back(radius * std::cos(goldenAngle * i), radius * std::sin(goldenAngle * i), z);
+  }
+  return points;
+}
+
+std::string sphereRows(int count, double top)
+{
+  std::ostringstream rows;
+  for (const Eigen::Vector3d& p : spherePoints(count, top))
+    rows << p.x() << ' ' << p.y() << ' ' << p.z() << ' ' << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+  return rows.str();
+}
+
+Test::Test()
+{
+  std::string pattern = (fs::temp_directory_path() / "mrf_tool_XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr)
+    throw std::runtime_error("no temporary folder");
+  folder_ = pattern;
+}
+
+Test::~Test()
+{
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+Outcome Test::run(std::vector<std::string> arguments, bool withDisplay) const
+{
+  arguments.insert(arguments.begin(), MRF_TOOL);
+  return runProgram(arguments, folder_, withDisplay);
+}
+
+nlohmann::json Test::reportOf(std::vector<std::string> arguments) const
+{
+  for (const char* argument : {"--report", "report.json"})
+    arguments.emplace_back(argument);
+  const Outcome outcome = run(arguments);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  const nlohmann::json report = nlohmann::json::parse(readText(path("report.json")), nullptr, false);
+  EXPECT_FALSE(report.is_discarded()) << "the report is not JSON";
+  return report;
+}
+
+std::vector<std::string> Test::files() const
+{
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+} // namespace tool

@@ -1,0 +1,59 @@
+/// \file
+/// \brief Runs the command-line tool as a user does, in a folder of its own.
+#pragma once
+
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace tool {
+
+struct Outcome {
+  int status = -1; ///< exit status; 128 + the signal if one ended it
+  std::string out, err;
+};
+
+/// Runs any program and waits for it. \param folder its working directory
+/// \param withDisplay false: DISPLAY is not set for it
+Outcome runProgram(const std::vector<std::string>& command, const std::filesystem::path& folder,
+                   bool withDisplay = true);
+
+/// True if a program of this name is in PATH.
+bool hasProgram(const std::string& name);
+
+std::string readText(const std::filesystem::path& path);
+void writeText(const std::filesystem::path& path, const std::string& text);
+
+/// Points of the unit sphere, evenly spread, without those whose z exceeds `top`: above it lies a hole.
+std::vector<Eigen::Vector3d> spherePoints(int count, double top = 2);
+
+/// Rows "x y z nx ny nz" of points of the unit sphere.
+std::string sphereRows(int count, double top = 2);
+
+/// A test with an empty folder that lasts as long as it.
+class Test : public testing::Test {
+protected:
+  Test();
+  ~Test() override;
+
+  /// Runs pcl_mrf_reconstruction in the folder.
+  Outcome run(std::vector<std::string> arguments, bool withDisplay = false) const;
+
+  /// The same; expects success, and nothing on standard error. \return the parsed --report
+  nlohmann::json reportOf(std::vector<std::string> arguments) const;
+
+  std::filesystem::path path(const std::string& name) const { return folder_ / name; }
+  void write(const std::string& name, const std::string& text) const { writeText(path(name), text); }
+
+  /// Names in the folder, hidden ones included, sorted.
+  std::vector<std::string> files() const;
+
+private:
+  std::filesystem::path folder_;
+};
+
+} // namespace tool

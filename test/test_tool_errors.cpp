@@ -1,0 +1,250 @@
+// Whatever goes wrong: one line on standard error, the right status, and no output.
+#include "support/tool.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace {
+
+using testing::TestWithParam;
+
+class ToolErrors : public tool::Test {
+protected:
+  ToolErrors()
+  {
+    const std::string rows = tool::sphereRows(400);
+    write("sphere.xyz", rows);
+  }
+
+  /// Expects a failure that says `words` in one line, and leaves the folder as it was.
+  void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const
+  {
+    std::string trace;
+    for (const std::string& argument : arguments)
+      trace += argument + " ";
+    SCOPED_TRACE(trace);
+    const std::vector<std::string> before = files();
+    const tool::Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, status);
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_EQ(outcome.err.rfind("pcl_mrf_reconstruction: ", 0), 0u) << outcome.err;
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+    if (status == 2)
+      EXPECT_NE(outcome.err.find("--help"), std::string::npos) << outcome.err;
+    EXPECT_EQ(files(), before);
+  }
+
+  /// The same for a bad input file of this content.
+  void expectBadInput(const std::string& name, const std::string& text, const std::string& words) const
+  {
+    write(name, text);
+    expectFailure({name, "out.ply"}, 1, words);
+    if (HasFailure())
+      return;
+    EXPECT_NE(run({name, "out.ply"}).err.find(name), std::string::npos) << "the message does not name the file";
+  }
+};
+
+const std::string plyHeader = "ply\nformat binary_little_endian 1.0\nelement vertex 400\nproperty float x\n"
+                              "property float y\nproperty float z\nend_header\n";
+const std::string pcdHeader = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 400\nHEIGHT 1\n"
+                              "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 400\nDATA ";
+const std::string noise = "It was a dark and stormy night;\nthe rain fell in torrents.\n";
+const std::string png = std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\1\0\0\0\1\0", 24) + std::string(300, '\x55');
+
+TEST_F(ToolErrors, MissingAndUnreadableInput)
+{
+  expectFailure({"nowhere.ply", "out.ply"}, 1, "'nowhere.ply': No such file or directory");
+  std::filesystem::create_directory(path("folder.ply"));
+  std::filesystem::create_directory(path("folder.obj"));
+  expectFailure({"folder.ply", "out.ply"}, 1, "'folder.ply': is a directory");
+  expectFailure({"folder.obj", "out.ply"}, 1, "'folder.obj': is a directory");
+  chmod(path("sphere.xyz").c_str(), 0);
+  if (geteuid() != 0)
+    expectFailure({"sphere.xyz", "out.ply"}, 1, "Permission denied");
+}
+
+TEST_F(ToolErrors, EmptyNoiseAndWrongType)
+{
+  for (const char* name : {"bad.ply", "bad.pcd", "bad.obj", "bad.xyz", "bad.txt"}) {
+    expectBadInput(name, "", "is empty");
+    expectBadInput(name, noise, name);
+    expectBadInput(name, png, name);
+    expectBadInput(name, "\n\n\n", name);
+  }
+  expectBadInput("bad.ply", png, "is not a PLY file");
+  expectBadInput("bad.pcd", noise, "is not a PCD file");
+}
+
+TEST_F(ToolErrors, TruncatedFiles)
+{
+  expectBadInput("cut.ply", plyHeader + std::string(400 * 12 - 1, '\1'), "truncated");
+  expectBadInput("cut.ply", plyHeader + std::string(100, '\1'), "truncated");
+  expectBadInput("cut.ply", plyHeader.substr(0, 80), "cut.ply");
+  expectBadInput("cut.pcd", pcdHeader + "binary\n" + std::string(400 * 12 - 1, '\1'), "truncated");
+  expectBadInput("cut.pcd", pcdHeader + "binary_compressed\n" + std::string(60, '\1'), "truncated");
+  expectBadInput("cut.pcd", pcdHeader + "ascii\n1 2 3\n4 5 6\n", "truncated");
+  expectBadInput("cut.pcd", pcdHeader.substr(0, 40), "is not a PCD file");
+  expectBadInput("cut.xyz", "5\n0 0 0\n1 0 0\n0 1 0\n", "announces 5 points and holds 3");
+  expectBadInput("cut.xyz", "0 0 0\n1 0 0\n0 1", "line 3");
+  expectBadInput("cut.obj", "v 0 0 0\nv 1 0 0\nv 0 1\n", "line 3");
+  expectBadInput("cut.obj", "v 0 0 0\nv 1 0 0\nf 1 2 3\n", "is not there");
+}
+
+TEST_F(ToolErrors, MalformedFiles)
+{
+  std::string huge = plyHeader;
+  huge.replace(huge.find("400"), 3, "4000000000");
+  expectBadInput("huge.ply", huge, "truncated");
+  huge = pcdHeader;
+  huge.replace(huge.find("POINTS 400"), 10, "POINTS 4000000000");
+  expectBadInput("huge.pcd", huge + "binary\n", "truncated");
+  expectBadInput("words.pcd", pcdHeader + "ascii\n1 2 x\n", "words.pcd");
+  expectBadInput("words.xyz", "0 0 0\n1 0 zero\n", "line 2");
+  expectBadInput("ragged.xyz", "0 0 0\n1 0 0 5\n", "line 2");
+  expectBadInput("flat.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n",
+                 "x, y and z");
+}
+
+TEST_F(ToolErrors, TooLittleToReconstruct)
+{
+  expectBadInput("two.xyz", "0 0 0\n1 0 0\n", "'two.xyz'");
+  expectBadInput("three.xyz", "0 0 0\n1 0 0\n0 1 0\n", "'three.xyz'");
+  std::string rows;
+  for (int i = 0; i < 100; ++i)
+    rows += "nan nan nan\n";
+  expectBadInput("nan.xyz", rows, "'nan.xyz'");
+  rows.clear();
+  for (int i = 0; i < 100; ++i)
+    rows += "1 2 3\n";
+  expectBadInput("one_place.xyz", rows, "'one_place.xyz'");
+}
+
+TEST_F(ToolErrors, Usage)
+{
+  expectFailure({}, 2, "INPUT");
+  expectFailure({"sphere.xyz"}, 2, "OUTPUT");
+  expectFailure({"sphere.xyz", "a.ply", "b.ply"}, 2, "b.ply");
+  expectFailure({"sphere.xyz", "out.ply", "--nonsense"}, 2, "--nonsense");
+  expectFailure({"sphere.xyz", "out.ply", "--beta"}, 2, "--beta");
+  expectFailure({"sphere.xyz", "out.doc"}, 2, "does not end in ply, obj, stl, vtk or vtp");
+  expectFailure({"sphere.xyz", "out"}, 2, "does not end in");
+  expectFailure({"sphere.doc", "out.ply"}, 2, "does not end in pcd, ply, obj, xyz or txt");
+  expectFailure({"sphere.xyz", "out.ply", "--report", "r.txt"}, 2, ".json");
+  expectFailure({"sphere.xyz", "out.ply", "--field", "f.vtk"}, 2, ".vti");
+  expectFailure({"sphere.xyz", "out.ply", "--picture", "p.jpg"}, 2, ".png");
+}
+
+TEST_F(ToolErrors, BadValues)
+{
+  const std::vector<std::pair<std::string, std::string>> values = {
+      {"--beta", "1"},          {"--beta", "-0.1"},        {"--beta", "nan"},       {"--beta", "much"},
+      {"--beta", "0.5x"},       {"--beta", ""},            {"--voxel-size", "-1"},  {"--voxel-size", "inf"},
+      {"--neighbours", "0"},    {"--neighbours", "5.5"},   {"--neighbours", "101"}, {"--remesh", "-1"},
+      {"--remesh", "1e9"},      {"--threads", "-2"},       {"--threads", "5000"},   {"--prior", "flat"},
+      {"--observation", "all"}, {"--solver", "magic"},     {"--normals", "maybe"},  {"--polygonizer", "spheres"},
+      {"--trim", "much"},       {"--colour", "red"},       {"--preset", "best"},    {"--spacing-filter", "yes"},
+      {"--sensor", "1,2"},      {"--sensor", "1,2,three"}, {"--sensor", "1,2,nan"}, {"--orientation-angle", "0"}};
+  for (const auto& [option, value] : values)
+    expectFailure({"sphere.xyz", "out.ply", option, value}, 2, option);
+  // The message says what would be right.
+  expectFailure({"sphere.xyz", "out.ply", "--beta", "3"}, 2, "'3' is not a number in the range [0, 1)");
+  expectFailure({"sphere.xyz", "out.ply", "--prior", "flat"}, 2, "membrane, thin-plate, triharmonic");
+}
+
+TEST_F(ToolErrors, ConflictingOptions)
+{
+  write("sensors.txt", "0 0 3\n");
+  write("views.txt", "0\n0\n");
+  const std::vector<std::vector<std::string>> conflicts = {{"--remesh", "3", "--no-remesh"},
+                                                           {"--sensor", "0,0,3", "--sensors", "sensors.txt"},
+                                                           {"--views", "views.txt"},
+                                                           {"-v", "-q"},
+                                                           {"--trim", "none", "--max-hole", "1"}};
+  for (std::vector<std::string> arguments : conflicts) {
+    arguments.insert(arguments.begin(), {"sphere.xyz", "out.ply"});
+    expectFailure(arguments, 2, "--");
+  }
+  write("bare.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  expectFailure({"bare.xyz", "out.ply", "--normals", "use"}, 2, "has no normals");
+  expectFailure({"bare.xyz", "out.ply", "--normals", "reference"}, 2, "has no normals");
+  expectFailure({"sphere.xyz", "out.ply", "--confidence-field", "trust"}, 2, "'trust'");
+}
+
+TEST_F(ToolErrors, SensorFiles)
+{
+  const std::vector<std::string> base = {"sphere.xyz", "out.ply", "--sensors", "sensors.txt"};
+  const auto withViews = [&] {
+    std::vector<std::string> arguments = base;
+    arguments.insert(arguments.end(), {"--views", "views.txt"});
+    return arguments;
+  };
+  expectFailure(base, 1, "'sensors.txt': No such file");
+  write("sensors.txt", "0 0 3\n0 0\n");
+  expectFailure(base, 1, "'sensors.txt': line 2");
+  write("sensors.txt", "# none\n");
+  expectFailure(base, 1, "holds no sensor positions");
+  write("sensors.txt", "0 0 3\n");
+  write("views.txt", "0\n0\n");
+  expectFailure(withViews(), 1, "holds 2 views for 400 points");
+  std::string views;
+  for (int i = 0; i < 400; ++i)
+    views += "1\n";
+  write("views.txt", views);
+  expectFailure(withViews(), 1, "names sensor 1");
+  write("views.txt", "0.5\n");
+  expectFailure(withViews(), 1, "'views.txt': line 1");
+}
+
+TEST_F(ToolErrors, OutputsAreCheckedBeforeTheWork)
+{
+  std::filesystem::create_directory(path("folder.ply"));
+  expectFailure({"sphere.xyz", "nowhere/out.ply"}, 1, "'nowhere/out.ply': cannot be written");
+  expectFailure({"sphere.xyz", "folder.ply"}, 1, "'folder.ply': is a directory");
+  expectFailure({"sphere.xyz", "out.ply", "--report", "nowhere/r.json"}, 1, "nowhere/r.json");
+  expectFailure({"sphere.xyz", "out.ply", "--field", "nowhere/f.vti"}, 1, "nowhere/f.vti");
+  // Without reading the input, which would fail as well.
+  expectFailure({"absent.xyz", "nowhere/out.ply"}, 1, "nowhere/out.ply");
+  std::filesystem::create_symlink("/dev/null", path("null.ply"));
+  expectFailure({"sphere.xyz", "null.ply"}, 1, "is not a regular file");
+  write("sphere.ply", "kept");
+  expectFailure({"sphere.ply", "sphere.ply"}, 2, "would be overwritten");
+  std::filesystem::create_hard_link(path("sphere.ply"), path("link.ply"));
+  expectFailure({"sphere.ply", "link.ply"}, 2, "would be overwritten");
+  expectFailure({"sphere.ply", "./sphere.ply"}, 2, "would be overwritten");
+  EXPECT_EQ(tool::readText(path("sphere.ply")), "kept");
+  if (geteuid() != 0) {
+    std::filesystem::create_directory(path("closed"));
+    chmod(path("closed").c_str(), 0500);
+    expectFailure({"sphere.xyz", "closed/out.ply"}, 1, "Permission denied");
+  }
+}
+
+TEST_F(ToolErrors, AnExistingOutputSurvivesAFailure)
+{
+  write("out.ply", "earlier result");
+  write("two.xyz", "0 0 0\n1 0 0\n");
+  expectFailure({"two.xyz", "out.ply"}, 1, "two.xyz");
+  EXPECT_EQ(tool::readText(path("out.ply")), "earlier result");
+}
+
+TEST_F(ToolErrors, PictureNeedsADisplay)
+{
+  expectFailure({"sphere.xyz", "out.ply", "--picture", "p.png"}, 1, "xvfb-run");
+  // A display that does not answer.
+  const tool::Outcome outcome =
+      tool::runProgram({"env", "DISPLAY=:9753", MRF_TOOL, "sphere.xyz", "out.ply", "--picture", "p.png"},
+                       path(""), true);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("xvfb-run"), std::string::npos) << outcome.err;
+  EXPECT_EQ(files(), std::vector<std::string>{"sphere.xyz"});
+}
+
+TEST_F(ToolErrors, MethodFailures)
+{
+  expectFailure({"sphere.xyz", "out.ply", "--voxel-size", "0.001", "--max-memory", "16"}, 3, "voxel");
+}
+
+} // namespace

@@ -1,0 +1,231 @@
+// Every option that --help lists: accepted, in effect, with its default as shown.
+#include "support/tool.h"
+
+#include <cmath>
+#include <regex>
+#include <set>
+
+namespace {
+
+using nlohmann::json;
+
+/// Options whose effect is a value in the report.
+struct Case {
+  std::vector<std::string> arguments;
+  std::string pointer; ///< into the report
+  json expected;
+};
+
+const std::vector<Case> cases = {
+    {{"--preset", "paper"}, "/options/solver/method", "icm"},
+    {{"--normals", "use"}, "/options/normals/source", "use"},
+    {{"--normals", "reference"}, "/vote", "reference"},
+    {{"--normals", "estimate"}, "/normalsEstimated", true},
+    {{"--normal-radius", "0.5"}, "/options/normals/radius", .5},
+    {{"--spacing-filter", "off"}, "/options/outliers/spacing", false},
+    {{"--spacing-neighbours", "7"}, "/options/outliers/spacingNeighbours", 7},
+    {{"--spacing-factor", "2.5"}, "/options/outliers/spacingFactor", 2.5},
+    {{"--statistical-filter", "on"}, "/options/outliers/statistical", true},
+    {{"--statistical-neighbours", "12"}, "/options/outliers/statisticalNeighbours", 12},
+    {{"--statistical-deviations", "2.5"}, "/options/outliers/statisticalDeviations", 2.5},
+    {{"--noise-criteria", "on"}, "/options/normals/noiseCriteria", true},
+    {{"--noise-eigenvalue", "0.25"}, "/options/normals/maxThirdEigenvalue", .25},
+    {{"--noise-distance", "0.5"}, "/options/normals/maxPlaneDistance", .5},
+    {{"--orientation-distance", "0.5"}, "/options/orientation/neighbourDistance", .5},
+    {{"--orientation-angle", "30"}, "/options/orientation/maxAngle", 30},
+    {{"--join-creases", "off", "--orientation-angle", "60"}, "/options/orientation/joinAcrossCreases", false},
+    {{"--min-component", "0.25"}, "/options/orientation/minComponentShare", .25},
+    {{"--low-agreement", "0.5"}, "/options/orientation/lowAgreement", .5},
+    {{"--observation", "median"}, "/options/observation/estimate", "median"},
+    {{"--observation", "mean"}, "/options/observation/estimate", "mean"},
+    {{"--observation", "nearest"}, "/options/observation/estimate", "nearest"},
+    {{"--observation", "trapezoid"}, "/options/observation/estimate", "trapezoid"},
+    {{"--neighbours", "9"}, "/options/observation/neighbours", 9},
+    {{"--max-distance", "0.5"}, "/options/observation/maxDistance", .5},
+    {{"--scale-distance", "off"}, "/options/observation/scaleWithLevel", false},
+    {{"--confidence-shape", "linear"}, "/options/observation/confidenceShape", "linear"},
+    {{"--prior", "membrane"}, "/options/prior/prior", "membrane"},
+    {{"--prior", "thin-plate"}, "/options/prior/prior", "thin-plate"},
+    {{"--beta", "0.5"}, "/options/prior/beta", .5},
+    {{"--energy", "weighted"}, "/options/prior/energy", "weighted"},
+    {{"--voxel-size", "0.125"}, "/options/multiscale/voxelSize", .125},
+    {{"--padding", "4"}, "/options/multiscale/padding", 4},
+    {{"--coarse-padding", "0.25"}, "/options/multiscale/coarsePadding", .25},
+    {{"--coarsest-side", "32"}, "/options/multiscale/coarsestSide", 32},
+    {{"--max-memory", "512"}, "/options/multiscale/maxMemory", 512 << 20},
+    {{"--solver", "icm", "--prior", "membrane"}, "/options/solver/method", "icm"},
+    {{"--solver", "cg"}, "/options/solver/method", "cg"},
+    {{"--max-iterations", "60"}, "/options/solver/maxIterations", 60},
+    {{"--residual-tolerance", "0.0078125"}, "/options/solver/residualTolerance", .0078125},
+    {{"--change-tolerance", "0.0078125"}, "/options/solver/changeTolerance", .0078125},
+    {{"--smoother-degree", "12"}, "/options/solver/smootherDegree", 12},
+    {{"--max-factor-memory", "64"}, "/options/solver/maxFactorBytes", 64 << 20},
+    {{"--seed", "7"}, "/options/solver/seed", 7},
+    {{"--polygonizer", "tetrahedra"}, "/options/polygonizer/decomposition", "tetrahedra"},
+    {{"--remesh", "3"}, "/options/remesher/rounds", 3},
+    {{"--no-remesh"}, "/options/remesher/rounds", 0},
+    {{"--target-edge", "0.25"}, "/options/remesher/targetEdge", .25},
+    {{"--relaxation", "0.5"}, "/options/remesher/relaxation", .5},
+    {{"--trim", "none"}, "/options/trimming/trimming", "none"},
+    {{"--trim", "supported"}, "/options/trimming/trimming", "supported"},
+    {{"--max-hole", "0.5"}, "/options/trimming/maxHole", .5},
+    {{"--trim-component", "0.25"}, "/options/trimming/minComponentShare", .25},
+    {{"--colour", "confidence"}, "/options/colours", "confidence"},
+    {{"--colour", "none"}, "/options/colours", "none"},
+    {{"--threads", "3"}, "/threads", 3},
+    {{"--sensor", "0,0,4", "--normals", "estimate"}, "/vote", "sensor"},
+    {{"--sensor", "-3,0,0", "--sensor", "0,0,4", "--normals", "estimate"}, "/vote", "sensor"},
+    {{"--sensors", "sensors.txt", "--normals", "estimate"}, "/vote", "sensor"},
+    {{"--sensors", "sensors.txt", "--views", "views.txt", "--normals", "estimate"}, "/orientation/agreement", 1.0},
+};
+
+// Those that the tests below see at work.
+const std::set<std::string> testedBelow = {"--help",    "--version", "--verbose", "--quiet",
+                                           "--report",  "--field",   "--picture", "--confidence-field",
+                                           "--cholesky-coarsest"};
+
+class ToolOptions : public tool::Test {
+protected:
+  ToolOptions()
+  {
+    write("sphere.xyz", tool::sphereRows(500, .9));
+    write("sensors.txt", "# above and below\n0 0 4\n0 0 -4\n");
+    std::string views;
+    for (const Eigen::Vector3d& point : tool::spherePoints(500, .9))
+      views += point.z() > 0 ? "0\n" : "1\n";
+    write("views.txt", views);
+  }
+
+  json reportWith(const std::vector<std::string>& options) const
+  {
+    std::vector<std::string> arguments = {"sphere.xyz", "sphere.ply"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return reportOf(arguments);
+  }
+};
+
+std::string joined(const std::vector<std::string>& words)
+{
+  std::string text;
+  for (const std::string& word : words)
+    text += word + " ";
+  return text;
+}
+
+TEST_F(ToolOptions, EachTakesEffect)
+{
+  const json byDefault = reportWith({});
+  for (const Case& c : cases) {
+    SCOPED_TRACE(joined(c.arguments));
+    const json report = reportWith(c.arguments);
+    const json::json_pointer pointer(c.pointer);
+    ASSERT_TRUE(report.contains(pointer));
+    EXPECT_EQ(report.at(pointer), c.expected);
+    if (c.pointer != "/orientation/agreement" && c.arguments != std::vector<std::string>{"--normals", "use"})
+      EXPECT_NE(byDefault.at(pointer), c.expected) << "cannot be told from the default";
+    EXPECT_GT(report.at("/mesh/triangles"_json_pointer), 100);
+  }
+}
+
+TEST_F(ToolOptions, HelpListsNothingUntested)
+{
+  std::set<std::string> tested = testedBelow;
+  for (const Case& c : cases)
+    for (const std::string& argument : c.arguments)
+      if (argument.rfind("--", 0) == 0)
+        tested.insert(argument);
+  const tool::Outcome outcome = run({"--help"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.err, "");
+  std::set<std::string> listed;
+  const std::regex option("(^|\n) +(-., ?)?(--[a-z-]+)");
+  for (std::sregex_iterator i(outcome.out.begin(), outcome.out.end(), option), end; i != end; ++i)
+    listed.insert((*i)[3]);
+  EXPECT_EQ(listed, tested);
+}
+
+TEST_F(ToolOptions, HelpIsTrueAboutDefaults)
+{
+  const std::string help = std::regex_replace(run({"--help"}).out, std::regex("\\s+"), " ");
+  const json report = reportWith({});
+  EXPECT_NE(help.find("--beta WEIGHT weight of the data; lower it for noisy data, [0, 1); default 0.99"),
+            std::string::npos);
+  EXPECT_NEAR(report.at("/options/prior/beta"_json_pointer), .99, 1e-6); // a float
+  EXPECT_NE(help.find("voxel side of the finest level, >= 0; default 2 s"), std::string::npos);
+  EXPECT_NEAR(report.at("/options/multiscale/voxelSize"_json_pointer),
+              2 * report.at("/density/spacing"_json_pointer).get<double>(), 1e-6);
+}
+
+TEST_F(ToolOptions, ExplicitOptionsChangeAPreset)
+{
+  const json paper = reportWith({"--preset", "paper"});
+  // The preset comes first wherever it stands.
+  const json changed = reportWith({"--remesh", "2", "--preset", "paper"});
+  EXPECT_EQ(changed.at("/options/remesher/rounds"_json_pointer), 2);
+  EXPECT_NE(paper.at("/options/remesher/rounds"_json_pointer), 2);
+  EXPECT_EQ(changed.at("/options/observation"_json_pointer), paper.at("/options/observation"_json_pointer));
+  EXPECT_EQ(changed.at("/options/solver"_json_pointer), paper.at("/options/solver"_json_pointer));
+}
+
+TEST_F(ToolOptions, CholeskyWhereItIsBuiltIn)
+{
+  const tool::Outcome outcome = run({"sphere.xyz", "sphere.ply", "--solver", "cholesky", "--prior", "membrane"});
+  const tool::Outcome coarsest = run({"sphere.xyz", "coarsest.ply", "--cholesky-coarsest", "on", "--report", "r.json"});
+  if (outcome.status == 2) {
+    EXPECT_NE(outcome.err.find("CHOLMOD"), std::string::npos) << outcome.err;
+    EXPECT_EQ(coarsest.status, 2);
+    GTEST_SKIP() << "built without CHOLMOD";
+  }
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  ASSERT_EQ(coarsest.status, 0) << coarsest.err;
+  const json report = json::parse(tool::readText(path("r.json")));
+  EXPECT_EQ(report.at("/levels/0/solve/method"_json_pointer), "cholesky");
+}
+
+TEST_F(ToolOptions, ConfidenceFieldWeighsThePoints)
+{
+  // A second, slightly larger sphere of points that nobody trusts.
+  std::string rows;
+  for (const Eigen::Vector3d& p : tool::spherePoints(500)) {
+    const auto row = [&](double radius, double confidence) {
+      for (int axis = 0; axis < 3; ++axis)
+        rows += std::to_string(radius * p[axis]) + " ";
+      for (int axis = 0; axis < 3; ++axis)
+        rows += std::to_string(p[axis]) + " ";
+      rows += std::to_string(confidence) + "\n";
+    };
+    row(1, 1);
+    row(1.2, 0);
+  }
+  write("two.xyz", rows);
+  const json trusting = reportOf({"two.xyz", "trusting.ply"});
+  const json weighed = reportOf({"two.xyz", "weighed.ply", "--confidence-field", "column7"});
+  EXPECT_EQ(weighed.at("/options/confidenceField"_json_pointer), "column7");
+  EXPECT_EQ(weighed.at("/points/zeroConfidence"_json_pointer), 500);
+  EXPECT_EQ(trusting.at("/points/zeroConfidence"_json_pointer), 0);
+  // The unit sphere alone is left; its volume at this resolution, about 7 voxels across, is right to a few per cent.
+  EXPECT_NEAR(weighed.at("/mesh/volume"_json_pointer), 4.19, .2);
+}
+
+TEST_F(ToolOptions, VerbosityDecidesWhatIsPrinted)
+{
+  const tool::Outcome quiet = run({"sphere.xyz", "a.ply", "-q"}), normal = run({"sphere.xyz", "b.ply"}),
+                      verbose = run({"sphere.xyz", "c.ply", "--verbose"});
+  EXPECT_EQ(quiet.status, 0);
+  EXPECT_EQ(quiet.out + quiet.err, "");
+  EXPECT_EQ(normal.status, 0);
+  for (const char* heading : {"read ", "used ", "derived ", "seconds ", "surface ", "wrote "})
+    EXPECT_NE(normal.out.find(heading), std::string::npos) << heading;
+  EXPECT_EQ(normal.out.find("smootherDegree"), std::string::npos);
+  EXPECT_NE(verbose.out.find("smootherDegree"), std::string::npos);
+  EXPECT_EQ(tool::readText(path("a.ply")), tool::readText(path("c.ply")));
+}
+
+TEST_F(ToolOptions, VersionIsPrinted)
+{
+  const tool::Outcome outcome = run({"--version"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_TRUE(std::regex_match(outcome.out, std::regex("pcl_mrf_reconstruction \\d+\\.\\d+\\.\\d+\n"))) << outcome.out;
+}
+
+} // namespace
