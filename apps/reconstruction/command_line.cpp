@@ -1,11 +1,11 @@
 #include "command_line.h"
 
+#include "option_parser.h"
 #include "support/errors.h"
 #include "support/point_table.h"
 #include "support/sensors.h"
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
-#include "option_parser.h"
 
 #include <array>
 #include <charconv>
@@ -13,7 +13,7 @@
 namespace mrf_apps {
 namespace {
 
-using pcl::mrf::Options;
+using namespace pcl::mrf;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double mebibyte = 1024. * 1024.;
@@ -30,13 +30,11 @@ Range wholeNumbers(int lower, int upper)
 void addInputOptions(OptionParser& parser, Command& command)
 {
   parser.group("Normals and sensors");
-  parser.choice(
-      "--normals", [](Options & o) -> auto& { return o.normals.source; },
-      "normals of the input: use them if there are any, use, take as reference for the orientation, or "
-      "estimate anew");
-  parser.number(
-      "--normal-radius", "LENGTH", length, [](Options & o) -> auto& { return o.normals.radius; },
-      "neighbourhood of the plane fit", "2.5 s");
+  parser.choice("--normals", field(&Options::normals, &NormalOptions::source),
+                "normals of the input: use them if there are any, use, take as reference for the orientation, or "
+                "estimate anew");
+  parser.number("--normal-radius", "LENGTH", length, field(&Options::normals, &NormalOptions::radius),
+                "neighbourhood of the plane fit", "2.5 s");
   CLI::Option* sensor = parser
                             .add("--sensor", "X,Y,Z", "position of a sensor, which normals are turned to; repeatable",
                                  [&command](const std::string& text) {
@@ -61,156 +59,114 @@ void addInputOptions(OptionParser& parser, Command& command)
 void addPreprocessingOptions(OptionParser& parser)
 {
   parser.group("Outliers");
-  parser.onOff(
-      "--spacing-filter", [](Options & o) -> auto& { return o.outliers.spacing; },
-      "drop points whose mean distance to their neighbours is a multiple of its median");
-  parser.number(
-      "--spacing-neighbours", "N", wholeNumbers(1, 1000),
-      [](Options & o) -> auto& { return o.outliers.spacingNeighbours; }, "its number of neighbours");
-  parser.number(
-      "--spacing-factor", "FACTOR", {1, infinity, true}, [](Options & o) -> auto& { return o.outliers.spacingFactor; },
-      "its multiple of the median");
-  parser.onOff(
-      "--statistical-filter", [](Options & o) -> auto& { return o.outliers.statistical; },
-      "PCL's statistical outlier removal");
-  parser.number(
-      "--statistical-neighbours", "N", wholeNumbers(1, 1000),
-      [](Options & o) -> auto& { return o.outliers.statisticalNeighbours; }, "its number of neighbours");
-  parser.number(
-      "--statistical-deviations", "N", positive, [](Options & o) -> auto& { return o.outliers.statisticalDeviations; },
-      "its limit in standard deviations");
-  parser.onOff(
-      "--noise-criteria", [](Options & o) -> auto& { return o.normals.noiseCriteria; },
-      "drop points off the plane fitted for their normal, as the paper does");
-  parser.number(
-      "--noise-eigenvalue", "SHARE", {0, 1. / 3, true},
-      [](Options & o) -> auto& { return o.normals.maxThirdEigenvalue; },
-      "its limit to the share of the smallest eigenvalue");
-  parser.number(
-      "--noise-distance", "LENGTH", length, [](Options & o) -> auto& { return o.normals.maxPlaneDistance; },
-      "its limit to the distance from the plane", "s");
+  parser.onOff("--spacing-filter", field(&Options::outliers, &OutlierOptions::spacing),
+               "drop points whose mean distance to their neighbours is a multiple of its median");
+  parser.number("--spacing-neighbours", "N", wholeNumbers(1, 1000),
+                field(&Options::outliers, &OutlierOptions::spacingNeighbours), "its number of neighbours");
+  parser.number("--spacing-factor", "FACTOR", {1, infinity, true},
+                field(&Options::outliers, &OutlierOptions::spacingFactor), "its multiple of the median");
+  parser.onOff("--statistical-filter", field(&Options::outliers, &OutlierOptions::statistical),
+               "PCL's statistical outlier removal");
+  parser.number("--statistical-neighbours", "N", wholeNumbers(1, 1000),
+                field(&Options::outliers, &OutlierOptions::statisticalNeighbours), "its number of neighbours");
+  parser.number("--statistical-deviations", "N", positive,
+                field(&Options::outliers, &OutlierOptions::statisticalDeviations), "its limit in standard deviations");
+  parser.onOff("--noise-criteria", field(&Options::normals, &NormalOptions::noiseCriteria),
+               "drop points off the plane fitted for their normal, as the paper does");
+  parser.number("--noise-eigenvalue", "SHARE", {0, 1. / 3, true},
+                field(&Options::normals, &NormalOptions::maxThirdEigenvalue),
+                "its limit to the share of the smallest eigenvalue");
+  parser.number("--noise-distance", "LENGTH", length, field(&Options::normals, &NormalOptions::maxPlaneDistance),
+                "its limit to the distance from the plane", "s");
 
   parser.group("Orientation");
-  parser.number(
-      "--orientation-distance", "LENGTH", length, [](Options & o) -> auto& { return o.orientation.neighbourDistance; },
-      "points closer than this are neighbours", "s + 6 standard deviations, at least 2.5 s");
-  parser.number(
-      "--orientation-angle", "DEGREES", {0, 90, true}, [](Options & o) -> auto& { return o.orientation.maxAngle; },
-      "and their normals within this angle");
-  parser.onOff(
-      "--join-creases", [](Options & o) -> auto& { return o.orientation.joinAcrossCreases; },
-      "join components over neighbours that fail the angle");
-  parser.number(
-      "--min-component", "SHARE", {0, 1, false, true},
-      [](Options & o) -> auto& { return o.orientation.minComponentShare; },
-      "drop components with a smaller share of the points");
-  parser.number(
-      "--low-agreement", "SHARE", {0, 1}, [](Options & o) -> auto& { return o.orientation.lowAgreement; },
-      "warn if fewer normals agree with the vote on their orientation");
+  parser.number("--orientation-distance", "LENGTH", length,
+                field(&Options::orientation, &OrientationOptions::neighbourDistance),
+                "points closer than this are neighbours", "s + 6 standard deviations, at least 2.5 s");
+  parser.number("--orientation-angle", "DEGREES", {0, 90, true},
+                field(&Options::orientation, &OrientationOptions::maxAngle), "and their normals within this angle");
+  parser.onOff("--join-creases", field(&Options::orientation, &OrientationOptions::joinAcrossCreases),
+               "join components over neighbours that fail the angle");
+  parser.number("--min-component", "SHARE", {0, 1, false, true},
+                field(&Options::orientation, &OrientationOptions::minComponentShare),
+                "drop components with a smaller share of the points");
+  parser.number("--low-agreement", "SHARE", {0, 1}, field(&Options::orientation, &OrientationOptions::lowAgreement),
+                "warn if fewer normals agree with the vote on their orientation");
 }
 
 void addModelOptions(OptionParser& parser)
 {
   parser.group("Observation");
-  parser.choice(
-      "--observation", [](Options & o) -> auto& { return o.observation.estimate; },
-      "how the distances to the tangent planes of the nearest points become one");
-  parser.number(
-      "--neighbours", "N", wholeNumbers(1, 100), [](Options & o) -> auto& { return o.observation.neighbours; },
-      "points observed per voxel");
-  parser.number(
-      "--max-distance", "LENGTH", length, [](Options & o) -> auto& { return o.observation.maxDistance; },
-      "distance from the points at which the confidence reaches 0", "3 s");
-  parser.onOff(
-      "--scale-distance", [](Options & o) -> auto& { return o.observation.scaleWithLevel; },
-      "coarse levels observe up to 1.5 voxels if that is farther");
-  parser.choice(
-      "--confidence-shape", [](Options & o) -> auto& { return o.observation.confidenceShape; },
-      "how the confidence falls with the distance");
+  parser.choice("--observation", field(&Options::observation, &ObservationOptions::estimate),
+                "how the distances to the tangent planes of the nearest points become one");
+  parser.number("--neighbours", "N", wholeNumbers(1, 100),
+                field(&Options::observation, &ObservationOptions::neighbours), "points observed per voxel");
+  parser.number("--max-distance", "LENGTH", length, field(&Options::observation, &ObservationOptions::maxDistance),
+                "distance from the points at which the confidence reaches 0", "3 s");
+  parser.onOff("--scale-distance", field(&Options::observation, &ObservationOptions::scaleWithLevel),
+               "coarse levels observe up to 1.5 voxels if that is farther");
+  parser.choice("--confidence-shape", field(&Options::observation, &ObservationOptions::confidenceShape),
+                "how the confidence falls with the distance");
 
   parser.group("Prior");
-  parser.choice(
-      "--prior", [](Options & o) -> auto& { return o.prior.prior; },
-      "what a surface without data looks like; the first is the flattest and fastest");
-  parser.number(
-      "--beta", "WEIGHT", {0, 1, false, true}, [](Options & o) -> auto& { return o.prior.beta; },
-      "weight of the data; lower it for noisy data");
-  parser.choice(
-      "--energy", [](Options & o) -> auto& { return o.prior.energy; },
-      "joint: Eq. 9 of the paper; weighted: Eq. 10-11");
+  parser.choice("--prior", field(&Options::prior, &PriorOptions::prior),
+                "what a surface without data looks like; the first is the flattest and fastest");
+  parser.number("--beta", "WEIGHT", {0, 1, false, true}, field(&Options::prior, &PriorOptions::beta),
+                "weight of the data; lower it for noisy data");
+  parser.choice("--energy", field(&Options::prior, &PriorOptions::energy),
+                "joint: Eq. 9 of the paper; weighted: Eq. 10-11");
 
   parser.group("Grid");
-  parser.number(
-      "--voxel-size", "LENGTH", length, [](Options & o) -> auto& { return o.multiscale.voxelSize; },
-      "voxel side of the finest level", "2 s");
-  parser.number(
-      "--padding", "VOXELS", wholeNumbers(2, 1000), [](Options & o) -> auto& { return o.multiscale.padding; },
-      "voxels around the points on each level");
-  parser.number(
-      "--coarse-padding", "SHARE", {0, 4}, [](Options & o) -> auto& { return o.multiscale.coarsePadding; },
-      "on coarse levels not more than this share of the longest side");
-  parser.number(
-      "--coarsest-side", "VOXELS", wholeNumbers(4, 256), [](Options & o) -> auto& { return o.multiscale.coarsestSide; },
-      "levels are added until the longest side is at most this");
-  parser.number(
-      "--max-memory", "MIB", length, [](Options & o) -> auto& { return o.multiscale.maxMemory; },
-      "memory the levels may take", "80 % of what is free", mebibyte);
+  parser.number("--voxel-size", "LENGTH", length, field(&Options::multiscale, &MultiscaleOptions::voxelSize),
+                "voxel side of the finest level", "2 s");
+  parser.number("--padding", "VOXELS", wholeNumbers(2, 1000), field(&Options::multiscale, &MultiscaleOptions::padding),
+                "voxels of the finest level around the points");
+  parser.number("--coarsest-side", "VOXELS", wholeNumbers(4, 256),
+                field(&Options::multiscale, &MultiscaleOptions::coarsestSide),
+                "levels are added until the longest side is at most this");
+  parser.number("--max-memory", "MIB", length, field(&Options::multiscale, &MultiscaleOptions::maxMemory),
+                "memory the levels may take", "80 % of what is free", mebibyte);
 
   parser.group("Solver");
-  parser.choice(
-      "--solver", [](Options & o) -> auto& { return o.solver.method; }, "how the linear system is solved");
-  parser.number(
-      "--max-iterations", "N", wholeNumbers(0, 1000000000), [](Options & o) -> auto& { return o.solver.maxIterations; },
-      "iterations or sweeps per level", "100 (multigrid), 1000 (icm), 10000 (cg)");
-  parser.number(
-      "--residual-tolerance", "RATIO", {0, 1, true, true},
-      [](Options & o) -> auto& { return o.solver.residualTolerance; },
-      "multigrid and cg stop at this relative residual");
-  parser.number(
-      "--change-tolerance", "VOXELS", length, [](Options & o) -> auto& { return o.solver.changeTolerance; },
-      "icm stops when a sweep changes less (RMS); 0 = by sweeps only");
-  parser.number(
-      "--smoother-degree", "N", wholeNumbers(0, 50), [](Options & o) -> auto& { return o.solver.smootherDegree; },
-      "of multigrid's Chebyshev smoother", "2, 5, 8 by the order of the prior");
-  parser.onOff(
-      "--cholesky-coarsest", [](Options & o) -> auto& { return o.solver.choleskyOnCoarsest; },
-      "factorise the coarsest level whatever the solver");
-  parser.number(
-      "--max-factor-memory", "MIB", positive, [](Options & o) -> auto& { return o.solver.maxFactorBytes; },
-      "memory a Cholesky factor may take", {}, mebibyte);
-  parser.number(
-      "--seed", "N", {0, 9e15}, [](Options & o) -> auto& { return o.solver.seed; }, "of icm's visiting order");
+  parser.choice("--solver", field(&Options::solver, &SolverOptions::method), "how the linear system is solved");
+  parser.number("--max-iterations", "N", wholeNumbers(0, 1000000000),
+                field(&Options::solver, &SolverOptions::maxIterations), "iterations or sweeps per level",
+                "100 (multigrid), 1000 (icm), 10000 (cg)");
+  parser.number("--residual-tolerance", "RATIO", {0, 1, true, true},
+                field(&Options::solver, &SolverOptions::residualTolerance),
+                "multigrid and cg stop at this relative residual");
+  parser.number("--change-tolerance", "VOXELS", length, field(&Options::solver, &SolverOptions::changeTolerance),
+                "icm stops when a sweep changes less (RMS); 0 = by sweeps only");
+  parser.number("--smoother-degree", "N", wholeNumbers(0, 50), field(&Options::solver, &SolverOptions::smootherDegree),
+                "of multigrid's Chebyshev smoother", "2, 5, 8 by the order of the prior");
+  parser.onOff("--cholesky-coarsest", field(&Options::solver, &SolverOptions::choleskyOnCoarsest),
+               "factorise the coarsest level whatever the solver");
+  parser.number("--max-factor-memory", "MIB", positive, field(&Options::solver, &SolverOptions::maxFactorBytes),
+                "memory a Cholesky factor may take", {}, mebibyte);
+  parser.number("--seed", "N", {0, 9e15}, field(&Options::solver, &SolverOptions::seed), "of icm's visiting order");
 }
 
 void addMeshOptions(OptionParser& parser)
 {
   parser.group("Mesh");
-  parser.choice(
-      "--polygonizer", [](Options & o) -> auto& { return o.polygonizer.decomposition; },
-      "how the zero level is cut out of the voxels");
-  CLI::Option* remesh = parser.number(
-      "--remesh", "N", wholeNumbers(0, 1000), [](Options & o) -> auto& { return o.remesher.rounds; },
-      "rounds of remeshing");
+  parser.choice("--polygonizer", field(&Options::polygonizer, &PolygonizerOptions::decomposition),
+                "how the zero level is cut out of the voxels");
+  CLI::Option* remesh = parser.number("--remesh", "N", wholeNumbers(0, 1000),
+                                      field(&Options::remesher, &RemesherOptions::rounds), "rounds of remeshing");
   parser.flag("--no-remesh", "the same as --remesh 0", [](Options& o) { o.remesher.rounds = 0; })->excludes(remesh);
-  parser.number(
-      "--target-edge", "LENGTH", length, [](Options & o) -> auto& { return o.remesher.targetEdge; },
-      "edge that the remesher aims at", "median edge before");
-  parser.number(
-      "--relaxation", "SHARE", {0, 1, true}, [](Options & o) -> auto& { return o.remesher.relaxation; },
-      "of the remesher's tangential step that is taken");
-  parser.choice(
-      "--trim", [](Options & o) -> auto& { return o.trimming.trimming; },
-      "invented surface: keep all, keep only fillings of holes, or keep none");
-  parser.number(
-      "--max-hole", "LENGTH", length, [](Options & o) -> auto& { return o.trimming.maxHole; },
-      "largest diameter of a hole that is filled", "half the bounding box's diagonal");
-  parser.number(
-      "--trim-component", "SHARE", {0, 1, false, true},
-      [](Options & o) -> auto& { return o.trimming.minComponentShare; },
-      "drop components of the mesh with less of the supported area; not with --trim none");
-  parser.choice(
-      "--colour", [](Options & o) -> auto& { return o.colours; },
-      "colours of the mesh: blue where interpolated and skin where observed, the input's, or none");
+  parser.number("--target-edge", "LENGTH", length, field(&Options::remesher, &RemesherOptions::targetEdge),
+                "edge that the remesher aims at", "median edge before");
+  parser.number("--relaxation", "SHARE", {0, 1, true}, field(&Options::remesher, &RemesherOptions::relaxation),
+                "of the remesher's tangential step that is taken");
+  parser.choice("--trim", field(&Options::trimming, &TrimmingOptions::trimming),
+                "invented surface: keep all, keep only fillings of holes, or keep none");
+  parser.number("--max-hole", "LENGTH", length, field(&Options::trimming, &TrimmingOptions::maxHole),
+                "largest diameter of a hole that is filled", "half the bounding box's diagonal");
+  parser.number("--trim-component", "SHARE", {0, 1, false, true},
+                field(&Options::trimming, &TrimmingOptions::minComponentShare),
+                "drop components of the mesh with less of the supported area; not with --trim none");
+  parser.choice("--colour", field(&Options::colours),
+                "colours of the mesh: blue where interpolated and skin where observed, the input's, or none");
 }
 
 void addOutputOptions(OptionParser& parser, Command& command)
@@ -220,9 +176,8 @@ void addOutputOptions(OptionParser& parser, Command& command)
   parser.text("--field", "FILE.vti", command.field, "the distance field and its confidence");
   parser.text("--picture", "FILE.png", command.picture, "a rendering of the mesh; needs an X display (xvfb-run)");
   parser.group("Run");
-  parser.number(
-      "--threads", "N", wholeNumbers(0, 1024), [](Options & o) -> auto& { return o.threads; },
-      "the result does not depend on it", "one per hardware thread");
+  parser.number("--threads", "N", wholeNumbers(0, 1024), field(&Options::threads), "the result does not depend on it",
+                "one per hardware thread");
 }
 
 void requireExtension(const std::string& option, const std::string& path, const std::string& wanted)

@@ -33,6 +33,20 @@ struct Range {
 /// Shortest decimal text of a number.
 std::string decimal(double value);
 
+/// A member of Options.
+template <typename Value>
+auto field(Value pcl::mrf::Options::*member)
+{
+  return [member](pcl::mrf::Options& options) -> Value& { return options.*member; };
+}
+
+/// A member of one of its structs.
+template <typename Stage, typename Value>
+auto field(Stage pcl::mrf::Options::*stage, Value Stage::*member)
+{
+  return [stage, member](pcl::mrf::Options& options) -> Value& { return options.*stage.*member; };
+}
+
 /// Registers options with their defaults, collects what the user set, and applies it to a preset.
 class OptionParser {
 public:
@@ -43,7 +57,7 @@ public:
   /// Later options appear under this heading of the help.
   void group(const std::string& name) { group_ = name; }
 
-  /// A number. \param member from Options& to the member
+  /// A number. \param member as `field` makes it
   /// \param automatic what 0 stands for, shown as the default; empty: the default is shown as a number
   /// \param factor the member's unit in the option's
   template <typename Member>

@@ -1,5 +1,6 @@
 #include "run.h"
 
+#include "console.h"
 #include "support/errors.h"
 #include "support/field_file.h"
 #include "support/option_names.h"
@@ -10,7 +11,6 @@
 #include "support/sensors.h"
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
-#include "console.h"
 
 #include <pcl/surface/mrf_reconstruction.h>
 

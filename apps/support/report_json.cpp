@@ -59,7 +59,6 @@ Json toJson(const Options& options)
           {"multiscale",
            {{"voxelSize", multiscale.voxelSize},
             {"padding", multiscale.padding},
-            {"coarsePadding", multiscale.coarsePadding},
             {"coarsestSide", multiscale.coarsestSide},
             {"maxMemory", multiscale.maxMemory}}},
           {"polygonizer", {{"decomposition", nameOf(options.polygonizer.decomposition)}}},
