@@ -31,8 +31,9 @@ protected:
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     EXPECT_EQ(outcome.err.rfind("pcl_mrf_reconstruction: ", 0), 0u) << outcome.err;
     EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
-    if (status == 2)
+    if (status == 2) {
       EXPECT_NE(outcome.err.find("--help"), std::string::npos) << outcome.err;
+    }
     EXPECT_EQ(files(), before);
   }
 
@@ -104,7 +105,8 @@ TEST_F(ToolErrors, MalformedFiles)
   expectBadInput("words.pcd", pcdHeader + "ascii\n1 2 x\n", "words.pcd");
   expectBadInput("words.xyz", "0 0 0\n1 0 zero\n", "line 2");
   expectBadInput("ragged.xyz", "0 0 0\n1 0 0 5\n", "line 2");
-  expectBadInput("flat.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n",
+  expectBadInput("flat.ply",
+                 "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n",
                  "x, y and z");
 }
 
@@ -140,13 +142,20 @@ TEST_F(ToolErrors, Usage)
 TEST_F(ToolErrors, BadValues)
 {
   const std::vector<std::pair<std::string, std::string>> values = {
-      {"--beta", "1"},          {"--beta", "-0.1"},        {"--beta", "nan"},       {"--beta", "much"},
-      {"--beta", "0.5x"},       {"--beta", ""},            {"--voxel-size", "-1"},  {"--voxel-size", "inf"},
-      {"--neighbours", "0"},    {"--neighbours", "5.5"},   {"--neighbours", "101"}, {"--remesh", "-1"},
-      {"--remesh", "1e9"},      {"--threads", "-2"},       {"--threads", "5000"},   {"--prior", "flat"},
-      {"--observation", "all"}, {"--solver", "magic"},     {"--normals", "maybe"},  {"--polygonizer", "spheres"},
-      {"--trim", "much"},       {"--colour", "red"},       {"--preset", "best"},    {"--spacing-filter", "yes"},
-      {"--sensor", "1,2"},      {"--sensor", "1,2,three"}, {"--sensor", "1,2,nan"}, {"--orientation-angle", "0"}};
+      {"--beta", "1"},          {"--beta", "-0.1"},
+      {"--beta", "nan"},        {"--beta", "much"},
+      {"--beta", "0.5x"},       {"--beta", ""},
+      {"--voxel-size", "-1"},   {"--voxel-size", "inf"},
+      {"--neighbours", "0"},    {"--neighbours", "5.5"},
+      {"--neighbours", "101"},  {"--remesh", "-1"},
+      {"--remesh", "1e9"},      {"--threads", "-2"},
+      {"--threads", "5000"},    {"--prior", "flat"},
+      {"--observation", "all"}, {"--solver", "magic"},
+      {"--normals", "maybe"},   {"--polygonizer", "spheres"},
+      {"--trim", "much"},       {"--colour", "red"},
+      {"--preset", "best"},     {"--spacing-filter", "yes"},
+      {"--sensor", "1,2"},      {"--sensor", "1,2,three"},
+      {"--sensor", "1,2,nan"},  {"--orientation-angle", "0"}};
   for (const auto& [option, value] : values)
     expectFailure({"sphere.xyz", "out.ply", option, value}, 2, option);
   // The message says what would be right.
@@ -234,9 +243,8 @@ TEST_F(ToolErrors, PictureNeedsADisplay)
 {
   expectFailure({"sphere.xyz", "out.ply", "--picture", "p.png"}, 1, "xvfb-run");
   // A display that does not answer.
-  const tool::Outcome outcome =
-      tool::runProgram({"env", "DISPLAY=:9753", MRF_TOOL, "sphere.xyz", "out.ply", "--picture", "p.png"},
-                       path(""), true);
+  const tool::Outcome outcome = tool::runProgram(
+      {"env", "DISPLAY=:9753", MRF_TOOL, "sphere.xyz", "out.ply", "--picture", "p.png"}, path(""), true);
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("xvfb-run"), std::string::npos) << outcome.err;
   EXPECT_EQ(files(), std::vector<std::string>{"sphere.xyz"});

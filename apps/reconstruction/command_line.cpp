@@ -102,7 +102,7 @@ void addModelOptions(OptionParser& parser)
   parser.number("--neighbours", "N", wholeNumbers(1, 100),
                 field(&Options::observation, &ObservationOptions::neighbours), "points observed per voxel");
   parser.number("--max-distance", "LENGTH", length, field(&Options::observation, &ObservationOptions::maxDistance),
-                "distance from the points at which the confidence reaches 0", "3 s");
+                "distance from the points at which the confidence reaches 0", "3.25 s");
   parser.onOff("--scale-distance", field(&Options::observation, &ObservationOptions::scaleWithLevel),
                "coarse levels observe up to 1.5 voxels if that is farther");
   parser.choice("--confidence-shape", field(&Options::observation, &ObservationOptions::confidenceShape),
@@ -136,7 +136,7 @@ void addModelOptions(OptionParser& parser)
                 field(&Options::solver, &SolverOptions::residualTolerance),
                 "multigrid and cg stop at this relative residual");
   parser.number("--change-tolerance", "VOXELS", length, field(&Options::solver, &SolverOptions::changeTolerance),
-                "icm stops when a sweep changes less (RMS); 0 = by sweeps only");
+                "icm and multigrid stop when a step changes less (RMS); 0 = never");
   parser.number("--smoother-degree", "N", wholeNumbers(0, 50), field(&Options::solver, &SolverOptions::smootherDegree),
                 "of multigrid's Chebyshev smoother", "2, 5, 8 by the order of the prior");
   parser.onOff("--cholesky-coarsest", field(&Options::solver, &SolverOptions::choleskyOnCoarsest),

@@ -64,6 +64,8 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
   renderer->GradientBackgroundOn();
   renderer->AddActor(actor);
   auto lights = vtkSmartPointer<vtkLightKit>::New();
+  lights->SetKeyLightIntensity(.95);
+  lights->SetKeyToFillRatio(2.5);
   lights->AddLightsToRenderer(renderer);
 
   const Eigen::Vector3d extent = upper - lower;
