@@ -209,7 +209,9 @@ float resolvedMaxDistance(const ObservationOptions& options, float spacing, floa
 {
   if (options.maxDistance > 0)
     return options.maxDistance;
-  return options.scaleWithLevel ? std::max(3.25f * spacing, 1.5f * voxelSize) : 3 * spacing;
+  const bool tangential = options.estimate == Estimate::plane || options.estimate == Estimate::trapezoid;
+  const float reach = (tangential ? 3.25f : 3.f) * spacing;
+  return options.scaleWithLevel ? std::max(reach, 1.5f * voxelSize) : reach;
 }
 
 Observation observe(const OrientedPoints& points, const NeighbourSearch& search, const Lattice& lattice, float spacing,

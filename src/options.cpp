@@ -18,10 +18,10 @@ Options paperPreset()
   options.orientation.joinAcrossCreases = false;
   options.observation.estimate = Estimate::median;
   options.observation.confidenceShape = ConfidenceShape::linear;
-  options.observation.scaleWithLevel = false;
   options.prior.prior = Prior::thinPlate;
   options.prior.beta = .9f;
   options.solver.method = SolverMethod::icm;
+  options.solver.changeTolerance = 1e-3;
   options.solver.choleskyOnCoarsest = hasCholesky();
   options.trimming.trimming = Trimming::none;
   options.remesher.rounds = 10;

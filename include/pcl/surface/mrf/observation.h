@@ -31,8 +31,8 @@ enum class ConfidenceShape {
 struct ObservationOptions {
   Estimate estimate = Estimate::plane;
   int neighbours = 5;    ///< points per voxel, 1..100
-  float maxDistance = 0; ///< dEmax, cloud's unit; 0 = 3.25 l̄ (measured), at least 1.5 h; without scaleWithLevel 3 l̄
-  bool scaleWithLevel = true; ///< coarser levels observe with max(dEmax, 1.5 h_level) instead of dEmax
+  float maxDistance = 0; ///< dEmax, cloud's unit; 0 = 3 l̄ (the paper's), 3.25 l̄ for plane and trapezoid (measured)
+  bool scaleWithLevel = true; ///< coarser levels, and an automatic dEmax, reach at least 1.5 h of the level
   ConfidenceShape confidenceShape = ConfidenceShape::quadratic;
 };
 
