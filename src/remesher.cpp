@@ -141,6 +141,13 @@ private:
     return shapeOf(corner(mesh_.origin[h]), corner(mesh_.target(h)), corner(mesh_.opposite(h)));
   }
 
+  /// Normal of the triangle of h, twice the area long. Reads positions only: normals may be in the making.
+  Vector3f cross(std::int32_t h) const
+  {
+    const Vector3f& a = mesh_.positions[mesh_.origin[h]];
+    return (mesh_.positions[mesh_.target(h)] - a).cross(mesh_.positions[mesh_.opposite(h)] - a);
+  }
+
   float squaredLength(std::int32_t h) const
   {
     return (mesh_.positions[mesh_.target(h)] - mesh_.positions[mesh_.origin[h]]).squaredNorm();
@@ -176,7 +183,7 @@ private:
   {
     double area = 0;
     for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); h += 3)
-      area += .5 * shape(h).cross.norm();
+      area += .5 * cross(h).norm();
     const double triangles = area / (.25 * std::sqrt(3.0) * target_ * target_);
     const double limit = 5e8;
     if (triangles > limit) {
@@ -194,7 +201,7 @@ private:
         if (mesh_.outgoing[v] < 0)
           continue;
         Vector3f sum = Vector3f::Zero();
-        mesh_.forOutgoing(v, [&](std::int32_t h) { sum += shape(h).cross; });
+        mesh_.forOutgoing(v, [&](std::int32_t h) { sum += cross(h); });
         mesh_.normals[v] = normalOf(field_, mesh_.positions[v], sum.normalized());
       }
     });
@@ -418,7 +425,7 @@ private:
     execution_.forRange(count, vertexGrain, [&](std::int64_t begin, std::int64_t end) {
       for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
         areas_[v] = 0;
-        mesh_.forOutgoing(v, [&](std::int32_t h) { areas_[v] += shape(h).cross.norm(); });
+        mesh_.forOutgoing(v, [&](std::int32_t h) { areas_[v] += cross(h).norm(); });
       }
     });
     execution_.forRange(count, vertexGrain, [&](std::int64_t begin, std::int64_t end) {
