@@ -18,9 +18,11 @@ constexpr std::int64_t denseUnknowns = 400;
 /// precision of Real nothing is gained.
 constexpr double restartGain = .5;
 
+/// For k = 3 measured on grids of 0.2 to 1.6 million voxels: a third less work to 1e-4 than with 8, a tenth less than
+/// with 7 or 14.
 int defaultDegree(Prior prior)
 {
-  return prior == Prior::membrane ? 2 : prior == Prior::thinPlate ? 5 : 8;
+  return prior == Prior::membrane ? 2 : prior == Prior::thinPlate ? 5 : 10;
 }
 
 /// RMS of p, in units, over the voxels closer than 2 units to the zero level of d: what a step changes of the surface.

@@ -24,7 +24,7 @@ struct SolverOptions {
   double residualTolerance = 1e-6; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
   double changeTolerance = 2e-3;   ///< icm and multigrid also stop when a step changes d by less, RMS in voxel sides
                                    ///< (icm: over all voxels; multigrid: within 2 voxels of the zero level); 0 = never
-  int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 8 for k = 1 / 2 / 3
+  int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 10 for k = 1 / 2 / 3
   bool choleskyOnCoarsest =
       false;              ///< factorise the coarsest level of the multiscale scheme whatever the method (the paper's)
   std::uint64_t seed = 1; ///< of icm's visiting order
