@@ -1,0 +1,148 @@
+// The real scans beside the project: validity of the meshes, accuracy and hole filling against fixed bars.
+#include "support/mesh_distance.h"
+#include "support/scans.h"
+
+#include <pcl/surface/mrf/reconstruction.h>
+#include <pcl/surface/mrf/self_intersection.h>
+
+#include <gtest/gtest.h>
+
+#include <iostream>
+
+using namespace pcl::mrf;
+
+namespace {
+
+struct Outcome {
+  Reconstruction reconstruction;
+  double accuracy = 0; ///< RMS, used input points to the surface, % of the diagonal
+  double clean = 0;    ///< RMS, noise-free points to the surface
+  double hole = 0;     ///< RMS, held-out points to the surface
+};
+
+/// Reconstructs, by default without remeshing: the bars are on the zero level itself.
+Outcome run(const std::string& name, Options options, int remeshingRounds = 0)
+{
+  options.remesher.rounds = remeshingRounds;
+  const scans::Scan scan = scans::load(name);
+  PointCounts counts;
+  const PointSet points = gather(scan.points.positions, scan.points.normals, {}, {}, {}, true, counts);
+  Execution execution(0);
+  const auto search = makeKdTree();
+  Outcome outcome;
+  reconstruct(points, counts, options, *search, execution, outcome.reconstruction);
+
+  const Reconstruction& r = outcome.reconstruction;
+  const auto relativeError = [&](std::vector<Eigen::Vector3d> truth) {
+    for (Eigen::Vector3d& p : truth)
+      p -= points.offset;
+    return 100 * rootMeanSquare(distancesToMesh(truth, r.mesh)) / scan.diagonal;
+  };
+  std::vector<Eigen::Vector3d> used;
+  for (const Eigen::Vector3f& p : r.points.positions)
+    used.push_back(p.cast<double>() + points.offset);
+  outcome.accuracy = relativeError(used);
+  outcome.clean = relativeError(scan.clean);
+  outcome.hole = relativeError(scan.heldOut);
+  std::cout << name << ": accuracy " << outcome.accuracy << ", clean " << outcome.clean << ", hole " << outcome.hole
+            << " % of the diagonal; " << r.report.mesh.components << " component(s), " << r.report.mesh.triangles
+            << " triangles, " << r.report.seconds << " s\n";
+  return outcome;
+}
+
+void expectOneValidComponent(const Reconstruction& reconstruction)
+{
+  const MeshStatistics& mesh = reconstruction.report.mesh;
+  EXPECT_EQ(mesh.components, 1);
+  EXPECT_EQ(mesh.nonManifoldEdges, 0);
+  EXPECT_EQ(mesh.nonManifoldVertices, 0);
+  EXPECT_EQ(mesh.degenerateTriangles, 0);
+  Execution execution(0);
+  EXPECT_TRUE(selfIntersectingTriangles(reconstruction.mesh, execution).empty());
+}
+
+struct Bar {
+  const char* name;
+  double accuracy, hole; ///< % of the diagonal
+};
+
+class CleanScan : public testing::TestWithParam<Bar> {
+protected:
+  void SetUp() override
+  {
+    if (!scans::available())
+      GTEST_SKIP() << "the folder ../shared/data with the scans is not there";
+  }
+};
+
+std::string nameOf(const testing::TestParamInfo<Bar>& bar)
+{
+  return bar.param.name;
+}
+
+class RemeshedScan : public CleanScan {};
+class NoisyScan : public CleanScan {};
+class PaperPreset : public CleanScan {};
+
+} // namespace
+
+TEST_P(CleanScan, DefaultPresetReachesItsBars)
+{
+  const Outcome outcome = run(GetParam().name, defaultPreset());
+  expectOneValidComponent(outcome.reconstruction);
+  EXPECT_LE(outcome.accuracy, GetParam().accuracy);
+  EXPECT_LE(outcome.hole, GetParam().hole);
+}
+
+TEST_P(RemeshedScan, KeepsTheSurfaceAndEvensItsTriangles)
+{
+  const Outcome outcome = run(GetParam().name, defaultPreset(), 10);
+  const Reconstruction& r = outcome.reconstruction;
+  expectOneValidComponent(r);
+  EXPECT_GT(r.report.mesh.meanQuality, .9);
+  EXPECT_GT(r.report.mesh.regularShare(), .6);
+  EXPECT_LT(r.report.mesh.areaDeviation, r.report.meshBeforeRemeshing.areaDeviation);
+  // Triangles as large as before on a curved surface: chords may lie a little deeper than the polygonizer's.
+  EXPECT_LE(outcome.accuracy, 1.2 * GetParam().accuracy);
+  double farthest = 0;
+  for (const Eigen::Vector3f& v : r.mesh.vertices)
+    farthest = std::max<double>(farthest, std::abs(r.field.sampleDistance(v) / r.field.sampleGradient(v).norm()));
+  EXPECT_LT(farthest, .1 * r.field.lattice().spacing);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scans, RemeshedScan,
+                         testing::Values(Bar{"igea_clean", .0155, .56}, Bar{"nefertiti", .0180, .40},
+                                         Bar{"bunny", .0130, .23}),
+                         nameOf);
+
+INSTANTIATE_TEST_SUITE_P(Scans, CleanScan,
+                         testing::Values(Bar{"igea_clean", .0155, .56}, Bar{"nefertiti", .0180, .40},
+                                         Bar{"bunny", .0130, .23}, Bar{"bunny_raw", .049, .36}),
+                         nameOf);
+
+TEST_P(NoisyScan, DefaultPresetGivesOneComponent)
+{
+  expectOneValidComponent(run(GetParam().name, defaultPreset()).reconstruction);
+}
+
+TEST_P(NoisyScan, MedianThinPlateAndLowBetaReachTheBars)
+{
+  Options options;
+  options.observation.estimate = Estimate::median;
+  options.prior.prior = Prior::thinPlate;
+  options.prior.beta = .05f;
+  const Outcome outcome = run(GetParam().name, options);
+  expectOneValidComponent(outcome.reconstruction);
+  EXPECT_LE(outcome.clean, GetParam().accuracy);
+  EXPECT_LE(outcome.hole, GetParam().hole);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scans, NoisyScan, testing::Values(Bar{"igea_noise", .115, .45}), nameOf);
+
+TEST_P(PaperPreset, GivesOneComponent)
+{
+  expectOneValidComponent(run(GetParam().name, paperPreset()).reconstruction);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scans, PaperPreset,
+                         testing::Values(Bar{"igea_clean", 0, 0}, Bar{"nefertiti", 0, 0}, Bar{"bunny", 0, 0}), nameOf);
