@@ -18,7 +18,6 @@
 
 #include <chrono>
 #include <csignal>
-#include <fstream>
 
 namespace mrf_apps {
 namespace {
@@ -145,19 +144,7 @@ void writeReport(const Result& result, const Command& command, const std::string
 {
   nlohmann::ordered_json json = {{"input", command.input}, {"output", command.output}};
   json.update(toJson(result.report));
-  std::ofstream file(path);
-  file << json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-  file.close();
-  if (!file)
-    throw FileError("could not be written");
-}
-
-void refuseInputAsOutput(const Command& command)
-{
-  for (const std::string& input : {command.input, command.sensorsFile, command.viewsFile})
-    for (const std::string& output : {command.output, command.report, command.field, command.picture})
-      if (!input.empty() && !output.empty() && (input == output || sameFile(input, output)))
-        throw UsageError("'" + output + "' is an input and would be overwritten");
+  writeText(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 RunSummary summarise(const Input& input, const Command& command)
@@ -182,7 +169,8 @@ RunSummary summarise(const Input& input, const Command& command)
 
 void run(const Command& command)
 {
-  refuseInputAsOutput(command);
+  refuseInputAsOutput({command.input, command.sensorsFile, command.viewsFile},
+                      {command.output, command.report, command.field, command.picture});
   if (!command.picture.empty())
     requireDisplay();
   OutputFiles outputs;

@@ -23,6 +23,14 @@ bool sameFile(const std::string& a, const std::string& b)
   return fs::equivalent(a, b, error);
 }
 
+void refuseInputAsOutput(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs)
+{
+  for (const std::string& input : inputs)
+    for (const std::string& output : outputs)
+      if (!input.empty() && !output.empty() && (input == output || sameFile(input, output)))
+        throw UsageError("'" + output + "' is an input and would be overwritten");
+}
+
 OutputFiles::~OutputFiles()
 {
   for (const File& file : files_)

@@ -37,6 +37,9 @@ private:
   std::vector<File> files_;
 };
 
+/// \throw UsageError if an output is one of the inputs and would overwrite it; empty paths are none
+void refuseInputAsOutput(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
+
 /// True if both paths lead to the same existing file.
 bool sameFile(const std::string& a, const std::string& b);
 

@@ -7,6 +7,7 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/PCLPointCloud2.h>
+#include <pcl/PolygonMesh.h>
 
 #include <cmath>
 #include <cstring>
@@ -240,7 +241,7 @@ PointTable readPcd(const std::string& path, const std::string& text)
   });
 }
 
-PointTable readPly(const std::string& path, const std::string& text)
+PointTable readPly(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces)
 {
   if (text.compare(0, 4, "ply\n") != 0 && text.compare(0, 5, "ply\r\n") != 0)
     throw FileError(path, "is not a PLY file");
@@ -253,7 +254,13 @@ PointTable readPly(const std::string& path, const std::string& text)
     Eigen::Vector4f origin;
     Eigen::Quaternionf orientation;
     int version = 0;
-    return pcl::PLYReader().read(path, cloud, origin, orientation, version);
+    if (faces == nullptr)
+      return pcl::PLYReader().read(path, cloud, origin, orientation, version);
+    pcl::PolygonMesh mesh;
+    const int result = pcl::PLYReader().read(path, mesh, origin, orientation, version);
+    cloud = std::move(mesh.cloud);
+    *faces = std::move(mesh.polygons);
+    return result;
   });
 }
 

@@ -4,6 +4,8 @@
 
 #include "point_table.h"
 
+#include <pcl/Vertices.h>
+
 #include <string>
 
 namespace mrf_apps {
@@ -17,13 +19,14 @@ PointTable parseXyz(const std::string& path, const std::string& text);
 
 /// Vertices of a Wavefront OBJ file. Normals follow the indices of the faces and are averaged per vertex.
 /// Not PCL's reader: that one pairs vertices and normals by their order in the file.
-PointTable parseObj(const std::string& path, const std::string& text);
+/// \param faces receives the faces, if not null
+PointTable parseObj(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces = nullptr);
 
 /// Points of a PCD file through pcl::PCDReader, which crashes on files without a header and takes
 /// lines of too few numbers for points; both are refused beforehand.
 PointTable readPcd(const std::string& path, const std::string& text);
 
-/// Vertices of a PLY file through pcl::PLYReader.
-PointTable readPly(const std::string& path, const std::string& text);
+/// Vertices of a PLY file through pcl::PLYReader. \param faces receives the faces, if not null
+PointTable readPly(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces = nullptr);
 
 } // namespace mrf_apps

@@ -116,6 +116,8 @@ Json toJson(const LevelReport& level)
             {"history", level.solve.history}}}};
 }
 
+} // namespace
+
 Json toJson(const MeshStatistics& mesh)
 {
   return {{"vertices", mesh.vertices},
@@ -139,8 +141,6 @@ Json toJson(const MeshStatistics& mesh)
           {"areaDeviation", mesh.areaDeviation},
           {"valences", mesh.valences}};
 }
-
-} // namespace
 
 Json toJson(const Report& report)
 {

@@ -1,6 +1,7 @@
 #include "surface_mesh.h"
 
 #include "errors.h"
+#include "text_file.h"
 #include "poly_data.h"
 #include "vtk_output.h"
 
@@ -20,7 +21,6 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 
 namespace mrf_apps {
 namespace {
@@ -63,11 +63,7 @@ public:
 
   void writeTo(const std::string& path) const
   {
-    std::ofstream file(path, std::ios::binary | std::ios::trunc);
-    file.write(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
-    file.close();
-    if (!file)
-      throw FileError(std::string("could not be written: ") + std::strerror(errno));
+    writeText(path, bytes_);
   }
 
 private:
@@ -90,6 +86,8 @@ void writePly(const SurfaceMesh& mesh, const std::string& path)
     file.text("property float intensity\n");
   if (!mesh.confidences.empty())
     file.text("property float confidence\n");
+  for (const auto& scalar : mesh.scalars)
+    file.text("property float " + scalar.first + "\n");
   file.text("element face " + std::to_string(mesh.triangles.size()) +
             "\nproperty list uchar int vertex_indices\nend_header\n");
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -108,6 +106,8 @@ void writePly(const SurfaceMesh& mesh, const std::string& path)
       file.value(mesh.intensities[v]);
     if (!mesh.confidences.empty())
       file.value(mesh.confidences[v]);
+    for (const auto& scalar : mesh.scalars)
+      file.value(scalar.second[v]);
   }
   for (const auto& triangle : mesh.triangles) {
     file.value(std::uint8_t{3});
@@ -244,6 +244,8 @@ vtkSmartPointer<vtkPolyData> toPolyData(const SurfaceMesh& mesh)
   }
   addScalars(mesh.intensities, "intensity", data);
   addScalars(mesh.confidences, "confidence", data);
+  for (const auto& [name, values] : mesh.scalars)
+    addScalars(values, name.c_str(), data);
   return result;
 }
 

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct SurfaceMesh {
   std::vector<float> confidences;
   std::vector<std::array<std::uint8_t, 3>> colours;
   std::vector<float> intensities;
+  std::map<std::string, std::vector<float>> scalars; ///< further fields by name, one word each
   bool doublePrecision = false; ///< float does not hold the vertices: formats that can are written in double
 };
 
@@ -34,7 +36,7 @@ bool isMeshFormat(const std::string& extension);
 extern const char* const meshFileExtensions;
 
 /// Writes PLY (binary), OBJ, STL (binary), VTK (legacy, binary) or VTP.
-/// STL holds float coordinates and no fields; OBJ no confidence.
+/// STL holds float coordinates and no fields; OBJ no scalars.
 /// \param format extension, lower case, without the dot
 /// \throw FileError
 void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format);

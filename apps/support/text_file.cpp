@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <memory>
 
 #include <sys/stat.h>
@@ -45,6 +46,15 @@ std::string readWholeFile(const std::string& path)
   if (text.empty())
     throw FileError(path, "is empty");
   return text;
+}
+
+void writeText(const std::string& path, const std::string& text)
+{
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file.write(text.data(), static_cast<std::streamsize>(text.size()));
+  file.close();
+  if (!file)
+    throw FileError(std::string("could not be written: ") + std::strerror(errno));
 }
 
 bool Lines::next(std::string_view& line)

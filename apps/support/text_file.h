@@ -15,6 +15,9 @@ std::string extension(const std::string& path);
 /// Reads a regular file. \throw FileError if it is missing, a directory, unreadable or empty
 std::string readWholeFile(const std::string& path);
 
+/// Writes a whole file. \throw FileError without the path, for OutputFiles::write
+void writeText(const std::string& path, const std::string& text);
+
 /// Hands out the lines of a text, without their ends (LF, CRLF).
 class Lines {
 public:

@@ -140,6 +140,7 @@ bool parseCorner(std::string_view word, std::int64_t vertices, std::int64_t norm
 struct ObjData {
   std::vector<Eigen::Vector3d> positions, colours, normals;
   std::vector<Face> corners;
+  std::vector<std::size_t> faceEnds; ///< in corners
 };
 
 void addObjVertex(const std::string& path, std::size_t line, const std::vector<double>& values, ObjData& data)
@@ -180,6 +181,7 @@ ObjData parseObjLines(const std::string& path, std::string_view text)
           failAt(path, lines.number(), "is not a face");
         data.corners.push_back(corner);
       }
+      data.faceEnds.push_back(data.corners.size());
     }
   }
   for (const Face& corner : data.corners)
@@ -229,7 +231,7 @@ PointTable parseXyz(const std::string& path, const std::string& text)
   return table;
 }
 
-PointTable parseObj(const std::string& path, const std::string& text)
+PointTable parseObj(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces)
 {
   const ObjData data = parseObjLines(path, text);
   if (data.positions.empty())
@@ -243,6 +245,14 @@ PointTable parseObj(const std::string& path, const std::string& text)
                                static_cast<std::uint8_t>(bytes.z())});
     }
   addObjNormals(data, table);
+  if (faces != nullptr) {
+    std::size_t corner = 0;
+    for (const std::size_t end : data.faceEnds) {
+      faces->emplace_back();
+      for (; corner < end; ++corner)
+        faces->back().vertices.push_back(static_cast<pcl::index_t>(data.corners[corner].vertex));
+    }
+  }
   return table;
 }
 

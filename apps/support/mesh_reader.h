@@ -1,0 +1,31 @@
+/// \file
+/// \brief Triangle meshes out of files.
+#pragma once
+
+#include "surface_mesh.h"
+
+#include <string>
+
+namespace mrf_apps {
+
+/// Reads the vertices and faces of a PLY, OBJ, OFF, STL, VTK (legacy) or VTP file; chosen by the extension.
+///
+/// Nothing is repaired: repeated vertices of faces, unused and coincident vertices stay as they are. Faces with more
+/// than three corners become fans of triangles around their first corner, which is right for convex ones. The corners
+/// of an STL file, which has no vertices, are one vertex where their coordinates are equal. Fields other than positions
+/// are not read. \throw UsageError if the extension is none of these \throw FileError if the file is missing,
+/// unreadable, empty, truncated, not what its extension says, without faces,
+///        or has faces with vertices that are not there
+SurfaceMesh readMesh(const std::string& path);
+
+/// The mesh with one vertex for all of equal coordinates, numbered by the first of them; positions and triangles only.
+/// For files that give every triangle its own corners.
+SurfaceMesh mergeVertices(const SurfaceMesh& mesh);
+
+/// True if `readMesh` knows the extension (lower case, without the dot).
+bool isReadableMesh(const std::string& extension);
+
+/// Extensions that readMesh knows, for messages.
+extern const char* const meshInputExtensions;
+
+} // namespace mrf_apps

@@ -1,0 +1,52 @@
+#include "tool_main.h"
+
+#include "errors.h"
+
+#include <pcl/console/print.h>
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <cstdio>
+#include <new>
+
+namespace mrf_apps {
+namespace {
+
+int statusOf(const pcl::mrf::Error& error)
+{
+  switch (error.status()) {
+  case pcl::mrf::Status::invalidInput:
+    return exitFile;
+  case pcl::mrf::Status::invalidOption:
+    return exitUsage;
+  default:
+    return exitMethod;
+  }
+}
+
+} // namespace
+
+int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<void()>& tool)
+{
+  const auto fail = [&](int status, const std::string& message) {
+    std::fprintf(stderr, "%s: %s%s\n", name.c_str(), message.c_str(), status == exitUsage ? " (see --help)" : "");
+    return status;
+  };
+  // The library's class logs its errors as well; once is enough.
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  try {
+    tool();
+    return exitDone;
+  } catch (const UsageError& error) {
+    return fail(exitUsage, error.what());
+  } catch (const FileError& error) {
+    return fail(exitFile, error.what());
+  } catch (const pcl::mrf::Error& error) {
+    return fail(statusOf(error), error.message());
+  } catch (const std::bad_alloc&) {
+    return fail(exitMethod, "out of memory" + (memoryAdvice.empty() ? "" : "; " + memoryAdvice));
+  } catch (const std::exception& error) {
+    return fail(exitMethod, error.what());
+  }
+}
+
+} // namespace mrf_apps
