@@ -9,12 +9,14 @@ install(TARGETS pcl_mrf EXPORT pcl_mrf_reconstruction
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
-if(TARGET pcl_mrf_reconstruction)
-  # The tool finds the library beside it, wherever the tree is moved.
-  file(RELATIVE_PATH MRF_LIBRARY_FROM_TOOL ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
-  set_target_properties(pcl_mrf_reconstruction PROPERTIES INSTALL_RPATH "$ORIGIN/${MRF_LIBRARY_FROM_TOOL}")
-  install(TARGETS pcl_mrf_reconstruction RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-endif()
+# The tools find the library beside them, wherever the tree is moved.
+file(RELATIVE_PATH MRF_LIBRARY_FROM_TOOL ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+foreach(tool pcl_mrf_reconstruction pcl_mrf_evaluate)
+  if(TARGET ${tool})
+    set_target_properties(${tool} PROPERTIES INSTALL_RPATH "$ORIGIN/${MRF_LIBRARY_FROM_TOOL}")
+    install(TARGETS ${tool} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  endif()
+endforeach()
 
 # What a static library leaves to its users to link; a shared one has it inside.
 get_target_property(MRF_LIBRARY_TYPE pcl_mrf TYPE)

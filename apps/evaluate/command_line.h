@@ -1,0 +1,27 @@
+/// \file
+/// \brief The command line of pcl_mrf_evaluate.
+#pragma once
+
+#include "evaluation.h"
+
+#include <string>
+
+namespace mrf_apps {
+
+/// What the user asks for. Empty paths: not asked for.
+struct EvaluateCommand {
+  std::string mesh;
+  std::string cloud, heldOut, clean, reference;
+  std::string json, coloured;
+  EvaluationOptions options;
+  double colourRange = 0; ///< error that becomes red, cloud's unit; 0 = the far limit
+  int threads = 0;
+  bool merge = false; ///< vertices of the mesh with equal coordinates
+  bool quiet = false;
+  std::string information; ///< text of --help or --version; if set, the rest is not
+};
+
+/// Parses and checks everything that can be checked without opening a file. \throw UsageError
+EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv);
+
+} // namespace mrf_apps

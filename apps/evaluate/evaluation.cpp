@@ -1,0 +1,281 @@
+#include "evaluation.h"
+
+#include "exact/self_intersections.h"
+#include "support/point_table.h"
+#include "surface_distance.h"
+#include "surface_samples.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <Eigen/Geometry>
+
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkStaticPointLocator.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace mrf_apps {
+
+using pcl::mrf::Execution;
+using pcl::mrf::InvalidInput;
+using pcl::mrf::InvalidOption;
+using Points = std::vector<Eigen::Vector3d>;
+
+namespace {
+
+double diagonalOf(const Points& points)
+{
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& point : points)
+    if (point.allFinite())
+      box.extend(point);
+  return box.isEmpty() ? 0 : box.diagonal().norm();
+}
+
+/// Of the vertices that triangles use.
+double diagonalOf(const SurfaceMesh& mesh)
+{
+  Points used;
+  used.reserve(3 * mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles)
+    for (const std::int32_t v : triangle)
+      used.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
+  return diagonalOf(used);
+}
+
+void resolve(const SurfaceMesh& mesh, const EvaluationInput& input, Evaluation& evaluation)
+{
+  EvaluationOptions& options = evaluation.options;
+  if (options.diagonal == 0) {
+    if (input.reference) {
+      evaluation.diagonalSource = DiagonalSource::reference;
+      options.diagonal = diagonalOf(*input.reference);
+    } else if (!input.cloud.empty()) {
+      evaluation.diagonalSource = DiagonalSource::cloud;
+      options.diagonal = diagonalOf(input.cloud);
+    } else {
+      evaluation.diagonalSource = DiagonalSource::mesh;
+      options.diagonal = diagonalOf(mesh);
+    }
+    if (!(options.diagonal > 0))
+      throw InvalidInput("the bounding box has no extent; give the diagonal");
+  }
+  if (options.farLimit == 0)
+    options.farLimit = .01 * options.diagonal;
+}
+
+Points finite(const Points& points)
+{
+  Points result;
+  result.reserve(points.size());
+  std::copy_if(points.begin(), points.end(), std::back_inserter(result),
+               [](const Eigen::Vector3d& point) { return point.allFinite(); });
+  return result;
+}
+
+std::optional<Statistics> pointsToMesh(const char* name, const Points& points, const SurfaceDistance& mesh,
+                                       Execution& execution, std::int64_t& notFinite)
+{
+  if (points.empty())
+    return std::nullopt;
+  const Points usable = finite(points);
+  notFinite += static_cast<std::int64_t>(points.size() - usable.size());
+  if (usable.empty())
+    throw InvalidInput(std::string("the ") + name + " has no finite point");
+  return summarise(mesh.distances(usable, execution));
+}
+
+double shareAbove(const std::vector<double>& values, double limit)
+{
+  const auto above = std::count_if(values.begin(), values.end(), [&](double value) { return value > limit; });
+  return values.empty() ? 0 : static_cast<double>(above) / static_cast<double>(values.size());
+}
+
+double largest(const std::vector<double>& values)
+{
+  return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+}
+
+Points usedVertices(const SurfaceMesh& mesh)
+{
+  std::vector<bool> used(mesh.vertices.size(), false);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!areaVector(mesh, t).isZero(0))
+      for (const std::int32_t v : mesh.triangles[t])
+        used[static_cast<std::size_t>(v)] = true;
+  Points result;
+  for (std::size_t v = 0; v < used.size(); ++v)
+    if (used[v])
+      result.push_back(mesh.vertices[v]);
+  return result;
+}
+
+/// In degrees. Not the arc cosine, which has no digits left near 0 and 180.
+double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
+{
+  return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / M_PI;
+}
+
+ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMesh, const SurfaceMesh& reference,
+                            const EvaluationOptions& options, Execution& execution)
+{
+  const SurfaceDistance toReference(reference);
+  ReferenceComparison result;
+
+  const SurfaceSamples onMesh = sampleSurface(mesh, options.samples, options.seed);
+  const std::vector<ClosestPlace> places = toReference.closest(onMesh.positions, execution);
+  std::vector<double> distances, angles;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    distances.push_back(places[i].distance);
+    if (places[i].distance <= options.farLimit)
+      angles.push_back(angleBetween(areaVector(mesh, static_cast<std::size_t>(onMesh.triangles[i])),
+                                    areaVector(reference, static_cast<std::size_t>(places[i].triangle))));
+  }
+  result.inventedShare = shareAbove(distances, options.farLimit);
+  result.flippedShare = shareAbove(angles, 90);
+  result.normalDeviation = summarise(std::move(angles));
+  result.meshToReference = summarise(std::move(distances));
+
+  distances = toMesh.distances(sampleSurface(reference, options.samples, options.seed).positions, execution);
+  result.missingShare = shareAbove(distances, options.farLimit);
+  result.referenceToMesh = summarise(std::move(distances));
+
+  result.hausdorff = std::max({result.meshToReference.max, result.referenceToMesh.max,
+                               largest(toReference.distances(usedVertices(mesh), execution)),
+                               largest(toMesh.distances(usedVertices(reference), execution))});
+  return result;
+}
+
+/// The mesh in single precision, as the library's checks take it.
+pcl::mrf::TriangleMesh toFloat(const SurfaceMesh& mesh)
+{
+  // Vertices that were floats in a file stay the same numbers; survey coordinates need to be moved to the origin.
+  const Eigen::Vector3d offset = floatOffset(mesh.vertices);
+  pcl::mrf::TriangleMesh result;
+  result.triangles = mesh.triangles;
+  result.vertices.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    result.vertices.push_back((vertex - offset).cast<float>());
+  return result;
+}
+
+void check(const SurfaceMesh& mesh, Evaluation& evaluation)
+{
+  const pcl::mrf::TriangleMesh plain = toFloat(mesh);
+  evaluation.mesh = pcl::mrf::measure(plain);
+  for (const auto& [a, b, c] : plain.triangles) {
+    const auto vertex = [&](std::int32_t v) { return plain.vertices[static_cast<std::size_t>(v)]; };
+    const double quality = pcl::mrf::triangleQuality(vertex(a), vertex(b), vertex(c));
+    const auto bins = static_cast<int>(evaluation.qualities.size());
+    const int bin = std::isfinite(quality) ? static_cast<int>(quality * bins) : 0;
+    ++evaluation.qualities[static_cast<std::size_t>(std::clamp(bin, 0, bins - 1))];
+  }
+  evaluation.selfIntersectingTriangles = static_cast<std::int64_t>(exact::selfIntersectingTriangles(plain).size() -
+                                                                   exact::degenerateTriangles(plain).size());
+}
+
+} // namespace
+
+void validate(const EvaluationOptions& options)
+{
+  const auto require = [](bool condition, const char* name, const std::string& value, const char* range) {
+    if (!condition)
+      throw InvalidOption(std::string(name) + " is " + value + ", must be " + range);
+  };
+  const auto isLength = [](double value) { return std::isfinite(value) && value >= 0; };
+  require(isLength(options.diagonal), "diagonal", std::to_string(options.diagonal), "positive, or 0 for automatic");
+  require(isLength(options.farLimit), "farLimit", std::to_string(options.farLimit), "positive, or 0 for automatic");
+  require(options.samples >= 1 && options.samples <= 100000000, "samples", std::to_string(options.samples),
+          "from 1 to 100000000");
+}
+
+Statistics summarise(std::vector<double> values)
+{
+  Statistics result;
+  result.count = static_cast<std::int64_t>(values.size());
+  if (values.empty())
+    return result;
+  std::sort(values.begin(), values.end());
+  const auto quantile = [&](double share) {
+    const double position = share * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(position);
+    const std::size_t above = std::min(below + 1, values.size() - 1);
+    return values[below] + (position - static_cast<double>(below)) * (values[above] - values[below]);
+  };
+  double sum = 0, squares = 0;
+  for (const double value : values) {
+    sum += value;
+    squares += value * value;
+  }
+  result.mean = sum / static_cast<double>(values.size());
+  result.rms = std::sqrt(squares / static_cast<double>(values.size()));
+  result.median = quantile(.5);
+  result.percentile95 = quantile(.95);
+  result.max = values.back();
+  return result;
+}
+
+Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const EvaluationOptions& options,
+                    Execution& execution)
+{
+  validate(options);
+  Evaluation result;
+  result.options = options;
+  const SurfaceDistance toMesh(mesh);
+  resolve(mesh, input, result);
+  result.cloud = pointsToMesh("input cloud", input.cloud, toMesh, execution, result.pointsNotFinite);
+  result.heldOut = pointsToMesh("held-out cloud", input.heldOut, toMesh, execution, result.pointsNotFinite);
+  result.clean = pointsToMesh("noise-free cloud", input.clean, toMesh, execution, result.pointsNotFinite);
+  if (input.reference)
+    result.reference = compare(mesh, toMesh, *input.reference, result.options, execution);
+  check(mesh, result);
+  return result;
+}
+
+std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& input, Execution& execution)
+{
+  std::vector<float> errors(mesh.vertices.size(), std::numeric_limits<float>::quiet_NaN());
+  std::vector<std::size_t> vertices;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    if (mesh.vertices[v].allFinite())
+      vertices.push_back(v);
+  if (input.reference) {
+    Points positions;
+    for (const std::size_t v : vertices)
+      positions.push_back(mesh.vertices[v]);
+    const std::vector<double> distances = SurfaceDistance(*input.reference).distances(positions, execution);
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+      errors[vertices[i]] = static_cast<float>(distances[i]);
+    return errors;
+  }
+
+  Points known = finite(input.clean.empty() ? input.cloud : input.clean);
+  const Points heldOut = finite(input.heldOut);
+  known.insert(known.end(), heldOut.begin(), heldOut.end());
+  if (known.empty())
+    throw InvalidInput("there is neither a reference nor a point that the mesh could be compared with");
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  for (const Eigen::Vector3d& point : known)
+    points->InsertNextPoint(point.data());
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  vtkNew<vtkStaticPointLocator> locator;
+  locator->SetDataSet(data);
+  locator->BuildLocator();
+  execution.forRange(static_cast<std::int64_t>(vertices.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const Eigen::Vector3d& vertex = mesh.vertices[vertices[i]];
+      const auto nearest = static_cast<std::size_t>(locator->FindClosestPoint(vertex.data()));
+      errors[vertices[i]] = static_cast<float>((known[nearest] - vertex).norm());
+    }
+  });
+  return errors;
+}
+
+} // namespace mrf_apps

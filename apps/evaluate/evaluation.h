@@ -1,0 +1,89 @@
+/// \file
+/// \brief How good a reconstructed mesh is: distances to what was measured and to the truth, validity, triangle shapes.
+#pragma once
+
+#include "support/surface_mesh.h"
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/mesh_quality.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace mrf_apps {
+
+/// Of a set of distances, or of angles.
+struct Statistics {
+  std::int64_t count = 0;
+  double rms = 0, mean = 0, median = 0, percentile95 = 0, max = 0;
+};
+
+/// Quantiles between two values are interpolated linearly. All zero for no values.
+Statistics summarise(std::vector<double> values);
+
+/// What the mesh is measured against; whatever is empty is not measured.
+struct EvaluationInput {
+  std::vector<Eigen::Vector3d> cloud;   ///< that was reconstructed
+  std::vector<Eigen::Vector3d> heldOut; ///< kept from the reconstruction to judge how holes were filled
+  std::vector<Eigen::Vector3d> clean;   ///< the cloud without its noise
+  std::optional<SurfaceMesh> reference; ///< the true surface
+};
+
+struct EvaluationOptions {
+  /// That percentages refer to, cloud's unit, ≥ 0; 0 = of the bounding box of the reference's surface, else of the
+  /// cloud, else of the mesh.
+  double diagonal = 0;
+  double farLimit = 0; ///< surface farther from the other is invented or missing, ≥ 0; 0 = 1 % of the diagonal
+  std::int64_t samples = 200000; ///< on the mesh, and on the reference, 1..10⁸
+  std::uint64_t seed = 1;        ///< of the samples
+};
+
+/// \throw pcl::mrf::InvalidOption naming the first field that is out of range
+void validate(const EvaluationOptions& options);
+
+enum class DiagonalSource { option, reference, cloud, mesh };
+
+/// The mesh beside the true surface; over samples that stand for the same area each.
+struct ReferenceComparison {
+  Statistics meshToReference, referenceToMesh;
+  double hausdorff = 0;     ///< the larger of both ways, over the samples and all vertices: a lower bound, nearly sharp
+  double inventedShare = 0; ///< of the mesh's area, farther than the limit from the reference
+  double missingShare = 0;  ///< of the reference's area, farther than the limit from the mesh
+  /// Angles between the mesh's triangles and the reference's closest ones, degrees 0..180, where the mesh is not
+  /// invented. Of triangles, not of interpolated normals: nothing is assumed about shared vertices.
+  Statistics normalDeviation;
+  double flippedShare = 0; ///< of the samples behind normalDeviation, those above 90°
+};
+
+struct Evaluation {
+  EvaluationOptions options; ///< with the automatic values replaced
+  DiagonalSource diagonalSource = DiagonalSource::option;
+
+  /// Exact distances from the points to the mesh (the paper's Sec. 4): `rms` of the cloud is its accuracy, of the
+  /// held-out points its error of filling holes.
+  std::optional<Statistics> cloud, heldOut, clean;
+  std::int64_t pointsNotFinite = 0; ///< in all clouds; left out
+  std::optional<ReferenceComparison> reference;
+
+  pcl::mrf::MeshStatistics mesh;
+  std::int64_t selfIntersectingTriangles = 0; ///< exact, by CGAL; degenerate triangles are counted in `mesh`, not here
+  std::array<std::int64_t, 20> qualities{};   ///< triangles by triangleQuality, in steps of 0.05
+};
+
+/// Measures the mesh.
+/// \throw pcl::mrf::InvalidInput if mesh or reference has no triangle with an area, a cloud no finite point, or a
+///        diagonal is zero
+/// \throw pcl::mrf::InvalidOption
+/// Cost: O(log n) per point and sample. The result does not depend on the number of threads.
+Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const EvaluationOptions& options,
+                    pcl::mrf::Execution& execution);
+
+/// The error at each vertex, cloud's unit: the distance to the reference's surface, else to the nearest point that is
+/// known to lie on the surface: held-out and noise-free points, or those of the cloud where there is no noise-free one.
+/// NaN at vertices that are not finite.
+/// \throw pcl::mrf::InvalidInput if nothing is there to compare with
+std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& input, pcl::mrf::Execution& execution);
+
+} // namespace mrf_apps

@@ -1,0 +1,224 @@
+#include "evaluation_report.h"
+
+#include "support/report_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+#include <utility>
+
+namespace mrf_apps {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct Row {
+  const char* label;
+  const char* name; ///< in JSON
+  Statistics values;
+};
+
+/// The distances that were measured, in the order of the table.
+std::vector<Row> distanceRows(const Evaluation& evaluation)
+{
+  std::vector<Row> rows;
+  if (evaluation.cloud)
+    rows.push_back({"input -> mesh (accuracy)", "cloud", *evaluation.cloud});
+  if (evaluation.heldOut)
+    rows.push_back({"held out -> mesh (holes)", "heldOut", *evaluation.heldOut});
+  if (evaluation.clean)
+    rows.push_back({"noise-free -> mesh", "clean", *evaluation.clean});
+  if (evaluation.reference) {
+    rows.push_back({"mesh -> reference", "meshToReference", evaluation.reference->meshToReference});
+    rows.push_back({"reference -> mesh", "referenceToMesh", evaluation.reference->referenceToMesh});
+  }
+  return rows;
+}
+
+const char* nameOf(DiagonalSource source)
+{
+  switch (source) {
+  case DiagonalSource::option:
+    return "given";
+  case DiagonalSource::reference:
+    return "reference";
+  case DiagonalSource::cloud:
+    return "input cloud";
+  case DiagonalSource::mesh:
+    return "mesh";
+  }
+  return "?";
+}
+
+Statistics scaled(Statistics values, double factor)
+{
+  for (double* value : {&values.rms, &values.mean, &values.median, &values.percentile95, &values.max})
+    *value *= factor;
+  return values;
+}
+
+class Text {
+public:
+  __attribute__((format(printf, 2, 3))) void add(const char* format, ...)
+  {
+    va_list arguments;
+    va_start(arguments, format);
+    char line[256];
+    std::vsnprintf(line, sizeof(line), format, arguments);
+    va_end(arguments);
+    text_ += line;
+  }
+
+  void addStatistics(const char* label, const Statistics& s)
+  {
+    add("  %-26s %9lld %10.4g %10.4g %10.4g %10.4g %10.4g\n", label, static_cast<long long>(s.count), s.rms, s.mean,
+        s.median, s.percentile95, s.max);
+  }
+
+  void addHeading(const char* heading)
+  {
+    add("%-28s %9s %10s %10s %10s %10s %10s\n", heading, "number", "RMS", "mean", "median", "95 %", "max");
+  }
+
+  /// One bin of a histogram; the longest bar is 40 characters.
+  void addBin(const std::string& label, std::int64_t count, std::int64_t all, std::int64_t most)
+  {
+    const double share = all > 0 ? static_cast<double>(count) / static_cast<double>(all) : 0;
+    const auto length = most > 0 ? static_cast<std::size_t>(40 * count / most) : 0;
+    add("  %-11s %9lld %6.2f %%  %s\n", label.c_str(), static_cast<long long>(count), 100 * share,
+        std::string(length, '#').c_str());
+  }
+
+  std::string take() { return std::move(text_); }
+
+private:
+  std::string text_;
+};
+
+void addDistances(const Evaluation& evaluation, Text& text)
+{
+  const std::vector<Row> rows = distanceRows(evaluation);
+  if (rows.empty())
+    return;
+  text.addHeading("distances, cloud's unit");
+  for (const Row& row : rows)
+    text.addStatistics(row.label, row.values);
+  text.addHeading("distances, % of diagonal");
+  for (const Row& row : rows)
+    text.addStatistics(row.label, scaled(row.values, 100 / evaluation.options.diagonal));
+  if (evaluation.pointsNotFinite > 0)
+    text.add("  %lld points are not finite and were left out\n", static_cast<long long>(evaluation.pointsNotFinite));
+  text.add("\n");
+}
+
+void addReference(const ReferenceComparison& comparison, const EvaluationOptions& options, Text& text)
+{
+  text.addHeading("normals, degrees");
+  text.addStatistics("mesh to reference", comparison.normalDeviation);
+  text.add("  %.3f %% turned by more than 90\n\n", 100 * comparison.flippedShare);
+  text.add("beyond %.6g (%.3g %% of diagonal) of the other surface\n", options.farLimit,
+           100 * options.farLimit / options.diagonal);
+  text.add("  invented  %8.3f %% of the mesh's area\n", 100 * comparison.inventedShare);
+  text.add("  missing   %8.3f %% of the reference's area\n", 100 * comparison.missingShare);
+  text.add("  Hausdorff %.6g = %.4g %% of diagonal\n\n", comparison.hausdorff,
+           100 * comparison.hausdorff / options.diagonal);
+}
+
+void addMesh(const Evaluation& evaluation, Text& text)
+{
+  const pcl::mrf::MeshStatistics& mesh = evaluation.mesh;
+  text.add("mesh\n");
+  const std::pair<const char*, std::int64_t> counts[] = {{"components", mesh.components},
+                                                         {"Euler characteristic", mesh.eulerCharacteristic},
+                                                         {"boundary loops", mesh.boundaryLoops},
+                                                         {"boundary edges", mesh.boundaryEdges},
+                                                         {"non-manifold edges", mesh.nonManifoldEdges},
+                                                         {"non-manifold vertices", mesh.nonManifoldVertices},
+                                                         {"degenerate triangles", mesh.degenerateTriangles},
+                                                         {"self-intersecting", evaluation.selfIntersectingTriangles},
+                                                         {"unused vertices", mesh.unusedVertices}};
+  text.add("  %-22s %9lld\n  %-22s %9lld\n", "vertices", static_cast<long long>(mesh.vertices), "triangles",
+           static_cast<long long>(mesh.triangles));
+  for (const auto& [label, count] : counts)
+    text.add("  %-22s %9lld\n", label, static_cast<long long>(count));
+  text.add("  %-22s %9.6g\n", "area", mesh.area);
+  if (mesh.closed())
+    text.add("  %-22s %9.6g\n", "volume", mesh.volume);
+  text.add("  %-22s %9.4g\n  %-22s %9.4g\n", "mean quality", mesh.meanQuality, "least quality", mesh.minQuality);
+  text.add("  %-22s %9.4g\n", "mean edge", mesh.meanEdge);
+  text.add("  %-22s %9.4g\n\n", "area deviation / mean", mesh.areaDeviation);
+}
+
+void addHistograms(const Evaluation& evaluation, Text& text)
+{
+  const auto& qualities = evaluation.qualities;
+  text.add("triangles by quality (2 inradius / circumradius)\n");
+  const std::int64_t mostAlike = *std::max_element(qualities.begin(), qualities.end());
+  for (std::size_t bin = 0; bin < qualities.size(); ++bin) {
+    char label[32];
+    const double step = 1. / static_cast<double>(qualities.size());
+    std::snprintf(label, sizeof(label), "%.2f - %.2f", static_cast<double>(bin) * step,
+                  static_cast<double>(bin + 1) * step);
+    text.addBin(label, qualities[bin], evaluation.mesh.triangles, mostAlike);
+  }
+  const auto& valences = evaluation.mesh.valences;
+  text.add("vertices by number of edges\n");
+  const std::int64_t mostEdges = *std::max_element(valences.begin(), valences.end());
+  for (std::size_t valence = 0; valence < valences.size(); ++valence)
+    if (valences[valence] > 0)
+      text.addBin((valence + 1 < valences.size() ? "" : ">= ") + std::to_string(valence), valences[valence],
+                  evaluation.mesh.vertices, mostEdges);
+}
+
+ordered_json toJson(const Statistics& s)
+{
+  return {{"count", s.count}, {"rms", s.rms}, {"mean", s.mean}, {"median", s.median}, {"percentile95", s.percentile95},
+          {"max", s.max}};
+}
+
+} // namespace
+
+std::string toText(const Evaluation& evaluation)
+{
+  Text text;
+  text.add("diagonal %.9g (%s)\n\n", evaluation.options.diagonal, nameOf(evaluation.diagonalSource));
+  addDistances(evaluation, text);
+  if (evaluation.reference)
+    addReference(*evaluation.reference, evaluation.options, text);
+  addMesh(evaluation, text);
+  addHistograms(evaluation, text);
+  return text.take();
+}
+
+nlohmann::ordered_json toJson(const Evaluation& evaluation)
+{
+  ordered_json json;
+  json["diagonal"] = evaluation.options.diagonal;
+  json["diagonalSource"] = nameOf(evaluation.diagonalSource);
+  json["farLimit"] = evaluation.options.farLimit;
+  json["samples"] = evaluation.options.samples;
+  json["seed"] = evaluation.options.seed;
+  json["pointsNotFinite"] = evaluation.pointsNotFinite;
+  for (const Row& row : distanceRows(evaluation)) {
+    json["distances"][row.name] = toJson(row.values);
+    json["distances"][std::string(row.name) + "Percent"] =
+        toJson(scaled(row.values, 100 / evaluation.options.diagonal));
+  }
+  if (evaluation.reference) {
+    const ReferenceComparison& comparison = *evaluation.reference;
+    json["reference"]["hausdorff"] = comparison.hausdorff;
+    json["reference"]["hausdorffPercent"] = 100 * comparison.hausdorff / evaluation.options.diagonal;
+    json["reference"]["inventedShare"] = comparison.inventedShare;
+    json["reference"]["missingShare"] = comparison.missingShare;
+    json["reference"]["normalDeviation"] = toJson(comparison.normalDeviation);
+    json["reference"]["flippedShare"] = comparison.flippedShare;
+  }
+  json["mesh"] = toJson(evaluation.mesh);
+  json["mesh"]["selfIntersectingTriangles"] = evaluation.selfIntersectingTriangles;
+  json["mesh"]["qualities"] = evaluation.qualities;
+  return json;
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,119 @@
+#include "run.h"
+
+#include "evaluation_report.h"
+#include "support/errors.h"
+#include "support/mesh_reader.h"
+#include "support/output_files.h"
+#include "support/point_table.h"
+#include "support/text_file.h"
+#include "surface_samples.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <nlohmann/json.hpp>
+
+#include <vtkColorTransferFunction.h>
+#include <vtkNew.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace mrf_apps {
+namespace {
+
+void requireArea(const SurfaceMesh& mesh, const std::string& path)
+{
+  if (!hasArea(mesh))
+    throw FileError(path, "has no triangle with an area");
+}
+
+std::vector<Eigen::Vector3d> readPositions(const std::string& path)
+{
+  if (path.empty())
+    return {};
+  std::vector<Eigen::Vector3d> positions = readPoints(path).positions;
+  for (const Eigen::Vector3d& position : positions)
+    if (position.allFinite())
+      return positions;
+  throw FileError(path, "has no finite point");
+}
+
+/// From blue over grey to red, evenly in what the eye sees; grey where there is no error to show.
+std::vector<std::array<std::uint8_t, 3>> errorColours(const std::vector<float>& errors, double range)
+{
+  vtkNew<vtkColorTransferFunction> map;
+  map->SetColorSpaceToDiverging();
+  map->AddRGBPoint(0, .23, .30, .75);
+  map->AddRGBPoint(range, .71, .02, .15);
+  std::vector<std::array<std::uint8_t, 3>> colours;
+  colours.reserve(errors.size());
+  for (const float error : errors) {
+    std::array<double, 3> rgb{.5, .5, .5};
+    if (std::isfinite(error))
+      map->GetColor(std::min(static_cast<double>(error), range), rgb.data());
+    const auto byte = [](double share) { return static_cast<std::uint8_t>(std::lround(255 * share)); };
+    colours.push_back({byte(rgb[0]), byte(rgb[1]), byte(rgb[2])});
+  }
+  return colours;
+}
+
+nlohmann::ordered_json filesOf(const EvaluateCommand& command)
+{
+  nlohmann::ordered_json files = {{"mesh", command.mesh}};
+  const std::pair<const char*, const std::string&> others[] = {{"input", command.cloud},
+                                                               {"heldOut", command.heldOut},
+                                                               {"clean", command.clean},
+                                                               {"reference", command.reference}};
+  for (const auto& [name, path] : others)
+    if (!path.empty())
+      files[name] = path;
+  return files;
+}
+
+} // namespace
+
+void run(const EvaluateCommand& command)
+{
+  refuseInputAsOutput({command.mesh, command.cloud, command.heldOut, command.clean, command.reference},
+                      {command.json, command.coloured});
+  OutputFiles outputs;
+  for (const std::string& path : {command.json, command.coloured})
+    if (!path.empty())
+      outputs.add(path);
+
+  SurfaceMesh mesh = readMesh(command.mesh);
+  if (command.merge)
+    mesh = mergeVertices(mesh);
+  requireArea(mesh, command.mesh);
+  EvaluationInput input;
+  input.cloud = readPositions(command.cloud);
+  input.heldOut = readPositions(command.heldOut);
+  input.clean = readPositions(command.clean);
+  if (!command.reference.empty()) {
+    input.reference = readMesh(command.reference);
+    requireArea(*input.reference, command.reference);
+  }
+
+  pcl::mrf::Execution execution(command.threads);
+  const Evaluation evaluation = evaluate(mesh, input, command.options, execution);
+
+  if (!command.json.empty())
+    outputs.write(command.json, [&](const std::string& path) {
+      nlohmann::ordered_json json = {{"files", filesOf(command)}};
+      json.update(toJson(evaluation));
+      writeText(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    });
+  if (!command.coloured.empty()) {
+    std::vector<float> errors = vertexErrors(mesh, input, execution);
+    mesh.colours = errorColours(errors, command.colourRange > 0 ? command.colourRange : evaluation.options.farLimit);
+    mesh.scalars["error"] = std::move(errors);
+    outputs.write(command.coloured,
+                  [&](const std::string& path) { writeMesh(mesh, path, extension(command.coloured)); });
+  }
+  outputs.publish();
+  if (!command.quiet)
+    std::fputs((command.mesh + ": " + toText(evaluation)).c_str(), stdout);
+}
+
+} // namespace mrf_apps

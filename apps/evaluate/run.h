@@ -1,0 +1,13 @@
+/// \file
+/// \brief The job of pcl_mrf_evaluate.
+#pragma once
+
+#include "command_line.h"
+
+namespace mrf_apps {
+
+/// Reads, measures, writes and prints the table. Leaves no output behind if it throws.
+/// \throw FileError, UsageError, pcl::mrf::Error
+void run(const EvaluateCommand& command);
+
+} // namespace mrf_apps

@@ -1,0 +1,578 @@
+// The evaluator's figures against brute force, CGAL, and cases whose answers are known.
+#include "evaluate/evaluation.h"
+#include "evaluate/evaluation_report.h"
+#include "evaluate/surface_distance.h"
+#include "evaluate/surface_samples.h"
+#include "support/mesh_distance.h"
+#include "support/scans.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <random>
+
+using namespace mrf_apps;
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+
+namespace {
+
+using Long = Eigen::Matrix<long double, 3, 1>;
+
+long double toSegment(const Long& p, const Long& a, const Long& b)
+{
+  const Long edge = b - a;
+  const long double t = (p - a).dot(edge) / edge.squaredNorm();
+  return (p - a - std::min(std::max(t, 0.0L), 1.0L) * edge).norm();
+}
+
+/// Distance to a triangle with an area: to its plane where the foot is inside of all edges, else to the nearest edge.
+long double toTriangle(const Long& p, const Long& a, const Long& b, const Long& c)
+{
+  const Long normal = (b - a).cross(c - a).normalized();
+  const long double height = normal.dot(p - a);
+  const Long foot = p - height * normal;
+  const auto inside = [&](const Long& from, const Long& to) { return normal.dot((to - from).cross(foot - from)) >= 0; };
+  if (inside(a, b) && inside(b, c) && inside(c, a))
+    return std::abs(height);
+  return std::min({toSegment(p, a, b), toSegment(p, b, c), toSegment(p, c, a)});
+}
+
+double bruteForce(const Vector3d& point, const SurfaceMesh& mesh)
+{
+  long double least = std::numeric_limits<long double>::infinity();
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const auto corner = [&](std::int32_t v) { return Long(mesh.vertices[v].cast<long double>()); };
+    if (!(corner(b) - corner(a)).cross(corner(c) - corner(a)).isZero(0))
+      least = std::min(least, toTriangle(point.cast<long double>(), corner(a), corner(b), corner(c)));
+  }
+  return static_cast<double>(least);
+}
+
+Vector3d randomVector(std::mt19937& generator, double halfSide)
+{
+  std::uniform_real_distribution<double> uniform(-halfSide, halfSide);
+  const double x = uniform(generator), y = uniform(generator), z = uniform(generator);
+  return {x, y, z};
+}
+
+/// Separate triangles of all shapes and sizes, needles and triangles without area among them.
+SurfaceMesh soup(int count, unsigned seed)
+{
+  std::mt19937 generator(seed);
+  SurfaceMesh mesh;
+  for (int t = 0; t < count; ++t) {
+    const Vector3d a = randomVector(generator, 1);
+    const double size = std::pow(10., -static_cast<double>(generator() % 4));
+    const Vector3d b = a + randomVector(generator, size);
+    const Vector3d third = randomVector(generator, size);
+    const Vector3d c = t % 10 == 0   ? Vector3d(b + 1e-7 * third)
+                       : t % 10 == 1 ? Vector3d(.5 * (a + b) + 1e-7 * third)
+                       : t % 10 == 2 ? b
+                                     : Vector3d(a + third);
+    mesh.vertices.insert(mesh.vertices.end(), {a, b, c});
+    mesh.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+  }
+  return mesh;
+}
+
+/// A subdivided octahedron with all vertices on the sphere, oriented outward.
+SurfaceMesh sphere(int levels, double radius)
+{
+  SurfaceMesh mesh;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {1., -1.})
+      mesh.vertices.push_back(sign * Vector3d::Unit(axis));
+  for (const int x : {0, 1})
+    for (const int y : {2, 3})
+      for (const int z : {4, 5}) {
+        const bool even = (x + y + z) % 2 == 0;
+        mesh.triangles.push_back({x, even ? y : z, even ? z : y});
+      }
+  for (int level = 0; level < levels; ++level) {
+    std::map<std::pair<int, int>, int> middles;
+    const auto middle = [&](int a, int b) {
+      const auto [entry, isNew] = middles.insert({{std::min(a, b), std::max(a, b)}, 0});
+      if (isNew) {
+        entry->second = static_cast<int>(mesh.vertices.size());
+        mesh.vertices.push_back((mesh.vertices[a] + mesh.vertices[b]).normalized());
+      }
+      return entry->second;
+    };
+    std::vector<std::array<std::int32_t, 3>> finer;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+    }
+    mesh.triangles = finer;
+  }
+  for (Vector3d& vertex : mesh.vertices)
+    vertex *= radius;
+  return mesh;
+}
+
+/// A rectangle [0, nx·side] × [0, ny·side] at the height z, facing up; triangles row by row.
+SurfaceMesh rectangle(int nx, int ny, double side, double z)
+{
+  SurfaceMesh mesh;
+  for (int j = 0; j <= ny; ++j)
+    for (int i = 0; i <= nx; ++i)
+      mesh.vertices.emplace_back(i * side, j * side, z);
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i) {
+      const int v = i + j * (nx + 1);
+      mesh.triangles.push_back({v, v + 1, v + nx + 2});
+      mesh.triangles.push_back({v, v + nx + 2, v + nx + 1});
+    }
+  return mesh;
+}
+
+SurfaceMesh tetrahedron(const Vector3d& origin = Vector3d::Zero())
+{
+  SurfaceMesh mesh;
+  mesh.vertices = {origin, origin + Vector3d::UnitX(), origin + Vector3d::UnitY(), origin + Vector3d::UnitZ()};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+  return mesh;
+}
+
+void append(const SurfaceMesh& other, SurfaceMesh& mesh)
+{
+  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const auto& [a, b, c] : other.triangles)
+    mesh.triangles.push_back({a + first, b + first, c + first});
+}
+
+SurfaceMesh moved(SurfaceMesh mesh, const Vector3d& shift)
+{
+  for (Vector3d& vertex : mesh.vertices)
+    vertex += shift;
+  return mesh;
+}
+
+Evaluation measured(const SurfaceMesh& mesh, const EvaluationInput& input = {}, EvaluationOptions options = {})
+{
+  pcl::mrf::Execution execution(2);
+  options.samples = std::min<std::int64_t>(options.samples, 20000);
+  return evaluate(mesh, input, options, execution);
+}
+
+EvaluationInput against(const SurfaceMesh& reference)
+{
+  EvaluationInput input;
+  input.reference = reference;
+  return input;
+}
+
+void expectAll(const Statistics& statistics, double value, double tolerance)
+{
+  for (const double figure :
+       {statistics.rms, statistics.mean, statistics.median, statistics.percentile95, statistics.max})
+    EXPECT_NEAR(figure, value, tolerance);
+}
+
+/// Rounding of differences of coordinates of the order of 1, with room for a few operations.
+constexpr double rounding = 1e-13;
+/// Of the sum over some ten thousand samples.
+constexpr double sumRounding = 1e-11;
+
+} // namespace
+
+TEST(SurfaceDistance, agreesWithBruteForce)
+{
+  const SurfaceMesh mesh = soup(300, 1);
+  const SurfaceDistance distance(mesh);
+  std::mt19937 generator(2);
+  Points points;
+  for (int i = 0; i < 600; ++i) {
+    const Vector3d& corner = mesh.vertices[generator() % mesh.vertices.size()];
+    points.emplace_back(corner + randomVector(generator, std::pow(10., static_cast<double>(i % 6) - 4)));
+  }
+  pcl::mrf::Execution execution(2);
+  const std::vector<ClosestPlace> places = distance.closest(points, execution);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_NEAR(places[i].distance, bruteForce(points[i], mesh), rounding * (1 + points[i].norm())) << "point " << i;
+    // The triangle that is named is one at that distance.
+    const auto& [a, b, c] = mesh.triangles[static_cast<std::size_t>(places[i].triangle)];
+    const auto corner = [&](std::int32_t v) { return Long(mesh.vertices[v].cast<long double>()); };
+    EXPECT_NEAR(places[i].distance,
+                static_cast<double>(toTriangle(points[i].cast<long double>(), corner(a), corner(b), corner(c))),
+                rounding * (1 + points[i].norm()));
+  }
+}
+
+TEST(SurfaceDistance, agreesWithCgal)
+{
+  SurfaceMesh mesh = sphere(5, 1);
+  std::mt19937 generator(3);
+  pcl::mrf::TriangleMesh plain;
+  for (Vector3d& vertex : mesh.vertices) {
+    vertex += randomVector(generator, .02);
+    plain.vertices.push_back(vertex.cast<float>());
+    vertex = plain.vertices.back().cast<double>();
+  }
+  plain.triangles = mesh.triangles;
+  Points points;
+  for (int i = 0; i < 5000; ++i)
+    points.push_back(randomVector(generator, i % 2 == 0 ? 1 : 3));
+  pcl::mrf::Execution execution(2);
+  const std::vector<double> distances = SurfaceDistance(mesh).distances(points, execution);
+  const std::vector<double> expected = distancesToMesh(points, plain);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    ASSERT_NEAR(distances[i], expected[i], rounding * (1 + points[i].norm()));
+}
+
+TEST(SurfaceDistance, farFromTheOriginAndOnAnyNumberOfThreads)
+{
+  // On a grid of 2^-20, so that a shift by 2^22 rounds nothing.
+  const auto snap = [](Vector3d& p) { p = (p * 0x1p20).array().round().matrix() * 0x1p-20; };
+  SurfaceMesh mesh = sphere(3, 1);
+  std::for_each(mesh.vertices.begin(), mesh.vertices.end(), snap);
+  std::mt19937 generator(4);
+  Points points, shifted;
+  const Vector3d shift(0x1p22, -0x1p22, 0x1p21);
+  for (int i = 0; i < 3000; ++i) {
+    points.push_back(randomVector(generator, 1.2));
+    snap(points.back());
+    shifted.emplace_back(points.back() + shift);
+  }
+  pcl::mrf::Execution one(1), four(4);
+  const std::vector<double> distances = SurfaceDistance(mesh).distances(points, one);
+  EXPECT_EQ(SurfaceDistance(mesh).distances(points, four), distances);
+  const std::vector<double> there = SurfaceDistance(moved(mesh, shift)).distances(shifted, four);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    ASSERT_NEAR(there[i], distances[i], rounding);
+}
+
+TEST(SurfaceSamples, areUniform)
+{
+  SurfaceMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {10, 0, 0}, {13, 0, 0}, {10, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 1, 1}, {3, 4, 5}};
+  const std::int64_t count = 40000;
+  const SurfaceSamples samples = sampleSurface(mesh, count, 7);
+  ASSERT_EQ(samples.positions.size(), static_cast<std::size_t>(count));
+  EXPECT_EQ(std::count(samples.triangles.begin(), samples.triangles.end(), 0), count / 4) << "areas are 1 : 3";
+  EXPECT_EQ(std::count(samples.triangles.begin(), samples.triangles.end(), 1), 0);
+  double x = 0, xx = 0, xy = 0;
+  for (std::int64_t i = 0; i < count / 4; ++i) {
+    const Vector3d& p = samples.positions[static_cast<std::size_t>(i)];
+    EXPECT_GE(p.minCoeff(), 0);
+    EXPECT_LE(p.x() + p.y(), 1 + rounding);
+    x += p.x() / 10000;
+    xx += p.x() * p.x() / 10000;
+    xy += p.x() * p.y() / 10000;
+  }
+  // Moments of the uniform density on the unit right triangle; deviations of 10,000 random draws are below .0024.
+  EXPECT_NEAR(x, 1. / 3, .01);
+  EXPECT_NEAR(xx, 1. / 6, .01);
+  EXPECT_NEAR(xy, 1. / 12, .01);
+  EXPECT_EQ(sampleSurface(mesh, count, 7).positions, samples.positions);
+  EXPECT_NE(sampleSurface(mesh, count, 8).positions, samples.positions);
+}
+
+TEST(Summary, ofKnownValues)
+{
+  const Statistics statistics = summarise({4, 1, 3, 2, 0});
+  EXPECT_EQ(statistics.count, 5);
+  EXPECT_DOUBLE_EQ(statistics.mean, 2);
+  EXPECT_DOUBLE_EQ(statistics.median, 2);
+  EXPECT_DOUBLE_EQ(statistics.rms, std::sqrt(6.));
+  EXPECT_DOUBLE_EQ(statistics.percentile95, 3.8);
+  EXPECT_DOUBLE_EQ(statistics.max, 4);
+  EXPECT_EQ(summarise({}).count, 0);
+}
+
+TEST(Evaluate, scaledSphereIsOnePerCentOff)
+{
+  const double radius = 40;
+  const SurfaceMesh reference = sphere(5, radius), mesh = sphere(5, 1.01 * radius);
+  EvaluationInput input = against(reference);
+  EvaluationOptions options;
+  options.diagonal = radius;
+
+  // The polyhedron is convex and inscribed: the closest place of it to a point straight above a vertex is that vertex,
+  // so that the tessellation does not matter.
+  input.cloud = mesh.vertices;
+  const Evaluation onReference = measured(reference, input, options);
+  expectAll(*onReference.cloud, .01 * radius, sumRounding);
+  const nlohmann::ordered_json json = toJson(onReference);
+  EXPECT_NEAR(json["distances"]["cloudPercent"]["rms"].get<double>(), 1, 1e-10);
+
+  // Everywhere else the gap is a hundredth of the distance of a facet's plane from the centre: at least `lowest`.
+  double lowest = 1;
+  for (std::size_t t = 0; t < reference.triangles.size(); ++t)
+    lowest = std::min(lowest, areaVector(reference, t).normalized().dot(reference.vertices[reference.triangles[t][0]]) /
+                                  radius);
+  ASSERT_GT(lowest, .998);
+  const Evaluation scaled = measured(mesh, input, options);
+  for (const Statistics& way : {scaled.reference->meshToReference, scaled.reference->referenceToMesh})
+    for (const double figure : {way.rms, way.mean, way.median, way.percentile95, way.max}) {
+      EXPECT_GE(figure, .01 * lowest * radius - sumRounding);
+      EXPECT_LE(figure, .01 * radius + sumRounding);
+    }
+  EXPECT_NEAR(scaled.reference->hausdorff, .01 * radius, rounding * radius);
+  EXPECT_LT(scaled.reference->normalDeviation.median, 1e-6) << "the closest facet is the same one, but near edges";
+  EXPECT_EQ(scaled.reference->flippedShare, 0);
+  EXPECT_EQ(scaled.mesh.eulerCharacteristic, 2);
+}
+
+TEST(Evaluate, planeAtAnOffset)
+{
+  const SurfaceMesh reference = rectangle(20, 10, .1, 0);
+  SurfaceMesh mesh = rectangle(20, 10, .1, .3);
+  EvaluationOptions options;
+  options.farLimit = .31;
+  const Evaluation above = measured(mesh, against(reference), options);
+  EXPECT_EQ(above.diagonalSource, DiagonalSource::reference);
+  EXPECT_NEAR(above.options.diagonal, std::sqrt(5.), rounding);
+  expectAll(above.reference->meshToReference, .3, sumRounding);
+  expectAll(above.reference->referenceToMesh, .3, sumRounding);
+  EXPECT_NEAR(above.reference->hausdorff, .3, rounding);
+  EXPECT_EQ(above.reference->inventedShare, 0);
+  EXPECT_EQ(above.reference->missingShare, 0);
+  // Grid coordinates are multiples of .1, rounded: normals are exact to 1e-14.
+  expectAll(above.reference->normalDeviation, 0, 1e-10);
+
+  for (auto& triangle : mesh.triangles)
+    std::swap(triangle[0], triangle[1]);
+  const Evaluation turned = measured(mesh, against(reference), options);
+  expectAll(turned.reference->normalDeviation, 180, 1e-10);
+  EXPECT_EQ(turned.reference->flippedShare, 1);
+
+  options.farLimit = .29;
+  const Evaluation beyond = measured(mesh, against(reference), options);
+  EXPECT_EQ(beyond.reference->inventedShare, 1);
+  EXPECT_EQ(beyond.reference->missingShare, 1);
+  EXPECT_EQ(beyond.reference->normalDeviation.count, 0);
+}
+
+TEST(Evaluate, tiltedPlane)
+{
+  const SurfaceMesh reference = rectangle(40, 10, .1, 0);
+  SurfaceMesh mesh = reference;
+  const Eigen::AngleAxisd tilt(M_PI / 180, Vector3d::UnitY());
+  for (Vector3d& vertex : mesh.vertices)
+    vertex = tilt * vertex;
+  EvaluationOptions options;
+  options.farLimit = 1;
+  const Evaluation evaluation = measured(mesh, against(reference), options);
+  expectAll(evaluation.reference->normalDeviation, 1, 1e-9);
+  // The height below the reference grows evenly to 4 sin 1°: its mean square is a third of the largest one's. The
+  // strata know such a share to 1/20,000.
+  EXPECT_NEAR(evaluation.reference->meshToReference.rms, 4 * std::sin(M_PI / 180) / std::sqrt(3.), 1e-4);
+  EXPECT_NEAR(evaluation.reference->hausdorff, 4 * std::sin(M_PI / 180), rounding);
+}
+
+TEST(Evaluate, missingPartOfASurface)
+{
+  const SurfaceMesh reference = rectangle(16, 4, .25, 0), mesh = rectangle(12, 4, .25, 0);
+  EvaluationOptions options;
+  options.farLimit = .25;
+  const Evaluation evaluation = measured(mesh, against(reference), options);
+  // The mesh ends at x = 3, the reference at 4; of each of the four rows at most two samples straddle the limit.
+  EXPECT_NEAR(evaluation.reference->missingShare, .75 / 4, 8 / 20000. + rounding);
+  EXPECT_EQ(evaluation.reference->inventedShare, 0);
+  expectAll(evaluation.reference->meshToReference, 0, rounding);
+  EXPECT_NEAR(evaluation.reference->hausdorff, 1, rounding) << "vertices count";
+}
+
+TEST(Evaluate, inventedSheet)
+{
+  const SurfaceMesh reference = sphere(4, 1), sheet = rectangle(10, 10, .1, 1.5);
+  SurfaceMesh mesh = reference;
+  append(sheet, mesh);
+  const Evaluation evaluation = measured(mesh, against(reference));
+  const double ratio = surfaceArea(sheet) / (surfaceArea(reference) + surfaceArea(sheet));
+  // Only the sample between both parts can fall on either side.
+  EXPECT_NEAR(evaluation.reference->inventedShare, ratio, 1 / 20000. + rounding);
+  EXPECT_NEAR(evaluation.options.farLimit, .01 * 2 * std::sqrt(3.), rounding) << "1 % of the reference's diagonal";
+  EXPECT_EQ(evaluation.reference->missingShare, 0);
+  EXPECT_EQ(evaluation.mesh.components, 2);
+}
+
+TEST(Evaluate, translation)
+{
+  const SurfaceMesh reference = sphere(3, 1), mesh = sphere(3, 1.02);
+  const Vector3d shift(1000, -2000, 500);
+  EvaluationInput input = against(reference), there = against(moved(reference, shift));
+  input.cloud = reference.vertices;
+  there.cloud = there.reference->vertices;
+  const Evaluation here = measured(mesh, input), away = measured(moved(mesh, shift), there);
+  // Coordinates are rounded to 2^-42 by the shift.
+  const double tolerance = 4 * 0x1p-42;
+  EXPECT_NEAR(here.cloud->rms, away.cloud->rms, tolerance);
+  EXPECT_NEAR(here.reference->meshToReference.max, away.reference->meshToReference.max, tolerance);
+  EXPECT_NEAR(here.reference->hausdorff, away.reference->hausdorff, tolerance);
+  EXPECT_EQ(here.selfIntersectingTriangles, away.selfIntersectingTriangles);
+  // Checked in single precision, relative to the centre.
+  EXPECT_NEAR(here.mesh.area, away.mesh.area, 1e-5);
+  EXPECT_EQ(away.mesh.degenerateTriangles, 0);
+}
+
+TEST(Evaluate, pointsAndDiagonals)
+{
+  const SurfaceMesh mesh = rectangle(4, 4, .25, 0);
+  EvaluationInput input;
+  EXPECT_EQ(measured(mesh).diagonalSource, DiagonalSource::mesh);
+  EXPECT_FALSE(measured(mesh).cloud.has_value());
+  input.heldOut = {{.5, .5, .2}, {.5, .5, -.4}, {std::nan(""), 0, 0}};
+  input.cloud = {{0, 0, 3}, {4, 0, 0}};
+  const Evaluation evaluation = measured(mesh, input);
+  EXPECT_EQ(evaluation.diagonalSource, DiagonalSource::cloud);
+  EXPECT_DOUBLE_EQ(evaluation.options.diagonal, 5);
+  EXPECT_DOUBLE_EQ(evaluation.options.farLimit, .05);
+  EXPECT_NEAR(evaluation.cloud->rms, 3, rounding);
+  EXPECT_EQ(evaluation.heldOut->count, 2);
+  EXPECT_EQ(evaluation.pointsNotFinite, 1);
+  EXPECT_NEAR(evaluation.heldOut->rms, std::sqrt((.04 + .16) / 2), rounding);
+  EXPECT_FALSE(evaluation.clean.has_value());
+  EXPECT_FALSE(evaluation.reference.has_value());
+  const nlohmann::ordered_json json = toJson(evaluation);
+  EXPECT_FALSE(json.contains("reference"));
+  EXPECT_FALSE(json["distances"].contains("clean"));
+  EXPECT_DOUBLE_EQ(json["distances"]["heldOutPercent"]["max"].get<double>(), 8);
+}
+
+TEST(Evaluate, countsOnBrokenMeshes)
+{
+  const Evaluation sound = measured(tetrahedron());
+  EXPECT_EQ(sound.mesh.components, 1);
+  EXPECT_EQ(sound.mesh.eulerCharacteristic, 2);
+  EXPECT_EQ(sound.mesh.boundaryLoops, 0);
+  EXPECT_EQ(sound.mesh.nonManifoldEdges, 0);
+  EXPECT_EQ(sound.mesh.nonManifoldVertices, 0);
+  EXPECT_EQ(sound.mesh.degenerateTriangles, 0);
+  EXPECT_EQ(sound.selfIntersectingTriangles, 0);
+  EXPECT_EQ(sound.mesh.valences[3], 4);
+
+  SurfaceMesh open = tetrahedron();
+  open.triangles.pop_back();
+  EXPECT_EQ(measured(open).mesh.boundaryLoops, 1);
+  EXPECT_EQ(measured(open).mesh.boundaryEdges, 3);
+  EXPECT_EQ(measured(open).mesh.eulerCharacteristic, 1);
+
+  SurfaceMesh finned = tetrahedron();
+  finned.vertices.emplace_back(.5, -1, -1);
+  finned.triangles.push_back({0, 1, 4});
+  EXPECT_EQ(measured(finned).mesh.nonManifoldEdges, 1);
+  EXPECT_EQ(measured(finned).selfIntersectingTriangles, 0);
+
+  SurfaceMesh touching = tetrahedron();
+  touching.vertices.insert(touching.vertices.end(), {{-1, 0, 0}, {0, -1, 0}, {0, 0, -1}});
+  touching.triangles.insert(touching.triangles.end(), {{0, 4, 5}, {0, 5, 6}, {0, 6, 4}, {4, 6, 5}});
+  EXPECT_EQ(measured(touching).mesh.nonManifoldVertices, 1);
+  EXPECT_EQ(measured(touching).mesh.components, 2);
+  EXPECT_EQ(measured(touching).selfIntersectingTriangles, 0);
+
+  SurfaceMesh degenerate = tetrahedron();
+  degenerate.vertices.emplace_back(.25, 0, 0);
+  degenerate.triangles.push_back({0, 0, 1});
+  degenerate.triangles.push_back({0, 4, 1});
+  EXPECT_EQ(measured(degenerate).mesh.degenerateTriangles, 2);
+  EXPECT_EQ(measured(degenerate).selfIntersectingTriangles, 0) << "they are counted once";
+
+  SurfaceMesh crossing = tetrahedron();
+  append(tetrahedron(Vector3d(.2, .2, -.5)), crossing);
+  // The second one's sides x = .2 and y = .2 and its slanted one pass through the bottom, its bottom is below; its tip
+  // (.2, .2, .5) stays below the slanted side of the first one.
+  EXPECT_EQ(measured(crossing).selfIntersectingTriangles, 4);
+
+  std::int64_t all = 0;
+  const Evaluation round = measured(sphere(3, 1));
+  for (const std::int64_t bin : round.qualities)
+    all += bin;
+  EXPECT_EQ(all, round.mesh.triangles);
+  EXPECT_EQ(measured(rectangle(3, 3, 1, 0)).qualities[16], 18) << "a right isosceles triangle: 2 (√2 − 1) = .828";
+}
+
+TEST(Evaluate, refusesWhatCannotBeMeasured)
+{
+  const SurfaceMesh sound = tetrahedron();
+  SurfaceMesh flat;
+  flat.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  flat.triangles = {{0, 1, 2}};
+  SurfaceMesh lost = flat;
+  lost.vertices[2] = Vector3d::Constant(std::nan(""));
+  for (const SurfaceMesh& mesh : {SurfaceMesh(), flat, lost}) {
+    EXPECT_THROW(measured(mesh), pcl::mrf::InvalidInput);
+    EXPECT_THROW(measured(sound, against(mesh)), pcl::mrf::InvalidInput);
+  }
+  EvaluationInput input;
+  input.cloud = {Vector3d::Constant(std::nan(""))};
+  EXPECT_THROW(measured(sound, input), pcl::mrf::InvalidInput);
+  input.cloud = {Vector3d::Zero()};
+  EXPECT_THROW(measured(sound, input), pcl::mrf::InvalidInput) << "a single point has no diagonal";
+
+  EvaluationOptions options;
+  options.samples = 0;
+  EXPECT_THROW(measured(sound, {}, options), pcl::mrf::InvalidOption);
+  for (const double value : {-1., std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EvaluationOptions lengths;
+    lengths.diagonal = value;
+    EXPECT_THROW(measured(sound, {}, lengths), pcl::mrf::InvalidOption);
+    lengths.diagonal = 0;
+    lengths.farLimit = value;
+    EXPECT_THROW(measured(sound, {}, lengths), pcl::mrf::InvalidOption);
+  }
+}
+
+TEST(VertexErrors, toReferenceOrNearestPoint)
+{
+  pcl::mrf::Execution execution(2);
+  SurfaceMesh mesh = rectangle(4, 4, .25, .5);
+  mesh.vertices[3].x() = std::nan("");
+  EvaluationInput input = against(rectangle(4, 4, .25, 0));
+  const auto expectAt = [&](std::size_t vertex, double error) {
+    // Results are floats.
+    EXPECT_NEAR(vertexErrors(mesh, input, execution)[vertex], error, 1e-6 * error);
+  };
+  EXPECT_TRUE(std::isnan(vertexErrors(mesh, input, execution)[3]));
+  expectAt(0, .5);
+  input.reference.reset();
+  EXPECT_THROW(vertexErrors(mesh, input, execution), pcl::mrf::InvalidInput);
+  input.cloud = {{0, 0, .25}};
+  expectAt(0, .25);
+  expectAt(1, std::hypot(.25, .25));
+  input.heldOut = {{.25, 0, .4}};
+  expectAt(1, .1);
+  input.clean = {{0, 0, .49}};
+  expectAt(0, .01);
+}
+
+TEST(Scans, rmsAgreesWithCgal)
+{
+  if (!scans::available())
+    GTEST_SKIP() << "no ../shared/data beside the project";
+  const scans::Scan scan = scans::load("bunny");
+  // Distances of all sizes: to a sphere around the middle. A part of the points, because far ones take long.
+  Points input;
+  Vector3d centre = Vector3d::Zero();
+  for (std::size_t i = 0; i < scan.points.size(); i += 16) {
+    input.push_back(scan.points.positions[i].cast<double>());
+    centre += input.back();
+  }
+  centre /= static_cast<double>(input.size());
+  SurfaceMesh mesh = sphere(5, .25 * scan.diagonal);
+  pcl::mrf::TriangleMesh plain;
+  for (Vector3d& vertex : mesh.vertices) {
+    plain.vertices.push_back((vertex + centre).cast<float>());
+    vertex = plain.vertices.back().cast<double>();
+  }
+  plain.triangles = mesh.triangles;
+  EvaluationInput measuredBy;
+  measuredBy.cloud = input;
+  measuredBy.heldOut = scan.heldOut;
+  const Evaluation evaluation = measured(mesh, measuredBy);
+  const double accuracy = rootMeanSquare(distancesToMesh(input, plain));
+  const double hole = rootMeanSquare(distancesToMesh(scan.heldOut, plain));
+  EXPECT_NEAR(evaluation.cloud->rms, accuracy, 1e-12 * accuracy);
+  EXPECT_NEAR(evaluation.heldOut->rms, hole, 1e-12 * hole);
+}

@@ -1,0 +1,142 @@
+// pcl_mrf_evaluate as its users run it: its files, and whatever goes wrong.
+#include "support/mesh_reader.h"
+#include "support/tool.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace {
+
+class EvaluateTool : public tool::Test {
+protected:
+  EvaluateTool()
+  {
+    write("flat.off", "OFF\n4 2 0\n0 0 0\n3 0 0\n3 4 0\n0 4 0\n3 0 1 2\n3 0 2 3\n");
+    write("above.off", "OFF\n4 2 0\n0 0 .5\n3 0 .5\n3 4 .5\n0 4 .5\n3 0 1 2\n3 0 2 3\n");
+    write("cloud.xyz", "1 1 .25\n2 2 -.25\n");
+  }
+
+  tool::Outcome evaluate(std::vector<std::string> arguments) const
+  {
+    arguments.insert(arguments.begin(), MRF_EVALUATE_TOOL);
+    return tool::runProgram(arguments, path(""), false);
+  }
+
+  /// Expects a failure that says `words` in one line, and leaves the folder as it was.
+  void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const
+  {
+    std::string trace;
+    for (const std::string& argument : arguments)
+      trace += argument + " ";
+    SCOPED_TRACE(trace);
+    const std::vector<std::string> before = files();
+    const tool::Outcome outcome = evaluate(arguments);
+    EXPECT_EQ(outcome.status, status);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_EQ(outcome.err.rfind("pcl_mrf_evaluate: ", 0), 0u) << outcome.err;
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("--help") != std::string::npos, status == 2) << outcome.err;
+    EXPECT_EQ(files(), before);
+  }
+};
+
+TEST_F(EvaluateTool, TableJsonAndColours)
+{
+  const tool::Outcome outcome = evaluate({"flat.off", "--input", "cloud.xyz", "--held-out", "cloud.xyz", "--reference",
+                                          "above.off", "--json", "r.json", "--coloured", "c.vtk", "--samples", "1000"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  for (const char* words :
+       {"accuracy", "holes", "mesh -> reference", "invented", "non-manifold edges", "% of diagonal"})
+    EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
+  std::istringstream lines(outcome.out);
+  for (std::string line; std::getline(lines, line);)
+    EXPECT_LE(line.size(), 100u) << line;
+
+  const nlohmann::json json = nlohmann::json::parse(tool::readText(path("r.json")));
+  EXPECT_EQ(json["files"]["mesh"], "flat.off");
+  EXPECT_EQ(json["diagonal"], 5);
+  EXPECT_EQ(json["diagonalSource"], "reference");
+  EXPECT_EQ(json["samples"], 1000);
+  EXPECT_EQ(json["distances"]["cloud"]["rms"], .25);
+  EXPECT_EQ(json["distances"]["heldOut"]["count"], 2);
+  EXPECT_EQ(json["distances"]["cloudPercent"]["rms"], 5);
+  EXPECT_EQ(json["distances"]["meshToReference"]["max"], .5);
+  EXPECT_EQ(json["reference"]["inventedShare"], 1);
+  EXPECT_EQ(json["mesh"]["boundaryLoops"], 1);
+  EXPECT_EQ(json["mesh"]["selfIntersectingTriangles"], 0);
+  EXPECT_EQ(json["mesh"]["eulerCharacteristic"], 1);
+
+  const std::string coloured = tool::readText(path("c.vtk"));
+  EXPECT_NE(coloured.find("rgb"), std::string::npos);
+  EXPECT_NE(coloured.find("error"), std::string::npos);
+  EXPECT_EQ(mrf_apps::readMesh(path("c.vtk").string()).triangles.size(), 2u);
+}
+
+TEST_F(EvaluateTool, OptionsAndRepetition)
+{
+  const auto json = [&](std::vector<std::string> arguments) {
+    for (const char* argument : {"--json", "r.json", "-q"})
+      arguments.emplace_back(argument);
+    const tool::Outcome outcome = evaluate(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "") << "-q prints errors only";
+    return nlohmann::json::parse(tool::readText(path("r.json")));
+  };
+  const nlohmann::json wide = json({"flat.off", "--reference", "above.off", "--far", ".6", "--diagonal", "10"});
+  EXPECT_EQ(wide["diagonalSource"], "given");
+  EXPECT_EQ(wide["reference"]["inventedShare"], 0);
+  EXPECT_EQ(wide["distances"]["referenceToMeshPercent"]["rms"], 5);
+  EXPECT_EQ(json({"flat.off", "--reference", "above.off", "--threads", "1"}),
+            json({"flat.off", "--reference", "above.off", "--threads", "4"}));
+
+  ASSERT_EQ(evaluate({"flat.off", "--clean", "cloud.xyz", "--coloured", "c.ply", "--colour-range", ".1"}).status, 0);
+  EXPECT_NE(tool::readText(path("c.ply")).find("property float error"), std::string::npos);
+  for (const char* option : {"--help", "--version"}) {
+    const tool::Outcome outcome = evaluate({option});
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_NE(outcome.out, "");
+  }
+}
+
+TEST_F(EvaluateTool, WrongUsage)
+{
+  expectFailure({}, 2, "MESH");
+  expectFailure({"flat.xyz"}, 2, "does not end in");
+  expectFailure({"flat.off", "--nonsense"}, 2, "--nonsense");
+  expectFailure({"flat.off", "--reference", "cloud.xyz"}, 2, "--reference");
+  expectFailure({"flat.off", "--input", "flat.off"}, 2, "flat.off");
+  expectFailure({"flat.off", "--input", ""}, 2, "--input");
+  expectFailure({"flat.off", "--json", "r.txt"}, 2, "--json");
+  expectFailure({"flat.off", "--coloured", "c.stl", "--input", "cloud.xyz"}, 2, "STL");
+  expectFailure({"flat.off", "--coloured", "c.ply"}, 2, "--reference");
+  for (const char* option : {"--diagonal", "--far", "--colour-range"})
+    for (const char* value : {"-1", "nan", "inf", "x"})
+      expectFailure({"flat.off", option, value, "--json", "r.json"}, 2, "");
+  expectFailure({"flat.off", "--samples", "0"}, 2, "samples");
+  expectFailure({"flat.off", "--samples", "1e20"}, 2, "samples");
+  expectFailure({"flat.off", "--threads", "-1"}, 2, "--threads");
+  write("flat.ply", "");
+  expectFailure({"flat.ply", "--input", "cloud.xyz", "--coloured", "flat.ply"}, 2, "would be overwritten");
+}
+
+TEST_F(EvaluateTool, WrongInput)
+{
+  expectFailure({"nowhere.off", "--json", "r.json"}, 1, "'nowhere.off': No such file or directory");
+  expectFailure({"flat.off", "--input", "nowhere.xyz", "--json", "r.json"}, 1, "nowhere.xyz");
+  expectFailure({"flat.off", "--reference", "nowhere.off", "--json", "r.json"}, 1, "nowhere.off");
+  expectFailure({"flat.off", "--json", "nowhere/r.json"}, 1, "nowhere/r.json");
+  write("empty.off", "OFF\n0 0 0\n");
+  write("line.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n");
+  write("nan.xyz", "nan nan nan\n");
+  write("noise.ply", "It was a dark and stormy night;\n");
+  expectFailure({"empty.off", "--json", "r.json"}, 1, "holds no triangles");
+  expectFailure({"line.off", "--json", "r.json"}, 1, "'line.off': has no triangle with an area");
+  expectFailure({"flat.off", "--reference", "line.off", "--json", "r.json"}, 1, "'line.off': has no triangle");
+  expectFailure({"flat.off", "--input", "nan.xyz", "--json", "r.json"}, 1, "'nan.xyz': has no finite point");
+  expectFailure({"noise.ply", "--json", "r.json"}, 1, "noise.ply");
+}
+
+} // namespace
