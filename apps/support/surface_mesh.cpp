@@ -1,8 +1,8 @@
 #include "surface_mesh.h"
 
 #include "errors.h"
-#include "text_file.h"
 #include "poly_data.h"
+#include "text_file.h"
 #include "vtk_output.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -61,10 +61,7 @@ public:
     bytes_.append(digits.data(), end.ptr);
   }
 
-  void writeTo(const std::string& path) const
-  {
-    writeText(path, bytes_);
-  }
+  void writeTo(const std::string& path) const { writeText(path, bytes_); }
 
 private:
   std::string bytes_;
