@@ -22,5 +22,5 @@ xvfb-run -a "$build_dir/bin/pcl_mrf_reconstruction" /usr/share/glmark2/models/bu
 cat <<END
 
 bunny.png shows the surface: skin where the scanner saw it, blue where the prior filled a hole.
-To turn it around:  pcl_viewer bunny.vtk      (then r to see all of it, q to leave)
+To turn it around:  pcl_viewer -cam 0.1,20/0,0,0/0,0,6/0,1,0/0.5/900,700/0,0 bunny.vtk     (q to leave)
 END

@@ -14,6 +14,7 @@ struct Case {
   std::vector<std::string> arguments;
   std::string pointer; ///< into the report
   json expected;
+  std::string input = "sphere.xyz";
 };
 
 const std::vector<Case> cases = {
@@ -72,8 +73,8 @@ const std::vector<Case> cases = {
     {{"--colour", "confidence"}, "/options/colours", "confidence"},
     {{"--colour", "none"}, "/options/colours", "none"},
     {{"--threads", "3"}, "/threads", 3},
-    {{"--sensor", "0,0,4", "--normals", "estimate"}, "/vote", "sensor"},
-    {{"--sensor", "-3,0,0", "--sensor", "0,0,4", "--normals", "estimate"}, "/vote", "sensor"},
+    {{"--sensor", "0,0,4", "--normals", "estimate"}, "/vote", "sensor", "cap.xyz"},
+    {{"--sensor", "-1,0,4", "--sensor", "-.5,0,4", "--normals", "estimate"}, "/vote", "sensor", "cap.xyz"},
     {{"--sensors", "sensors.txt", "--normals", "estimate"}, "/vote", "sensor"},
     {{"--sensors", "sensors.txt", "--views", "views.txt", "--normals", "estimate"}, "/orientation/agreement", 1.0},
 };
@@ -88,16 +89,25 @@ protected:
   ToolOptions()
   {
     write("sphere.xyz", tool::sphereRows(500, .9));
-    write("sensors.txt", "# above and below\n0 0 4\n0 0 -4\n");
+    write("sensors.txt", "# one in each direction\n0 0 4\n0 0 -4\n4 0 0\n-4 0 0\n0 4 0\n0 -4 0\n");
     std::string views;
-    for (const Eigen::Vector3d& point : tool::spherePoints(500, .9))
-      views += point.z() > 0 ? "0\n" : "1\n";
+    for (const Eigen::Vector3d& point : tool::spherePoints(500, .9)) {
+      int axis = 0;
+      point.cwiseAbs().maxCoeff(&axis);
+      views += std::to_string((axis + 1) % 3 * 2 + (point[axis] < 0 ? 1 : 0)) + "\n";
+    }
     write("views.txt", views);
+    // What a sensor above sees of the sphere.
+    std::string cap;
+    for (const Eigen::Vector3d& p : tool::spherePoints(800))
+      if (p.z() > .3)
+        cap += std::to_string(p.x()) + "," + std::to_string(p.y()) + "," + std::to_string(p.z()) + "\n";
+    write("cap.xyz", cap);
   }
 
-  json reportWith(const std::vector<std::string>& options) const
+  json reportWith(const std::vector<std::string>& options, const std::string& input = "sphere.xyz") const
   {
-    std::vector<std::string> arguments = {"sphere.xyz", "sphere.ply"};
+    std::vector<std::string> arguments = {input, "mesh.ply"};
     arguments.insert(arguments.end(), options.begin(), options.end());
     return reportOf(arguments);
   }
@@ -116,7 +126,7 @@ TEST_F(ToolOptions, EachTakesEffect)
   const json byDefault = reportWith({});
   for (const Case& c : cases) {
     SCOPED_TRACE(joined(c.arguments));
-    const json report = reportWith(c.arguments);
+    const json report = reportWith(c.arguments, c.input);
     const json::json_pointer pointer(c.pointer);
     ASSERT_TRUE(report.contains(pointer));
     EXPECT_EQ(report.at(pointer), c.expected);

@@ -1,0 +1,315 @@
+// Every input and output format, as other programs write and read it.
+#include "support/tool.h"
+
+#include <pcl/io/pcd_io.h>
+#include <pcl/io/ply_io.h>
+#include <pcl/point_types.h>
+
+#include <vtkDataArray.h>
+#include <vtkImageData.h>
+#include <vtkOBJReader.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataReader.h>
+#include <vtkSmartPointer.h>
+#include <vtkSTLReader.h>
+#include <vtkXMLImageDataReader.h>
+#include <vtkXMLPolyDataReader.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace {
+
+using nlohmann::json;
+
+constexpr int pointCount = 500;
+
+template <typename Reader>
+vtkSmartPointer<vtkPolyData> readMesh(const std::string& path)
+{
+  auto reader = vtkSmartPointer<Reader>::New();
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  return reader->GetOutput();
+}
+
+class ToolFiles : public tool::Test {
+protected:
+  /// The points as a cloud with every field that the tool keeps. Intensity and colour grow with z.
+  static pcl::PointCloud<pcl::PointXYZRGBNormal> colouredSphere(double offset = 0)
+  {
+    pcl::PointCloud<pcl::PointXYZRGBNormal> cloud;
+    for (const Eigen::Vector3d& p : tool::spherePoints(pointCount)) {
+      pcl::PointXYZRGBNormal point;
+      point.getVector3fMap() = (p.array() + offset).matrix().cast<float>();
+      point.getNormalVector3fMap() = p.cast<float>();
+      point.r = static_cast<std::uint8_t>(std::lround(127 * (p.z() + 1)));
+      point.g = 50;
+      point.b = 200;
+      cloud.push_back(point);
+    }
+    return cloud;
+  }
+
+  /// Reconstructs a file that holds the sphere with or without normals. \return the report
+  json reconstruct(const std::string& name, bool withNormals) const
+  {
+    SCOPED_TRACE(name);
+    const json report = reportOf({name, "out.ply"});
+    EXPECT_EQ(report.at("/points/input"_json_pointer), pointCount);
+    EXPECT_EQ(report.at("/points/used"_json_pointer), pointCount);
+    EXPECT_EQ(report.at("/normalsEstimated"_json_pointer), !withNormals);
+    EXPECT_EQ(report.at("/mesh/components"_json_pointer), 1);
+    EXPECT_EQ(report.at("/mesh/eulerCharacteristic"_json_pointer), 2);
+    // Edges of .3 take about 5 % off the volume of the unit sphere.
+    EXPECT_NEAR(report.at("/mesh/volume"_json_pointer), 4.0, .25);
+    return report;
+  }
+};
+
+TEST_F(ToolFiles, PcdInEveryEncoding)
+{
+  const auto cloud = colouredSphere();
+  pcl::PCDWriter writer;
+  ASSERT_EQ(writer.writeASCII(path("ascii.pcd").string(), cloud), 0);
+  ASSERT_EQ(writer.writeBinary(path("binary.PCD").string(), cloud), 0);
+  ASSERT_EQ(writer.writeBinaryCompressed(path("compressed.pcd").string(), cloud), 0);
+  for (const char* name : {"ascii.pcd", "binary.PCD", "compressed.pcd"})
+    reconstruct(name, true);
+}
+
+TEST_F(ToolFiles, PlyWithOtherPropertiesInEveryEncoding)
+{
+  pcl::PLYWriter writer;
+  ASSERT_EQ(writer.write(path("binary.ply").string(), colouredSphere(), true), 0);
+  ASSERT_EQ(writer.write(path("ascii.ply").string(), colouredSphere(), false), 0);
+  reconstruct("binary.ply", true);
+  reconstruct("ascii.ply", true);
+  // Doubles, a list among the vertex properties, faces, and an element nobody knows.
+  std::ostringstream text;
+  text << "ply\nformat ascii 1.0\ncomment scanned\nelement vertex " << pointCount
+       << "\nproperty double x\nproperty double y\nproperty double z\nproperty list uchar int neighbours\n"
+          "property uchar quality\nelement face 1\nproperty list uchar int vertex_indices\nelement box 1\n"
+          "property float side\nend_header\n";
+  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
+    text << p.x() << ' ' << p.y() << ' ' << p.z() << " 2 0 1 7\n";
+  text << "3 0 1 2\n1.5\n";
+  write("lists.ply", text.str());
+  reconstruct("lists.ply", false);
+}
+
+TEST_F(ToolFiles, ObjPairsNormalsByIndex)
+{
+  const std::vector<Eigen::Vector3d> points = tool::spherePoints(pointCount);
+  std::ostringstream bare, meshed;
+  meshed << "# vertices, then normals in the opposite order\nmtllib none.mtl\no sphere\n";
+  for (const Eigen::Vector3d& p : points)
+    bare << "v " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+  meshed << bare.str();
+  for (int i = pointCount - 1; i >= 0; --i)
+    meshed << "vn " << points[i].x() << ' ' << points[i].y() << ' ' << points[i].z() << '\n';
+  for (int i = 0; i + 2 < pointCount; ++i) {
+    meshed << 'f';
+    for (int corner = i; corner < i + 3; ++corner)
+      // Every second face counts from the end.
+      if (i % 2 == 0)
+        meshed << ' ' << corner + 1 << "//" << pointCount - corner;
+      else
+        meshed << ' ' << corner - pointCount << "//" << -corner - 1;
+    meshed << '\n';
+  }
+  write("bare.obj", bare.str());
+  write("meshed.obj", meshed.str());
+  reconstruct("bare.obj", false);
+  // Normals in the order of the file would turn the sphere inside out.
+  reconstruct("meshed.obj", true);
+}
+
+TEST_F(ToolFiles, TextWithEveryKindOfHeaderAndSeparator)
+{
+  const std::string rows = tool::sphereRows(pointCount);
+  std::string commas = rows, windows = "# exported\n\n";
+  for (char& c : commas)
+    c = c == ' ' ? ',' : c;
+  for (const char c : rows)
+    windows += c == '\n' ? "\r\n" : std::string(1, c);
+  write("plain.xyz", rows);
+  write("counted.TXT", "// from a scanner\n" + std::to_string(pointCount) + "\n" + rows);
+  write("named.txt", "X Y Z Nx Ny Nz\n" + commas);
+  write("windows.xyz", windows);
+  for (const char* name : {"plain.xyz", "counted.TXT", "named.txt", "windows.xyz"})
+    reconstruct(name, true);
+}
+
+TEST_F(ToolFiles, ColumnsFourToSixMayBeColours)
+{
+  std::ostringstream rows;
+  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
+    rows << p.x() << ' ' << p.y() << ' ' << p.z() << " 200 100 50\n";
+  write("coloured.xyz", rows.str());
+  reconstruct("coloured.xyz", false);
+  pcl::PointCloud<pcl::PointXYZRGB> cloud;
+  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), cloud), 0);
+  for (const pcl::PointXYZRGB& point : cloud) {
+    ASSERT_EQ(point.r, 200);
+    ASSERT_EQ(point.b, 50);
+  }
+}
+
+TEST_F(ToolFiles, EveryMeshFormatHoldsTheSameMesh)
+{
+  pcl::io::savePCDFileBinary(path("in.pcd").string(), colouredSphere());
+  const json report = reportOf({"in.pcd", "out.ply"});
+  const vtkIdType vertices = report.at("/mesh/vertices"_json_pointer),
+                  triangles = report.at("/mesh/triangles"_json_pointer);
+  for (const char* name : {"out.obj", "out.STL", "out.vtk", "out.vtp"})
+    ASSERT_EQ(run({"in.pcd", name, "-q"}).status, 0);
+
+  pcl::PolygonMesh ply;
+  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), ply), 0);
+  EXPECT_EQ(ply.cloud.width * ply.cloud.height, vertices);
+  EXPECT_EQ(static_cast<vtkIdType>(ply.polygons.size()), triangles);
+  pcl::PointCloud<pcl::PointXYZRGBNormal> cloud;
+  pcl::fromPCLPointCloud2(ply.cloud, cloud);
+  // float rounds the coordinates alike in all formats.
+  const auto expectSame = [&](const vtkSmartPointer<vtkPolyData>& mesh, const char* name) {
+    SCOPED_TRACE(name);
+    ASSERT_EQ(mesh->GetNumberOfPoints(), vertices);
+    ASSERT_EQ(mesh->GetNumberOfPolys(), triangles);
+    for (vtkIdType v = 0; v < vertices; ++v)
+      ASSERT_EQ(Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(v)).cast<float>(),
+                Eigen::Vector3f(cloud[v].getVector3fMap()));
+  };
+  const auto vtk = readMesh<vtkPolyDataReader>(path("out.vtk"));
+  const auto vtp = readMesh<vtkXMLPolyDataReader>(path("out.vtp"));
+  expectSame(readMesh<vtkOBJReader>(path("out.obj")), "obj");
+  expectSame(vtk, "vtk");
+  expectSame(vtp, "vtp");
+  const auto stl = readMesh<vtkSTLReader>(path("out.STL"));
+  EXPECT_EQ(stl->GetNumberOfPoints(), vertices); // its reader merges equal corners
+  EXPECT_EQ(stl->GetNumberOfPolys(), triangles);
+
+  for (const auto& mesh : {vtk, vtp}) {
+    vtkDataArray* scalars = mesh->GetPointData()->GetScalars();
+    vtkDataArray* confidence = mesh->GetPointData()->GetArray("confidence");
+    vtkDataArray* normals = mesh->GetPointData()->GetNormals();
+    ASSERT_TRUE(scalars != nullptr && confidence != nullptr && normals != nullptr);
+    EXPECT_EQ(scalars->GetDataType(), VTK_UNSIGNED_CHAR);
+    EXPECT_EQ(scalars->GetNumberOfComponents(), 3);
+    EXPECT_EQ(confidence->GetNumberOfTuples(), vertices);
+    EXPECT_GE(confidence->GetRange()[0], 0);
+    EXPECT_GT(confidence->GetRange()[1], .5);
+    EXPECT_LE(confidence->GetRange()[1], 1);
+    for (vtkIdType v = 0; v < vertices; ++v) {
+      // The colour of the points, red growing with z; a vertex is less than two edges of .3 from what it mixes.
+      ASSERT_NEAR(scalars->GetComponent(v, 0), 127 * (mesh->GetPoint(v)[2] + 1), 127 * .6);
+      ASSERT_EQ(scalars->GetComponent(v, 2), 200);
+      ASSERT_GT(Eigen::Map<const Eigen::Vector3d>(normals->GetTuple3(v))
+                    .dot(Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(v))),
+                .9);
+    }
+  }
+}
+
+TEST_F(ToolFiles, IntensitySurvives)
+{
+  pcl::PointCloud<pcl::PointXYZI> input;
+  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount)) {
+    pcl::PointXYZI point;
+    point.getVector3fMap() = p.cast<float>();
+    point.intensity = static_cast<float>(10 + p.z());
+    input.push_back(point);
+  }
+  pcl::io::savePCDFileBinary(path("in.pcd").string(), input);
+  ASSERT_EQ(run({"in.pcd", "out.ply", "-q"}).status, 0);
+  pcl::PointCloud<pcl::PointXYZI> output;
+  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), output), 0);
+  ASSERT_GT(output.size(), 100u);
+  for (const pcl::PointXYZI& point : output)
+    ASSERT_NEAR(point.intensity, 10 + point.z, .6); // two edges of .3
+}
+
+TEST_F(ToolFiles, FieldIsInTheFrameOfTheCloud)
+{
+  const Eigen::Vector3d centre(300, -200, 100);
+  std::ostringstream rows;
+  rows.precision(12);
+  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
+    rows << (p + centre).transpose() << ' ' << p.transpose() << '\n';
+  write("in.xyz", rows.str());
+  const tool::Outcome outcome = run({"in.xyz", "out.ply", "--field", "field.vti"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  auto reader = vtkSmartPointer<vtkXMLImageDataReader>::New();
+  reader->SetFileName(path("field.vti").c_str());
+  reader->Update();
+  vtkImageData* image = reader->GetOutput();
+  vtkDataArray* distance = image->GetPointData()->GetArray("distance");
+  vtkDataArray* confidence = image->GetPointData()->GetArray("confidence");
+  ASSERT_TRUE(distance != nullptr && confidence != nullptr);
+  const double voxel = image->GetSpacing()[0];
+  int checked = 0;
+  for (vtkIdType i = 0; i < image->GetNumberOfPoints(); ++i) {
+    const double truth = (Eigen::Map<const Eigen::Vector3d>(image->GetPoint(i)) - centre).norm() - 1;
+    if (confidence->GetTuple1(i) < .5)
+      continue;
+    ++checked;
+    // Near the points the field is the distance but for the curvature over a voxel.
+    ASSERT_NEAR(distance->GetTuple1(i), truth, .25 * voxel);
+  }
+  EXPECT_GT(checked, 100);
+}
+
+TEST_F(ToolFiles, SurveyCoordinatesKeepTheirDigits)
+{
+  // Float resolves .06 at a million; the sphere's radius is 1.
+  const Eigen::Vector3d centre(1234567.25, 7654321.5, 321);
+  std::ostringstream rows;
+  rows.precision(15);
+  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
+    rows << (p + centre).transpose() << '\n';
+  write("in.xyz", rows.str());
+  for (const char* name : {"out.vtp", "out.obj"}) {
+    const tool::Outcome outcome = run({"in.xyz", name});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+  }
+  const auto mesh = readMesh<vtkXMLPolyDataReader>(path("out.vtp"));
+  ASSERT_GT(mesh->GetNumberOfPoints(), 100);
+  for (vtkIdType v = 0; v < mesh->GetNumberOfPoints(); ++v)
+    // A fifth of a voxel of .3.
+    ASSERT_NEAR((Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(v)) - centre).norm(), 1, .06);
+  EXPECT_NE(tool::readText(path("out.obj")).find("v 123456"), std::string::npos);
+}
+
+TEST_F(ToolFiles, ReportHoldsEverything)
+{
+  write("in.xyz", tool::sphereRows(pointCount, .75));
+  const json report = reportOf({"in.xyz", "out.ply"});
+  EXPECT_EQ(report.at("status"), "ok");
+  EXPECT_EQ(report.at("input"), "in.xyz");
+  EXPECT_EQ(report.at("output"), "out.ply");
+  // No value is left at 0 for "automatic" where one is derived for every cloud.
+  for (const char* pointer : {"/options/multiscale/voxelSize", "/options/observation/maxDistance", "/density/spacing",
+                              "/diagonal", "/smoothingLength", "/mesh/area", "/seconds", "/peakBytes", "/threads"})
+    EXPECT_GT(report.at(json::json_pointer(pointer)), 0) << pointer;
+  EXPECT_GE(report.at("levels").size(), 1u);
+  EXPECT_EQ(report.at("/levels/0/solve/history"_json_pointer).size(),
+            report.at("/levels/0/solve/iterations"_json_pointer).get<std::size_t>());
+  EXPECT_EQ(report.at("/trimming/holesFilled"_json_pointer), 1); // the hole above z = .75
+  double sum = 0;
+  for (const json& time : report.at("times"))
+    sum += time.at("seconds").get<double>();
+  EXPECT_LE(sum, 1.01 * report.at("seconds").get<double>() + .01);
+}
+
+TEST_F(ToolFiles, OnlyTheFilesAskedForAppear)
+{
+  write("in.xyz", tool::sphereRows(pointCount));
+  write("out.ply", "earlier result");
+  ASSERT_EQ(run({"in.xyz", "out.ply", "--report", "r.json", "--field", "f.vti", "-q"}).status, 0);
+  EXPECT_EQ(files(), (std::vector<std::string>{"f.vti", "in.xyz", "out.ply", "r.json"}));
+  EXPECT_GT(tool::readText(path("out.ply")).size(), 1000u);
+}
+
+} // namespace
