@@ -284,7 +284,7 @@ TEST_F(ToolFiles, SurveyCoordinatesKeepTheirDigits)
 
 TEST_F(ToolFiles, ReportHoldsEverything)
 {
-  write("in.xyz", tool::sphereRows(pointCount, .75));
+  write("in.xyz", tool::sphereRows(2000, .75));
   const json report = reportOf({"in.xyz", "out.ply"});
   EXPECT_EQ(report.at("status"), "ok");
   EXPECT_EQ(report.at("input"), "in.xyz");

@@ -102,9 +102,10 @@ void addModelOptions(OptionParser& parser)
   parser.number("--neighbours", "N", wholeNumbers(1, 100),
                 field(&Options::observation, &ObservationOptions::neighbours), "points observed per voxel");
   parser.number("--max-distance", "LENGTH", length, field(&Options::observation, &ObservationOptions::maxDistance),
-                "distance from the points at which the confidence reaches 0", "3.25 s");
+                "distance from the points at which the confidence reaches 0",
+                "3 s, or 3.25 s with plane and trapezoid");
   parser.onOff("--scale-distance", field(&Options::observation, &ObservationOptions::scaleWithLevel),
-               "coarse levels observe up to 1.5 voxels if that is farther");
+               "coarse levels, and the default distance, reach at least 1.5 voxels");
   parser.choice("--confidence-shape", field(&Options::observation, &ObservationOptions::confidenceShape),
                 "how the confidence falls with the distance");
 
@@ -138,7 +139,7 @@ void addModelOptions(OptionParser& parser)
   parser.number("--change-tolerance", "VOXELS", length, field(&Options::solver, &SolverOptions::changeTolerance),
                 "icm and multigrid stop when a step changes less (RMS); 0 = never");
   parser.number("--smoother-degree", "N", wholeNumbers(0, 50), field(&Options::solver, &SolverOptions::smootherDegree),
-                "of multigrid's Chebyshev smoother", "2, 5, 8 by the order of the prior");
+                "of multigrid's Chebyshev smoother", "2, 5, 10 by the order of the prior");
   parser.onOff("--cholesky-coarsest", field(&Options::solver, &SolverOptions::choleskyOnCoarsest),
                "factorise the coarsest level whatever the solver");
   parser.number("--max-factor-memory", "MIB", positive, field(&Options::solver, &SolverOptions::maxFactorBytes),
