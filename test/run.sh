@@ -46,7 +46,7 @@ export ASAN_OPTIONS=detect_stack_use_after_return=1:strict_string_checks=1
 build build-sanitize all -DCMAKE_BUILD_TYPE=Debug -DMRF_SANITIZE=address,undefined -DMRF_BUILD_APPS=OFF
 run build-sanitize
 
-export TSAN_OPTIONS=halt_on_error=1:second_deadlock_stack=1
+export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:suppressions='$PWD/test/support/tsan.supp'"
 build build-thread parallel_tests -DCMAKE_BUILD_TYPE=Debug -DMRF_SANITIZE=thread -DMRF_BUILD_APPS=OFF
 # GCC 12's run time cannot map its shadow memory where the kernel randomises more than 28 bits of the address.
 if [ "$(cat /proc/sys/vm/mmap_rnd_bits 2>/dev/null || echo 0)" -gt 28 ]; then
