@@ -1,0 +1,294 @@
+#include "command_line.h"
+
+#include "analytic_surface.h"
+#include "support/errors.h"
+#include "support/mesh_reader.h"
+#include "support/point_writer.h"
+#include "support/sensors.h"
+#include "support/text_file.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+
+namespace mrf_apps {
+namespace {
+
+using namespace pcl::mrf::scan;
+using Eigen::Vector3d;
+
+/// Registers options of one word each.
+class Parser {
+public:
+  explicit Parser(CLI::App& app) : app_(app) {}
+
+  void group(const std::string& name) { group_ = name; }
+
+  void add(const std::string& name, const std::string& unit, const std::string& help,
+           const std::function<bool(const std::string&)>& set, const std::string& wanted)
+  {
+    app_.add_option_function<std::string>(
+            name,
+            [=](const std::string& text) {
+              if (!set(text))
+                throw CLI::ValidationError(name, "'" + text + "' is not " + wanted);
+            },
+            help)
+        ->type_name(unit)
+        ->group(group_);
+  }
+
+  void number(const std::string& name, const std::string& unit, double& target, const std::string& help)
+  {
+    add(
+        name, unit, help,
+        [&target](const std::string& text) { return toNumber(text, target) && std::isfinite(target); }, "a number");
+  }
+
+  template <typename Integer>
+  void whole(const std::string& name, Integer& target, double least, double most, const std::string& help)
+  {
+    const auto set = [&target, least, most](const std::string& text) {
+      double value = 0;
+      if (!toNumber(text, value) || value != std::floor(value) || !(value >= least && value <= most))
+        return false;
+      target = static_cast<Integer>(value);
+      return true;
+    };
+    const auto digits = [](double value) { return std::to_string(static_cast<std::int64_t>(value)); };
+    add(name, "N", help, set, "a whole number from " + digits(least) + " to " + digits(most));
+  }
+
+  void vector(const std::string& name, Vector3d& target, const std::string& help)
+  {
+    add(
+        name, "X,Y,Z", help, [&target](const std::string& text) { return parseSensor(text, target); },
+        "three numbers X,Y,Z");
+  }
+
+  void length(const std::string& name, Length& target, const std::string& help)
+  {
+    add(
+        name, "LENGTH", help, [&target](const std::string& text) { return parseLength(text, target); },
+        "a length such as 0.5, 2% or 0.5s");
+  }
+
+  void path(const std::string& name, const std::string& unit, std::string& target, const std::string& help)
+  {
+    const auto set = [&target](const std::string& text) {
+      target = text;
+      return !text.empty();
+    };
+    add(name, unit, help, set, "the name of a file");
+  }
+
+  void flag(const std::string& name, const std::string& help, const std::function<void()>& set)
+  {
+    app_.add_flag_callback(name, set, help)->group(group_);
+  }
+
+  template <typename Value>
+  void choice(const std::string& name, const std::vector<std::pair<std::string, Value>>& choices, Value& target,
+              const std::string& help)
+  {
+    std::vector<std::string> words;
+    for (const auto& entry : choices)
+      words.push_back(entry.first);
+    const auto set = [choices, &target](const std::string& text) {
+      for (const auto& [word, value] : choices)
+        if (word == text) {
+          target = value;
+          return true;
+        }
+      return false;
+    };
+    add(name, CLI::detail::join(words, "|"), help, set, "one of " + CLI::detail::join(words, ", "));
+  }
+
+private:
+  CLI::App& app_;
+  std::string group_;
+};
+
+/// "RADIUS" or "LEAST:MOST".
+bool parseRadii(const std::string& text, ScanOptions& options)
+{
+  const std::size_t colon = text.find(':');
+  if (!parseLength(text.substr(0, colon), options.smallestHole))
+    return false;
+  options.largestHole = options.smallestHole;
+  return colon == std::string::npos || parseLength(text.substr(colon + 1), options.largestHole);
+}
+
+void addObjectOptions(Parser& parser, ScanCommand& command)
+{
+  ScanOptions& options = command.options;
+  parser.group("Object");
+  parser.vector("--rotate", options.rotation, "degrees about x, then y, then z, about the origin; default 0,0,0");
+  parser.length("--displace", options.displacement, "fine random height along the normal, root mean square; default 0");
+  parser.length("--wavelength", options.wavelength, "of that height; default 2%");
+}
+
+void addViewOptions(Parser& parser, ScanCommand& command)
+{
+  ScanOptions& options = command.options;
+  ViewOptions& views = options.views;
+  parser.group("Views");
+  parser.whole("--views", views.count, 0, 10000, "number of sensors; 0: every point is seen, by no sensor; default 12");
+  parser.choice<Placement>("--placement",
+                           {{"sphere", Placement::sphere}, {"ring", Placement::ring}, {"front", Placement::front}},
+                           views.placement, "of the sensors around the object; default sphere");
+  parser.number("--distance", "D", views.distance,
+                "of the sensors from the object's middle, in diagonals; default 1.5");
+  parser.vector("--axis", views.axis, "of ring and front; default 0,1,0");
+  parser.vector("--front", views.forward, "direction of the first sensor, the middle of front; default 0,0,1");
+  parser.number("--elevation", "DEGREES", views.elevation, "of the sensors of ring and front; default 0");
+  parser.number("--fan", "DEGREES", views.fan, "angle that front spans; default 90");
+  parser.path("--sensors", "FILE", command.sensorsFile, "use these sensors, x y z per line, instead of --views");
+  parser.number("--grazing", "DEGREES", options.sampling.grazingLimit,
+                "largest angle between normal and line of sight; default 80");
+  parser.flag("--no-occlusion", "see through the object", [&] { options.sampling.isOccluded = false; });
+  parser.flag("--two-sided", "see the back of the surface as well, with the normal turned towards the sensor",
+              [&] { options.sampling.isTwoSided = true; });
+}
+
+void addErrorOptions(Parser& parser, ScanCommand& command)
+{
+  ScanOptions& options = command.options;
+  parser.group("Errors");
+  parser.length("--noise", options.noise, "standard deviation of each point; default 0");
+  parser.choice<NoiseDirection>("--noise-direction",
+                                {{"normal", NoiseDirection::normal}, {"isotropic", NoiseDirection::isotropic}},
+                                options.noiseDirection, "default normal");
+  parser.length("--misalign-shift", options.misalignmentShift, "of each view, standard deviation per axis; default 0");
+  parser.number("--misalign-angle", "DEGREES", options.misalignmentAngle,
+                "of each view about the object's middle, standard deviation per axis; default 0");
+  parser.number("--outliers", "PERCENT", options.uniformOutliers,
+                "of the output, spread in the bounding box; default 0");
+  parser.number("--clusters", "PERCENT", options.clusteredOutliers,
+                "of the output, in clusters before and behind the surface like false stereo matches; default 0");
+  parser.whole("--cluster-size", options.clusterSize, 1, 1000000, "points in a cluster; default 30");
+  parser.length("--cluster-radius", options.clusterRadius, "standard deviation across the line of sight; default 1%");
+}
+
+void addHoleOptions(Parser& parser, ScanCommand& command)
+{
+  ScanOptions& options = command.options;
+  parser.group("Holes");
+  parser.whole("--holes", options.holes, 0, 100000, "number of balls cut out around random points; default 0");
+  parser.add(
+      "--hole-radius", "LENGTH[:LENGTH]", "or a range of radii; default 7%",
+      [&options](const std::string& text) { return parseRadii(text, options); },
+      "a length such as 0.5, 2% or 0.5s, or two with a colon between");
+}
+
+void addOutputOptions(Parser& parser, ScanCommand& command)
+{
+  parser.group("Output");
+  parser.choice<bool>("--normals", {{"exact", true}, {"none", false}}, command.hasNormals, "default exact");
+  parser.path("--write-views", "FILE", command.views, "sensor of each point, a number from 0 per line");
+  parser.path("--write-sensors", "FILE", command.sensors, "position of each sensor, x y z per line");
+  parser.path("--write-held-out", "CLOUD", command.heldOut, "points that the holes took away, without errors");
+  parser.path("--write-clean", "CLOUD", command.clean, "the inliers of OUTPUT in their order, without errors");
+  parser.path("--write-each-view", "CLOUD", command.eachView,
+              "one cloud per view: scan.ply stands for scan-000.ply, scan-001.ply, ...");
+  parser.path("--report", "FILE.json", command.report, "what was done: counts, lengths, holes");
+}
+
+void check(const ScanCommand& command)
+{
+  const auto require = [](bool condition, const std::string& message) {
+    if (!condition)
+      throw UsageError(message);
+  };
+  require(isShape(command.input) || isReadableMesh(extension(command.input)),
+          "INPUT '" + command.input + "' is no shape and does not end in " + meshInputExtensions);
+  const std::pair<const char*, const std::string&> clouds[] = {{"OUTPUT", command.output},
+                                                               {"--write-held-out", command.heldOut},
+                                                               {"--write-clean", command.clean},
+                                                               {"--write-each-view", command.eachView}};
+  for (const auto& [name, path] : clouds)
+    require(path.empty() || isWritableCloud(extension(path)),
+            std::string(name) + " '" + path + "' does not end in " + pointOutputExtensions);
+  require(command.report.empty() || extension(command.report) == "json",
+          "--report '" + command.report + "' does not end in .json");
+  const ScanOptions& options = command.options;
+  require(command.heldOut.empty() || options.holes > 0 || !options.holeCentres.empty(),
+          "--write-held-out needs holes: --holes or --hole");
+  if (command.sensorsFile.empty() && options.views.count == 0) {
+    require(command.views.empty() && command.sensors.empty() && command.eachView.empty(),
+            "--write-views, --write-sensors and --write-each-view need sensors, but --views is 0");
+    require(options.misalignmentAngle == 0 && options.misalignmentShift.value == 0,
+            "misalignment needs sensors, but --views is 0");
+  }
+}
+
+} // namespace
+
+ScanCommand parseScanCommandLine(int argc, const char* const* argv)
+{
+  ScanCommand command;
+  ScanOptions& options = command.options;
+  CLI::App app(
+      "Simulates range scans of a mesh or of an analytic shape: what sensors around it see, with their errors.",
+      "pcl_mrf_scan");
+  app.get_formatter()->column_width(34);
+  app.footer(
+      "LENGTH is a number in the unit of INPUT, in % of the object's diagonal (0.5%) or in mean distances between "
+      "the points (0.5s).\nShapes, with their defaults:\n" +
+      describeShapes() +
+      "The same options and seed give the same bytes everywhere; each kind of error has its own random numbers, so "
+      "that\nchanging one leaves the rest as it is.\nExit status: 0 done, 1 a file cannot be read or written or "
+      "nothing is seen, 2 wrong usage, 3 the method failed.");
+  app.add_option("INPUT", command.input,
+                 std::string("mesh: ") + meshInputExtensions + "; or a shape, e.g. torus:major=2,minor=.5")
+      ->required();
+  app.add_option("OUTPUT", command.output, std::string("cloud: ") + pointOutputExtensions)->required();
+
+  Parser parser(app);
+  parser.group("Sampling");
+  parser.whole("--points", options.sampling.points, 1, INT32_MAX,
+               "on what is seen of the surface, before holes and outliers; default 30000");
+  parser.choice<bool>("--sampling", {{"even", true}, {"random", false}}, options.sampling.isEven,
+                      "points keep a distance (Poisson discs), or plain random; default even");
+  parser.whole("--seed", options.seed, 0, 9007199254740992.0, "of all random numbers; default 1");
+  addObjectOptions(parser, command);
+  addViewOptions(parser, command);
+  addErrorOptions(parser, command);
+  addHoleOptions(parser, command);
+  app.add_option_function<std::vector<std::string>>(
+         "--hole",
+         [&options](const std::vector<std::string>& texts) {
+           for (const std::string& text : texts) {
+             options.holeCentres.emplace_back();
+             if (!parseSensor(text, options.holeCentres.back()))
+               throw CLI::ValidationError("--hole", "'" + text + "' is not three numbers X,Y,Z");
+           }
+         },
+         "centre of a ball to cut out; may be repeated")
+      ->type_name("X,Y,Z")
+      ->group("Holes");
+  addOutputOptions(parser, command);
+  parser.group("Run");
+  parser.whole("--threads", command.threads, 0, 1024,
+               "the result does not depend on it; default one per hardware thread");
+  parser.flag("-q,--quiet", "print errors only", [&command] { command.quiet = true; });
+  app.set_help_flag("-h,--help", "print this help")->group("Run");
+  app.set_version_flag("--version", "pcl_mrf_scan " MRF_VERSION)->group("Run");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    command.information = app.help();
+    return command;
+  } catch (const CLI::CallForVersion&) {
+    command.information = "pcl_mrf_scan " MRF_VERSION "\n";
+    return command;
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(error.what());
+  }
+  check(command);
+  return command;
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,27 @@
+/// \file
+/// \brief The command line of pcl_mrf_scan.
+#pragma once
+
+#include "scan.h"
+
+#include <string>
+
+namespace mrf_apps {
+
+/// What the user asks for. Empty paths: not asked for.
+struct ScanCommand {
+  std::string input; ///< mesh file or description of a shape
+  std::string output;
+  std::string views, sensors, heldOut, clean, eachView, report;
+  std::string sensorsFile; ///< sensors to use
+  bool hasNormals = true;
+  pcl::mrf::scan::ScanOptions options;
+  int threads = 0;
+  bool quiet = false;
+  std::string information; ///< text of --help or --version; if set, the rest is not
+};
+
+/// Parses and checks everything that can be checked without opening a file. \throw UsageError
+ScanCommand parseScanCommandLine(int argc, const char* const* argv);
+
+} // namespace mrf_apps

@@ -1,0 +1,13 @@
+/// \file
+/// \brief pcl_mrf_scan from files to files.
+#pragma once
+
+#include "command_line.h"
+
+namespace mrf_apps {
+
+/// Reads, scans, writes all outputs or none, and prints a summary.
+/// \throw FileError, UsageError, pcl::mrf::Error
+void run(const ScanCommand& command);
+
+} // namespace mrf_apps

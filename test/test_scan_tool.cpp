@@ -1,0 +1,258 @@
+// pcl_mrf_scan as its users run it: its files, and whatever goes wrong.
+#include "support/point_table.h"
+#include "support/sensors.h"
+#include "support/tool.h"
+
+#include <shapes/signed_distance.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace {
+
+using Eigen::Vector3d;
+
+class ScanTool : public tool::Test {
+protected:
+  ScanTool()
+  {
+    // A box without a lid, seen from above: its faces point inwards and up.
+    write("bowl.off", "OFF\n8 5 0\n0 0 0\n3 0 0\n3 4 0\n0 4 0\n0 0 2\n3 0 2\n3 4 2\n0 4 2\n"
+                      "4 0 1 2 3\n4 0 4 5 1\n4 1 5 6 2\n4 2 6 7 3\n4 3 7 4 0\n");
+  }
+
+  tool::Outcome scan(std::vector<std::string> arguments) const
+  {
+    arguments.insert(arguments.begin(), MRF_SCAN_TOOL);
+    return tool::runProgram(arguments, path(""), false);
+  }
+
+  void expectSuccess(const std::vector<std::string>& arguments) const
+  {
+    const tool::Outcome outcome = scan(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "") << "progress is for terminals";
+  }
+
+  /// Expects a failure that says `words` in one line, and leaves the folder as it was.
+  void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const
+  {
+    std::string trace;
+    for (const std::string& argument : arguments)
+      trace += argument + " ";
+    SCOPED_TRACE(trace);
+    const std::vector<std::string> before = files();
+    const tool::Outcome outcome = scan(arguments);
+    EXPECT_EQ(outcome.status, status);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_EQ(outcome.err.rfind("pcl_mrf_scan: ", 0), 0u) << outcome.err;
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("--help") != std::string::npos, status == 2) << outcome.err;
+    EXPECT_EQ(files(), before);
+  }
+
+  mrf_apps::PointTable points(const std::string& name) const { return mrf_apps::readPoints(path(name).string()); }
+};
+
+/// Half a unit in the last place of the largest coordinate, in each of three.
+double floatError(double largest)
+{
+  return 2 * largest * 0x1p-24;
+}
+
+TEST_F(ScanTool, AllFilesBelongTogether)
+{
+  expectSuccess({"torus",
+                 "scan.ply",
+                 "--points",
+                 "3000",
+                 "--views",
+                 "5",
+                 "--holes",
+                 "2",
+                 "--hole-radius",
+                 "6%:9%",
+                 "--hole",
+                 "-1.4,0,0",
+                 "--outliers",
+                 "2",
+                 "--noise",
+                 "0.5s",
+                 "--write-views",
+                 "v.txt",
+                 "--write-sensors",
+                 "s.txt",
+                 "--write-held-out",
+                 "held.pcd",
+                 "--write-clean",
+                 "clean.ply",
+                 "--write-each-view",
+                 "each.pcd",
+                 "--report",
+                 "r.json"});
+  const auto cloud = points("scan.ply"), clean = points("clean.ply"), held = points("held.pcd");
+  const auto sensors = mrf_apps::readSensors(path("s.txt").string());
+  const auto views = mrf_apps::readViews(path("v.txt").string());
+  const nlohmann::json report = nlohmann::json::parse(tool::readText(path("r.json")));
+  ASSERT_EQ(sensors.size(), 5u);
+  ASSERT_EQ(views.size(), cloud.size());
+  ASSERT_EQ(cloud.normals.size(), cloud.size());
+  EXPECT_EQ(clean.size() + held.size(), 3000u);
+  EXPECT_EQ(report["inliers"], clean.size());
+  EXPECT_EQ(report["heldOut"], held.size());
+  EXPECT_EQ(report["points"], cloud.size());
+  EXPECT_EQ(report["outliers"], cloud.size() - clean.size());
+  EXPECT_EQ(report["outliers"], std::llround(static_cast<double>(clean.size()) * .02 / .98));
+  EXPECT_EQ(report["holes"].size(), 3u);
+
+  const auto torus = shapes::torus(1, .4);
+  for (const auto* table : {&clean, &held})
+    for (const Vector3d& x : table->positions)
+      ASSERT_LT(std::abs(torus(x)), floatError(1.4));
+  for (const Vector3d& x : held.positions) {
+    bool isIn = false;
+    for (const auto& hole : report["holes"]) {
+      const Vector3d centre(hole["centre"][0], hole["centre"][1], hole["centre"][2]);
+      isIn = isIn || (x - centre).norm() < hole["radius"].get<double>() + floatError(1.4);
+    }
+    ASSERT_TRUE(isIn);
+  }
+
+  // The clouds of the views are the cloud, cut up.
+  std::vector<std::size_t> next(5, 0);
+  std::vector<mrf_apps::PointTable> each;
+  for (int view = 0; view < 5; ++view)
+    each.push_back(points("each-00" + std::to_string(view) + ".pcd"));
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const auto view = static_cast<std::size_t>(views[i]);
+    ASSERT_LT(view, 5u);
+    ASSERT_LT(next[view], each[view].size());
+    ASSERT_EQ(each[view].positions[next[view]], cloud.positions[i]);
+    ASSERT_EQ(each[view].normals[next[view]++], cloud.normals[i]);
+    // Rounded to float: a normal may have been turned by 2^-24 or so at a right angle to its sight.
+    const Vector3d sight = (sensors[view] - cloud.positions[i]).normalized();
+    ASSERT_GT(sight.dot(cloud.normals[i].cast<double>()), -1e-6);
+  }
+}
+
+TEST_F(ScanTool, SameSeedSameBytes)
+{
+  const auto bytes = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"bowl.off", "o.ply", "--points", "2000", "--noise", "1%", "--clusters", "3"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    expectSuccess(arguments);
+    return tool::readText(path("o.ply"));
+  };
+  const std::string first = bytes({});
+  EXPECT_EQ(first, bytes({"--threads", "1"}));
+  EXPECT_EQ(first, bytes({"--threads", "3", "--seed", "1"}));
+  EXPECT_NE(first, bytes({"--seed", "2"}));
+}
+
+TEST_F(ScanTool, OptionsReachTheScan)
+{
+  expectSuccess({"bowl.off", "o.pcd", "--normals", "none", "--views", "0", "--points", "500", "-q"});
+  EXPECT_TRUE(points("o.pcd").normals.empty());
+  EXPECT_EQ(points("o.pcd").size(), 500u);
+
+  // From straight above, and only the bottom is within ten degrees.
+  write("above.txt", "1.5 2 100\n");
+  expectSuccess({"bowl.off", "o.ply", "--sensors", "above.txt", "--points", "500", "--grazing", "10"});
+  for (const Vector3d& x : points("o.ply").positions)
+    ASSERT_EQ(x.z(), 0);
+  // From the side, the wall is in the way of the bottom; with sight through it, it is not.
+  write("side.txt", "-50 2 5\n");
+  const auto share = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"bowl.off", "o.ply", "--sensors", "side.txt",
+                                          "--points", "500",   "--grazing", "90"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    expectSuccess(arguments);
+    const auto table = points("o.ply");
+    return std::count_if(table.positions.begin(), table.positions.end(), [](const Vector3d& x) { return x.z() == 0; });
+  };
+  EXPECT_EQ(share({}), 0);
+  // Bottom 12, three walls that face the sensor 8 + 6 + 6; four standard deviations of a binomial.
+  EXPECT_NEAR(static_cast<double>(share({"--no-occlusion"})), 500 * 12 / 32., 44);
+
+  // The far wall's inside faces the sensor; its outside does from the other side, if both sides count.
+  write("other.txt", "50 2 1\n");
+  expectSuccess({"bowl.off", "o.ply", "--sensors", "other.txt", "--points", "500", "--two-sided"});
+  for (const Vector3d& x : points("o.ply").positions)
+    ASSERT_EQ(x.x(), 3);
+  expectSuccess({"cut-sphere:radius=40,angle=37", "o.ply", "--rotate", "0,90,0", "--views", "0", "--points", "500"});
+  for (const Vector3d& x : points("o.ply").positions) {
+    ASSERT_NEAR(x.norm(), 40, floatError(40) * std::sqrt(3));
+    ASSERT_GT(x.x(), 40 * std::cos(37 * M_PI / 180) - floatError(40));
+  }
+  for (const char* option : {"--help", "--version"}) {
+    const tool::Outcome outcome = scan({option});
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_NE(outcome.out, "");
+  }
+}
+
+TEST_F(ScanTool, SurveyCoordinatesAreKeptInDouble)
+{
+  write("far.off", "OFF\n3 1 0\n1000000 5000000 0\n1000001 5000000 0\n1000000 5000001 0\n3 0 1 2\n");
+  expectSuccess({"far.off", "o.ply", "--views", "0", "--points", "200"});
+  int fine = 0;
+  for (const Vector3d& x : points("o.ply").positions) {
+    ASSERT_GE(x.x(), 1000000);
+    ASSERT_LE(x.x() - 1000000 + x.y() - 5000000, 1 + 1e-8);
+    fine += x.y() != static_cast<float>(x.y()) ? 1 : 0;
+  }
+  EXPECT_GT(fine, 190);
+}
+
+TEST_F(ScanTool, WrongUsage)
+{
+  expectFailure({}, 2, "INPUT");
+  expectFailure({"torus"}, 2, "OUTPUT");
+  expectFailure({"tours", "o.ply"}, 2, "no shape");
+  expectFailure({"torus:mayor=2", "o.ply"}, 2, "'mayor'");
+  expectFailure({"torus:minor=0", "o.ply"}, 2, "minor");
+  expectFailure({"bowl.xyz", "o.ply"}, 2, "does not end in");
+  expectFailure({"torus", "o.xyz"}, 2, "'o.xyz' does not end in ply or pcd");
+  expectFailure({"torus", "o.ply", "--nonsense"}, 2, "--nonsense");
+  for (const char* value : {"0", "-5", "2.5", "x", "1e12", ""})
+    expectFailure({"torus", "o.ply", "--points", value}, 2, "--points");
+  for (const char* option : {"--noise", "--misalign-shift", "--cluster-radius", "--hole-radius", "--displace"})
+    for (const char* value : {"-1", "1m", "nan", "x", "1:"})
+      expectFailure({"torus", "o.ply", option, value}, 2, option);
+  for (const char* value : {"100", "-1", "nan"})
+    expectFailure({"torus", "o.ply", "--outliers", value}, 2, "utliers");
+  expectFailure({"torus", "o.ply", "--grazing", "91"}, 2, "grazing");
+  expectFailure({"torus", "o.ply", "--placement", "line"}, 2, "--placement");
+  expectFailure({"torus", "o.ply", "--axis", "0,0,0"}, 2, "axis");
+  expectFailure({"torus", "o.ply", "--hole", "1,2"}, 2, "--hole");
+  expectFailure({"torus", "o.ply", "--holes", "500"}, 2, "holes find room");
+  expectFailure({"torus", "o.ply", "--write-held-out", "h.ply"}, 2, "--holes");
+  expectFailure({"torus", "o.ply", "--views", "0", "--write-views", "v.txt"}, 2, "--views is 0");
+  expectFailure({"torus", "o.ply", "--views", "0", "--misalign-angle", "1"}, 2, "--views is 0");
+  expectFailure({"torus", "o.ply", "--report", "r.txt"}, 2, "--report");
+  expectFailure({"torus", "o.ply", "--write-clean", "o.ply"}, 2, "twice");
+  write("bowl.ply", "");
+  expectFailure({"bowl.ply", "bowl.ply"}, 2, "would be overwritten");
+}
+
+TEST_F(ScanTool, WrongInput)
+{
+  expectFailure({"nowhere.off", "o.ply"}, 1, "'nowhere.off': No such file or directory");
+  expectFailure({"bowl.off", "nowhere/o.ply"}, 1, "nowhere/o.ply");
+  expectFailure({"bowl.off", "o.ply", "--sensors", "nowhere.txt"}, 1, "nowhere.txt");
+  write("empty.off", "OFF\n0 0 0\n");
+  write("line.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n");
+  write("nan.off", "OFF\n3 1 0\n0 0 nan\n1 0 0\n1 1 0\n3 0 1 2\n");
+  write("index.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 7\n");
+  write("noise.ply", "It was a dark and stormy night;\n");
+  write("cut.stl", "solid\n facet normal 0 0 1\n  outer loop\n");
+  for (const char* name : {"empty.off", "line.off", "nan.off", "index.off", "noise.ply", "cut.stl"})
+    expectFailure({name, "o.ply", "--report", "r.json"}, 1, name);
+  write("inside.txt", "1 0 0\n");
+  expectFailure({"torus", "o.ply", "--sensors", "inside.txt"}, 1, "is seen");
+  expectFailure({"torus", "o.ply", "--hole", "0,0,0", "--hole-radius", "9"}, 1, "leave no points");
+}
+
+} // namespace
