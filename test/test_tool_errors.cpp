@@ -102,6 +102,13 @@ TEST_F(ToolErrors, MalformedFiles)
   huge = pcdHeader;
   huge.replace(huge.find("POINTS 400"), 10, "POINTS 4000000000");
   expectBadInput("huge.pcd", huge + "binary\n", "truncated");
+  // Both crash PCL's reader, or what reads its result.
+  expectBadInput("headless.pcd", "FIELDS x y z\nDATA ascii\n1 2 3\n", "PCD");
+  expectBadInput(
+      "sizes.pcd",
+      "VERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 1\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\n"
+      "DATA binary\n0123456789abc",
+      "PCD");
   expectBadInput("words.pcd", pcdHeader + "ascii\n1 2 x\n", "words.pcd");
   expectBadInput("words.xyz", "0 0 0\n1 0 zero\n", "line 2");
   expectBadInput("ragged.xyz", "0 0 0\n1 0 0 5\n", "line 2");

@@ -16,7 +16,9 @@
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLPolyDataReader.h>
 
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <sstream>
 
 namespace {
@@ -93,10 +95,25 @@ TEST_F(ToolFiles, PlyWithOtherPropertiesInEveryEncoding)
           "property uchar quality\nelement face 1\nproperty list uchar int vertex_indices\nelement box 1\n"
           "property float side\nend_header\n";
   for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
-    text << p.x() << ' ' << p.y() << ' ' << p.z() << " 2 0 1 7\n";
+    text << p.x() << ' ' << p.y() << ' ' << p.z() << (p.z() > 0 ? " 2 0 1 7\n" : " 0 7\n");
   text << "3 0 1 2\n1.5\n";
   write("lists.ply", text.str());
   reconstruct("lists.ply", false);
+
+  // The same in big-endian floats, behind another element.
+  std::string binary =
+      "ply\r\nformat binary_big_endian 1.0\r\nelement box 1\r\nproperty short side\r\nelement vertex " +
+      std::to_string(pointCount) + "\r\nproperty float x\r\nproperty float y\r\nproperty float z\r\nend_header\r\n";
+  binary += std::string("\0\1", 2);
+  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
+    for (int axis = 0; axis < 3; ++axis) {
+      const float value = static_cast<float>(p[axis]);
+      std::array<char, 4> bytes{};
+      std::memcpy(bytes.data(), &value, bytes.size());
+      binary.append(bytes.rbegin(), bytes.rend());
+    }
+  write("big_endian.ply", binary);
+  reconstruct("big_endian.ply", false);
 }
 
 TEST_F(ToolFiles, ObjPairsNormalsByIndex)

@@ -113,7 +113,7 @@ public:
   {
     return add(name, unit, help, [name, &target](const std::string& value) {
       if (value.empty())
-        throw CLI::ValidationError(name, "needs a " + std::string("value"));
+        throw CLI::ValidationError(name, "needs a value");
       target = value;
     });
   }

@@ -173,6 +173,9 @@ void run(const Command& command)
                       {command.output, command.report, command.field, command.picture});
   if (!command.picture.empty())
     requireDisplay();
+  // From here on there are temporary files to remove.
+  std::signal(SIGINT, interrupt);
+  std::signal(SIGTERM, interrupt);
   OutputFiles outputs;
   for (const std::string& path : {command.output, command.report, command.field, command.picture})
     if (!path.empty())
@@ -185,8 +188,6 @@ void run(const Command& command)
   RunSummary summary = summarise(input, command);
   summary.readingSeconds = secondsSince(start);
 
-  std::signal(SIGINT, interrupt);
-  std::signal(SIGTERM, interrupt);
   const Result result = reconstruct(input, command, progress);
 
   const auto writingStart = std::chrono::steady_clock::now();

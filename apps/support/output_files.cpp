@@ -72,7 +72,6 @@ std::int64_t OutputFiles::write(const std::string& path, const std::function<voi
   const auto file = std::find_if(files_.begin(), files_.end(), [&](const File& f) { return f.path == path; });
   if (file == files_.end())
     throw FileError(path, "was not declared as an output");
-  errno = 0;
   try {
     writer(file->temporary);
   } catch (const FileError& failure) {
@@ -80,8 +79,8 @@ std::int64_t OutputFiles::write(const std::string& path, const std::function<voi
   }
   struct stat status;
   if (stat(file->temporary.c_str(), &status) != 0 || status.st_size == 0)
-    throw FileError(path, std::string("could not be written") + (errno != 0 ? ": " : "") +
-                              (errno != 0 ? std::strerror(errno) : ""));
+    // VTK removes what it could not finish.
+    throw FileError(path, "could not be written; is the disk full?");
   return status.st_size;
 }
 

@@ -1,24 +1,23 @@
-// PCD and PLY, through PCL.
+// PCD, through PCL.
 #include "errors.h"
 #include "point_readers.h"
 #include "text_file.h"
 
+#include <pcl/common/io.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
-#include <pcl/io/ply_io.h>
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/PolygonMesh.h>
 
 #include <cmath>
 #include <cstring>
 #include <exception>
-#include <functional>
 #include <limits>
 
 namespace mrf_apps {
 namespace {
 
-/// PCL's readers print several lines on a bad file; the tools print one of their own.
+/// PCL's reader prints several lines on a bad file; the tools print one of their own.
 class QuietPcl {
 public:
   QuietPcl() : level_(pcl::console::getVerbosityLevel()) { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
@@ -124,23 +123,17 @@ PointTable toTable(const std::string& path, const pcl::PCLPointCloud2& cloud)
   return table;
 }
 
-/// Runs one of PCL's readers; whatever it prints, throws or returns becomes one message.
-PointTable readThroughPcl(const std::string& path, const char* type,
-                          const std::function<int(pcl::PCLPointCloud2&)>& read)
+/// True if every value that the fields promise is there.
+bool isWhole(const pcl::PCLPointCloud2& cloud)
 {
-  const QuietPcl quiet;
-  pcl::PCLPointCloud2 cloud;
-  std::string cause;
-  try {
-    if (read(cloud) >= 0)
-      return toTable(path, cloud);
-  } catch (const FileError&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    cause = " (it declares more points than memory holds)";
-  } catch (const std::exception&) {
+  for (const pcl::PCLPointField& field : cloud.fields) {
+    const int size = pcl::getFieldSize(field.datatype);
+    if (size <= 0 || field.offset + std::uint64_t{field.count} * static_cast<std::uint64_t>(size) > cloud.point_step ||
+        ((field.name == "rgb" || field.name == "rgba") && size * static_cast<int>(field.count) != 4))
+      return false;
   }
-  throw FileError(path, std::string("is a truncated or malformed ") + type + " file" + cause);
+  const std::uint64_t count = std::uint64_t{cloud.width} * cloud.height;
+  return !cloud.fields.empty() && count > 0 && cloud.data.size() >= count * cloud.point_step;
 }
 
 /// What a PCD header declares.
@@ -204,20 +197,6 @@ void checkPcdText(const std::string& path, const std::string& text, const PcdHea
   }
 }
 
-/// The number of vertices a PLY header declares, −1 if there are none.
-double plyVertices(const std::string& text)
-{
-  std::string_view line;
-  std::vector<std::string_view> words;
-  for (Lines lines(text); lines.next(line) && line != "end_header";) {
-    split(line, words);
-    double count = 0;
-    if (words.size() == 3 && words[0] == "element" && words[1] == "vertex" && toNumber(words[2], count))
-      return count;
-  }
-  return -1;
-}
-
 } // namespace
 
 PointTable readPcd(const std::string& path, const std::string& text)
@@ -233,35 +212,25 @@ PointTable readPcd(const std::string& path, const std::string& text)
     throw FileError(path, "is truncated: too short for the points that it declares");
   if (header.data == "ascii")
     checkPcdText(path, text, header);
-  return readThroughPcl(path, "PCD", [&](pcl::PCLPointCloud2& cloud) {
+  const QuietPcl quiet;
+  pcl::PCLPointCloud2 cloud;
+  try {
     Eigen::Vector4f origin;
     Eigen::Quaternionf orientation;
     int version = 0;
-    return pcl::PCDReader().read(path, cloud, origin, orientation, version);
-  });
-}
-
-PointTable readPly(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces)
-{
-  if (text.compare(0, 4, "ply\n") != 0 && text.compare(0, 5, "ply\r\n") != 0)
-    throw FileError(path, "is not a PLY file");
-  const double vertices = plyVertices(text);
-  if (vertices <= 0)
-    throw FileError(path, "declares no vertices");
-  if (3 * vertices > static_cast<double>(text.size()))
-    throw FileError(path, "is truncated: too short for the vertices that it declares");
-  return readThroughPcl(path, "PLY", [&](pcl::PCLPointCloud2& cloud) {
-    Eigen::Vector4f origin;
-    Eigen::Quaternionf orientation;
-    int version = 0;
-    if (faces == nullptr)
-      return pcl::PLYReader().read(path, cloud, origin, orientation, version);
-    pcl::PolygonMesh mesh;
-    const int result = pcl::PLYReader().read(path, mesh, origin, orientation, version);
-    cloud = std::move(mesh.cloud);
-    *faces = std::move(mesh.polygons);
-    return result;
-  });
+    int dataType = 0;
+    unsigned int dataIndex = 0;
+    pcl::PCDReader reader;
+    // The reader goes on after a header that it could not make sense of, and crashes.
+    if (reader.readHeader(path, cloud, origin, orientation, version, dataType, dataIndex) >= 0 && isWhole(cloud) &&
+        reader.read(path, cloud, origin, orientation, version) >= 0 && isWhole(cloud))
+      return toTable(path, cloud);
+  } catch (const FileError&) {
+    throw;
+  } catch (const std::exception&) {
+    // Whatever the reader throws says less than the following.
+  }
+  throw FileError(path, "is a truncated or malformed PCD file");
 }
 
 } // namespace mrf_apps

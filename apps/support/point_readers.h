@@ -26,7 +26,7 @@ PointTable parseObj(const std::string& path, const std::string& text, std::vecto
 /// lines of too few numbers for points; both are refused beforehand.
 PointTable readPcd(const std::string& path, const std::string& text);
 
-/// Vertices of a PLY file through pcl::PLYReader. \param faces receives the faces, if not null
+/// Vertices of a PLY file, text or binary, with all scalar properties. \param faces receives the faces, if not null
 PointTable readPly(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces = nullptr);
 
 } // namespace mrf_apps

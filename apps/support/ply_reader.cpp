@@ -1,0 +1,305 @@
+// PLY. Not through PCL, whose reader ends the process on lists of different lengths among the vertex properties, nor
+// through VTK, whose reader drops the properties that it does not know.
+#include "errors.h"
+#include "point_readers.h"
+#include "text_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace mrf_apps {
+namespace {
+
+enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+constexpr std::array<std::size_t, 8> typeSizes = {1, 1, 2, 2, 4, 4, 4, 8};
+
+bool parseType(std::string_view word, Type& type)
+{
+  constexpr std::array<std::array<std::string_view, 2>, 8> names = {{{"char", "int8"},
+                                                                     {"uchar", "uint8"},
+                                                                     {"short", "int16"},
+                                                                     {"ushort", "uint16"},
+                                                                     {"int", "int32"},
+                                                                     {"uint", "uint32"},
+                                                                     {"float", "float32"},
+                                                                     {"double", "float64"}}};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (word == names[i][0] || word == names[i][1]) {
+      type = static_cast<Type>(i);
+      return true;
+    }
+  return false;
+}
+
+struct Property {
+  std::string name;
+  Type type = Type::float32;
+  bool isList = false;
+  Type countType = Type::uint8;
+};
+
+struct Element {
+  std::string name;
+  double count = 0;
+  std::vector<Property> properties;
+};
+
+enum class Format { unknown, ascii, littleEndian, bigEndian };
+
+struct Header {
+  Format format = Format::unknown;
+  std::vector<Element> elements;
+  std::size_t size = 0; ///< bytes up to the body
+};
+
+bool parseProperty(const std::vector<std::string_view>& words, Property& property)
+{
+  property.isList = words.size() == 5 && words[1] == "list";
+  if (property.isList && !parseType(words[2], property.countType))
+    return false;
+  property.name = words.back();
+  return (property.isList || words.size() == 3) && parseType(words[words.size() - 2], property.type);
+}
+
+Header parseHeader(const std::string& path, const std::string& text)
+{
+  if (text.compare(0, 4, "ply\n") != 0 && text.compare(0, 5, "ply\r\n") != 0)
+    throw FileError(path, "is not a PLY file");
+  Header header;
+  std::vector<std::string_view> words;
+  std::string_view line;
+  Lines lines(text);
+  while (lines.next(line)) {
+    split(line, words);
+    if (words.empty() || words[0] == "ply" || words[0] == "comment" || words[0] == "obj_info")
+      continue;
+    bool good = false;
+    if (words[0] == "end_header") {
+      if (header.format == Format::unknown)
+        break;
+      header.size = static_cast<std::size_t>(line.data() + line.size() - text.data());
+      header.size = std::min(text.find('\n', header.size), text.size() - 1) + 1;
+      return header;
+    }
+    if (words[0] == "format" && words.size() == 3) {
+      header.format = words[1] == "ascii"                  ? Format::ascii
+                      : words[1] == "binary_little_endian" ? Format::littleEndian
+                      : words[1] == "binary_big_endian"    ? Format::bigEndian
+                                                           : Format::unknown;
+      good = header.format != Format::unknown;
+    } else if (words[0] == "element" && words.size() == 3) {
+      Element element;
+      element.name = words[1];
+      good = toNumber(words[2], element.count) && element.count >= 0 && element.count == std::floor(element.count);
+      header.elements.push_back(element);
+    } else if (words[0] == "property" && words.size() >= 3 && !header.elements.empty()) {
+      Property property;
+      good = parseProperty(words, property);
+      header.elements.back().properties.push_back(property);
+    }
+    if (!good)
+      throw FileError(path, "line " + std::to_string(lines.number()) + ": is not a line of a PLY header");
+  }
+  throw FileError(path, "is a truncated or malformed PLY file: its header does not end");
+}
+
+/// The numbers of the body, one behind the other.
+class Body {
+public:
+  Body(const std::string& path, std::string_view rest, Format format) : path_(path), rest_(rest), format_(format) {}
+
+  std::size_t bytesLeft() const { return rest_.size(); }
+  std::size_t leastSize(Type type) const { return format_ == Format::ascii ? 1 : typeSizes[index(type)]; }
+
+  double next(Type type)
+  {
+    if (format_ == Format::ascii)
+      return nextWord();
+    const std::size_t size = typeSizes[index(type)];
+    if (rest_.size() < size)
+      fail();
+    std::array<char, 8> bytes{};
+    std::copy_n(rest_.begin(), size, bytes.begin());
+    rest_.remove_prefix(size);
+    if (format_ == Format::bigEndian)
+      std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+    switch (type) {
+    case Type::int8:
+      return as<std::int8_t>(bytes);
+    case Type::uint8:
+      return as<std::uint8_t>(bytes);
+    case Type::int16:
+      return as<std::int16_t>(bytes);
+    case Type::uint16:
+      return as<std::uint16_t>(bytes);
+    case Type::int32:
+      return as<std::int32_t>(bytes);
+    case Type::uint32:
+      return as<std::uint32_t>(bytes);
+    case Type::float32:
+      return as<float>(bytes);
+    default:
+      return as<double>(bytes);
+    }
+  }
+
+  /// The number of values of a list, all of which are there.
+  std::size_t nextCount(const Property& list)
+  {
+    const double count = next(list.countType);
+    if (!(count >= 0) || count * static_cast<double>(leastSize(list.type)) > static_cast<double>(rest_.size()))
+      fail();
+    return static_cast<std::size_t>(count);
+  }
+
+  [[noreturn]] void fail() const { throw FileError(path_, "is a truncated or malformed PLY file"); }
+
+private:
+  static std::size_t index(Type type) { return static_cast<std::size_t>(type); }
+
+  template <typename T>
+  static double as(const std::array<char, 8>& bytes)
+  {
+    T value;
+    std::memcpy(&value, bytes.data(), sizeof(T));
+    return static_cast<double>(value);
+  }
+
+  double nextWord()
+  {
+    constexpr std::string_view blanks = " \t\r\n";
+    rest_.remove_prefix(std::min(rest_.find_first_not_of(blanks), rest_.size()));
+    const std::string_view word = rest_.substr(0, rest_.find_first_of(blanks));
+    double value = 0;
+    if (!toNumber(word, value))
+      fail();
+    rest_.remove_prefix(word.size());
+    return value;
+  }
+
+  const std::string& path_;
+  std::string_view rest_;
+  Format format_;
+};
+
+/// Three properties by their names, −1 where one is missing.
+std::array<int, 3> find(const Element& element, const std::array<const char*, 3>& names)
+{
+  std::array<int, 3> found = {-1, -1, -1};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    for (std::size_t p = 0; p < element.properties.size(); ++p)
+      if (element.properties[p].name == names[i] && !element.properties[p].isList)
+        found[i] = static_cast<int>(p);
+  return found;
+}
+
+bool complete(const std::array<int, 3>& properties)
+{
+  return *std::min_element(properties.begin(), properties.end()) >= 0;
+}
+
+Eigen::Vector3d pick(const std::vector<double>& row, const std::array<int, 3>& properties)
+{
+  return {row[static_cast<std::size_t>(properties[0])], row[static_cast<std::size_t>(properties[1])],
+          row[static_cast<std::size_t>(properties[2])]};
+}
+
+void readVertices(const std::string& path, const Element& element, Body& body, PointTable& table)
+{
+  const auto position = find(element, {"x", "y", "z"}), colour = find(element, {"red", "green", "blue"});
+  auto normal = find(element, {"nx", "ny", "nz"});
+  if (!complete(normal))
+    normal = find(element, {"normal_x", "normal_y", "normal_z"});
+  if (!complete(position))
+    throw FileError(path, "has no vertices with the properties x, y and z");
+  // Colours are bytes, or floats from 0 to 1.
+  const bool areBytes =
+      complete(colour) && element.properties[static_cast<std::size_t>(colour[0])].type < Type::float32;
+
+  std::vector<std::vector<float>*> columns(element.properties.size(), nullptr);
+  for (std::size_t p = 0; p < columns.size(); ++p) {
+    const auto isPartOf = [p](const std::array<int, 3>& vector) {
+      return complete(vector) && std::count(vector.begin(), vector.end(), static_cast<int>(p)) > 0;
+    };
+    if (!element.properties[p].isList && !isPartOf(position) && !isPartOf(normal) && !isPartOf(colour)) {
+      std::vector<float>& column = table.scalars[element.properties[p].name];
+      // Of two properties with one name the first counts.
+      if (std::find(columns.begin(), columns.end(), &column) == columns.end())
+        columns[p] = &column;
+    }
+  }
+
+  std::vector<double> row(columns.size());
+  for (double v = 0; v < element.count; ++v) {
+    for (std::size_t p = 0; p < columns.size(); ++p) {
+      const Property& property = element.properties[p];
+      if (property.isList)
+        for (std::size_t i = body.nextCount(property); i > 0; --i)
+          body.next(property.type);
+      else
+        row[p] = body.next(property.type);
+      if (columns[p] != nullptr)
+        columns[p]->push_back(static_cast<float>(row[p]));
+    }
+    table.positions.push_back(pick(row, position));
+    if (complete(normal))
+      table.normals.push_back(pick(row, normal).cast<float>());
+    if (complete(colour)) {
+      const Eigen::Array3d bytes = (pick(row, colour).array() * (areBytes ? 1 : 255) + .5).max(0).min(255);
+      table.colours.push_back({static_cast<std::uint8_t>(bytes.x()), static_cast<std::uint8_t>(bytes.y()),
+                               static_cast<std::uint8_t>(bytes.z())});
+    }
+  }
+}
+
+/// Reads an element for its list of vertices, or, without `faces`, to see that it is all there.
+void readFaces(const Element& element, Body& body, std::vector<pcl::Vertices>* faces)
+{
+  using Index = decltype(pcl::Vertices::vertices)::value_type;
+  for (double f = 0; f < element.count; ++f)
+    for (const Property& property : element.properties) {
+      const std::size_t count = property.isList ? body.nextCount(property) : 1;
+      const bool isWanted =
+          faces != nullptr && property.isList && (property.name == "vertex_indices" || property.name == "vertex_index");
+      if (isWanted)
+        faces->emplace_back();
+      for (std::size_t i = 0; i < count; ++i) {
+        const double value = body.next(property.type);
+        // What is no index becomes one of a vertex that cannot be there.
+        const bool isIndex = value >= 0 && value < static_cast<double>(std::numeric_limits<Index>::max());
+        if (isWanted)
+          faces->back().vertices.push_back(isIndex ? static_cast<Index>(value) : std::numeric_limits<Index>::max());
+      }
+    }
+}
+
+} // namespace
+
+PointTable readPly(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces)
+{
+  const Header header = parseHeader(path, text);
+  Body body(path, std::string_view(text).substr(header.size), header.format);
+  PointTable table;
+  for (const Element& element : header.elements) {
+    double least = 0;
+    for (const Property& property : element.properties)
+      least += static_cast<double>(body.leastSize(property.isList ? property.countType : property.type));
+    if (element.count * least > static_cast<double>(body.bytesLeft()))
+      throw FileError(path, "is truncated: too short for what its header declares");
+    if (element.properties.empty())
+      continue;
+    if (element.name == "vertex" && table.positions.empty())
+      readVertices(path, element, body, table);
+    else
+      readFaces(element, body, element.name == "face" ? faces : nullptr);
+  }
+  if (table.positions.empty())
+    throw FileError(path, "declares no vertices");
+  return table;
+}
+
+} // namespace mrf_apps
