@@ -9,6 +9,7 @@
 #include <pcl/PCLPointCloud2.h>
 #include <pcl/PolygonMesh.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -136,6 +137,23 @@ bool isWhole(const pcl::PCLPointCloud2& cloud)
   return !cloud.fields.empty() && count > 0 && cloud.data.size() >= count * cloud.point_step;
 }
 
+/// True unless the body is compressed and unpacks to another size than the fields have, which PCL does not notice.
+bool unpacksToSize(const pcl::PCLPointCloud2& cloud, int dataType, const std::string& text, std::size_t body)
+{
+  constexpr int compressed = 2;
+  if (dataType != compressed)
+    return true;
+  std::array<std::uint32_t, 2> sizes; // packed, unpacked
+  if (body + sizeof(sizes) > text.size())
+    return false;
+  std::memcpy(sizes.data(), text.data() + body, sizeof(sizes));
+  std::uint64_t pointSize = 0;
+  for (const pcl::PCLPointField& field : cloud.fields)
+    if (field.name != "_") // padding is not stored
+      pointSize += std::uint64_t{field.count} * static_cast<std::uint64_t>(pcl::getFieldSize(field.datatype));
+  return sizes[0] <= text.size() - body - sizeof(sizes) && sizes[1] == pointSize * cloud.width * cloud.height;
+}
+
 /// What a PCD header declares.
 struct PcdHeader {
   std::size_t fields = 0;
@@ -223,6 +241,7 @@ PointTable readPcd(const std::string& path, const std::string& text)
     pcl::PCDReader reader;
     // The reader goes on after a header that it could not make sense of, and crashes.
     if (reader.readHeader(path, cloud, origin, orientation, version, dataType, dataIndex) >= 0 && isWhole(cloud) &&
+        unpacksToSize(cloud, dataType, text, dataIndex) &&
         reader.read(path, cloud, origin, orientation, version) >= 0 && isWhole(cloud))
       return toTable(path, cloud);
   } catch (const FileError&) {
