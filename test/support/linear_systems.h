@@ -1,0 +1,119 @@
+/// \file
+/// \brief Linear systems with known solutions, and how the tests of the solvers compare fields.
+#pragma once
+
+#include "support/lattice_matrix.h"
+
+#include <pcl/surface/mrf/solver.h>
+
+#include <Eigen/SparseCholesky>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace systems {
+
+using pcl::mrf::Energy;
+using pcl::mrf::GridSize;
+using pcl::mrf::hasCholesky;
+using pcl::mrf::LinearSystem;
+using pcl::mrf::Observation;
+using pcl::mrf::Prior;
+using pcl::mrf::PriorOptions;
+using pcl::mrf::SolverMethod;
+using pcl::mrf::SolverOptions;
+
+constexpr Prior allPriors[] = {Prior::membrane, Prior::thinPlate, Prior::triharmonic};
+constexpr Energy allEnergies[] = {Energy::joint, Energy::weighted};
+
+inline PriorOptions priorOptions(Prior prior, Energy energy = Energy::joint, float beta = .99f)
+{
+  PriorOptions options;
+  options.prior = prior;
+  options.energy = energy;
+  options.beta = beta;
+  return options;
+}
+
+/// Distances to a sphere of radius 0.3 of the grid within 1.5 voxels of it, but for a cap of 37° around +z: a hole.
+inline Observation observeSphere(GridSize size, double shift = 0, double scale = 1)
+{
+  Observation observation;
+  observation.lattice.size = size;
+  const double radius = .3 * std::max({size.x, size.y, size.z});
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x) {
+        const Eigen::Vector3d p = Eigen::Vector3d(x, y, z) - .5 * Eigen::Vector3d(size.x - 1, size.y - 1, size.z - 1);
+        const double distance = p.norm() - radius;
+        if (std::abs(distance) < 1.5 && p.z() <= .8 * p.norm()) {
+          observation.voxels.push_back(size.index(x, y, z));
+          observation.distances.push_back(static_cast<float>(scale * distance + shift));
+          observation.confidences.push_back(static_cast<float>(1 - distance * distance / 2.3));
+        }
+      }
+  return observation;
+}
+
+inline oracle::Matrix systemMatrix(const LinearSystem<double>& system)
+{
+  std::vector<Eigen::Triplet<double, std::int64_t>> entries;
+  system.data->appendEntries(entries);
+  oracle::Matrix data(static_cast<Eigen::Index>(system.size().count()),
+                      static_cast<Eigen::Index>(system.size().count()));
+  data.setFromTriplets(entries.begin(), entries.end());
+  return oracle::priorMatrix(system.prior) + data;
+}
+
+inline Eigen::Map<const oracle::Vector> asVector(const std::vector<double>& values)
+{
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+inline std::vector<double> directSolution(const LinearSystem<double>& system)
+{
+  const Eigen::SimplicialLDLT<oracle::Matrix> factor(systemMatrix(system));
+  EXPECT_EQ(factor.info(), Eigen::Success);
+  const oracle::Vector solution = factor.solve(asVector(system.data->rightHandSide()));
+  return {solution.data(), solution.data() + solution.size()};
+}
+
+/// ‖a − b‖ / ‖b‖
+template <typename A, typename B>
+double relativeDifference(const std::vector<A>& a, const std::vector<B>& b)
+{
+  double difference = 0, norm = 0;
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    difference += std::pow(static_cast<double>(a[i]) - static_cast<double>(b[i]), 2);
+    norm += std::pow(static_cast<double>(b[i]), 2);
+  }
+  return std::sqrt(difference / norm);
+}
+
+template <typename Real>
+std::vector<Real> zeros(const LinearSystem<Real>& system)
+{
+  return std::vector<Real>(static_cast<std::size_t>(system.size().count()));
+}
+
+inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4, int maxIterations = 0)
+{
+  SolverOptions options;
+  options.method = method;
+  options.residualTolerance = tolerance;
+  options.changeTolerance = method == SolverMethod::icm ? tolerance : 0;
+  options.maxIterations = maxIterations;
+  return options;
+}
+
+inline std::vector<SolverMethod> availableMethods()
+{
+  std::vector<SolverMethod> methods = {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg};
+  if (hasCholesky())
+    methods.push_back(SolverMethod::cholesky);
+  return methods;
+}
+
+} // namespace systems
