@@ -47,7 +47,8 @@ ${CXX:-g++} -std=c++17 -O1 "$here/consumer.cpp" -o "$scratch/consumer" \
   $(pkg-config --cflags --libs pcl_mrf_reconstruction) -Wl,-rpath,"$libdir"
 "$scratch/consumer" multigrid
 
-# The tool finds the library by itself.
-if [ -e "$tree/bin/pcl_mrf_reconstruction" ]; then
-  "$prefix/bin/pcl_mrf_reconstruction" --help >/dev/null
-fi
+# The tools find the library by themselves, and every one that was built was installed.
+for tool in "$tree"/bin/pcl_mrf_*; do
+  [ -e "$tool" ] || continue
+  "$prefix/bin/$(basename "$tool")" --help >/dev/null
+done
