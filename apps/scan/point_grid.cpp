@@ -15,9 +15,7 @@ using Eigen::Vector3d;
 
 PointGrid::PointGrid(double side, std::size_t expected) : side_(side), slots_(1024, Slot{0, -1})
 {
-  positions_.reserve(expected);
-  normals_.reserve(expected);
-  next_.reserve(expected);
+  points_.reserve(expected);
 }
 
 PointGrid::Cell PointGrid::cellOf(const Vector3d& position) const
@@ -57,16 +55,14 @@ void PointGrid::grow()
 void PointGrid::add(const Vector3d& position, const Vector3d& normal)
 {
   const Cell cell = cellOf(position);
-  lower_ = positions_.empty() ? cell : Cell(lower_.cwiseMin(cell));
-  upper_ = positions_.empty() ? cell : Cell(upper_.cwiseMax(cell));
+  lower_ = points_.empty() ? cell : Cell(lower_.cwiseMin(cell));
+  upper_ = points_.empty() ? cell : Cell(upper_.cwiseMax(cell));
   const std::uint64_t key = keyOf(cell);
   Slot& slot = slots_[slotOf(key)];
   if (slot.first < 0)
     ++used_;
-  next_.push_back(slot.first);
-  slot = {key, static_cast<std::int64_t>(positions_.size())};
-  positions_.push_back(position);
-  normals_.push_back(normal);
+  points_.push_back({position, normal, slot.first});
+  slot = {key, static_cast<std::int64_t>(points_.size()) - 1};
   if (2 * used_ > slots_.size())
     grow();
 }
@@ -78,10 +74,10 @@ bool PointGrid::hasWithin(const Vector3d& position, const Vector3d& normal, doub
   for (std::int64_t z = lower.z(); z <= upper.z(); ++z)
     for (std::int64_t y = lower.y(); y <= upper.y(); ++y)
       for (std::int64_t x = lower.x(); x <= upper.x(); ++x)
-        for (std::int64_t i = firstIn({x, y, z}); i >= 0; i = next_[static_cast<std::size_t>(i)]) {
-          const auto other = static_cast<std::size_t>(i);
-          const Vector3d apart = positions_[other] - position;
-          if (portable::dot(apart, apart) < radius * radius && portable::dot(normals_[other], normal) > 0)
+        for (std::int64_t i = firstIn({x, y, z}); i >= 0; i = points_[static_cast<std::size_t>(i)].next) {
+          const Point& other = points_[static_cast<std::size_t>(i)];
+          const Vector3d apart = other.position - position;
+          if (portable::dot(apart, apart) < radius * radius && portable::dot(other.normal, normal) > 0)
             return true;
         }
   return false;
@@ -89,7 +85,7 @@ bool PointGrid::hasWithin(const Vector3d& position, const Vector3d& normal, doub
 
 double PointGrid::nearestOther(std::size_t i) const
 {
-  const Vector3d& position = positions_[i];
+  const Vector3d& position = points_[i].position;
   const Cell centre = cellOf(position);
   const std::int64_t farthest = std::max((centre - lower_).maxCoeff(), (upper_ - centre).maxCoeff());
   double best = std::numeric_limits<double>::infinity();
@@ -99,8 +95,9 @@ double PointGrid::nearestOther(std::size_t i) const
       for (std::int64_t y = -shell; y <= shell; ++y) {
         const bool isWall = std::abs(z) == shell || std::abs(y) == shell;
         for (std::int64_t x = -shell; x <= shell; x += isWall || shell == 0 ? 1 : 2 * shell)
-          for (std::int64_t j = firstIn(centre + Cell(x, y, z)); j >= 0; j = next_[static_cast<std::size_t>(j)]) {
-            const double distance = portable::norm(positions_[static_cast<std::size_t>(j)] - position);
+          for (std::int64_t j = firstIn(centre + Cell(x, y, z)); j >= 0;
+               j = points_[static_cast<std::size_t>(j)].next) {
+            const double distance = portable::norm(points_[static_cast<std::size_t>(j)].position - position);
             if (distance > 0 && distance < best)
               best = distance;
           }

@@ -20,7 +20,7 @@ public:
   /// Adds a point with its normal.
   void add(const Eigen::Vector3d& position, const Eigen::Vector3d& normal);
 
-  std::size_t size() const { return positions_.size(); }
+  std::size_t size() const { return points_.size(); }
 
   /// True if a point is closer than radius and faces the same side as the normal: the two sides of a thin plate do not
   /// see each other.
@@ -32,6 +32,11 @@ public:
 
 private:
   using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
+  /// One cache line: the points of a cell are far apart in memory.
+  struct Point {
+    Eigen::Vector3d position, normal;
+    std::int64_t next; ///< in the same cell
+  };
   struct Slot {
     std::uint64_t key;
     std::int64_t first; ///< of the cell's list, -1: the slot is empty
@@ -44,9 +49,8 @@ private:
   void grow();
 
   double side_;
-  std::vector<Eigen::Vector3d> positions_, normals_;
-  std::vector<std::int64_t> next_; ///< in the same cell
-  std::vector<Slot> slots_;        ///< a power of two of them
+  std::vector<Point> points_;
+  std::vector<Slot> slots_; ///< a power of two of them
   std::size_t used_ = 0;
   Cell lower_ = Cell::Zero(), upper_ = Cell::Zero(); ///< of the cells in use
 };
