@@ -493,6 +493,39 @@ TEST(Evaluate, countsOnBrokenMeshes)
   EXPECT_EQ(measured(rectangle(3, 3, 1, 0)).qualities[16], 18) << "a right isosceles triangle: 2 (√2 − 1) = .828";
 }
 
+TEST(Evaluate, histogramOfAreas)
+{
+  // Right triangles with one side of length 2: the other one is the area.
+  const auto ofAreas = [](const std::vector<double>& areas) {
+    SurfaceMesh mesh;
+    for (std::size_t t = 0; t < areas.size(); ++t) {
+      const auto z = static_cast<double>(t);
+      const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+      mesh.vertices.insert(mesh.vertices.end(), {{0, 0, z}, {2, 0, z}, {0, areas[t], z}});
+      mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+    return measured(mesh);
+  };
+  const Evaluation two = ofAreas({11, 29});
+  EXPECT_EQ(two.areas[5], 1) << "11/20 = .55";
+  EXPECT_EQ(two.areas[14], 1) << "29/20 = 1.45";
+  EXPECT_NEAR(two.areaVariance(), .2025, 1e-6) << "(9/20)², of float vertices";
+  const Evaluation uneven = ofAreas({1, 1, 1, 1, 1, 1, 1, 1, 1, 31});
+  EXPECT_EQ(uneven.areas[2], 9) << "1/4 of the mean";
+  EXPECT_EQ(uneven.areas.back(), 1) << "7.75 means";
+  const Evaluation empty = ofAreas({1, 0});
+  EXPECT_EQ(empty.areas[0], 1) << "a triangle without area";
+  EXPECT_EQ(empty.areas[20], 1);
+
+  const Evaluation round = measured(sphere(3, 1));
+  EXPECT_EQ(std::accumulate(round.areas.begin(), round.areas.end(), std::int64_t{0}), round.mesh.triangles);
+  const nlohmann::json json = toJson(uneven);
+  EXPECT_EQ(json["mesh"]["areas"].size(), uneven.areas.size());
+  EXPECT_EQ(json["mesh"]["areas"][2], 9);
+  EXPECT_NEAR(json["mesh"]["areaVariance"].get<double>(), 81. / 16, 1e-5) << "mean 4, squares 97: (97 − 16)/16";
+  EXPECT_NE(toText(uneven).find(">= 2.40"), std::string::npos);
+}
+
 TEST(Evaluate, refusesWhatCannotBeMeasured)
 {
   const SurfaceMesh sound = tetrahedron();

@@ -148,21 +148,33 @@ void addMesh(const Evaluation& evaluation, Text& text)
     text.add("  %-22s %9.6g\n", "volume", mesh.volume);
   text.add("  %-22s %9.4g\n  %-22s %9.4g\n", "mean quality", mesh.meanQuality, "least quality", mesh.minQuality);
   text.add("  %-22s %9.4g\n", "mean edge", mesh.meanEdge);
-  text.add("  %-22s %9.4g\n\n", "area deviation / mean", mesh.areaDeviation);
+  text.add("  %-22s %9.4g\n", "area deviation / mean", mesh.areaDeviation);
+  text.add("  %-22s %9.4g\n\n", "area variance / mean^2", evaluation.areaVariance());
+}
+
+/// All bins of a histogram of triangles.
+template <typename Bins>
+void addTriangleBins(const Bins& bins, double step, bool isLastOpen, std::int64_t triangles, Text& text)
+{
+  const std::int64_t most = *std::max_element(bins.begin(), bins.end());
+  for (std::size_t bin = 0; bin < bins.size(); ++bin) {
+    char label[32];
+    const double lower = static_cast<double>(bin) * step;
+    if (isLastOpen && bin + 1 == bins.size())
+      std::snprintf(label, sizeof(label), ">= %.2f", lower);
+    else
+      std::snprintf(label, sizeof(label), "%.2f - %.2f", lower, lower + step);
+    text.addBin(label, bins[bin], triangles, most);
+  }
 }
 
 void addHistograms(const Evaluation& evaluation, Text& text)
 {
   const auto& qualities = evaluation.qualities;
   text.add("triangles by quality (2 inradius / circumradius)\n");
-  const std::int64_t mostAlike = *std::max_element(qualities.begin(), qualities.end());
-  for (std::size_t bin = 0; bin < qualities.size(); ++bin) {
-    char label[32];
-    const double step = 1. / static_cast<double>(qualities.size());
-    std::snprintf(label, sizeof(label), "%.2f - %.2f", static_cast<double>(bin) * step,
-                  static_cast<double>(bin + 1) * step);
-    text.addBin(label, qualities[bin], evaluation.mesh.triangles, mostAlike);
-  }
+  addTriangleBins(qualities, 1. / static_cast<double>(qualities.size()), false, evaluation.mesh.triangles, text);
+  text.add("triangles by area / mean area\n");
+  addTriangleBins(evaluation.areas, Evaluation::areaStep, true, evaluation.mesh.triangles, text);
   const auto& valences = evaluation.mesh.valences;
   text.add("vertices by number of edges\n");
   const std::int64_t mostEdges = *std::max_element(valences.begin(), valences.end());
@@ -218,6 +230,9 @@ nlohmann::ordered_json toJson(const Evaluation& evaluation)
   json["mesh"] = toJson(evaluation.mesh);
   json["mesh"]["selfIntersectingTriangles"] = evaluation.selfIntersectingTriangles;
   json["mesh"]["qualities"] = evaluation.qualities;
+  json["mesh"]["areaVariance"] = evaluation.areaVariance();
+  json["mesh"]["areas"] = evaluation.areas;
+  json["mesh"]["areaStep"] = Evaluation::areaStep;
   return json;
 }
 
