@@ -7,20 +7,59 @@
 #include <vtkCamera.h>
 #include <vtkLight.h>
 #include <vtkLightKit.h>
+#include <vtkLookupTable.h>
 #include <vtkPNGWriter.h>
 #include <vtkPointData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 #include <vtkRenderWindow.h>
+#include <vtkScalarBarActor.h>
+#include <vtkTextProperty.h>
 #include <vtkWindowToImageFilter.h>
 
 #include <X11/Xlib.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 namespace mrf_apps {
+namespace {
+
+void addLegend(const Legend& legend, vtkRenderer& renderer)
+{
+  auto table = vtkSmartPointer<vtkLookupTable>::New();
+  table->SetNumberOfTableValues(static_cast<vtkIdType>(legend.colours.size()));
+  table->SetRange(legend.lower, legend.upper);
+  for (std::size_t i = 0; i < legend.colours.size(); ++i) {
+    const auto& [red, green, blue] = legend.colours[i];
+    table->SetTableValue(static_cast<vtkIdType>(i), red / 255., green / 255., blue / 255.);
+  }
+  auto bar = vtkSmartPointer<vtkScalarBarActor>::New();
+  bar->SetLookupTable(table);
+  bar->SetTitle(legend.title.c_str());
+  bar->SetOrientationToHorizontal();
+  bar->SetNumberOfLabels(5);
+  bar->SetLabelFormat("%.3g");
+  bar->UnconstrainedFontSizeOn();
+  for (vtkTextProperty* text : {bar->GetTitleTextProperty(), bar->GetLabelTextProperty()}) {
+    text->SetColor(.15, .15, .15);
+    text->SetFontSize(std::max(10, renderer.GetRenderWindow()->GetSize()[1] / 50));
+    text->SetFontFamilyToArial();
+    text->BoldOff();
+    text->ItalicOff();
+    text->ShadowOff();
+  }
+  bar->SetVerticalTitleSeparation(renderer.GetRenderWindow()->GetSize()[1] / 120);
+  bar->SetBarRatio(.25);
+  bar->SetPosition(.2, .015);
+  bar->SetWidth(.6);
+  bar->SetHeight(.11);
+  renderer.AddActor2D(bar);
+}
+
+} // namespace
 
 void requireDisplay()
 {
@@ -57,6 +96,12 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
   actor->GetProperty()->SetInterpolationToPhong();
   actor->GetProperty()->SetSpecular(.15);
   actor->GetProperty()->SetSpecularPower(25);
+  if (options.showEdges) {
+    actor->GetProperty()->EdgeVisibilityOn();
+    actor->GetProperty()->SetEdgeColor(.15, .17, .2);
+    // Facets show what the edges are about; smooth shading would hide it.
+    actor->GetProperty()->SetInterpolationToFlat();
+  }
 
   auto renderer = vtkSmartPointer<vtkRenderer>::New();
   renderer->SetBackground(1, 1, 1);
@@ -81,18 +126,29 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
       from = {.35, .3, 1};
   }
   vtkCamera* camera = renderer->GetActiveCamera();
-  camera->SetFocalPoint(0, 0, 0);
-  camera->SetPosition(from.data());
+  constexpr double viewAngle = 25;
+  const Eigen::Vector3d focus =
+      options.focus ? Eigen::Vector3d(*options.focus - (lower + upper) / 2) : Eigen::Vector3d(0, 0, 0);
+  camera->SetFocalPoint(focus.data());
   camera->SetViewUp(up.data());
-  camera->SetViewAngle(25);
-  renderer->ResetCamera();
-  camera->Zoom(1.25);
+  camera->SetViewAngle(viewAngle);
+  if (options.extent > 0) {
+    const double distance = .5 * options.extent / std::tan(viewAngle * M_PI / 360);
+    camera->SetPosition(Eigen::Vector3d(focus + distance * from.normalized()).data());
+  } else {
+    camera->SetPosition(Eigen::Vector3d(focus + from).data());
+    renderer->ResetCamera();
+    camera->Zoom(1.25);
+  }
 
   auto window = vtkSmartPointer<vtkRenderWindow>::New();
   window->SetOffScreenRendering(1);
   window->SetMultiSamples(8);
   window->SetSize(options.width, options.height);
   window->AddRenderer(renderer);
+  if (!options.legend.colours.empty())
+    addLegend(options.legend, *renderer);
+  renderer->ResetCameraClippingRange();
   window->Render();
   auto image = vtkSmartPointer<vtkWindowToImageFilter>::New();
   image->SetInput(window);

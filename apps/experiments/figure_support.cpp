@@ -1,0 +1,167 @@
+#include "figure_support.h"
+
+#include "support/mesh_reader.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+namespace mrf_apps {
+namespace figures {
+
+using pcl::mrf::Execution;
+
+std::optional<SurfaceMesh> bunny()
+{
+  const char* path = "/usr/share/glmark2/models/bunny.obj";
+  if (!std::filesystem::exists(path))
+    return std::nullopt;
+  return readMesh(path);
+}
+
+pcl::mrf::Reconstruction reconstruct(const Places& positions, const Places& normals, const pcl::mrf::Options& options,
+                                     Execution& execution)
+{
+  const auto toFloat = [](const Places& places) {
+    std::vector<Eigen::Vector3f> result;
+    result.reserve(places.size());
+    for (const Eigen::Vector3d& place : places)
+      result.push_back(place.cast<float>());
+    return result;
+  };
+  pcl::mrf::PointCounts counts;
+  const pcl::mrf::PointSet points =
+      pcl::mrf::gather(toFloat(positions), toFloat(normals), {}, {}, {}, !normals.empty(), counts);
+  const auto search = pcl::mrf::makeKdTree();
+  pcl::mrf::Reconstruction result;
+  pcl::mrf::reconstruct(points, counts, options, *search, execution, result);
+  return result;
+}
+
+SurfaceMesh toSurfaceMesh(const pcl::mrf::TriangleMesh& mesh, const Eigen::Vector3d& offset)
+{
+  SurfaceMesh result;
+  result.vertices.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    result.vertices.emplace_back(vertex.cast<double>() + offset);
+  result.triangles = mesh.triangles;
+  result.normals = mesh.normals;
+  result.confidences = mesh.confidences;
+  return result;
+}
+
+SurfaceMesh toSurfaceMesh(const pcl::mrf::Reconstruction& reconstruction)
+{
+  return toSurfaceMesh(reconstruction.mesh, reconstruction.points.offset);
+}
+
+std::vector<double> distancesToPoints(const Places& places, const Places& points, Execution& execution)
+{
+  const Eigen::Vector3d origin = points.front();
+  const auto local = [&](const Eigen::Vector3d& place) { return Eigen::Vector3f((place - origin).cast<float>()); };
+  std::vector<Eigen::Vector3f> positions;
+  positions.reserve(points.size());
+  for (const Eigen::Vector3d& point : points)
+    positions.push_back(local(point));
+  const auto search = pcl::mrf::makeKdTree();
+  search->setPoints(positions);
+  std::vector<double> distances(places.size());
+  execution.forRange(static_cast<std::int64_t>(places.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
+    pcl::mrf::Neighbours nearest;
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      search->nearest(local(places[i]), 1, nearest);
+      distances[i] = std::sqrt(nearest.squaredDistances.front());
+    }
+  });
+  return distances;
+}
+
+SurfaceMesh discs(const Places& positions, const Places& normals, double radius)
+{
+  constexpr std::int32_t corners = 6;
+  SurfaceMesh mesh;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Eigen::Vector3d u = normals[i].unitOrthogonal(), v = normals[i].cross(u);
+    const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+    for (std::int32_t corner = 0; corner < corners; ++corner) {
+      const double angle = 2 * M_PI * corner / corners;
+      mesh.vertices.emplace_back(positions[i] + radius * (std::cos(angle) * u + std::sin(angle) * v));
+      mesh.normals.emplace_back(normals[i].cast<float>());
+      if (corner >= 2)
+        mesh.triangles.push_back({first, first + corner - 1, first + corner});
+    }
+  }
+  return mesh;
+}
+
+const std::vector<Colour>& errorColours()
+{
+  static const std::vector<Colour> colours = {
+      {118, 190, 196}, {232, 226, 166}, {240, 166, 92}, {205, 76, 60}, {118, 18, 48}};
+  return colours;
+}
+
+std::vector<Colour> confidenceColours()
+{
+  std::vector<Colour> colours;
+  for (int i = 0; i <= 32; ++i)
+    colours.push_back(pcl::mrf::confidenceColour(static_cast<float>(i) / 32));
+  return colours;
+}
+
+Colour blend(const std::vector<Colour>& colours, double share)
+{
+  const double position = std::clamp(share, 0., 1.) * static_cast<double>(colours.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(position), colours.size() - 2);
+  Colour colour{};
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    const double a = colours[below][channel], b = colours[below + 1][channel];
+    colour[channel] = static_cast<std::uint8_t>(std::lround(a + (position - static_cast<double>(below)) * (b - a)));
+  }
+  return colour;
+}
+
+const char* nameOf(pcl::mrf::Prior prior)
+{
+  switch (prior) {
+  case pcl::mrf::Prior::membrane:
+    return "k = 1, membrane";
+  case pcl::mrf::Prior::thinPlate:
+    return "k = 2, thin plate";
+  case pcl::mrf::Prior::triharmonic:
+    return "k = 3, triharmonic";
+  }
+  return "?";
+}
+
+Plot emptyPlot(Plot::Kind kind, const std::string& name, const std::string& title, const std::string& xLabel,
+               const std::string& yLabel)
+{
+  Plot plot;
+  plot.kind = kind;
+  plot.name = name;
+  plot.title = title;
+  plot.xLabel = xLabel;
+  plot.yLabel = yLabel;
+  return plot;
+}
+
+double rounded(double value, int digits)
+{
+  if (value == 0 || !std::isfinite(value))
+    return value;
+  return std::stod(text(value, digits));
+}
+
+std::string text(double value, int digits)
+{
+  char buffer[40];
+  std::snprintf(buffer, sizeof(buffer), "%.*g", digits, value);
+  return buffer;
+}
+
+} // namespace figures
+} // namespace mrf_apps

@@ -1,0 +1,82 @@
+/// \file
+/// \brief What the figures share: objects, reconstructions, colours, numbers for tables.
+#pragma once
+
+#include "experiment.h"
+
+#include "evaluate/evaluation.h"
+#include "scan/scan.h"
+
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/reconstruction.h>
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace mrf_apps {
+namespace figures {
+
+using Places = std::vector<Eigen::Vector3d>;
+using Colour = std::array<std::uint8_t, 3>;
+
+/// Computes a value when it is first asked for: what was measured by an earlier run needs no reconstruction, unless a
+/// picture of it is missing.
+template <typename Value>
+class Lazy {
+public:
+  explicit Lazy(std::function<Value()> compute) : compute_(std::move(compute)) {}
+  const Value& operator()()
+  {
+    if (!value_)
+      value_ = compute_();
+    return *value_;
+  }
+
+private:
+  std::function<Value()> compute_;
+  std::optional<Value> value_;
+};
+
+/// The Stanford bunny of Debian's glmark2-data; none where that is not installed.
+std::optional<SurfaceMesh> bunny();
+
+/// Runs all stages. \param normals empty: they are estimated
+pcl::mrf::Reconstruction reconstruct(const Places& positions, const Places& normals, const pcl::mrf::Options& options,
+                                     pcl::mrf::Execution& execution);
+
+/// The mesh in the cloud's frame, with its fields.
+SurfaceMesh toSurfaceMesh(const pcl::mrf::TriangleMesh& mesh, const Eigen::Vector3d& offset);
+SurfaceMesh toSurfaceMesh(const pcl::mrf::Reconstruction& reconstruction);
+
+/// Distance to the nearest of the points for each place.
+std::vector<double> distancesToPoints(const Places& places, const Places& points, pcl::mrf::Execution& execution);
+
+/// A small disc across the normal of each point: a cloud that hides what is behind it.
+SurfaceMesh discs(const Places& positions, const Places& normals, double radius);
+
+/// Light to dark, for errors.
+const std::vector<Colour>& errorColours();
+/// The colours of confidences 0..1.
+std::vector<Colour> confidenceColours();
+/// The colour at a share 0..1 of the way through the list.
+Colour blend(const std::vector<Colour>& colours, double share);
+/// Of surface that is seen, beside coloured parts.
+constexpr Colour plainColour{204, 199, 189};
+
+const char* nameOf(pcl::mrf::Prior prior);
+constexpr pcl::mrf::Prior allPriors[] = {pcl::mrf::Prior::membrane, pcl::mrf::Prior::thinPlate,
+                                         pcl::mrf::Prior::triharmonic};
+
+/// A plot without curves.
+Plot emptyPlot(Plot::Kind kind, const std::string& name, const std::string& title, const std::string& xLabel,
+               const std::string& yLabel);
+
+/// To a number of significant digits, so that tables stay readable and do not show the last bits of a sum.
+double rounded(double value, int digits = 3);
+/// The same as text.
+std::string text(double value, int digits = 3);
+
+} // namespace figures
+} // namespace mrf_apps
