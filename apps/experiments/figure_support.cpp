@@ -79,17 +79,20 @@ std::vector<double> distancesToPoints(const Places& places, const Places& points
   return distances;
 }
 
-SurfaceMesh discs(const Places& positions, const Places& normals, double radius)
+SurfaceMesh facingDiscs(const pcl::mrf::scan::Points& points, const Eigen::Vector3d& from, double radius)
 {
   constexpr std::int32_t corners = 6;
   SurfaceMesh mesh;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    const Eigen::Vector3d u = normals[i].unitOrthogonal(), v = normals[i].cross(u);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3d& normal = points.normals[i];
+    if (normal.dot(from) <= 0)
+      continue;
+    const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
     const auto first = static_cast<std::int32_t>(mesh.vertices.size());
     for (std::int32_t corner = 0; corner < corners; ++corner) {
       const double angle = 2 * M_PI * corner / corners;
-      mesh.vertices.emplace_back(positions[i] + radius * (std::cos(angle) * u + std::sin(angle) * v));
-      mesh.normals.emplace_back(normals[i].cast<float>());
+      mesh.vertices.emplace_back(points.positions[i] + radius * (std::cos(angle) * u + std::sin(angle) * v));
+      mesh.normals.emplace_back(normal.cast<float>());
       if (corner >= 2)
         mesh.triangles.push_back({first, first + corner - 1, first + corner});
     }

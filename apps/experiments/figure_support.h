@@ -53,8 +53,8 @@ SurfaceMesh toSurfaceMesh(const pcl::mrf::Reconstruction& reconstruction);
 /// Distance to the nearest of the points for each place.
 std::vector<double> distancesToPoints(const Places& places, const Places& points, pcl::mrf::Execution& execution);
 
-/// A small disc across the normal of each point: a cloud that hides what is behind it.
-SurfaceMesh discs(const Places& positions, const Places& normals, double radius);
+/// A small disc across the normal of each point that faces a viewer in the direction `from`.
+SurfaceMesh facingDiscs(const pcl::mrf::scan::Points& points, const Eigen::Vector3d& from, double radius);
 
 /// Light to dark, for errors.
 const std::vector<Colour>& errorColours();

@@ -51,11 +51,11 @@ void addLegend(const Legend& legend, vtkRenderer& renderer)
     text->ItalicOff();
     text->ShadowOff();
   }
-  bar->SetVerticalTitleSeparation(renderer.GetRenderWindow()->GetSize()[1] / 120);
+  bar->SetVerticalTitleSeparation(renderer.GetRenderWindow()->GetSize()[1] / 45);
   bar->SetBarRatio(.25);
   bar->SetPosition(.2, .015);
   bar->SetWidth(.6);
-  bar->SetHeight(.11);
+  bar->SetHeight(.12);
   renderer.AddActor2D(bar);
 }
 
