@@ -116,8 +116,8 @@ void addTubes(Laboratory& laboratory, Section& section)
     PictureOptions picture;
     picture.width = 900;
     picture.height = 420;
-    picture.from = {.25, .3, 1};
-    picture.extent = 1.4;
+    picture.from = {.12, .3, 1};
+    picture.extent = 1.45;
     const std::string file = "fig-3-tubes-" + k + ".png";
     laboratory.draw(file, picture, [&] {
       SurfaceMesh mesh = toSurfaceMesh(result());
@@ -165,7 +165,7 @@ void addPrimitives(Laboratory& laboratory, Section& section)
     picture.width = 900;
     picture.height = 560;
     picture.from = {.2, .35, 1};
-    picture.extent = 2.7;
+    picture.extent = 2.9;
     const std::string file = "fig-3-primitives-" + k + ".png";
     laboratory.draw(file, picture, [&] { return toSurfaceMesh(result()); });
     section.pictures.push_back({file, std::string("primitives, ") + nameOf(prior)});

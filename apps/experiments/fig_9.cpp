@@ -213,7 +213,7 @@ void drawDifference(Laboratory& laboratory, Lazy<pcl::mrf::scan::Scan>& scan, Se
     picture.width = picture.height = 600;
     picture.from = {1, .5, -.9};
     picture.extent = 2.6 * radius;
-    picture.focus = Eigen::Vector3d(0, -.1 * radius, 0); // room for the legend
+    picture.focus = Eigen::Vector3d::Zero();
     picture.legend = {"distance to the unrotated surface, cloud's unit", 0, limit, {}};
     for (int i = 0; i <= 32; ++i)
       picture.legend.colours.push_back(blend(errorColours(), i / 32.));

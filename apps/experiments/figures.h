@@ -6,10 +6,11 @@
 
 namespace mrf_apps {
 
-Section fig2(Laboratory& laboratory); ///< triangles before and after remeshing
-Section fig3(Laboratory& laboratory); ///< the three priors on tubes with a gap and on a collection of primitives
-Section fig4(Laboratory& laboratory); ///< confidence on the surface
-Section fig5(Laboratory& laboratory); ///< a large hole, filled by the three priors and by Poisson
-Section fig9(Laboratory& laboratory); ///< reconstructions of the same points in several orientations
+Section fig2(Laboratory& laboratory);      ///< triangles before and after remeshing
+Section fig3(Laboratory& laboratory);      ///< the three priors on tubes with a gap and on a collection of primitives
+Section fig4(Laboratory& laboratory);      ///< confidence on the surface
+Section fig5(Laboratory& laboratory);      ///< a large hole, filled by the three priors and by Poisson
+Section fig9(Laboratory& laboratory);      ///< reconstructions of the same points in several orientations
+Section section34(Laboratory& laboratory); ///< time and energy of the solvers
 
 } // namespace mrf_apps

@@ -15,6 +15,7 @@
 #include <vtkRenderer.h>
 #include <vtkRenderWindow.h>
 #include <vtkScalarBarActor.h>
+#include <vtkTextActor.h>
 #include <vtkTextProperty.h>
 #include <vtkWindowToImageFilter.h>
 
@@ -27,7 +28,20 @@
 namespace mrf_apps {
 namespace {
 
-void addLegend(const Legend& legend, vtkRenderer& renderer)
+/// Share of the picture's height that a legend takes; the object moves up by half of it.
+constexpr double legendHeight = .12;
+
+void setStyle(vtkTextProperty& text, int pictureHeight)
+{
+  text.SetColor(.15, .15, .15);
+  text.SetFontSize(std::max(10, pictureHeight / 45));
+  text.SetFontFamilyToArial();
+  text.BoldOff();
+  text.ItalicOff();
+  text.ShadowOff();
+}
+
+void addLegend(const Legend& legend, int pictureHeight, vtkRenderer& renderer)
 {
   auto table = vtkSmartPointer<vtkLookupTable>::New();
   table->SetNumberOfTableValues(static_cast<vtkIdType>(legend.colours.size()));
@@ -38,25 +52,25 @@ void addLegend(const Legend& legend, vtkRenderer& renderer)
   }
   auto bar = vtkSmartPointer<vtkScalarBarActor>::New();
   bar->SetLookupTable(table);
-  bar->SetTitle(legend.title.c_str());
   bar->SetOrientationToHorizontal();
   bar->SetNumberOfLabels(5);
   bar->SetLabelFormat("%.3g");
   bar->UnconstrainedFontSizeOn();
-  for (vtkTextProperty* text : {bar->GetTitleTextProperty(), bar->GetLabelTextProperty()}) {
-    text->SetColor(.15, .15, .15);
-    text->SetFontSize(std::max(10, renderer.GetRenderWindow()->GetSize()[1] / 50));
-    text->SetFontFamilyToArial();
-    text->BoldOff();
-    text->ItalicOff();
-    text->ShadowOff();
-  }
-  bar->SetVerticalTitleSeparation(renderer.GetRenderWindow()->GetSize()[1] / 45);
-  bar->SetBarRatio(.25);
-  bar->SetPosition(.2, .015);
+  setStyle(*bar->GetLabelTextProperty(), pictureHeight);
+  bar->SetBarRatio(.45);
+  bar->SetPosition(.2, .01);
   bar->SetWidth(.6);
-  bar->SetHeight(.12);
+  bar->SetHeight(.55 * legendHeight);
   renderer.AddActor2D(bar);
+
+  // The bar's own title overlaps its labels.
+  auto title = vtkSmartPointer<vtkTextActor>::New();
+  title->SetInput(legend.title.c_str());
+  setStyle(*title->GetTextProperty(), pictureHeight);
+  title->GetTextProperty()->SetJustificationToCentered();
+  title->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  title->GetPositionCoordinate()->SetValue(.5, .7 * legendHeight);
+  renderer.AddActor2D(title);
 }
 
 } // namespace
@@ -146,8 +160,10 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
   window->SetMultiSamples(8);
   window->SetSize(options.width, options.height);
   window->AddRenderer(renderer);
-  if (!options.legend.colours.empty())
-    addLegend(options.legend, *renderer);
+  if (!options.legend.colours.empty()) {
+    addLegend(options.legend, options.height, *renderer);
+    camera->SetWindowCenter(0, -legendHeight);
+  }
   renderer->ResetCameraClippingRange();
   window->Render();
   auto image = vtkSmartPointer<vtkWindowToImageFilter>::New();
