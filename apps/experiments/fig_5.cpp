@@ -123,7 +123,7 @@ void addPictured(Laboratory& laboratory, Section& section)
   picture.width = picture.height = 700;
   picture.from = {.85, .55, 1};
   picture.focus = Eigen::Vector3d(.1, -.1, 0);
-  picture.extent = 2.5;
+  picture.extent = 2.8;
   PictureOptions pictureOfPoints = picture;
   picture.legend.title = "distance to the true surface, % of the diagonal";
   picture.legend.upper = limitPercent;

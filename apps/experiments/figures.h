@@ -12,5 +12,6 @@ Section fig4(Laboratory& laboratory);      ///< confidence on the surface
 Section fig5(Laboratory& laboratory);      ///< a large hole, filled by the three priors and by Poisson
 Section fig9(Laboratory& laboratory);      ///< reconstructions of the same points in several orientations
 Section section34(Laboratory& laboratory); ///< time and energy of the solvers
+Section guide(Laboratory& laboratory);     ///< scans that call for an option, without and with it
 
 } // namespace mrf_apps

@@ -34,7 +34,7 @@ constexpr double legendHeight = .12;
 void setStyle(vtkTextProperty& text, int pictureHeight)
 {
   text.SetColor(.15, .15, .15);
-  text.SetFontSize(std::max(10, pictureHeight / 45));
+  text.SetFontSize(std::max(10, pictureHeight / 38));
   text.SetFontFamilyToArial();
   text.BoldOff();
   text.ItalicOff();

@@ -1,0 +1,220 @@
+#include "figure_support.h"
+#include "figures.h"
+
+#include "evaluate/surface_distance.h"
+#include "evaluate/surface_samples.h"
+#include "scan/mesh_surface.h"
+
+#include <algorithm>
+
+namespace mrf_apps {
+
+using namespace figures;
+using nlohmann::json;
+using pcl::mrf::Execution;
+using pcl::mrf::Options;
+using pcl::mrf::scan::Length;
+using pcl::mrf::scan::ScanOptions;
+
+namespace {
+
+enum class Colouring { plain, confidence };
+
+/// Options, as the command line names them. Lengths are known once the scan is.
+struct Variant {
+  std::string id, words;
+  std::function<void(Options&, double spacing)> apply;
+};
+
+/// A kind of scan and what to do about it.
+struct Case {
+  std::string id, title;
+  ScanOptions scan;
+  bool hasNormals;
+  Colouring colouring;
+  Eigen::Vector3d from; ///< where the pictures are taken
+  std::vector<Variant> variants;
+};
+
+const Variant byDefault{"default", "default", [](Options&, double) {}};
+
+/// Bounds of the grid beyond the points, for holes that are as wide as the object.
+constexpr int widePadding = 24;
+
+std::vector<Case> cases(const ExperimentOptions& experiment)
+{
+  ScanOptions scan;
+  scan.sampling.points = experiment.quick ? 8000 : 28000;
+  scan.seed = experiment.seed;
+  const Eigen::Vector3d front(.35, .3, 1);
+  std::vector<Case> result;
+
+  ScanOptions holes = scan;
+  holes.views.count = 8;
+  holes.holeCentres = {{.45, .32, .4}, {-.75, .25, .35}, {0, -.45, .7}};
+  holes.smallestHole = holes.largestHole = {6, Length::Unit::diagonalPercent};
+  result.push_back({"holes", "scan with holes", holes, true, Colouring::confidence, front, {byDefault}});
+
+  ScanOptions noisy = scan;
+  noisy.noise = {1, Length::Unit::spacings};
+  result.push_back(
+      {"noisy",
+       "noise of one mean spacing, normals estimated",
+       noisy,
+       false,
+       Colouring::plain,
+       front,
+       {byDefault, {"tuned", "--observation mean --neighbours 10 --beta 0.1", [](Options& options, double) {
+                      options.observation.estimate = pcl::mrf::Estimate::mean;
+                      options.observation.neighbours = 10;
+                      options.prior.beta = .1f;
+                    }}}});
+
+  ScanOptions sparse = scan;
+  sparse.sampling.points = 2000;
+  result.push_back(
+      {"sparse",
+       "2,000 points",
+       sparse,
+       true,
+       Colouring::plain,
+       front,
+       {byDefault,
+        {"tuned", "--observation trapezoid --voxel-size of 0.7 mean spacings", [](Options& options, double spacing) {
+           options.observation.estimate = pcl::mrf::Estimate::trapezoid;
+           options.multiscale.voxelSize = static_cast<float>(.7 * spacing);
+         }}}});
+
+  ScanOptions open = scan;
+  open.views.placement = pcl::mrf::scan::Placement::front;
+  open.views.count = 3;
+  open.views.fan = 70;
+  result.push_back(
+      {"open",
+       "scan from the front only",
+       open,
+       true,
+       Colouring::confidence,
+       {1.5, .5, .2},
+       {{"none", "--trim none", [](Options& options, double) { options.trimming.trimming = pcl::mrf::Trimming::none; }},
+        byDefault,
+        {"supported", "--trim supported",
+         [](Options& options, double) { options.trimming.trimming = pcl::mrf::Trimming::supported; }}}});
+
+  ScanOptions large = scan;
+  large.views.count = 0;
+  large.holeCentres = {{.5, .28, .36}};
+  large.smallestHole = large.largestHole = {22, Length::Unit::diagonalPercent};
+  result.push_back({"large-hole",
+                    "hole with a radius of 22 % of the diagonal",
+                    large,
+                    true,
+                    Colouring::confidence,
+                    {.85, .55, 1},
+                    {byDefault,
+                     {"padding", "--padding " + std::to_string(widePadding),
+                      [](Options& options, double) { options.multiscale.padding = widePadding; }},
+                     {"membrane", "--prior membrane",
+                      [](Options& options, double) { options.prior.prior = pcl::mrf::Prior::membrane; }}}});
+  return result;
+}
+
+pcl::mrf::Reconstruction run(const Case& one, const Variant& variant, const pcl::mrf::scan::Scan& scan,
+                             Execution& execution)
+{
+  Options options;
+  variant.apply(options, scan.spacing);
+  return reconstruct(scan.cloud.positions, one.hasNormals ? scan.cloud.normals : Places(), options, execution);
+}
+
+/// Distances in % of the diagonal: known places of the true surface to the mesh, and of the mesh to the truth.
+json measure(const pcl::mrf::Reconstruction& result, const pcl::mrf::scan::Scan& scan, const SurfaceMesh& truth,
+             Laboratory& laboratory)
+{
+  Execution& execution = laboratory.execution();
+  const SurfaceMesh mesh = toSurfaceMesh(result);
+  const double percent = 100 / scan.diagonal;
+  const SurfaceDistance toMesh(mesh);
+  const Places samples = sampleSurface(mesh, 50000, laboratory.options().seed).positions;
+  const std::vector<double> support = distancesToPoints(samples, scan.cloud.positions, execution);
+  const auto far = std::count_if(support.begin(), support.end(), [&](double d) { return d > 3 * scan.spacing; });
+  const auto rms = [&](const SurfaceDistance& surface, const Places& places) {
+    return percent * summarise(surface.distances(places, execution)).rms;
+  };
+  json measured{{"clean", rms(toMesh, scan.clean.positions)},
+                {"truth", rms(SurfaceDistance(truth), samples)},
+                {"unsupported", 100 * static_cast<double>(far) / static_cast<double>(samples.size())},
+                {"components", result.report.mesh.components},
+                {"seconds", result.report.seconds}};
+  if (scan.heldOut.size() > 0)
+    measured["heldOut"] = rms(toMesh, scan.heldOut.positions);
+  return measured;
+}
+
+SurfaceMesh coloured(const Case& one, const pcl::mrf::Reconstruction& result)
+{
+  SurfaceMesh mesh = toSurfaceMesh(result);
+  if (one.colouring == Colouring::confidence)
+    for (const float confidence : mesh.confidences)
+      mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
+  return mesh;
+}
+
+} // namespace
+
+Section guide(Laboratory& laboratory)
+{
+  Section section{"guide", "What the options are for", {}, {}, {}, {}};
+  const auto truth = bunny();
+  if (!truth) {
+    section.paragraphs.push_back(
+        "Nothing was measured: Debian's package glmark2-data with the bunny is not installed.");
+    return section;
+  }
+  section.paragraphs = {
+      "Simulated scans of one object, each with the trait that calls for an option: with the defaults, and with what "
+      "helps. Distances are root mean squares in % of the diagonal: from the noise-free points to the surface, from "
+      "points that a hole took away to the surface, and from the surface to the object. Surface without data lies "
+      "farther than three mean spacings from every point.",
+      "In pictures with two colours, blue is surface without data. One object says which way an option works, not how "
+      "much it gains on another."};
+  Table table{"guide",
+              "Options against traits of the scan",
+              {"scan", "options", "points to surface", "held-out points to surface", "surface to object",
+               "surface without data, %", "components", "seconds"},
+              {}};
+  const pcl::mrf::scan::MeshSurface object(truth->vertices, truth->triangles);
+  for (const Case& one : cases(laboratory.options())) {
+    Lazy<pcl::mrf::scan::Scan> scan([&] { return simulateScan(object, one.scan, laboratory.execution()); });
+    PictureOptions picture;
+    picture.width = picture.height = 600;
+    picture.from = one.from;
+    picture.focus = Eigen::Vector3d(0, 0, 0);
+    picture.extent = 2.45;
+    const std::string points = "guide-" + one.id + "-points.png";
+    laboratory.draw(points, picture, [&] {
+      return facingDiscs(scan().cloud, one.from, (one.id == "sparse" ? .5 : .75) * scan().spacing);
+    });
+    section.pictures.push_back({points, one.title + ": the points that face the viewer"});
+    for (const Variant& variant : one.variants) {
+      Lazy<pcl::mrf::Reconstruction> result([&] { return run(one, variant, scan(), laboratory.execution()); });
+      const json measured = laboratory.measure("guide/" + one.id + "/" + variant.id,
+                                               [&] { return measure(result(), scan(), *truth, laboratory); });
+      if (measured.contains("failed")) {
+        table.rows.push_back({one.title, variant.words, measured["failed"]});
+        continue;
+      }
+      table.rows.push_back({one.title, variant.words, rounded(measured["clean"]),
+                            measured.contains("heldOut") ? json(rounded(measured["heldOut"])) : json(),
+                            rounded(measured["truth"]), rounded(measured["unsupported"]), measured["components"],
+                            rounded(measured["seconds"], 2)});
+      const std::string file = "guide-" + one.id + "-" + variant.id + ".png";
+      laboratory.draw(file, picture, [&] { return coloured(one, result()); });
+      section.pictures.push_back({file, one.title + ": " + variant.words});
+    }
+  }
+  section.tables.push_back(table);
+  return section;
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Makes the README's pictures out of those of the experiments. Needs the built tool, xvfb-run and ImageMagick.
+# usage: apps/pictures.sh [BUILD_FOLDER [RESULTS_FOLDER]]
+# What RESULTS_FOLDER already holds of these experiments is not computed again.
+set -euo pipefail
+
+source_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+build_dir=${1:-$source_dir/build}
+results=${2:-$build_dir/pictures}
+pictures=$source_dir/apps/pictures
+
+mkdir -p "$results" "$pictures"
+if [ "${MRF_PICTURES_ONLY_JOIN:-}" = "" ]; then
+  xvfb-run -a "$build_dir/bin/pcl_mrf_experiments" -o "$results" --only fig-5,guide
+fi
+
+# strip NAME WIDTH FILE LABEL ...: tiles of this width side by side, each above its label.
+strip() {
+  local name=$1 width=$2 tiles=()
+  shift 2
+  while [ $# -gt 0 ]; do
+    tiles+=(-label "$2" "$results/$1.png")
+    shift 2
+  done
+  montage -font DejaVu-Sans -pointsize 15 -background white -fill '#333333' "${tiles[@]}" \
+    -tile x1 -geometry "${width}x+3+2" -strip -interlace Plane -sampling-factor 4:2:0 -quality 84 "$pictures/$name.jpg"
+}
+
+strip before-after 480 guide-holes-points 'scan with holes' guide-holes-default 'reconstruction; blue: no data'
+strip holes 400 fig-5-k1 'k = 1, membrane' fig-5-k2 'k = 2, thin plate' fig-5-k3 'k = 3, triharmonic' \
+  fig-5-poisson 'pcl::Poisson, depth 8'
+strip noisy 320 guide-noisy-points 'points' guide-noisy-default 'default' \
+  guide-noisy-tuned 'mean of 10 planes, β = 0.1'
+strip sparse 320 guide-sparse-points '2,000 points' guide-sparse-default 'default' \
+  guide-sparse-tuned 'trapezoid, smaller voxels'
+strip open 320 guide-open-points 'seen from the front only' guide-open-none '--trim none' guide-open-default 'default'
+strip large-hole 320 guide-large-hole-points 'points' guide-large-hole-membrane '--prior membrane' \
+  guide-large-hole-default 'default'
+
+du -ch "$pictures"/*.jpg | tail -n 1
