@@ -15,7 +15,6 @@ namespace mrf_apps {
 
 using namespace figures;
 using nlohmann::json;
-using pcl::mrf::Execution;
 
 namespace {
 

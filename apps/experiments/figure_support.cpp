@@ -60,7 +60,7 @@ SurfaceMesh toSurfaceMesh(const pcl::mrf::Reconstruction& reconstruction)
 
 std::vector<double> distancesToPoints(const Places& places, const Places& points, Execution& execution)
 {
-  const Eigen::Vector3d origin = points.front();
+  const Eigen::Vector3d& origin = points.front();
   const auto local = [&](const Eigen::Vector3d& place) { return Eigen::Vector3f((place - origin).cast<float>()); };
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(points.size());

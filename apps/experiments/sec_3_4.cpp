@@ -307,15 +307,15 @@ Section section34(Laboratory& laboratory)
         if (method == SolverMethod::cholesky && (!isCold || order(prior) > (laboratory.options().quick ? 1 : 2)))
           continue;
         const std::string start = isCold ? "cold" : "interpolated";
-        const json runs = laboratory.measure(key + nameOf(method) + "/" + start,
+        const std::string name = std::string(nameOf(method)).append(", ").append(start);
+        const json runs = laboratory.measure(std::string(key).append(name),
                                              [&] { return measureSolver(*problem(), method, isCold, laboratory); });
         if (runs.is_object()) {
-          table.rows.push_back(
-              {figures::nameOf(prior), start, std::string(nameOf(method)) + ": " + runs.value("failed", "")});
+          table.rows.push_back({figures::nameOf(prior), start, nameOf(method), runs.value("failed", "")});
           continue;
         }
         table.rows.push_back(row(prior, isCold, method, runs));
-        entries.push_back({std::string(nameOf(method)) + ", " + start, runs});
+        entries.push_back({name, runs});
       }
     addPlots(prior, entries, section);
   }
