@@ -163,6 +163,8 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
   if (!options.legend.colours.empty()) {
     addLegend(options.legend, options.height, *renderer);
     camera->SetWindowCenter(0, -legendHeight);
+    if (options.extent == 0)
+      camera->Zoom(1 - legendHeight);
   }
   renderer->ResetCameraClippingRange();
   window->Render();
