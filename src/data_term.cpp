@@ -32,7 +32,7 @@ public:
   Real spectralBound() const override { return 1; }
   bool isDiagonal() const override { return true; }
 
-  std::unique_ptr<DataTerm<Real>> coarsened(Prior prior) const override
+  std::unique_ptr<DataTerm<Real>> coarsened(Prior prior, Execution&) const override
   {
     const Real scale = static_cast<Real>(1 << (2 * order(prior)));
     return std::make_unique<DiagonalDataTerm>(size_.coarsened(), meanOfChildren(size_, weights_, scale),

@@ -44,7 +44,7 @@ DistanceField::DistanceField(const Lattice& lattice, std::vector<float> distance
     : lattice_(lattice), distances_(std::move(distances)), confidences_(std::move(confidences))
 {
   const auto count = static_cast<std::size_t>(lattice_.size.count());
-  if (distances_.size() != count || confidences_.size() != count ||
+  if (distances_.size() != count || (!confidences_.empty() && confidences_.size() != count) ||
       std::min({lattice_.size.x, lattice_.size.y, lattice_.size.z}) < 2)
     throw std::invalid_argument(
         "DistanceField: needs at least 2 voxels along each axis and one value of each kind per voxel");
@@ -53,11 +53,6 @@ DistanceField::DistanceField(const Lattice& lattice, std::vector<float> distance
 float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
 {
   return Cell(lattice_, position).interpolate<float>([&](int i, int j, int k) { return distance(i, j, k); });
-}
-
-float DistanceField::sampleConfidence(const Eigen::Vector3f& position) const
-{
-  return Cell(lattice_, position).interpolate<float>([&](int i, int j, int k) { return confidence(i, j, k); });
 }
 
 Eigen::Vector3f DistanceField::sampleGradient(const Eigen::Vector3f& position) const

@@ -1,5 +1,6 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/point_observation.h>
 
 #include "interpolation.h"
 #include "memory.h"
@@ -41,6 +42,31 @@ struct IndexBox {
 Eigen::Array3d halved(const Eigen::Array3i& index)
 {
   return index.cast<double>() / 2;
+}
+
+/// The least smoothing length of a level, in its voxels: less leaves sheets between the points of a coarse level, and
+/// slows the solver.
+constexpr double leastSmoothing = .3;
+
+/// Sides of the cubes, in voxels, of which a level sees one sample only.
+constexpr float mergeSide = .5f;
+
+/// The points as each level sees them, coarsest first: merged on all but the finest.
+std::vector<std::vector<PointSample>> samplesOfLevels(const OrientedPoints& points,
+                                                      const std::vector<Lattice>& lattices)
+{
+  std::vector<std::vector<PointSample>> result(lattices.size());
+  result.back() = toSamples(points, lattices.back());
+  for (std::size_t level = lattices.size() - 1; level > 0; --level) {
+    const Lattice &fine = lattices[level], &coarse = lattices[level - 1];
+    std::vector<PointSample> samples = result[level];
+    const double ratio = fine.spacing / coarse.spacing;
+    const Eigen::Vector3d shift = (fine.origin - coarse.origin) / coarse.spacing;
+    for (PointSample& sample : samples)
+      sample.position = (ratio * sample.position.cast<double>() + shift).cast<float>();
+    result[level - 1] = merge(samples, mergeSide);
+  }
+  return result;
 }
 
 std::vector<float> denseConfidences(const Observation& observation)
@@ -85,7 +111,7 @@ void checkMemory(const BoundingBox& box, float voxelSize, const MultiscaleOption
 void validate(const MultiscaleOptions& options)
 {
   if (!(options.voxelSize >= 0) || !std::isfinite(options.voxelSize))
-    refuse("voxelSize", options.voxelSize, "[0, inf), 0 = 2 mean spacings");
+    refuse("voxelSize", options.voxelSize, "[0, inf), 0 = by the quality");
   if (options.padding < 2 || options.padding > 1000)
     refuse("padding", options.padding, "2..1000");
   if (options.coarsestSide < 4 || options.coarsestSide > 256)
@@ -124,9 +150,14 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
   validate(observationOptions);
   validate(prior);
   validate(solver);
-  const float voxelSize = options.voxelSize > 0 ? options.voxelSize : 2 * spacing;
+  const float voxelSize = options.voxelSize > 0 ? options.voxelSize : spacingsPerVoxel(options.quality) * spacing;
   const float maxDistance = resolvedMaxDistance(observationOptions, spacing, voxelSize);
   const std::vector<Lattice> lattices = planLevels(boundingBox(points.positions), voxelSize, options);
+
+  const bool atPoints = observationOptions.atPoints();
+  std::vector<std::vector<PointSample>> samples;
+  if (atPoints)
+    samples = samplesOfLevels(points, lattices);
 
   double totalVoxels = 0, doneVoxels = 0;
   for (const Lattice& lattice : lattices)
@@ -149,12 +180,27 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
     execution.beginStep(begin, doneVoxels / totalVoxels);
 
     const Clock::time_point observationStart = Clock::now();
-    Observation observation =
-        observe(points, search, lattice, spacing, report.maxDistance, observationOptions, execution);
-    report.observed = static_cast<std::int64_t>(observation.voxels.size());
+    LinearSystem<float> system;
     std::vector<float> confidences;
-    if (isFinest)
-      confidences = denseConfidences(observation);
+    if (atPoints) {
+      const double least = isFinest ? 0 : leastSmoothing * lattice.spacing;
+      const double smoothing = std::max<double>(resolvedSmoothing(observationOptions, spacing), least);
+      system.prior = {lattice.size, prior.prior, {}};
+      system.data = makePointDataTerm<float>(
+          lattice.size, std::move(samples[level]),
+          pointWeights(prior.prior, smoothing, spacing, lattice.spacing, observationOptions.gradientWeight),
+          lattice.spacing, execution);
+      const std::vector<float>& diagonal = system.data->diagonal();
+      report.observed = std::count_if(diagonal.begin(), diagonal.end(), [](float value) { return value > 0; });
+    } else {
+      const Observation observation =
+          observe(points, search, lattice, spacing, report.maxDistance, observationOptions, execution);
+      report.observed = static_cast<std::int64_t>(observation.voxels.size());
+      if (isFinest)
+        confidences = denseConfidences(observation);
+      if (report.observed > 0)
+        system = assemble<float>(observation, prior);
+    }
     report.observationSeconds = secondsSince(observationStart);
 
     const Clock::time_point solverStart = Clock::now();
@@ -163,11 +209,11 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
     else
       distances = interpolateCubic(distances, lattices[level - 1], lattice, execution);
     // With a narrow reach the coarse levels of the paper's scheme may see nothing: their guess is then kept.
-    if (!observation.voxels.empty()) {
+    if (report.observed > 0) {
       SolverOptions levelSolver = solver;
       if (isCoarsest && solver.choleskyOnCoarsest)
         levelSolver.method = SolverMethod::cholesky;
-      report.solve = solve(assemble<float>(observation, prior), levelSolver, lattice.spacing, distances, execution);
+      report.solve = solve(system, levelSolver, lattice.spacing, distances, execution);
     }
     report.solverSeconds = secondsSince(solverStart);
     result.levels.push_back(report);

@@ -1,10 +1,12 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/observation.h>
+#include <pcl/surface/mrf/smoothing.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 
 namespace pcl {
 namespace mrf {
@@ -121,6 +123,7 @@ public:
       projected_.push_back(normal(j).dot(x - position(j)));
 
     switch (estimate_) {
+    case Estimate::points: // observe() refuses it
     case Estimate::nearest:
       return projected_.front();
     case Estimate::median:
@@ -203,21 +206,37 @@ void validate(const ObservationOptions& options)
     refuse("neighbours", options.neighbours, "1..100");
   if (!(options.maxDistance >= 0) || !std::isfinite(options.maxDistance))
     refuse("maxDistance", options.maxDistance, "[0, inf), 0 = derived from the mean spacing");
+  if (!(options.smoothing >= 0) || !std::isfinite(options.smoothing))
+    refuse("smoothing", options.smoothing, "[0, inf), 0 = chosen by the data");
+  if (!(options.noise >= 0) || !std::isfinite(options.noise))
+    refuse("noise", options.noise, "[0, inf), 0 = unknown");
+  if (!(options.gradientWeight > 0) || options.gradientWeight > 100)
+    refuse("gradientWeight", options.gradientWeight, "(0, 100]");
 }
 
 float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize)
 {
   if (options.maxDistance > 0)
     return options.maxDistance;
-  const bool tangential = options.estimate == Estimate::plane || options.estimate == Estimate::trapezoid;
-  const float reach = (tangential ? 3.25f : 3.f) * spacing;
+  const bool isPapers = options.estimate == Estimate::median || options.estimate == Estimate::mean ||
+                        options.estimate == Estimate::nearest;
+  const float reach = (isPapers ? 3.f : 3.25f) * spacing;
   return options.scaleWithLevel ? std::max(reach, 1.5f * voxelSize) : reach;
+}
+
+float resolvedSmoothing(const ObservationOptions& options, float spacing)
+{
+  if (options.smoothing > 0)
+    return options.smoothing;
+  return static_cast<float>(smoothingForNoise(options.noise, spacing));
 }
 
 Observation observe(const OrientedPoints& points, const NeighbourSearch& search, const Lattice& lattice, float spacing,
                     float maxDistance, const ObservationOptions& options, Execution& execution)
 {
   validate(options);
+  if (options.atPoints())
+    throw std::invalid_argument("observe: voxels are not what Estimate::points observes");
   ObservedVoxels observed = findObserved(points, lattice, maxDistance, execution);
 
   Observation result;
@@ -240,7 +259,7 @@ Observation observe(const OrientedPoints& points, const NeighbourSearch& search,
       result.distances[v] = estimator(x, found.indices);
 
       const float t = observed.nearest[v];
-      float confidence = options.confidenceShape == ConfidenceShape::linear ? 1 - t : 1 - t * t;
+      float confidence = confidenceAt(t, options.confidenceShape);
       if (!points.confidences.empty()) {
         float mean = 0;
         for (const int j : found.indices)

@@ -181,12 +181,29 @@ Options resolve(const Options& requested, const SamplingDensity& density)
     if (length == 0)
       length = automatic;
   };
-  derive(options.multiscale.voxelSize, 2 * spacing);
+  derive(options.multiscale.voxelSize, spacingsPerVoxel(options.multiscale.quality) * spacing);
   derive(options.observation.maxDistance,
          resolvedMaxDistance(options.observation, spacing, options.multiscale.voxelSize));
   derive(options.normals.radius, 2.5f * spacing);
   derive(options.normals.maxPlaneDistance, spacing);
   return options;
+}
+
+/// Replaces an automatic smoothing length by the one that the data choose.
+void resolveSmoothing(const OrientedPoints& points, Options& options, Report& report, Execution& execution)
+{
+  ObservationOptions& observation = options.observation;
+  if (!observation.atPoints())
+    return;
+  if (observation.smoothing == 0 && observation.noise > 0) {
+    observation.smoothing = resolvedSmoothing(observation, report.density.spacing);
+  } else if (observation.smoothing == 0) {
+    const StageTimer timer("smoothing length", report, execution);
+    report.smoothing = chooseSmoothing(points, report.density.spacing, options.multiscale.voxelSize,
+                                       options.prior.prior, observation, execution);
+    observation.smoothing = static_cast<float>(report.smoothing.smoothing);
+  }
+  report.smoothingLength = observation.smoothing;
 }
 
 } // namespace
@@ -290,10 +307,11 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
   validate(options);
 
   result.points = preprocess(points, options, search, report, execution);
-  const Options resolved = resolve(options, report.density);
+  Options resolved = resolve(options, report.density);
+  resolveSmoothing(result.points, resolved, report, execution);
   report.options = resolved;
   report.diagonal = boundingBox(result.points.positions).diagonal();
-  if (resolved.prior.beta > 0)
+  if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
   warnOfCoarseInput(points, resolved.multiscale.voxelSize, report);
   {
@@ -323,7 +341,9 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
   }
   {
     const StageTimer timer("trimming", report, execution);
-    setVertexFields(result.mesh, result.field, execution);
+    setNormals(result.mesh, result.field, execution);
+    setConfidences(result.mesh, result.points, search, resolved.observation.maxDistance,
+                   resolved.observation.confidenceShape, execution);
     report.trimming = trim(result.mesh, search, static_cast<float>(report.diagonal), resolved.trimming, execution);
     result.mesh = std::move(report.trimming.mesh);
     report.trimming.mesh = TriangleMesh();

@@ -29,15 +29,13 @@ std::vector<Eigen::Vector3d> triangleNormals(const TriangleMesh& mesh)
 
 } // namespace
 
-void setVertexFields(TriangleMesh& mesh, const DistanceField& field, Execution& execution)
+void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution)
 {
   // A distance field's gradient has a length near 1 whatever the cloud's unit.
   constexpr float vanishing = 1e-6f;
   mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::Zero());
-  mesh.confidences.assign(mesh.vertices.size(), 0);
   execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
-      mesh.confidences[v] = field.sampleConfidence(mesh.vertices[v]);
       const Eigen::Vector3f gradient = field.sampleGradient(mesh.vertices[v]);
       const float length = gradient.norm();
       if (length > vanishing && std::isfinite(length))
@@ -54,6 +52,19 @@ void setVertexFields(TriangleMesh& mesh, const DistanceField& field, Execution& 
     const double length = substitutes[v].norm();
     mesh.normals[v] = length > 0 ? Eigen::Vector3f((substitutes[v] / length).cast<float>()) : Eigen::Vector3f::UnitZ();
   }
+}
+
+void setConfidences(TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search, float maxDistance,
+                    ConfidenceShape shape, Execution& execution)
+{
+  mesh.confidences.assign(mesh.vertices.size(), 0);
+  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    Neighbours nearest;
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
+      if (search.nearest(mesh.vertices[v], 1, nearest) > 0)
+        mesh.confidences[v] = confidenceAt(std::sqrt(nearest.squaredDistances[0]) / maxDistance, shape) *
+                              points.confidence(static_cast<std::size_t>(nearest.indices[0]));
+  });
 }
 
 std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighbourSearch& search,

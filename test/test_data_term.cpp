@@ -76,7 +76,7 @@ public:
   Real spectralBound() const override { return 8; } // eight voxels per functional
   bool isDiagonal() const override { return false; }
 
-  std::unique_ptr<DataTerm<Real>> coarsened(Prior prior) const override
+  std::unique_ptr<DataTerm<Real>> coarsened(Prior prior, Execution& execution) const override
   {
     // Lumped: constants, which the coarse grid is there for, see the row sums.
     std::vector<Real> sums(diagonal_.size());
@@ -85,7 +85,7 @@ public:
         sums[static_cast<std::size_t>(entry.row())] += entry.value();
     for (Real& sum : sums)
       sum = std::max(sum, Real(0));
-    return makeDiagonalDataTerm(size_, sums, sums)->coarsened(prior);
+    return makeDiagonalDataTerm(size_, sums, sums)->coarsened(prior, execution);
   }
 
   void appendEntries(std::vector<Eigen::Triplet<double, std::int64_t>>& entries) const override
@@ -201,7 +201,8 @@ TEST(DataTerm, coarsenedWeightsAreScaledMeansOfTheChildren)
   const std::vector<double> weights = {1, 3, 5, 7, 9, 11};
   const auto fine = makeDiagonalDataTerm(size, weights, weights);
   for (const Prior prior : allPriors) {
-    const auto coarse = fine->coarsened(prior);
+    Execution execution(1);
+    const auto coarse = fine->coarsened(prior, execution);
     const double scale = std::pow(4.0, order(prior));
     EXPECT_EQ(coarse->size(), (GridSize{2, 1, 1}));
     ASSERT_EQ(coarse->diagonal().size(), 2u);

@@ -83,6 +83,7 @@ TEST(Observation, ObservesExactlyTheVoxelsNearPoints)
   const OrientedPoints points = shapes::oriented(shapes::sample(shapes::torus(1, .4), 1.6, .12));
   for (const ConfidenceShape shape : {ConfidenceShape::linear, ConfidenceShape::quadratic}) {
     ObservationOptions options;
+    options.estimate = Estimate::plane;
     options.confidenceShape = shape;
     const float maxDistance = .31f;
     const Lattice lattice = cube(1.5, .17); // smaller than the torus: points outside the lattice count as well
@@ -166,9 +167,11 @@ TEST(Observation, ConfidenceOfThePointsMultipliesAlphaAndWeighsTheMean)
 TEST(Observation, DoesNotDependOnTheNumberOfThreads)
 {
   const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, .08));
-  const Observation one = observeAll(points, cube(1.3, .1), .08f, .24f, {}, 1);
+  ObservationOptions options;
+  options.estimate = Estimate::plane;
+  const Observation one = observeAll(points, cube(1.3, .1), .08f, .24f, options, 1);
   for (const int threads : {2, 4}) {
-    const Observation more = observeAll(points, cube(1.3, .1), .08f, .24f, {}, threads);
+    const Observation more = observeAll(points, cube(1.3, .1), .08f, .24f, options, threads);
     EXPECT_EQ(one.voxels, more.voxels);
     EXPECT_EQ(one.distances, more.distances);
     EXPECT_EQ(one.confidences, more.confidences);
@@ -187,4 +190,10 @@ TEST(Observation, RefusesOptionsOutsideTheirRange)
   EXPECT_THROW(validate(options), InvalidOption);
   options.maxDistance = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THROW(validate(options), InvalidOption);
+}
+
+TEST(Observation, IsNotWhatThePointsThemselvesAreFor)
+{
+  const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, .2));
+  EXPECT_THROW(observeAll(points, cube(1.3, .2), .2f, .6f, {}), std::invalid_argument);
 }

@@ -255,7 +255,7 @@ TEST_F(ToolFiles, FieldIsInTheFrameOfTheCloud)
   for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
     rows << (p + centre).transpose() << ' ' << p.transpose() << '\n';
   write("in.xyz", rows.str());
-  const tool::Outcome outcome = run({"in.xyz", "out.ply", "--field", "field.vti"});
+  const tool::Outcome outcome = run({"in.xyz", "out.ply", "--field", "field.vti", "--observation", "plane"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   auto reader = vtkSmartPointer<vtkXMLImageDataReader>::New();
   reader->SetFileName(path("field.vti").c_str());

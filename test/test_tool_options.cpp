@@ -41,14 +41,19 @@ const std::vector<Case> cases = {
     {{"--observation", "mean"}, "/options/observation/estimate", "mean"},
     {{"--observation", "nearest"}, "/options/observation/estimate", "nearest"},
     {{"--observation", "trapezoid"}, "/options/observation/estimate", "trapezoid"},
-    {{"--neighbours", "9"}, "/options/observation/neighbours", 9},
+    {{"--smoothing", "0.125"}, "/options/observation/smoothing", .125},
+    {{"--noise", "0.0625"}, "/options/observation/noise", .0625},
+    {{"--gradient-weight", "2"}, "/options/observation/gradientWeight", 2},
+    {{"--neighbours", "9", "--observation", "plane"}, "/options/observation/neighbours", 9},
     {{"--max-distance", "0.5"}, "/options/observation/maxDistance", .5},
-    {{"--scale-distance", "off"}, "/options/observation/scaleWithLevel", false},
+    {{"--scale-distance", "off", "--observation", "plane"}, "/options/observation/scaleWithLevel", false},
     {{"--confidence-shape", "linear"}, "/options/observation/confidenceShape", "linear"},
     {{"--prior", "membrane"}, "/options/prior/prior", "membrane"},
     {{"--prior", "thin-plate"}, "/options/prior/prior", "thin-plate"},
-    {{"--beta", "0.5"}, "/options/prior/beta", .5},
-    {{"--energy", "weighted"}, "/options/prior/energy", "weighted"},
+    {{"--beta", "0.5", "--observation", "plane"}, "/options/prior/beta", .5},
+    {{"--energy", "weighted", "--observation", "plane"}, "/options/prior/energy", "weighted"},
+    {{"--quality", "draft"}, "/options/multiscale/quality", "draft"},
+    {{"--quality", "fine"}, "/options/multiscale/quality", "fine"},
     {{"--voxel-size", "0.125"}, "/options/multiscale/voxelSize", .125},
     {{"--padding", "4"}, "/options/multiscale/padding", 4},
     {{"--coarsest-side", "32"}, "/options/multiscale/coarsestSide", 32},
@@ -158,10 +163,11 @@ TEST_F(ToolOptions, HelpIsTrueAboutDefaults)
 {
   const std::string help = std::regex_replace(run({"--help"}).out, std::regex("\\s+"), " ");
   const json report = reportWith({});
-  EXPECT_NE(help.find("--beta WEIGHT weight of the data; lower it for noisy data, [0, 1); default 0.99"),
-            std::string::npos);
+  EXPECT_NE(
+      help.find("--beta WEIGHT weight of the data observed at voxels; lower it for noisy data, [0, 1); default 0.99"),
+      std::string::npos);
   EXPECT_NEAR(report.at("/options/prior/beta"_json_pointer), .99, 1e-6); // a float
-  EXPECT_NE(help.find("voxel side of the finest level, >= 0; default 2 s"), std::string::npos);
+  EXPECT_NE(help.find("voxel side of the finest level: 3 s, 2 s or 1.5 s; default normal"), std::string::npos);
   EXPECT_NEAR(report.at("/options/multiscale/voxelSize"_json_pointer),
               2 * report.at("/density/spacing"_json_pointer).get<double>(), 1e-6);
 }

@@ -66,7 +66,7 @@ TEST_F(ToolPictures, ShowsTheSurfaceWithItsColours)
   // A sphere that fills the picture's height covers .79 of it; the camera leaves a margin.
   EXPECT_GT(pixels.skin + pixels.blue, .3 * pixels.all);
   EXPECT_GT(pixels.skin, .05 * pixels.all);
-  EXPECT_GT(pixels.blue, .05 * pixels.all);
+  EXPECT_GT(pixels.blue, .02 * pixels.all); // the third is seen from the side
   EXPECT_GT(pixels.light, .1 * pixels.all);
 }
 

@@ -32,25 +32,12 @@ struct Scene {
   Scene(const shapes::Sdf& sdf, const PointSet& points, int voxels = 34)
   {
     search->setPoints(points.positions);
-    const DistanceField exact = shapes::field(sdf, 1.2, voxels);
-    const GridSize size = exact.lattice().size;
-    std::vector<float> distances, confidences;
-    Neighbours nearest;
-    for (int k = 0; k < size.z; ++k)
-      for (int j = 0; j < size.y; ++j)
-        for (int i = 0; i < size.x; ++i) {
-          distances.push_back(exact.distance(i, j, k));
-          confidences.push_back(0);
-          if (std::abs(distances.back()) > 2 * exact.lattice().spacing)
-            continue; // no vertex interpolates here
-          search->nearest(exact.lattice().position(i, j, k), 1, nearest);
-          const double distance = std::sqrt(nearest.squaredDistances.front());
-          confidences.back() = static_cast<float>(std::max(1 - distance / reach, 0.));
-        }
+    const DistanceField field = shapes::field(sdf, 1.2, voxels);
     Execution execution(1);
-    const DistanceField field(exact.lattice(), distances, confidences);
     mesh = polygonize(field, {}, execution);
-    setVertexFields(mesh, field, execution);
+    OrientedPoints observed;
+    observed.positions = points.positions;
+    setConfidences(mesh, observed, *search, static_cast<float>(reach), ConfidenceShape::linear, execution);
   }
 
   TrimResult trim(Trimming trimming, float maxHole, float minComponentShare = .01f, int threads = 1) const

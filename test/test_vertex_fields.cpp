@@ -29,7 +29,7 @@ TEST(VertexFields, normalsOfASphereConverge)
   for (const int voxels : {20, 40}) {
     const DistanceField field = shapes::field(shapes::sphere(.7), 1, voxels);
     TriangleMesh mesh = extract(field);
-    setVertexFields(mesh, field, execution);
+    setNormals(mesh, field, execution);
     ASSERT_EQ(mesh.normals.size(), mesh.vertices.size());
     double largest = 0;
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -43,25 +43,25 @@ TEST(VertexFields, normalsOfASphereConverge)
   EXPECT_LT(errors[1], errors[0] / 3);
 }
 
-TEST(VertexFields, confidencesAreInterpolated)
+TEST(VertexFields, confidencesFallWithTheDistanceFromTheNearestPoint)
 {
-  const DistanceField exact = shapes::field(shapes::sphere(.7), 1, 20);
-  const Lattice& lattice = exact.lattice();
-  std::vector<float> distances, confidences;
-  const auto ramp = [](double x) { return static_cast<float>(.5 + .4 * x); }; // trilinear interpolation reproduces it
-  for (int k = 0; k < 20; ++k)
-    for (int j = 0; j < 20; ++j)
-      for (int i = 0; i < 20; ++i) {
-        distances.push_back(exact.distance(i, j, k));
-        confidences.push_back(ramp(lattice.position(i, j, k).x()));
-      }
-  const DistanceField field(lattice, distances, confidences);
-  TriangleMesh mesh = extract(field);
+  OrientedPoints points;
+  points.positions = {{0, 0, 0}, {10, 0, 0}};
+  points.normals.assign(2, Vector3f::UnitZ());
+  points.confidences = {1, .5f};
+  const auto search = makeKdTree();
+  search->setPoints(points.positions);
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 3, 0}, {0, 0, 4.5f}, {10, 1, 0}};
   Execution execution(1);
-  setVertexFields(mesh, field, execution);
-  ASSERT_EQ(mesh.confidences.size(), mesh.vertices.size());
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    EXPECT_NEAR(mesh.confidences[v], ramp(mesh.vertices[v].x()), 1e-5);
+  setConfidences(mesh, points, *search, 4, ConfidenceShape::linear, execution);
+  const std::vector<float> linear = {1, .75f, .25f, 0, .5f * .75f};
+  ASSERT_EQ(mesh.confidences.size(), linear.size());
+  for (std::size_t v = 0; v < linear.size(); ++v)
+    EXPECT_FLOAT_EQ(mesh.confidences[v], linear[v]);
+  setConfidences(mesh, points, *search, 4, ConfidenceShape::quadratic, execution);
+  EXPECT_FLOAT_EQ(mesh.confidences[1], 1 - 1.f / 16);
+  EXPECT_EQ(mesh.confidences[3], 0);
 }
 
 TEST(VertexFields, trianglesGiveTheNormalWhereTheGradientVanishes)
@@ -74,7 +74,7 @@ TEST(VertexFields, trianglesGiveTheNormalWhereTheGradientVanishes)
   mesh.vertices = {{1, 1, 2}, {1, 2, 2}, {0, 1, 1}, {2, 1, 1}, {3, 3, 3}};
   mesh.triangles = {{1, 2, 0}, {1, 0, 3}}; // two slopes that meet in the ridge 0–1
   Execution execution(1);
-  setVertexFields(mesh, field, execution);
+  setNormals(mesh, field, execution);
   const Vector3f left = Vector3f(-1, 0, 1).normalized(), right = Vector3f(1, 0, 1).normalized();
   EXPECT_LT((mesh.normals[0] - Vector3f::UnitZ()).norm(), 1e-6f);
   EXPECT_LT((mesh.normals[1] - Vector3f::UnitZ()).norm(), 1e-6f);
@@ -166,10 +166,9 @@ TEST_F(Attributes, fieldsDoNotDependOnThreads)
   const DistanceField field = shapes::field(shapes::torus(.6, .25), 1, 40);
   TriangleMesh mesh = extract(field), other = mesh;
   Execution one(1), four(4);
-  setVertexFields(mesh, field, one);
-  setVertexFields(other, field, four);
+  setNormals(mesh, field, one);
+  setNormals(other, field, four);
   EXPECT_EQ(mesh.normals, other.normals);
-  EXPECT_EQ(mesh.confidences, other.confidences);
   std::vector<float> values;
   for (const Vector3f& x : points_.positions)
     values.push_back(x.y());

@@ -94,16 +94,35 @@ void addPreprocessingOptions(OptionParser& parser)
                 "warn if fewer normals agree with the vote on their orientation");
 }
 
+/// The change that --smoothing stands for.
+std::function<void(Options&)> smoothingLength(const std::string& text)
+{
+  double value = 0;
+  if (text != "auto" && (!toNumber(text, value) || !positive.contains(value)))
+    throw CLI::ValidationError("--smoothing", "'" + text + "' is neither auto nor a number " + positive.text());
+  return [value](Options& options) { options.observation.smoothing = static_cast<float>(value); };
+}
+
 void addModelOptions(OptionParser& parser)
 {
   parser.group("Observation");
   parser.choice("--observation", field(&Options::observation, &ObservationOptions::estimate),
-                "how the distances to the tangent planes of the nearest points become one");
+                "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
+  CLI::Option* smoothing = parser.add("--smoothing", "LENGTH|auto",
+                                      "what is smaller is smoothed away, > 0; default auto: chosen by the data",
+                                      [&parser](const std::string& text) { parser.change(smoothingLength(text)); });
+  parser
+      .number("--noise", "SIGMA", positive, field(&Options::observation, &ObservationOptions::noise),
+              "standard deviation of the scanner's noise; sets the smoothing", "unknown")
+      ->excludes(smoothing);
+  parser.number("--gradient-weight", "RATIO", {0, 100, true},
+                field(&Options::observation, &ObservationOptions::gradientWeight),
+                "of the normals beside the positions, in squared smoothing lengths");
   parser.number("--neighbours", "N", wholeNumbers(1, 100),
                 field(&Options::observation, &ObservationOptions::neighbours), "points observed per voxel");
   parser.number("--max-distance", "LENGTH", length, field(&Options::observation, &ObservationOptions::maxDistance),
                 "distance from the points at which the confidence reaches 0",
-                "3 s, or 3.25 s with plane and trapezoid");
+                "3.25 s; 3 s with median, mean and nearest");
   parser.onOff("--scale-distance", field(&Options::observation, &ObservationOptions::scaleWithLevel),
                "coarse levels, and the default distance, reach at least 1.5 voxels");
   parser.choice("--confidence-shape", field(&Options::observation, &ObservationOptions::confidenceShape),
@@ -113,13 +132,17 @@ void addModelOptions(OptionParser& parser)
   parser.choice("--prior", field(&Options::prior, &PriorOptions::prior),
                 "what a surface without data looks like; the first is the flattest and fastest");
   parser.number("--beta", "WEIGHT", {0, 1, false, true}, field(&Options::prior, &PriorOptions::beta),
-                "weight of the data; lower it for noisy data");
+                "weight of the data observed at voxels; lower it for noisy data");
   parser.choice("--energy", field(&Options::prior, &PriorOptions::energy),
                 "joint: Eq. 9 of the paper; weighted: Eq. 10-11");
 
   parser.group("Grid");
-  parser.number("--voxel-size", "LENGTH", length, field(&Options::multiscale, &MultiscaleOptions::voxelSize),
-                "voxel side of the finest level", "2 s");
+  CLI::Option* quality = parser.choice("--quality", field(&Options::multiscale, &MultiscaleOptions::quality),
+                                       "voxel side of the finest level: 3 s, 2 s or 1.5 s");
+  parser
+      .number("--voxel-size", "LENGTH", length, field(&Options::multiscale, &MultiscaleOptions::voxelSize),
+              "the same as a length", "by the quality")
+      ->excludes(quality);
   parser.number("--padding", "VOXELS", wholeNumbers(2, 1000), field(&Options::multiscale, &MultiscaleOptions::padding),
                 "voxels of the finest level around the points");
   parser.number("--coarsest-side", "VOXELS", wholeNumbers(4, 256),
@@ -174,7 +197,7 @@ void addOutputOptions(OptionParser& parser, Command& command)
 {
   parser.group("More output");
   parser.text("--report", "FILE.json", command.report, "all parameters, counts, times and statistics");
-  parser.text("--field", "FILE.vti", command.field, "the distance field and its confidence");
+  parser.text("--field", "FILE.vti", command.field, "the distance field, and the confidence of observed voxels");
   parser.text("--picture", "FILE.png", command.picture, "a rendering of the mesh; needs an X display (xvfb-run)");
   parser.group("Run");
   parser.number("--threads", "N", wholeNumbers(0, 1024), field(&Options::threads), "the result does not depend on it",
@@ -251,6 +274,7 @@ Command parseCommandLine(int argc, const char* const* argv)
   addModelOptions(parser);
   addMeshOptions(parser);
   addOutputOptions(parser, command);
+  const auto given = [&app](const std::string& name) { return app.get_option(name)->count() > 0; };
   const CLI::Option* verbose = app.add_flag("-v,--verbose", "print all there is to know")->group("Run");
   const CLI::Option* quiet =
       app.add_flag("-q,--quiet", "print errors only")->group("Run")->excludes(app.get_option("--verbose"));
@@ -275,7 +299,14 @@ Command parseCommandLine(int argc, const char* const* argv)
   command.verbosity = quiet->count() > 0     ? Verbosity::quiet
                       : verbose->count() > 0 ? Verbosity::verbose
                                              : Verbosity::normal;
-  check(command, app.get_option("--max-hole")->count() > 0);
+  check(command, given("--max-hole"));
+  const bool atPoints = command.options.observation.atPoints();
+  for (const char* name : {"--smoothing", "--noise", "--gradient-weight"})
+    if (!atPoints && given(name))
+      throw UsageError(std::string(name) + " has a meaning with --observation points only");
+  for (const char* name : {"--beta", "--energy", "--neighbours", "--scale-distance"})
+    if (atPoints && given(name))
+      throw UsageError(std::string(name) + " has no meaning with --observation points; choose another one");
   return command;
 }
 

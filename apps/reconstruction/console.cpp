@@ -201,6 +201,9 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
             format("sampling distance %.4g, voxel %.4g%s, smoothing length %.4g",
                    static_cast<double>(report.density.spacing),
                    static_cast<double>(report.options.multiscale.voxelSize), grid.c_str(), report.smoothingLength));
+  if (!report.smoothing.curve.empty())
+    printLine("", format("noise about %.3g, by %s points left out", report.smoothing.noise,
+                         grouped(report.smoothing.heldOut).c_str()));
   if (verbosity == Verbosity::verbose)
     printDetails(report);
 

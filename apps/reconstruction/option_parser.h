@@ -133,6 +133,9 @@ public:
     return app_.add_option_function<std::string>(name, set, help)->type_name(unit)->group(group_);
   }
 
+  /// Has the options changed by what the user set.
+  void change(const std::function<void(Options&)>& change) { changes_.push_back(change); }
+
   /// Applies what the user set, in the order of the help.
   void apply(Options& options) const
   {

@@ -24,16 +24,19 @@ void writeField(const pcl::mrf::DistanceField& field, const Eigen::Vector3d& off
   distances->SetName("distance");
   confidences->SetName("confidence");
   distances->SetNumberOfTuples(size.count());
-  confidences->SetNumberOfTuples(size.count());
+  if (field.hasConfidences())
+    confidences->SetNumberOfTuples(size.count());
   vtkIdType voxel = 0;
   for (int k = 0; k < size.z; ++k)
     for (int j = 0; j < size.y; ++j)
       for (int i = 0; i < size.x; ++i, ++voxel) {
         distances->SetValue(voxel, field.distance(i, j, k));
-        confidences->SetValue(voxel, field.confidence(i, j, k));
+        if (field.hasConfidences())
+          confidences->SetValue(voxel, field.confidence(i, j, k));
       }
   image->GetPointData()->SetScalars(distances);
-  image->GetPointData()->AddArray(confidences);
+  if (field.hasConfidences())
+    image->GetPointData()->AddArray(confidences);
   auto writer = vtkSmartPointer<vtkXMLImageDataWriter>::New();
   writeThroughVtk(*writer, image, path);
 }

@@ -22,11 +22,9 @@ const Names<Energy>& names()
 template <>
 const Names<Estimate>& names()
 {
-  static const Names<Estimate> all = {{"median", Estimate::median},
-                                      {"mean", Estimate::mean},
-                                      {"nearest", Estimate::nearest},
-                                      {"plane", Estimate::plane},
-                                      {"trapezoid", Estimate::trapezoid}};
+  static const Names<Estimate> all = {{"points", Estimate::points}, {"median", Estimate::median},
+                                      {"mean", Estimate::mean},     {"nearest", Estimate::nearest},
+                                      {"plane", Estimate::plane},   {"trapezoid", Estimate::trapezoid}};
   return all;
 }
 
@@ -35,6 +33,13 @@ const Names<ConfidenceShape>& names()
 {
   static const Names<ConfidenceShape> all = {{"linear", ConfidenceShape::linear},
                                              {"quadratic", ConfidenceShape::quadratic}};
+  return all;
+}
+
+template <>
+const Names<Quality>& names()
+{
+  static const Names<Quality> all = {{"draft", Quality::draft}, {"normal", Quality::normal}, {"fine", Quality::fine}};
   return all;
 }
 

@@ -26,6 +26,8 @@ const Names<pcl::mrf::Estimate>& names();
 template <>
 const Names<pcl::mrf::ConfidenceShape>& names();
 template <>
+const Names<pcl::mrf::Quality>& names();
+template <>
 const Names<pcl::mrf::SolverMethod>& names();
 template <>
 const Names<pcl::mrf::NormalSource>& names();

@@ -39,6 +39,9 @@ Json toJson(const Options& options)
             {"lowAgreement", orientation.lowAgreement}}},
           {"observation",
            {{"estimate", nameOf(observation.estimate)},
+            {"smoothing", observation.smoothing},
+            {"noise", observation.noise},
+            {"gradientWeight", observation.gradientWeight},
             {"neighbours", observation.neighbours},
             {"maxDistance", observation.maxDistance},
             {"scaleWithLevel", observation.scaleWithLevel},
@@ -57,7 +60,8 @@ Json toJson(const Options& options)
             {"seed", solver.seed},
             {"maxFactorBytes", solver.maxFactorBytes}}},
           {"multiscale",
-           {{"voxelSize", multiscale.voxelSize},
+           {{"quality", nameOf(multiscale.quality)},
+            {"voxelSize", multiscale.voxelSize},
             {"padding", multiscale.padding},
             {"coarsestSide", multiscale.coarsestSide},
             {"maxMemory", multiscale.maxMemory}}},
@@ -98,6 +102,14 @@ Json toJson(const OrientationResult& orientation)
           {"pointsDropped", orientation.pointsDropped},
           {"pointsFlipped", orientation.pointsFlipped},
           {"agreement", orientation.agreement}};
+}
+
+Json toJson(const SmoothingChoice& choice)
+{
+  Json curve = Json::array();
+  for (const SmoothingScore& score : choice.curve)
+    curve.push_back({{"smoothing", score.smoothing}, {"error", score.error}});
+  return {{"smoothing", choice.smoothing}, {"noise", choice.noise}, {"heldOut", choice.heldOut}, {"curve", curve}};
 }
 
 Json toJson(const LevelReport& level)
@@ -161,6 +173,7 @@ Json toJson(const Report& report)
             {"eighthMedian", report.density.eighthMedian}}},
           {"diagonal", report.diagonal},
           {"smoothingLength", report.smoothingLength},
+          {"smoothing", toJson(report.smoothing)},
           {"points", toJson(report.points)},
           {"normalsEstimated", report.normalsEstimated},
           {"vote", nameOf(report.vote)},

@@ -45,7 +45,7 @@ public:
 
   /// The term on the grid size().coarsened(), scaled for a prior of the given order as a multigrid level needs it
   /// (right-hand side not needed, may be empty). An axis of one voxel stays as it is.
-  virtual std::unique_ptr<DataTerm> coarsened(Prior prior) const = 0;
+  virtual std::unique_ptr<DataTerm> coarsened(Prior prior, Execution& execution) const = 0;
 
   /// True if C has no entry off its diagonal.
   virtual bool isDiagonal() const = 0;

@@ -1,5 +1,5 @@
 /// \file
-/// \brief The regularised signed distance field, its geometry and its confidence.
+/// \brief The regularised signed distance field and its geometry.
 #pragma once
 
 #include <pcl/surface/mrf/lattice.h>
@@ -12,7 +12,7 @@
 namespace pcl {
 namespace mrf {
 
-/// Signed distance (cloud's unit, negative inside) and local confidence α per voxel.
+/// Signed distance (cloud's unit, negative inside) per voxel, and where voxels were observed their local confidence α.
 ///
 /// The stages behind the solver read the field through the members below and never through its storage, so that the
 /// storage may become sparse (bricks in a narrow band) without touching them. `hasCell` tells which cells exist.
@@ -20,7 +20,7 @@ class DistanceField {
 public:
   DistanceField() = default;
 
-  /// A dense field. \pre both arrays have lattice.size.count() values
+  /// A dense field. \pre the arrays have lattice.size.count() values; no confidences: none are known
   DistanceField(const Lattice& lattice, std::vector<float> distances, std::vector<float> confidences);
 
   const Lattice& lattice() const { return lattice_; }
@@ -32,7 +32,9 @@ public:
     return distances_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
   }
 
-  /// Local confidence α at a voxel, 0..1.
+  bool hasConfidences() const { return !confidences_.empty(); }
+
+  /// Local confidence α at a voxel, 0..1. \pre hasConfidences()
   float confidence(int i, int j, int k) const
   {
     return confidences_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
@@ -46,9 +48,6 @@ public:
 
   /// Trilinear interpolation of the distance at a position of the recentred frame, clamped to the lattice.
   float sampleDistance(const Eigen::Vector3f& position) const;
-
-  /// Trilinear interpolation of the confidence.
-  float sampleConfidence(const Eigen::Vector3f& position) const;
 
   /// Trilinear interpolation of central differences: continuous, not of unit length, points outward.
   Eigen::Vector3f sampleGradient(const Eigen::Vector3f& position) const;

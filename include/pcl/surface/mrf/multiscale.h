@@ -16,8 +16,22 @@
 namespace pcl {
 namespace mrf {
 
+/// The finest voxels beside the sampling: each step down costs about 2.5 times the time and memory.
+enum class Quality {
+  draft,  ///< h = 3 l̄
+  normal, ///< h = 2 l̄
+  fine    ///< h = 1.5 l̄
+};
+
+/// h/l̄
+inline float spacingsPerVoxel(Quality quality)
+{
+  return quality == Quality::draft ? 3 : quality == Quality::normal ? 2 : 1.5f;
+}
+
 struct MultiscaleOptions {
-  float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = 2 l̄
+  Quality quality = Quality::normal;
+  float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = by the quality
   int padding = 6;           ///< voxels of the finest level around the points' bounding box, 2..1000
   int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
   std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free

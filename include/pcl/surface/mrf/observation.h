@@ -7,14 +7,17 @@
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 namespace pcl {
 namespace mrf {
 
-/// How the distances to the tangent planes of the nearest points become one. δ_j = n_j·(x − p_j).
+/// How the points become observations of the field. All but `points` observe one signed distance per voxel near them,
+/// made of the distances to the tangent planes of its nearest points, δ_j = n_j·(x − p_j).
 enum class Estimate {
+  points,   ///< at the points themselves: value and gradient, no voxel-wise distances; see point_observation.h
   median,   ///< L1: robust to outliers (the paper's choice)
   mean,     ///< L2: for Gaussian noise
   nearest,  ///< the nearest point's plane alone
@@ -29,11 +32,24 @@ enum class ConfidenceShape {
 };
 
 struct ObservationOptions {
-  Estimate estimate = Estimate::plane;
-  int neighbours = 5;    ///< points per voxel, 1..100
-  float maxDistance = 0; ///< dEmax, cloud's unit; 0 = 3 l̄ (the paper's), 3.25 l̄ for plane and trapezoid (measured)
+  Estimate estimate = Estimate::points;
+
+  // Of observations at the points.
+  float smoothing = 0; ///< ℓ, cloud's unit: what is smaller is smoothed away; 0 = by the noise, if it is known, or
+                       ///< else chosen by the data
+  float noise = 0;     ///< standard deviation of the scanner's noise, cloud's unit; 0 = unknown
+  float gradientWeight = .4f; ///< g²/ℓ²: weight of the normals beside that of the positions, (0, 100]
+
+  // Of observations at the voxels.
+  int neighbours = 5;         ///< points per voxel, 1..100
   bool scaleWithLevel = true; ///< coarser levels, and an automatic dEmax, reach at least 1.5 h of the level
+
+  // Of the confidence: of voxels, and of the surface in colours and trimming.
+  float maxDistance =
+      0; ///< dEmax, cloud's unit; 0 = 3 l̄ (the paper's), 3.25 l̄ for points, plane and trapezoid (measured)
   ConfidenceShape confidenceShape = ConfidenceShape::quadratic;
+
+  bool atPoints() const { return estimate == Estimate::points; }
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -41,6 +57,16 @@ void validate(const ObservationOptions& options);
 
 /// dEmax of the finest level, cloud's unit: the option, or its automatic value.
 float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize);
+
+/// α at a distance from the nearest point. \param share d_E / dEmax, ≥ 0 \return 0..1
+inline float confidenceAt(float share, ConfidenceShape shape)
+{
+  const float t = std::min(share, 1.f);
+  return shape == ConfidenceShape::linear ? 1 - t : 1 - t * t;
+}
+
+/// ℓ, cloud's unit: the option, or by the option's noise, or .6 l̄, which suits clean scans.
+float resolvedSmoothing(const ObservationOptions& options, float spacing);
 
 /// What was observed, for the voxels with α > 0 only; all others carry no weight and are not stored.
 struct Observation {
@@ -50,7 +76,7 @@ struct Observation {
   std::vector<float> confidences;   ///< α, (0, 1]
 };
 
-/// Observes the field on one lattice.
+/// Observes the field at the voxels of one lattice. \pre the estimate is not `points`
 /// \param search holds exactly points.positions
 /// \param spacing l̄, cloud's unit
 /// \param maxDistance dEmax for this level, cloud's unit, > 0

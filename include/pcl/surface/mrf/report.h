@@ -8,6 +8,7 @@
 #include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/orientation.h>
 #include <pcl/surface/mrf/sampling_density.h>
+#include <pcl/surface/mrf/smoothing.h>
 
 #include <cstdint>
 #include <string>
@@ -43,7 +44,8 @@ struct Report {
   Options options; ///< as requested, with every automatic value replaced by the one that was used
   SamplingDensity density;
   double diagonal = 0;        ///< of the used points' bounding box, cloud's unit
-  double smoothingLength = 0; ///< that β implies at the finest level, cloud's unit; 0 if β is 0
+  double smoothingLength = 0; ///< ℓ, or what β implies at the finest level, cloud's unit; 0 if β is 0
+  SmoothingChoice smoothing;  ///< how ℓ was chosen; empty if it was given, or is not used
 
   PointCounts points;
   bool normalsEstimated = false;

@@ -22,8 +22,9 @@ struct SolverOptions {
   SolverMethod method = SolverMethod::multigrid;
   int maxIterations = 0;           ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid), 1000 (icm), 10000 (cg)
   double residualTolerance = 1e-6; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
-  double changeTolerance = 2e-3;   ///< icm and multigrid also stop when a step changes d by less, RMS in voxel sides
-                                   ///< (icm: over all voxels; multigrid: within 2 voxels of the zero level); 0 = never
+  double changeTolerance =
+      5e-4;               ///< icm and multigrid also stop when a step changes d by less, RMS in voxel sides
+                          ///< (icm: over all voxels; multigrid: over the observed ones near the zero level); 0 = never
   int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 10 for k = 1 / 2 / 3
   bool choleskyOnCoarsest =
       false;              ///< factorise the coarsest level of the multiscale scheme whatever the method (the paper's)

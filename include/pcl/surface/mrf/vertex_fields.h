@@ -5,6 +5,8 @@
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/observation.h>
+#include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <array>
@@ -23,8 +25,14 @@ enum class ColourMode {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-/// Sets normals (normalised gradient of the field; the mean triangle normal where it vanishes) and confidences.
-void setVertexFields(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
+/// Sets the normals: the normalised gradient of the field; the mean triangle normal where it vanishes.
+void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
+
+/// Sets the confidences (paper Sec. 3.3.3): α by the distance to the nearest point, times that point's own confidence.
+/// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
+/// Cost: one query per vertex.
+void setConfidences(TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search, float maxDistance,
+                    ConfidenceShape shape, Execution& execution);
 
 /// Interpolates attributes of the data points at the vertices: mean of the 4 nearest points with weights 1/d², the
 /// nearest one's value where it coincides.

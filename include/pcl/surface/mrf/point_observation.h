@@ -1,0 +1,61 @@
+/// \file
+/// \brief Observing the field at the points themselves: its value and its gradient (ours, beside the paper's Sec. 3.2).
+///
+/// The energy of a field d, in units of the voxel side h, is
+///
+///     E(d) = Σ_p ρ_p [ (c_pᵀ d)² + g² ‖G_p d − n_p‖² ] + τ dᵀ L^k d,      τ = q (ℓ/h)^(2k−1),  q = (h/l̄)²/4
+///
+/// with c_p the 8 trilinear weights at point p, G_p the gradient of the trilinear interpolant, n_p the point's normal,
+/// ρ_p its confidence, q the number of points per voxel face and ℓ the smoothing length: what is smaller than ℓ is
+/// smoothed away, on every grid alike. No neighbour is searched.
+#pragma once
+
+#include <pcl/surface/mrf/data_term.h>
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/lattice.h>
+#include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/prior.h>
+
+#include <memory>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// A point, or the mean of several that the grid does not tell apart.
+struct PointSample {
+  Eigen::Vector3f position; ///< in voxels, relative to the centre of voxel (0, 0, 0)
+  Eigen::Vector3f normal;   ///< n_p; the mean of several is shorter than 1
+  float weight;             ///< Σ ρ_p
+};
+
+/// The points on a lattice, unordered.
+std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice);
+
+/// One sample for all within the same cube of `side` voxels, at their weighted mean; ordered by cubes. A side of ½
+/// changes a field no more than the trilinear interpolant does. Cost: n log n.
+std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side);
+
+struct PointWeights {
+  double value = 1;    ///< of (c_pᵀ d)², 1/τ
+  double gradient = 0; ///< of ‖G_p d − n_p‖², g²/τ, voxels²
+};
+
+/// The weights of one level. \param smoothing ℓ, \param spacing l̄, \param voxelSize h, all in one unit, > 0
+/// \param gradientWeight g², voxels²
+PointWeights pointWeights(Prior prior, double smoothing, double spacing, double voxelSize, double gradientWeight);
+
+/// C = Σ ρ (value · ccᵀ + gradient · GᵀG), b = unit · Σ ρ · gradient · Gᵀn: blocks of 27 voxels on the occupied cells.
+///
+/// Points beyond the outermost voxel centres observe the linear continuation of the field.
+/// Its coarser grids merge the samples and assemble them again, value weights × 4^k/8 and gradient weights × ¼ more per
+/// level (4^k over the number of children, where an axis has one voxel only).
+/// \param unit length of a voxel side in the unit of the field
+/// Memory: 112 bytes per occupied voxel (float), 28 per sample, 8 per voxel. The result does not depend on the number
+/// of threads.
+template <typename Real>
+std::unique_ptr<DataTerm<Real>> makePointDataTerm(GridSize size, std::vector<PointSample> samples,
+                                                  const PointWeights& weights, double unit, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl
