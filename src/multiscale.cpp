@@ -44,10 +44,6 @@ Eigen::Array3d halved(const Eigen::Array3i& index)
   return index.cast<double>() / 2;
 }
 
-/// The least smoothing length of a level, in its voxels: less leaves sheets between the points of a coarse level, and
-/// slows the solver.
-constexpr double leastSmoothing = .3;
-
 /// Sides of the cubes, in voxels, of which a level sees one sample only.
 constexpr float mergeSide = .5f;
 
@@ -90,7 +86,8 @@ void checkMemory(const BoundingBox& box, float voxelSize, const MultiscaleOption
 {
   const std::size_t limit = options.maxMemory > 0 ? options.maxMemory : availableMemory() / 10 * 8;
   const auto bytesFor = [&](double side) {
-    const Eigen::Array3d voxels = (box.upper - box.lower).cast<double>().array() / side + 2 * options.padding + 2;
+    const Eigen::Array3d voxels =
+        (box.upper - box.lower).cast<double>().array() / side + 2 * resolvedPadding(options) + 2;
     return voxels.prod() * bytesPerVoxel * 8 / 7;
   };
   const double predicted = bytesFor(voxelSize);
@@ -112,10 +109,15 @@ void validate(const MultiscaleOptions& options)
 {
   if (!(options.voxelSize >= 0) || !std::isfinite(options.voxelSize))
     refuse("voxelSize", options.voxelSize, "[0, inf), 0 = by the quality");
-  if (options.padding < 2 || options.padding > 1000)
-    refuse("padding", options.padding, "2..1000");
+  if (options.padding != 0 && (options.padding < 2 || options.padding > 1000))
+    refuse("padding", options.padding, "2..1000, 0 = chosen by a coarse solution");
   if (options.coarsestSide < 4 || options.coarsestSide > 256)
     refuse("coarsestSide", options.coarsestSide, "4..256");
+}
+
+int resolvedPadding(const MultiscaleOptions& options)
+{
+  return options.padding > 0 ? options.padding : leastPadding;
 }
 
 std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const MultiscaleOptions& options)
@@ -127,9 +129,10 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const M
 
   const Eigen::Vector3d corner = box.lower.cast<double>();
   const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
+  const int padding = resolvedPadding(options);
   IndexBox voxels;
-  voxels.lower = Eigen::Array3i::Constant(-options.padding);
-  voxels.upper = (extent / voxelSize).ceil().cast<int>() + options.padding;
+  voxels.lower = Eigen::Array3i::Constant(-padding);
+  voxels.upper = (extent / voxelSize).ceil().cast<int>() + padding;
   std::vector<Lattice> levels;
   for (double spacing = voxelSize;; spacing *= 2) {
     levels.push_back(voxels.toLattice(corner, spacing));

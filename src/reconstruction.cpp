@@ -1,4 +1,5 @@
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/padding.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
 #include "memory.h"
@@ -206,6 +207,16 @@ void resolveSmoothing(const OrientedPoints& points, Options& options, Report& re
   report.smoothingLength = observation.smoothing;
 }
 
+void resolvePadding(const OrientedPoints& points, const NeighbourSearch& search, Options& options, Report& report,
+                    Execution& execution)
+{
+  if (options.multiscale.padding > 0)
+    return;
+  const StageTimer timer("padding", report, execution);
+  options.multiscale.padding = choosePadding(points, search, report.density.spacing, options.observation, options.prior,
+                                             options.solver, options.multiscale, execution);
+}
+
 } // namespace
 
 PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
@@ -309,6 +320,7 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
   result.points = preprocess(points, options, search, report, execution);
   Options resolved = resolve(options, report.density);
   resolveSmoothing(result.points, resolved, report, execution);
+  resolvePadding(result.points, search, resolved, report, execution);
   report.options = resolved;
   report.diagonal = boundingBox(result.points.positions).diagonal();
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)

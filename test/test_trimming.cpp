@@ -35,6 +35,7 @@ struct Scene {
     const DistanceField field = shapes::field(sdf, 1.2, voxels);
     Execution execution(1);
     mesh = polygonize(field, {}, execution);
+    setNormals(mesh, field, execution);
     OrientedPoints observed;
     observed.positions = points.positions;
     setConfidences(mesh, observed, *search, static_cast<float>(reach), ConfidenceShape::linear, execution);

@@ -32,13 +32,20 @@ inline float spacingsPerVoxel(Quality quality)
 struct MultiscaleOptions {
   Quality quality = Quality::normal;
   float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = by the quality
-  int padding = 6;           ///< voxels of the finest level around the points' bounding box, 2..1000
+  int padding = 0;           ///< voxels of the finest level around the points' bounding box, 2..1000; 0 = chosen by a
+                             ///< coarse solution, see padding.h (the stages alone take the least, 6)
   int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
   std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free
 };
 
 /// \throw InvalidOption naming the first field that is out of range
 void validate(const MultiscaleOptions& options);
+
+/// Voxels of padding that a closed surface needs.
+constexpr int leastPadding = 6;
+
+/// The option, or the least.
+int resolvedPadding(const MultiscaleOptions& options);
 
 /// One level, for the report.
 struct LevelReport {

@@ -36,6 +36,9 @@ std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& 
 /// changes a field no more than the trilinear interpolant does. Cost: n log n.
 std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side);
 
+/// The least ℓ/h of a coarse level: less leaves sheets between the points, and slows the solver.
+constexpr float leastSmoothing = .3f;
+
 struct PointWeights {
   double value = 1;    ///< of (c_pᵀ d)², 1/τ
   double gradient = 0; ///< of ‖G_p d − n_p‖², g²/τ, voxels²

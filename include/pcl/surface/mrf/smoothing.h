@@ -37,8 +37,8 @@ double smoothingForNoise(double noise, double spacing);
 /// Chooses ℓ by leaving points out.
 ///
 /// Every tenth point is left out of up to 24 cubes of 24 voxels, spread over the cloud; in each, the field is solved at
-/// the finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at the points left out, for ℓ from 4.8 l̄
-/// down in steps of √2 until the score has risen by 1 %. The choice is the minimum of the parabola through the best
+/// the finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at the points left out, for ℓ from 4.8
+/// l̄ down in steps of √2 until the score has risen by 1 %. The choice is the minimum of the parabola through the best
 /// three. From the long end, because noise makes the shortest ℓ flatten the field, which scores well by accident. Where
 /// 8 cubes see no noise at .6 l̄, and .85 l̄ does worse, the scan is clean and that is all. Distances to the mesh would
 /// not do as the score: a bumpy surface is close to everything.
