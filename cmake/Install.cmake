@@ -11,7 +11,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INC
   FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
 # The tools find the library beside them, wherever the tree is moved.
 file(RELATIVE_PATH MRF_LIBRARY_FROM_TOOL ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
-foreach(tool pcl_mrf_reconstruction pcl_mrf_evaluate pcl_mrf_scan)
+foreach(tool pcl_mrf_reconstruction pcl_mrf_evaluate pcl_mrf_scan pcl_mrf_experiments)
   if(TARGET ${tool})
     set_target_properties(${tool} PROPERTIES INSTALL_RPATH "$ORIGIN/${MRF_LIBRARY_FROM_TOOL}")
     install(TARGETS ${tool} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

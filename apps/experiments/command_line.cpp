@@ -1,0 +1,98 @@
+#include "command_line.h"
+
+#include "support/errors.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+
+namespace mrf_apps {
+namespace {
+
+std::string list()
+{
+  std::string text;
+  std::size_t width = 0;
+  for (const Experiment& experiment : experiments())
+    width = std::max(width, experiment.id.size());
+  for (const Experiment& experiment : experiments())
+    text += experiment.id + std::string(width + 2 - experiment.id.size(), ' ') + experiment.title + "\n";
+  return text;
+}
+
+void check(const ExperimentsCommand& command)
+{
+  for (const std::string& id : command.only) {
+    const auto has = [&](const Experiment& experiment) { return experiment.id == id; };
+    if (std::none_of(experiments().begin(), experiments().end(), has))
+      throw UsageError("--only '" + id + "' is no experiment; --list names them");
+  }
+}
+
+} // namespace
+
+ExperimentsCommand parseExperimentsCommandLine(int argc, const char* const* argv)
+{
+  ExperimentsCommand command;
+  ExperimentOptions& options = command.options;
+  CLI::App app("Repeats the paper's experiments beside other methods, and writes a page, tables and pictures.",
+               "pcl_mrf_experiments");
+  app.get_formatter()->column_width(26);
+  app.footer("FOLDER receives index.html, results.json, a CSV file per table, the pictures, and journal.jsonl, from "
+             "which an interrupted run goes on: what it holds for the same seed, --quick and version is not measured "
+             "again. After changing the program use --fresh.\nExit status: 0 done, 1 a file cannot be read or written, "
+             "2 wrong usage, 3 an experiment failed.");
+  const auto path = [&](const char* name, std::string& target, const std::string& help) {
+    return app
+        .add_option_function<std::string>(
+            name,
+            [name, &target](const std::string& value) {
+              if (value.empty())
+                throw CLI::ValidationError(name, "needs the name of a folder");
+              target = value;
+            },
+            help)
+        ->type_name("FOLDER");
+  };
+  path("-o,--output", options.folder, "of the results; made if it is not there");
+  app.add_flag("--quick", options.quick, "fewer scans and settings, coarser grids: minutes instead of an hour");
+  app.add_option("--only", command.only, "some of the experiments, by the names that --list gives")
+      ->delimiter(',')
+      ->type_name("ID,...");
+  bool isListed = false;
+  app.add_flag("--list", isListed, "print the experiments' names and titles");
+  app.add_option("--seed", options.seed, "of all scans; default " + std::to_string(options.seed))->type_name("N");
+  path("--data", options.data, "with further objects to scan, as reference/NAME.ply");
+  app.add_option("--threads", command.threads, "results do not depend on it, times do; default one per hardware thread")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  bool hasNoPictures = false;
+  app.add_flag("--no-pictures", hasNoPictures, "needs no X display");
+  app.add_flag("--fresh", command.fresh, "measure everything again");
+  app.add_flag("-q,--quiet", command.quiet, "print errors only");
+  app.set_help_flag("-h,--help", "print this help");
+  app.set_version_flag("--version", "pcl_mrf_experiments " MRF_VERSION);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    command.information = app.help();
+    return command;
+  } catch (const CLI::CallForVersion&) {
+    command.information = "pcl_mrf_experiments " MRF_VERSION "\n";
+    return command;
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(error.what());
+  }
+  if (isListed) {
+    command.information = list();
+    return command;
+  }
+  if (options.folder.empty())
+    throw UsageError("--output is required");
+  options.hasPictures = !hasNoPictures;
+  check(command);
+  return command;
+}
+
+} // namespace mrf_apps

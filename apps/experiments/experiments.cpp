@@ -1,0 +1,20 @@
+#include "experiment.h"
+#include "figures.h"
+
+namespace mrf_apps {
+
+const std::vector<Experiment>& experiments()
+{
+  static const std::vector<Experiment> all = {
+      {"fig-2", "Fig. 2: triangles before and after remeshing", fig2},
+      {"fig-3", "Fig. 3: the priors on tubes and primitives", fig3},
+      {"fig-4", "Fig. 4: confidence on the surface", fig4},
+      {"fig-5", "Fig. 5: a large hole", fig5},
+      {"fig-9", "Fig. 9: rotation", fig9},
+      {"sec-3-4", "Sec. 3.4: time and energy of the solvers", section34},
+      {"guide", "What the options are for", guide},
+  };
+  return all;
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,141 @@
+#include "run.h"
+
+#include "case_display.h"
+#include "journal.h"
+#include "laboratory.h"
+#include "page.h"
+#include "support/errors.h"
+#include "support/output_files.h"
+#include "support/text_file.h"
+
+#include <pcl/pcl_config.h>
+
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+namespace mrf_apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string processorName()
+{
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.rfind("model name", 0) == 0 && line.find(": ") != std::string::npos)
+      return line.substr(line.find(": ") + 2);
+  return "not known";
+}
+
+std::string date()
+{
+  const std::time_t now = std::time(nullptr);
+  std::array<char, 40> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M UTC", std::gmtime(&now));
+  return text.data();
+}
+
+Facts factsOf(const ExperimentOptions& options, int threads)
+{
+  utsname system{};
+  uname(&system);
+  return {{"Program", "pcl_mrf_experiments " MRF_VERSION},
+          {"PCL", PCL_VERSION_PRETTY},
+          {"Processor", processorName()},
+          {"Threads", std::to_string(threads)},
+          {"System", std::string(system.sysname) + " " + system.release + " " + system.machine},
+          {"Written", date()},
+          {"Seed", std::to_string(options.seed)},
+          {"Extent", options.quick ? "quick: fewer scans and settings, coarser grids" : "full"},
+          {"Further objects", options.data.empty() ? "none" : "from --data"}};
+}
+
+void requireFolder(const std::string& folder)
+{
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    if (fs::exists(folder, error))
+      throw FileError(folder, "is not a folder");
+    if (!fs::create_directory(folder, error))
+      throw FileError(folder, "cannot be made: " + error.message());
+  }
+}
+
+/// Finds out before hours of work whether the results can be written.
+void requireOutputs(const std::string& folder)
+{
+  OutputFiles probe;
+  for (const char* name : {"index.html", "results.json"})
+    probe.add((fs::path(folder) / name).string());
+}
+
+void write(const Page& page, const std::string& folder)
+{
+  OutputFiles outputs;
+  const auto write = [&](const std::string& name, const std::string& text) {
+    const std::string path = (fs::path(folder) / name).string();
+    outputs.add(path);
+    outputs.write(path, [&](const std::string& temporary) { writeText(temporary, text); });
+  };
+  for (const Section& section : page.sections)
+    for (const Table& table : section.tables)
+      write(table.name + ".csv", toCsv(table));
+  write("results.json", toJson(page).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write("index.html", toHtml(page, folder));
+  outputs.publish();
+}
+
+std::vector<Experiment> chosen(const std::vector<std::string>& ids)
+{
+  std::vector<Experiment> result;
+  const std::set<std::string> wanted(ids.begin(), ids.end());
+  std::copy_if(experiments().begin(), experiments().end(), std::back_inserter(result),
+               [&](const Experiment& experiment) { return wanted.empty() || wanted.count(experiment.id) > 0; });
+  return result;
+}
+
+} // namespace
+
+void run(const ExperimentsCommand& command)
+{
+  const ExperimentOptions& options = command.options;
+  if (!options.data.empty() && !fs::is_directory(options.data))
+    throw FileError(options.data, "is not a folder");
+  if (options.hasPictures)
+    try {
+      requireDisplay();
+    } catch (const FileError& error) {
+      throw FileError(std::string(error.what()) + ", or with --no-pictures");
+    }
+  requireFolder(options.folder);
+  requireOutputs(options.folder);
+  Journal journal((fs::path(options.folder) / "journal.jsonl").string(), options.seed, options.quick, command.fresh);
+
+  const std::vector<Experiment> all = chosen(command.only);
+  CaseDisplay display(command.quiet);
+  for (const Experiment& experiment : all)
+    display.expect(experiment.id, plan(experiment, options, journal));
+
+  FolderLaboratory laboratory(options, command.threads, journal, display.observer());
+  Page page;
+  page.remaining = static_cast<int>(all.size());
+  for (const Experiment& experiment : all) {
+    display.beginExperiment(experiment.id);
+    page.sections.push_back(experiment.run(laboratory));
+    --page.remaining;
+    page.facts = factsOf(options, laboratory.execution().threads());
+    write(page, options.folder);
+  }
+  display.clear();
+  if (!command.quiet)
+    std::printf("wrote %s\n", (fs::path(options.folder) / "index.html").c_str());
+}
+
+} // namespace mrf_apps
