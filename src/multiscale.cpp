@@ -147,15 +147,16 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const M
 }
 
 MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
-                            const ObservationOptions& observationOptions, const PriorOptions& prior,
-                            const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution)
+                            const BoundingBox& volume, const ObservationOptions& observationOptions,
+                            const PriorOptions& prior, const SolverOptions& solver, const MultiscaleOptions& options,
+                            Execution& execution)
 {
   validate(observationOptions);
   validate(prior);
   validate(solver);
   const float voxelSize = options.voxelSize > 0 ? options.voxelSize : spacingsPerVoxel(options.quality) * spacing;
   const float maxDistance = resolvedMaxDistance(observationOptions, spacing, voxelSize);
-  const std::vector<Lattice> lattices = planLevels(boundingBox(points.positions), voxelSize, options);
+  const std::vector<Lattice> lattices = planLevels(volume, voxelSize, options);
 
   const bool atPoints = observationOptions.atPoints();
   std::vector<std::vector<PointSample>> samples;

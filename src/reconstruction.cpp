@@ -1,6 +1,6 @@
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/padding.h>
 #include <pcl/surface/mrf/reconstruction.h>
+#include <pcl/surface/mrf/volume.h>
 
 #include "memory.h"
 
@@ -207,14 +207,15 @@ void resolveSmoothing(const OrientedPoints& points, Options& options, Report& re
   report.smoothingLength = observation.smoothing;
 }
 
-void resolvePadding(const OrientedPoints& points, const NeighbourSearch& search, Options& options, Report& report,
-                    Execution& execution)
+/// What the field is to cover: the points' box, unless the padding is automatic.
+BoundingBox resolveVolume(const OrientedPoints& points, const NeighbourSearch& search, const Options& options,
+                          Report& report, Execution& execution)
 {
   if (options.multiscale.padding > 0)
-    return;
-  const StageTimer timer("padding", report, execution);
-  options.multiscale.padding = choosePadding(points, search, report.density.spacing, options.observation, options.prior,
-                                             options.solver, options.multiscale, execution);
+    return boundingBox(points.positions);
+  const StageTimer timer("volume", report, execution);
+  return chooseVolume(points, search, report.density.spacing, options.observation, options.prior, options.solver,
+                      options.multiscale, execution);
 }
 
 } // namespace
@@ -320,7 +321,8 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
   result.points = preprocess(points, options, search, report, execution);
   Options resolved = resolve(options, report.density);
   resolveSmoothing(result.points, resolved, report, execution);
-  resolvePadding(result.points, search, resolved, report, execution);
+  const BoundingBox volume = resolveVolume(result.points, search, resolved, report, execution);
+  resolved.multiscale.padding = resolvedPadding(resolved.multiscale);
   report.options = resolved;
   report.diagonal = boundingBox(result.points.positions).diagonal();
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
@@ -328,8 +330,9 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
   warnOfCoarseInput(points, resolved.multiscale.voxelSize, report);
   {
     const StageTimer timer("regularisation", report, execution);
-    MultiscaleResult regularised = regularise(result.points, search, report.density.spacing, resolved.observation,
-                                              resolved.prior, resolved.solver, resolved.multiscale, execution);
+    MultiscaleResult regularised =
+        regularise(result.points, search, report.density.spacing, volume, resolved.observation, resolved.prior,
+                   resolved.solver, resolved.multiscale, execution);
     result.field = std::move(regularised.field);
     report.levels = std::move(regularised.levels);
   }

@@ -14,7 +14,7 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-constexpr std::size_t mostCubes = 24;
+constexpr std::size_t mostCubes = 32;
 constexpr std::size_t firstCubes = 8; ///< that tell a clean scan, which needs no others
 constexpr int cubeSide = 24;          ///< voxels
 constexpr double margin = 4;     ///< voxels at a cube's border where the field is not what it would be inside the cloud

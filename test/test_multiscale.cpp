@@ -27,7 +27,8 @@ MultiscaleResult regularisePoints(const PointSet& points, float spacing, const P
   Execution execution(threads);
   const auto search = makeKdTree();
   search->setPoints(points.positions);
-  return regularise(shapes::oriented(points), *search, spacing, observation, prior, solver, options, execution);
+  return regularise(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior,
+                    solver, options, execution);
 }
 
 /// Root mean square of the field's value at exact surface points, in units of the voxel side.
@@ -225,5 +226,7 @@ TEST(Regularise, SaysWhatIsWrongWhenNothingIsObserved)
   ObservationOptions observation;
   observation.estimate = Estimate::plane;
   observation.maxDistance = 1e-4f;
-  EXPECT_THROW(regularise(shapes::oriented(points), *search, .3f, observation, {}, {}, {}, execution), InvalidInput);
+  EXPECT_THROW(regularise(shapes::oriented(points), *search, .3f, boundingBox(points.positions), observation, {}, {},
+                          {}, execution),
+               InvalidInput);
 }

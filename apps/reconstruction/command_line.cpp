@@ -144,7 +144,7 @@ void addModelOptions(OptionParser& parser)
               "the same as a length", "by the quality")
       ->excludes(quality);
   parser.number("--padding", "VOXELS", wholeNumbers(2, 1000), field(&Options::multiscale, &MultiscaleOptions::padding),
-                "voxels of the finest level around the points", "6, more around open surfaces");
+                "voxels of the finest level around the points", "6, more beside openings");
   parser.number("--coarsest-side", "VOXELS", wholeNumbers(4, 256),
                 field(&Options::multiscale, &MultiscaleOptions::coarsestSide),
                 "levels are added until the longest side is at most this");

@@ -32,8 +32,8 @@ inline float spacingsPerVoxel(Quality quality)
 struct MultiscaleOptions {
   Quality quality = Quality::normal;
   float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = by the quality
-  int padding = 0;           ///< voxels of the finest level around the points' bounding box, 2..1000; 0 = chosen by a
-                             ///< coarse solution, see padding.h (the stages alone take the least, 6)
+  int padding = 0;           ///< voxels of the finest level around the points' box, 2..1000; 0 = the least, 6, around a
+                             ///< box with room beside openings, see volume.h
   int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
   std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free
 };
@@ -64,18 +64,18 @@ struct MultiscaleResult {
 };
 
 /// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
-/// \param spacing l̄, for the automatic voxel size
+/// \param box that they cover, with the padding around it
 /// \throw ResourceLimit if the levels would take more than the limit; names the voxel size that would fit
 std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const MultiscaleOptions& options);
 
 /// Regularises the observed distances, coarse to fine.
 ///
-/// Each level starts from the tensor-cubic interpolation of the coarser one. Where a level's box ends inside the
-/// coarser one's, its outermost voxels are held near the interpolated values: the volume's border is then that of the
-/// widest level, far from the object (the paper's rotation error, Fig. 9, is its border). \param spacing l̄, cloud's
-/// unit \throw InvalidInput if nothing is observed; ResourceLimit; SolverFailure; Cancelled
+/// Each level starts from the tensor-cubic interpolation of the coarser one.
+/// \param search holds points.positions \param spacing l̄, cloud's unit
+/// \param volume that the field covers, with the padding around it; contains the points
+/// \throw InvalidInput if nothing is observed; ResourceLimit; SolverFailure; Cancelled
 MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
-                            const ObservationOptions& observation, const PriorOptions& prior,
+                            const BoundingBox& volume, const ObservationOptions& observation, const PriorOptions& prior,
                             const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution);
 
 } // namespace mrf

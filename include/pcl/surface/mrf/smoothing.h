@@ -36,7 +36,7 @@ double smoothingForNoise(double noise, double spacing);
 
 /// Chooses ℓ by leaving points out.
 ///
-/// Every tenth point is left out of up to 24 cubes of 24 voxels, spread over the cloud; in each, the field is solved at
+/// Every tenth point is left out of up to 32 cubes of 24 voxels, spread over the cloud; in each, the field is solved at
 /// the finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at the points left out, for ℓ from 4.8
 /// l̄ down in steps of √2 until the score has risen by 1 %. The choice is the minimum of the parabola through the best
 /// three. From the long end, because noise makes the shortest ℓ flatten the field, which scores well by accident. Where
