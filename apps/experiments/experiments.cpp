@@ -1,3 +1,4 @@
+#include "comparisons.h"
 #include "experiment.h"
 #include "figures.h"
 
@@ -10,8 +11,10 @@ const std::vector<Experiment>& experiments()
       {"fig-3", "Fig. 3: the priors on tubes and primitives", fig3},
       {"fig-4", "Fig. 4: confidence on the surface", fig4},
       {"fig-5", "Fig. 5: a large hole", fig5},
+      {"table-1", "Table 1: leaving patches out, beside other methods", table1},
       {"fig-9", "Fig. 9: rotation", fig9},
       {"sec-3-4", "Sec. 3.4: time and energy of the solvers", section34},
+      {"defaults", "Deciding the defaults", defaults},
       {"guide", "What the options are for", guide},
   };
   return all;

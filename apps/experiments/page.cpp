@@ -20,7 +20,7 @@ main { max-width: 1120px; margin: 0 auto; padding: 32px 28px 80px }
 h1 { font-size: 27px; line-height: 1.25; margin: 0 0 14px; font-weight: 650 }
 h2 { font-size: 21px; margin: 0 0 10px; font-weight: 650 }
 h3 { font-size: 15px; margin: 26px 0 8px; font-weight: 650 }
-p { max-width: 84ch; margin: 0 0 10px }
+p { max-width: 92ch; margin: 0 0 10px }
 section { border-top: 1px solid #d5dade; margin-top: 44px; padding-top: 26px }
 nav ol { columns: 2; column-gap: 40px; padding-left: 0; list-style: none; margin: 20px 0 0 }
 nav a { color: #14558f; text-decoration: none }
@@ -29,9 +29,11 @@ dl { display: grid; grid-template-columns: max-content 1fr; gap: 1px 18px; margi
 dt { color: #5d6872 }
 dd { margin: 0 }
 .wide { overflow-x: auto }
-table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums }
-th, td { padding: 4px 11px; border-bottom: 1px solid #e4e8eb; text-align: left; vertical-align: top }
-th { border-bottom: 1px solid #8f9aa3; font-weight: 600; vertical-align: bottom; max-width: 130px }
+table { border-collapse: collapse; font-size: 12.5px; font-variant-numeric: tabular-nums }
+th, td { padding: 4px 9px; border-bottom: 1px solid #e4e8eb; text-align: left; vertical-align: top }
+th { border-bottom: 1px solid #8f9aa3; font-weight: 600; vertical-align: bottom; max-width: 96px }
+td:first-child, td:nth-child(2) { white-space: nowrap }
+td:first-child, th:first-child { padding-left: 0 }
 td.number, th.number { text-align: right }
 tbody tr:hover { background: #f4f6f8 }
 .plots, .pictures { display: flex; flex-wrap: wrap; gap: 22px; margin: 22px 0 0 }

@@ -12,7 +12,7 @@
 namespace mrf_apps {
 namespace {
 
-constexpr double width = 540, height = 340, left = 66, right = 16, top = 36, bottom = 48;
+constexpr double width = 430, height = 300, left = 62, right = 16, top = 36, bottom = 48;
 
 /// Told apart in print and by colour-blind eyes; marks differ as well.
 constexpr std::array<const char*, 8> colours = {"#1f5fa8", "#c8501e", "#2a8a57", "#8a4aa0",
@@ -105,7 +105,7 @@ std::string grid(const Plot& plot, const Axis& x, const Axis& y)
     result +=
         format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\">%s</text>", x.begin - 7, at + 4, tick.label.c_str());
   }
-  for (const Tick& tick : ticks(x.lower, x.upper, x.isLog, 7)) {
+  for (const Tick& tick : ticks(x.lower, x.upper, x.isLog, 6)) {
     const double at = x.place(tick.value);
     result += format("<path d=\"M%.1f %.1fv%.1f\" stroke=\"#5d6872\"/>", at, y.begin, tick.label.empty() ? 3. : 5.);
     result +=
@@ -243,7 +243,8 @@ std::vector<Tick> ticks(double lower, double upper, bool isLog, int count)
       step = factor * power;
       break;
     }
-  for (double index = std::ceil(lower / step - 1e-9); index * step <= upper + 1e-9 * step; ++index)
+  // Adding zero turns −0 into 0.
+  for (double index = std::ceil(lower / step - 1e-9) + 0.; index * step <= upper + 1e-9 * step; ++index)
     result.push_back({index * step, numberText(index * step)});
   return result;
 }
@@ -272,7 +273,7 @@ std::string toSvg(const Plot& plot)
   fit(x, xs, false, false);
   fit(y, ys, isBars || !plot.logY, !plot.logY);
   const bool hasLegend = plot.curves.size() > 1;
-  const double wholeWidth = width + (hasLegend ? 40 + 6.4 * static_cast<double>(longest) : 0);
+  const double wholeWidth = width + (hasLegend ? 36 + 6.2 * static_cast<double>(longest) : 0);
   std::string result =
       format("<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" width=\"%.0f\" height=\"%.0f\" viewBox=\"0 0 %.0f "
              "%.0f\" font-size=\"12\" fill=\"#1d2329\" font-family=\"sans-serif\">",

@@ -1,0 +1,134 @@
+#include "methods.h"
+
+#include "evaluate/surface_samples.h"
+#include "figure_support.h"
+#include "poisson.h"
+#include "program.h"
+#include "support/errors.h"
+#include "support/mesh_reader.h"
+#include "support/point_writer.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <pcl/point_types.h>
+#include <pcl/surface/marching_cubes_hoppe.h>
+
+namespace mrf_apps {
+
+using pcl::mrf::Execution;
+using pcl::mrf::InvalidInput;
+using pcl::mrf::Options;
+using pcl::mrf::scan::Points;
+
+namespace {
+
+constexpr int depth = 8;
+
+SurfaceMesh hoppe(const Points& points)
+{
+  const Eigen::Vector3d offset = points.positions.front();
+  auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointNormal>>();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    pcl::PointNormal point;
+    point.getVector3fMap() = (points.positions[i] - offset).cast<float>();
+    point.getNormalVector3fMap() = points.normals[i].cast<float>();
+    cloud->push_back(point);
+  }
+  pcl::MarchingCubesHoppe<pcl::PointNormal> method;
+  method.setIsoLevel(0);
+  method.setGridResolution(128, 128, 128);
+  method.setPercentageExtendGrid(0);
+  method.setInputCloud(cloud);
+  pcl::PolygonMesh mesh;
+  method.reconstruct(mesh);
+  if (mesh.polygons.empty())
+    throw InvalidInput("pcl::MarchingCubesHoppe gave no surface");
+  return mergeVertices(toSurfaceMesh(mesh, offset));
+}
+
+SurfaceMesh runOn(const std::string& path, const Points& points)
+{
+  const TemporaryFolder folder;
+  PointTable table;
+  table.positions = points.positions;
+  for (const Eigen::Vector3d& normal : points.normals)
+    table.normals.push_back(normal.cast<float>());
+  writePoints(table, folder.path("points.ply"), "ply");
+  runProgram(
+      {path, "--in", folder.path("points.ply"), "--out", folder.path("mesh.ply"), "--depth", std::to_string(depth)});
+  try {
+    return readMesh(folder.path("mesh.ply"));
+  } catch (const FileError& error) {
+    throw InvalidInput("'" + path + "' left no mesh: " + error.what());
+  }
+}
+
+} // namespace
+
+Method ours(const std::string& id, const std::string& title, const Change& change)
+{
+  return {id, title, [change](const Points& points, double spacing, Execution& execution) {
+            Options options;
+            options.remesher.rounds = 0;
+            change(options, spacing);
+            return figures::toSurfaceMesh(figures::reconstruct(points.positions, points.normals, options, execution));
+          }};
+}
+
+std::vector<Method> ownMethods()
+{
+  const auto withPrior = [](pcl::mrf::Prior prior) {
+    return [prior](Options& options, double) { options.prior.prior = prior; };
+  };
+  return {ours("default", "this, k = 3 (default)", [](Options&, double) {}),
+          ours("k2", "this, k = 2", withPrior(pcl::mrf::Prior::thinPlate)),
+          ours("k1", "this, k = 1", withPrior(pcl::mrf::Prior::membrane)),
+          ours("plane", "this, voxel-wise (plane)",
+               [](Options& options, double) { options.observation.estimate = pcl::mrf::Estimate::plane; }),
+          ours("paper", "this, preset paper", [](Options& options, double) {
+            options = pcl::mrf::paperPreset();
+            options.remesher.rounds = 0;
+          })};
+}
+
+Method poissonMethod()
+{
+  return {"poisson", "pcl::Poisson, depth 8",
+          [](const Points& points, double, Execution&) { return poisson(points.positions, points.normals, depth); }};
+}
+
+Method hoppeMethod()
+{
+  return {"hoppe", "pcl::MarchingCubesHoppe, 128³",
+          [](const Points& points, double, Execution&) { return hoppe(points); }};
+}
+
+Method programMethod(const std::string& id, const std::string& title, const std::string& path)
+{
+  return {id, title, [path](const Points& points, double, Execution&) { return runOn(path, points); }};
+}
+
+std::vector<Method> peerMethods()
+{
+  std::vector<Method> result = {poissonMethod(), hoppeMethod()};
+  for (const char* name : {"PoissonRecon", "SSDRecon"}) {
+    const std::string path = findProgram(name);
+    if (!path.empty())
+      result.push_back(programMethod(name, std::string(name) + ", depth 8", path));
+  }
+  return result;
+}
+
+MethodResult run(const Method& method, const Points& points, double spacing, Execution& execution)
+{
+  MethodResult result;
+  const Stopwatch watch;
+  result.mesh = method.run(points, spacing, execution);
+  result.processorSeconds = watch.processorSeconds();
+  result.wallSeconds = watch.wallSeconds();
+  if (!hasArea(result.mesh))
+    throw InvalidInput("there is no surface");
+  return result;
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,202 @@
+#include "patches.h"
+
+#include "evaluate/surface_distance.h"
+#include "evaluate/surface_samples.h"
+#include "figure_support.h"
+#include "scan/random.h"
+
+#include <pcl/surface/mrf/mesh_quality.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace mrf_apps {
+
+using figures::rounded;
+using nlohmann::json;
+using pcl::mrf::scan::Hole;
+using pcl::mrf::scan::Scan;
+using Places = std::vector<Eigen::Vector3d>;
+
+namespace {
+
+constexpr std::size_t leastPointsOfHole = 20;
+
+double median(std::vector<double> values)
+{
+  return summarise(std::move(values)).median;
+}
+
+} // namespace
+
+std::vector<std::int32_t> holesOf(const Places& points, const std::vector<Hole>& holes)
+{
+  std::vector<std::int32_t> result;
+  result.reserve(points.size());
+  for (const Eigen::Vector3d& point : points) {
+    std::int32_t deepest = -1;
+    // The boundary belongs to the ball, whichever way it was rounded.
+    double least = 1 + 1e-6;
+    for (std::size_t h = 0; h < holes.size(); ++h) {
+      const double share = (point - holes[h].centre).norm() / holes[h].radius;
+      if (share < least) {
+        least = share;
+        deepest = static_cast<std::int32_t>(h);
+      }
+    }
+    result.push_back(deepest);
+  }
+  return result;
+}
+
+std::vector<double> rmsPerHole(const std::vector<double>& distances, const std::vector<std::int32_t>& holes,
+                               std::size_t count, std::size_t leastPoints)
+{
+  std::vector<std::vector<double>> perHole(count);
+  for (std::size_t i = 0; i < distances.size(); ++i)
+    if (holes[i] >= 0)
+      perHole[static_cast<std::size_t>(holes[i])].push_back(distances[i]);
+  std::vector<double> result;
+  for (std::vector<double>& values : perHole)
+    result.push_back(values.size() < std::max<std::size_t>(leastPoints, 1) ? std::numeric_limits<double>::quiet_NaN()
+                                                                           : summarise(std::move(values)).rms);
+  return result;
+}
+
+Comparison compare(const std::vector<Pair>& pairs, std::uint64_t seed)
+{
+  Comparison result;
+  result.pairs = pairs.size();
+  if (pairs.empty())
+    return result;
+  std::map<int, std::vector<double>> byGroup;
+  std::vector<double> ratios;
+  std::size_t below = 0;
+  for (const Pair& pair : pairs) {
+    ratios.push_back(pair.a / pair.b);
+    byGroup[pair.group].push_back(ratios.back());
+    below += pair.a < pair.b ? 1 : 0;
+  }
+  result.shareBelow = static_cast<double>(below) / static_cast<double>(pairs.size());
+  result.medianRatio = median(ratios);
+
+  std::vector<std::vector<double>> groups;
+  for (auto& group : byGroup)
+    groups.push_back(std::move(group.second));
+  constexpr int resamples = 2000;
+  pcl::mrf::scan::Random random(seed, 0);
+  std::vector<double> medians;
+  for (int resample = 0; resample < resamples; ++resample) {
+    std::vector<double> drawn;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const std::vector<double>& group = groups[random.index(groups.size())];
+      drawn.insert(drawn.end(), group.begin(), group.end());
+    }
+    medians.push_back(median(std::move(drawn)));
+  }
+  std::sort(medians.begin(), medians.end());
+  const auto quantile = [&](double share) {
+    return medians[static_cast<std::size_t>(std::lround(share * (resamples - 1)))];
+  };
+  result.lower = quantile(.025);
+  result.upper = quantile(.975);
+  return result;
+}
+
+Scan simulate(const PatchScan& scan, Laboratory& laboratory)
+{
+  pcl::mrf::scan::ScanOptions options;
+  options.sampling.points = laboratory.options().quick ? 8000 : 28000;
+  options.holes = holesPerScan;
+  options.smallestHole.value = 4;
+  options.largestHole.value = 10;
+  options.seed = laboratory.options().seed * 1000 + static_cast<std::uint64_t>(scan.index);
+  return simulateScan(*scan.object.load().surface, options, laboratory.execution());
+}
+
+json measurePatches(const Method& method, const PatchScan& patchScan, const Scan& scan, Laboratory& laboratory)
+{
+  pcl::mrf::Execution& execution = laboratory.execution();
+  const MethodResult result = run(method, scan.cloud, scan.spacing, execution);
+  const double percent = 100 / scan.diagonal;
+  const SurfaceDistance toMesh(result.mesh);
+  json holes = json::array();
+  for (const double rms : rmsPerHole(toMesh.distances(scan.heldOut.positions, execution),
+                                     holesOf(scan.heldOut.positions, scan.holes), scan.holes.size(), leastPointsOfHole))
+    holes.push_back(percent * rms);
+  const Places samples = sampleSurface(result.mesh, 30000, 1).positions;
+  const std::vector<double> toTruth = patchScan.object.load().distances(samples, execution);
+  const auto far = std::count_if(toTruth.begin(), toTruth.end(), [&](double d) { return d > .01 * scan.diagonal; });
+
+  pcl::mrf::TriangleMesh plain;
+  plain.triangles = result.mesh.triangles;
+  for (const Eigen::Vector3d& vertex : result.mesh.vertices)
+    plain.vertices.push_back(vertex.cast<float>());
+  const pcl::mrf::MeshStatistics mesh = pcl::mrf::measure(plain);
+  return {{"accuracy", percent * summarise(toMesh.distances(scan.cloud.positions, execution)).rms},
+          {"holes", holes},
+          {"invented", 100 * static_cast<double>(far) / static_cast<double>(samples.size())},
+          {"components", mesh.components},
+          {"boundaryLoops", mesh.boundaryLoops},
+          {"flaws", mesh.nonManifoldEdges + mesh.nonManifoldVertices + mesh.degenerateTriangles},
+          {"processorSeconds", result.processorSeconds},
+          {"wallSeconds", result.wallSeconds}};
+}
+
+void PatchResults::add(const json& measured)
+{
+  ++scans;
+  if (measured.contains("failed")) {
+    ++failures;
+    return;
+  }
+  for (const json& hole : measured["holes"])
+    if (hole.is_number())
+      holes.push_back(hole);
+  accuracies.push_back(measured["accuracy"]);
+  invented.push_back(measured["invented"]);
+  processor.push_back(measured["processorSeconds"]);
+  severalComponents += measured["components"].get<int>() > 1 ? 1 : 0;
+  flawed += measured["flaws"].get<std::int64_t>() > 0 ? 1 : 0;
+}
+
+std::vector<std::string> patchColumns()
+{
+  return {"scans",
+          "failed",
+          "holes",
+          "hole RMS, median",
+          "hole RMS, mean",
+          "hole RMS, worst",
+          "accuracy RMS, median",
+          "invented area %, median",
+          "invented area %, worst",
+          "scans in several pieces",
+          "scans with mesh flaws",
+          "CPU s, median"};
+}
+
+std::vector<json> patchCells(const PatchResults& results)
+{
+  const Statistics holes = summarise(results.holes), accuracies = summarise(results.accuracies),
+                   invented = summarise(results.invented), seconds = summarise(results.processor);
+  const auto cell = [](const Statistics& statistics, double value, int digits) {
+    return statistics.count > 0 ? json(rounded(value, digits)) : json();
+  };
+  return {results.scans,
+          results.failures,
+          holes.count,
+          cell(holes, holes.median, 3),
+          cell(holes, holes.mean, 3),
+          cell(holes, holes.max, 3),
+          cell(accuracies, accuracies.median, 3),
+          cell(invented, invented.median, 2),
+          cell(invented, invented.max, 2),
+          results.severalComponents,
+          results.flawed,
+          cell(seconds, seconds.median, 2)};
+}
+
+} // namespace mrf_apps
