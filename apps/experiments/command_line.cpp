@@ -62,7 +62,7 @@ ExperimentsCommand parseExperimentsCommandLine(int argc, const char* const* argv
   bool isListed = false;
   app.add_flag("--list", isListed, "print the experiments' names and titles");
   app.add_option("--seed", options.seed, "of all scans; default " + std::to_string(options.seed))->type_name("N");
-  path("--data", options.data, "with further objects to scan, as reference/NAME.ply");
+  path("--data", options.data, "with further objects to scan: reference/igea.ply, reference/nefertiti.ply");
   app.add_option("--threads", command.threads, "results do not depend on it, times do; default one per hardware thread")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));

@@ -9,6 +9,7 @@
 #include "support/text_file.h"
 
 #include <pcl/pcl_config.h>
+#include <pcl/surface/mrf/exceptions.h>
 
 #include <sys/utsname.h>
 
@@ -19,6 +20,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <stdexcept>
 
 namespace mrf_apps {
 namespace {
@@ -92,6 +94,28 @@ void write(const Page& page, const std::string& folder)
   outputs.publish();
 }
 
+/// An experiment that breaks down costs its own section, not the hours of the others.
+/// \param failed what went wrong in the first one that did
+Section sectionOf(const Experiment& experiment, Laboratory& laboratory, std::string& failed)
+{
+  const auto broken = [&](const std::string& message) {
+    if (failed.empty())
+      failed = experiment.id + ": " + message;
+    return Section{experiment.id, experiment.title, {"This experiment failed: " + message}, {}, {}, {}};
+  };
+  try {
+    return experiment.run(laboratory);
+  } catch (const FileError&) {
+    throw;
+  } catch (const pcl::mrf::Error& error) {
+    return broken(error.message());
+  } catch (const std::logic_error& error) {
+    return broken(error.what());
+  } catch (const std::runtime_error& error) {
+    return broken(error.what());
+  }
+}
+
 std::vector<Experiment> chosen(const std::vector<std::string>& ids)
 {
   std::vector<Experiment> result;
@@ -126,14 +150,17 @@ void run(const ExperimentsCommand& command)
   FolderLaboratory laboratory(options, command.threads, journal, display.observer());
   Page page;
   page.remaining = static_cast<int>(all.size());
+  std::string failed;
   for (const Experiment& experiment : all) {
     display.beginExperiment(experiment.id);
-    page.sections.push_back(experiment.run(laboratory));
+    page.sections.push_back(sectionOf(experiment, laboratory, failed));
     --page.remaining;
     page.facts = factsOf(options, laboratory.execution().threads());
     write(page, options.folder);
   }
   display.clear();
+  if (!failed.empty())
+    throw std::runtime_error(failed + "; the others are in '" + options.folder + "'");
   if (!command.quiet)
     std::printf("wrote %s\n", (fs::path(options.folder) / "index.html").c_str());
 }

@@ -129,7 +129,9 @@ Problem makeProblem(Prior prior, Laboratory& laboratory)
 
   pcl::mrf::PriorOptions priorOptions;
   priorOptions.prior = prior;
-  const pcl::mrf::ObservationOptions observationOptions;
+  // The paper's solvers are of a diagonal data term.
+  pcl::mrf::ObservationOptions observationOptions;
+  observationOptions.estimate = pcl::mrf::Estimate::plane;
   pcl::mrf::SolverOptions tight;
   tight.residualTolerance = 1e-12;
   tight.changeTolerance = 0;
