@@ -30,6 +30,17 @@ PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
   return kept;
 }
 
+OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep)
+{
+  OrientedPoints kept;
+  kept.positions = selectValues(points.positions, keep);
+  kept.normals = selectValues(points.normals, keep);
+  kept.confidences = selectValues(points.confidences, keep);
+  kept.origins = selectValues(points.origins, keep);
+  kept.offset = points.offset;
+  return kept;
+}
+
 BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& positions)
 {
   BoundingBox box;

@@ -1,5 +1,6 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/reconstruction.h>
+#include <pcl/surface/mrf/robust.h>
 #include <pcl/surface/mrf/volume.h>
 
 #include "memory.h"
@@ -190,6 +191,23 @@ Options resolve(const Options& requested, const SamplingDensity& density)
   return options;
 }
 
+/// Drops the points that a robust field cannot agree with.
+void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Options& options, Report& report,
+                   Execution& execution)
+{
+  if (!options.outliers.robust)
+    return;
+  const StageTimer timer("robust field", report, execution);
+  const std::vector<std::uint8_t> keep =
+      keptByField(points, search, report.density.spacing, options.multiscale.voxelSize, execution);
+  report.points.outliersByField = std::count(keep.begin(), keep.end(), std::uint8_t{0});
+  report.points.used -= report.points.outliersByField;
+  if (report.points.outliersByField == 0)
+    return;
+  points = select(points, keep);
+  search.setPoints(points.positions);
+}
+
 /// Replaces an automatic smoothing length by the one that the data choose.
 void resolveSmoothing(const OrientedPoints& points, Options& options, Report& report, Execution& execution)
 {
@@ -320,6 +338,7 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
 
   result.points = preprocess(points, options, search, report, execution);
   Options resolved = resolve(options, report.density);
+  rejectByField(result.points, search, resolved, report, execution);
   resolveSmoothing(result.points, resolved, report, execution);
   const BoundingBox volume = resolveVolume(result.points, search, resolved, report, execution);
   resolved.multiscale.padding = resolvedPadding(resolved.multiscale);

@@ -83,6 +83,7 @@ std::string nameOf(const testing::TestParamInfo<Bar>& bar)
 class RemeshedScan : public CleanScan {};
 class VoxelwiseScan : public CleanScan {};
 class FineScan : public CleanScan {};
+class RobustScan : public CleanScan {};
 class NoisyScan : public CleanScan {};
 class PaperPreset : public CleanScan {};
 
@@ -137,6 +138,17 @@ INSTANTIATE_TEST_SUITE_P(Scans, VoxelwiseScan,
                          testing::Values(Bar{"igea_clean", .0155, .56}, Bar{"nefertiti", .0180, .40},
                                          Bar{"bunny", .0130, .23}, Bar{"bunny_raw", .049, .36}),
                          nameOf);
+
+TEST_P(RobustScan, IsHardlyWorseWhereThereIsNothingToReject)
+{
+  Options options;
+  options.outliers.robust = true;
+  const Outcome robust = run(GetParam().name, options), plain = run(GetParam().name, {});
+  EXPECT_LE(robust.clean, 1.05 * plain.clean);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scans, RobustScan,
+                         testing::Values(Bar{"igea_clean", 0, 0}, Bar{"nefertiti", 0, 0}, Bar{"bunny", 0, 0}), nameOf);
 
 TEST_P(FineScan, IsMoreAccurateThanTheNormalQuality)
 {

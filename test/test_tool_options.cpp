@@ -41,6 +41,7 @@ const std::vector<Case> cases = {
     {{"--observation", "mean"}, "/options/observation/estimate", "mean"},
     {{"--observation", "nearest"}, "/options/observation/estimate", "nearest"},
     {{"--observation", "trapezoid"}, "/options/observation/estimate", "trapezoid"},
+    {{"--robust"}, "/options/outliers/robust", true},
     {{"--smoothing", "0.125"}, "/options/observation/smoothing", .125},
     {{"--noise", "0.0625"}, "/options/observation/noise", .0625},
     {{"--gradient-weight", "2"}, "/options/observation/gradientWeight", 2},

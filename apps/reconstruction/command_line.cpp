@@ -71,6 +71,8 @@ void addPreprocessingOptions(OptionParser& parser)
                 field(&Options::outliers, &OutlierOptions::statisticalNeighbours), "its number of neighbours");
   parser.number("--statistical-deviations", "N", positive,
                 field(&Options::outliers, &OutlierOptions::statisticalDeviations), "its limit in standard deviations");
+  parser.flag("--robust", "drop points that a robust coarse field cannot agree with: for clusters of false matches",
+              [](Options& o) { o.outliers.robust = true; });
   parser.onOff("--noise-criteria", field(&Options::normals, &NormalOptions::noiseCriteria),
                "drop points off the plane fitted for their normal, as the paper does");
   parser.number("--noise-eigenvalue", "SHARE", {0, 1. / 3, true},

@@ -79,6 +79,7 @@ std::string droppedPoints(const pcl::mrf::PointCounts& points)
       {points.outliersBySpacing, "outliers by spacing"},
       {points.outliersByStatistics, "outliers by statistics"},
       {points.noiseByPlaneFit, "noise by plane fit"},
+      {points.outliersByField, "against a robust field"},
       {points.smallComponents, "in small components"}};
   std::vector<std::string> words;
   for (const auto& [count, reason] : reasons)

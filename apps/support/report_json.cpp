@@ -24,7 +24,8 @@ Json toJson(const Options& options)
             {"spacingFactor", outliers.spacingFactor},
             {"statistical", outliers.statistical},
             {"statisticalNeighbours", outliers.statisticalNeighbours},
-            {"statisticalDeviations", outliers.statisticalDeviations}}},
+            {"statisticalDeviations", outliers.statisticalDeviations},
+            {"robust", outliers.robust}}},
           {"normals",
            {{"source", nameOf(normals.source)},
             {"radius", normals.radius},
@@ -90,6 +91,7 @@ Json toJson(const PointCounts& points)
           {"outliersByStatistics", points.outliersByStatistics},
           {"noiseByPlaneFit", points.noiseByPlaneFit},
           {"smallComponents", points.smallComponents},
+          {"outliersByField", points.outliersByField},
           {"used", points.used}};
 }
 

@@ -20,6 +20,7 @@ struct OutlierOptions {
   bool statistical = false;        ///< PCL's StatisticalOutlierRemoval
   int statisticalNeighbours = 8;   ///< its setMeanK, 1..1000
   float statisticalDeviations = 3; ///< its setStddevMulThresh, > 0
+  bool robust = false;             ///< by a robust field, once the points are oriented; see robust.h
 };
 
 /// \throw InvalidOption naming the first field that is out of range

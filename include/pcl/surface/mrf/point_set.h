@@ -40,6 +40,9 @@ struct OrientedPoints {
   float confidence(std::size_t i) const { return confidences.empty() ? 1.0f : confidences[i]; }
 };
 
+/// The same for oriented points.
+OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep);
+
 /// Axis-aligned bounding box; `diagonal` is 0 for an empty set.
 struct BoundingBox {
   Eigen::Vector3f lower = Eigen::Vector3f::Zero();

@@ -28,6 +28,7 @@ struct PointCounts {
   std::int64_t outliersByStatistics = 0;
   std::int64_t noiseByPlaneFit = 0; ///< the paper's PCA criteria, or no plane could be fitted
   std::int64_t smallComponents = 0;
+  std::int64_t outliersByField = 0; ///< OutlierOptions::robust
   std::int64_t used = 0;
 };
 

@@ -1,0 +1,81 @@
+// Structured outliers against a robust field.
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/robust.h>
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+using namespace pcl::mrf;
+
+namespace {
+
+constexpr float spacing = .05f;
+
+std::vector<std::uint8_t> kept(const OrientedPoints& points, int threads = 2)
+{
+  Execution execution(threads);
+  const auto search = makeKdTree();
+  search->setPoints(points.positions);
+  return keptByField(points, *search, spacing, 2 * spacing, execution);
+}
+
+std::size_t dropped(const std::vector<std::uint8_t>& keep, std::size_t begin, std::size_t end)
+{
+  return static_cast<std::size_t>(std::count(keep.begin() + static_cast<std::ptrdiff_t>(begin),
+                                             keep.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{0}));
+}
+
+/// A torus with discs of 30 points a little off its surface, as dense as the surface, their normals right.
+struct Clustered {
+  OrientedPoints points;
+  std::size_t inliers = 0;
+
+  explicit Clustered(double noise)
+  {
+    PointSet cloud = shapes::sample(shapes::torus(1, .4), 1.6, spacing);
+    shapes::addNoise(cloud, noise);
+    points = shapes::oriented(cloud);
+    inliers = points.size();
+    std::mt19937 random(1);
+    for (int cluster = 0; cluster < 6; ++cluster) {
+      const std::size_t centre = random() % inliers;
+      const Eigen::Vector3f normal = points.normals[centre];
+      const Eigen::Vector3f side = normal.unitOrthogonal(), other = normal.cross(side);
+      for (int n = 0; n < 30; ++n) {
+        const float u = spacing * static_cast<float>(n % 6 - 3), v = spacing * static_cast<float>(n / 6 - 2);
+        points.positions.push_back(points.positions[centre] + .35f * normal + u * side + v * other);
+        points.normals.push_back(normal);
+      }
+    }
+  }
+};
+
+} // namespace
+
+TEST(Robust, clustersOffTheSurfaceAreRejected)
+{
+  for (const double noise : {0., .3 * spacing}) {
+    const Clustered clustered(noise);
+    const auto keep = kept(clustered.points);
+    EXPECT_GE(dropped(keep, clustered.inliers, keep.size()), 160u) << "of 180";
+    EXPECT_LE(dropped(keep, 0, clustered.inliers), clustered.inliers / 200);
+  }
+}
+
+TEST(Robust, nothingIsRejectedFromCleanShapes)
+{
+  for (const auto& sdf : {shapes::torus(1, .4), shapes::box(Eigen::Vector3d(.9, .7, .5))}) {
+    const OrientedPoints points = shapes::oriented(shapes::sample(sdf, 1.6, spacing));
+    const auto keep = kept(points);
+    EXPECT_EQ(dropped(keep, 0, keep.size()), 0u);
+  }
+}
+
+TEST(Robust, doesNotDependOnTheNumberOfThreads)
+{
+  const Clustered clustered(.3 * spacing);
+  EXPECT_EQ(kept(clustered.points, 1), kept(clustered.points, 4));
+}
