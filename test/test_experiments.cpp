@@ -248,6 +248,11 @@ TEST_F(LaboratoryTest, PlansWithoutMeasuring)
   const Plan planned = plan(experiment, options, journal);
   EXPECT_EQ(planned.known, 1);
   EXPECT_EQ(planned.missing, 2);
+  const Experiment broken{"e", "", [](Laboratory& laboratory) {
+                            laboratory.measure("a", [] { return json(1); }).at("rms");
+                            return Section{};
+                          }};
+  EXPECT_EQ(plan(broken, options, journal).missing, 1) << "the run tells, the plan does not throw";
   EXPECT_EQ(text(), before);
 }
 

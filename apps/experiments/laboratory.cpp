@@ -4,6 +4,7 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
+#include <exception>
 #include <filesystem>
 #include <utility>
 
@@ -100,7 +101,11 @@ void FolderLaboratory::draw(const std::string& file, const PictureOptions& optio
 Plan plan(const Experiment& experiment, const ExperimentOptions& options, const Journal& journal)
 {
   PlanningLaboratory laboratory(options, journal);
-  experiment.run(laboratory);
+  try {
+    experiment.run(laboratory);
+  } catch (const std::exception&) {
+    // The run itself tells what is wrong.
+  }
   return laboratory.result;
 }
 

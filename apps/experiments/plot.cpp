@@ -115,9 +115,13 @@ std::string grid(const Plot& plot, const Axis& x, const Axis& y)
       format("<path d=\"M%.1f %.1fV%.1fH%.1f\" fill=\"none\" stroke=\"#5d6872\"/>", x.begin, y.end, y.begin, x.end);
   result += format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">", .5 * (x.begin + x.end), height - 10) +
             escaped(plot.xLabel) + "</text>";
-  result +=
-      format("<text transform=\"translate(14 %.1f) rotate(-90)\" text-anchor=\"middle\">", .5 * (y.begin + y.end)) +
-      escaped(plot.yLabel) + "</text>";
+  // A long label is written smaller rather than cut off at the edges of the picture.
+  const double room = height - 8, perCharacter = .54;
+  const double size =
+      std::min(12., room / (perCharacter * static_cast<double>(std::max<std::size_t>(plot.yLabel.size(), 1))));
+  result += format("<text transform=\"translate(14 %.1f) rotate(-90)\" text-anchor=\"middle\" font-size=\"%.1f\">",
+                   .5 * height, size) +
+            escaped(plot.yLabel) + "</text>";
   return result;
 }
 

@@ -44,7 +44,7 @@ std::string date()
   return text.data();
 }
 
-Facts factsOf(const ExperimentOptions& options, int threads)
+Facts factsOf(const ExperimentOptions& options, int threads, const Plan& cases)
 {
   utsname system{};
   uname(&system);
@@ -54,6 +54,8 @@ Facts factsOf(const ExperimentOptions& options, int threads)
           {"Threads", std::to_string(threads)},
           {"System", std::string(system.sysname) + " " + system.release + " " + system.machine},
           {"Written", date()},
+          {"Cases", std::to_string(cases.known + cases.missing) + ", of which " + std::to_string(cases.known) +
+                        " were measured by earlier runs"},
           {"Seed", std::to_string(options.seed)},
           {"Extent", options.quick ? "quick: fewer scans and settings, coarser grids" : "full"},
           {"Further objects", options.data.empty() ? "none" : "from --data"}};
@@ -144,8 +146,13 @@ void run(const ExperimentsCommand& command)
 
   const std::vector<Experiment> all = chosen(command.only);
   CaseDisplay display(command.quiet);
-  for (const Experiment& experiment : all)
-    display.expect(experiment.id, plan(experiment, options, journal));
+  Plan cases;
+  for (const Experiment& experiment : all) {
+    const Plan planned = plan(experiment, options, journal);
+    cases.known += planned.known;
+    cases.missing += planned.missing;
+    display.expect(experiment.id, planned);
+  }
 
   FolderLaboratory laboratory(options, command.threads, journal, display.observer());
   Page page;
@@ -155,7 +162,7 @@ void run(const ExperimentsCommand& command)
     display.beginExperiment(experiment.id);
     page.sections.push_back(sectionOf(experiment, laboratory, failed));
     --page.remaining;
-    page.facts = factsOf(options, laboratory.execution().threads());
+    page.facts = factsOf(options, laboratory.execution().threads(), cases);
     write(page, options.folder);
   }
   display.clear();
