@@ -230,6 +230,46 @@ TEST(Analytic, PatchIsTrimmedToItsPoints)
   EXPECT_GT(reconstruct(points, all).report.mesh.area, 1.2 * statistics.area) << "without trimming a sheet goes on";
 }
 
+TEST(Sampling, FiveHundredPointsOrManyMakeASphere)
+{
+  const shapes::Sdf sphere = shapes::sphere(1);
+  std::vector<double> errors;
+  for (const double spacing : {.17, .025}) {
+    const Outcome run = reconstruct(shapes::sample(sphere, 1.2, spacing));
+    expectClosed(run, 1, 2);
+    errors.push_back(error(run.mesh, sphere) / run.report.options.multiscale.voxelSize);
+    if (spacing > .1) {
+      EXPECT_LT(run.report.points.input, 520);
+    } else {
+      EXPECT_GT(run.report.points.input, 15000);
+    }
+  }
+  // In voxels: the sparse one's are a quarter of the radius, and bend as much.
+  EXPECT_LT(errors[0], .05);
+  EXPECT_LT(errors[1], .01);
+}
+
+TEST(Sampling, FivePercentOfOutliersLeaveOneComponent)
+{
+  const shapes::Sdf torus = shapes::torus(1, .4);
+  PointSet points = shapes::sample(torus, 1.6, .05);
+  shapes::addNoise(points, .3 * .05);
+  const std::size_t inliers = points.size();
+  std::mt19937 random(1);
+  const auto uniform = [&] { return static_cast<float>(random()) / 2147483648.f - 1; };
+  for (std::size_t n = 0; n < inliers / 20; ++n) {
+    points.positions.emplace_back(1.6f * uniform(), 1.6f * uniform(), .6f * uniform());
+    points.normals.push_back(Eigen::Vector3f(uniform(), uniform(), uniform()).normalized());
+    points.origins.push_back(static_cast<std::uint32_t>(inliers + n));
+  }
+  const Outcome run = reconstruct(points);
+  expectClosed(run, 1, 0);
+  EXPECT_GT(run.report.points.outliersBySpacing, 0);
+  EXPECT_NEAR(run.report.smoothing.noise, .3 * .05, .1 * .05);
+  // Averaging makes of the noise a fraction.
+  EXPECT_LT(error(run.mesh, torus), .5 * .3 * .05);
+}
+
 TEST(Determinism, SameBytesForAnyNumberOfThreads)
 {
   pcl::mrf::Options options;
