@@ -2,6 +2,7 @@
 
 #include "evaluate/surface_samples.h"
 #include "figure_support.h"
+#include "hoppe.h"
 #include "poisson.h"
 #include "program.h"
 #include "support/errors.h"
@@ -9,9 +10,6 @@
 #include "support/point_writer.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-
-#include <pcl/point_types.h>
-#include <pcl/surface/marching_cubes_hoppe.h>
 
 namespace mrf_apps {
 
@@ -23,28 +21,7 @@ using pcl::mrf::scan::Points;
 namespace {
 
 constexpr int depth = 8;
-
-SurfaceMesh hoppe(const Points& points)
-{
-  const Eigen::Vector3d offset = points.positions.front();
-  auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointNormal>>();
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    pcl::PointNormal point;
-    point.getVector3fMap() = (points.positions[i] - offset).cast<float>();
-    point.getNormalVector3fMap() = points.normals[i].cast<float>();
-    cloud->push_back(point);
-  }
-  pcl::MarchingCubesHoppe<pcl::PointNormal> method;
-  method.setIsoLevel(0);
-  method.setGridResolution(128, 128, 128);
-  method.setPercentageExtendGrid(0);
-  method.setInputCloud(cloud);
-  pcl::PolygonMesh mesh;
-  method.reconstruct(mesh);
-  if (mesh.polygons.empty())
-    throw InvalidInput("pcl::MarchingCubesHoppe gave no surface");
-  return mergeVertices(toSurfaceMesh(mesh, offset));
-}
+constexpr int hoppeResolution = 128;
 
 SurfaceMesh runOn(const std::string& path, const Points& points)
 {
@@ -99,8 +76,9 @@ Method poissonMethod()
 
 Method hoppeMethod()
 {
-  return {"hoppe", "pcl::MarchingCubesHoppe, 128³",
-          [](const Points& points, double, Execution&) { return hoppe(points); }};
+  return {"hoppe", "pcl::MarchingCubesHoppe, 128³", [](const Points& points, double, Execution&) {
+            return marchingCubesHoppe(points.positions, points.normals, hoppeResolution);
+          }};
 }
 
 Method programMethod(const std::string& id, const std::string& title, const std::string& path)

@@ -34,8 +34,7 @@ std::vector<Method> ownMethods();
 /// pcl::Poisson with a depth of 8 and its other defaults.
 Method poissonMethod();
 
-/// pcl::MarchingCubesHoppe with 128³ cells, iso level 0 and no extension of the grid, as PCL's tool has the latter two.
-/// Corners of its triangles with equal coordinates become one vertex.
+/// pcl::MarchingCubesHoppe with 128³ cells; see hoppe.h.
 Method hoppeMethod();
 
 /// PCL's, and PoissonRecon and SSDRecon with a depth of 8 where they are on PATH; times of the latter include files.

@@ -6,6 +6,7 @@
 #include "scan/analytic_surface.h"
 #include "scan/mesh_surface.h"
 #include "support/mesh_reader.h"
+#include "wavy_shapes.h"
 
 #include <cmath>
 #include <filesystem>
@@ -78,9 +79,14 @@ std::vector<ScanObject> scanObjects(const ExperimentOptions& options)
   for (const char* name : {"igea", "nefertiti"})
     if (hasReference(name))
       result.push_back(lazy(name, name, "--data", [path = reference(name)] { return loadMesh(readMesh(path)); }));
-  // Both distances are exact, inside and outside.
-  result.push_back(lazy("torus", "torus", "generated", [] { return loadShape("torus:major=1,minor=.4"); }));
-  result.push_back(lazy("box", "rounded box", "generated", [] { return loadShape("box:x=2,y=1.5,z=1,rounding=.15"); }));
+  const auto generated = [&](const char* id, const char* title, SurfaceMesh (*make)(Execution&)) {
+    result.push_back(lazy(id, title, "generated", [make] {
+      Execution execution;
+      return loadMesh(make(execution));
+    }));
+  };
+  generated("wavy-torus", "wavy torus", wavyTorus);
+  generated("wavy-box", "wavy box", wavyBox);
   return result;
 }
 

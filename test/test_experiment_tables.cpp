@@ -1,0 +1,238 @@
+// Table 1 and the defaults: the tables made of known results, PCL's marching cubes on equal terms, the generated
+// objects.
+#include "evaluate/surface_distance.h"
+#include "experiments/comparisons.h"
+#include "experiments/hoppe.h"
+#include "experiments/patches.h"
+#include "experiments/wavy_shapes.h"
+
+#include <pcl/surface/mrf/mesh_quality.h>
+#include <shapes/signed_distance.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+using namespace mrf_apps;
+using Eigen::Vector3d;
+using nlohmann::json;
+
+namespace {
+
+pcl::mrf::MeshStatistics statisticsOf(const SurfaceMesh& mesh)
+{
+  pcl::mrf::TriangleMesh plain;
+  for (const Vector3d& vertex : mesh.vertices)
+    plain.vertices.push_back(vertex.cast<float>());
+  plain.triangles = mesh.triangles;
+  return pcl::mrf::measure(plain);
+}
+
+/// Gives the result that a function makes up for each key, and measures nothing.
+class MadeUp : public Laboratory {
+public:
+  explicit MadeUp(std::function<json(const std::string& key)> result) : result_(std::move(result))
+  {
+    options_.quick = true;
+    options_.hasPictures = false;
+  }
+
+  const ExperimentOptions& options() const override { return options_; }
+  pcl::mrf::Execution& execution() override { return execution_; }
+  json measure(const std::string& key, const std::function<json()>&) override
+  {
+    EXPECT_TRUE(keys.insert(key).second) << key << " is measured twice";
+    return result_(key);
+  }
+  void draw(const std::string&, const PictureOptions&, const std::function<SurfaceMesh()>&) override {}
+
+  std::set<std::string> keys;
+
+private:
+  ExperimentOptions options_;
+  std::function<json(const std::string&)> result_;
+  pcl::mrf::Execution execution_;
+};
+
+json patches(const std::vector<json>& holes)
+{
+  return {{"accuracy", .25},    {"holes", holes}, {"invented", 3},         {"components", 1},
+          {"boundaryLoops", 0}, {"flaws", 0},     {"processorSeconds", 2}, {"wallSeconds", 1}};
+}
+
+std::string methodOf(const std::string& key)
+{
+  return key.substr(key.rfind('/') + 1);
+}
+
+/// The cell of the only row that starts with these cells.
+json cell(const Table& table, const std::vector<json>& start, const std::string& column)
+{
+  const auto at = std::find(table.columns.begin(), table.columns.end(), column) - table.columns.begin();
+  json found;
+  for (const auto& row : table.rows)
+    if (static_cast<std::ptrdiff_t>(row.size()) > at && std::equal(start.begin(), start.end(), row.begin())) {
+      EXPECT_TRUE(found.is_null());
+      found = row[static_cast<std::size_t>(at)];
+    }
+  return found;
+}
+
+} // namespace
+
+TEST(Tables, AreWellFormedIfEverythingFails)
+{
+  for (const auto& make : {table1, defaults}) {
+    MadeUp laboratory([](const std::string&) { return json{{"failed", "out of order"}}; });
+    const Section section = make(laboratory);
+    SCOPED_TRACE(section.id);
+    EXPECT_FALSE(laboratory.keys.empty());
+    for (const Table& table : section.tables) {
+      EXPECT_FALSE(table.rows.empty());
+      for (const auto& row : table.rows)
+        EXPECT_EQ(row.size(), table.columns.size());
+    }
+    for (const auto& row : section.tables.front().rows)
+      EXPECT_EQ(row[2], row[3]) << "every scan failed";
+  }
+}
+
+TEST(Tables, OfKnownErrors)
+{
+  // The first hole is one that says too little; a method that is twice, or half, as far off in every hole.
+  MadeUp laboratory([](const std::string& key) {
+    const std::string method = methodOf(key);
+    const double factor = method == "k2" ? 2 : method == "plane" ? .5 : 1;
+    if (method == "poisson" && key.find("bunny") == std::string::npos)
+      return json{{"failed", "out of order"}};
+    return patches({json(), factor * .1, factor * .2, factor * .6});
+  });
+  const Section section = table1(laboratory);
+  const Table &summary = section.tables.at(0), &paired = section.tables.at(1);
+  const std::string ours = summary.rows.front()[1];
+  const std::vector<json> all = {"all", ours};
+  EXPECT_DOUBLE_EQ(cell(summary, all, "hole RMS, median"), .2);
+  EXPECT_DOUBLE_EQ(cell(summary, all, "hole RMS, mean"), .3);
+  EXPECT_DOUBLE_EQ(cell(summary, all, "hole RMS, worst"), .6);
+  EXPECT_DOUBLE_EQ(cell(summary, all, "accuracy RMS, median"), .25);
+  EXPECT_EQ(cell(summary, all, "holes").get<int>(), 3 * cell(summary, all, "scans").get<int>());
+  EXPECT_EQ(cell(summary, all, "CPU s, median"), 2);
+
+  const char* const ratio = "median of its error / ours";
+  const char* const share = "better than ours in % of the holes";
+  for (const auto& [method, expected] : {std::pair("this, k = 2", 2.), {"this, voxel-wise (plane)", .5}}) {
+    SCOPED_TRACE(method);
+    EXPECT_DOUBLE_EQ(cell(paired, {method}, ratio), expected);
+    EXPECT_DOUBLE_EQ(cell(paired, {method}, "95 % from"), expected) << "no spread";
+    EXPECT_DOUBLE_EQ(cell(paired, {method}, "to"), expected);
+    EXPECT_DOUBLE_EQ(cell(paired, {method}, share), expected < 1 ? 100 : 0);
+  }
+  // What fails is counted, and leaves the others' holes as they are.
+  EXPECT_GE(cell(summary, {"all", "pcl::Poisson, depth 8"}, "failed"), 1);
+  EXPECT_EQ(cell(summary, all, "failed"), 0);
+
+  for (const Curve& curve : section.plots.at(0).curves) {
+    EXPECT_TRUE(std::is_sorted(curve.x.begin(), curve.x.end()));
+    EXPECT_TRUE(std::is_sorted(curve.y.begin(), curve.y.end()));
+    EXPECT_EQ(curve.x.size(), curve.y.size());
+    EXPECT_LT(curve.x.back(), 100);
+  }
+}
+
+TEST(Tables, DefaultsAreComparedHoleByHole)
+{
+  // Opposite orders: the ratios' median is not the ratio of the medians.
+  MadeUp laboratory([](const std::string& key) {
+    return methodOf(key) == "k=2" ? patches({.4, .4, .1}) : patches({.1, .2, .4});
+  });
+  const Section section = defaults(laboratory);
+  const Table& table = section.tables.at(0);
+  const char* const ratio = "hole by hole: median of its error / default's";
+  EXPECT_DOUBLE_EQ(cell(table, {"k", "2"}, ratio), 2);
+  EXPECT_DOUBLE_EQ(cell(table, {"k", "1"}, ratio), 1);
+  EXPECT_DOUBLE_EQ(cell(table, {"k", "2"}, "hole RMS, median"), .4);
+}
+
+TEST(MergeClose, JoinsCopiesAndNothingElse)
+{
+  // Two triangles with an edge in common, whose corners were computed twice; cells of any size have borders between
+  // the copies for some of the shifts.
+  for (int shift = -40; shift <= 40; ++shift) {
+    SCOPED_TRACE(shift);
+    const Vector3d at = Vector3d::Constant(.00025 * shift);
+    SurfaceMesh mesh;
+    mesh.vertices = {at + Vector3d(0, 0, 0),        at + Vector3d(1, 0, 0),       at + Vector3d(0, 1, 0),
+                     at + Vector3d(1 + 4e-4, 0, 0), at + Vector3d(1, 1, 0),       at + Vector3d(-4e-4, 1, -4e-4),
+                     at + Vector3d(0, 0, .01),      at + Vector3d(.0005, 0, .01), at + Vector3d(0, 2, 0)};
+    // The last one is thinner than the distance: it collapses.
+    mesh.triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
+    const SurfaceMesh merged = mergeClose(mesh, .001);
+    EXPECT_EQ(merged.vertices.size(), 6u);
+    ASSERT_EQ(merged.triangles.size(), 2u);
+    EXPECT_EQ(statisticsOf(merged).components, 1);
+    for (const Vector3d& vertex : merged.vertices)
+      EXPECT_NE(std::find(mesh.vertices.begin(), mesh.vertices.end(), vertex), mesh.vertices.end());
+  }
+}
+
+TEST(Hoppe, HasTheSidesThatLieInThePointsBox)
+{
+  // A cube with sides of 2: all its points lie in their box.
+  constexpr int side = 40;
+  std::vector<Vector3d> positions, normals;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double sign : {-1., 1.})
+      for (int i = 0; i < side; ++i)
+        for (int j = 0; j < side; ++j) {
+          Vector3d place;
+          place[axis] = sign;
+          place[(axis + 1) % 3] = (2. * i + 1) / side - 1;
+          place[(axis + 2) % 3] = (2. * j + 1) / side - 1;
+          positions.push_back(place);
+          normals.push_back(sign * Vector3d::Unit(axis));
+        }
+  // PCL uses neither the outermost cells nor the last place along an axis: 5 % have to be a few cells.
+  constexpr int resolution = 96;
+  const SurfaceMesh mesh = marchingCubesHoppe(positions, normals, resolution);
+  pcl::mrf::Execution execution(2);
+  for (const double distance : SurfaceDistance(mesh).distances(positions, execution))
+    // Linear between the grid's places from the tangent planes, which are exact here: only edges are cut.
+    ASSERT_LT(distance, 2.2 / resolution);
+  const pcl::mrf::MeshStatistics statistics = statisticsOf(mesh);
+  EXPECT_EQ(statistics.components, 1) << "corners are shared";
+  EXPECT_EQ(statistics.boundaryEdges, 0);
+  EXPECT_NEAR(std::abs(statistics.volume), 8, .1) << "edges are cut by less than a cell";
+}
+
+TEST(WavyShapes, AreClosedAndWavy)
+{
+  pcl::mrf::Execution execution(2);
+  struct Expected {
+    SurfaceMesh mesh;
+    shapes::Sdf plain;
+    std::int64_t euler;
+  };
+  for (const Expected& shape : {Expected{wavyTorus(execution), shapes::torus(1, .42), 0},
+                                Expected{wavyBox(execution), shapes::box({1, .75, .5}, .2), 2}}) {
+    SCOPED_TRACE(shape.euler);
+    const pcl::mrf::MeshStatistics statistics = statisticsOf(shape.mesh);
+    EXPECT_EQ(statistics.components, 1);
+    EXPECT_TRUE(statistics.closed());
+    EXPECT_TRUE(statistics.manifold());
+    EXPECT_EQ(statistics.eulerCharacteristic, shape.euler);
+    EXPECT_GT(statistics.volume, 0) << "triangles face outward";
+    EXPECT_GT(statistics.triangles, 50000) << "finer than what is scanned";
+    double lowest = 0, highest = 0;
+    for (const Vector3d& vertex : shape.mesh.vertices) {
+      lowest = std::min(lowest, shape.plain(vertex));
+      highest = std::max(highest, shape.plain(vertex));
+    }
+    // The product of three waves reaches ±1 nearly; a linear crossing is off by far less than a hundredth of a wave.
+    for (const double height : {-lowest, highest}) {
+      EXPECT_LE(height, 1.01 * waveHeight);
+      EXPECT_GE(height, .6 * waveHeight);
+    }
+  }
+}
