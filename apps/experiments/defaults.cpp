@@ -138,7 +138,9 @@ Section defaults(Laboratory& laboratory)
       "be "
       "read beside its own row. A row that repeats a default has a ratio of 1, apart from lengths: automatic ones "
       "follow the spacing of the points that are left or the data themselves, those of the table the spacing before "
-      "patches were left out."};
+      "patches were left out.",
+      "A patch can cut the end of a limb off the rest. The least component is the share of the points below which such "
+      "a part is dropped as noise; what is dropped counts in the accuracy."};
   if (isQuick)
     section.paragraphs.push_back("Quick: one object, one scan, fewer points.");
   section.tables = {table};

@@ -228,7 +228,9 @@ Section table1(Laboratory& laboratory)
           " spherical patches at random places with radii of 4 to 10 % of its diagonal. The points that a patch took "
           "away are the truth there: a hole's error is the root mean square of their distances to the surface. "
           "Accuracy is that of the points that were left. Surface farther than 1 % of the diagonal from the object "
-          "is invented.",
+          "is invented. Both belong together: the error of a hole does not see surface that is too much, and sheets "
+          "across "
+          "a hole that happen to pass near its points make it small.",
       "All methods are given the same points with the same normals. Ours has its defaults apart from what the name "
       "says, and no remeshing. pcl::MarchingCubesHoppe has a grid 5 % larger than the points' box: without that, what "
       "PCL's tool does, it leaves out the sides of an object that lie in the box. Corners of its triangles that are "
