@@ -59,6 +59,7 @@ std::vector<double> rmsPerHole(const std::vector<double>& distances, const std::
     if (holes[i] >= 0)
       perHole[static_cast<std::size_t>(holes[i])].push_back(distances[i]);
   std::vector<double> result;
+  result.reserve(count);
   for (std::vector<double>& values : perHole)
     result.push_back(values.size() < std::max<std::size_t>(leastPoints, 1) ? std::numeric_limits<double>::quiet_NaN()
                                                                            : summarise(std::move(values)).rms);
@@ -73,6 +74,7 @@ Comparison compare(const std::vector<Pair>& pairs, std::uint64_t seed)
     return result;
   std::map<int, std::vector<double>> byGroup;
   std::vector<double> ratios;
+  ratios.reserve(pairs.size());
   std::size_t below = 0;
   for (const Pair& pair : pairs) {
     ratios.push_back(pair.a / pair.b);
@@ -83,6 +85,7 @@ Comparison compare(const std::vector<Pair>& pairs, std::uint64_t seed)
   result.medianRatio = median(ratios);
 
   std::vector<std::vector<double>> groups;
+  groups.reserve(byGroup.size());
   for (auto& group : byGroup)
     groups.push_back(std::move(group.second));
   constexpr int resamples = 2000;

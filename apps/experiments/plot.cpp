@@ -163,10 +163,11 @@ std::string lines(const Plot& plot, const Axis& x, const Axis& y)
       isPenDown = true;
     }
     if (!path.empty())
-      result += "<path d=\"" + path +
-                format("\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.8\" stroke-linejoin=\"round\"/>",
-                       colours[c % colours.size()]) +
-                marks;
+      result.append("<path d=\"")
+          .append(path)
+          .append(format("\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.8\" stroke-linejoin=\"round\"/>",
+                         colours[c % colours.size()]))
+          .append(marks);
   }
   return result;
 }
