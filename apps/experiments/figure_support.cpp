@@ -14,31 +14,52 @@ namespace figures {
 
 using pcl::mrf::Execution;
 
+namespace {
+
+pcl::mrf::Reconstruction reconstructGathered(const Places& positions, const Places& normals,
+                                             const std::vector<std::int32_t>& views, const Places& sensors,
+                                             const pcl::mrf::Options& options, Execution& execution)
+{
+  pcl::mrf::PointCounts counts;
+  const pcl::mrf::PointSet points =
+      pcl::mrf::gather(toFloat(positions), toFloat(normals), {}, views, sensors, !normals.empty(), counts);
+  const auto search = pcl::mrf::makeKdTree();
+  pcl::mrf::Reconstruction result;
+  pcl::mrf::reconstruct(points, counts, options, *search, execution, result);
+  return result;
+}
+
+} // namespace
+
 std::optional<SurfaceMesh> bunny()
 {
-  const char* path = "/usr/share/glmark2/models/bunny.obj";
-  if (!std::filesystem::exists(path))
+  if (!std::filesystem::exists(bunnyFile))
     return std::nullopt;
-  return readMesh(path);
+  return readMesh(bunnyFile);
+}
+
+std::vector<Eigen::Vector3f> toFloat(const Places& places)
+{
+  std::vector<Eigen::Vector3f> result;
+  result.reserve(places.size());
+  for (const Eigen::Vector3d& place : places)
+    result.push_back(place.cast<float>());
+  return result;
 }
 
 pcl::mrf::Reconstruction reconstruct(const Places& positions, const Places& normals, const pcl::mrf::Options& options,
                                      Execution& execution)
 {
-  const auto toFloat = [](const Places& places) {
-    std::vector<Eigen::Vector3f> result;
-    result.reserve(places.size());
-    for (const Eigen::Vector3d& place : places)
-      result.push_back(place.cast<float>());
-    return result;
-  };
-  pcl::mrf::PointCounts counts;
-  const pcl::mrf::PointSet points =
-      pcl::mrf::gather(toFloat(positions), toFloat(normals), {}, {}, {}, !normals.empty(), counts);
-  const auto search = pcl::mrf::makeKdTree();
-  pcl::mrf::Reconstruction result;
-  pcl::mrf::reconstruct(points, counts, options, *search, execution, result);
-  return result;
+  return reconstructGathered(positions, normals, {}, {}, options, execution);
+}
+
+pcl::mrf::Reconstruction reconstruct(const pcl::mrf::scan::Scan& scan, bool hasNormals,
+                                     const pcl::mrf::Options& options, Execution& execution)
+{
+  const pcl::mrf::scan::Points& cloud = scan.cloud;
+  if (hasNormals)
+    return reconstruct(cloud.positions, cloud.normals, options, execution);
+  return reconstructGathered(cloud.positions, {}, cloud.views, scan.sensors, options, execution);
 }
 
 SurfaceMesh toSurfaceMesh(const pcl::mrf::TriangleMesh& mesh, const Eigen::Vector3d& offset)

@@ -39,12 +39,23 @@ private:
   std::optional<Value> value_;
 };
 
+/// Where that package puts its bunny.
+constexpr const char* bunnyFile = "/usr/share/glmark2/models/bunny.obj";
+
 /// The Stanford bunny of Debian's glmark2-data; none where that is not installed.
 std::optional<SurfaceMesh> bunny();
 
 /// Runs all stages. \param normals empty: they are estimated
 pcl::mrf::Reconstruction reconstruct(const Places& positions, const Places& normals, const pcl::mrf::Options& options,
                                      pcl::mrf::Execution& execution);
+
+/// Runs all stages on what a scanner delivers. \param hasNormals false: they are estimated, and face the sensor that
+/// saw their point
+pcl::mrf::Reconstruction reconstruct(const pcl::mrf::scan::Scan& scan, bool hasNormals,
+                                     const pcl::mrf::Options& options, pcl::mrf::Execution& execution);
+
+/// Single precision, as the library takes points.
+std::vector<Eigen::Vector3f> toFloat(const Places& places);
 
 /// The mesh in the cloud's frame, with its fields.
 SurfaceMesh toSurfaceMesh(const pcl::mrf::TriangleMesh& mesh, const Eigen::Vector3d& offset);

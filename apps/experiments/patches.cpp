@@ -119,33 +119,40 @@ Scan simulate(const PatchScan& scan, Laboratory& laboratory)
   return simulateScan(*scan.object.load().surface, options, laboratory.execution());
 }
 
-json measurePatches(const Method& method, const PatchScan& patchScan, const Scan& scan, Laboratory& laboratory)
+json measureSurface(const SurfaceMesh& mesh, const LoadedObject& object, const Scan& scan,
+                    pcl::mrf::Execution& execution)
 {
-  pcl::mrf::Execution& execution = laboratory.execution();
-  const MethodResult result = run(method, scan.cloud, scan.spacing, execution);
   const double percent = 100 / scan.diagonal;
-  const SurfaceDistance toMesh(result.mesh);
+  const SurfaceDistance toMesh(mesh);
   json holes = json::array();
   for (const double rms : rmsPerHole(toMesh.distances(scan.heldOut.positions, execution),
                                      holesOf(scan.heldOut.positions, scan.holes), scan.holes.size(), leastPointsOfHole))
     holes.push_back(percent * rms);
-  const Places samples = sampleSurface(result.mesh, 30000, 1).positions;
-  const std::vector<double> toTruth = patchScan.object.load().distances(samples, execution);
+  const Places samples = sampleSurface(mesh, 30000, 1).positions;
+  const std::vector<double> toTruth = object.distances(samples, execution);
   const auto far = std::count_if(toTruth.begin(), toTruth.end(), [&](double d) { return d > .01 * scan.diagonal; });
 
   pcl::mrf::TriangleMesh plain;
-  plain.triangles = result.mesh.triangles;
-  for (const Eigen::Vector3d& vertex : result.mesh.vertices)
+  plain.triangles = mesh.triangles;
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
     plain.vertices.push_back(vertex.cast<float>());
-  const pcl::mrf::MeshStatistics mesh = pcl::mrf::measure(plain);
-  return {{"accuracy", percent * summarise(toMesh.distances(scan.cloud.positions, execution)).rms},
+  const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(plain);
+  return {{"accuracy", percent * summarise(toMesh.distances(scan.clean.positions, execution)).rms},
           {"holes", holes},
+          {"reference", percent * summarise(toTruth).rms},
           {"invented", 100 * static_cast<double>(far) / static_cast<double>(samples.size())},
-          {"components", mesh.components},
-          {"boundaryLoops", mesh.boundaryLoops},
-          {"flaws", mesh.nonManifoldEdges + mesh.nonManifoldVertices + mesh.degenerateTriangles},
-          {"processorSeconds", result.processorSeconds},
-          {"wallSeconds", result.wallSeconds}};
+          {"components", statistics.components},
+          {"boundaryLoops", statistics.boundaryLoops},
+          {"flaws", statistics.nonManifoldEdges + statistics.nonManifoldVertices + statistics.degenerateTriangles}};
+}
+
+json measurePatches(const Method& method, const PatchScan& patchScan, const Scan& scan, Laboratory& laboratory)
+{
+  const MethodResult result = run(method, scan.cloud, scan.spacing, laboratory.execution());
+  json measured = measureSurface(result.mesh, patchScan.object.load(), scan, laboratory.execution());
+  measured["processorSeconds"] = result.processorSeconds;
+  measured["wallSeconds"] = result.wallSeconds;
+  return measured;
 }
 
 void PatchResults::add(const json& measured)

@@ -48,10 +48,15 @@ pcl::mrf::scan::Scan simulate(const PatchScan& scan, Laboratory& laboratory);
 /// Of simulate().
 constexpr int holesPerScan = 5;
 
-/// Measures a method on a scan; lengths in % of the object's diagonal: RMS distance of the points ("accuracy") and of
-/// each hole's held-out points ("holes", null where too few), share of the mesh's area farther than 1 % from the object
-/// ("invented", in %), components, boundary loops, "flaws" (non-manifold edges and vertices, degenerate triangles),
-/// seconds.
+/// Measures a surface against the scan it was made from; lengths in % of the object's diagonal: RMS distance of the
+/// points where they truly are, without noise, to the surface ("accuracy"), of each hole's held-out points ("holes",
+/// null where too few), of the surface to the object ("reference"), share of the mesh's area farther than 1 % from the
+/// object ("invented", in %), components, boundary loops, "flaws" (non-manifold edges and vertices, degenerate
+/// triangles).
+nlohmann::json measureSurface(const SurfaceMesh& mesh, const LoadedObject& object, const pcl::mrf::scan::Scan& scan,
+                              pcl::mrf::Execution& execution);
+
+/// Measures a method on a scan: what measureSurface gives, and seconds.
 nlohmann::json measurePatches(const Method& method, const PatchScan& patchScan, const pcl::mrf::scan::Scan& scan,
                               Laboratory& laboratory);
 

@@ -1,0 +1,121 @@
+#include "noise.h"
+
+#include "evaluate/surface_samples.h"
+#include "figure_support.h"
+#include "patches.h"
+#include "program.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/normals.h>
+
+namespace mrf_apps {
+
+using figures::text;
+using nlohmann::json;
+using pcl::mrf::Execution;
+using pcl::mrf::Options;
+using pcl::mrf::scan::Points;
+using pcl::mrf::scan::Scan;
+
+namespace {
+
+pcl::mrf::PointSet gatherPoints(const Scan& scan, pcl::mrf::PointCounts& counts)
+{
+  return pcl::mrf::gather(figures::toFloat(scan.cloud.positions), {}, {}, scan.cloud.views, scan.sensors, false,
+                          counts);
+}
+
+void add(Points& points, const Eigen::Vector3d& position, const Eigen::Vector3f& normal)
+{
+  points.positions.push_back(position);
+  points.normals.emplace_back(normal.cast<double>());
+}
+
+} // namespace
+
+NoisyMethod oursOnNoise(const std::string& id, const std::string& title, const Change& change)
+{
+  return {id, title, [change](const Scan& scan, Execution& execution) {
+            Options options;
+            options.remesher.rounds = 0;
+            change(options, scan.spacing);
+            const pcl::mrf::Reconstruction result = figures::reconstruct(scan, false, options, execution);
+            const pcl::mrf::Report& report = result.report;
+            return NoisyResult{figures::toSurfaceMesh(result), report.smoothingLength, report.smoothing.noise};
+          }};
+}
+
+NoisyMethod defaultOnNoise()
+{
+  return oursOnNoise("default", "this (default)", [](Options&, double) {});
+}
+
+NoisyMethod voxelwiseOnNoise(pcl::mrf::Estimate estimate, double beta)
+{
+  const std::string name = estimate == pcl::mrf::Estimate::mean ? "mean" : "median";
+  return oursOnNoise(name + "-" + text(beta), "this, voxel-wise " + name + ", k = 2, beta " + text(beta),
+                     [estimate, beta](Options& options, double) {
+                       options.observation.estimate = estimate;
+                       options.prior.prior = pcl::mrf::Prior::thinPlate;
+                       options.prior.beta = static_cast<float>(beta);
+                     });
+}
+
+NoisyMethod peerOnNoise(const Method& method)
+{
+  return {method.id, method.title, [method](const Scan& scan, Execution& execution) {
+            return NoisyResult{method.run(withEstimatedNormals(scan, execution), scan.spacing, execution)};
+          }};
+}
+
+NoisyMethod peerOnOurPoints(const Method& method)
+{
+  return {method.id + "-filtered", method.title + ", on the default's points",
+          [method](const Scan& scan, Execution& execution) {
+            pcl::mrf::Report report;
+            const pcl::mrf::PointSet gathered = gatherPoints(scan, report.points);
+            const auto search = pcl::mrf::makeKdTree();
+            const pcl::mrf::OrientedPoints oriented =
+                pcl::mrf::preprocess(gathered, Options(), *search, report, execution);
+            Points points;
+            for (std::size_t i = 0; i < oriented.size(); ++i)
+              add(points, oriented.positions[i].cast<double>() + oriented.offset, oriented.normals[i]);
+            return NoisyResult{method.run(points, scan.spacing, execution)};
+          }};
+}
+
+Points withEstimatedNormals(const Scan& scan, Execution& execution)
+{
+  pcl::mrf::PointCounts counts;
+  const pcl::mrf::PointSet gathered = gatherPoints(scan, counts);
+  const auto search = pcl::mrf::makeKdTree();
+  search->setPoints(gathered.positions);
+  const std::vector<Eigen::Vector3f> normals =
+      estimateNormals(gathered, *search, static_cast<float>(scan.spacing), {}, execution).normals;
+  Points points;
+  for (std::size_t i = 0; i < gathered.size(); ++i) {
+    if (normals[i].isZero())
+      continue;
+    const auto view = static_cast<std::size_t>(gathered.views[i]);
+    const bool facesSensor = normals[i].dot(gathered.sensors[view] - gathered.positions[i]) > 0;
+    add(points, gathered.positions[i].cast<double>() + gathered.offset, facesSensor ? normals[i] : -normals[i]);
+  }
+  return points;
+}
+
+json measureNoisy(const NoisyMethod& method, const LoadedObject& object, const Scan& scan, Execution& execution)
+{
+  const Stopwatch watch;
+  const NoisyResult result = method.run(scan, execution);
+  const double seconds = watch.processorSeconds();
+  if (!hasArea(result.mesh))
+    throw pcl::mrf::InvalidInput("there is no surface");
+  json measured = measureSurface(result.mesh, object, scan, execution);
+  const auto inSpacings = [&](double length) { return length > 0 ? json(length / scan.spacing) : json(); };
+  measured["smoothing"] = inSpacings(result.smoothing);
+  measured["noise"] = inSpacings(result.noise);
+  measured["processorSeconds"] = seconds;
+  return measured;
+}
+
+} // namespace mrf_apps
