@@ -5,6 +5,7 @@
 #include "experiments/hoppe.h"
 #include "experiments/patches.h"
 #include "experiments/wavy_shapes.h"
+#include "support/laboratory.h"
 
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <shapes/signed_distance.h>
@@ -17,6 +18,7 @@
 
 using namespace mrf_apps;
 using Eigen::Vector3d;
+using mrf_test::MadeUp;
 using nlohmann::json;
 
 namespace {
@@ -29,32 +31,6 @@ pcl::mrf::MeshStatistics statisticsOf(const SurfaceMesh& mesh)
   plain.triangles = mesh.triangles;
   return pcl::mrf::measure(plain);
 }
-
-/// Gives the result that a function makes up for each key, and measures nothing.
-class MadeUp : public Laboratory {
-public:
-  explicit MadeUp(std::function<json(const std::string& key)> result) : result_(std::move(result))
-  {
-    options_.quick = true;
-    options_.hasPictures = false;
-  }
-
-  const ExperimentOptions& options() const override { return options_; }
-  pcl::mrf::Execution& execution() override { return execution_; }
-  json measure(const std::string& key, const std::function<json()>&) override
-  {
-    EXPECT_TRUE(keys.insert(key).second) << key << " is measured twice";
-    return result_(key);
-  }
-  void draw(const std::string&, const PictureOptions&, const std::function<SurfaceMesh()>&) override {}
-
-  std::set<std::string> keys;
-
-private:
-  ExperimentOptions options_;
-  std::function<json(const std::string&)> result_;
-  pcl::mrf::Execution execution_;
-};
 
 json patches(const std::vector<json>& holes)
 {

@@ -1,0 +1,42 @@
+/// \file
+/// \brief A laboratory for tests of the sections that experiments make of their results.
+#pragma once
+
+#include <experiments/experiment.h>
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+#include <string>
+
+namespace mrf_test {
+
+/// Gives the result that a function makes up for each key, and measures nothing.
+class MadeUp : public mrf_apps::Laboratory {
+public:
+  explicit MadeUp(std::function<nlohmann::json(const std::string& key)> result) : result_(std::move(result))
+  {
+    options_.quick = true;
+    options_.hasPictures = false;
+  }
+
+  const mrf_apps::ExperimentOptions& options() const override { return options_; }
+  pcl::mrf::Execution& execution() override { return execution_; }
+  nlohmann::json measure(const std::string& key, const std::function<nlohmann::json()>&) override
+  {
+    EXPECT_TRUE(keys.insert(key).second) << key << " is measured twice";
+    return result_(key);
+  }
+  void draw(const std::string&, const mrf_apps::PictureOptions&, const std::function<mrf_apps::SurfaceMesh()>&) override
+  {}
+
+  std::set<std::string> keys;
+
+private:
+  mrf_apps::ExperimentOptions options_;
+  std::function<nlohmann::json(const std::string&)> result_;
+  pcl::mrf::Execution execution_;
+};
+
+} // namespace mrf_test
