@@ -362,6 +362,13 @@ void validate(const OrientationOptions& options)
     refuse("lowAgreement", options.lowAgreement, "[0, 1] (0 = never warn)");
 }
 
+float resolvedNeighbourDistance(const OrientationOptions& options, const SamplingDensity& density)
+{
+  return options.neighbourDistance > 0
+             ? options.neighbourDistance
+             : std::max(density.spacing + 6 * density.nearestDeviation, 2.5f * density.spacing);
+}
+
 OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
                                 const NeighbourSearch& search, const SamplingDensity& density, OrientationVote vote,
                                 const OrientationOptions& options, Execution& execution)
@@ -369,9 +376,7 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   validate(options);
   checkInput(points, normals, vote);
   const std::size_t count = points.size();
-  const float distance = options.neighbourDistance > 0
-                             ? options.neighbourDistance
-                             : std::max(density.spacing + 6 * density.nearestDeviation, 2.5f * density.spacing);
+  const float distance = resolvedNeighbourDistance(options, density);
 
   Graph graph = connect(points, normals, search, distance, execution);
   const auto minCosine = static_cast<float>(std::cos(options.maxAngle * EIGEN_PI / 180));

@@ -186,6 +186,7 @@ Options resolve(const Options& requested, const SamplingDensity& density)
   derive(options.multiscale.voxelSize, spacingsPerVoxel(options.multiscale.quality) * spacing);
   derive(options.observation.maxDistance,
          resolvedMaxDistance(options.observation, spacing, options.multiscale.voxelSize));
+  options.orientation.neighbourDistance = resolvedNeighbourDistance(options.orientation, density);
   derive(options.normals.radius, 2.5f * spacing);
   derive(options.normals.maxPlaneDistance, spacing);
   return options;
@@ -342,8 +343,9 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
   resolveSmoothing(result.points, resolved, report, execution);
   const BoundingBox volume = resolveVolume(result.points, search, resolved, report, execution);
   resolved.multiscale.padding = resolvedPadding(resolved.multiscale);
-  report.options = resolved;
   report.diagonal = boundingBox(result.points.positions).diagonal();
+  resolved.trimming.maxHole = resolvedMaxHole(resolved.trimming, static_cast<float>(report.diagonal));
+  report.options = resolved;
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
   warnOfCoarseInput(points, resolved.multiscale.voxelSize, report);

@@ -150,6 +150,11 @@ void validate(const TrimmingOptions& options)
     refuse("minComponentShare", options.minComponentShare, "[0, 1)");
 }
 
+float resolvedMaxHole(const TrimmingOptions& options, float diagonal)
+{
+  return options.maxHole > 0 ? options.maxHole : diagonal / 2;
+}
+
 TrimResult trim(const TriangleMesh& mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
                 Execution& execution)
 {
@@ -169,7 +174,7 @@ TrimResult trim(const TriangleMesh& mesh, const NeighbourSearch& search, float d
   std::vector<std::uint8_t> keep(supported);
   if (options.trimming == Trimming::holes) {
     measureReach(mesh, regionOf, search, regions, execution);
-    const double maxHole = options.maxHole > 0 ? options.maxHole : diagonal / 2;
+    const double maxHole = resolvedMaxHole(options, diagonal);
     for (std::size_t t = 0; t < keep.size(); ++t)
       if (regionOf[t] != noRegion) {
         const Region& region = regions[at(regionOf[t])];

@@ -21,6 +21,9 @@ struct OrientationOptions {
   float lowAgreement = .75f;      ///< report a warning below this agreement, [0, 1]
 };
 
+/// The option, or its automatic value, cloud's unit.
+float resolvedNeighbourDistance(const OrientationOptions& options, const SamplingDensity& density);
+
 /// \throw InvalidOption naming the first field that is out of range
 void validate(const OrientationOptions& options);
 

@@ -28,6 +28,9 @@ struct TrimmingOptions {
 /// \throw InvalidOption naming the first field that is out of range
 void validate(const TrimmingOptions& options);
 
+/// The option, or half the diagonal of the points' bounding box.
+float resolvedMaxHole(const TrimmingOptions& options, float diagonal);
+
 struct TrimResult {
   TriangleMesh mesh;                      ///< all per-vertex arrays follow
   std::int64_t holesFilled = 0;           ///< unsupported regions that were kept
