@@ -178,7 +178,7 @@ struct Judgement {
 
 double shortestSmoothing(double spacing)
 {
-  return .6 * spacing;
+  return .5 * spacing;
 }
 
 double smoothingForNoise(double noise, double spacing)

@@ -65,7 +65,7 @@ inline float confidenceAt(float share, ConfidenceShape shape)
   return shape == ConfidenceShape::linear ? 1 - t : 1 - t * t;
 }
 
-/// ℓ, cloud's unit: the option, or by the option's noise, or .6 l̄, which suits clean scans.
+/// ℓ, cloud's unit: the option, or by the option's noise, or .5 l̄, which suits clean scans.
 float resolvedSmoothing(const ObservationOptions& options, float spacing);
 
 /// What was observed, for the voxels with α > 0 only; all others carry no weight and are not stored.

@@ -14,11 +14,12 @@ namespace pcl {
 namespace mrf {
 
 struct OrientationOptions {
-  float neighbourDistance = 0;    ///< two points are neighbours if closer, cloud's unit; 0 = max(l̄ + 6 σ_l, 2.5 l̄)
-  float maxAngle = 15;            ///< and their normals within this angle, degrees, (0, 90]
-  bool joinAcrossCreases = true;  ///< join components over edges that fail the angle, most parallel first
-  float minComponentShare = .01f; ///< drop components with a smaller share of the points, [0, 1)
-  float lowAgreement = .75f;      ///< report a warning below this agreement, [0, 1]
+  float neighbourDistance = 0;   ///< two points are neighbours if closer, cloud's unit; 0 = max(l̄ + 6 σ_l, 2.5 l̄)
+  float maxAngle = 15;           ///< and their normals within this angle, degrees, (0, 90]
+  bool joinAcrossCreases = true; ///< join components over edges that fail the angle, most parallel first
+  float minComponentShare = .003f; ///< drop components with a smaller share of the points, [0, 1); the paper: 1 %,
+                                   ///< which costs ends of limbs that a hole cuts off
+  float lowAgreement = .75f; ///< report a warning below this agreement, [0, 1]
 };
 
 /// The option, or its automatic value, cloud's unit.

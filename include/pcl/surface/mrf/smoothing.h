@@ -27,20 +27,20 @@ struct SmoothingChoice {
   std::int64_t heldOut = 0;          ///< points that were scored
 };
 
-/// The shortest ℓ that is tried, which suits clean scans: .6 l̄.
+/// The shortest ℓ that is tried, which suits clean scans: .5 l̄.
 double shortestSmoothing(double spacing);
 
-/// ℓ for Gaussian noise of a known deviation: l̄ · max(.6, 1.5 (σ/l̄)^.4), cloud's unit.
+/// ℓ for Gaussian noise of a known deviation: l̄ · max(.5, 1.5 (σ/l̄)^.4), cloud's unit.
 /// The exponent is that of the balance between τ ∝ ℓ^(2k−1) and σ² for k = 3; the factor is measured.
 double smoothingForNoise(double noise, double spacing);
 
 /// Chooses ℓ by leaving points out.
 ///
 /// Every tenth point is left out of up to 32 cubes of 24 voxels, spread over the cloud; in each, the field is solved at
-/// the finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at the points left out, for ℓ from 4.8
+/// the finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at the points left out, for ℓ from 4
 /// l̄ down in steps of √2 until the score has risen by 1 %. The choice is the minimum of the parabola through the best
 /// three. From the long end, because noise makes the shortest ℓ flatten the field, which scores well by accident. Where
-/// 8 cubes see no noise at .6 l̄, and .85 l̄ does worse, the scan is clean and that is all. Distances to the mesh would
+/// 8 cubes see no noise at .5 l̄, and .71 l̄ does worse, the scan is clean and that is all. Distances to the mesh would
 /// not do as the score: a bumpy surface is close to everything.
 ///
 /// \param spacing l̄, cloud's unit, > 0 \param voxelSize h of the finest level, cloud's unit, > 0
