@@ -202,10 +202,10 @@ SmoothingChoice chooseSmoothing(const OrientedPoints& points, float spacing, dou
     return choice;
   const Verdict shortest = judgement.verdict(cubes, choice.smoothing, execution);
   const Verdict second = judgement.verdict(cubes, step * choice.smoothing, execution);
-  constexpr double clearly = 1.02, clean = .1;
+  constexpr double worthwhile = .95, clean = .1;
   choice.noise = shortest.noise;
   choice.curve = {shortest.score, second.score};
-  if (second.score.error > clearly * shortest.score.error && shortest.noise < clean * static_cast<double>(spacing))
+  if (second.score.error > worthwhile * shortest.score.error && shortest.noise < clean * static_cast<double>(spacing))
     return choice;
 
   cubes = judgement.cubes(mostCubes);
