@@ -29,10 +29,8 @@ strip() {
 strip before-after 480 guide-holes-points 'scan with holes' guide-holes-default 'reconstruction; blue: no data'
 strip holes 400 fig-5-k1 'k = 1, membrane' fig-5-k2 'k = 2, thin plate' fig-5-k3 'k = 3, triharmonic' \
   fig-5-poisson 'pcl::Poisson, depth 8'
-strip noisy 320 guide-noisy-points 'points' guide-noisy-default 'default' \
-  guide-noisy-tuned 'mean of 10 planes, β = 0.1'
-strip sparse 320 guide-sparse-points '2,000 points' guide-sparse-default 'default' \
-  guide-sparse-tuned 'trapezoid, smaller voxels'
+strip noisy 320 guide-noisy-points 'points' guide-noisy-voxels '--observation plane' guide-noisy-default 'default'
+strip sparse 320 guide-sparse-points '2,000 points' guide-sparse-default 'default' guide-sparse-fine '--quality fine'
 strip open 320 guide-open-points 'seen from the front only' guide-open-none '--trim none' guide-open-default 'default'
 strip large-hole 320 guide-large-hole-points 'points' guide-large-hole-membrane '--prior membrane' \
   guide-large-hole-default 'default'

@@ -38,9 +38,6 @@ struct Case {
 
 const Variant byDefault{"default", "default", [](Options&, double) {}};
 
-/// Bounds of the grid beyond the points, for holes that are as wide as the object.
-constexpr int widePadding = 24;
-
 std::vector<Case> cases(const ExperimentOptions& experiment)
 {
   ScanOptions scan;
@@ -57,33 +54,27 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
 
   ScanOptions noisy = scan;
   noisy.noise = {1, Length::Unit::spacings};
-  result.push_back(
-      {"noisy",
-       "noise of one mean spacing, normals estimated",
-       noisy,
-       false,
-       Colouring::plain,
-       front,
-       {byDefault, {"tuned", "--observation mean --neighbours 10 --beta 0.1", [](Options& options, double) {
-                      options.observation.estimate = pcl::mrf::Estimate::mean;
-                      options.observation.neighbours = 10;
-                      options.prior.beta = .1f;
-                    }}}});
+  result.push_back({"noisy",
+                    "noise of one mean spacing, normals estimated",
+                    noisy,
+                    false,
+                    Colouring::plain,
+                    front,
+                    {{"voxels", "--observation plane",
+                      [](Options& options, double) { options.observation.estimate = pcl::mrf::Estimate::plane; }},
+                     byDefault}});
 
   ScanOptions sparse = scan;
   sparse.sampling.points = 2000;
-  result.push_back(
-      {"sparse",
-       "2,000 points",
-       sparse,
-       true,
-       Colouring::plain,
-       front,
-       {byDefault,
-        {"tuned", "--observation trapezoid --voxel-size of 0.7 mean spacings", [](Options& options, double spacing) {
-           options.observation.estimate = pcl::mrf::Estimate::trapezoid;
-           options.multiscale.voxelSize = static_cast<float>(.7 * spacing);
-         }}}});
+  result.push_back({"sparse",
+                    "2,000 points",
+                    sparse,
+                    true,
+                    Colouring::plain,
+                    front,
+                    {byDefault, {"fine", "--quality fine", [](Options& options, double) {
+                                   options.multiscale.quality = pcl::mrf::Quality::fine;
+                                 }}}});
 
   ScanOptions open = scan;
   open.views.placement = pcl::mrf::scan::Placement::front;
@@ -112,8 +103,8 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
                     Colouring::confidence,
                     {.85, .55, 1},
                     {byDefault,
-                     {"padding", "--padding " + std::to_string(widePadding),
-                      [](Options& options, double) { options.multiscale.padding = widePadding; }},
+                     {"tight", "--padding " + std::to_string(pcl::mrf::leastPadding),
+                      [](Options& options, double) { options.multiscale.padding = pcl::mrf::leastPadding; }},
                      {"membrane", "--prior membrane",
                       [](Options& options, double) { options.prior.prior = pcl::mrf::Prior::membrane; }}}});
   return result;
