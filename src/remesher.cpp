@@ -348,8 +348,13 @@ private:
             fits && (mesh_.positions[w] - merged.position).squaredNorm() <= std::max(squared(4 * target_ / 3), former);
       });
       mesh_.forOutgoing(end, [&](std::int32_t spoke) {
-        if (fits && spoke / 3 != h / 3 && spoke / 3 != g / 3)
-          fits = shapeOf(merged, corner(mesh_.target(spoke)), corner(mesh_.opposite(spoke))).mayReplace(shape(spoke));
+        if (!fits || spoke / 3 == h / 3 || spoke / 3 == g / 3)
+          return;
+        Shape former = shape(spoke);
+        // Three needles around a tiny triangle: the first collapse thins two of them, the next one takes them away.
+        if (former.shape < minShape)
+          former.shape *= .5f;
+        fits = shapeOf(merged, corner(mesh_.target(spoke)), corner(mesh_.opposite(spoke))).mayReplace(former);
       });
     }
     if (!fits)

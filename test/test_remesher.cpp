@@ -153,6 +153,26 @@ TEST(Remesher, ClosedShapesBecomeEvenAndStayOnTheSurface)
   }
 }
 
+TEST(Remesher, TinyTrianglesAndTheirNeedlesGo)
+{
+  // Where the surface passes a voxel centre closely, polygonizing cuts off a tiny triangle with a needle on each of its
+  // sides: no edge of these can go without making another needle thinner for the moment.
+  const Lattice lattice = shapes::field(shapes::sphere(.5), halfSide, voxels).lattice();
+  const double toCentre = lattice.position(26, 24, 18).cast<double>().norm();
+  for (const double voxelsAway : {.001, .002, -.001}) {
+    SCOPED_TRACE(voxelsAway);
+    const DistanceField field = shapes::field(shapes::sphere(toCentre + voxelsAway * spacing), halfSide, voxels);
+    const TriangleMesh raw = zeroLevel(field);
+    ASSERT_LT(measure(raw).minQuality, .01) << "no needles to begin with";
+    const RemeshResult result = remeshed(raw, field);
+    const MeshStatistics after = measure(result.mesh);
+    expectSound(after);
+    EXPECT_EQ(after.eulerCharacteristic, 2);
+    EXPECT_GT(after.minQuality, .3);
+    EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
+  }
+}
+
 TEST(Remesher, SharpBoxStaysValid)
 {
   const shapes::Sdf sdf = shapes::box({.7, .5, .61});
