@@ -228,6 +228,8 @@ SmoothingChoice chooseSmoothing(const OrientedPoints& points, float spacing, dou
   if (best > 0 && best + 1 < choice.curve.size())
     choice.smoothing *= std::pow(
         step, -parabolaMinimum(choice.curve[best - 1].error, choice.curve[best].error, choice.curve[best + 1].error));
+  // Under strong noise the score has its accidental minimum at a short ℓ.
+  choice.smoothing = std::max(choice.smoothing, smoothingForNoise(choice.noise, spacing));
   std::reverse(choice.curve.begin(), choice.curve.end());
   return choice;
 }

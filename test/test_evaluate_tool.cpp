@@ -9,42 +9,18 @@ namespace {
 
 class EvaluateTool : public tool::Test {
 protected:
-  EvaluateTool()
+  EvaluateTool() : Test(MRF_EVALUATE_TOOL)
   {
     write("flat.off", "OFF\n4 2 0\n0 0 0\n3 0 0\n3 4 0\n0 4 0\n3 0 1 2\n3 0 2 3\n");
     write("above.off", "OFF\n4 2 0\n0 0 .5\n3 0 .5\n3 4 .5\n0 4 .5\n3 0 1 2\n3 0 2 3\n");
     write("cloud.xyz", "1 1 .25\n2 2 -.25\n");
   }
-
-  tool::Outcome evaluate(std::vector<std::string> arguments) const
-  {
-    arguments.insert(arguments.begin(), MRF_EVALUATE_TOOL);
-    return tool::runProgram(arguments, path(""), false);
-  }
-
-  /// Expects a failure that says `words` in one line, and leaves the folder as it was.
-  void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const
-  {
-    std::string trace;
-    for (const std::string& argument : arguments)
-      trace += argument + " ";
-    SCOPED_TRACE(trace);
-    const std::vector<std::string> before = files();
-    const tool::Outcome outcome = evaluate(arguments);
-    EXPECT_EQ(outcome.status, status);
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_EQ(outcome.err.rfind("pcl_mrf_evaluate: ", 0), 0u) << outcome.err;
-    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
-    EXPECT_EQ(outcome.err.find("--help") != std::string::npos, status == 2) << outcome.err;
-    EXPECT_EQ(files(), before);
-  }
 };
 
 TEST_F(EvaluateTool, TableJsonAndColours)
 {
-  const tool::Outcome outcome = evaluate({"flat.off", "--input", "cloud.xyz", "--held-out", "cloud.xyz", "--reference",
-                                          "above.off", "--json", "r.json", "--coloured", "c.vtk", "--samples", "1000"});
+  const tool::Outcome outcome = run({"flat.off", "--input", "cloud.xyz", "--held-out", "cloud.xyz", "--reference",
+                                     "above.off", "--json", "r.json", "--coloured", "c.vtk", "--samples", "1000"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   for (const char* words :
@@ -79,7 +55,7 @@ TEST_F(EvaluateTool, OptionsAndRepetition)
   const auto json = [&](std::vector<std::string> arguments) {
     for (const char* argument : {"--json", "r.json", "-q"})
       arguments.emplace_back(argument);
-    const tool::Outcome outcome = evaluate(arguments);
+    const tool::Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.out, "") << "-q prints errors only";
     return nlohmann::json::parse(tool::readText(path("r.json")));
@@ -91,10 +67,10 @@ TEST_F(EvaluateTool, OptionsAndRepetition)
   EXPECT_EQ(json({"flat.off", "--reference", "above.off", "--threads", "1"}),
             json({"flat.off", "--reference", "above.off", "--threads", "4"}));
 
-  ASSERT_EQ(evaluate({"flat.off", "--clean", "cloud.xyz", "--coloured", "c.ply", "--colour-range", ".1"}).status, 0);
+  ASSERT_EQ(run({"flat.off", "--clean", "cloud.xyz", "--coloured", "c.ply", "--colour-range", ".1"}).status, 0);
   EXPECT_NE(tool::readText(path("c.ply")).find("property float error"), std::string::npos);
   for (const char* option : {"--help", "--version"}) {
-    const tool::Outcome outcome = evaluate({option});
+    const tool::Outcome outcome = run({option});
     EXPECT_EQ(outcome.status, 0);
     EXPECT_EQ(outcome.err, "");
     EXPECT_NE(outcome.out, "");

@@ -7,39 +7,19 @@ namespace {
 
 class ExperimentsTool : public tool::Test {
 protected:
-  tool::Outcome experiments(std::vector<std::string> arguments) const
-  {
-    arguments.insert(arguments.begin(), MRF_EXPERIMENTS_TOOL);
-    return tool::runProgram(arguments, path(""), false);
-  }
-
-  /// Expects a failure that says `words` in one line, and leaves the folder as it was.
-  void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const
-  {
-    std::string trace;
-    for (const std::string& argument : arguments)
-      trace += argument + " ";
-    SCOPED_TRACE(trace);
-    const std::vector<std::string> before = files();
-    const tool::Outcome outcome = experiments(arguments);
-    EXPECT_EQ(outcome.status, status);
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
-    EXPECT_EQ(files(), before);
-  }
+  ExperimentsTool() : Test(MRF_EXPERIMENTS_TOOL) {}
 };
 
 } // namespace
 
 TEST_F(ExperimentsTool, ListHelpAndVersion)
 {
-  const tool::Outcome list = experiments({"--list"});
+  const tool::Outcome list = run({"--list"});
   ASSERT_EQ(list.status, 0) << list.err;
   for (const char* id : {"fig-2", "fig-3", "fig-4", "fig-5", "fig-9", "sec-3-4", "table-1", "defaults", "guide"})
     EXPECT_NE(("\n" + list.out).find("\n" + std::string(id) + " "), std::string::npos) << id;
-  EXPECT_NE(experiments({"--help"}).out.find("--quick"), std::string::npos);
-  EXPECT_EQ(experiments({"--version"}).status, 0);
+  EXPECT_NE(run({"--help"}).out.find("--quick"), std::string::npos);
+  EXPECT_EQ(run({"--version"}).status, 0);
   EXPECT_TRUE(files().empty());
 }
 
@@ -63,10 +43,10 @@ TEST_F(ExperimentsTool, WrongInput)
 
 TEST_F(ExperimentsTool, SameSeedSameTablesAndNothingTwice)
 {
-  const auto run = [&](const std::string& folder, std::vector<std::string> more) {
+  const auto runInto = [&](const std::string& folder, std::vector<std::string> more) {
     std::vector<std::string> arguments = {"-o", folder, "--quick", "--only", "fig-4", "--no-pictures"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const tool::Outcome outcome = experiments(arguments);
+    const tool::Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
     return outcome.out;
@@ -74,13 +54,13 @@ TEST_F(ExperimentsTool, SameSeedSameTablesAndNothingTwice)
   const auto sections = [&](const std::string& folder) {
     return nlohmann::json::parse(tool::readText(path(folder) / "results.json"))["sections"].dump();
   };
-  EXPECT_EQ(run("a", {"--threads", "1"}).find(", 0 of them to be measured"), std::string::npos);
+  EXPECT_EQ(runInto("a", {"--threads", "1"}).find(", 0 of them to be measured"), std::string::npos);
   const std::string journal = tool::readText(path("a") / "journal.jsonl");
-  run("b", {"--threads", "2"});
+  runInto("b", {"--threads", "2"});
   EXPECT_EQ(sections("a"), sections("b"));
-  EXPECT_NE(run("a", {}).find(", 0 of them to be measured"), std::string::npos);
+  EXPECT_NE(runInto("a", {}).find(", 0 of them to be measured"), std::string::npos);
   EXPECT_EQ(tool::readText(path("a") / "journal.jsonl"), journal);
-  run("b", {"--seed", "2"});
+  runInto("b", {"--seed", "2"});
   EXPECT_NE(sections("a"), sections("b"));
 
   for (const char* file : {"index.html", "results.json", "journal.jsonl"})

@@ -14,42 +14,18 @@ using Eigen::Vector3d;
 
 class ScanTool : public tool::Test {
 protected:
-  ScanTool()
+  ScanTool() : Test(MRF_SCAN_TOOL)
   {
     // A box without a lid, seen from above: its faces point inwards and up.
     write("bowl.off", "OFF\n8 5 0\n0 0 0\n3 0 0\n3 4 0\n0 4 0\n0 0 2\n3 0 2\n3 4 2\n0 4 2\n"
                       "4 0 1 2 3\n4 0 4 5 1\n4 1 5 6 2\n4 2 6 7 3\n4 3 7 4 0\n");
   }
 
-  tool::Outcome scan(std::vector<std::string> arguments) const
-  {
-    arguments.insert(arguments.begin(), MRF_SCAN_TOOL);
-    return tool::runProgram(arguments, path(""), false);
-  }
-
   void expectSuccess(const std::vector<std::string>& arguments) const
   {
-    const tool::Outcome outcome = scan(arguments);
+    const tool::Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "") << "progress is for terminals";
-  }
-
-  /// Expects a failure that says `words` in one line, and leaves the folder as it was.
-  void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const
-  {
-    std::string trace;
-    for (const std::string& argument : arguments)
-      trace += argument + " ";
-    SCOPED_TRACE(trace);
-    const std::vector<std::string> before = files();
-    const tool::Outcome outcome = scan(arguments);
-    EXPECT_EQ(outcome.status, status);
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_EQ(outcome.err.rfind("pcl_mrf_scan: ", 0), 0u) << outcome.err;
-    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
-    EXPECT_EQ(outcome.err.find("--help") != std::string::npos, status == 2) << outcome.err;
-    EXPECT_EQ(files(), before);
   }
 
   mrf_apps::PointTable points(const std::string& name) const { return mrf_apps::readPoints(path(name).string()); }
@@ -186,7 +162,7 @@ TEST_F(ScanTool, OptionsReachTheScan)
     ASSERT_GT(x.x(), 40 * std::cos(37 * M_PI / 180) - floatError(40));
   }
   for (const char* option : {"--help", "--version"}) {
-    const tool::Outcome outcome = scan({option});
+    const tool::Outcome outcome = run({option});
     EXPECT_EQ(outcome.status, 0);
     EXPECT_EQ(outcome.err, "");
     EXPECT_NE(outcome.out, "");

@@ -18,25 +18,6 @@ protected:
     write("sphere.xyz", rows);
   }
 
-  /// Expects a failure that says `words` in one line, and leaves the folder as it was.
-  void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const
-  {
-    std::string trace;
-    for (const std::string& argument : arguments)
-      trace += argument + " ";
-    SCOPED_TRACE(trace);
-    const std::vector<std::string> before = files();
-    const tool::Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.status, status);
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_EQ(outcome.err.rfind("pcl_mrf_reconstruction: ", 0), 0u) << outcome.err;
-    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
-    if (status == 2) {
-      EXPECT_NE(outcome.err.find("--help"), std::string::npos) << outcome.err;
-    }
-    EXPECT_EQ(files(), before);
-  }
-
   /// The same for a bad input file of this content.
   void expectBadInput(const std::string& name, const std::string& text, const std::string& words) const
   {

@@ -2,6 +2,7 @@
 
 #include "support/errors.h"
 #include "support/mesh_reader.h"
+#include "support/parse.h"
 #include "support/point_table.h"
 #include "support/text_file.h"
 
@@ -88,19 +89,10 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
       ->check(CLI::Range(0, 1024));
   app.add_flag("-q,--quiet", command.quiet, "print errors only");
   app.set_help_flag("-h,--help", "print this help");
-  app.set_version_flag("--version", "pcl_mrf_evaluate " MRF_VERSION);
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    command.information = app.help();
+  command.information = parse(app, argc, argv, "pcl_mrf_evaluate " MRF_VERSION);
+  if (!command.information.empty())
     return command;
-  } catch (const CLI::CallForVersion&) {
-    command.information = "pcl_mrf_evaluate " MRF_VERSION "\n";
-    return command;
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(error.what());
-  }
   check(command);
   return command;
 }

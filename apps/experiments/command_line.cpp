@@ -1,6 +1,7 @@
 #include "command_line.h"
 
 #include "support/errors.h"
+#include "support/parse.h"
 
 #include <CLI/CLI.hpp>
 
@@ -71,19 +72,10 @@ ExperimentsCommand parseExperimentsCommandLine(int argc, const char* const* argv
   app.add_flag("--fresh", command.fresh, "measure everything again");
   app.add_flag("-q,--quiet", command.quiet, "print errors only");
   app.set_help_flag("-h,--help", "print this help");
-  app.set_version_flag("--version", "pcl_mrf_experiments " MRF_VERSION);
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    command.information = app.help();
+  command.information = parse(app, argc, argv, "pcl_mrf_experiments " MRF_VERSION);
+  if (!command.information.empty())
     return command;
-  } catch (const CLI::CallForVersion&) {
-    command.information = "pcl_mrf_experiments " MRF_VERSION "\n";
-    return command;
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(error.what());
-  }
   if (isListed) {
     command.information = list();
     return command;

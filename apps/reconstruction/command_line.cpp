@@ -2,6 +2,7 @@
 
 #include "option_parser.h"
 #include "support/errors.h"
+#include "support/parse.h"
 #include "support/point_table.h"
 #include "support/sensors.h"
 #include "support/surface_mesh.h"
@@ -226,11 +227,6 @@ void check(const Command& command, bool maxHoleGiven)
     throw UsageError("--max-hole has a meaning with --trim holes only");
 }
 
-std::string version()
-{
-  return "pcl_mrf_reconstruction " MRF_VERSION "\n";
-}
-
 } // namespace
 
 std::string decimal(double value)
@@ -281,19 +277,10 @@ Command parseCommandLine(int argc, const char* const* argv)
   const CLI::Option* quiet =
       app.add_flag("-q,--quiet", "print errors only")->group("Run")->excludes(app.get_option("--verbose"));
   app.set_help_flag("-h,--help", "print this help")->group("Run");
-  app.set_version_flag("--version", version())->group("Run");
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    command.information = app.help();
+  command.information = parse(app, argc, argv, "pcl_mrf_reconstruction " MRF_VERSION);
+  if (!command.information.empty())
     return command;
-  } catch (const CLI::CallForVersion&) {
-    command.information = version();
-    return command;
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(error.what());
-  }
   const std::string confidenceField = command.options.confidenceField;
   command.options = preset == "paper" ? pcl::mrf::paperPreset() : pcl::mrf::defaultPreset();
   parser.apply(command.options);

@@ -3,6 +3,7 @@
 #include "analytic_surface.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
+#include "support/parse.h"
 #include "support/point_writer.h"
 #include "support/sensors.h"
 #include "support/text_file.h"
@@ -274,19 +275,10 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
                "the result does not depend on it; default one per hardware thread");
   parser.flag("-q,--quiet", "print errors only", [&command] { command.quiet = true; });
   app.set_help_flag("-h,--help", "print this help")->group("Run");
-  app.set_version_flag("--version", "pcl_mrf_scan " MRF_VERSION)->group("Run");
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::CallForHelp&) {
-    command.information = app.help();
+  command.information = parse(app, argc, argv, "pcl_mrf_scan " MRF_VERSION);
+  if (!command.information.empty())
     return command;
-  } catch (const CLI::CallForVersion&) {
-    command.information = "pcl_mrf_scan " MRF_VERSION "\n";
-    return command;
-  } catch (const CLI::ParseError& error) {
-    throw UsageError(error.what());
-  }
   check(command);
   return command;
 }

@@ -87,7 +87,7 @@ std::string sphereRows(int count, double top)
   return rows.str();
 }
 
-Test::Test()
+Test::Test(const std::string& program) : program_(program.empty() ? MRF_TOOL : program)
 {
   std::string pattern = (fs::temp_directory_path() / "mrf_tool_XXXXXX").string();
   if (mkdtemp(pattern.data()) == nullptr)
@@ -103,7 +103,7 @@ Test::~Test()
 
 Outcome Test::run(std::vector<std::string> arguments, bool withDisplay) const
 {
-  arguments.insert(arguments.begin(), MRF_TOOL);
+  arguments.insert(arguments.begin(), program_.string());
   return runProgram(arguments, folder_, withDisplay);
 }
 
@@ -117,6 +117,25 @@ nlohmann::json Test::reportOf(std::vector<std::string> arguments) const
   const nlohmann::json report = nlohmann::json::parse(readText(path("report.json")), nullptr, false);
   EXPECT_FALSE(report.is_discarded()) << "the report is not JSON";
   return report;
+}
+
+void Test::expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const
+{
+  std::string trace;
+  for (const std::string& argument : arguments)
+    trace += argument + " ";
+  SCOPED_TRACE(trace);
+  const std::vector<std::string> before = files();
+  const Outcome outcome = run(arguments);
+  EXPECT_EQ(outcome.status, status);
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_EQ(outcome.err.rfind(program_.filename().string() + ": ", 0), 0u) << outcome.err;
+  EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("--help") != std::string::npos, status == 2) << outcome.err;
+  if (program_ != fs::path(MRF_TOOL)) { // that one tells its progress
+    EXPECT_EQ(outcome.out, "");
+  }
+  EXPECT_EQ(files(), before);
 }
 
 std::vector<std::string> Test::files() const

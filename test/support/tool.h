@@ -34,17 +34,21 @@ std::vector<Eigen::Vector3d> spherePoints(int count, double top = 2);
 /// Rows "x y z nx ny nz" of points of the unit sphere.
 std::string sphereRows(int count, double top = 2);
 
-/// A test with an empty folder that lasts as long as it.
+/// A test of a program with an empty folder that lasts as long as it.
 class Test : public testing::Test {
 protected:
-  Test();
+  /// \param program path; empty: pcl_mrf_reconstruction
+  explicit Test(const std::string& program = {});
   ~Test() override;
 
-  /// Runs pcl_mrf_reconstruction in the folder.
+  /// Runs the program in the folder.
   Outcome run(std::vector<std::string> arguments, bool withDisplay = false) const;
 
   /// The same; expects success, and nothing on standard error. \return the parsed --report
   nlohmann::json reportOf(std::vector<std::string> arguments) const;
+
+  /// Expects a failure that says `words` in one line, and leaves the folder as it was.
+  void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const;
 
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
   void write(const std::string& name, const std::string& text) const { writeText(path(name), text); }
@@ -53,7 +57,7 @@ protected:
   std::vector<std::string> files() const;
 
 private:
-  std::filesystem::path folder_;
+  std::filesystem::path program_, folder_;
 };
 
 } // namespace tool

@@ -39,9 +39,10 @@ double smoothingForNoise(double noise, double spacing);
 /// Every tenth point is left out of up to 32 cubes of 24 voxels, spread over the cloud; in each, the field is solved at
 /// the finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at the points left out, for ℓ from 4
 /// l̄ down in steps of √2 until the score has risen by 1 %. The choice is the minimum of the parabola through the best
-/// three. From the long end, because noise makes the shortest ℓ flatten the field, which scores well by accident. Where
-/// 8 cubes see no noise at .5 l̄, and .71 l̄ does not do much better, the scan is clean and that is all. Distances to the
-/// mesh would not do as the score: a bumpy surface is close to everything.
+/// three, or the length that the noise found there asks for, if that is longer. From the long end, because noise makes
+/// the shortest ℓ flatten the field, which scores well by accident. Where 8 cubes see no noise at .5 l̄, and .71 l̄ does
+/// not do much better, the scan is clean and that is all. Distances to the mesh would not do as the score: a bumpy
+/// surface is close to everything.
 ///
 /// \param spacing l̄, cloud's unit, > 0 \param voxelSize h of the finest level, cloud's unit, > 0
 /// The cost does not grow with the cloud, but for one pass over it per cube. The result does not depend on the number
