@@ -35,4 +35,12 @@ strip open 320 guide-open-points 'seen from the front only' guide-open-none '--t
 strip large-hole 320 guide-large-hole-points 'points' guide-large-hole-membrane '--prior membrane' \
   guide-large-hole-default 'default'
 
+# The default's worst hole of Table 1, if that was run into the same folder.
+worst=$(cd "$results" && ls table-1-worst-*-truth.png 2>/dev/null | head -n 1 || true)
+if [ -n "$worst" ]; then
+  worst=${worst%-truth.png}
+  strip worst-hole 320 "$worst-truth" 'the object' "$worst-default" 'this' "$worst-poisson" 'pcl::Poisson, depth 8' \
+    "$worst-hoppe" 'MarchingCubesHoppe, 128³'
+fi
+
 du -ch "$pictures"/*.jpg | tail -n 1
