@@ -7,6 +7,7 @@
 #if defined(MRF_NO_MULTIVERSIONING) || !defined(__x86_64__) || !defined(__GNUC__) || defined(__clang__)
 #define MRF_MULTIVERSION
 #else
+#define MRF_HAS_MULTIVERSIONING
 #define MRF_MULTIVERSION __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
 

@@ -3,6 +3,9 @@
 #include <pcl/point_types.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 
+#include <algorithm>
+#include <limits>
+
 namespace pcl {
 namespace mrf {
 namespace {
@@ -20,21 +23,64 @@ public:
 
   int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override
   {
-    return tree_.nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances);
+    return orderTies(tree_.nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances), result);
   }
 
   int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override
   {
-    return tree_.radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances);
+    return orderTies(tree_.radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances), result);
   }
 
 private:
+  static int orderTies(int found, Neighbours& result)
+  {
+    for (std::size_t n = 1; n < static_cast<std::size_t>(found); ++n)
+      for (std::size_t m = n; m > 0 && result.squaredDistances[m] == result.squaredDistances[m - 1] &&
+                              result.indices[m] < result.indices[m - 1];
+           --m)
+        std::swap(result.indices[m], result.indices[m - 1]);
+    return found;
+  }
+
   static PointXYZ toPoint(const Eigen::Vector3f& position) { return {position.x(), position.y(), position.z()}; }
 
   KdTreeFLANN<PointXYZ> tree_;
 };
 
+/// Positions per piece of parallel work: a few milliseconds of queries.
+constexpr std::int64_t grain = 1024;
+
 } // namespace
+
+void NeighbourSearch::setPoints(const std::vector<Eigen::Vector3f>& positions, Execution&)
+{
+  setPoints(positions);
+}
+
+void NeighbourSearch::forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
+                                      Execution& execution,
+                                      const std::function<void(const NeighbourBatch&)>& visit) const
+{
+  const auto wanted = static_cast<std::size_t>(std::max(k, 0));
+  execution.forRange(static_cast<std::int64_t>(positions.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    Neighbours found;
+    std::vector<std::uint32_t> indices(wanted);
+    for (std::int64_t i = begin; i < end; ++i) {
+      const int number = nearest(positions[static_cast<std::size_t>(i)], k, found);
+      found.squaredDistances.resize(wanted, std::numeric_limits<float>::infinity());
+      for (std::size_t n = 0; n < wanted; ++n)
+        indices[n] = n < static_cast<std::size_t>(number) ? static_cast<std::uint32_t>(found.indices[n]) : 0;
+      const auto position = static_cast<std::uint32_t>(i);
+      NeighbourBatch batch;
+      batch.size = 1;
+      batch.k = wanted;
+      batch.positions = &position;
+      batch.squaredDistances = found.squaredDistances.data();
+      batch.indices = answer == Answer::distances ? nullptr : indices.data();
+      visit(batch);
+    }
+  });
+}
 
 std::unique_ptr<NeighbourSearch> makeKdTree()
 {

@@ -14,41 +14,42 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Points per piece of parallel work: a few milliseconds of queries.
-constexpr std::int64_t grain = 1024;
-
 /// Mean distance from each point to its k nearest others; 0 for a point that has none.
 std::vector<float> meanNeighbourDistances(const PointSet& points, const NeighbourSearch& search, int k,
                                           Execution& execution)
 {
   std::vector<float> means(points.size(), 0);
-  execution.forRange(static_cast<std::int64_t>(points.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours found;
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const int number = search.nearest(points.positions[i], k + 1, found);
-      // The point itself is among them, at distance 0.
-      double total = 0;
-      for (int n = 0; n < number; ++n)
-        total += std::sqrt(found.squaredDistances[static_cast<std::size_t>(n)]);
-      if (number > 1)
-        means[i] = static_cast<float>(total / (number - 1));
-    }
-  });
+  search.forEachPosition(points.positions, k + 1, NeighbourSearch::Answer::distances, execution,
+                         [&](const NeighbourBatch& batch) {
+                           for (std::size_t q = 0; q < batch.size; ++q) {
+                             // The first is the point itself.
+                             const float* squared = batch.squaredDistances + q * batch.k;
+                             double total = 0;
+                             int others = 0;
+                             for (int n = 1; n <= k && std::isfinite(squared[n]); ++n, ++others)
+                               total += std::sqrt(squared[n]);
+                             if (others > 0)
+                               means[batch.positions[q]] = static_cast<float>(total / others);
+                           }
+                         });
   return means;
 }
 
-std::vector<std::uint8_t> keptBySpacing(const PointSet& points, const NeighbourSearch& search,
-                                        const OutlierOptions& options, Execution& execution)
+/// Median, or 0 if most points coincide with others: it measures nothing then.
+float medianOf(std::vector<float> values)
 {
-  const std::vector<float> means = meanNeighbourDistances(points, search, options.spacingNeighbours, execution);
-  std::vector<float> sorted = means;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  std::vector<std::uint8_t> keep(points.size(), 1);
-  // A median of 0 means that most points coincide with others: it measures nothing.
-  if (*middle > 0)
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<std::uint8_t> keptBySpacing(const std::vector<float>& means, const OutlierOptions& options)
+{
+  std::vector<std::uint8_t> keep(means.size(), 1);
+  const float median = medianOf(means);
+  if (median > 0)
     for (std::size_t i = 0; i < keep.size(); ++i)
-      keep[i] = means[i] <= options.spacingFactor * *middle;
+      keep[i] = means[i] <= options.spacingFactor * median;
   return keep;
 }
 
@@ -71,6 +72,30 @@ std::vector<std::uint8_t> keptByStatistics(const PointSet& points, const Outlier
   for (const index_t index : kept)
     keep[static_cast<std::size_t>(index)] = 1;
   return keep;
+}
+
+/// \param means distances to the neighbours, for the spacing criterion
+OutlierResult drop(const PointSet& points, const std::vector<float>& means, const OutlierOptions& options,
+                   Execution& execution)
+{
+  OutlierResult result;
+  result.keep.assign(points.size(), 1);
+  if (points.size() < 2)
+    return result;
+  if (options.spacing) {
+    result.keep = keptBySpacing(means, options);
+    result.droppedBySpacing = std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0});
+  }
+  if (options.statistical) {
+    execution.poll();
+    const std::vector<std::uint8_t> keep = keptByStatistics(points, options);
+    for (std::size_t i = 0; i < keep.size(); ++i)
+      if (result.keep[i] && !keep[i]) {
+        result.keep[i] = 0;
+        ++result.droppedByStatistics;
+      }
+  }
+  return result;
 }
 
 template <typename Value>
@@ -99,24 +124,19 @@ OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search
                            Execution& execution)
 {
   validate(options);
-  OutlierResult result;
-  result.keep.assign(points.size(), 1);
-  if (points.size() < 2)
-    return result;
-  if (options.spacing) {
-    result.keep = keptBySpacing(points, search, options, execution);
-    result.droppedBySpacing = std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0});
-  }
-  if (options.statistical) {
-    execution.poll();
-    const std::vector<std::uint8_t> keep = keptByStatistics(points, options);
-    for (std::size_t i = 0; i < keep.size(); ++i)
-      if (result.keep[i] && !keep[i]) {
-        result.keep[i] = 0;
-        ++result.droppedByStatistics;
-      }
-  }
-  return result;
+  if (!options.spacing || points.size() < 2)
+    return drop(points, {}, options, execution);
+  return drop(points, meanNeighbourDistances(points, search, options.spacingNeighbours, execution), options, execution);
+}
+
+OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances, const OutlierOptions& options,
+                           Execution& execution)
+{
+  validate(options);
+  constexpr int measured = 8;
+  if (options.spacing && options.spacingNeighbours != measured)
+    refuse("spacingNeighbours", options.spacingNeighbours, "8, which the distances were measured for");
+  return drop(points, distances.mean, options, execution);
 }
 
 } // namespace mrf

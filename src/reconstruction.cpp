@@ -4,13 +4,16 @@
 #include <pcl/surface/mrf/volume.h>
 
 #include "memory.h"
+#include "spatial_sort.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
+#include <iterator>
+#include <limits>
+#include <optional>
 #include <sstream>
-#include <tuple>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
@@ -40,28 +43,6 @@ std::vector<std::uint8_t> flags(std::size_t count)
   return std::vector<std::uint8_t>(count, 1);
 }
 
-/// Clears the flags of positions that an earlier, still flagged one has as well. \return how many
-std::int64_t dropDuplicates(const std::vector<Eigen::Vector3f>& positions, std::vector<std::uint8_t>& keep)
-{
-  std::vector<std::uint32_t> order;
-  order.reserve(positions.size());
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    if (keep[i])
-      order.push_back(static_cast<std::uint32_t>(i));
-  const auto key = [&](std::uint32_t i) {
-    const Eigen::Vector3f& p = positions[i];
-    return std::make_tuple(p.x(), p.y(), p.z(), i);
-  };
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  std::int64_t dropped = 0;
-  for (std::size_t n = 1; n < order.size(); ++n)
-    if (positions[order[n]] == positions[order[n - 1]]) {
-      keep[order[n]] = 0;
-      ++dropped;
-    }
-  return dropped;
-}
-
 /// Clears flags by a criterion. \return how many it cleared
 template <typename Rejects>
 std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects)
@@ -76,13 +57,15 @@ std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects)
 }
 
 /// Keeps the flagged points and hands them to the search; both stay as they are if all are kept.
-void reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighbourSearch& search)
+/// \return whether some were dropped
+bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighbourSearch& search, Execution& execution)
 {
   if (std::find(keep.begin(), keep.end(), std::uint8_t{0}) == keep.end())
-    return;
+    return false;
   points = select(points, keep);
   if (points.size() > 0)
-    search.setPoints(points.positions);
+    search.setPoints(points.positions, execution);
+  return true;
 }
 
 /// Fewer points than a plane's neighbourhood cannot tell a surface.
@@ -102,14 +85,22 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
   throw InvalidInput(text.str());
 }
 
-void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
-                    Execution& execution)
+/// \return the distances between the points that are left, unless they have to be measured again
+std::optional<NeighbourDistances> removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search,
+                                                 Report& report, Execution& execution)
 {
   const StageTimer timer("outliers", report, execution);
-  const OutlierResult outliers = findOutliers(points, search, options.outliers, execution);
+  // What the sampling density is made of serves the filter as well, with its usual number of neighbours.
+  std::optional<NeighbourDistances> distances;
+  if (options.outliers.spacing && options.outliers.spacingNeighbours == OutlierOptions().spacingNeighbours)
+    distances = measureNeighbours(points, search, execution);
+  const OutlierResult outliers = distances ? findOutliers(points, *distances, options.outliers, execution)
+                                           : findOutliers(points, search, options.outliers, execution);
   report.points.outliersBySpacing = outliers.droppedBySpacing;
   report.points.outliersByStatistics = outliers.droppedByStatistics;
-  reduce(points, outliers.keep, search);
+  if (reduce(points, outliers.keep, search, execution))
+    distances.reset();
+  return distances;
 }
 
 /// The normals to be oriented, and the points without one dropped.
@@ -131,7 +122,7 @@ std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& option
   for (std::size_t i = 0; i < points.size(); ++i)
     if (keep[i])
       normals.push_back(given ? points.normals[i] : estimates.normals[i]);
-  reduce(points, keep, search);
+  reduce(points, keep, search, execution);
   return normals;
 }
 
@@ -157,14 +148,18 @@ void warnOfDisagreement(const Options& options, Report& report)
   report.warnings.push_back(text.str());
 }
 
-/// The float spacing of the input's coordinates against the voxel size.
-void warnOfCoarseInput(const PointSet& points, double voxelSize, Report& report)
+/// The float spacing of the input's largest coordinates.
+double resolutionOf(const PointSet& points)
 {
   const BoundingBox box = boundingBox(points.positions);
   const Eigen::Vector3d lower = box.lower.cast<double>() + points.offset,
                         upper = box.upper.cast<double>() + points.offset;
   const auto farthest = static_cast<float>(std::max(lower.cwiseAbs().maxCoeff(), upper.cwiseAbs().maxCoeff()));
-  const double resolution = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+  return std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+}
+
+void warnOfCoarseInput(double resolution, double voxelSize, Report& report)
+{
   if (resolution <= .1 * voxelSize)
     return;
   std::ostringstream text;
@@ -206,7 +201,7 @@ void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Option
   if (report.points.outliersByField == 0)
     return;
   points = select(points, keep);
-  search.setPoints(points.positions);
+  search.setPoints(points.positions, execution);
 }
 
 /// Replaces an automatic smoothing length by the one that the data choose.
@@ -243,6 +238,15 @@ PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector
                 const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
                 const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts)
 {
+  Execution serial(1);
+  return gather(positions, normals, confidences, views, sensors, normalsNeeded, counts, serial);
+}
+
+PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
+                const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
+                const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts,
+                Execution& execution)
+{
   counts = PointCounts();
   counts.input = static_cast<std::int64_t>(positions.size());
   std::vector<std::uint8_t> keep = flags(positions.size());
@@ -253,51 +257,61 @@ PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector
   if (!confidences.empty())
     counts.zeroConfidence =
         dropWhere(keep, [&](std::size_t i) { return !std::isfinite(confidences[i]) || !(confidences[i] > 0); });
-  counts.duplicates = dropDuplicates(positions, keep);
-
-  Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::max()), upper = -lower;
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    if (keep[i]) {
-      lower = lower.cwiseMin(positions[i].cast<double>());
-      upper = upper.cwiseMax(positions[i].cast<double>());
-    }
 
   PointSet points;
-  if (lower.x() <= upper.x())
-    points.offset = .5 * (lower + upper);
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (!keep[i])
-      continue;
-    points.positions.push_back((positions[i].cast<double>() - points.offset).cast<float>());
-    points.origins.push_back(static_cast<std::uint32_t>(i));
-    if (!normals.empty()) {
-      const float length = normals[i].norm();
-      const bool usable = std::isfinite(length) && length > 0;
-      points.normals.push_back(usable ? Eigen::Vector3f(normals[i] / length) : Eigen::Vector3f::Zero());
+  points.origins = spatialOrder(positions, keep, execution);
+  const auto lastDistinct = std::unique(points.origins.begin(), points.origins.end(),
+                                        [&](std::uint32_t a, std::uint32_t b) { return positions[a] == positions[b]; });
+  counts.duplicates = std::distance(lastDistinct, points.origins.end());
+  points.origins.erase(lastDistinct, points.origins.end());
+  counts.used = static_cast<std::int64_t>(points.origins.size());
+
+  if (counts.used > 0) {
+    Eigen::Array3f lower = positions[points.origins.front()], upper = lower;
+    for (const std::uint32_t origin : points.origins) {
+      lower = lower.min(positions[origin].array());
+      upper = upper.max(positions[origin].array());
     }
-    if (!confidences.empty())
-      points.confidences.push_back(std::min(confidences[i], 1.0f));
-    if (!views.empty())
-      points.views.push_back(views[i]);
+    points.offset = .5 * (lower.cast<double>() + upper.cast<double>()).matrix();
   }
+  points.positions.resize(points.origins.size());
+  points.normals.resize(normals.empty() ? 0 : points.origins.size());
+  points.confidences.resize(confidences.empty() ? 0 : points.origins.size());
+  points.views.resize(views.empty() ? 0 : points.origins.size());
+  constexpr std::int64_t grain = 1 << 14;
+  execution.forRange(counts.used, grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+      const std::uint32_t i = points.origins[n];
+      points.positions[n] = (positions[i].cast<double>() - points.offset).cast<float>();
+      if (!normals.empty()) {
+        const float length = normals[i].norm();
+        const bool usable = std::isfinite(length) && length > 0;
+        points.normals[n] = usable ? Eigen::Vector3f(normals[i] / length) : Eigen::Vector3f::Zero();
+      }
+      if (!confidences.empty())
+        points.confidences[n] = std::min(confidences[i], 1.0f);
+      if (!views.empty())
+        points.views[n] = views[i];
+    }
+  });
   for (const Eigen::Vector3d& sensor : sensors)
     points.sensors.push_back((sensor - points.offset).cast<float>());
-  counts.used = static_cast<std::int64_t>(points.size());
   return points;
 }
 
-OrientedPoints preprocess(const PointSet& input, const Options& options, NeighbourSearch& search, Report& report,
+OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSearch& search, Report& report,
                           Execution& execution)
 {
-  PointSet points = input;
   requirePoints(points, "gathering", report);
-  search.setPoints(points.positions);
+  search.setPoints(points.positions, execution);
 
-  removeOutliers(points, options, search, report, execution);
+  std::optional<NeighbourDistances> distances = removeOutliers(points, options, search, report, execution);
   requirePoints(points, "outlier removal", report);
   {
     const StageTimer timer("sampling density", report, execution);
-    report.density = estimateSamplingDensity(points, search, execution);
+    report.density = distances ? estimateSamplingDensity(points, *distances, execution)
+                               : estimateSamplingDensity(points, search, execution);
+    distances.reset();
   }
   const std::vector<Eigen::Vector3f> normals = findNormals(points, options, search, report, execution);
   requirePoints(points, "normal estimation", report);
@@ -311,7 +325,7 @@ OrientedPoints preprocess(const PointSet& input, const Options& options, Neighbo
   warnOfDisagreement(options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
   points.normals = std::move(report.orientation.normals);
-  reduce(points, report.orientation.keep, search);
+  reduce(points, report.orientation.keep, search, execution);
   report.orientation.normals.clear();
   report.orientation.keep.clear();
   requirePoints(points, "dropping small components", report);
@@ -326,7 +340,7 @@ OrientedPoints preprocess(const PointSet& input, const Options& options, Neighbo
   return oriented;
 }
 
-void reconstruct(const PointSet& points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
+void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
                  Execution& execution, Reconstruction& result)
 {
   const Clock::time_point start = Clock::now();
@@ -337,7 +351,8 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
   report.threads = execution.threads();
   validate(options);
 
-  result.points = preprocess(points, options, search, report, execution);
+  const double resolution = resolutionOf(points);
+  result.points = preprocess(std::move(points), options, search, report, execution);
   Options resolved = resolve(options, report.density);
   rejectByField(result.points, search, resolved, report, execution);
   resolveSmoothing(result.points, resolved, report, execution);
@@ -348,7 +363,7 @@ void reconstruct(const PointSet& points, const PointCounts& counts, const Option
   report.options = resolved;
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
-  warnOfCoarseInput(points, resolved.multiscale.voxelSize, report);
+  warnOfCoarseInput(resolution, resolved.multiscale.voxelSize, report);
   {
     const StageTimer timer("regularisation", report, execution);
     MultiscaleResult regularised =

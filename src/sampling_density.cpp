@@ -2,6 +2,7 @@
 #include <pcl/surface/mrf/sampling_density.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <string>
 
@@ -9,51 +10,13 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Points per piece of parallel work: a few milliseconds of queries.
-constexpr std::int64_t grain = 1024;
+/// Points per piece of parallel work.
+constexpr std::int64_t grain = 1 << 14;
 
 constexpr int eighth = 8;
 
 /// On a uniformly sampled surface the mean nearest distance is this share of the distance to the 8th neighbour.
 constexpr float nearestToEighth = 0.313f;
-
-struct NeighbourDistances {
-  std::vector<float> nearest; ///< distance to the closest other point, infinite without one
-  std::vector<float> eighth;  ///< distance to the 8th other point, infinite without one
-  bool hasDuplicates = false;
-};
-
-NeighbourDistances measure(const std::vector<Eigen::Vector3f>& positions, const NeighbourSearch& search,
-                           Execution& execution)
-{
-  const auto count = static_cast<std::int64_t>(positions.size());
-  NeighbourDistances distances;
-  distances.nearest.assign(positions.size(), std::numeric_limits<float>::infinity());
-  distances.eighth = distances.nearest;
-  std::vector<std::uint8_t> isDuplicate(positions.size(), 0);
-  execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours found;
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const int number = search.nearest(positions[i], eighth + 1, found);
-      int others = 0;
-      for (int n = 0; n < number; ++n) {
-        const auto j = static_cast<std::size_t>(found.indices[static_cast<std::size_t>(n)]);
-        if (j == i)
-          continue;
-        ++others;
-        const float distance = std::sqrt(found.squaredDistances[static_cast<std::size_t>(n)]);
-        if (others == 1) {
-          distances.nearest[i] = distance;
-          isDuplicate[i] = positions[j] == positions[i];
-        }
-        if (others == eighth)
-          distances.eighth[i] = distance;
-      }
-    }
-  });
-  distances.hasDuplicates = std::find(isDuplicate.begin(), isDuplicate.end(), std::uint8_t{1}) != isDuplicate.end();
-  return distances;
-}
 
 std::vector<Eigen::Vector3f> distinct(std::vector<Eigen::Vector3f> positions)
 {
@@ -78,26 +41,75 @@ float median(std::vector<float> values)
   return *middle;
 }
 
+NeighbourDistances measure(const std::vector<Eigen::Vector3f>& positions, const NeighbourSearch& search,
+                           Execution& execution)
+{
+  NeighbourDistances distances;
+  distances.nearest.resize(positions.size());
+  distances.eighth.resize(positions.size());
+  distances.mean.resize(positions.size());
+  std::atomic<bool> hasCoincident{false};
+  const auto isCoincident = [&](std::size_t i) {
+    // Squared distances of tiny clouds are zero as well.
+    Neighbours found;
+    const int number = search.nearest(positions[i], 2, found);
+    return std::any_of(found.indices.begin(), found.indices.begin() + number, [&](int index) {
+      const auto j = static_cast<std::size_t>(index);
+      return j != i && positions[j] == positions[i];
+    });
+  };
+  search.forEachPosition(
+      positions, eighth + 1, NeighbourSearch::Answer::distances, execution, [&](const NeighbourBatch& batch) {
+        for (std::size_t q = 0; q < batch.size; ++q) {
+          const std::size_t i = batch.positions[q];
+          const float* squared = batch.squaredDistances + q * batch.k; // the first is the point itself
+          double total = 0;
+          int others = 0;
+          for (int n = 1; n <= eighth && std::isfinite(squared[n]); ++n, ++others)
+            total += std::sqrt(squared[n]);
+          distances.nearest[i] = std::sqrt(squared[1]);
+          distances.eighth[i] = std::sqrt(squared[eighth]);
+          distances.mean[i] = others > 0 ? static_cast<float>(total / others) : 0;
+          if (squared[1] == 0 && isCoincident(i))
+            hasCoincident = true;
+        }
+      });
+  distances.hasCoincident = hasCoincident;
+  return distances;
+}
+
 } // namespace
+
+NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution)
+{
+  return measure(points.positions, search, execution);
+}
 
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution)
 {
   requireTwo(points.size());
-  NeighbourDistances distances = measure(points.positions, search, execution);
-  if (distances.hasDuplicates) {
-    // Rare, because gathering drops them: a tree of the distinct positions is simpler than looking past duplicates,
+  return estimateSamplingDensity(points, measureNeighbours(points, search, execution), execution);
+}
+
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourDistances& distances,
+                                        Execution& execution)
+{
+  requireTwo(points.size());
+  if (distances.hasCoincident) {
+    // Rare, because gathering drops them: a search in the distinct positions is simpler than looking past duplicates,
     // and stays cheap however many of them coincide.
-    const std::vector<Eigen::Vector3f> positions = distinct(points.positions);
-    requireTwo(positions.size());
-    const std::unique_ptr<NeighbourSearch> tree = makeKdTree();
-    tree->setPoints(positions);
-    distances = measure(positions, *tree, execution);
+    PointSet once;
+    once.positions = distinct(points.positions);
+    requireTwo(once.size());
+    const std::unique_ptr<NeighbourSearch> search = makePointBins();
+    search->setPoints(once.positions, execution);
+    return estimateSamplingDensity(once, measureNeighbours(once, *search, execution), execution);
   }
 
   const std::vector<float>& nearest = distances.nearest;
   const auto count = static_cast<std::int64_t>(nearest.size());
   const auto sumOf = [&](auto&& term) {
-    return execution.sum(count, 16 * grain, [&](std::int64_t begin, std::int64_t end) {
+    return execution.sum(count, grain, [&](std::int64_t begin, std::int64_t end) {
       double total = 0;
       for (std::int64_t i = begin; i < end; ++i)
         total += term(double{nearest[static_cast<std::size_t>(i)]});
@@ -112,7 +124,7 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourS
   density.nearestMean = static_cast<float>(mean);
   density.nearestDeviation = static_cast<float>(std::sqrt(variance));
   if (count > eighth)
-    density.eighthMedian = median(std::move(distances.eighth));
+    density.eighthMedian = median(distances.eighth);
   density.spacing = std::max(density.nearestMean, nearestToEighth * density.eighthMedian);
   if (!(density.spacing > 0) || !std::isfinite(density.spacing))
     throw InvalidInput("the points' spacing is " + std::to_string(density.spacing) +

@@ -37,7 +37,7 @@ namespace pcl {
 /// input had them (mean of the 4 nearest points, weights 1/d²). The result does not depend on the number of threads.
 ///
 /// The search object of setSearchMethod is used for every query; it is handed clouds in a recentred frame. Without one,
-/// a kd-tree is made.
+/// the library searches in sorted bins.
 ///
 /// Compiled for PointXYZ, PointXYZI, PointXYZRGB, PointNormal, PointXYZINormal and PointXYZRGBNormal. For another type
 /// include pcl/surface/impl/mrf_reconstruction.hpp.

@@ -15,6 +15,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
@@ -167,15 +168,18 @@ void MRFReconstruction<PointNT>::gatherAndRun()
 
   const bool normalsNeeded = source == mrf::NormalSource::automatic || source == mrf::NormalSource::use;
   mrf::PointCounts counts;
-  const mrf::PointSet points = mrf::gather(positions, normals, confidences, views, sensors_, normalsNeeded, counts);
-
   mrf::Execution execution(options_.threads, callback_);
+  mrf::PointSet points =
+      mrf::gather(positions, normals, confidences, views, sensors_, normalsNeeded, counts, execution);
+  // Millions of points need the room.
+  positions = {};
+  normals = {};
   std::unique_ptr<mrf::NeighbourSearch> search;
   if (tree_)
     search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_);
   else
-    search = mrf::makeKdTree();
-  mrf::reconstruct(points, counts, options_, *search, execution, result_);
+    search = mrf::makePointBins();
+  mrf::reconstruct(std::move(points), counts, options_, *search, execution, result_);
   interpolateAttributes(*search, execution);
 }
 

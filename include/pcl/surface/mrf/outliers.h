@@ -5,6 +5,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/sampling_density.h>
 
 #include <cstdint>
 #include <vector>
@@ -38,6 +39,11 @@ struct OutlierResult {
 /// inflate the deviation until nothing is dropped. Duplicates count as neighbours at distance 0.
 /// \param search holds exactly points.positions
 OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search, const OutlierOptions& options,
+                           Execution& execution);
+
+/// The same from distances that have been measured.
+/// \throw InvalidOption also if options.spacingNeighbours is not the 8 that they were measured for
+OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances, const OutlierOptions& options,
                            Execution& execution);
 
 } // namespace mrf

@@ -25,7 +25,15 @@ struct Reconstruction {
 /// \param normals empty or one per position; \param confidences, views likewise
 /// \param sensors positions in the cloud's frame
 /// \param counts receives input, notFinite, duplicates, zeroNormals, zeroConfidence
-/// Zero normals are dropped only if `normalsNeeded`.
+/// Zero normals are dropped only if `normalsNeeded`; of equal positions the first is kept.
+/// \return the points along a space-filling curve, so that the stages find neighbours close in memory; neither their
+/// positions nor their order depend on the order they came in
+PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
+                const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
+                const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts,
+                Execution& execution);
+
+/// The same on one thread.
 PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
                 const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
                 const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts);
@@ -33,16 +41,16 @@ PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector
 /// Section 3.1: outliers, normals, components, orientation. Fills the report's density, counts and orientation.
 /// \param search is given the points that are left; it holds result.positions on return
 /// \throw InvalidInput if too few points are left
-OrientedPoints preprocess(const PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
+OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSearch& search, Report& report,
                           Execution& execution);
 
 /// Runs all stages.
 /// \param points as gather gives them, with the counts it gave
-/// \param search is used for every query; see makeKdTree
+/// \param search is used for every query; see makePointBins
 /// \param result replaced; after an error its report has what was done so far and the rest is empty or partial
 /// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled
 /// The result is the same bytes for any number of threads.
-void reconstruct(const PointSet& points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
+void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
                  Execution& execution, Reconstruction& result);
 
 } // namespace mrf

@@ -6,6 +6,8 @@
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
+#include <vector>
+
 namespace pcl {
 namespace mrf {
 
@@ -17,6 +19,19 @@ struct SamplingDensity {
   float eighthMedian = 0;     ///< median distance to the 8th neighbour; 0 with fewer than 9 distinct points
 };
 
+/// Distances from each point to its nearest others, cloud's unit: what the sampling density and the outlier filter are
+/// made of. One entry per point.
+struct NeighbourDistances {
+  std::vector<float> nearest; ///< to the closest other point, infinite without one
+  std::vector<float> eighth;  ///< to the 8th other point, infinite without one
+  std::vector<float> mean;    ///< mean over the 8 nearest others, or as many as there are; 0 without one
+  bool hasCoincident = false; ///< some positions are equal
+};
+
+/// \param search holds exactly points.positions
+/// Cost: one 9-neighbour query per point.
+NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution);
+
 /// Estimates the sampling density.
 ///
 /// Overlapping scans make the mean nearest distance misleadingly small; on a uniformly sampled surface the 8th
@@ -26,6 +41,10 @@ struct SamplingDensity {
 /// \throw InvalidInput if fewer than two positions are distinct
 /// Cost: one 9-neighbour query per point. The result does not depend on the number of threads.
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution);
+
+/// The same from distances that have been measured. Coincident points are measured again without their duplicates.
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourDistances& distances,
+                                        Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

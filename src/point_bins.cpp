@@ -1,0 +1,627 @@
+#include "point_bins.h"
+
+#include "nearest_kernels.h"
+#include "spatial_sort.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Points, or bricks of about so many, per piece of parallel work.
+constexpr std::int64_t grain = 4096;
+constexpr std::int64_t brickGrain = 64;
+
+constexpr int cellBits = 21;
+constexpr int brickSide = 4;
+constexpr std::size_t brickCells = 64;
+
+/// Cells of a side of so many median distances to the 8th neighbour: measured, flat from .9 to 1.2.
+constexpr double sidePerEighth = 1.05;
+
+/// Cells with more points are sorted inside, so that the tree's boxes there are small.
+constexpr std::size_t crowded = 64;
+
+/// Fewer points per brick than this, and the tables cost more than they save.
+constexpr std::size_t fewestPerBrick = 4;
+
+/// More neighbours than this the tree finds as fast.
+constexpr int mostFromBins = 32;
+
+/// The cells of a brick are numbered by a Morton code of two bits per axis; this is one bit per cell for those with a
+/// coordinate first..last along an axis.
+constexpr std::uint64_t slab(int axis, int first, int last)
+{
+  std::uint64_t mask = 0;
+  for (int cell = 0; cell < 64; ++cell) {
+    const int coordinate = (cell >> axis & 1) | (cell >> (axis + 2) & 2);
+    if (coordinate >= first && coordinate <= last)
+      mask |= std::uint64_t{1} << cell;
+  }
+  return mask;
+}
+
+/// The same for all axes and ranges.
+struct Slabs {
+  std::uint64_t masks[3][brickSide][brickSide] = {};
+
+  constexpr Slabs()
+  {
+    for (int axis = 0; axis < 3; ++axis)
+      for (int first = 0; first < brickSide; ++first)
+        for (int last = 0; last < brickSide; ++last)
+          masks[axis][first][last] = slab(axis, first, last);
+  }
+
+  /// Of a box of cells' range along an axis, the part in a brick.
+  std::uint64_t within(int axis, int brick, int lower, int upper) const
+  {
+    const int corner = brickSide * brick;
+    return masks[axis][std::max(lower - corner, 0)][std::min(upper - corner, brickSide - 1)];
+  }
+};
+constexpr Slabs slabs;
+
+/// Number of zeros below the lowest one. \pre bits != 0
+int lowestBit(std::uint64_t bits)
+{
+  return __builtin_ctzll(bits);
+}
+
+/// A brick as a key of the hash table, never 0.
+std::uint64_t packed(const Eigen::Array3i& brick)
+{
+  return std::uint64_t{1} << 63 | static_cast<std::uint64_t>(brick.z()) << 40 |
+         static_cast<std::uint64_t>(brick.y()) << 20 | static_cast<std::uint64_t>(brick.x());
+}
+
+std::size_t slotOf(std::uint64_t key, std::size_t capacity)
+{
+  return static_cast<std::size_t>(key * 0x9e3779b97f4a7c15 >> 32) & (capacity - 1);
+}
+
+constexpr std::size_t noBrick = std::numeric_limits<std::size_t>::max();
+
+/// Room for the points of a box of cells, to be compared with several queries.
+constexpr std::size_t mostCandidates = 768;
+
+/// Indices of about `most` values in regular steps.
+std::vector<std::size_t> sampleOf(std::size_t count, std::size_t most)
+{
+  std::vector<std::size_t> sample(std::min(count, most));
+  for (std::size_t n = 0; n < sample.size(); ++n)
+    sample[n] = n * count / sample.size();
+  return sample;
+}
+
+struct Frame {
+  Eigen::Array3d centre = Eigen::Array3d::Zero();
+  double side = 1;
+};
+
+/// Where the bulk of the points is, and cells of about five points each: from a few thousand of them, as if the surface
+/// between them were flat.
+Frame estimateFrame(const std::vector<Eigen::Vector3f>& positions)
+{
+  const std::vector<std::size_t> sample = sampleOf(positions.size(), 4096);
+  Eigen::Array3d lower, upper;
+  std::vector<float> values(sample.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(sample.begin(), sample.end(), values.begin(), [&](std::size_t i) { return positions[i][axis]; });
+    std::sort(values.begin(), values.end());
+    // Far outliers must not decide the resolution.
+    lower[axis] = values[values.size() / 50];
+    upper[axis] = values[values.size() - 1 - values.size() / 50];
+  }
+  Frame frame;
+  frame.centre = .5 * (lower + upper);
+  const double extent = (upper - lower).maxCoeff();
+  if (!(extent > 0))
+    return frame;
+
+  constexpr int levels = 16;
+  std::vector<std::uint64_t> codes;
+  codes.reserve(sample.size());
+  for (const std::size_t i : sample) {
+    const Eigen::Array3d cell = (positions[i].array().cast<double>() - lower) * ((1 << levels) / extent);
+    const Eigen::Array3i inside = cell.max(0).min((1 << levels) - 1).cast<int>();
+    codes.push_back(mortonCode(static_cast<std::uint32_t>(inside.x()), static_cast<std::uint32_t>(inside.y()),
+                               static_cast<std::uint32_t>(inside.z())));
+  }
+  std::sort(codes.begin(), codes.end());
+  // From fine to coarse until the median point has company enough in its cell.
+  constexpr double wanted = 5;
+  double occupancy = 1;
+  int level = levels;
+  for (; level > 0; --level) {
+    const auto cellAt = [&](std::size_t n) { return codes[n] >> 3 * (levels - level); };
+    std::vector<std::uint32_t> sizes;
+    for (std::size_t begin = 0, end = 0; begin < codes.size(); begin = end) {
+      while (end < codes.size() && cellAt(end) == cellAt(begin))
+        ++end;
+      sizes.insert(sizes.end(), end - begin, static_cast<std::uint32_t>(end - begin));
+    }
+    std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
+    occupancy = sizes[sizes.size() / 2];
+    if (occupancy >= wanted)
+      break;
+  }
+  const double sampled = static_cast<double>(sample.size()) / static_cast<double>(positions.size());
+  frame.side = std::ldexp(extent, -level) * std::sqrt(sampled * wanted / occupancy);
+  return frame;
+}
+
+} // namespace
+
+std::unique_ptr<NeighbourSearch> makePointBins()
+{
+  return std::make_unique<PointBins>();
+}
+
+void PointBins::setPoints(const std::vector<Eigen::Vector3f>& positions)
+{
+  Execution serial(1);
+  setPoints(positions, serial);
+}
+
+void PointBins::setPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
+{
+  const auto lay = [&](const Eigen::Array3d& centre, double side) {
+    side_ = std::max(side, 1e-300);
+    inverseSide_ = 1 / side_;
+    origin_ = centre - side_ * (1 << (cellBits - 1));
+    rounding_ = 1e-6 * side_ + 1e-14 * origin_.abs().maxCoeff();
+    sortPoints(positions, execution);
+    tree_.build(points_, execution);
+  };
+  if (positions.empty()) {
+    points_.clear();
+    starts_.clear();
+    tree_.build(points_, execution);
+    return;
+  }
+  const Frame frame = estimateFrame(positions);
+  lay(frame.centre, frame.side);
+  const double ideal = idealSide();
+  constexpr double tolerance = 1.35;
+  if (ideal > 0 && (side_ > tolerance * ideal || tolerance * side_ < ideal))
+    lay(frame.centre, ideal);
+}
+
+Eigen::Array3i PointBins::cellOf(const Eigen::Array3d& position) const
+{
+  // Clamped: beyond the last cells there are only far outliers. They count as members of those.
+  constexpr double last = (1 << cellBits) - 1;
+  return ((position - origin_) * inverseSide_).max(0).min(last).cast<int>();
+}
+
+void PointBins::sortPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
+{
+  const auto count = static_cast<std::int64_t>(positions.size());
+  std::vector<std::uint64_t> keys(positions.size());
+  std::vector<std::uint32_t> order(positions.size());
+  std::vector<Eigen::Array3i> lowest(static_cast<std::size_t>((count + grain - 1) / grain));
+  const auto cellAt = [&](std::size_t i) { return cellOf(positions[i].array().cast<double>()); };
+  execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    Eigen::Array3i lower = cellAt(static_cast<std::size_t>(begin));
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      lower = lower.min(cellAt(i));
+    lowest[static_cast<std::size_t>(begin / grain)] = lower;
+  });
+  base_ = lowest.front();
+  for (const Eigen::Array3i& lower : lowest)
+    base_ = base_.min(lower);
+  base_ -= base_.unaryExpr([](int cell) { return cell % brickSide; });
+  execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const Eigen::Array3i cell = cellAt(i) - base_;
+      keys[i] = mortonCode(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),
+                           static_cast<std::uint32_t>(cell.z()));
+      order[i] = static_cast<std::uint32_t>(i);
+    }
+  });
+  sortByKey(keys, order, execution);
+  points_.resize(positions.size());
+  execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+      const Eigen::Vector3f& position = positions[order[n]];
+      points_[n] = {position.x(), position.y(), position.z(), order[n]};
+    }
+  });
+  makeBricks(keys, execution);
+  sortCrowdedCells(execution);
+}
+
+void PointBins::makeBricks(const std::vector<std::uint64_t>& keys, Execution& execution)
+{
+  starts_.clear();
+  std::vector<std::uint32_t> firsts; // point of each brick
+  for (std::size_t n = 0; n < keys.size(); ++n)
+    if (n == 0 || keys[n] >> 6 != keys[n - 1] >> 6)
+      firsts.push_back(static_cast<std::uint32_t>(n));
+  const std::size_t bricks = firsts.size();
+  if (bricks * fewestPerBrick > keys.size() && bricks > 1)
+    return;
+  firsts.push_back(static_cast<std::uint32_t>(keys.size()));
+
+  starts_.resize(bricks * brickCells + 1);
+  occupied_.assign(bricks, 0);
+  starts_.back() = firsts.back();
+  execution.forRange(static_cast<std::int64_t>(bricks), brickGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto b = static_cast<std::size_t>(begin); b < static_cast<std::size_t>(end); ++b) {
+      std::uint32_t n = firsts[b];
+      for (std::size_t cell = 0; cell < brickCells; ++cell) {
+        starts_[b * brickCells + cell] = n;
+        for (; n < firsts[b + 1] && (keys[n] & (brickCells - 1)) == cell; ++n)
+          occupied_[b] |= std::uint64_t{1} << cell;
+      }
+    }
+  });
+
+  std::size_t capacity = 16;
+  while (capacity < 2 * bricks)
+    capacity *= 2;
+  brickKeys_.assign(capacity, 0);
+  brickNumbers_.assign(capacity, 0);
+  for (std::size_t b = 0; b < bricks; ++b) {
+    const IndexedPoint& point = points_[firsts[b]];
+    const Eigen::Array3i brick = (cellOf({point.x, point.y, point.z}) - base_) / brickSide;
+    const std::uint64_t key = packed(brick);
+    std::size_t slot = slotOf(key, capacity);
+    while (brickKeys_[slot] != 0)
+      slot = (slot + 1) & (capacity - 1);
+    brickKeys_[slot] = key;
+    brickNumbers_[slot] = static_cast<std::uint32_t>(b);
+  }
+}
+
+void PointBins::sortCrowdedCells(Execution& execution)
+{
+  const auto sortRange = [&](std::size_t first, std::size_t last) {
+    Eigen::Array3f lower(points_[first].x, points_[first].y, points_[first].z), upper = lower;
+    for (std::size_t n = first; n < last; ++n) {
+      lower = lower.min(Eigen::Array3f(points_[n].x, points_[n].y, points_[n].z));
+      upper = upper.max(Eigen::Array3f(points_[n].x, points_[n].y, points_[n].z));
+    }
+    const double extent = (upper.cast<double>() - lower.cast<double>()).maxCoeff();
+    const double scale = extent > 0 ? ((1 << cellBits) - 1) / extent : 0;
+    std::vector<std::pair<std::uint64_t, IndexedPoint>> keyed;
+    keyed.reserve(last - first);
+    for (std::size_t n = first; n < last; ++n) {
+      const Eigen::Array3d offset = Eigen::Array3d(points_[n].x, points_[n].y, points_[n].z) - lower.cast<double>();
+      const Eigen::Array3i cell = (offset * scale).cast<int>();
+      keyed.emplace_back(mortonCode(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),
+                                    static_cast<std::uint32_t>(cell.z())),
+                         points_[n]);
+    }
+    std::sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first < b.first : a.second.index < b.second.index;
+    });
+    for (std::size_t n = first; n < last; ++n)
+      points_[n] = keyed[n - first].second;
+  };
+  if (!hasBins()) {
+    // Cells that are far from suiting the points say nothing about their order.
+    sortRange(0, points_.size());
+    return;
+  }
+  execution.forRange(static_cast<std::int64_t>(starts_.size() - 1), brickGrain * brickCells,
+                     [&](std::int64_t begin, std::int64_t end) {
+                       for (auto cell = static_cast<std::size_t>(begin); cell < static_cast<std::size_t>(end); ++cell)
+                         if (starts_[cell + 1] - starts_[cell] > crowded)
+                           sortRange(starts_[cell], starts_[cell + 1]);
+                     });
+}
+
+double PointBins::idealSide() const
+{
+  constexpr std::size_t neighbours = 9; // the point itself among them
+  std::array<float, neighbours> distances;
+  std::array<std::uint32_t, neighbours> indices;
+  std::vector<float> eighths;
+  for (const std::size_t n : sampleOf(points_.size(), 64)) {
+    Nearest nearest(neighbours, distances.data(), indices.data());
+    tree_.findNearest({points_[n].x, points_[n].y, points_[n].z}, nearest);
+    if (nearest.size() == neighbours)
+      eighths.push_back(std::sqrt(distances.back()));
+  }
+  if (eighths.empty())
+    return 0;
+  const auto middle = eighths.begin() + static_cast<std::ptrdiff_t>(eighths.size() / 2);
+  std::nth_element(eighths.begin(), middle, eighths.end());
+  return sidePerEighth * *middle;
+}
+
+std::size_t PointBins::findBrick(const Eigen::Array3i& brick) const
+{
+  const std::uint64_t key = packed(brick);
+  const std::size_t capacity = brickKeys_.size();
+  for (std::size_t slot = slotOf(key, capacity); brickKeys_[slot] != 0; slot = (slot + 1) & (capacity - 1))
+    if (brickKeys_[slot] == key)
+      return brickNumbers_[slot];
+  return noBrick;
+}
+
+float PointBins::squaredClearance(const Eigen::Vector3f& query, const CellBox& cells) const
+{
+  constexpr int last = (1 << cellBits) - 1;
+  double result = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    // The first and the last cells hold all that is beyond them.
+    if (cells.lower[axis] > 0)
+      result = std::min(result, query[axis] - (origin_[axis] + cells.lower[axis] * side_));
+    if (cells.upper[axis] < last)
+      result = std::min(result, origin_[axis] + (cells.upper[axis] + 1) * side_ - query[axis]);
+  }
+  const double clear = std::max(0., .999999 * (result - rounding_));
+  return static_cast<float>(clear * clear);
+}
+
+template <typename Visit>
+void PointBins::forEachRun(const CellBox& cells, const Visit& visit) const
+{
+  const Eigen::Array3i lower = (cells.lower - base_).max(0), upper = cells.upper - base_;
+  if ((upper < 0).any())
+    return;
+  const Eigen::Array3i first = lower / brickSide, last = upper / brickSide;
+  for (int bz = first.z(); bz <= last.z(); ++bz) {
+    const std::uint64_t inZ = slabs.within(2, bz, lower.z(), upper.z());
+    for (int by = first.y(); by <= last.y(); ++by) {
+      const std::uint64_t inYZ = inZ & slabs.within(1, by, lower.y(), upper.y());
+      for (int bx = first.x(); bx <= last.x(); ++bx) {
+        const std::size_t brick = findBrick({bx, by, bz});
+        if (brick == noBrick)
+          continue;
+        const std::uint64_t wanted = inYZ & slabs.within(0, bx, lower.x(), upper.x());
+        const std::uint32_t* starts = starts_.data() + brick * brickCells;
+        // Cells with consecutive numbers are one run.
+        for (std::uint64_t left = wanted & occupied_[brick]; left != 0;) {
+          const int begin = lowestBit(left);
+          const std::uint64_t beyond = ~(wanted >> begin);
+          const int end = begin + (beyond != 0 ? lowestBit(beyond) : static_cast<int>(brickCells));
+          visit(std::size_t{starts[begin]}, std::size_t{starts[end]});
+          left = end < static_cast<int>(brickCells) ? left & (~std::uint64_t{0} << end) : 0;
+        }
+      }
+    }
+  }
+}
+
+bool PointBins::findBounded(const Eigen::Vector3f& query, float bound, Nearest& nearest) const
+{
+  constexpr double mostCells = 2.5; // farther, the tree is faster
+  const double reach = 1.000001 * std::sqrt(double{bound});
+  if (!(reach < mostCells * side_))
+    return false;
+  const Eigen::Array3d position = query.array().cast<double>();
+  std::size_t seen = 0;
+  forEachRun({cellOf(position - reach), cellOf(position + reach)}, [&](std::size_t begin, std::size_t end) {
+    seen += end - begin;
+    for (std::size_t n = begin; n < end && seen <= mostCandidates; ++n)
+      nearest.add(points_[n].squaredDistanceTo(query), points_[n].index);
+  });
+  return seen <= mostCandidates;
+}
+
+void PointBins::findNearest(const Eigen::Vector3f& query, Nearest& nearest) const
+{
+  const auto isFoundIn = [&](const CellBox& cells) {
+    nearest.clear();
+    std::size_t seen = 0;
+    forEachRun(cells, [&](std::size_t begin, std::size_t end) {
+      seen += end - begin;
+      // The tree prunes what is in crowded cells.
+      for (std::size_t n = begin; n < end && seen <= mostCandidates; ++n)
+        nearest.add(points_[n].squaredDistanceTo(query), points_[n].index);
+    });
+    return seen <= mostCandidates && nearest.worst() < squaredClearance(query, cells);
+  };
+  if (hasBins() && nearest.capacity() <= mostFromBins) {
+    constexpr int last = (1 << cellBits) - 1;
+    const Eigen::Array3d position = query.array().cast<double>();
+    // A few neighbours are mostly in the eight cells around the nearest corner.
+    const bool few = nearest.capacity() <= 4;
+    const Eigen::Array3i lower = few ? cellOf(position - .5 * side_) : (cellOf(position) - 1).max(0);
+    if (isFoundIn({lower, (lower + (few ? 1 : 2)).min(last)}))
+      return;
+    if (nearest.size() == nearest.capacity()) {
+      const float bound = nearest.worst();
+      nearest.clear();
+      if (findBounded(query, bound, nearest))
+        return;
+    }
+  }
+  nearest.clear();
+  tree_.findNearest(query, nearest);
+}
+
+int PointBins::nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const
+{
+  const std::size_t room = std::min(static_cast<std::size_t>(std::max(k, 0)), points_.size());
+  result.indices.resize(room);
+  result.squaredDistances.resize(room);
+  if (room == 0 || !query.allFinite()) {
+    result.indices.clear();
+    result.squaredDistances.clear();
+    return 0;
+  }
+  // Unsigned values may be written through pointers to their signed type.
+  Nearest nearest(room, result.squaredDistances.data(), reinterpret_cast<std::uint32_t*>(result.indices.data()));
+  findNearest(query, nearest);
+  return static_cast<int>(room);
+}
+
+int PointBins::within(const Eigen::Vector3f& query, float radius, Neighbours& result) const
+{
+  result.indices.clear();
+  result.squaredDistances.clear();
+  if (!query.allFinite() || !(radius > 0))
+    return 0;
+  const auto limit = static_cast<float>(double{radius} * radius);
+  // Distances are not negative: their bits are ordered as they are.
+  std::vector<std::uint64_t> found;
+  const auto add = [&](float distance, std::uint32_t index) {
+    std::uint32_t bits = 0;
+    std::memcpy(&bits, &distance, sizeof bits);
+    found.push_back(std::uint64_t{bits} << 32 | index);
+  };
+  constexpr double mostCells = 2; // from the centre; farther, the tree is faster
+  if (hasBins() && radius < mostCells * side_) {
+    const Eigen::Array3d position = query.array().cast<double>();
+    const double reach = 1.000001 * radius;
+    forEachRun({cellOf(position - reach), cellOf(position + reach)}, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) {
+        const float distance = points_[n].squaredDistanceTo(query);
+        if (distance < limit)
+          add(distance, points_[n].index);
+      }
+    });
+  } else {
+    tree_.findWithin(query, limit, add);
+  }
+  std::sort(found.begin(), found.end());
+  result.indices.reserve(found.size());
+  result.squaredDistances.reserve(found.size());
+  for (const std::uint64_t entry : found) {
+    const auto bits = static_cast<std::uint32_t>(entry >> 32);
+    float distance = 0;
+    std::memcpy(&distance, &bits, sizeof distance);
+    result.indices.push_back(static_cast<int>(entry & 0xffffffff));
+    result.squaredDistances.push_back(distance);
+  }
+  return static_cast<int>(found.size());
+}
+
+/// Queries close together, and what is around them.
+struct PointBins::Group {
+  std::size_t size = 0;
+  CellBox cells;                                         ///< of the queries
+  std::array<std::uint32_t, kernels::queryLanes> points; ///< their numbers in sorted order
+
+  std::size_t candidates = 0;
+  std::array<float, mostCandidates> x, y, z;
+  std::array<std::uint32_t, mostCandidates> indices;
+  std::array<float, mostCandidates> distances;
+
+  std::array<float, kernels::queryLanes * mostFromBins> answers;
+  std::array<std::uint32_t, kernels::queryLanes * mostFromBins> answerIndices;
+};
+
+void PointBins::forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
+                                Execution& execution, const std::function<void(const NeighbourBatch&)>& visit) const
+{
+  const auto wanted = static_cast<std::size_t>(std::max(k, 0));
+  if (!hasBins() || wanted > kernels::mostNearest) {
+    NeighbourSearch::forEachPosition(positions, k, answer, execution, visit);
+    return;
+  }
+  execution.forRange(static_cast<std::int64_t>((starts_.size() - 1) / brickCells), brickGrain,
+                     [&](std::int64_t begin, std::int64_t end) {
+                       Group group;
+                       for (auto b = static_cast<std::size_t>(begin); b < static_cast<std::size_t>(end); ++b)
+                         answerBrick(b, group, wanted, answer, visit);
+                     });
+}
+
+void PointBins::answerBrick(std::size_t brick, Group& group, std::size_t k, Answer answer,
+                            const std::function<void(const NeighbourBatch&)>& visit) const
+{
+  const std::uint32_t* starts = starts_.data() + brick * brickCells;
+  const IndexedPoint& some = points_[starts[0]];
+  const Eigen::Array3i any = cellOf({some.x, some.y, some.z}) - base_;
+  const Eigen::Array3i corner = base_ + any - any.unaryExpr([](int cell) { return cell % brickSide; });
+  group.size = 0;
+  for (std::size_t code = 0; code < brickCells; ++code) {
+    const auto axisOf = [code](int axis) { return static_cast<int>((code >> axis & 1) | (code >> (axis + 2) & 2)); };
+    const Eigen::Array3i cell = corner + Eigen::Array3i(axisOf(0), axisOf(1), axisOf(2));
+    for (std::uint32_t n = starts[code]; n < starts[code + 1]; ++n) {
+      if (group.size == 0)
+        group.cells = {cell, cell};
+      group.cells.lower = group.cells.lower.min(cell);
+      group.cells.upper = group.cells.upper.max(cell);
+      group.points[group.size++] = n;
+      if (group.size == kernels::queryLanes) {
+        answerGroup(group, k, answer, visit);
+        group.size = 0;
+      }
+    }
+  }
+  if (group.size > 0)
+    answerGroup(group, k, answer, visit);
+}
+
+void PointBins::answerGroup(Group& group, std::size_t k, Answer answer,
+                            const std::function<void(const NeighbourBatch&)>& visit) const
+{
+  constexpr std::size_t lanes = kernels::queryLanes;
+  constexpr int last = (1 << cellBits) - 1;
+  const CellBox around{(group.cells.lower - 1).max(0), (group.cells.upper + 1).min(last)};
+  group.candidates = 0;
+  bool fits = true;
+  forEachRun(around, [&](std::size_t begin, std::size_t end) {
+    fits = fits && group.candidates + (end - begin) <= mostCandidates;
+    for (std::size_t n = begin; n < end && fits; ++n) {
+      group.x[group.candidates] = points_[n].x;
+      group.y[group.candidates] = points_[n].y;
+      group.z[group.candidates] = points_[n].z;
+      group.indices[group.candidates++] = points_[n].index;
+    }
+  });
+
+  std::array<float, lanes> x, y, z;
+  for (std::size_t q = 0; q < lanes; ++q) {
+    // Idle lanes repeat the last query.
+    const IndexedPoint& point = points_[group.points[std::min(q, group.size - 1)]];
+    x[q] = point.x;
+    y[q] = point.y;
+    z[q] = point.z;
+  }
+  std::array<float, lanes * kernels::mostNearest> sorted;
+  if (fits)
+    kernels::nearestDistances(group.candidates, group.x.data(), group.y.data(), group.z.data(), x.data(), y.data(),
+                              z.data(), k, sorted.data());
+
+  std::array<std::uint32_t, lanes> positions;
+  for (std::size_t q = 0; q < group.size; ++q) {
+    positions[q] = points_[group.points[q]].index;
+    const Eigen::Vector3f query(x[q], y[q], z[q]);
+    float* distances = group.answers.data() + q * k;
+    std::uint32_t* indices = group.answerIndices.data() + q * k;
+    const float worst = fits ? sorted[(k - 1) * lanes + q] : std::numeric_limits<float>::infinity();
+    Nearest nearest(k, distances, indices);
+    if (!(worst < squaredClearance(query, around))) {
+      if (!findBounded(query, worst, nearest)) {
+        nearest.clear();
+        tree_.findNearest(query, nearest);
+      }
+      std::fill(distances + nearest.size(), distances + k, std::numeric_limits<float>::infinity());
+      continue;
+    }
+    if (answer == Answer::distances) {
+      for (std::size_t n = 0; n < k; ++n)
+        distances[n] = sorted[n * lanes + q];
+      continue;
+    }
+    kernels::distances(group.candidates, group.x.data(), group.y.data(), group.z.data(), x[q], y[q], z[q],
+                       group.distances.data());
+    for (std::size_t c = 0; c < group.candidates; ++c)
+      if (group.distances[c] <= worst)
+        nearest.add(group.distances[c], group.indices[c]);
+  }
+  NeighbourBatch batch;
+  batch.size = group.size;
+  batch.k = k;
+  batch.positions = positions.data();
+  batch.squaredDistances = group.answers.data();
+  batch.indices = answer == Answer::distances ? nullptr : group.answerIndices.data();
+  visit(batch);
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,79 @@
+/// \file
+/// \brief Neighbour search on sorted uniform bins, with a tree for what bins are bad at.
+#pragma once
+
+#include <pcl/surface/mrf/neighbour_search.h>
+
+#include "point_tree.h"
+
+#include <Eigen/Core>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Cells of a side that suits the median density, sorted along a Morton curve and kept in occupied bricks of 4³ cells.
+///
+/// A query looks at the cells around it. What it finds there is the answer if no point outside of them can be closer;
+/// otherwise (far from the points, where they are sparse, or in cells with very many) the tree over the same sorted
+/// points answers. So the cells decide the speed alone, and any distribution of points is answered exactly.
+class PointBins final : public NeighbourSearch {
+public:
+  void setPoints(const std::vector<Eigen::Vector3f>& positions) override;
+  void setPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution) override;
+
+  int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override;
+  int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override;
+  void forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer, Execution& execution,
+                       const std::function<void(const NeighbourBatch&)>& visit) const override;
+
+private:
+  /// A box of cells, both ends included.
+  struct CellBox {
+    Eigen::Array3i lower, upper;
+  };
+
+  struct Group;
+
+  void sortPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution);
+  void makeBricks(const std::vector<std::uint64_t>& keys, Execution& execution);
+  void sortCrowdedCells(Execution& execution);
+  double idealSide() const;
+
+  Eigen::Array3i cellOf(const Eigen::Array3d& position) const;
+  std::size_t findBrick(const Eigen::Array3i& brick) const;
+  bool hasBins() const { return !starts_.empty(); }
+
+  /// All points outside of the cells are farther from the query than this.
+  float squaredClearance(const Eigen::Vector3f& query, const CellBox& cells) const;
+
+  /// Calls visit(begin, end) on runs of sorted points that make up the cells.
+  template <typename Visit>
+  void forEachRun(const CellBox& cells, const Visit& visit) const;
+
+  void findNearest(const Eigen::Vector3f& query, Nearest& nearest) const;
+
+  /// The same, given a squared distance that the farthest of them does not exceed. \return false if it is too large
+  bool findBounded(const Eigen::Vector3f& query, float bound, Nearest& nearest) const;
+  void answerBrick(std::size_t brick, Group& group, std::size_t k, Answer answer,
+                   const std::function<void(const NeighbourBatch&)>& visit) const;
+  void answerGroup(Group& group, std::size_t k, Answer answer,
+                   const std::function<void(const NeighbourBatch&)>& visit) const;
+
+  std::vector<IndexedPoint> points_;               ///< sorted by cell
+  PointTree tree_;                                 ///< over points_
+  double side_ = 1, inverseSide_ = 1;              ///< of a cell
+  double rounding_ = 0;                            ///< what rounding may make of the distance to a cell
+  Eigen::Array3d origin_ = Eigen::Array3d::Zero(); ///< lower corner of cell 0
+  Eigen::Array3i base_ = Eigen::Array3i::Zero();   ///< first cell of the first brick along each axis
+  std::vector<std::uint32_t> starts_;              ///< first point of each cell, brick by brick; empty: no bins
+  std::vector<std::uint64_t> occupied_;            ///< one bit per cell of each brick that has points
+  std::vector<std::uint64_t> brickKeys_;           ///< hash table with open addressing; 0 = free
+  std::vector<std::uint32_t> brickNumbers_;        ///< what the table holds
+};
+
+} // namespace mrf
+} // namespace pcl

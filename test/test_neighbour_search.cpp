@@ -1,0 +1,356 @@
+#include <pcl/surface/mrf/neighbour_search.h>
+
+#include "support/clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <random>
+#include <string>
+
+using pcl::mrf::Execution;
+using pcl::mrf::makeKdTree;
+using pcl::mrf::makePointBins;
+using pcl::mrf::NeighbourBatch;
+using pcl::mrf::Neighbours;
+using pcl::mrf::NeighbourSearch;
+
+namespace {
+
+using Positions = std::vector<Eigen::Vector3f>;
+
+/// What is to be searched, and by what it is hard.
+struct Cloud {
+  std::string name;
+  std::function<Positions()> make;
+};
+
+Positions onSphere(std::size_t count, float radius, unsigned seed)
+{
+  std::mt19937 random(seed);
+  std::normal_distribution<float> normal;
+  Positions positions;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float x = normal(random), y = normal(random), z = normal(random);
+    positions.push_back(radius * Eigen::Vector3f(x, y, z).normalized());
+  }
+  return positions;
+}
+
+Positions inCube(std::size_t count, float half, unsigned seed)
+{
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> coordinate(-half, half);
+  Positions positions;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float x = coordinate(random), y = coordinate(random), z = coordinate(random);
+    positions.emplace_back(x, y, z);
+  }
+  return positions;
+}
+
+void append(Positions& positions, const Positions& more, const Eigen::Vector3f& offset = Eigen::Vector3f::Zero())
+{
+  for (const Eigen::Vector3f& position : more)
+    positions.push_back(position + offset);
+}
+
+const Cloud hardClouds[] = {
+    {"surface", [] { return onSphere(3000, 1, 1); }},
+    {"volume", [] { return inCube(2000, 1, 2); }},
+    {"one",
+     [] {
+       return Positions{{1, 2, 3}};
+     }},
+    {"three",
+     [] {
+       return Positions{{1, 2, 3}, {1, 2, 4}, {5, 2, 3}};
+     }},
+    {"coincident", [] { return Positions(500, Eigen::Vector3f(1, 2, 3)); }},
+    {"collinear",
+     [] {
+       Positions positions;
+       for (int i = 0; i < 1000; ++i)
+         positions.emplace_back(static_cast<float>(i * i % 1009), 0.f, 0.f);
+       return positions;
+     }},
+    {"lattice", // all distances tie
+     [] {
+       Positions positions;
+       for (const Eigen::Vector3f& p : clouds::lattice(40, .25f).positions)
+         positions.push_back(p);
+       return positions;
+     }},
+    {"half of them duplicates",
+     [] {
+       Positions positions = onSphere(1000, 1, 3);
+       append(positions, Positions(positions));
+       append(positions, Positions(300, positions.front()));
+       return positions;
+     }},
+    {"far outliers",
+     [] {
+       Positions positions = onSphere(2000, 1, 4);
+       append(positions, onSphere(20, 1000, 5));
+       positions.emplace_back(1e9f, 0.f, 0.f);
+       positions.emplace_back(0.f, -3e18f, 1.f);
+       return positions;
+     }},
+    {"most in one place",
+     [] {
+       Positions positions = inCube(200, 1, 6);
+       append(positions, onSphere(1800, 1e-5f, 7));
+       return positions;
+     }},
+    {"two densities",
+     [] {
+       Positions positions = onSphere(1000, 1, 8);
+       append(positions, onSphere(990, 1e-3f, 9), {1, 0, 0});
+       return positions;
+     }},
+    {"clusters of all sizes",
+     [] {
+       Positions positions;
+       for (int scale = 0; scale < 12; ++scale)
+         append(positions, inCube(150, std::ldexp(1.f, -2 * scale), static_cast<unsigned>(10 + scale)), {1, 1, 1});
+       return positions;
+     }},
+    {"far from the origin",
+     [] {
+       Positions positions;
+       append(positions, onSphere(2000, 1, 11), {3e4f, -2e4f, 1e5f});
+       return positions;
+     }},
+    {"tiny", [] { return onSphere(500, 1e-18f, 12); }},
+};
+
+class HardClouds : public testing::TestWithParam<Cloud> {};
+
+/// Of equals the smaller indices.
+Neighbours bruteForce(const Positions& positions, const Eigen::Vector3f& query, std::size_t k, float limit)
+{
+  std::vector<std::pair<float, int>> all;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const float dx = query.x() - positions[i].x(), dy = query.y() - positions[i].y(), dz = query.z() - positions[i].z();
+    const float squared = dx * dx + dy * dy + dz * dz;
+    if (squared < limit)
+      all.emplace_back(squared, static_cast<int>(i));
+  }
+  std::sort(all.begin(), all.end());
+  all.resize(std::min(k, all.size()));
+  Neighbours result;
+  for (const auto& [distance, index] : all) {
+    result.indices.push_back(index);
+    result.squaredDistances.push_back(distance);
+  }
+  return result;
+}
+
+constexpr float noLimit = std::numeric_limits<float>::infinity();
+constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
+
+void expectEqual(const Neighbours& found, const Neighbours& expected)
+{
+  EXPECT_EQ(found.indices, expected.indices);
+  EXPECT_EQ(found.squaredDistances, expected.squaredDistances);
+}
+
+/// Some of the positions, and places beside, between and far from them.
+Positions queriesFor(const Positions& positions)
+{
+  Positions queries;
+  std::mt19937 random(99);
+  std::normal_distribution<float> normal;
+  for (int n = 0; n < 60; ++n) {
+    const Eigen::Vector3f &p = positions[random() % positions.size()], &q = positions[random() % positions.size()];
+    const float x = normal(random), y = normal(random), z = normal(random);
+    queries.push_back(p);
+    queries.push_back(.5f * p + .5f * q);
+    queries.push_back(p + .01f * Eigen::Vector3f(x, y, z));
+    queries.push_back(p + 10 * Eigen::Vector3f(x, y, z));
+  }
+  queries.emplace_back(1e12f, -1e12f, 0.f);
+  return queries;
+}
+
+} // namespace
+
+TEST_P(HardClouds, BinsAgreeWithBruteForce)
+{
+  const Positions positions = GetParam().make();
+  const auto bins = makePointBins();
+  bins->setPoints(positions);
+  Neighbours found;
+  for (const Eigen::Vector3f& query : queriesFor(positions))
+    for (const int k : {1, 2, 4, 9, 13, 40}) {
+      SCOPED_TRACE(k);
+      const Neighbours expected = bruteForce(positions, query, static_cast<std::size_t>(k), noLimit);
+      EXPECT_EQ(bins->nearest(query, k, found), static_cast<int>(expected.indices.size()));
+      expectEqual(found, expected);
+      if (testing::Test::HasFailure())
+        return;
+    }
+}
+
+TEST_P(HardClouds, RadiusQueriesAgreeWithBruteForce)
+{
+  const Positions positions = GetParam().make();
+  const auto bins = makePointBins();
+  bins->setPoints(positions);
+  Neighbours found;
+  // From a few neighbours up to the whole cloud, however it is scaled.
+  for (const Eigen::Vector3f& query : queriesFor(positions))
+    for (const std::size_t rank : {std::size_t{1}, std::size_t{10}, std::size_t{200}, positions.size()}) {
+      SCOPED_TRACE(rank);
+      const Neighbours around = bruteForce(positions, query, rank, noLimit);
+      const float radius = 1.2f * std::sqrt(around.squaredDistances.back());
+      if (!(radius > 0) || !std::isfinite(radius * radius))
+        continue;
+      const Neighbours expected = bruteForce(positions, query, all, static_cast<float>(double{radius} * radius));
+      EXPECT_EQ(bins->within(query, radius, found), static_cast<int>(expected.indices.size()));
+      expectEqual(found, expected);
+      if (testing::Test::HasFailure())
+        return;
+    }
+}
+
+TEST_P(HardClouds, AllPositionsAtOnceAgreeWithSingleQueries)
+{
+  const Positions positions = GetParam().make();
+  const auto bins = makePointBins();
+  Execution execution(2);
+  bins->setPoints(positions, execution);
+  for (const int k : {1, 5, 9, 13, 20})
+    for (const auto answer : {NeighbourSearch::Answer::distances, NeighbourSearch::Answer::indicesAndDistances}) {
+      SCOPED_TRACE(k);
+      const auto wanted = static_cast<std::size_t>(k);
+      std::vector<Neighbours> answers(positions.size());
+      bins->forEachPosition(positions, k, answer, execution, [&](const NeighbourBatch& batch) {
+        for (std::size_t q = 0; q < batch.size; ++q) {
+          Neighbours& own = answers[batch.positions[q]];
+          for (std::size_t n = 0; n < batch.k && std::isfinite(batch.squaredDistances[q * batch.k + n]); ++n) {
+            own.squaredDistances.push_back(batch.squaredDistances[q * batch.k + n]);
+            if (batch.indices)
+              own.indices.push_back(static_cast<int>(batch.indices[q * batch.k + n]));
+          }
+        }
+      });
+      Neighbours expected;
+      for (std::size_t i = 0; i < positions.size(); ++i) {
+        bins->nearest(positions[i], k, expected);
+        // Of a far outlier the distances overflow, and an infinite one is none.
+        while (!expected.squaredDistances.empty() && !std::isfinite(expected.squaredDistances.back())) {
+          expected.squaredDistances.pop_back();
+          expected.indices.pop_back();
+        }
+        ASSERT_EQ(answers[i].squaredDistances, expected.squaredDistances) << "point " << i;
+        if (answer == NeighbourSearch::Answer::indicesAndDistances) {
+          ASSERT_EQ(answers[i].indices, expected.indices) << "point " << i;
+        }
+      }
+      ASSERT_LE(expected.indices.size(), wanted);
+    }
+}
+
+TEST_P(HardClouds, BinsAndKdTreeFindTheSameDistances)
+{
+  const Positions positions = GetParam().make();
+  const auto bins = makePointBins(), tree = makeKdTree();
+  bins->setPoints(positions);
+  tree->setPoints(positions);
+  Neighbours found, expected;
+  for (const Eigen::Vector3f& query : queriesFor(positions)) {
+    EXPECT_EQ(bins->nearest(query, 9, found), tree->nearest(query, 9, expected));
+    // Which of equals at the last distance the kd-tree finds is left to it.
+    EXPECT_EQ(found.squaredDistances, expected.squaredDistances);
+    const float radius = 1.5f * std::sqrt(expected.squaredDistances.back());
+    if (!(radius > 0) || !std::isfinite(radius * radius))
+      continue;
+    EXPECT_EQ(bins->within(query, radius, found), tree->within(query, radius, expected));
+    expectEqual(found, expected);
+    if (testing::Test::HasFailure())
+      return;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(NeighbourSearch, HardClouds, testing::ValuesIn(hardClouds), [](const auto& test) {
+  std::string name = test.param.name;
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+});
+
+TEST(NeighbourSearch, BatchesOfTheKdTreeAreItsAnswers)
+{
+  const Positions positions = onSphere(500, 1, 1);
+  const auto tree = makeKdTree(), bins = makePointBins();
+  Execution execution(2);
+  tree->setPoints(positions, execution);
+  bins->setPoints(positions, execution);
+  std::vector<float> fromTree(positions.size()), fromBins(positions.size());
+  const auto into = [](std::vector<float>& distances) {
+    return [&distances](const NeighbourBatch& batch) {
+      for (std::size_t q = 0; q < batch.size; ++q)
+        distances[batch.positions[q]] = batch.squaredDistances[(q + 1) * batch.k - 1];
+    };
+  };
+  tree->forEachPosition(positions, 9, NeighbourSearch::Answer::distances, execution, into(fromTree));
+  bins->forEachPosition(positions, 9, NeighbourSearch::Answer::distances, execution, into(fromBins));
+  EXPECT_EQ(fromTree, fromBins);
+}
+
+TEST(NeighbourSearch, SameAnswersForAnyNumberOfThreads)
+{
+  // Enough for several pieces of work in every pass.
+  const Positions positions = onSphere(70000, 1, 1);
+  const auto indicesWith = [&](int threads) {
+    Execution execution(threads);
+    const auto bins = makePointBins();
+    bins->setPoints(positions, execution);
+    std::vector<std::uint32_t> indices(5 * positions.size());
+    bins->forEachPosition(positions, 5, NeighbourSearch::Answer::indicesAndDistances, execution,
+                          [&](const NeighbourBatch& batch) {
+                            for (std::size_t q = 0; q < batch.size; ++q)
+                              std::copy_n(batch.indices + 5 * q, 5, indices.begin() + 5 * batch.positions[q]);
+                          });
+    return indices;
+  };
+  const std::vector<std::uint32_t> one = indicesWith(1);
+  EXPECT_EQ(one, indicesWith(2));
+  EXPECT_EQ(one, indicesWith(3));
+}
+
+TEST(NeighbourSearch, NoPointsNoAnswers)
+{
+  const auto bins = makePointBins();
+  Neighbours found;
+  for (const Positions& positions : {Positions{}, Positions{{1, 2, 3}}}) {
+    bins->setPoints(positions);
+    EXPECT_EQ(bins->nearest({0, 0, 0}, 0, found), 0);
+    EXPECT_EQ(bins->within({0, 0, 0}, 0, found), 0);
+    EXPECT_EQ(bins->nearest({std::nanf(""), 0, 0}, 1, found), 0);
+    EXPECT_TRUE(found.indices.empty());
+  }
+  // From one point to none.
+  bins->setPoints({});
+  EXPECT_EQ(bins->nearest({0, 0, 0}, 3, found), 0);
+  EXPECT_EQ(bins->within({0, 0, 0}, 3, found), 0);
+  Execution execution;
+  bins->forEachPosition({}, 3, NeighbourSearch::Answer::distances, execution,
+                        [](const NeighbourBatch&) { ADD_FAILURE(); });
+}
+
+TEST(NeighbourSearch, AnotherSetOfPointsReplacesTheFirst)
+{
+  const auto bins = makePointBins();
+  bins->setPoints(onSphere(2000, 1, 1));
+  const Positions second = inCube(300, 50, 2);
+  bins->setPoints(second);
+  Neighbours found;
+  for (const Eigen::Vector3f& query : queriesFor(second)) {
+    bins->nearest(query, 5, found);
+    expectEqual(found, bruteForce(second, query, 5, noLimit));
+  }
+}
