@@ -39,33 +39,73 @@ struct Corners {
   }
 };
 
-void measureTriangles(const TriangleMesh& mesh, MeshStatistics& statistics)
-{
-  double qualities = 0, squaredAreas = 0;
-  statistics.minQuality = mesh.triangles.empty() ? 0 : 1;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    double quality = 0;
+/// What is summed over triangles.
+struct TriangleSums {
+  double area = 0, squaredArea = 0, volume = 0, quality = 0, minQuality = 1;
+  std::int64_t degenerate = 0;
+
+  void add(const TriangleMesh& mesh, std::size_t t)
+  {
+    double triangleQuality = 0;
     if (hasValidIndices(mesh, t)) {
       const Corners corners(mesh, mesh.triangles[t]);
-      const double area = corners.area();
-      if (std::isfinite(area)) {
-        statistics.area += area;
-        statistics.volume += corners.volume();
-        squaredAreas += area * area;
-        quality = corners.quality();
+      const double triangleArea = corners.area();
+      if (std::isfinite(triangleArea)) {
+        area += triangleArea;
+        volume += corners.volume();
+        squaredArea += triangleArea * triangleArea;
+        triangleQuality = corners.quality();
       }
     }
-    qualities += quality;
-    statistics.minQuality = std::min(statistics.minQuality, quality);
-    statistics.degenerateTriangles += quality < degenerateQuality ? 1 : 0;
+    quality += triangleQuality;
+    minQuality = std::min(minQuality, triangleQuality);
+    degenerate += triangleQuality < degenerateQuality ? 1 : 0;
   }
+
+  void add(const TriangleSums& other)
+  {
+    area += other.area;
+    squaredArea += other.squaredArea;
+    volume += other.volume;
+    quality += other.quality;
+    minQuality = std::min(minQuality, other.minQuality);
+    degenerate += other.degenerate;
+  }
+};
+
+constexpr std::int64_t grain = 16384;
+
+/// Sums of type Sums over `count` items, chunk by chunk, added in their order.
+template <typename Sums, typename Body>
+Sums sumUp(std::size_t count, Execution& execution, const Body& body)
+{
+  std::vector<Sums> partial((count + grain - 1) / grain);
+  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
+    Sums& sums = partial[static_cast<std::size_t>(begin / grain)];
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      body(sums, i);
+  });
+  Sums total;
+  for (const Sums& sums : partial)
+    total.add(sums);
+  return total;
+}
+
+void measureTriangles(const TriangleMesh& mesh, MeshStatistics& statistics, Execution& execution)
+{
   if (mesh.triangles.empty())
     return;
+  const auto sums = sumUp<TriangleSums>(mesh.triangles.size(), execution,
+                                        [&](TriangleSums& partial, std::size_t t) { partial.add(mesh, t); });
   const auto count = static_cast<double>(mesh.triangles.size());
-  statistics.meanQuality = qualities / count;
-  const double meanArea = statistics.area / count;
+  statistics.area = sums.area;
+  statistics.volume = sums.volume;
+  statistics.degenerateTriangles = sums.degenerate;
+  statistics.minQuality = sums.minQuality;
+  statistics.meanQuality = sums.quality / count;
+  const double meanArea = sums.area / count;
   if (meanArea > 0)
-    statistics.areaDeviation = std::sqrt(std::max(squaredAreas / count - meanArea * meanArea, 0.)) / meanArea;
+    statistics.areaDeviation = std::sqrt(std::max(sums.squaredArea / count - meanArea * meanArea, 0.)) / meanArea;
 }
 
 /// Lengths, valences and kinds of edges. \return per vertex, whether more than two triangles meet at one of its edges
@@ -171,10 +211,16 @@ double triangleQuality(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const
 
 MeshStatistics measure(const TriangleMesh& mesh)
 {
+  Execution serial(1);
+  return measure(mesh, serial);
+}
+
+MeshStatistics measure(const TriangleMesh& mesh, Execution& execution)
+{
   MeshStatistics statistics;
   statistics.vertices = static_cast<std::int64_t>(mesh.vertices.size());
   statistics.triangles = static_cast<std::int64_t>(mesh.triangles.size());
-  measureTriangles(mesh, statistics);
+  measureTriangles(mesh, statistics, execution);
 
   const EdgeSides edges = groupSides(mesh);
   const std::vector<std::uint8_t> crowded = measureEdges(mesh, edges, statistics);

@@ -2,6 +2,7 @@
 /// \brief Checks and statistics of triangle meshes: validity, topology, triangle quality.
 #pragma once
 
+#include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <array>
@@ -49,6 +50,10 @@ struct MeshStatistics {
 /// (edges, components, Euler characteristic); areas, volumes and lengths that are not finite are left out of the sums.
 /// \throw ResourceLimit for more than 2³¹/3 triangles
 /// Cost: linear in the number of triangles for bounded valences.
+/// The result does not depend on the number of threads.
+MeshStatistics measure(const TriangleMesh& mesh, Execution& execution);
+
+/// The same on the calling thread.
 MeshStatistics measure(const TriangleMesh& mesh);
 
 /// Component of each triangle, connected over shared edges; components are numbered by their first triangle;

@@ -1,0 +1,143 @@
+/// \file
+/// \brief Benchmarks of the regularisation, and of the smoother's use of the memory.
+#include "inputs.h"
+#include "smoother.h"
+
+#include "support/clouds.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/polygonizer.h>
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+using namespace benchmarks;
+using namespace pcl::mrf;
+
+namespace {
+
+struct Scan {
+  OrientedPoints points;
+  std::unique_ptr<NeighbourSearch> search;
+  float spacing;
+
+  explicit Scan(const PointSet& sphere)
+      : points(shapes::oriented(sphere)), search(clouds::searchOf(sphere)), spacing(densityOf(sphere).spacing)
+  {}
+
+  static const Scan& of(std::int64_t count)
+  {
+    static std::unique_ptr<Scan> last;
+    if (!last || last->points.size() != static_cast<std::size_t>(count)) {
+      last.reset();
+      last = std::make_unique<Scan>(spherePoints(count));
+    }
+    return *last;
+  }
+};
+
+/// All levels at the default voxel size of two spacings.
+void regularisation(benchmark::State& state, Estimate estimate, std::int64_t count, std::int64_t threads)
+{
+  const Scan& scan = Scan::of(count);
+  ObservationOptions observation;
+  observation.estimate = estimate;
+  PriorOptions prior;
+  prior.prior = static_cast<Prior>(state.range(1));
+  MultiscaleOptions options;
+  options.voxelSize = spacingsPerVoxel(options.quality) * scan.spacing;
+  options.padding = leastPadding;
+  const BoundingBox box = boundingBox(scan.points.positions);
+  MultiscaleResult result;
+  runStage(state, threads, "point", static_cast<double>(count), [&](Execution& execution) {
+    result = MultiscaleResult();
+    result = regularise(scan.points, *scan.search, scan.spacing, box, observation, prior, {}, options, execution);
+  });
+  Execution execution(0);
+  state.counters["voxels"] = static_cast<double>(result.levels.back().size.count());
+  state.counters["error_voxels"] =
+      sphereError(polygonize(result.field, {}, execution), 1) / static_cast<double>(options.voxelSize);
+}
+
+void pointWise(benchmark::State& state)
+{
+  regularisation(state, Estimate::points, state.range(0), state.range(2));
+}
+
+void voxelWise(benchmark::State& state)
+{
+  regularisation(state, Estimate::plane, state.range(0), state.range(2));
+}
+
+/// A volume of 150³ voxels of two spacings each, as in the paper's example: sphere, median of five planes.
+void volume150(benchmark::State& state)
+{
+  regularisation(state, state.range(0) == 0 ? Estimate::points : Estimate::median, 221000, 1);
+}
+
+/// Bytes per second of a triad over arrays of the size of the field, the best of some runs.
+double triadBandwidth(std::size_t count, Execution& execution)
+{
+  std::vector<float> a(count), b(count, 1), c(count, 2);
+  double best = 0;
+  for (int run = 0; run < 5; ++run) {
+    const auto start = std::chrono::steady_clock::now();
+    execution.forRange(static_cast<std::int64_t>(count), 1 << 16, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = begin; i < end; ++i)
+        a[static_cast<std::size_t>(i)] = b[static_cast<std::size_t>(i)] + 3 * c[static_cast<std::size_t>(i)];
+    });
+    benchmark::DoNotOptimize(a.data());
+    benchmark::ClobberMemory();
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    best = std::max(best, 3 * sizeof(float) * static_cast<double>(count) / seconds);
+  }
+  return best;
+}
+
+/// The smoother from zero with the residual behind it. `streamed` is what its steps would move one by one: 16 bytes per
+/// voxel for the first (b, D⁻¹ → x, z), 24 for each other (x, b, D⁻¹, z → x, z), 12 for the residual (x, b → r).
+void smoother(benchmark::State& state)
+{
+  const auto side = static_cast<int>(std::lround(std::cbrt(static_cast<double>(state.range(0)))));
+  const GridSize size{side, side, side};
+  const auto count = static_cast<std::size_t>(size.count());
+  const auto prior = static_cast<Prior>(state.range(1));
+  const int degree = prior == Prior::membrane ? 2 : prior == Prior::thinPlate ? 5 : 10;
+  LinearSystem<float> system;
+  system.prior = {size, prior, {}};
+  system.data = makeDiagonalDataTerm(size, std::vector<float>(count, 1), std::vector<float>(count, 1));
+
+  Execution execution(static_cast<int>(state.range(2)));
+  const double triad = triadBandwidth(count, execution);
+  Smoother<float> smoother(system, degree, execution);
+  std::vector<float> x(count), residual(count);
+  const float* b = system.data->rightHandSide().data();
+  const auto start = std::chrono::steady_clock::now();
+  for (auto _ : state)
+    smoother.smoothFromZero(b, x.data(), residual.data(), execution);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double voxels = static_cast<double>(count) * static_cast<double>(state.iterations());
+  const double streamed = (16 + 24 * (degree - 1) + 12) * voxels;
+  state.counters["voxels"] = benchmark::Counter(voxels, benchmark::Counter::kIsRate);
+  state.counters["GB/s"] = streamed / seconds * 1e-9;
+  state.counters["triad_GB/s"] = triad * 1e-9;
+  state.counters["share"] = streamed / seconds / triad;
+}
+
+void sizes(benchmark::internal::Benchmark* benchmark)
+{
+  configure(benchmark);
+  benchmark->ArgNames({"points", "k", "threads"})->ArgsProduct({{10000, 100000, 1000000}, {1, 2, 3}, {1, 2, 4}});
+}
+
+} // namespace
+
+BENCHMARK(pointWise)->Apply(sizes);
+BENCHMARK(voxelWise)->Apply(sizes);
+BENCHMARK(volume150)->Apply(configure)->ArgNames({"voxelwise", "k"})->ArgsProduct({{0, 1}, {1, 2, 3}});
+BENCHMARK(smoother)
+    ->Apply(configure)
+    ->ArgNames({"voxels", "k", "threads"})
+    ->ArgsProduct({{10000, 10077696}, {1, 2, 3}, {1, 2}});

@@ -1,0 +1,133 @@
+/// \file
+/// \brief Benchmarks of the stages that make and improve the mesh.
+#include "inputs.h"
+
+#include "support/clouds.h"
+
+#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/remesher.h>
+#include <pcl/surface/mrf/self_intersection.h>
+#include <pcl/surface/mrf/trimming.h>
+#include <pcl/surface/mrf/vertex_fields.h>
+
+#include <memory>
+
+using namespace benchmarks;
+using namespace pcl::mrf;
+
+namespace {
+
+/// A sphere's exact field and its zero level.
+struct Surface {
+  SphereCase sphere;
+  TriangleMesh mesh;
+
+  explicit Surface(std::int64_t triangles) : sphere(sphereOfTriangles(triangles))
+  {
+    Execution execution(0);
+    mesh = polygonize(sphere.field, {}, execution);
+  }
+
+  double voxels(double length) const { return length / sphere.field.lattice().spacing; }
+  double triangles() const { return static_cast<double>(mesh.triangles.size()); }
+
+  static const Surface& of(const benchmark::State& state)
+  {
+    static std::unique_ptr<Surface> last;
+    static std::int64_t triangles = 0;
+    if (!last || triangles != state.range(0)) {
+      last.reset();
+      last = std::make_unique<Surface>(state.range(0));
+      triangles = state.range(0);
+    }
+    return *last;
+  }
+};
+
+template <typename Stage>
+void runOnTriangles(benchmark::State& state, const Surface& surface, const Stage& stage)
+{
+  runStage(state, state.range(1), "triangle", surface.triangles(), stage);
+}
+
+void polygonizer(benchmark::State& state)
+{
+  const Surface& surface = Surface::of(state);
+  TriangleMesh result;
+  runOnTriangles(state, surface, [&](Execution& execution) {
+    result = TriangleMesh();
+    result = polygonize(surface.sphere.field, {}, execution);
+  });
+  state.counters["error_voxels"] = surface.voxels(sphereError(result, surface.sphere.radius));
+}
+
+void remesher(benchmark::State& state)
+{
+  const Surface& surface = Surface::of(state);
+  const RemesherOptions options;
+  RemeshResult result;
+  runOnTriangles(state, surface, [&](Execution& execution) {
+    result = RemeshResult();
+    result = remesh(surface.mesh, surface.sphere.field, options, execution);
+  });
+  // Seconds, so that the console prints it in microseconds.
+  state.counters["per_triangle_round"] =
+      benchmark::Counter(surface.triangles() * options.rounds,
+                         benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  state.counters["error_voxels"] = surface.voxels(sphereError(result.mesh, surface.sphere.radius));
+  state.counters["quality"] = measure(result.mesh).meanQuality;
+}
+
+void quality(benchmark::State& state)
+{
+  const Surface& surface = Surface::of(state);
+  MeshStatistics result;
+  runOnTriangles(state, surface, [&](Execution& execution) { result = measure(surface.mesh, execution); });
+  state.counters["error"] = std::abs(result.area / (4 * M_PI) - 1);
+}
+
+void intersections(benchmark::State& state)
+{
+  const Surface& surface = Surface::of(state);
+  std::size_t found = 0;
+  runOnTriangles(state, surface,
+                 [&](Execution& execution) { found = selfIntersectingTriangles(surface.mesh, execution).size(); });
+  state.counters["error"] = static_cast<double>(found); // there are none
+}
+
+/// A tenth of the sphere without support.
+void trimming(benchmark::State& state)
+{
+  const Surface& surface = Surface::of(state);
+  TriangleMesh mesh = surface.mesh;
+  Execution all(0);
+  setNormals(mesh, surface.sphere.field, all);
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    mesh.confidences.push_back(vertex.z() < .8f ? 1.f : 0.f);
+  const PointSet points = spherePoints(1000);
+  const auto search = clouds::searchOf(points);
+  TrimmingOptions options;
+  options.trimming = Trimming::supported;
+  TrimResult result;
+  runOnTriangles(state, surface, [&](Execution& execution) {
+    result = TrimResult();
+    result = trim(mesh, *search, 2, options, execution);
+  });
+  // A triangle that straddles the limit is supported.
+  state.counters["error"] = std::abs(result.areaDropped / (4 * M_PI * .1) - 1);
+}
+
+void sizes(benchmark::internal::Benchmark* benchmark)
+{
+  configure(benchmark);
+  benchmark->ArgNames({"triangles", "threads"})->ArgsProduct({{10000, 100000, 1000000}, {1, 2, 4}});
+}
+
+} // namespace
+
+BENCHMARK(polygonizer)->Apply(sizes);
+BENCHMARK(remesher)->Apply(sizes);
+BENCHMARK(quality)->Apply(sizes);
+BENCHMARK(intersections)->Apply(sizes);
+BENCHMARK(trimming)->Apply(sizes);

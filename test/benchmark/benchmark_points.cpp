@@ -1,0 +1,121 @@
+/// \file
+/// \brief Benchmarks of the stages that prepare the points.
+#include "inputs.h"
+
+#include "support/clouds.h"
+
+#include <pcl/surface/mrf/normals.h>
+#include <pcl/surface/mrf/orientation.h>
+#include <pcl/surface/mrf/outliers.h>
+
+#include <cmath>
+#include <memory>
+
+using namespace benchmarks;
+using namespace pcl::mrf;
+
+namespace {
+
+/// A cloud with its search and density; the last one is kept, because benchmarks of one size follow each other.
+struct Cloud {
+  PointSet points;
+  std::unique_ptr<NeighbourSearch> search;
+  SamplingDensity density;
+
+  explicit Cloud(std::int64_t count)
+      : points(spherePoints(count)), search(clouds::searchOf(points)), density(densityOf(points))
+  {}
+
+  static const Cloud& of(const benchmark::State& state)
+  {
+    static std::unique_ptr<Cloud> last;
+    const std::int64_t count = state.range(0);
+    if (!last || last->points.size() != static_cast<std::size_t>(count)) {
+      last.reset();
+      last = std::make_unique<Cloud>(count);
+    }
+    return *last;
+  }
+};
+
+template <typename Stage>
+void runOnPoints(benchmark::State& state, const Stage& stage)
+{
+  runStage(state, state.range(1), "point", static_cast<double>(state.range(0)), stage);
+}
+
+/// Mean angle to the true normal, up to sign, in degrees.
+double angleError(const PointSet& points, const std::vector<Eigen::Vector3f>& normals)
+{
+  double sum = 0;
+  for (std::size_t i = 0; i < normals.size(); ++i)
+    sum += std::atan2(normals[i].cross(points.normals[i]).norm(), std::abs(normals[i].dot(points.normals[i])));
+  return sum / static_cast<double>(normals.size()) * 180 / M_PI;
+}
+
+void tree(benchmark::State& state)
+{
+  const Cloud& cloud = Cloud::of(state);
+  runOnPoints(state, [&](Execution&) { benchmark::DoNotOptimize(clouds::searchOf(cloud.points)); });
+}
+
+void density(benchmark::State& state)
+{
+  const Cloud& cloud = Cloud::of(state);
+  SamplingDensity result;
+  runOnPoints(state,
+              [&](Execution& execution) { result = estimateSamplingDensity(cloud.points, *cloud.search, execution); });
+  // A spiral's points have the spacing of a square lattice, within a tenth.
+  state.counters["error"] =
+      std::abs(result.spacing / std::sqrt(4 * M_PI / static_cast<double>(cloud.points.size())) - 1);
+}
+
+void outliers(benchmark::State& state)
+{
+  const Cloud& cloud = Cloud::of(state);
+  OutlierResult result;
+  runOnPoints(state, [&](Execution& execution) { result = findOutliers(cloud.points, *cloud.search, {}, execution); });
+  state.counters["error"] = static_cast<double>(result.droppedBySpacing); // there are none
+}
+
+void normals(benchmark::State& state)
+{
+  const Cloud& cloud = Cloud::of(state);
+  NormalEstimates result;
+  runOnPoints(state, [&](Execution& execution) {
+    result = estimateNormals(cloud.points, *cloud.search, cloud.density.spacing, {}, execution);
+  });
+  state.counters["error_degrees"] = angleError(cloud.points, result.normals);
+}
+
+void orientation(benchmark::State& state)
+{
+  const Cloud& cloud = Cloud::of(state);
+  // Every other normal is turned over.
+  std::vector<Eigen::Vector3f> crossed = cloud.points.normals;
+  for (std::size_t i = 0; i < crossed.size(); i += 2)
+    crossed[i] = -crossed[i];
+  OrientationResult result;
+  runOnPoints(state, [&](Execution& execution) {
+    result =
+        orientNormals(cloud.points, crossed, *cloud.search, cloud.density, OrientationVote::outward, {}, execution);
+  });
+  double wrong = 0;
+  for (std::size_t i = 0; i < result.normals.size(); ++i)
+    wrong += result.normals[i].dot(cloud.points.normals[i]) > 0 ? 0 : 1;
+  state.counters["error"] = wrong / static_cast<double>(result.normals.size());
+}
+
+void sizes(benchmark::internal::Benchmark* benchmark)
+{
+  configure(benchmark);
+  benchmark->ArgNames({"points", "threads"})->ArgsProduct({{10000, 100000, 1000000}, {1, 2, 4}});
+}
+
+} // namespace
+
+BENCHMARK(tree)->Apply(configure)->ArgNames({"points", "threads"})->ArgsProduct({{10000, 100000, 1000000}, {1}});
+BENCHMARK(density)->Apply(sizes);
+BENCHMARK(outliers)->Apply(sizes);
+BENCHMARK(normals)->Apply(sizes);
+BENCHMARK(orientation)->Apply(sizes);

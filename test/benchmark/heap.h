@@ -1,0 +1,16 @@
+/// \file
+/// \brief What a stage takes from the heap.
+#pragma once
+
+#include <cstdint>
+
+namespace benchmarks {
+
+/// Bytes that operator new has given and not got back, of all threads. What C libraries allocate is not counted.
+std::int64_t heapBytes();
+
+/// The largest heapBytes() since the last call of resetPeak.
+std::int64_t peakBytes();
+void resetPeak();
+
+} // namespace benchmarks

@@ -1,0 +1,55 @@
+#include "inputs.h"
+
+#include "support/clouds.h"
+#include "support/shapes.h"
+
+#include <cmath>
+
+namespace benchmarks {
+
+using Eigen::Vector3d;
+using pcl::mrf::DistanceField;
+using pcl::mrf::PointSet;
+
+PointSet spherePoints(std::int64_t count)
+{
+  const double goldenTurn = 2 * M_PI * (1 - 2 / (1 + std::sqrt(5.0)));
+  PointSet points;
+  for (std::int64_t i = 0; i < count; ++i) {
+    const double z = 1 - (2 * static_cast<double>(i) + 1) / static_cast<double>(count);
+    const double turn = goldenTurn * static_cast<double>(i), radius = std::sqrt(1 - z * z);
+    const Eigen::Vector3f p = Vector3d(radius * std::cos(turn), radius * std::sin(turn), z).cast<float>();
+    clouds::append(points, p, p);
+  }
+  return clouds::reordered(points, clouds::shuffledOrder(points.size()));
+}
+
+pcl::mrf::SamplingDensity densityOf(const PointSet& points)
+{
+  pcl::mrf::Execution execution(0);
+  return pcl::mrf::estimateSamplingDensity(points, *clouds::searchOf(points), execution);
+}
+
+DistanceField sphereField(double radius, int voxels)
+{
+  return shapes::field(shapes::sphere(radius), radius / (1 - 6. / voxels), voxels);
+}
+
+SphereCase sphereOfTriangles(std::int64_t triangles)
+{
+  // Marching cubes gives three triangles per square of a voxel's side of a sphere's surface.
+  const double radiusInVoxels = std::sqrt(static_cast<double>(triangles) / (3 * 4 * M_PI));
+  return {1, sphereField(1, static_cast<int>(2 * radiusInVoxels) + 6)};
+}
+
+double sphereError(const pcl::mrf::TriangleMesh& mesh, double radius)
+{
+  double sum = 0;
+  for (const Eigen::Vector3f& vertex : mesh.vertices) {
+    const double distance = vertex.cast<double>().norm() - radius;
+    sum += distance * distance;
+  }
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(mesh.vertices.size(), 1)));
+}
+
+} // namespace benchmarks

@@ -1,0 +1,63 @@
+/// \file
+/// \brief Inputs of the benchmarks, and the counters that all of them report.
+#pragma once
+
+#include "heap.h"
+
+#include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/sampling_density.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+
+namespace benchmarks {
+
+/// Points evenly spread over the unit sphere (a Fibonacci spiral), in random order, with exact normals.
+pcl::mrf::PointSet spherePoints(std::int64_t count);
+
+/// Their spacing, by the library's own estimate.
+pcl::mrf::SamplingDensity densityOf(const pcl::mrf::PointSet& points);
+
+/// The exact field of a sphere in a cubic grid with room of three voxels around it.
+pcl::mrf::DistanceField sphereField(double radius, int voxels);
+
+/// The exact field of a sphere whose zero level has about this many triangles, and the sphere's radius.
+struct SphereCase {
+  double radius;
+  pcl::mrf::DistanceField field;
+};
+SphereCase sphereOfTriangles(std::int64_t triangles);
+
+/// RMS distance of the vertices from a sphere about the origin.
+double sphereError(const pcl::mrf::TriangleMesh& mesh, double radius);
+
+/// Runs a stage for as long as the benchmark wants it, with the number of threads in its last argument, and reports the
+/// items per second and what the stage took from the heap per item, its result included.
+template <typename Stage>
+void runStage(benchmark::State& state, std::int64_t threads, const std::string& item, double items, const Stage& stage)
+{
+  pcl::mrf::Execution execution(static_cast<int>(threads));
+  std::int64_t bytes = 0;
+  for (auto _ : state) {
+    const std::int64_t before = heapBytes();
+    resetPeak();
+    stage(execution);
+    bytes = std::max(bytes, peakBytes() - before);
+  }
+  state.counters[item + "s"] = benchmark::Counter(items, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["bytes/" + item] = static_cast<double>(bytes) / items;
+}
+
+/// Wall-clock time decides how long to run; the processor time is that of all threads.
+inline void configure(benchmark::internal::Benchmark* benchmark)
+{
+  benchmark->UseRealTime()->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+}
+
+} // namespace benchmarks
