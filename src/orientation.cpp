@@ -1,6 +1,8 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/orientation.h>
 
+#include "disjoint_points.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -329,6 +331,80 @@ std::vector<Tally> tally(const std::vector<std::uint32_t>& labels, const std::ve
   return tallies;
 }
 
+/// The components of points whose signs are known: no edge has to be sorted, or kept.
+///
+/// Nearly all points are joined to one component by edges to their nearest neighbours. An edge between two components
+/// ends at a point outside of the largest one, so looking at all edges of those finds the rest.
+OrientationResult findComponents(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
+                                 const NeighbourSearch& search, float distance, float minCosine,
+                                 const OrientationOptions& options, Execution& execution)
+{
+  constexpr int nearest = 5; // the point itself among them: four join nearly all of a surface
+  const std::size_t count = points.size();
+  const float limit = distance * distance;
+  DisjointPoints joined(count), smooth(count);
+  const auto join = [&](std::uint32_t i, std::uint32_t j) {
+    const Eigen::Vector3f &a = normals[i], &b = normals[j];
+    if (i == j || a.isZero() || b.isZero())
+      return;
+    const Eigen::Vector3f edge = points.positions[j] - points.positions[i];
+    const float alongA = edge.dot(a), alongB = edge.dot(b);
+    const float along = alongNormals * alongNormals * edge.squaredNorm();
+    const bool acrossSheets = alongA * alongA > along && alongB * alongB > along;
+    const bool withinAngle = std::abs(a.dot(b)) >= minCosine;
+    if (withinAngle)
+      smooth.join(i, j);
+    // Without a vote from outside, two sheets can only be taken for the two sides of one object.
+    if (!acrossSheets && (withinAngle || options.joinAcrossCreases))
+      joined.join(i, j);
+  };
+  search.forEachPosition(points.positions, nearest, NeighbourSearch::Answer::indicesAndDistances, execution,
+                         [&](const NeighbourBatch& batch) {
+                           for (std::size_t n = 0; n < batch.size * batch.k; ++n)
+                             if (batch.squaredDistances[n] <= limit)
+                               join(batch.positions[n / batch.k], batch.indices[n]);
+                         });
+  execution.poll();
+
+  const auto largest = [](const std::vector<std::uint32_t>& sizes) {
+    return static_cast<std::uint32_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
+  };
+  std::vector<std::uint8_t> isApart(count);
+  const std::uint32_t most = largest(joined.sizes()), mostSmooth = largest(smooth.sizes());
+  for (std::uint32_t i = 0; i < count; ++i)
+    isApart[i] =
+        !normals[i].isZero() && (joined.find(i) != joined.find(most) || smooth.find(i) != smooth.find(mostSmooth));
+  const float closed = std::nextafter(distance, std::numeric_limits<float>::max());
+  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
+    Neighbours found;
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const int number = isApart[i] ? search.within(points.positions[i], closed, found) : 0;
+      for (int n = 0; n < number; ++n)
+        join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(found.indices[static_cast<std::size_t>(n)]));
+    }
+  });
+  execution.poll();
+
+  OrientationResult result;
+  result.normals = normals;
+  result.keep.assign(count, 0);
+  const std::vector<std::uint32_t> sizes = joined.sizes();
+  const double smallest = options.minComponentShare * static_cast<double>(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (normals[i].isZero())
+      continue;
+    const std::uint32_t root = joined.find(i);
+    result.keep[i] = sizes[root] >= smallest ? 1 : 0;
+    if (root == i) {
+      ++result.components;
+      result.componentsDropped += result.keep[i] ? 0 : 1;
+    }
+    result.componentsAtCreases += smooth.find(i) == i ? 1 : 0;
+  }
+  result.pointsDropped = std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0});
+  return result;
+}
+
 template <typename Value>
 [[noreturn]] void refuse(const char* name, Value value, const char* range)
 {
@@ -378,8 +454,11 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   const std::size_t count = points.size();
   const float distance = resolvedNeighbourDistance(options, density);
 
-  Graph graph = connect(points, normals, search, distance, execution);
   const auto minCosine = static_cast<float>(std::cos(options.maxAngle * EIGEN_PI / 180));
+  if (vote == OrientationVote::none)
+    return findComponents(points, normals, search, distance, minCosine, options, execution);
+
+  Graph graph = connect(points, normals, search, distance, execution);
   execution.forRange(static_cast<std::int64_t>(graph.edges.size()), 16 * grain,
                      [&](std::int64_t begin, std::int64_t end) {
                        for (std::int64_t e = begin; e < end; ++e)
@@ -420,8 +499,6 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   result.pointsDropped = std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0});
 
   result.normals = normals;
-  if (vote == OrientationVote::none)
-    return result;
   for (std::size_t i = 0; i < count; ++i)
     if (components.isFlipped[i])
       result.normals[i] = -normals[i];

@@ -69,12 +69,14 @@ enum class OrientationVote {
 /// of each point, or a reference, is known, a piece of smooth surface (joined by good edges alone) whose own vote is
 /// decisive, three quarters or more, is not outvoted by the component it belongs to.
 ///
+/// Without a vote no sign is changed, and the components are those of all edges up to the neighbour distance.
+///
 /// Opposite sheets closer than about twice l̄ cannot be told apart by their points; agreement is then low unless
 /// views or reference normals are given.
 /// \param normals unit length, one per point, as estimated or as they came; a zero normal joins nothing and is dropped
 /// \param vote OrientationVote::sensor needs points.sensors, reference needs points.normals
 /// \throw InvalidOption as validate does; InvalidInput if what the vote needs is missing
-/// Cost: one 13-neighbour query per point, and sorting about 7 edges per point.
+/// Cost: one 13-neighbour query per point, and sorting about 7 edges per point; without a vote one 5-neighbour query.
 /// The result does not depend on the number of threads or, up to ties, on the order of the points.
 OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
                                 const NeighbourSearch& search, const SamplingDensity& density, OrientationVote vote,
