@@ -508,10 +508,39 @@ struct PointBins::Group {
   std::array<float, mostCandidates> x, y, z;
   std::array<std::uint32_t, mostCandidates> indices;
   std::array<float, mostCandidates> distances;
+  std::array<std::uint32_t, mostCandidates> hits;
 
   std::array<float, kernels::queryLanes * mostFromBins> answers;
   std::array<std::uint32_t, kernels::queryLanes * mostFromBins> answerIndices;
 };
+
+/// Puts the hits of a query to the places that their distances have among the sorted ones.
+void PointBins::rankHits(const Group& group, std::size_t hits, const float* sorted, std::size_t k, float* distances,
+                         std::uint32_t* indices)
+{
+  std::array<float, kernels::queryLanes> ascending; // of a fixed number, for the sake of vectors
+  ascending.fill(std::numeric_limits<float>::infinity());
+  for (std::size_t n = 0; n < k; ++n)
+    ascending[n] = sorted[n * kernels::queryLanes];
+  if (hits == k) {
+    std::uint32_t taken = 0;
+    for (std::size_t h = 0; h < hits; ++h) {
+      const float distance = group.distances[group.hits[h]];
+      std::uint32_t rank = 0;
+      for (const float value : ascending)
+        rank += value < distance ? 1 : 0;
+      taken |= 1u << rank;
+      distances[rank] = distance;
+      indices[rank] = group.indices[group.hits[h]];
+    }
+    if (taken == (1u << k) - 1)
+      return;
+  }
+  // Some are equal: the smaller indices go first.
+  Nearest nearest(k, distances, indices);
+  for (std::size_t h = 0; h < hits; ++h)
+    nearest.add(group.distances[group.hits[h]], group.indices[group.hits[h]]);
+}
 
 void PointBins::forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
                                 Execution& execution, const std::function<void(const NeighbourBatch&)>& visit) const
@@ -610,9 +639,12 @@ void PointBins::answerGroup(Group& group, std::size_t k, Answer answer,
     }
     kernels::distances(group.candidates, group.x.data(), group.y.data(), group.z.data(), x[q], y[q], z[q],
                        group.distances.data());
-    for (std::size_t c = 0; c < group.candidates; ++c)
-      if (group.distances[c] <= worst)
-        nearest.add(group.distances[c], group.indices[c]);
+    std::size_t hits = 0;
+    for (std::size_t c = 0; c < group.candidates; ++c) { // without a branch: which ones hit cannot be predicted
+      group.hits[hits] = static_cast<std::uint32_t>(c);
+      hits += group.distances[c] <= worst ? 1 : 0;
+    }
+    rankHits(group, hits, &sorted[q], k, distances, indices);
   }
   NeighbourBatch batch;
   batch.size = group.size;

@@ -58,6 +58,8 @@ private:
 
   /// The same, given a squared distance that the farthest of them does not exceed. \return false if it is too large
   bool findBounded(const Eigen::Vector3f& query, float bound, Nearest& nearest) const;
+  static void rankHits(const Group& group, std::size_t hits, const float* sorted, std::size_t k, float* distances,
+                       std::uint32_t* indices);
   void answerBrick(std::size_t brick, Group& group, std::size_t k, Answer answer,
                    const std::function<void(const NeighbourBatch&)>& visit) const;
   void answerGroup(Group& group, std::size_t k, Answer answer,
