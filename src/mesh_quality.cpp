@@ -108,98 +108,144 @@ void measureTriangles(const TriangleMesh& mesh, MeshStatistics& statistics, Exec
     statistics.areaDeviation = std::sqrt(std::max(sums.squaredArea / count - meanArea * meanArea, 0.)) / meanArea;
 }
 
-/// Lengths, valences and kinds of edges. \return per vertex, whether more than two triangles meet at one of its edges
-std::vector<std::uint8_t> measureEdges(const TriangleMesh& mesh, const EdgeSides& edges, MeshStatistics& statistics)
-{
-  std::vector<std::uint8_t> crowded(mesh.vertices.size(), 0);
-  std::vector<std::int32_t> valence(mesh.vertices.size(), 0);
-  double lengths = 0, shortest = std::numeric_limits<double>::infinity();
-  std::int64_t finiteEdges = 0;
-  for (std::size_t e = 0; e < edges.count(); ++e) {
-    const std::int32_t side = edges.side(e, 0), sides = edges.sidesOf(e);
-    const auto from = static_cast<std::size_t>(vertexAt(mesh, side));
-    const auto to = static_cast<std::size_t>(vertexAt(mesh, nextCorner(side)));
-    ++valence[from];
-    ++valence[to];
-    if (sides > 2)
-      crowded[from] = crowded[to] = 1;
-    const bool agree = sides == 2 && vertexAt(mesh, edges.side(e, 1)) == vertexAt(mesh, side);
-    statistics.boundaryEdges += sides == 1 ? 1 : 0;
-    statistics.nonManifoldEdges += sides > 2 || agree ? 1 : 0;
-    const double length = (mesh.vertices[from].cast<double>() - mesh.vertices[to].cast<double>()).norm();
-    if (!std::isfinite(length))
-      continue;
-    ++finiteEdges;
-    lengths += length;
-    shortest = std::min(shortest, length);
-    statistics.maxEdge = std::max(statistics.maxEdge, length);
-  }
-  statistics.edges = static_cast<std::int64_t>(edges.count());
-  if (finiteEdges > 0) {
-    statistics.meanEdge = lengths / static_cast<double>(finiteEdges);
-    statistics.minEdge = shortest;
-  }
-  for (const std::int32_t edgesAtVertex : valence) {
-    ++statistics.valences[static_cast<std::size_t>(std::min(edgesAtVertex, 15))];
-    statistics.unusedVertices += edgesAtVertex == 0 ? 1 : 0;
-  }
-  return crowded;
-}
+/// What is summed over vertices. An edge counts at its smaller vertex.
+struct VertexSums {
+  std::int64_t edges = 0, finiteEdges = 0, boundaryEdges = 0, nonManifoldEdges = 0, nonManifoldVertices = 0;
+  double lengths = 0, shortest = std::numeric_limits<double>::infinity(), longest = 0;
+  std::array<std::int64_t, 16> valences{};
+  std::vector<std::int32_t> boundarySides;
+  std::vector<std::array<std::int32_t, 2>> boundaryJoins; ///< sides of the boundary that continue in each other
+  std::vector<CornerFan> separate;
 
-/// Vertices whose triangles fall into more than one fan, or that an edge with more than two triangles ends in.
-std::int64_t countNonManifoldVertices(const TriangleMesh& mesh, DisjointSets& fans, std::vector<std::uint8_t> bad)
-{
-  std::vector<std::int32_t> fanOf(mesh.vertices.size(), -1);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!hasValidIndices(mesh, t))
-      continue;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const auto v = static_cast<std::size_t>(mesh.triangles[t][c]);
-      const std::int32_t fan = fans.find(static_cast<std::int32_t>(3 * t + c));
-      if (fanOf[v] == -1)
-        fanOf[v] = fan;
-      else if (fanOf[v] != fan)
-        bad[v] = 1;
+  void add(const VertexSums& other)
+  {
+    edges += other.edges;
+    finiteEdges += other.finiteEdges;
+    boundaryEdges += other.boundaryEdges;
+    nonManifoldEdges += other.nonManifoldEdges;
+    nonManifoldVertices += other.nonManifoldVertices;
+    lengths += other.lengths;
+    shortest = std::min(shortest, other.shortest);
+    longest = std::max(longest, other.longest);
+    for (std::size_t n = 0; n < valences.size(); ++n)
+      valences[n] += other.valences[n];
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(boundarySides, other.boundarySides);
+    append(boundaryJoins, other.boundaryJoins);
+    append(separate, other.separate);
+  }
+};
+
+/// Collects the sums of a range of vertices.
+class VertexCensus {
+public:
+  VertexCensus(const TriangleMesh& mesh, const VertexCorners& corners, EdgeConnectivity& connectivity, VertexSums& sums)
+      : mesh_(mesh), corners_(corners), connectivity_(connectivity), sums_(sums)
+  {}
+
+  void count(std::int32_t vertex)
+  {
+    ring_.set(mesh_, corners_, vertex);
+    if (ring_.isClosedFan()) {
+      countValence(ring_.size());
+      for (std::int32_t i = 0; i < ring_.size(); ++i)
+        if (ring_.following(i) > vertex)
+          countEdge(vertex, ring_.following(i));
+    } else {
+      ring_.findEdges();
+      countValence(static_cast<std::int32_t>(ring_.edges().size()));
+      countEdges(vertex);
+      joinBoundary();
     }
+    connectivity_.note(vertex, ring_, sums_.separate);
   }
-  return std::count(bad.begin(), bad.end(), 1);
-}
 
-/// A boundary side continues in the one that ends the same fan.
-std::int64_t countBoundaryLoops(const TriangleMesh& mesh, const EdgeSides& edges, DisjointSets& fans)
-{
-  DisjointSets loops(3 * mesh.triangles.size());
-  std::vector<std::int32_t> sideOfFan(3 * mesh.triangles.size(), -1), boundary;
-  for (std::size_t e = 0; e < edges.count(); ++e) {
-    if (edges.sidesOf(e) != 1)
-      continue;
-    const std::int32_t side = edges.side(e, 0);
-    boundary.push_back(side);
-    for (const std::int32_t corner : {side, nextCorner(side)}) {
-      std::int32_t& other = sideOfFan[static_cast<std::size_t>(fans.find(corner))];
-      if (other == -1)
+private:
+  void countValence(std::int32_t edges) { ++sums_.valences[static_cast<std::size_t>(std::min(edges, 15))]; }
+
+  void countEdge(std::int32_t from, std::int32_t to)
+  {
+    const auto position = [&](std::int32_t v) { return mesh_.vertices[static_cast<std::size_t>(v)].cast<double>(); };
+    ++sums_.edges;
+    const double length = (position(from) - position(to)).norm();
+    if (!std::isfinite(length))
+      return;
+    ++sums_.finiteEdges;
+    sums_.lengths += length;
+    sums_.shortest = std::min(sums_.shortest, length);
+    sums_.longest = std::max(sums_.longest, length);
+  }
+
+  void countEdges(std::int32_t vertex)
+  {
+    bool isCrowded = false;
+    for (const Ring::Edge& edge : ring_.edges()) {
+      isCrowded = isCrowded || edge.sides() > 2;
+      if (edge.to() < vertex)
+        continue;
+      countEdge(vertex, edge.to());
+      const bool agree = edge.sides() == 2 && edge.begin->isOutgoing == edge.begin[1].isOutgoing;
+      sums_.boundaryEdges += edge.sides() == 1 ? 1 : 0;
+      sums_.nonManifoldEdges += edge.sides() > 2 || agree ? 1 : 0;
+      if (edge.sides() == 1)
+        sums_.boundarySides.push_back(ring_.sideNumber(*edge.begin));
+    }
+    sums_.nonManifoldVertices += ring_.joinFans(false) > 1 || isCrowded ? 1 : 0;
+  }
+
+  /// A boundary side continues in the one that ends the same fan. \pre the fans over edges with two sides are joined
+  void joinBoundary()
+  {
+    constexpr std::int32_t none = -1;
+    sideOfFan_.assign(static_cast<std::size_t>(ring_.size()), none);
+    for (const Ring::Edge& edge : ring_.edges()) {
+      if (edge.sides() != 1)
+        continue;
+      const std::int32_t side = ring_.sideNumber(*edge.begin);
+      std::int32_t& other = sideOfFan_[static_cast<std::size_t>(ring_.fan(edge.begin->at))];
+      if (other == none)
         other = side;
       else
-        loops.unite(other, side);
+        sums_.boundaryJoins.push_back({other, side});
     }
   }
-  return std::count_if(boundary.begin(), boundary.end(), [&](std::int32_t side) { return loops.find(side) == side; });
+
+  const TriangleMesh& mesh_;
+  const VertexCorners& corners_;
+  EdgeConnectivity& connectivity_;
+  VertexSums& sums_;
+  Ring ring_;
+  std::vector<std::int32_t> sideOfFan_;
+};
+
+VertexSums countVertices(const TriangleMesh& mesh, EdgeConnectivity& connectivity, Execution& execution)
+{
+  const VertexCorners corners = groupCorners(mesh);
+  std::vector<VertexSums> partial((mesh.vertices.size() + grain - 1) / grain);
+  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    VertexCensus census(mesh, corners, connectivity, partial[static_cast<std::size_t>(begin / grain)]);
+    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
+      census.count(v);
+  });
+  VertexSums total;
+  for (const VertexSums& sums : partial)
+    total.add(sums);
+  return total;
 }
 
-std::int32_t numberComponents(const TriangleMesh& mesh, const EdgeSides& edges,
-                              std::vector<std::int32_t>& componentOfTriangle)
+std::int64_t countLoops(std::vector<std::int32_t> sides, const std::vector<std::array<std::int32_t, 2>>& joins)
 {
-  DisjointSets sets = groupTriangles(edges, std::vector<std::uint8_t>(mesh.triangles.size(), 1));
-  std::int32_t components = 0;
-  componentOfTriangle.assign(mesh.triangles.size(), -1);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!hasValidIndices(mesh, t))
-      continue;
-    // The representative is the first triangle of its component.
-    const auto first = static_cast<std::size_t>(sets.find(static_cast<std::int32_t>(t)));
-    componentOfTriangle[t] = first == t ? components++ : componentOfTriangle[first];
-  }
-  return components;
+  std::sort(sides.begin(), sides.end());
+  DisjointSets loops(sides.size());
+  const auto numberOf = [&](std::int32_t side) {
+    return static_cast<std::int32_t>(std::lower_bound(sides.begin(), sides.end(), side) - sides.begin());
+  };
+  for (const auto& join : joins)
+    loops.unite(numberOf(join[0]), numberOf(join[1]));
+  std::int64_t count = 0;
+  for (std::size_t n = 0; n < sides.size(); ++n)
+    count += loops.find(static_cast<std::int32_t>(n)) == static_cast<std::int32_t>(n) ? 1 : 0;
+  return count;
 }
 
 } // namespace
@@ -222,13 +268,22 @@ MeshStatistics measure(const TriangleMesh& mesh, Execution& execution)
   statistics.triangles = static_cast<std::int64_t>(mesh.triangles.size());
   measureTriangles(mesh, statistics, execution);
 
-  const EdgeSides edges = groupSides(mesh);
-  const std::vector<std::uint8_t> crowded = measureEdges(mesh, edges, statistics);
-  DisjointSets fans = groupFans(mesh, edges);
-  statistics.nonManifoldVertices = countNonManifoldVertices(mesh, fans, crowded);
-  statistics.boundaryLoops = countBoundaryLoops(mesh, edges, fans);
+  EdgeConnectivity connectivity(mesh.vertices.size());
+  VertexSums sums = countVertices(mesh, connectivity, execution);
+  statistics.edges = sums.edges;
+  statistics.boundaryEdges = sums.boundaryEdges;
+  statistics.nonManifoldEdges = sums.nonManifoldEdges;
+  statistics.nonManifoldVertices = sums.nonManifoldVertices;
+  statistics.valences = sums.valences;
+  statistics.unusedVertices = sums.valences[0];
+  if (sums.finiteEdges > 0) {
+    statistics.meanEdge = sums.lengths / static_cast<double>(sums.finiteEdges);
+    statistics.minEdge = sums.shortest;
+    statistics.maxEdge = sums.longest;
+  }
+  statistics.boundaryLoops = countLoops(std::move(sums.boundarySides), sums.boundaryJoins);
   std::vector<std::int32_t> componentOfTriangle;
-  statistics.components = numberComponents(mesh, edges, componentOfTriangle);
+  statistics.components = connectivity.components(mesh, {}, std::move(sums.separate), componentOfTriangle);
   const auto faces = std::count_if(componentOfTriangle.begin(), componentOfTriangle.end(),
                                    [](std::int32_t component) { return component >= 0; });
   statistics.eulerCharacteristic = statistics.vertices - statistics.unusedVertices - statistics.edges + faces;
@@ -237,7 +292,9 @@ MeshStatistics measure(const TriangleMesh& mesh, Execution& execution)
 
 std::int32_t connectedComponents(const TriangleMesh& mesh, std::vector<std::int32_t>& componentOfTriangle)
 {
-  return numberComponents(mesh, groupSides(mesh), componentOfTriangle);
+  Execution serial(1);
+  bool isTorn;
+  return groupTriangles(mesh, {}, serial, componentOfTriangle, isTorn);
 }
 
 } // namespace mrf

@@ -9,6 +9,16 @@
 
 namespace pcl {
 namespace mrf {
+namespace {
+
+std::size_t at(std::int32_t index)
+{
+  return static_cast<std::size_t>(index);
+}
+
+constexpr std::int64_t vertexGrain = 8192;
+
+} // namespace
 
 DisjointSets::DisjointSets(std::size_t count) : parent_(count)
 {
@@ -29,123 +39,258 @@ void DisjointSets::unite(std::int32_t a, std::int32_t b)
 {
   a = find(a);
   b = find(b);
-  parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  parent_[at(std::max(a, b))] = std::min(a, b);
 }
 
 bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle)
 {
   const Triangle& t = mesh.triangles[triangle];
-  const auto inside = [&](std::int32_t v) { return v >= 0 && static_cast<std::size_t>(v) < mesh.vertices.size(); };
+  const auto inside = [&](std::int32_t v) { return v >= 0 && at(v) < mesh.vertices.size(); };
   return inside(t[0]) && inside(t[1]) && inside(t[2]) && t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
 }
 
-EdgeSides groupSides(const TriangleMesh& mesh)
+VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember)
 {
   if (mesh.triangles.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max() / 3))
     throw ResourceLimit("the mesh has " + std::to_string(mesh.triangles.size()) +
                         " triangles, more than 32-bit indices can tell apart; use larger voxels");
-  struct Entry {
-    std::int32_t larger, side;
-    bool operator<(const Entry& other) const
-    {
-      return larger != other.larger ? larger < other.larger : side < other.side;
-    }
+  const auto forMembers = [&](const auto& visit) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
+        for (std::size_t i = 0; i < 3; ++i)
+          visit(at(mesh.triangles[t][i]), static_cast<std::int32_t>(3 * t + i));
   };
-  const auto forEachSide = [&](const auto& visit) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (!hasValidIndices(mesh, t))
-        continue;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::int32_t a = mesh.triangles[t][c], b = mesh.triangles[t][(c + 1) % 3];
-        visit(static_cast<std::size_t>(std::min(a, b)), Entry{std::max(a, b), static_cast<std::int32_t>(3 * t + c)});
-      }
-    }
-  };
-  // A counting sort by the smaller vertex leaves a few sides per bucket.
-  std::vector<std::int32_t> position(mesh.vertices.size() + 1, 0);
-  forEachSide([&](std::size_t smaller, const Entry&) { ++position[smaller + 1]; });
-  std::partial_sum(position.begin(), position.end(), position.begin());
-  std::vector<Entry> entries(static_cast<std::size_t>(position.back()));
-  forEachSide(
-      [&](std::size_t smaller, const Entry& entry) { entries[static_cast<std::size_t>(position[smaller]++)] = entry; });
-
-  EdgeSides edges;
-  edges.sides.reserve(entries.size());
-  std::int32_t bucketBegin = 0;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const std::int32_t bucketEnd = position[v]; // the counting sort has moved each position to the end of its bucket
-    std::sort(entries.begin() + bucketBegin, entries.begin() + bucketEnd);
-    for (std::int32_t n = bucketBegin; n < bucketEnd; ++n) {
-      const Entry& entry = entries[static_cast<std::size_t>(n)];
-      if (n == bucketBegin || entry.larger != entries[static_cast<std::size_t>(n - 1)].larger)
-        edges.begin.push_back(n);
-      edges.sides.push_back(entry.side);
-    }
-    bucketBegin = bucketEnd;
-  }
-  edges.begin.push_back(bucketBegin);
-  return edges;
+  VertexCorners result;
+  // Counted one place ahead, so that filling moves each vertex's position from its begin to its end.
+  result.begin.assign(mesh.vertices.size() + 2, 0);
+  forMembers([&](std::size_t v, std::int32_t) { ++result.begin[v + 2]; });
+  std::partial_sum(result.begin.begin(), result.begin.end(), result.begin.begin());
+  result.corners.resize(at(result.begin.back()));
+  forMembers([&](std::size_t v, std::int32_t corner) { result.corners[at(result.begin[v + 1]++)] = corner; });
+  result.begin.pop_back();
+  return result;
 }
 
-DisjointSets groupTriangles(const EdgeSides& edges, const std::vector<std::uint8_t>& isMember)
+void Ring::set(const TriangleMesh& mesh, const VertexCorners& corners, std::int32_t vertex)
 {
-  DisjointSets sets(isMember.size());
-  for (std::size_t e = 0; e < edges.count(); ++e) {
-    std::int32_t previous = -1;
-    for (std::int32_t n = 0; n < edges.sidesOf(e); ++n) {
-      const std::int32_t triangle = edges.side(e, n) / 3;
-      if (!isMember[static_cast<std::size_t>(triangle)])
-        continue;
-      if (previous >= 0)
-        sets.unite(previous, triangle);
-      previous = triangle;
-    }
+  corners_ = corners.corners.data() + corners.begin[at(vertex)];
+  const std::int32_t count = corners.begin[at(vertex) + 1] - corners.begin[at(vertex)];
+  following_.resize(at(count));
+  preceding_.resize(at(count));
+  for (std::int32_t i = 0; i < count; ++i) {
+    const Triangle& t = mesh.triangles[at(corners_[i] / 3)];
+    const auto place = at(corners_[i] % 3);
+    following_[at(i)] = t[place == 2 ? 0 : place + 1];
+    preceding_[at(i)] = t[place == 0 ? 2 : place - 1];
   }
-  return sets;
+  isClosedFan_ = closes();
 }
 
-DisjointSets groupFans(const TriangleMesh& mesh, const EdgeSides& edges)
+std::int32_t Ring::sideNumber(const Side& side) const
 {
-  DisjointSets fans(3 * mesh.triangles.size());
-  for (std::size_t e = 0; e < edges.count(); ++e) {
-    if (edges.sidesOf(e) != 2)
+  const std::int32_t c = corner(side.at);
+  return side.isOutgoing ? c : c % 3 == 0 ? c + 2 : c - 1;
+}
+
+bool Ring::closes() const
+{
+  const std::size_t count = following_.size();
+  if (count < 3 || count > 32)
+    return false;
+  // Back at the first triangle after exactly `count` steps, each to the only triangle that follows: all were met.
+  std::size_t i = 0;
+  for (std::size_t steps = 1;; ++steps) {
+    std::size_t next = 0;
+    while (next < count && following_[next] != preceding_[i])
+      ++next;
+    if (next == count)
+      return false;
+    if (next == 0)
+      return steps == count;
+    if (steps == count)
+      return false;
+    i = next;
+  }
+}
+
+void Ring::findEdges()
+{
+  sides_.clear();
+  for (std::int32_t i = 0; i < size(); ++i) {
+    sides_.push_back({following_[at(i)], i, true});
+    sides_.push_back({preceding_[at(i)], i, false});
+  }
+  std::sort(sides_.begin(), sides_.end(),
+            [](const Side& a, const Side& b) { return a.to != b.to ? a.to < b.to : a.at < b.at; });
+  edges_.clear();
+  for (const Side& side : sides_)
+    if (edges_.empty() || edges_.back().to() != side.to)
+      edges_.push_back({&side, &side + 1});
+    else
+      ++edges_.back().end;
+}
+
+std::int32_t Ring::findFan(std::int32_t i) const
+{
+  while (fans_[at(i)] != i)
+    i = fans_[at(i)];
+  return i;
+}
+
+std::int32_t Ring::joinFans(bool overCrowdedEdges)
+{
+  fans_.resize(following_.size());
+  std::iota(fans_.begin(), fans_.end(), 0);
+  for (const Edge& edge : edges_) {
+    if (edge.sides() != 2 && !overCrowdedEdges)
       continue;
-    const std::int32_t a = edges.side(e, 0), b = edges.side(e, 1);
-    const bool opposed = vertexAt(mesh, a) != vertexAt(mesh, b);
-    fans.unite(a, opposed ? nextCorner(b) : b);
-    fans.unite(nextCorner(a), opposed ? b : nextCorner(b));
+    for (const Side* side = edge.begin + 1; side < edge.end; ++side) {
+      const std::int32_t a = findFan(edge.begin->at), b = findFan(side->at);
+      fans_[at(std::max(a, b))] = std::min(a, b);
+    }
   }
-  return fans;
+  std::int32_t count = 0;
+  for (std::int32_t i = 0; i < size(); ++i) {
+    fans_[at(i)] = fans_[at(fans_[at(i)])]; // the fan's first triangle comes first and is settled
+    count += fans_[at(i)] == i ? 1 : 0;
+  }
+  return count;
+}
+
+void EdgeConnectivity::note(std::int32_t vertex, Ring& ring, std::vector<CornerFan>& separate)
+{
+  std::int32_t smallest = vertex;
+  if (ring.isClosedFan()) {
+    for (std::int32_t i = 0; i < ring.size(); ++i)
+      smallest = std::min(smallest, ring.following(i));
+  } else if (ring.joinFans(true) > 1) {
+    for (std::int32_t i = 0; i < ring.size(); ++i)
+      separate.push_back({ring.corner(i), ring.corner(ring.fan(i))});
+    smallest = none;
+  } else if (!ring.edges().empty())
+    smallest = std::min(smallest, ring.edges().front().to());
+  smallest_[at(vertex)] = smallest;
+}
+
+std::int32_t EdgeConnectivity::components(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
+                                          std::vector<CornerFan> separate,
+                                          std::vector<std::int32_t>& componentOfTriangle) const
+{
+  // A vertex is a node, or each of its fans one, where there are several.
+  std::sort(separate.begin(), separate.end());
+  std::vector<std::int32_t> firstCorners;
+  for (const CornerFan& corner : separate)
+    if (corner.corner == corner.fan)
+      firstCorners.push_back(corner.fan);
+  const auto nodeOf = [&](std::size_t triangle, std::size_t place) {
+    const std::int32_t vertex = mesh.triangles[triangle][place];
+    if (smallest_[at(vertex)] != none)
+      return vertex;
+    const CornerFan key{static_cast<std::int32_t>(3 * triangle + place), 0};
+    const std::int32_t fan = std::lower_bound(separate.begin(), separate.end(), key)->fan;
+    const auto number = std::lower_bound(firstCorners.begin(), firstCorners.end(), fan) - firstCorners.begin();
+    return static_cast<std::int32_t>(smallest_.size() + static_cast<std::size_t>(number));
+  };
+
+  // Most vertices have a smaller neighbour: following these leads to a few local minima, and the sets begin nearly
+  // complete.
+  std::vector<std::int32_t> parents(smallest_.size() + firstCorners.size());
+  std::iota(parents.begin(), parents.end(), 0);
+  for (std::size_t v = 0; v < smallest_.size(); ++v)
+    if (smallest_[v] != none && smallest_[at(smallest_[v])] != none)
+      parents[v] = parents[at(smallest_[v])];
+  DisjointSets nodes(std::move(parents));
+  const auto forMembers = [&](const auto& visit) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
+        visit(t);
+  };
+  forMembers([&](std::size_t t) {
+    const std::int32_t first = nodeOf(t, 0);
+    nodes.unite(first, nodeOf(t, 1));
+    nodes.unite(first, nodeOf(t, 2));
+  });
+
+  std::int32_t count = 0;
+  std::vector<std::int32_t> numbers(smallest_.size() + firstCorners.size(), none);
+  componentOfTriangle.assign(mesh.triangles.size(), none);
+  forMembers([&](std::size_t t) {
+    std::int32_t& number = numbers[at(nodes.find(nodeOf(t, 0)))];
+    if (number == none)
+      number = count++;
+    componentOfTriangle[t] = number;
+  });
+  return count;
+}
+
+std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember, Execution& execution,
+                            std::vector<std::int32_t>& componentOfTriangle, bool& isTorn)
+{
+  const VertexCorners corners = groupCorners(mesh, isMember);
+  EdgeConnectivity connectivity(mesh.vertices.size());
+  struct Part {
+    std::vector<CornerFan> separate;
+    bool isTorn = false;
+  };
+  std::vector<Part> parts((mesh.vertices.size() + vertexGrain - 1) / vertexGrain);
+  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), vertexGrain,
+                     [&](std::int64_t begin, std::int64_t end) {
+                       Part& part = parts[static_cast<std::size_t>(begin / vertexGrain)];
+                       Ring ring;
+                       for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
+                         ring.set(mesh, corners, v);
+                         if (!ring.isClosedFan()) {
+                           ring.findEdges();
+                           part.isTorn = ring.joinFans(false) > 1 || part.isTorn;
+                         }
+                         connectivity.note(v, ring, part.separate);
+                       }
+                     });
+  isTorn = false;
+  std::vector<CornerFan> separate;
+  for (const Part& part : parts) {
+    isTorn = isTorn || part.isTorn;
+    separate.insert(separate.end(), part.separate.begin(), part.separate.end());
+  }
+  return connectivity.components(mesh, isMember, std::move(separate), componentOfTriangle);
 }
 
 void splitFans(TriangleMesh& mesh)
 {
-  DisjointSets fans = groupFans(mesh, groupSides(mesh));
-  constexpr std::int32_t none = -1;
-  std::vector<std::int32_t> owner(mesh.vertices.size(), none); // the fan that keeps the vertex
-  std::vector<std::int32_t> copyOf(3 * mesh.triangles.size(), none);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!hasValidIndices(mesh, t))
-      continue;
-    for (std::size_t c = 0; c < 3; ++c) {
-      std::int32_t& vertex = mesh.triangles[t][c];
-      const std::int32_t fan = fans.find(static_cast<std::int32_t>(3 * t + c));
-      const auto v = static_cast<std::size_t>(vertex);
-      if (owner[v] == none)
-        owner[v] = fan;
-      if (owner[v] == fan)
+  // What is to be split, in the order of the corners.
+  std::vector<CornerFan> apart;
+  {
+    const VertexCorners corners = groupCorners(mesh);
+    Ring ring;
+    for (std::int32_t v = 0; at(v) < mesh.vertices.size(); ++v) {
+      ring.set(mesh, corners, v);
+      if (ring.isClosedFan())
         continue;
-      std::int32_t& copy = copyOf[static_cast<std::size_t>(fan)];
-      if (copy == none) {
-        copy = static_cast<std::int32_t>(mesh.vertices.size());
-        mesh.vertices.push_back(Eigen::Vector3f(mesh.vertices[v]));
-        if (!mesh.normals.empty())
-          mesh.normals.push_back(Eigen::Vector3f(mesh.normals[v]));
-        if (!mesh.confidences.empty())
-          mesh.confidences.push_back(float{mesh.confidences[v]});
-      }
-      vertex = copy;
+      ring.findEdges();
+      if (ring.joinFans(false) < 2)
+        continue;
+      for (std::int32_t i = 0; i < ring.size(); ++i)
+        if (ring.fan(i) != 0)
+          apart.push_back({ring.corner(i), ring.corner(ring.fan(i))});
     }
+  }
+  std::sort(apart.begin(), apart.end());
+
+  const auto vertexAt = [&](std::int32_t corner) -> std::int32_t& {
+    return mesh.triangles[at(corner / 3)][at(corner % 3)];
+  };
+  for (const CornerFan& corner : apart) {
+    if (corner.corner != corner.fan) {
+      vertexAt(corner.corner) = vertexAt(corner.fan); // has its copy already: a fan's first corner comes first
+      continue;
+    }
+    const std::size_t v = at(vertexAt(corner.corner));
+    vertexAt(corner.corner) = static_cast<std::int32_t>(mesh.vertices.size());
+    mesh.vertices.push_back(Eigen::Vector3f(mesh.vertices[v]));
+    if (!mesh.normals.empty())
+      mesh.normals.push_back(Eigen::Vector3f(mesh.normals[v]));
+    if (!mesh.confidences.empty())
+      mesh.confidences.push_back(float{mesh.confidences[v]});
   }
 }
 

@@ -2,9 +2,11 @@
 /// \brief Adjacency of triangle meshes: which triangles share an edge, which corners form one fan.
 #pragma once
 
+#include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace pcl {
@@ -14,6 +16,8 @@ namespace mrf {
 class DisjointSets {
 public:
   explicit DisjointSets(std::size_t count);
+  /// From a parent for each element, at most the element itself.
+  explicit DisjointSets(std::vector<std::int32_t> parents) : parent_(std::move(parents)) {}
 
   std::int32_t find(std::int32_t element);
   void unite(std::int32_t a, std::int32_t b);
@@ -22,40 +26,101 @@ private:
   std::vector<std::int32_t> parent_;
 };
 
-/// Side s = 3 t + c of a mesh leads from corner c of triangle t to the next one; corners are numbered alike.
-inline std::int32_t nextCorner(std::int32_t corner)
-{
-  return corner % 3 == 2 ? corner - 2 : corner + 1;
-}
-
-inline std::int32_t vertexAt(const TriangleMesh& mesh, std::int32_t corner)
-{
-  return mesh.triangles[static_cast<std::size_t>(corner / 3)][static_cast<std::size_t>(corner % 3)];
-}
-
 /// True if the three indices name three different vertices of the mesh.
 bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle);
 
-/// The sides of all triangles with valid indices, grouped by the edge they lie on.
-struct EdgeSides {
-  std::vector<std::int32_t> sides; ///< edge by edge; ascending within an edge
-  std::vector<std::int32_t> begin; ///< edge e owns sides[begin[e]] .. sides[begin[e + 1]]
-
-  std::size_t count() const { return begin.size() - 1; }
-  std::int32_t sidesOf(std::size_t edge) const { return begin[edge + 1] - begin[edge]; }
-  /// The n-th side of an edge.
-  std::int32_t side(std::size_t edge, std::int32_t n) const { return sides[static_cast<std::size_t>(begin[edge] + n)]; }
+/// The corners at each vertex: corner 3 t + i is the i-th of triangle t.
+struct VertexCorners {
+  std::vector<std::int32_t> begin;   ///< vertex v owns corners[begin[v]] .. corners[begin[v + 1]]
+  std::vector<std::int32_t> corners; ///< ascending within a vertex
 };
 
-/// Groups sides in linear time (for bounded valences). Edges are in the order of their smaller, then larger vertex.
-/// \throw ResourceLimit if the mesh has too many triangles for 32-bit side numbers
-EdgeSides groupSides(const TriangleMesh& mesh);
+/// Groups the corners of the triangles that have valid indices and, unless the flags are empty, a flag that is set.
+/// Cost: linear; memory: 4 bytes per corner and per vertex.
+/// \throw ResourceLimit if the mesh has too many triangles for 32-bit corner numbers
+VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember = {});
 
-/// Unites the triangles that share an edge and are both members.
-DisjointSets groupTriangles(const EdgeSides& edges, const std::vector<std::uint8_t>& isMember);
+/// The triangles around one vertex, and the edges between them that end there.
+///
+/// Every triangle of the ring has two sides at the vertex: one that starts there (outgoing) and one that ends there.
+/// Sides that lead to the same vertex lie on one edge. Meant to be reused from vertex to vertex.
+class Ring {
+public:
+  struct Side {
+    std::int32_t to; ///< vertex at the other end
+    std::int32_t at; ///< number of its triangle in the ring
+    bool isOutgoing;
+  };
+  /// Sides on one edge: ascending by their triangles.
+  struct Edge {
+    const Side* begin;
+    const Side* end;
+    std::int32_t to() const { return begin->to; }
+    std::int32_t sides() const { return static_cast<std::int32_t>(end - begin); }
+  };
 
-/// Unites the corners at the two ends of each edge that has exactly two sides: what remains apart are separate fans.
-DisjointSets groupFans(const TriangleMesh& mesh, const EdgeSides& edges);
+  void set(const TriangleMesh& mesh, const VertexCorners& corners, std::int32_t vertex);
+
+  std::int32_t size() const { return static_cast<std::int32_t>(following_.size()); }
+  std::int32_t corner(std::int32_t i) const { return corners_[i]; }
+  /// The vertex that follows in triangle i: over all triangles of a closed fan, every neighbour once.
+  std::int32_t following(std::int32_t i) const { return following_[static_cast<std::size_t>(i)]; }
+  /// The side's number: that of the corner it starts from.
+  std::int32_t sideNumber(const Side& side) const;
+
+  /// True if the triangles form one closed fan of at most 32 with one orientation: then nothing else needs a look.
+  bool isClosedFan() const { return isClosedFan_; }
+
+  /// Finds the edges; needed by what follows. Cost: n log n.
+  void findEdges();
+  const std::vector<Edge>& edges() const { return edges_; }
+
+  /// Joins triangles over edges with two sides, or over those with more as well. \return the number of fans
+  std::int32_t joinFans(bool overCrowdedEdges);
+  /// The first triangle of the fan that triangle i belongs to. \pre joinFans
+  std::int32_t fan(std::int32_t i) const { return fans_[static_cast<std::size_t>(i)]; }
+
+private:
+  bool closes() const;
+  std::int32_t findFan(std::int32_t i) const;
+
+  bool isClosedFan_ = false;
+  const std::int32_t* corners_ = nullptr;
+  std::vector<std::int32_t> following_, preceding_, fans_;
+  std::vector<Side> sides_;
+  std::vector<Edge> edges_;
+};
+
+/// A corner, and the first corner of the fan around its vertex that it belongs to.
+struct CornerFan {
+  std::int32_t corner, fan;
+  bool operator<(const CornerFan& other) const { return corner < other.corner; }
+};
+
+/// How triangles hang together over shared edges, vertex by vertex; filled ring by ring, then completed.
+class EdgeConnectivity {
+public:
+  explicit EdgeConnectivity(std::size_t vertices) : smallest_(vertices, none) {}
+
+  /// Notes one vertex. \pre the ring has its edges unless it is a closed fan
+  /// \param separate receives the vertex's corners if they fall into several fans
+  /// Vertices may be noted concurrently, each once.
+  void note(std::int32_t vertex, Ring& ring, std::vector<CornerFan>& separate);
+
+  /// The component of each triangle that has corners: components are numbered by their first triangle, −1 for others.
+  /// \param separate what all calls of note gave, in any order \return the number of components
+  std::int32_t components(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
+                          std::vector<CornerFan> separate, std::vector<std::int32_t>& componentOfTriangle) const;
+
+private:
+  static constexpr std::int32_t none = -1;
+  std::vector<std::int32_t> smallest_; ///< smallest neighbour, or the vertex itself; none where fans are separate
+};
+
+/// Components of the member triangles (all, if there are no flags) over shared edges.
+/// \param isTorn receives whether the members around some vertex fall into several fans
+std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember, Execution& execution,
+                            std::vector<std::int32_t>& componentOfTriangle, bool& isTorn);
 
 /// Gives each fan of triangles around a vertex a vertex of its own, so that no two fans meet in a point. The fan of the
 /// first triangle keeps the vertex; copies, with all per-vertex arrays, are appended.

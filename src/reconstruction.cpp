@@ -379,9 +379,9 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   if (result.mesh.triangles.empty())
     throw InvalidInput("the field has no zero level: the normals may all point the same way around, or β = " +
                        std::to_string(options.prior.beta) + " is too small");
-  report.meshBeforeRemeshing = measure(result.mesh);
   if (resolved.remesher.rounds > 0) {
     const StageTimer timer("remesher", report, execution);
+    report.meshBeforeRemeshing = measure(result.mesh, execution);
     RemeshResult remeshed = remesh(result.mesh, result.field, resolved.remesher, execution);
     result.mesh = std::move(remeshed.mesh);
     report.splits = remeshed.splits;
@@ -395,7 +395,8 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     setNormals(result.mesh, result.field, execution);
     setConfidences(result.mesh, result.points, search, resolved.observation.maxDistance,
                    resolved.observation.confidenceShape, execution);
-    report.trimming = trim(result.mesh, search, static_cast<float>(report.diagonal), resolved.trimming, execution);
+    report.trimming =
+        trim(std::move(result.mesh), search, static_cast<float>(report.diagonal), resolved.trimming, execution);
     result.mesh = std::move(report.trimming.mesh);
     report.trimming.mesh = TriangleMesh();
   }
@@ -404,7 +405,9 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
         "trimming left no surface: nothing of the zero level is supported by data; trim less, or choose a "
         "larger voxel size than " +
         std::to_string(resolved.multiscale.voxelSize));
-  report.mesh = measure(result.mesh);
+  report.mesh = measure(result.mesh, execution);
+  if (resolved.remesher.rounds == 0)
+    report.meshBeforeRemeshing = report.mesh;
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report.peakBytes = peakMemory();
   report.status = Status::ok;

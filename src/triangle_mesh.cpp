@@ -1,5 +1,7 @@
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include <algorithm>
+
 namespace pcl {
 namespace mrf {
 
@@ -12,6 +14,12 @@ TriangleMesh select(const TriangleMesh& mesh, const std::vector<std::uint8_t>& k
       for (const std::int32_t v : mesh.triangles[t])
         used[static_cast<std::size_t>(v)] = 1;
 
+  // Sized beforehand: growing by doubling would take half as much memory again.
+  const auto vertices = static_cast<std::size_t>(std::count(used.begin(), used.end(), 1));
+  kept.vertices.reserve(vertices);
+  kept.normals.reserve(mesh.normals.empty() ? 0 : vertices);
+  kept.confidences.reserve(mesh.confidences.empty() ? 0 : vertices);
+  kept.triangles.reserve(keep.size() - static_cast<std::size_t>(std::count(keep.begin(), keep.end(), 0)));
   std::vector<std::int32_t> newIndex(mesh.vertices.size(), -1);
   for (std::size_t v = 0; v < used.size(); ++v) {
     if (!used[v])

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
@@ -19,21 +20,43 @@ std::size_t at(std::int32_t index)
   return static_cast<std::size_t>(index);
 }
 
-double areaOf(const TriangleMesh& mesh, std::size_t triangle)
+constexpr std::int64_t grain = 16384;
+
+/// Calls body(t) for all triangles, concurrently.
+template <typename Body>
+void forTriangles(const TriangleMesh& mesh, Execution& execution, const Body& body)
 {
-  const Triangle& t = mesh.triangles[triangle];
-  const Eigen::Vector3d a = mesh.vertices[at(t[0])].cast<double>(), b = mesh.vertices[at(t[1])].cast<double>(),
-                        c = mesh.vertices[at(t[2])].cast<double>();
-  return (b - a).cross(c - a).norm() / 2;
+  execution.forRange(static_cast<std::int64_t>(mesh.triangles.size()), grain,
+                     [&](std::int64_t begin, std::int64_t end) {
+                       for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
+                         body(t);
+                     });
 }
 
-std::vector<std::uint8_t> findSupported(const TriangleMesh& mesh)
+std::vector<double> findAreas(const TriangleMesh& mesh, Execution& execution)
 {
-  std::vector<std::uint8_t> supported;
-  supported.reserve(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles)
-    supported.push_back(
-        std::any_of(t.begin(), t.end(), [&](std::int32_t v) { return mesh.confidences[at(v)] > 0; }) ? 1 : 0);
+  std::vector<double> areas(mesh.triangles.size());
+  forTriangles(mesh, execution, [&](std::size_t t) {
+    if (!hasValidIndices(mesh, t))
+      return;
+    const Triangle& corners = mesh.triangles[t];
+    const Eigen::Vector3d a = mesh.vertices[at(corners[0])].cast<double>(),
+                          b = mesh.vertices[at(corners[1])].cast<double>(),
+                          c = mesh.vertices[at(corners[2])].cast<double>();
+    areas[t] = (b - a).cross(c - a).norm() / 2;
+  });
+  return areas;
+}
+
+std::vector<std::uint8_t> findSupported(const TriangleMesh& mesh, Execution& execution)
+{
+  std::vector<std::uint8_t> supported(mesh.triangles.size());
+  forTriangles(mesh, execution, [&](std::size_t t) {
+    const Triangle& corners = mesh.triangles[t];
+    supported[t] =
+        hasValidIndices(mesh, t) && (mesh.confidences[at(corners[0])] > 0 || mesh.confidences[at(corners[1])] > 0 ||
+                                     mesh.confidences[at(corners[2])] > 0);
+  });
   return supported;
 }
 
@@ -50,89 +73,138 @@ struct Region {
 
 constexpr std::int32_t noRegion = -1;
 
-/// \param regionOf region of each triangle, noRegion where it is supported
-std::vector<Region> findRegions(const TriangleMesh& mesh, const EdgeSides& edges,
-                                const std::vector<std::uint8_t>& supported, std::vector<std::int32_t>& regionOf)
-{
-  std::vector<std::uint8_t> unsupported;
-  for (const std::uint8_t flag : supported)
-    unsupported.push_back(flag ? 0 : 1);
-  DisjointSets sets = groupTriangles(edges, unsupported);
-  std::vector<Region> regions;
-  regionOf.assign(mesh.triangles.size(), noRegion);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (supported[t])
-      continue;
-    const std::size_t first = at(sets.find(static_cast<std::int32_t>(t)));
-    if (first == t) {
-      regionOf[t] = static_cast<std::int32_t>(regions.size());
-      regions.emplace_back();
-    }
-    regionOf[t] = regionOf[first];
-    regions[at(regionOf[t])].area += areaOf(mesh, t);
+/// The triangles without support and their vertices, ascending: most meshes have few, and none of the rest is visited.
+struct Unsupported {
+  std::vector<std::int32_t> triangles, vertices;
+
+  Unsupported(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported)
+  {
+    for (std::size_t t = 0; t < supported.size(); ++t)
+      if (!supported[t] && hasValidIndices(mesh, t))
+        triangles.push_back(static_cast<std::int32_t>(t));
+    std::vector<std::uint8_t> isTouched(triangles.empty() ? 0 : mesh.vertices.size(), 0);
+    for (const std::int32_t t : triangles)
+      for (const std::int32_t v : mesh.triangles[at(t)])
+        isTouched[at(v)] = 1;
+    for (std::size_t v = 0; v < isTouched.size(); ++v)
+      if (isTouched[v])
+        vertices.push_back(static_cast<std::int32_t>(v));
   }
-  for (std::size_t e = 0; e < edges.count(); ++e) {
-    const auto isSupported = [&](std::int32_t n) { return supported[at(edges.side(e, n) / 3)] != 0; };
-    bool anySupported = false;
-    for (std::int32_t n = 0; n < edges.sidesOf(e); ++n)
-      anySupported = anySupported || isSupported(n);
-    for (std::int32_t n = 0; n < edges.sidesOf(e); ++n) {
-      if (isSupported(n))
-        continue;
-      Region& region = regions[at(regionOf[at(edges.side(e, n) / 3)])];
-      region.touchesBoundary = region.touchesBoundary || edges.sidesOf(e) == 1;
-      region.hasSupportedNeighbour = region.hasSupportedNeighbour || anySupported;
+};
+
+/// \param regionOf region of each triangle, noRegion where it is supported
+std::vector<Region> findRegions(const TriangleMesh& mesh, const Unsupported& unsupported,
+                                const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
+                                Execution& execution, std::vector<std::int32_t>& regionOf)
+{
+  std::vector<Region> regions;
+  if (unsupported.triangles.empty()) {
+    regionOf.assign(mesh.triangles.size(), noRegion);
+    return regions;
+  }
+  std::vector<std::uint8_t> isMember(mesh.triangles.size(), 0);
+  for (const std::int32_t t : unsupported.triangles)
+    isMember[at(t)] = 1;
+  bool isTorn;
+  regions.resize(at(groupTriangles(mesh, isMember, execution, regionOf, isTorn)));
+  for (const std::int32_t t : unsupported.triangles)
+    regions[at(regionOf[at(t)])].area += areas[at(t)];
+
+  // What is beside the regions: all triangles with a corner there have their say about the edges.
+  std::vector<std::uint8_t> isNear(mesh.vertices.size(), 0);
+  for (const std::int32_t v : unsupported.vertices)
+    isNear[at(v)] = 1;
+  forTriangles(mesh, execution, [&](std::size_t t) {
+    const Triangle& corners = mesh.triangles[t];
+    isMember[t] =
+        hasValidIndices(mesh, t) && (isNear[at(corners[0])] || isNear[at(corners[1])] || isNear[at(corners[2])]);
+  });
+  const VertexCorners corners = groupCorners(mesh, isMember);
+  Ring ring;
+  for (const std::int32_t v : unsupported.vertices) {
+    ring.set(mesh, corners, v);
+    ring.findEdges();
+    for (const Ring::Edge& edge : ring.edges()) {
+      const auto triangleOf = [&](const Ring::Side& side) { return at(ring.corner(side.at) / 3); };
+      const auto isSupported = [&](const Ring::Side& side) { return supported[triangleOf(side)] != 0; };
+      const bool anySupported = std::any_of(edge.begin, edge.end, isSupported);
+      for (const Ring::Side* side = edge.begin; side < edge.end; ++side) {
+        if (isSupported(*side))
+          continue;
+        Region& region = regions[at(regionOf[triangleOf(*side)])];
+        region.touchesBoundary = region.touchesBoundary || edge.sides() == 1;
+        region.hasSupportedNeighbour = region.hasSupportedNeighbour || anySupported;
+      }
     }
   }
   return regions;
 }
 
 /// Sets squaredReach of the regions that may be hole fillings.
-void measureReach(const TriangleMesh& mesh, const std::vector<std::int32_t>& regionOf, const NeighbourSearch& search,
-                  std::vector<Region>& regions, Execution& execution)
+void measureReach(const TriangleMesh& mesh, const Unsupported& unsupported, const std::vector<std::int32_t>& regionOf,
+                  const NeighbourSearch& search, std::vector<Region>& regions, Execution& execution)
 {
-  std::vector<std::uint8_t> needed(mesh.vertices.size(), 0);
+  // By the vertex's number among those without support.
+  std::vector<std::uint8_t> needed(unsupported.vertices.size(), 0);
   const auto forEachCorner = [&](const auto& visit) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      if (regionOf[t] != noRegion && regions[at(regionOf[t])].mayBeHole())
-        for (const std::int32_t v : mesh.triangles[t])
-          visit(regions[at(regionOf[t])], at(v));
+    for (const std::int32_t t : unsupported.triangles) {
+      Region& region = regions[at(regionOf[at(t)])];
+      if (!region.mayBeHole())
+        continue;
+      for (const std::int32_t v : mesh.triangles[at(t)]) {
+        const auto place = std::lower_bound(unsupported.vertices.begin(), unsupported.vertices.end(), v);
+        visit(region, static_cast<std::size_t>(place - unsupported.vertices.begin()));
+      }
+    }
   };
-  forEachCorner([&](Region&, std::size_t v) { needed[v] = 1; });
+  forEachCorner([&](Region&, std::size_t n) { needed[n] = 1; });
 
-  std::vector<float> squaredDistance(mesh.vertices.size(), 0);
-  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
+  std::vector<float> squaredDistance(unsupported.vertices.size(), 0);
+  execution.forRange(static_cast<std::int64_t>(needed.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
     Neighbours nearest;
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
-      if (needed[v] && search.nearest(mesh.vertices[v], 1, nearest) > 0)
-        squaredDistance[v] = nearest.squaredDistances.front();
+    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
+      if (needed[n] && search.nearest(mesh.vertices[at(unsupported.vertices[n])], 1, nearest) > 0)
+        squaredDistance[n] = nearest.squaredDistances.front();
   });
   forEachCorner(
-      [&](Region& region, std::size_t v) { region.squaredReach = std::max(region.squaredReach, squaredDistance[v]); });
+      [&](Region& region, std::size_t n) { region.squaredReach = std::max(region.squaredReach, squaredDistance[n]); });
 }
 
 /// Clears the flags of the triangles in components with too little supported area. \return how many components
-std::int64_t dropSmallComponents(const TriangleMesh& mesh, const EdgeSides& edges,
-                                 const std::vector<std::uint8_t>& supported, double minShare,
-                                 std::vector<std::uint8_t>& keep)
+/// \param isTorn receives whether the kept triangles around some vertex fall into several fans
+std::int64_t dropSmallComponents(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported,
+                                 const std::vector<double>& areas, double minShare, std::vector<std::uint8_t>& keep,
+                                 bool& isTorn, Execution& execution)
 {
-  DisjointSets components = groupTriangles(edges, keep);
-  const auto firstOf = [&](std::size_t t) { return at(components.find(static_cast<std::int32_t>(t))); };
-  std::vector<double> area(keep.size(), 0); // of a component, at its first triangle
+  std::vector<std::int32_t> componentOf;
+  const std::int32_t components = groupTriangles(mesh, keep, execution, componentOf, isTorn);
+  std::vector<double> area(at(components), 0);
   double total = 0;
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (keep[t] && supported[t]) {
-      const double triangleArea = areaOf(mesh, t);
-      area[firstOf(t)] += triangleArea;
-      total += triangleArea;
+      area[at(componentOf[t])] += areas[t];
+      total += areas[t];
     }
-  std::int64_t dropped = 0;
-  for (std::size_t t = 0; t < keep.size(); ++t)
-    if (keep[t] && area[firstOf(t)] < minShare * total) {
-      keep[t] = 0;
-      dropped += firstOf(t) == t ? 1 : 0;
-    }
+  const auto isSmall = [&](double componentArea) { return componentArea < minShare * total; };
+  const std::int64_t dropped = std::count_if(area.begin(), area.end(), isSmall);
+  if (dropped > 0)
+    for (std::size_t t = 0; t < keep.size(); ++t)
+      if (keep[t] && isSmall(area[at(componentOf[t])]))
+        keep[t] = 0;
   return dropped;
+}
+
+/// True if all triangles are kept and use all vertices.
+bool isAllUsed(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep)
+{
+  const auto isSet = [](std::uint8_t flag) { return flag != 0; };
+  if (!std::all_of(keep.begin(), keep.end(), isSet))
+    return false;
+  std::vector<std::uint8_t> isUsed(mesh.vertices.size(), 0);
+  for (const Triangle& t : mesh.triangles)
+    for (const std::int32_t v : t)
+      isUsed[at(v)] = 1;
+  return std::all_of(isUsed.begin(), isUsed.end(), isSet);
 }
 
 } // namespace
@@ -155,42 +227,43 @@ float resolvedMaxHole(const TrimmingOptions& options, float diagonal)
   return options.maxHole > 0 ? options.maxHole : diagonal / 2;
 }
 
-TrimResult trim(const TriangleMesh& mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
+TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
                 Execution& execution)
 {
   validate(options);
   TrimResult result;
   if (options.trimming == Trimming::none || mesh.triangles.empty()) {
-    result.mesh = mesh;
+    result.mesh = std::move(mesh);
     return result;
   }
   if (mesh.confidences.size() != mesh.vertices.size())
     throw std::invalid_argument("trim: needs one confidence per vertex");
 
-  const std::vector<std::uint8_t> supported = findSupported(mesh);
-  const EdgeSides edges = groupSides(mesh);
+  const std::vector<std::uint8_t> supported = findSupported(mesh, execution);
+  const std::vector<double> areas = findAreas(mesh, execution);
+  const Unsupported unsupported(mesh, supported);
   std::vector<std::int32_t> regionOf;
-  std::vector<Region> regions = findRegions(mesh, edges, supported, regionOf);
+  std::vector<Region> regions = findRegions(mesh, unsupported, supported, areas, execution, regionOf);
   std::vector<std::uint8_t> keep(supported);
   if (options.trimming == Trimming::holes) {
-    measureReach(mesh, regionOf, search, regions, execution);
+    measureReach(mesh, unsupported, regionOf, search, regions, execution);
     const double maxHole = resolvedMaxHole(options, diagonal);
-    for (std::size_t t = 0; t < keep.size(); ++t)
-      if (regionOf[t] != noRegion) {
-        const Region& region = regions[at(regionOf[t])];
-        keep[t] = region.mayBeHole() && region.diameter() <= maxHole ? 1 : 0;
-      }
+    for (const std::int32_t t : unsupported.triangles) {
+      const Region& region = regions[at(regionOf[at(t)])];
+      keep[at(t)] = region.mayBeHole() && region.diameter() <= maxHole ? 1 : 0;
+    }
   }
-  result.componentsDropped = dropSmallComponents(mesh, edges, supported, options.minComponentShare, keep);
+  bool isTorn;
+  result.componentsDropped =
+      dropSmallComponents(mesh, supported, areas, options.minComponentShare, keep, isTorn, execution);
 
   // A region is kept or dropped as a whole.
   std::vector<std::uint8_t> isKept(regions.size(), 0);
-  for (std::size_t t = 0; t < keep.size(); ++t) {
+  for (const std::int32_t t : unsupported.triangles)
+    isKept[at(regionOf[at(t)])] = keep[at(t)];
+  for (std::size_t t = 0; t < keep.size(); ++t)
     if (!keep[t])
-      result.areaDropped += areaOf(mesh, t);
-    if (regionOf[t] != noRegion)
-      isKept[at(regionOf[t])] = keep[t];
-  }
+      result.areaDropped += areas[t];
   for (std::size_t r = 0; r < regions.size(); ++r) {
     if (!isKept[r]) {
       ++result.extrapolationsDropped;
@@ -200,8 +273,9 @@ TrimResult trim(const TriangleMesh& mesh, const NeighbourSearch& search, float d
     result.areaFilled += regions[r].area;
     result.largestHole = std::max(result.largestHole, regions[r].diameter());
   }
-  result.mesh = select(mesh, keep);
-  splitFans(result.mesh);
+  result.mesh = isAllUsed(mesh, keep) ? std::move(mesh) : select(mesh, keep);
+  if (isTorn)
+    splitFans(result.mesh);
   return result;
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <random>
@@ -62,6 +63,49 @@ void append(TriangleMesh& mesh, const TriangleMesh& other)
   mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
   for (const Triangle& t : other.triangles)
     mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+bool has(const Triangle& t, std::int32_t v)
+{
+  return std::find(t.begin(), t.end(), v) != t.end();
+}
+
+/// Number of sets of triangles when all that share an edge (v, w) with isJoint(v, w) are joined, by repeated
+/// relabelling.
+template <typename IsJoint>
+std::int64_t joinedOver(const TriangleMesh& mesh, const IsJoint& isJoint)
+{
+  std::vector<std::size_t> label(mesh.triangles.size());
+  std::iota(label.begin(), label.end(), std::size_t{0});
+  for (std::size_t round = 0; round < label.size(); ++round)
+    for (std::size_t s = 0; s < label.size(); ++s)
+      for (std::size_t t = 0; t < label.size(); ++t)
+        for (const std::int32_t v : mesh.triangles[s])
+          for (const std::int32_t w : mesh.triangles[s])
+            if (v < w && has(mesh.triangles[t], v) && has(mesh.triangles[t], w) && isJoint(v, w))
+              label[s] = label[t] = std::min(label[s], label[t]);
+  std::sort(label.begin(), label.end());
+  return std::unique(label.begin(), label.end()) - label.begin();
+}
+
+std::int64_t sidesOn(const TriangleMesh& mesh, std::int32_t v, std::int32_t w)
+{
+  return std::count_if(mesh.triangles.begin(), mesh.triangles.end(),
+                       [&](const Triangle& t) { return has(t, v) && has(t, w); });
+}
+
+bool isNonManifold(const TriangleMesh& mesh, std::int32_t vertex)
+{
+  TriangleMesh around;
+  std::copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(around.triangles),
+               [&](const Triangle& t) { return has(t, vertex); });
+  for (std::int32_t w = 0; w < static_cast<std::int32_t>(mesh.vertices.size()); ++w)
+    if (w != vertex && sidesOn(mesh, vertex, w) > 2)
+      return true;
+  const auto endsHere = [&](std::int32_t v, std::int32_t w) {
+    return (v == vertex || w == vertex) && sidesOn(mesh, v, w) == 2;
+  };
+  return joinedOver(around, endsHere) > 1;
 }
 
 TEST(TriangleQuality, isTwiceTheRatioOfTheRadii)
@@ -287,6 +331,11 @@ TEST(MeshQuality, randomSoupsAgreeWithCountingByHand)
     EXPECT_EQ(s.boundaryEdges, boundary);
     EXPECT_EQ(s.nonManifoldEdges, nonManifold);
     EXPECT_EQ(std::accumulate(s.valences.begin(), s.valences.end(), std::int64_t{0}), 12);
+    EXPECT_EQ(s.components, joinedOver(mesh, [](int, int) { return true; }));
+    std::int64_t nonManifoldVertices = 0;
+    for (std::int32_t v = 0; v < 12; ++v)
+      nonManifoldVertices += isNonManifold(mesh, v) ? 1 : 0;
+    EXPECT_EQ(s.nonManifoldVertices, nonManifoldVertices);
   }
 }
 
@@ -303,6 +352,36 @@ TEST(MeshQuality, componentsAreNumberedByTheirFirstTriangle)
   std::vector<std::int32_t> component;
   EXPECT_EQ(connectedComponents(mesh, component), 3);
   EXPECT_EQ(component, (std::vector<std::int32_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
+}
+
+TEST(MeshQuality, doesNotDependOnTheNumberOfThreads)
+{
+  // More vertices than one range has, with a boundary, several components and torn vertices.
+  Execution execution(1);
+  TriangleMesh mesh = polygonize(shapes::field(shapes::torus(.6, .25), 1, 90), {}, execution);
+  ASSERT_GT(mesh.vertices.size(), 16384u);
+  std::vector<std::uint8_t> keep(mesh.triangles.size());
+  std::mt19937 random(3);
+  for (std::uint8_t& flag : keep)
+    flag = std::bernoulli_distribution(.6)(random) ? 1 : 0;
+  mesh = select(mesh, keep);
+  const MeshStatistics one = measure(mesh);
+  EXPECT_GT(one.components, 100);
+  EXPECT_GT(one.boundaryLoops, 100);
+  EXPECT_GT(one.nonManifoldVertices, 100);
+  for (const int threads : {2, 4}) {
+    Execution parallel(threads);
+    const MeshStatistics other = measure(mesh, parallel);
+    EXPECT_EQ(one.components, other.components);
+    EXPECT_EQ(one.boundaryLoops, other.boundaryLoops);
+    EXPECT_EQ(one.nonManifoldVertices, other.nonManifoldVertices);
+    EXPECT_EQ(one.valences, other.valences);
+    EXPECT_EQ(one.edges, other.edges);
+    EXPECT_EQ(one.area, other.area);
+    EXPECT_EQ(one.volume, other.volume);
+    EXPECT_EQ(one.meanEdge, other.meanEdge);
+    EXPECT_EQ(one.meanQuality, other.meanQuality);
+  }
 }
 
 TEST(MeshQuality, doesNotDependOnTheOrderOfTriangles)

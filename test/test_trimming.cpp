@@ -290,6 +290,23 @@ TEST(Trimming, staysManifoldHoweverTorn)
   }
 }
 
+TEST(Trimming, dropsTrianglesThatAreNone)
+{
+  Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
+  for (const Trimming mode : {Trimming::holes, Trimming::supported}) {
+    const TrimResult expected = scene.trim(mode, 1.3f);
+    Scene broken(shapes::sphere(1), cappedSphere(.45, .75));
+    const std::int32_t count = static_cast<std::int32_t>(broken.mesh.vertices.size());
+    for (const Triangle& bad : {Triangle{0, 1, 1}, Triangle{0, 1, count}, Triangle{-1, 0, 1}})
+      broken.mesh.triangles.push_back(bad);
+    const TrimResult result = broken.trim(mode, 1.3f);
+    EXPECT_EQ(result.mesh.triangles, expected.mesh.triangles);
+    EXPECT_EQ(result.mesh.vertices, expected.mesh.vertices);
+    EXPECT_EQ(result.extrapolationsDropped, expected.extrapolationsDropped);
+    EXPECT_EQ(result.holesFilled, expected.holesFilled);
+  }
+}
+
 TEST(Trimming, doesNotDependOnThreads)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));

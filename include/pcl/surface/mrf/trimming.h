@@ -49,10 +49,11 @@ struct TrimResult {
 /// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
 /// \param search holds the data points
 /// \param diagonal of the points' bounding box, for the automatic maxHole
+/// Triangles with a repeated vertex or an index out of range are dropped, unless the options ask for no trimming.
 /// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
 /// Cost: linear in the number of triangles, and one query per vertex of the regions in question.
 /// The result does not depend on the number of threads.
-TrimResult trim(const TriangleMesh& mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
+TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
                 Execution& execution);
 
 } // namespace mrf
