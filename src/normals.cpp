@@ -1,10 +1,7 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/normals.h>
 
-#include <pcl/common/centroid.h>
 #include <pcl/common/eigen.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +10,6 @@
 namespace pcl {
 namespace mrf {
 namespace {
-
-/// Points per piece of parallel work: a few milliseconds of queries.
-constexpr std::int64_t grain = 512;
 
 /// Neighbourhoods of fewer points, the point itself included, are extended to so many.
 constexpr int fewestNeighbours = 12;
@@ -30,15 +24,33 @@ struct Plane {
   double distance = 0;
 };
 
-/// What pcl::NormalEstimation does per point, from the same functions of PCL, but in double precision: its own single
-/// precision loses the middle eigenvalue, which tells lines from planes, and small third ones.
-Plane fitPlane(const PointCloud<PointXYZ>& cloud, const Indices& neighbours, const Eigen::Vector3f& position)
+/// What pcl::NormalEstimation does per point, with PCL's closed form of the eigenvalues, but in double precision: its
+/// own single precision loses the middle eigenvalue, which tells lines from planes, and small third ones.
+Plane fitPlane(const std::vector<Eigen::Vector3f>& positions, const std::uint32_t* neighbours, std::size_t count,
+               const Eigen::Vector3f& position)
 {
   Plane plane;
-  Eigen::Matrix3d covariance;
-  Eigen::Vector4d centroid;
-  if (neighbours.size() < 3 || computeMeanAndCovarianceMatrix(cloud, neighbours, covariance, centroid) == 0)
+  if (count < 3)
     return plane;
+  // Relative to the point itself, so that nothing is lost far from the origin.
+  const Eigen::Vector3d centre = position.cast<double>();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+  for (std::size_t n = 0; n < count; ++n) {
+    const Eigen::Vector3d p = positions[neighbours[n]].cast<double>() - centre;
+    sum += p;
+    xx += p.x() * p.x();
+    xy += p.x() * p.y();
+    xz += p.x() * p.z();
+    yy += p.y() * p.y();
+    yz += p.y() * p.z();
+    zz += p.z() * p.z();
+  }
+  const double share = 1 / static_cast<double>(count);
+  const Eigen::Vector3d mean = share * sum;
+  Eigen::Matrix3d covariance;
+  covariance << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  covariance = share * covariance - mean * mean.transpose();
   const double scale = covariance.trace();
   if (!(scale > 0))
     return plane;
@@ -48,14 +60,13 @@ Plane fitPlane(const PointCloud<PointXYZ>& cloud, const Indices& neighbours, con
   eigen33(covariance, values);
   if (!(values[1] > collinear * values[2]))
     return plane;
-  double smallest = 0;
   Eigen::Vector3d normal;
-  eigen33(covariance, smallest, normal);
+  computeCorrespondingEigenVector(covariance, values[0], normal);
   if (!normal.allFinite())
     return plane;
   plane.normal = normal;
-  plane.thirdShare = std::max(smallest, 0.0);
-  plane.distance = std::abs(normal.dot(position.cast<double>() - centroid.head<3>()));
+  plane.thirdShare = std::max(values[0], 0.0);
+  plane.distance = std::abs(normal.dot(mean));
   return plane;
 }
 
@@ -85,33 +96,38 @@ NormalEstimates estimateNormals(const PointSet& points, const NeighbourSearch& s
   validate(options);
   const float radius = options.radius > 0 ? options.radius : 2.5f * spacing;
   const float maxPlaneDistance = options.maxPlaneDistance > 0 ? options.maxPlaneDistance : spacing;
-  PointCloud<PointXYZ> cloud;
-  cloud.reserve(points.size());
-  for (const Eigen::Vector3f& position : points.positions)
-    cloud.push_back(PointXYZ(position.x(), position.y(), position.z()));
-
   NormalEstimates estimates;
   estimates.normals.assign(points.size(), Eigen::Vector3f::Zero());
   estimates.thirdEigenvalueShare.assign(points.size(), 0);
   estimates.planeDistances.assign(points.size(), 0);
   estimates.isNoise.assign(points.size(), 0);
-  execution.forRange(static_cast<std::int64_t>(points.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours found;
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const Eigen::Vector3f& position = points.positions[i];
-      // In this order because most neighbourhoods of unevenly sampled clouds are small, and then one query is enough.
-      const int number = search.nearest(position, fewestNeighbours, found);
-      if (number == fewestNeighbours && found.squaredDistances.back() < radius * radius)
-        search.within(position, radius, found);
-      const Plane plane = fitPlane(cloud, found.indices, position);
-      estimates.normals[i] = plane.normal.cast<float>();
-      estimates.thirdEigenvalueShare[i] = static_cast<float>(plane.thirdShare);
-      estimates.planeDistances[i] = static_cast<float>(plane.distance);
-      if (options.noiseCriteria)
-        estimates.isNoise[i] =
-            plane.thirdShare > options.maxThirdEigenvalue || plane.distance > maxPlaneDistance ? 1 : 0;
-    }
-  });
+  // In this order because most neighbourhoods of unevenly sampled clouds are small, and then one query is enough.
+  search.forEachPosition(
+      points.positions, fewestNeighbours, NeighbourSearch::Answer::indicesAndDistances, execution,
+      [&](const NeighbourBatch& batch) {
+        Neighbours found;
+        for (std::size_t q = 0; q < batch.size; ++q) {
+          const std::size_t i = batch.positions[q];
+          const Eigen::Vector3f& position = points.positions[i];
+          const float* squared = batch.squaredDistances + q * batch.k;
+          Plane plane;
+          if (squared[batch.k - 1] < radius * radius) {
+            const int number = search.within(position, radius, found);
+            const std::vector<std::uint32_t> indices(found.indices.begin(), found.indices.begin() + number);
+            plane = fitPlane(points.positions, indices.data(), indices.size(), position);
+          } else {
+            const auto number = static_cast<std::size_t>(
+                std::find_if(squared, squared + batch.k, [](float s) { return !std::isfinite(s); }) - squared);
+            plane = fitPlane(points.positions, batch.indices + q * batch.k, number, position);
+          }
+          estimates.normals[i] = plane.normal.cast<float>();
+          estimates.thirdEigenvalueShare[i] = static_cast<float>(plane.thirdShare);
+          estimates.planeDistances[i] = static_cast<float>(plane.distance);
+          if (options.noiseCriteria)
+            estimates.isNoise[i] =
+                plane.thirdShare > options.maxThirdEigenvalue || plane.distance > maxPlaneDistance ? 1 : 0;
+        }
+      });
   return estimates;
 }
 

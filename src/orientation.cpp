@@ -2,31 +2,22 @@
 #include <pcl/surface/mrf/orientation.h>
 
 #include "disjoint_points.h"
+#include "orientation_graph.h"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <functional>
 #include <limits>
-#include <numeric>
 #include <sstream>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
 namespace {
 
-/// Points per piece of parallel work: a few milliseconds of queries.
-constexpr std::int64_t grain = 1024;
-
-/// Edges per point that are looked at: in a dense overlap of scans all neighbours would be hundreds.
-constexpr std::size_t maxNeighbours = 12;
-
-constexpr std::uint32_t noPoint = std::numeric_limits<std::uint32_t>::max();
-
-/// An edge this close to both normals (cosine) leads from one sheet to another, not along a surface.
-constexpr float alongNormals = .9f;
+/// Points per piece of parallel work.
+constexpr std::int64_t grain = 4096;
 
 /// Points that edges of at least this quality connect form a piece of smooth surface. Edges to an opposite sheet reach
 /// it only where sheets are closer than about an eighth of the neighbour distance.
@@ -35,233 +26,51 @@ constexpr float smoothQuality = .95f;
 /// Pieces of fewer points are too small for a vote of their own.
 constexpr std::uint32_t smallestVotingPiece = 12;
 
-/// Union-find that also keeps the sign of each element relative to its root.
-class SignedForest {
-public:
-  explicit SignedForest(std::size_t count) : parent_(count), isFlipped_(count, 0), size_(count, 1)
+/// A partition of the points: the set of each, numbered by their smallest elements.
+struct Partition {
+  std::vector<std::uint32_t> set;
+  std::vector<std::uint32_t> sizes; ///< per set
+
+  /// \param root the same for all elements of a set, some element of it
+  template <typename Root>
+  Partition(std::size_t count, const Root& root) : set(count)
   {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-
-  std::uint32_t root(std::uint32_t i)
-  {
-    std::uint32_t top = i;
-    std::uint8_t flip = 0;
-    while (parent_[top] != top) {
-      flip ^= isFlipped_[top];
-      top = parent_[top];
-    }
-    while (parent_[i] != top && i != top) {
-      const std::uint32_t next = parent_[i];
-      const std::uint8_t own = isFlipped_[i];
-      parent_[i] = top;
-      isFlipped_[i] = flip;
-      flip ^= own;
-      i = next;
-    }
-    return top;
-  }
-
-  /// \pre root(i) was called since the last join
-  bool isFlipped(std::uint32_t i) const { return isFlipped_[i] != 0; }
-
-  /// Joins the trees of i and j so that their signs are opposite or equal. \return false if they were one tree
-  bool join(std::uint32_t i, std::uint32_t j, bool opposite)
-  {
-    std::uint32_t a = root(i), b = root(j);
-    if (a == b)
-      return false;
-    const std::uint8_t flip = isFlipped_[i] ^ isFlipped_[j] ^ static_cast<std::uint8_t>(opposite);
-    if (size_[a] < size_[b])
-      std::swap(a, b);
-    parent_[b] = a;
-    isFlipped_[b] = flip;
-    size_[a] += size_[b];
-    return true;
-  }
-
-  std::uint32_t size(std::uint32_t i) { return size_[root(i)]; }
-
-private:
-  std::vector<std::uint32_t> parent_;
-  std::vector<std::uint8_t> isFlipped_; ///< relative to the parent
-  std::vector<std::uint32_t> size_;     ///< valid at roots
-};
-
-struct Edge {
-  std::uint32_t a, b;
-  float quality;     ///< how far the relative sign can be trusted, 0..1
-  bool opposite;     ///< the two normals point to opposite sides
-  bool withinAngle;  ///< the paper's criterion
-  bool acrossSheets; ///< leads along the normals, not along the surface
-};
-
-/// Sign and quality of an edge from the reflection of one normal at its bisector plane.
-///
-/// n_a' = n_a − 2 (ê·n_a) ê equals n_b on a circular arc, and −n_b where the two were given opposite signs. The quality
-/// falls with the angle between them and the more the edge leaves the tangent planes: an edge along both normals leads
-/// to the opposite sheet of a thin object or, in overlapping scans, to another layer of the same one.
-void grade(Edge& edge, const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
-           float minCosine)
-{
-  const Eigen::Vector3f &na = normals[edge.a], &nb = normals[edge.b];
-  const Eigen::Vector3f e = positions[edge.b] - positions[edge.a];
-  const float length = e.norm();
-  const float ta = length > 0 ? e.dot(na) / length : 0, tb = length > 0 ? e.dot(nb) / length : 0;
-  const float cosine = na.dot(nb), reflected = cosine - 2 * ta * tb;
-  edge.opposite = reflected < 0;
-  edge.withinAngle = std::abs(cosine) >= minCosine;
-  edge.acrossSheets = std::min(std::abs(ta), std::abs(tb)) > alongNormals;
-  edge.quality = std::clamp(std::abs(reflected) * (1 - std::max(ta * ta, tb * tb)), 0.0f, 1.0f);
-}
-
-struct Graph {
-  std::vector<Edge> edges;
-  std::vector<float> areas; ///< about the area that each point stands for, up to one common factor
-};
-
-/// All edges between points that are among the nearest neighbours of each other, and what connectivity needs besides.
-Graph connect(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighbourSearch& search,
-              float distance, Execution& execution)
-{
-  const std::size_t count = points.size();
-  const float limit = distance * distance;
-  std::vector<std::uint32_t> table(count * maxNeighbours, noPoint);
-  Graph graph;
-  graph.areas.assign(count, 0);
-  const auto hasNormal = [&](std::size_t i) { return !normals[i].isZero(); };
-  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours found;
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const auto number =
-          static_cast<std::size_t>(search.nearest(points.positions[i], static_cast<int>(maxNeighbours) + 1, found));
-      std::size_t filled = 0;
-      for (std::size_t n = 0; n < number && filled < maxNeighbours; ++n) {
-        const auto j = static_cast<std::size_t>(found.indices[n]);
-        if (j == i || found.squaredDistances[n] > limit)
-          continue;
-        graph.areas[i] = found.squaredDistances[n] / static_cast<float>(filled + 1);
-        table[i * maxNeighbours + filled++] = static_cast<std::uint32_t>(j);
+    constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> numbers(count, none); // at the roots
+    for (std::uint32_t i = 0; i < count; ++i) {
+      std::uint32_t& number = numbers[root(i)];
+      if (number == none) {
+        number = static_cast<std::uint32_t>(sizes.size());
+        sizes.push_back(0);
       }
-    }
-  });
-
-  const auto lists = [&](std::size_t i, std::uint32_t j) {
-    const auto first = table.begin() + static_cast<std::ptrdiff_t>(i * maxNeighbours);
-    return std::find(first, first + maxNeighbours, j) != first + maxNeighbours;
-  };
-  SignedForest forest(count);
-  const auto add = [&](std::size_t i, std::uint32_t j) {
-    graph.edges.push_back({static_cast<std::uint32_t>(i), j, 0, false, false, false});
-  };
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t n = 0; n < maxNeighbours; ++n) {
-      const std::uint32_t j = table[i * maxNeighbours + n];
-      if (j == noPoint)
-        break;
-      if (!hasNormal(i) || !hasNormal(j) || (j < i && lists(j, static_cast<std::uint32_t>(i))))
-        continue;
-      add(i, j);
-      forest.join(static_cast<std::uint32_t>(i), j, false);
-    }
-
-  // The nearest neighbours of a scan line may all lie on it: look at the whole radius where the cap cut a piece off.
-  std::vector<std::uint32_t> piece(count);
-  std::uint32_t largest = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    piece[i] = forest.root(static_cast<std::uint32_t>(i));
-    if (forest.size(piece[i]) > forest.size(largest))
-      largest = piece[i];
-  }
-  Neighbours found;
-  std::vector<std::uint32_t> reached;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (piece[i] == piece[largest] || !hasNormal(i) || table[(i + 1) * maxNeighbours - 1] == noPoint)
-      continue;
-    const auto number = static_cast<std::size_t>(search.within(points.positions[i], distance, found));
-    reached.assign(1, piece[i]);
-    for (std::size_t n = 0; n < number; ++n) {
-      const auto j = static_cast<std::uint32_t>(found.indices[n]);
-      if (!hasNormal(j) || std::find(reached.begin(), reached.end(), piece[j]) != reached.end())
-        continue;
-      reached.push_back(piece[j]);
-      add(i, j);
+      set[i] = number;
+      ++sizes[number];
     }
   }
-  return graph;
-}
 
-/// Edges, best first; equals in the order they were found.
-std::vector<std::uint32_t> bestFirst(const std::vector<Edge>& edges)
-{
-  std::vector<std::uint64_t> keys(edges.size());
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    const float badness = 1 - edges[e].quality;
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &badness, sizeof bits); // ordered like the value, which is not negative
-    keys[e] = std::uint64_t{bits} << 32 | e;
+  /// Whether i is the smallest element of its set.
+  bool isFirst(std::size_t i, std::vector<std::uint8_t>& seen) const
+  {
+    return std::exchange(seen[set[i]], std::uint8_t{1}) == 0;
   }
-  std::sort(keys.begin(), keys.end());
-  std::vector<std::uint32_t> order(edges.size());
-  for (std::size_t e = 0; e < order.size(); ++e)
-    order[e] = static_cast<std::uint32_t>(keys[e]);
-  return order;
-}
-
-/// The connected components and the signs that make the normals of each consistent.
-struct Components {
-  std::vector<std::uint32_t> label;    ///< smallest index of a point of the same component
-  std::vector<std::uint8_t> isFlipped; ///< per point
-  std::vector<std::uint32_t> size;     ///< at labels, 0 elsewhere
 };
 
-/// Per element the smallest one of its tree.
-std::vector<std::uint32_t> labelsOf(SignedForest& forest, std::size_t count)
+/// Which of the normals have to be turned for each component to be consistent; most keep the sign they came with, so
+/// that flips mean something where normals were given.
+std::vector<std::uint8_t> flipsOf(const Partition& components, const SignedForest& forest)
 {
-  std::vector<std::uint32_t> smallest(count, noPoint), labels(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    std::uint32_t& label = smallest[forest.root(i)];
-    label = std::min(label, i);
-    labels[i] = label;
+  std::vector<std::uint8_t> isFlipped(components.set.size());
+  std::vector<std::uint32_t> flipped(components.sizes.size(), 0);
+  for (std::uint32_t i = 0; i < isFlipped.size(); ++i) {
+    isFlipped[i] = forest.isFlipped(i);
+    flipped[components.set[i]] += isFlipped[i];
   }
-  return labels;
-}
-
-Components findComponents(std::size_t count, const std::vector<Edge>& edges,
-                          const std::function<bool(const Edge&, SignedForest&)>& isUsed)
-{
-  SignedForest forest(count);
-  for (const std::uint32_t e : bestFirst(edges))
-    if (isUsed(edges[e], forest))
-      forest.join(edges[e].a, edges[e].b, edges[e].opposite);
-
-  Components components;
-  components.label = labelsOf(forest, count);
-  components.isFlipped.assign(count, 0);
-  components.size.assign(count, 0);
-  std::vector<std::uint32_t> flipped(count, 0);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    components.isFlipped[i] = forest.isFlipped(i);
-    ++components.size[components.label[i]];
-    flipped[components.label[i]] += components.isFlipped[i];
+  for (std::size_t i = 0; i < isFlipped.size(); ++i) {
+    const std::uint32_t set = components.set[i];
+    if (2 * flipped[set] > components.sizes[set])
+      isFlipped[i] ^= 1;
   }
-  // Most normals keep the sign they came with, so that flips mean something where normals were given.
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t label = components.label[i];
-    if (2 * flipped[label] > components.size[label])
-      components.isFlipped[i] ^= 1;
-  }
-  return components;
-}
-
-/// Labels of the pieces of smooth surface.
-std::vector<std::uint32_t> smoothPieces(std::size_t count, const std::vector<Edge>& edges)
-{
-  SignedForest forest(count);
-  for (const Edge& edge : edges)
-    if (edge.quality >= smoothQuality)
-      forest.join(edge.a, edge.b, false);
-  return labelsOf(forest, count);
+  return isFlipped;
 }
 
 /// The sensor that saw a point: of its view, or the nearest one where the view is not known.
@@ -281,34 +90,49 @@ struct Vote {
   double value = 0, weight = 0;
 };
 
-std::vector<Vote> votesOf(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                          const std::vector<float>& areas, const Components& components, OrientationVote vote)
-{
-  const std::size_t count = points.size();
-  std::vector<Vote> votes(count);
-  const auto sign = [](float value) { return Vote{value > 0 ? 1.0 : value < 0 ? -1.0 : 0.0, value != 0 ? 1.0 : 0.0}; };
-  if (vote == OrientationVote::reference) {
-    for (std::size_t i = 0; i < count; ++i)
-      votes[i] = sign(normals[i].dot(points.normals[i]));
-  } else if (vote == OrientationVote::sensor) {
-    for (std::size_t i = 0; i < count; ++i)
-      votes[i] = sign(normals[i].dot(sensorOf(points, i) - points.positions[i]));
-  } else if (vote == OrientationVote::outward) {
-    std::vector<Eigen::Vector4d> moments(count, Eigen::Vector4d::Zero());
-    for (std::size_t i = 0; i < count; ++i)
-      moments[components.label[i]] += double{areas[i]} * points.positions[i].cast<double>().homogeneous();
-    for (std::size_t i = 0; i < count; ++i) {
-      const Eigen::Vector4d& moment = moments[components.label[i]];
-      if (!(moment.w() > 0))
-        continue;
-      const Eigen::Vector3d arm = points.positions[i].cast<double>() - moment.hnormalized();
-      votes[i].value = areas[i] * normals[i].cast<double>().dot(arm);
-      // A flat patch has no outside: what rounding and noise leave there must not look like agreement.
-      votes[i].weight = std::max(std::abs(votes[i].value), .01 * areas[i] * arm.norm());
-    }
+/// How the points vote. A vote is computed whenever it is asked for: kept, votes would be the largest array of all.
+class Voters {
+public:
+  /// \param areas that the points stand for \param normals as they are asked for: only their signs may change
+  Voters(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& areas,
+         const Partition& components, OrientationVote vote)
+      : points_(points), normals_(normals), areas_(areas), components_(components), vote_(vote)
+  {
+    if (vote != OrientationVote::outward)
+      return;
+    moments_.assign(components.sizes.size(), Eigen::Vector4d::Zero());
+    for (std::size_t i = 0; i < points.size(); ++i)
+      moments_[components.set[i]] += double{areas[i]} * points.positions[i].cast<double>().homogeneous();
   }
-  return votes;
-}
+
+  Vote operator()(std::size_t i) const
+  {
+    const auto sign = [](float value) {
+      return Vote{value > 0 ? 1.0 : value < 0 ? -1.0 : 0.0, value != 0 ? 1.0 : 0.0};
+    };
+    if (vote_ == OrientationVote::reference)
+      return sign(normals_[i].dot(points_.normals[i]));
+    if (vote_ == OrientationVote::sensor)
+      return sign(normals_[i].dot(sensorOf(points_, i) - points_.positions[i]));
+    const Eigen::Vector4d& moment = moments_[components_.set[i]];
+    if (!(moment.w() > 0))
+      return {};
+    const Eigen::Vector3d arm = points_.positions[i].cast<double>() - moment.hnormalized();
+    Vote vote;
+    vote.value = areas_[i] * normals_[i].cast<double>().dot(arm);
+    // A flat patch has no outside: what rounding and noise leave there must not look like agreement.
+    vote.weight = std::max(std::abs(vote.value), .01 * areas_[i] * arm.norm());
+    return vote;
+  }
+
+private:
+  const PointSet& points_;
+  const std::vector<Eigen::Vector3f>& normals_;
+  const std::vector<float>& areas_;
+  const Partition& components_;
+  OrientationVote vote_;
+  std::vector<Eigen::Vector4d> moments_; ///< per component: area and first moment
+};
 
 struct Tally {
   double balance = 0, total = 0;
@@ -318,14 +142,15 @@ struct Tally {
   bool isDecidedlyAgainst() const { return points >= smallestVotingPiece && -balance >= .5 * total && total > 0; }
 };
 
-/// Sums of the votes per label, stored at the label.
-std::vector<Tally> tally(const std::vector<std::uint32_t>& labels, const std::vector<Vote>& votes)
+/// Sums of the votes per set.
+std::vector<Tally> tally(const Partition& partition, const Voters& vote)
 {
-  std::vector<Tally> tallies(labels.size());
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    Tally& own = tallies[labels[i]];
-    own.balance += votes[i].value;
-    own.total += votes[i].weight;
+  std::vector<Tally> tallies(partition.sizes.size());
+  for (std::size_t i = 0; i < partition.set.size(); ++i) {
+    Tally& own = tallies[partition.set[i]];
+    const Vote cast = vote(i);
+    own.balance += cast.value;
+    own.total += cast.weight;
     ++own.points;
   }
   return tallies;
@@ -458,71 +283,74 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   if (vote == OrientationVote::none)
     return findComponents(points, normals, search, distance, minCosine, options, execution);
 
-  Graph graph = connect(points, normals, search, distance, execution);
-  execution.forRange(static_cast<std::int64_t>(graph.edges.size()), 16 * grain,
-                     [&](std::int64_t begin, std::int64_t end) {
-                       for (std::int64_t e = begin; e < end; ++e)
-                         grade(graph.edges[static_cast<std::size_t>(e)], points.positions, normals, minCosine);
-                     });
+  const bool knowsViews = vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1);
+  const bool piecesVote = vote == OrientationVote::reference || knowsViews;
+  DisjointPoints withinAngle(count), smooth(piecesVote ? count : 0);
+  const OrientationGraph graph(
+      points, normals, search, distance, minCosine,
+      [&](const Edge& edge) {
+        if (edge.withinAngle)
+          withinAngle.join(edge.a, edge.b);
+        if (piecesVote && edge.quality >= smoothQuality)
+          smooth.join(edge.a, edge.b);
+      },
+      execution);
   execution.poll();
 
-  SignedForest smooth(count);
-  std::int64_t smoothJoins = 0;
-  for (const Edge& edge : graph.edges)
-    if (edge.withinAngle)
-      smoothJoins += smooth.join(edge.a, edge.b, false);
-
   const double smallest = options.minComponentShare * static_cast<double>(count);
-  const Components components = findComponents(count, graph.edges, [&](const Edge& edge, SignedForest& forest) {
-    if (edge.acrossSheets)
-      // Without a vote from outside, two sheets can only be taken for the two sides of one object.
-      return options.joinAcrossCreases && vote == OrientationVote::outward && forest.size(edge.a) >= smallest &&
-             forest.size(edge.b) >= smallest;
-    return options.joinAcrossCreases || edge.withinAngle;
-  });
+  SignedForest forest = graph.bestTree(
+      [&](const Edge& edge, SignedForest& trees) {
+        if (edge.acrossSheets)
+          // Without a vote from outside, two sheets can only be taken for the two sides of one object.
+          return options.joinAcrossCreases && vote == OrientationVote::outward && trees.size(edge.a) >= smallest &&
+                 trees.size(edge.b) >= smallest;
+        return options.joinAcrossCreases || edge.withinAngle;
+      },
+      execution);
+  const Partition components(count, [&](std::uint32_t i) { return forest.root(i); });
 
   OrientationResult result;
   result.keep.assign(count, 0);
-  std::int64_t withNormal = 0;
-  for (std::size_t i = 0; i < count; ++i) {
+  std::vector<std::uint8_t> seen(components.sizes.size(), 0);
+  for (std::uint32_t i = 0; i < count; ++i) {
     if (normals[i].isZero())
       continue;
-    ++withNormal;
-    const bool isKept = components.size[components.label[i]] >= smallest;
+    const bool isKept = components.sizes[components.set[i]] >= smallest;
     result.keep[i] = isKept ? 1 : 0;
-    if (components.label[i] == i) {
+    if (components.isFirst(i, seen)) {
       ++result.components;
       result.componentsDropped += isKept ? 0 : 1;
     }
+    result.componentsAtCreases += withinAngle.find(i) == i ? 1 : 0;
   }
-  result.componentsAtCreases = withNormal - smoothJoins;
   result.pointsDropped = std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0});
 
   result.normals = normals;
-  for (std::size_t i = 0; i < count; ++i)
-    if (components.isFlipped[i])
-      result.normals[i] = -normals[i];
-  std::vector<Vote> votes = votesOf(points, result.normals, graph.areas, components, vote);
-  const auto turn = [&](std::size_t i) {
-    result.normals[i] = -result.normals[i];
-    votes[i].value = -votes[i].value;
-  };
+  const auto turn = [&](std::size_t i) { result.normals[i] = -result.normals[i]; };
+  {
+    const std::vector<std::uint8_t> isFlipped = flipsOf(components, forest);
+    for (std::size_t i = 0; i < count; ++i)
+      if (isFlipped[i])
+        turn(i);
+  }
+  const Voters voters(points, result.normals, graph.areas(), components, vote);
 
-  const std::vector<Tally> tallies = tally(components.label, votes);
+  const std::vector<Tally> tallies = tally(components, voters);
+  std::fill(seen.begin(), seen.end(), std::uint8_t{0});
   for (std::size_t i = 0; i < count; ++i)
-    if (tallies[components.label[i]].balance < 0) {
+    if (tallies[components.set[i]].balance < 0) {
       turn(i);
-      result.componentsFlipped += result.keep[i] && components.label[i] == i;
+      result.componentsFlipped += components.isFirst(i, seen) && result.keep[i];
     }
 
-  const bool knowsViews = vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1);
-  if (vote == OrientationVote::reference || knowsViews) {
-    const std::vector<std::uint32_t> piece = smoothPieces(count, graph.edges);
-    const std::vector<Tally> pieceTallies = tally(piece, votes);
+  if (piecesVote) {
+    const Partition pieces(count, [&](std::uint32_t i) { return smooth.find(i); });
+    const std::vector<Tally> pieceTallies = tally(pieces, voters);
+    seen.assign(pieces.sizes.size(), 0);
     for (std::size_t i = 0; i < count; ++i)
-      if (pieceTallies[piece[i]].isDecidedlyAgainst()) {
+      if (pieceTallies[pieces.set[i]].isDecidedlyAgainst()) {
         turn(i);
-        result.piecesFlipped += result.keep[i] && piece[i] == i;
+        result.piecesFlipped += pieces.isFirst(i, seen) && result.keep[i];
       }
   }
 
@@ -530,9 +358,10 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   for (std::size_t i = 0; i < count; ++i) {
     if (!result.keep[i])
       continue;
+    const Vote cast = voters(i);
     result.pointsFlipped += result.normals[i].dot(normals[i]) < 0;
-    agreeing += (votes[i].weight + votes[i].value) / 2;
-    total += votes[i].weight;
+    agreeing += (cast.weight + cast.value) / 2;
+    total += cast.weight;
   }
   if (total > 0)
     result.agreement = agreeing / total;

@@ -40,16 +40,17 @@ void sortTies(const std::vector<std::uint64_t>& keys, const std::vector<Eigen::V
   }
 }
 
-} // namespace
-
-void sortByKey(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& values, Execution& execution)
+/// Sorts keys by the bits from lowestBit on. Along with each key move(from, to) moves what belongs to it into a second
+/// array, and swap() makes that the first.
+template <typename Move, typename Swap>
+void radixSort(std::vector<std::uint64_t>& keys, int lowestBit, const Move& move, const Swap& swap,
+               Execution& execution)
 {
   const std::size_t count = keys.size();
   std::uint64_t used = 0;
   for (const std::uint64_t key : keys)
     used |= key;
   std::vector<std::uint64_t> otherKeys(count);
-  std::vector<std::uint32_t> otherValues(count);
   const std::size_t chunks = (count + grain - 1) / grain;
   std::vector<std::array<std::uint32_t, digits>> offsets(chunks);
   const auto forChunks = [&](const auto& body) {
@@ -58,9 +59,9 @@ void sortByKey(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& val
            static_cast<std::size_t>(end));
     });
   };
-  for (int shift = 0; shift < 64 && used >> shift != 0; shift += digitBits) {
+  for (int shift = lowestBit; shift < 64 && used >> shift != 0; shift += digitBits) {
     const auto digitOf = [shift](std::uint64_t key) { return static_cast<std::size_t>(key >> shift) & (digits - 1); };
-    if ((used >> shift & (digits - 1)) == 0)
+    if (digitOf(used) == 0)
       continue;
     forChunks([&](auto& histogram, std::size_t begin, std::size_t end) {
       histogram.fill(0);
@@ -75,12 +76,28 @@ void sortByKey(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& val
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t target = next[digitOf(keys[i])]++;
         otherKeys[target] = keys[i];
-        otherValues[target] = values[i];
+        move(i, target);
       }
     });
     keys.swap(otherKeys);
-    values.swap(otherValues);
+    swap();
   }
+}
+
+} // namespace
+
+void sortByKey(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& values, Execution& execution)
+{
+  std::vector<std::uint32_t> otherValues(values.size());
+  radixSort(
+      keys, 0, [&](std::size_t from, std::size_t to) { otherValues[to] = values[from]; },
+      [&] { values.swap(otherValues); }, execution);
+}
+
+void sortByUpperHalf(std::vector<std::uint64_t>& values, Execution& execution)
+{
+  radixSort(
+      values, 32, [](std::size_t, std::size_t) {}, [] {}, execution);
 }
 
 std::vector<std::uint32_t> spatialOrder(const std::vector<Eigen::Vector3f>& positions,

@@ -33,6 +33,9 @@ constexpr std::uint64_t mortonCode(std::uint32_t x, std::uint32_t y, std::uint32
 /// Sorts the keys and, with them, the values; equal keys keep their order. In parallel, radix by radix.
 void sortByKey(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& values, Execution& execution);
 
+/// Sorts by the upper 32 bits; equals keep their order.
+void sortByUpperHalf(std::vector<std::uint64_t>& values, Execution& execution);
+
 /// Indices of the flagged positions along a Morton curve; positions in the same cell of 2⁻²¹ of the bounding box by
 /// their coordinates, equal positions by index: the order of the positions does not depend on how they were given. \pre
 /// the flagged positions are finite; keep.size() == positions.size()
