@@ -25,30 +25,6 @@ DisjointSets::DisjointSets(std::size_t count) : parent_(count)
   std::iota(parent_.begin(), parent_.end(), 0);
 }
 
-std::int32_t DisjointSets::find(std::int32_t element)
-{
-  auto* parent = parent_.data();
-  while (parent[element] != element) {
-    parent[element] = parent[parent[element]];
-    element = parent[element];
-  }
-  return element;
-}
-
-void DisjointSets::unite(std::int32_t a, std::int32_t b)
-{
-  a = find(a);
-  b = find(b);
-  parent_[at(std::max(a, b))] = std::min(a, b);
-}
-
-bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle)
-{
-  const Triangle& t = mesh.triangles[triangle];
-  const auto inside = [&](std::int32_t v) { return v >= 0 && at(v) < mesh.vertices.size(); };
-  return inside(t[0]) && inside(t[1]) && inside(t[2]) && t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
-}
-
 VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember)
 {
   if (mesh.triangles.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max() / 3))

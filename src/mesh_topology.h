@@ -5,6 +5,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -19,15 +20,34 @@ public:
   /// From a parent for each element, at most the element itself.
   explicit DisjointSets(std::vector<std::int32_t> parents) : parent_(std::move(parents)) {}
 
-  std::int32_t find(std::int32_t element);
-  void unite(std::int32_t a, std::int32_t b);
+  std::int32_t find(std::int32_t element)
+  {
+    auto* parent = parent_.data();
+    while (parent[element] != element) {
+      parent[element] = parent[parent[element]];
+      element = parent[element];
+    }
+    return element;
+  }
+
+  void unite(std::int32_t a, std::int32_t b)
+  {
+    a = find(a);
+    b = find(b);
+    parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+  }
 
 private:
   std::vector<std::int32_t> parent_;
 };
 
 /// True if the three indices name three different vertices of the mesh.
-bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle);
+inline bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle)
+{
+  const Triangle& t = mesh.triangles[triangle];
+  const auto inside = [&](std::int32_t v) { return v >= 0 && static_cast<std::size_t>(v) < mesh.vertices.size(); };
+  return inside(t[0]) && inside(t[1]) && inside(t[2]) && t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+}
 
 /// The corners at each vertex: corner 3 t + i is the i-th of triangle t.
 struct VertexCorners {

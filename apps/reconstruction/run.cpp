@@ -92,7 +92,7 @@ Input readInput(const Command& command)
 }
 
 template <typename PointNT>
-Result reconstructAs(const Input& input, const Command& command, ProgressDisplay& progress)
+Result reconstructAs(Input& input, const Command& command, ProgressDisplay& progress)
 {
   pcl::mrf::Options options = command.options;
   if (!input.confidences.empty())
@@ -105,6 +105,7 @@ Result reconstructAs(const Input& input, const Command& command, ProgressDisplay
 
   pcl::MRFReconstruction<PointNT> mrf;
   mrf.setInputCloud(toCloud<PointNT>(input.table, input.offset, input.confidences));
+  input.table = PointTable(); // of millions of points: the memory is needed
   mrf.setSensorPositions(sensors, input.views);
   mrf.setOptions(options);
   mrf.setThrowing(true);
@@ -127,7 +128,8 @@ Result reconstructAs(const Input& input, const Command& command, ProgressDisplay
 
 /// Picks the point type that holds what the input has. Colours win over intensities; a confidence needs a type with a
 /// spare float, which those with normals have.
-Result reconstruct(const Input& input, const Command& command, ProgressDisplay& progress)
+/// The input's table is taken.
+Result reconstruct(Input& input, const Command& command, ProgressDisplay& progress)
 {
   const bool withNormals = !input.table.normals.empty() || !input.confidences.empty();
   if (!input.table.colours.empty())
@@ -184,7 +186,7 @@ void run(const Command& command)
   const auto start = std::chrono::steady_clock::now();
   ProgressDisplay progress(command.verbosity);
   progress.show("reading", 0);
-  const Input input = readInput(command);
+  Input input = readInput(command);
   RunSummary summary = summarise(input, command);
   summary.readingSeconds = secondsSince(start);
 

@@ -1,19 +1,11 @@
 #include "point_writer.h"
 
-#include "errors.h"
+#include "byte_writer.h"
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
+#include <string>
 
 namespace mrf_apps {
 namespace {
-
-template <typename T>
-void append(std::string& bytes, T value)
-{
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof(T));
-}
 
 std::string repeated(const std::string& word, int times)
 {
@@ -56,23 +48,20 @@ void writePoints(const PointTable& points, const std::string& path, const std::s
 {
   const bool hasNormals = !points.normals.empty();
   const bool isDouble = !floatOffset(points.positions).isZero(0);
-  std::string bytes =
-      format == "pcd" ? pcdHeader(points.size(), isDouble, hasNormals) : plyHeader(points.size(), isDouble, hasNormals);
+  ByteWriter file(path);
+  file.text(format == "pcd" ? pcdHeader(points.size(), isDouble, hasNormals)
+                            : plyHeader(points.size(), isDouble, hasNormals));
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis)
       if (isDouble)
-        append(bytes, points.positions[i][axis]);
+        file.value(points.positions[i][axis]);
       else
-        append(bytes, static_cast<float>(points.positions[i][axis]));
+        file.value(static_cast<float>(points.positions[i][axis]));
     if (hasNormals)
       for (int axis = 0; axis < 3; ++axis)
-        append(bytes, points.normals[i][axis]);
+        file.value(points.normals[i][axis]);
   }
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   file.close();
-  if (!file)
-    throw FileError(std::string("could not be written: ") + std::strerror(errno));
 }
 
 } // namespace mrf_apps

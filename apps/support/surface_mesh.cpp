@@ -1,8 +1,8 @@
 #include "surface_mesh.h"
 
+#include "byte_writer.h"
 #include "errors.h"
 #include "poly_data.h"
-#include "text_file.h"
 #include "vtk_output.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -18,7 +18,6 @@
 #include <vtkXMLPolyDataWriter.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <cstring>
 
@@ -41,37 +40,11 @@ float floatAt(const std::uint8_t* bytes)
   return value;
 }
 
-/// Collects bytes of a file; the machine is little-endian as everything PCL and Debian's VTK write here.
-class ByteBuffer {
-public:
-  void text(const std::string& string) { bytes_ += string; }
-
-  template <typename T>
-  void value(T number)
-  {
-    bytes_.append(reinterpret_cast<const char*>(&number), sizeof(T));
-  }
-
-  /// Shortest text that reads back as the same number.
-  template <typename T>
-  void decimal(T number)
-  {
-    std::array<char, 32> digits;
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number);
-    bytes_.append(digits.data(), end.ptr);
-  }
-
-  void writeTo(const std::string& path) const { writeText(path, bytes_); }
-
-private:
-  std::string bytes_;
-};
-
 /// Not VTK's or PCL's writer: neither keeps the confidence, VTK's no normals.
 void writePly(const SurfaceMesh& mesh, const std::string& path)
 {
   const bool exact = mesh.doublePrecision;
-  ByteBuffer file;
+  ByteWriter file(path);
   file.text("ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertices.size()) + "\n");
   for (const char* name : {"x", "y", "z"})
     file.text(std::string("property ") + (exact ? "double " : "float ") + name + "\n");
@@ -111,12 +84,12 @@ void writePly(const SurfaceMesh& mesh, const std::string& path)
     for (const std::int32_t vertex : triangle)
       file.value(vertex);
   }
-  file.writeTo(path);
+  file.close();
 }
 
 void writeObj(const SurfaceMesh& mesh, const std::string& path)
 {
-  ByteBuffer file;
+  ByteWriter file(path);
   const auto coordinate = [&](double value) {
     file.text(" ");
     if (mesh.doublePrecision)
@@ -154,7 +127,7 @@ void writeObj(const SurfaceMesh& mesh, const std::string& path)
     }
     file.text("\n");
   }
-  file.writeTo(path);
+  file.close();
 }
 
 vtkSmartPointer<vtkFloatArray> namedArray(const char* name, int components, std::size_t count)
@@ -187,21 +160,24 @@ SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& o
   const std::size_t count = std::size_t{cloud.width} * cloud.height;
   SurfaceMesh result;
   result.doublePrecision = !offset.isZero(0);
-  const auto forEach = [&](const char* name, auto&& use) {
+  const auto forEach = [&](const char* name, auto& values, auto&& read) {
     const int position = fieldOffset(cloud, name);
-    if (position >= 0)
-      for (std::size_t i = 0; i < count; ++i)
-        use(cloud.data.data() + i * cloud.point_step + position);
+    if (position < 0)
+      return;
+    values.reserve(count);
+    for (std::size_t i = 0; i < count; ++i)
+      values.push_back(read(cloud.data.data() + i * cloud.point_step + position));
   };
   // The three coordinates of a position or a normal lie one behind the other.
-  forEach("x", [&](const std::uint8_t* p) {
-    result.vertices.push_back(Eigen::Vector3d(floatAt(p), floatAt(p + 4), floatAt(p + 8)) + offset);
-  });
-  forEach("normal_x",
-          [&](const std::uint8_t* p) { result.normals.emplace_back(floatAt(p), floatAt(p + 4), floatAt(p + 8)); });
-  forEach("rgb", [&](const std::uint8_t* p) { result.colours.push_back({p[2], p[1], p[0]}); });
-  forEach("intensity", [&](const std::uint8_t* p) { result.intensities.push_back(floatAt(p)); });
-  forEach("confidence", [&](const std::uint8_t* p) { result.confidences.push_back(floatAt(p)); });
+  const auto vectorAt = [](const std::uint8_t* p) {
+    return Eigen::Vector3f(floatAt(p), floatAt(p + 4), floatAt(p + 8));
+  };
+  forEach("x", result.vertices,
+          [&](const std::uint8_t* p) -> Eigen::Vector3d { return vectorAt(p).cast<double>() + offset; });
+  forEach("normal_x", result.normals, vectorAt);
+  forEach("rgb", result.colours, [](const std::uint8_t* p) { return std::array<std::uint8_t, 3>{p[2], p[1], p[0]}; });
+  forEach("intensity", result.intensities, floatAt);
+  forEach("confidence", result.confidences, floatAt);
   result.triangles.reserve(mesh.polygons.size());
   for (const pcl::Vertices& polygon : mesh.polygons)
     result.triangles.push_back({static_cast<std::int32_t>(polygon.vertices[0]),

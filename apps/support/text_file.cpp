@@ -1,12 +1,12 @@
 #include "text_file.h"
 
+#include "byte_writer.h"
 #include "errors.h"
 
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <memory>
 
 #include <sys/stat.h>
@@ -50,11 +50,9 @@ std::string readWholeFile(const std::string& path)
 
 void writeText(const std::string& path, const std::string& text)
 {
-  std::ofstream file(path, std::ios::binary | std::ios::trunc);
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
+  ByteWriter file(path);
+  file.text(text);
   file.close();
-  if (!file)
-    throw FileError(std::string("could not be written: ") + std::strerror(errno));
 }
 
 bool Lines::next(std::string_view& line)
