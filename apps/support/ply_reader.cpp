@@ -119,31 +119,23 @@ public:
   {
     if (format_ == Format::ascii)
       return nextWord();
-    const std::size_t size = typeSizes[index(type)];
-    if (rest_.size() < size)
-      fail();
-    std::array<char, 8> bytes{};
-    std::copy_n(rest_.begin(), size, bytes.begin());
-    rest_.remove_prefix(size);
-    if (format_ == Format::bigEndian)
-      std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
     switch (type) {
     case Type::int8:
-      return as<std::int8_t>(bytes);
+      return nextAs<std::int8_t>();
     case Type::uint8:
-      return as<std::uint8_t>(bytes);
+      return nextAs<std::uint8_t>();
     case Type::int16:
-      return as<std::int16_t>(bytes);
+      return nextAs<std::int16_t>();
     case Type::uint16:
-      return as<std::uint16_t>(bytes);
+      return nextAs<std::uint16_t>();
     case Type::int32:
-      return as<std::int32_t>(bytes);
+      return nextAs<std::int32_t>();
     case Type::uint32:
-      return as<std::uint32_t>(bytes);
+      return nextAs<std::uint32_t>();
     case Type::float32:
-      return as<float>(bytes);
+      return nextAs<float>();
     default:
-      return as<double>(bytes);
+      return nextAs<double>();
     }
   }
 
@@ -162,8 +154,15 @@ private:
   static std::size_t index(Type type) { return static_cast<std::size_t>(type); }
 
   template <typename T>
-  static double as(const std::array<char, 8>& bytes)
+  double nextAs()
   {
+    if (rest_.size() < sizeof(T))
+      fail();
+    std::array<char, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), rest_.data(), sizeof(T));
+    rest_.remove_prefix(sizeof(T));
+    if (format_ == Format::bigEndian)
+      std::reverse(bytes.begin(), bytes.end());
     T value;
     std::memcpy(&value, bytes.data(), sizeof(T));
     return static_cast<double>(value);
@@ -232,6 +231,15 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
         columns[p] = &column;
     }
   }
+
+  // The file was found to be long enough for so many.
+  const auto count = static_cast<std::size_t>(element.count);
+  table.positions.reserve(count);
+  table.normals.reserve(complete(normal) ? count : 0);
+  table.colours.reserve(complete(colour) ? count : 0);
+  for (std::vector<float>* column : columns)
+    if (column != nullptr)
+      column->reserve(count);
 
   std::vector<double> row(columns.size());
   for (double v = 0; v < element.count; ++v) {
