@@ -86,6 +86,22 @@ std::size_t slotOf(std::uint64_t key, std::size_t capacity)
   return static_cast<std::size_t>(key * 0x9e3779b97f4a7c15 >> 32) & (capacity - 1);
 }
 
+/// Distances are not negative: their bits are ordered as they are, equals by index.
+std::uint64_t packed(float distance, std::uint32_t index)
+{
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &distance, sizeof bits);
+  return std::uint64_t{bits} << 32 | index;
+}
+
+float distanceOf(std::uint64_t entry)
+{
+  const auto bits = static_cast<std::uint32_t>(entry >> 32);
+  float distance = 0;
+  std::memcpy(&distance, &bits, sizeof distance);
+  return distance;
+}
+
 constexpr std::size_t noBrick = std::numeric_limits<std::size_t>::max();
 
 /// Room for the points of a box of cells, to be compared with several queries.
@@ -409,8 +425,29 @@ bool PointBins::findBounded(const Eigen::Vector3f& query, float bound, Nearest& 
   return seen <= mostCandidates;
 }
 
+bool PointBins::findClosest(const Eigen::Vector3f& query, Nearest& nearest) const
+{
+  // Distance and index in one number, whose minimum takes no branch.
+  std::uint64_t closest = std::numeric_limits<std::uint64_t>::max();
+  std::size_t seen = 0;
+  const Eigen::Array3i lower = cellOf(query.array().cast<double>() - .5 * side_);
+  const CellBox cells{lower, (lower + 1).min((1 << cellBits) - 1)};
+  forEachRun(cells, [&](std::size_t begin, std::size_t end) {
+    seen += end - begin;
+    if (seen <= mostCandidates)
+      for (std::size_t n = begin; n < end; ++n)
+        closest = std::min(closest, packed(points_[n].squaredDistanceTo(query), points_[n].index));
+  });
+  if (seen == 0 || seen > mostCandidates || !(distanceOf(closest) < squaredClearance(query, cells)))
+    return false;
+  nearest.add(distanceOf(closest), static_cast<std::uint32_t>(closest));
+  return true;
+}
+
 void PointBins::findNearest(const Eigen::Vector3f& query, Nearest& nearest) const
 {
+  if (hasBins() && nearest.capacity() == 1 && findClosest(query, nearest))
+    return;
   const auto isFoundIn = [&](const CellBox& cells) {
     nearest.clear();
     std::size_t seen = 0;
@@ -464,13 +501,8 @@ int PointBins::within(const Eigen::Vector3f& query, float radius, Neighbours& re
   if (!query.allFinite() || !(radius > 0))
     return 0;
   const auto limit = static_cast<float>(double{radius} * radius);
-  // Distances are not negative: their bits are ordered as they are.
   std::vector<std::uint64_t> found;
-  const auto add = [&](float distance, std::uint32_t index) {
-    std::uint32_t bits = 0;
-    std::memcpy(&bits, &distance, sizeof bits);
-    found.push_back(std::uint64_t{bits} << 32 | index);
-  };
+  const auto add = [&](float distance, std::uint32_t index) { found.push_back(packed(distance, index)); };
   constexpr double mostCells = 2; // from the centre; farther, the tree is faster
   if (hasBins() && radius < mostCells * side_) {
     const Eigen::Array3d position = query.array().cast<double>();
@@ -489,11 +521,8 @@ int PointBins::within(const Eigen::Vector3f& query, float radius, Neighbours& re
   result.indices.reserve(found.size());
   result.squaredDistances.reserve(found.size());
   for (const std::uint64_t entry : found) {
-    const auto bits = static_cast<std::uint32_t>(entry >> 32);
-    float distance = 0;
-    std::memcpy(&distance, &bits, sizeof distance);
     result.indices.push_back(static_cast<int>(entry & 0xffffffff));
-    result.squaredDistances.push_back(distance);
+    result.squaredDistances.push_back(distanceOf(entry));
   }
   return static_cast<int>(found.size());
 }

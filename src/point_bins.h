@@ -56,6 +56,9 @@ private:
 
   void findNearest(const Eigen::Vector3f& query, Nearest& nearest) const;
 
+  /// The same for one neighbour that is in the eight cells around the nearest corner. \return false if it is not
+  bool findClosest(const Eigen::Vector3f& query, Nearest& nearest) const;
+
   /// The same, given a squared distance that the farthest of them does not exceed. \return false if it is too large
   bool findBounded(const Eigen::Vector3f& query, float bound, Nearest& nearest) const;
   static void rankHits(const Group& group, std::size_t hits, const float* sorted, std::size_t k, float* distances,
