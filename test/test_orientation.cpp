@@ -14,6 +14,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <sstream>
 
@@ -343,6 +344,80 @@ TEST(Orientation, WithoutAVoteSignsStay)
   EXPECT_EQ(result.components, 2);
   EXPECT_EQ(result.componentsDropped, 1);
   EXPECT_FALSE(result.keep.back());
+}
+
+TEST(Orientation, ComponentsWithoutAVoteAreThoseOfAllEdges)
+{
+  // Sheets, scan lines and single points with normals that agree, nearly agree or not at all.
+  PointSet points = clouds::randomSquare(1200, 1);
+  PointSet more = clouds::randomSquare(400, .6f, 2);
+  for (Vector3f& position : more.positions)
+    position.z() += .2f;
+  clouds::append(points, more);
+  for (int i = 0; i < 300; ++i)
+    clouds::append(points, {.001f * static_cast<float>(i), 2 + .3f * static_cast<float>(i % 3), 0}, Vector3f::UnitZ());
+  std::mt19937 random(3);
+  std::normal_distribution<float> tilt(0, .25f);
+  std::vector<Vector3f> normals = points.normals;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const float x = tilt(random), y = tilt(random);
+    normals[i] = i % 97 == 0 ? Vector3f(Vector3f::Zero()) : Vector3f(Vector3f(x, y, 1).normalized());
+  }
+
+  for (const bool joinAcrossCreases : {true, false})
+    for (const float distance : {.03f, .06f, .15f}) {
+      OrientationOptions options;
+      options.neighbourDistance = distance;
+      options.joinAcrossCreases = joinAcrossCreases;
+      options.minComponentShare = .05f;
+      const float minCosine = std::cos(options.maxAngle * static_cast<float>(EIGEN_PI) / 180);
+      // Every point takes the label of its neighbours until nothing changes.
+      const std::size_t count = points.size();
+      const auto labelsBy = [&](const auto& isEdge) {
+        std::vector<std::size_t> labels(count);
+        std::iota(labels.begin(), labels.end(), std::size_t{0});
+        for (bool changed = true; changed;) {
+          changed = false;
+          for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t j = 0; j < i; ++j)
+              if (labels[i] != labels[j] && isEdge(i, j)) {
+                labels[i] = labels[j] = std::min(labels[i], labels[j]);
+                changed = true;
+              }
+        }
+        return labels;
+      };
+      const auto isNear = [&](std::size_t i, std::size_t j) {
+        return (points.positions[i] - points.positions[j]).norm() <= distance && !normals[i].isZero() &&
+               !normals[j].isZero();
+      };
+      const auto isParallel = [&](std::size_t i, std::size_t j) {
+        return std::abs(normals[i].dot(normals[j])) >= minCosine;
+      };
+      const auto labels = labelsBy([&](std::size_t i, std::size_t j) {
+        const Vector3f e = (points.positions[i] - points.positions[j]).normalized();
+        const bool acrossSheets = std::abs(e.dot(normals[i])) > .9f && std::abs(e.dot(normals[j])) > .9f;
+        return isNear(i, j) && !acrossSheets && (joinAcrossCreases || isParallel(i, j));
+      });
+      const auto smooth = labelsBy([&](std::size_t i, std::size_t j) { return isNear(i, j) && isParallel(i, j); });
+
+      std::vector<std::size_t> sizes(count, 0);
+      for (const std::size_t label : labels)
+        ++sizes[label];
+      std::int64_t components = 0, atCreases = 0;
+      std::vector<std::uint8_t> keep(count, 0);
+      for (std::size_t i = 0; i < count; ++i) {
+        components += labels[i] == i && !normals[i].isZero();
+        atCreases += smooth[i] == i && !normals[i].isZero();
+        keep[i] = !normals[i].isZero() && static_cast<double>(sizes[labels[i]]) >= .05f * static_cast<double>(count);
+      }
+      for (const int threads : {1, 3}) {
+        const OrientationResult result = orient(points, normals, OrientationVote::none, options, threads);
+        EXPECT_EQ(result.components, components) << distance;
+        EXPECT_EQ(result.componentsAtCreases, atCreases) << distance;
+        EXPECT_EQ(result.keep, keep) << distance;
+      }
+    }
 }
 
 TEST(Orientation, SmallComponentsAreDropped)

@@ -1,0 +1,205 @@
+// What the point stages are built of: sorting in space, joining sets by many threads, the tree of the best edges.
+#include "support/clouds.h"
+#include "support/shapes.h"
+
+#include "disjoint_points.h"
+#include "orientation_graph.h"
+#include "spatial_sort.h"
+
+#include <pcl/surface/mrf/reconstruction.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <mutex>
+#include <numeric>
+#include <random>
+#include <tuple>
+#include <utility>
+
+using namespace pcl::mrf;
+
+namespace {
+
+/// More than one piece of parallel work of every pass.
+constexpr std::size_t many = 150000;
+
+std::vector<std::uint64_t> randomKeys(std::size_t count, std::uint64_t mask)
+{
+  std::mt19937_64 random(1);
+  std::vector<std::uint64_t> keys(count);
+  for (std::uint64_t& key : keys)
+    key = random() & mask;
+  return keys;
+}
+
+struct Gathered {
+  PointSet points;
+  PointCounts counts;
+};
+
+Gathered gathered(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals = {},
+                  int threads = 1)
+{
+  Execution execution(threads);
+  Gathered result;
+  result.points = gather(positions, normals, {}, {}, {}, true, result.counts, execution);
+  return result;
+}
+
+} // namespace
+
+TEST(SortByKey, IsAStableSort)
+{
+  for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{1000}, many})
+    for (const std::uint64_t mask : {~std::uint64_t{0}, std::uint64_t{0xff}, std::uint64_t{0xff00000000000000}}) {
+      const std::vector<std::uint64_t> keys = randomKeys(count, mask);
+      std::vector<std::uint32_t> expected(count);
+      std::iota(expected.begin(), expected.end(), 0u);
+      std::vector<std::uint32_t> values = expected;
+      std::stable_sort(expected.begin(), expected.end(),
+                       [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+      std::vector<std::uint64_t> sorted = keys;
+      Execution execution(3);
+      sortByKey(sorted, values, execution);
+      EXPECT_EQ(values, expected);
+      EXPECT_TRUE(std::is_sorted(sorted.begin(), sorted.end()));
+    }
+}
+
+TEST(SortByKey, ByTheUpperHalfAlone)
+{
+  std::vector<std::uint64_t> values = randomKeys(many, 0x000000ffffffffff), expected = values;
+  std::stable_sort(expected.begin(), expected.end(),
+                   [](std::uint64_t a, std::uint64_t b) { return a >> 32 < b >> 32; });
+  Execution execution(3);
+  sortByUpperHalf(values, execution);
+  EXPECT_EQ(values, expected);
+}
+
+TEST(Gather, NeighboursInSpaceAreNeighboursInMemory)
+{
+  const PointSet square = clouds::randomSquare(many, 1);
+  const PointSet points = gathered(square.positions).points;
+  ASSERT_EQ(points.size(), many);
+  double length = 0;
+  for (std::size_t n = 1; n < points.size(); ++n)
+    length += (points.positions[n] - points.positions[n - 1]).norm();
+  // In steps of about the distance between the points, 2/√n; shuffled ones are 1 apart.
+  EXPECT_LT(length / many, 4 / std::sqrt(static_cast<double>(many)));
+  for (std::size_t n = 0; n < points.size(); ++n)
+    ASSERT_LT((points.positions[n].cast<double>() + points.offset - square.positions[points.origins[n]].cast<double>())
+                  .norm(),
+              1e-6);
+}
+
+TEST(Gather, SequenceDependsNeitherOnTheOrderOfTheInputNorOnThreads)
+{
+  const PointSet square = clouds::randomSquare(many, 1);
+  const PointSet expected = gathered(square.positions, square.normals).points;
+  const PointSet shuffled = clouds::reordered(square, clouds::shuffledOrder(many));
+  EXPECT_EQ(gathered(shuffled.positions, shuffled.normals).points.positions, expected.positions);
+  const PointSet parallel = gathered(square.positions, square.normals, 3).points;
+  EXPECT_EQ(parallel.positions, expected.positions);
+  EXPECT_EQ(parallel.origins, expected.origins);
+}
+
+TEST(Gather, OfEqualPositionsTheFirstIsKept)
+{
+  PointSet points = clouds::randomSquare(300, 1);
+  // In one cell of the curve with others that are not equal, and far away, so that all of them are.
+  for (int repetition = 1; repetition < 4; ++repetition)
+    for (std::size_t i = 0; i < 300; i += static_cast<std::size_t>(repetition))
+      clouds::append(points, points.positions[i], Eigen::Vector3f::UnitX());
+  for (const float far : {0.f, 1e12f}) {
+    if (far > 0)
+      clouds::append(points, {far, 0, 0}, Eigen::Vector3f::UnitZ());
+    const Gathered result = gathered(points.positions, points.normals);
+    EXPECT_EQ(result.points.size(), far > 0 ? 301u : 300u);
+    EXPECT_EQ(result.counts.duplicates, 300 + 150 + 100);
+    for (const Eigen::Vector3f& normal : result.points.normals)
+      EXPECT_EQ(normal, Eigen::Vector3f::UnitZ());
+  }
+}
+
+TEST(DisjointPoints, JoinedByManyThreadsAsByOne)
+{
+  constexpr std::uint32_t count = 20000;
+  std::mt19937 random(1);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> joins(count);
+  for (auto& [a, b] : joins) {
+    a = static_cast<std::uint32_t>(random() % count);
+    b = static_cast<std::uint32_t>(random() % count);
+  }
+  // The smallest element of each set, by repeated relaxation.
+  std::vector<std::uint32_t> labels(count);
+  std::iota(labels.begin(), labels.end(), 0u);
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& [a, b] : joins)
+      if (labels[a] != labels[b]) {
+        labels[a] = labels[b] = std::min(labels[a], labels[b]);
+        changed = true;
+      }
+  }
+  std::vector<std::uint32_t> expectedSizes(count, 0);
+  for (const std::uint32_t label : labels)
+    ++expectedSizes[label];
+  for (const int threads : {1, 4}) {
+    DisjointPoints points(count);
+    Execution execution(threads);
+    execution.forRange(count, 16, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t n = begin; n < end; ++n)
+        points.join(joins[static_cast<std::size_t>(n)].first, joins[static_cast<std::size_t>(n)].second);
+    });
+    const std::vector<std::uint32_t> sizes = points.sizes();
+    for (std::uint32_t i = 0; i < count; ++i) {
+      ASSERT_EQ(points.find(i), labels[i]);
+      ASSERT_EQ(sizes[i], expectedSizes[i]);
+    }
+  }
+}
+
+TEST(OrientationGraph, BestTreeIsThatOfAllEdgesSorted)
+{
+  // More edges than one portion, so that those of later ones are filtered; random normals, so that no qualities tie.
+  PointSet points = clouds::randomSquare(30000, 1);
+  std::mt19937 random(2);
+  std::normal_distribution<float> normal;
+  for (Eigen::Vector3f& n : points.normals) {
+    const float x = normal(random), y = normal(random), z = normal(random);
+    n = Eigen::Vector3f(x, y, z).normalized();
+  }
+  Execution execution(3);
+  const auto search = clouds::searchOf(points);
+  std::vector<Edge> edges;
+  std::mutex mutex;
+  const OrientationGraph graph(
+      points, points.normals, *search, .05f, .9f,
+      [&](const Edge& edge) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        edges.push_back(edge);
+      },
+      execution);
+  const auto isUsed = [](const Edge& edge, SignedForest& forest) {
+    // Depends on what was joined before, as the real one does.
+    return edge.withinAngle || forest.size(edge.a) > 100 || forest.size(edge.b) < 1000;
+  };
+  SignedForest tree = graph.bestTree(isUsed, execution);
+
+  std::sort(edges.begin(), edges.end(), [](const Edge& e, const Edge& f) {
+    return std::make_tuple(1 - e.quality, e.a, e.b) < std::make_tuple(1 - f.quality, f.a, f.b);
+  });
+  SignedForest expected(points.size());
+  for (const Edge& edge : edges)
+    if (isUsed(edge, expected))
+      expected.join(edge.a, edge.b, edge.opposite);
+  std::size_t trees = 0;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    ASSERT_EQ(tree.root(i), expected.root(i));
+    ASSERT_EQ(tree.isFlipped(i), expected.isFlipped(i));
+    trees += tree.root(i) == i;
+  }
+  EXPECT_LT(trees, points.size() / 10) << "the test has trees to compare";
+}
