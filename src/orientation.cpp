@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -286,7 +287,8 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   const bool knowsViews = vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1);
   const bool piecesVote = vote == OrientationVote::reference || knowsViews;
   DisjointPoints withinAngle(count), smooth(piecesVote ? count : 0);
-  const OrientationGraph graph(
+  std::optional<OrientationGraph> graph;
+  graph.emplace(
       points, normals, search, distance, minCosine,
       [&](const Edge& edge) {
         if (edge.withinAngle)
@@ -298,7 +300,7 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   execution.poll();
 
   const double smallest = options.minComponentShare * static_cast<double>(count);
-  SignedForest forest = graph.bestTree(
+  SignedForest forest = graph->bestTree(
       [&](const Edge& edge, SignedForest& trees) {
         if (edge.acrossSheets)
           // Without a vote from outside, two sheets can only be taken for the two sides of one object.
@@ -307,6 +309,8 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
         return options.joinAcrossCreases || edge.withinAngle;
       },
       execution);
+  const std::vector<float> areas = graph->takeAreas();
+  graph.reset(); // the largest of all
   const Partition components(count, [&](std::uint32_t i) { return forest.root(i); });
 
   OrientationResult result;
@@ -333,7 +337,7 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
       if (isFlipped[i])
         turn(i);
   }
-  const Voters voters(points, result.normals, graph.areas(), components, vote);
+  const Voters voters(points, result.normals, areas, components, vote);
 
   const std::vector<Tally> tallies = tally(components, voters);
   std::fill(seen.begin(), seen.end(), std::uint8_t{0});

@@ -14,7 +14,7 @@ namespace {
 /// Points per piece of parallel work.
 constexpr std::int64_t grain = 4096;
 
-/// Positive floats are ordered like their bits.
+/// Floats that are not negative are ordered like their bits.
 std::uint32_t bitsOf(float value)
 {
   std::uint32_t bits = 0;
@@ -182,8 +182,10 @@ Edge OrientationGraph::grade(std::uint32_t a, std::uint32_t b) const
 
 std::uint8_t OrientationGraph::bucketOf(const Edge& edge)
 {
-  // Most edges are good: the root tells them apart.
-  return static_cast<std::uint8_t>(std::sqrt(1 - edge.quality) * lastBucket);
+  // Eight to an octave, because most edges are good: badness is zero or at least 2⁻²⁴.
+  constexpr std::uint32_t perOctave = 8, firstOctave = 127 - 24;
+  const std::uint32_t bits = bitsOf(1 - edge.quality);
+  return static_cast<std::uint8_t>(bits == 0 ? 0 : (bits >> 20) - perOctave * firstOctave + 1);
 }
 
 /// The edges of these buckets that still join two trees, best first: badness and place.
@@ -204,7 +206,11 @@ std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const 
         part.push_back(std::uint64_t{bitsOf(1 - grade(a, b).quality)} << 32 | place);
     }
   });
+  std::size_t total = 0;
+  for (const std::vector<std::uint64_t>& part : parts)
+    total += part.size();
   std::vector<std::uint64_t> edges;
+  edges.reserve(total);
   for (std::vector<std::uint64_t>& part : parts) {
     edges.insert(edges.end(), part.begin(), part.end());
     part = {};
@@ -221,14 +227,15 @@ SignedForest OrientationGraph::bestTree(const std::function<bool(const Edge&, Si
     if (bucket != noEdge)
       ++sizes[bucket];
   SignedForest forest(positions_.size());
-  // In portions: most of the later edges join nothing any more, and need not be sorted.
-  const std::size_t portion = std::max<std::size_t>(positions_.size(), 1 << 16);
+  // In growing portions: most of the later edges join nothing any more, and need not be sorted.
+  std::size_t portion = std::max<std::size_t>(positions_.size() / 2, 1 << 16);
   for (int first = 0, last = 0; first <= lastBucket; first = last + 1) {
     std::size_t edges = sizes[static_cast<std::size_t>(first)];
     for (last = first; last < lastBucket && edges + sizes[static_cast<std::size_t>(last) + 1] <= portion; ++last)
       edges += sizes[static_cast<std::size_t>(last) + 1];
     if (edges == 0)
       continue;
+    portion *= 2;
     for (const std::uint64_t entry : collect(first, last, forest, execution)) {
       const auto place = static_cast<std::size_t>(entry & 0xffffffff);
       const auto [a, b] = ends(place);

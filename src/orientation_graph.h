@@ -74,8 +74,8 @@ public:
                    float distance, float minCosine, const std::function<void(const Edge&)>& visit,
                    Execution& execution);
 
-  /// About the area that each point stands for, up to one common factor.
-  const std::vector<float>& areas() const { return areas_; }
+  /// About the area that each point stands for, up to one common factor; taken out of the graph.
+  std::vector<float> takeAreas() { return std::move(areas_); }
 
   /// The tree, or trees, of the best edges: those that isUsed, joined best first, equals in the order of their points.
   SignedForest bestTree(const std::function<bool(const Edge&, SignedForest&)>& isUsed, Execution& execution) const;
@@ -83,7 +83,7 @@ public:
 private:
   static constexpr std::size_t maxNeighbours = 12;
   static constexpr std::uint32_t noPoint = std::numeric_limits<std::uint32_t>::max();
-  static constexpr std::uint8_t noEdge = 255, lastBucket = 254;
+  static constexpr std::uint8_t noEdge = 255, lastBucket = 200;
 
   bool hasNormal(std::size_t i) const { return !normals_[i].isZero(); }
   std::pair<std::uint32_t, std::uint32_t> ends(std::size_t place) const;

@@ -1,22 +1,9 @@
 #include <pcl/surface/mrf/point_set.h>
 
+#include "select_values.h"
+
 namespace pcl {
 namespace mrf {
-namespace {
-
-template <typename Value>
-std::vector<Value> selectValues(const std::vector<Value>& values, const std::vector<std::uint8_t>& keep)
-{
-  std::vector<Value> kept;
-  kept.reserve(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (keep[i])
-      kept.push_back(values[i]);
-  return kept;
-}
-
-} // namespace
-
 PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
 {
   PointSet kept;

@@ -4,6 +4,7 @@
 #include <pcl/surface/mrf/volume.h>
 
 #include "memory.h"
+#include "select_values.h"
 #include "spatial_sort.h"
 
 #include <algorithm>
@@ -85,11 +86,13 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
   throw InvalidInput(text.str());
 }
 
-/// \return the distances between the points that are left, unless they have to be measured again
+/// Hands the points to the search first. \return the distances between the points that are left, unless they have to be
+/// measured again
 std::optional<NeighbourDistances> removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search,
                                                  Report& report, Execution& execution)
 {
   const StageTimer timer("outliers", report, execution);
+  search.setPoints(points.positions, execution);
   // What the sampling density is made of serves the filter as well, with its usual number of neighbours.
   std::optional<NeighbourDistances> distances;
   if (options.outliers.spacing && options.outliers.spacingNeighbours == OutlierOptions().spacingNeighbours)
@@ -103,7 +106,7 @@ std::optional<NeighbourDistances> removeOutliers(PointSet& points, const Options
   return distances;
 }
 
-/// The normals to be oriented, and the points without one dropped.
+/// The normals to be oriented, taken from the points if they are theirs; points without one are dropped.
 std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighbourSearch& search,
                                          Report& report, Execution& execution)
 {
@@ -112,17 +115,15 @@ std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& option
                      (options.normals.source == NormalSource::automatic || options.normals.source == NormalSource::use);
   report.normalsEstimated = !given;
   if (given && !options.normals.noiseCriteria)
-    return points.normals;
+    return std::move(points.normals);
 
-  const NormalEstimates estimates = estimateNormals(points, search, report.density.spacing, options.normals, execution);
+  NormalEstimates estimates = estimateNormals(points, search, report.density.spacing, options.normals, execution);
   std::vector<std::uint8_t> keep = flags(points.size());
   report.points.noiseByPlaneFit =
       dropWhere(keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); });
-  std::vector<Eigen::Vector3f> normals;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (keep[i])
-      normals.push_back(given ? points.normals[i] : estimates.normals[i]);
-  reduce(points, keep, search, execution);
+  std::vector<Eigen::Vector3f> normals = given ? points.normals : std::move(estimates.normals);
+  if (reduce(points, keep, search, execution))
+    normals = given ? points.normals : selectValues(normals, keep);
   return normals;
 }
 
@@ -303,8 +304,6 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
                           Execution& execution)
 {
   requirePoints(points, "gathering", report);
-  search.setPoints(points.positions, execution);
-
   std::optional<NeighbourDistances> distances = removeOutliers(points, options, search, report, execution);
   requirePoints(points, "outlier removal", report);
   {
@@ -313,7 +312,7 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
                                : estimateSamplingDensity(points, search, execution);
     distances.reset();
   }
-  const std::vector<Eigen::Vector3f> normals = findNormals(points, options, search, report, execution);
+  std::vector<Eigen::Vector3f> normals = findNormals(points, options, search, report, execution);
   requirePoints(points, "normal estimation", report);
 
   report.vote = chooseVote(points, options, report);
@@ -322,6 +321,7 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
     report.orientation =
         orientNormals(points, normals, search, report.density, report.vote, options.orientation, execution);
   }
+  normals = {};
   warnOfDisagreement(options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
   points.normals = std::move(report.orientation.normals);
