@@ -1,13 +1,18 @@
 #include "half_edge_mesh.h"
 
+#include "spatial_sort.h"
+
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <string>
+#include <type_traits>
 
 namespace pcl {
 namespace mrf {
 namespace {
+
+constexpr std::int64_t renumberingGrain = 16384;
 
 [[noreturn]] void refuse(std::int32_t triangle, const std::string& reason)
 {
@@ -207,45 +212,62 @@ void HalfEdgeMesh::flip(std::int32_t h)
     outgoing[d] = gNext;
 }
 
-void HalfEdgeMesh::compact()
+void HalfEdgeMesh::compact(Execution& execution)
 {
+  std::vector<std::uint8_t> isUsed(positions.size());
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    isUsed[v] = outgoing[v] >= 0 ? 1 : 0;
+  const std::vector<std::uint32_t> order = spatialOrder(positions, isUsed, execution);
   std::vector<std::int32_t> newVertex(positions.size(), -1);
-  std::int32_t vertices = 0;
-  for (std::int32_t v = 0; v < vertexCount(); ++v) {
-    if (outgoing[v] < 0)
-      continue;
-    newVertex[v] = vertices;
-    positions[vertices] = positions[v];
-    normals[vertices] = normals[v];
-    pinned[vertices] = pinned[v];
-    outgoing[vertices] = outgoing[v];
-    valence[vertices] = valence[v];
-    ++vertices;
-  }
-  // Triangles move as a whole, so that a half-edge keeps its place within its triangle.
-  std::vector<std::int32_t> newTriangle(origin.size() / 3, -1);
-  std::int32_t triangles = 0;
-  for (std::int32_t t = 0; t < halfEdgeCount() / 3; ++t)
-    if (origin[3 * t] >= 0)
-      newTriangle[t] = triangles++;
-  const auto renumber = [&](std::int32_t h) { return h < 0 ? -1 : 3 * newTriangle[h / 3] + h % 3; };
-  for (std::int32_t h = 0; h < halfEdgeCount(); ++h) {
-    if (origin[h] < 0)
-      continue;
-    const std::int32_t moved = renumber(h);
-    origin[moved] = newVertex[origin[h]];
-    twin[moved] = renumber(twin[h]);
-  }
-  for (std::int32_t v = 0; v < vertices; ++v)
-    outgoing[v] = renumber(outgoing[v]);
+  for (std::size_t n = 0; n < order.size(); ++n)
+    newVertex[order[n]] = static_cast<std::int32_t>(n);
 
-  positions.resize(vertices);
-  normals.resize(vertices);
-  pinned.resize(vertices);
-  outgoing.resize(vertices);
-  valence.resize(vertices);
-  origin.resize(3 * triangles);
-  twin.resize(3 * triangles);
+  // Triangles by their first vertex in the new order; as a whole, so that a half-edge keeps its place within its
+  // triangle.
+  const std::int32_t triangles = halfEdgeCount() / 3;
+  const auto firstVertex = [&](std::int32_t t) {
+    return std::min({newVertex[origin[3 * t]], newVertex[origin[3 * t + 1]], newVertex[origin[3 * t + 2]]});
+  };
+  std::vector<std::int32_t> place(order.size() + 1, 0);
+  for (std::int32_t t = 0; t < triangles; ++t)
+    if (origin[3 * t] >= 0)
+      ++place[firstVertex(t) + 1];
+  for (std::size_t n = 0; n < order.size(); ++n)
+    place[n + 1] += place[n];
+  const std::int32_t count = place.back();
+  std::vector<std::int32_t> newTriangle(triangles, -1);
+  for (std::int32_t t = 0; t < triangles; ++t)
+    if (origin[3 * t] >= 0)
+      newTriangle[t] = place[firstVertex(t)]++;
+
+  const auto renumber = [&](std::int32_t h) { return h < 0 ? -1 : 3 * newTriangle[h / 3] + h % 3; };
+  std::vector<std::int32_t> newOrigin(3 * count), newTwin(3 * count);
+  execution.forRange(triangles, renumberingGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto h = static_cast<std::int32_t>(3 * begin); h < 3 * end; ++h) {
+      if (origin[h] < 0)
+        continue;
+      const std::int32_t moved = renumber(h);
+      newOrigin[moved] = newVertex[origin[h]];
+      newTwin[moved] = renumber(twin[h]);
+    }
+  });
+  origin.swap(newOrigin);
+  twin.swap(newTwin);
+  const auto reorder = [&](auto& values, const auto& convert) {
+    std::decay_t<decltype(values)> moved(order.size());
+    execution.forRange(static_cast<std::int64_t>(order.size()), renumberingGrain,
+                       [&](std::int64_t begin, std::int64_t end) {
+                         for (std::int64_t n = begin; n < end; ++n)
+                           moved[n] = convert(values[order[n]]);
+                       });
+    values.swap(moved);
+  };
+  const auto same = [](const auto& value) { return value; };
+  reorder(positions, same);
+  reorder(normals, same);
+  reorder(pinned, same);
+  reorder(valence, same);
+  reorder(outgoing, renumber);
 }
 
 TriangleMesh HalfEdgeMesh::toTriangles() const

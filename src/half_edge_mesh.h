@@ -2,6 +2,7 @@
 /// \brief The connectivity the remesher works on: half-edges in plain index arrays.
 #pragma once
 
+#include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <Eigen/Core>
@@ -90,8 +91,9 @@ struct HalfEdgeMesh {
   /// Turns the inner edge of h to join the two opposite vertices. \pre they are not adjacent
   void flip(std::int32_t h);
 
-  /// Drops what was removed and renumbers the rest in its order.
-  void compact();
+  /// Drops what was removed and renumbers the rest along a space-filling curve: what is close is close in memory, and
+  /// few edges leave a range of vertices. \pre positions are finite
+  void compact(Execution& execution);
 
   TriangleMesh toTriangles() const;
 

@@ -1,4 +1,5 @@
 #include "half_edge_mesh.h"
+#include "spatial_sort.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/remesher.h>
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <sstream>
 
 namespace pcl {
@@ -118,6 +120,7 @@ public:
   {
     target_ = options.targetEdge > 0 ? options.targetEdge : medianEdge();
     checkSize();
+    mesh_.compact(execution_);
     setNormals();
   }
 
@@ -219,7 +222,7 @@ private:
       splitLongEdges();
       collapseShortEdges();
       flipEdges();
-      mesh_.compact();
+      mesh_.compact(execution_);
       relax();
       const std::vector<Vector3f> intersecting = newIntersections();
       if (intersecting.empty())
@@ -310,11 +313,39 @@ private:
     return true;
   }
 
+  bool isShort(std::int32_t h) const
+  {
+    return mesh_.represents(h) && mesh_.twin[h] >= 0 && squaredLength(h) < squared(4 * target_ / 5);
+  }
+
+  /// The shortest ones first: those next to them may then be long enough. In the order of memory, one vertex would
+  /// swallow its neighbours one after the other.
   void collapseShortEdges()
   {
-    for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); ++h)
-      if (mesh_.represents(h) && mesh_.twin[h] >= 0 && squaredLength(h) < squared(4 * target_ / 5))
+    std::vector<std::vector<std::uint64_t>> found(
+        static_cast<std::size_t>((mesh_.halfEdgeCount() + edgeGrain - 1) / edgeGrain));
+    execution_.forRange(mesh_.halfEdgeCount(), edgeGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto h = static_cast<std::int32_t>(begin); h < end; ++h)
+        if (isShort(h))
+          found[begin / edgeGrain].push_back(keyOf(squaredLength(h), h));
+    });
+    std::vector<std::uint64_t> edges;
+    for (const auto& part : found)
+      edges.insert(edges.end(), part.begin(), part.end());
+    sortByUpperHalf(edges, execution_);
+    for (const std::uint64_t edge : edges) {
+      const auto h = static_cast<std::int32_t>(edge & 0xffffffff);
+      if (isShort(h))
         collapse(fixed(mesh_.target(h)) ? mesh_.twin[h] : h);
+    }
+  }
+
+  /// Positive floats are in the order of their bits.
+  static std::uint64_t keyOf(float value, std::int32_t h)
+  {
+    std::uint32_t bits;
+    std::memcpy(&bits, &value, sizeof(bits));
+    return std::uint64_t{bits} << 32 | static_cast<std::uint32_t>(h);
   }
 
   /// Merges the target into the origin: on the surface half way between them, else where one of them is.
@@ -449,11 +480,36 @@ private:
         reached_[v] = propose(v, steps_[v], moved_[v]) ? 1 : 0;
       }
     });
-    for (std::int32_t v = 0; v < count; ++v)
-      if (!fixed(v))
-        move(v);
+    moveAll();
   }
 
+  /// Vertices of a range whose neighbours all belong to it move while other ranges do the same; the rest move after
+  /// them, one by one.
+  void moveAll()
+  {
+    const std::int64_t count = mesh_.vertexCount();
+    std::vector<std::uint8_t> isWaiting(static_cast<std::size_t>(count), 0);
+    std::vector<std::int64_t> refusals(static_cast<std::size_t>((count + moveGrain - 1) / moveGrain), 0);
+    execution_.forRange(count, moveGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
+        if (fixed(v))
+          continue;
+        bool isInside = true;
+        mesh_.forNeighbours(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
+        if (!isInside)
+          isWaiting[v] = 1;
+        else if (!move(v))
+          ++refusals[begin / moveGrain];
+      }
+    });
+    for (const std::int64_t refusedInRange : refusals)
+      counts_.refusedOperations += refusedInRange;
+    for (std::int32_t v = 0; v < count; ++v)
+      if (isWaiting[v] && !move(v))
+        ++counts_.refusedOperations;
+  }
+
+  /// Takes what fits of the vertex's step. \return false if nothing tangential did
   bool move(std::int32_t v)
   {
     bool reached = reached_[v] != 0;
@@ -463,13 +519,15 @@ private:
       if (reached && mayMove(v, moved_[v])) {
         mesh_.positions[v] = moved_[v].position;
         mesh_.normals[v] = moved_[v].normal;
-        return share > 0 || refused();
+        return share > 0;
       }
     }
-    return refused();
+    return false;
   }
 
   static constexpr std::int64_t vertexGrain = 2048;
+  static constexpr std::int64_t edgeGrain = 16384;
+  static constexpr std::int64_t moveGrain = 32768; ///< large: vertices at its ends have to wait
   static constexpr int maxAttempts = 8;
 
   HalfEdgeMesh mesh_;

@@ -371,14 +371,20 @@ TEST(Remesher, NoRoundsChangeNothing)
 
 TEST(Remesher, SameBytesForAnyNumberOfThreads)
 {
-  const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, voxels);
-  const TriangleMesh raw = zeroLevel(field);
-  const RemeshResult reference = remeshed(raw, field);
-  for (const int threads : {1, 2, 4}) {
-    Execution execution(threads);
-    const RemeshResult result = remesh(raw, field, {}, execution);
-    expectSamePositions(result.mesh, reference.mesh);
-    EXPECT_EQ(result.refusedOperations, reference.refusedOperations);
+  // The finer grid has more vertices than one thread moves at a time.
+  for (const int side : {voxels, 4 * voxels}) {
+    const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, side);
+    const TriangleMesh raw = zeroLevel(field);
+    ASSERT_EQ(raw.vertices.size() > 32768u, side > voxels);
+    RemesherOptions options;
+    options.rounds = side > voxels ? 2 : 10;
+    const RemeshResult reference = remeshed(raw, field, options);
+    for (const int threads : {1, 2, 4}) {
+      Execution execution(threads);
+      const RemeshResult result = remesh(raw, field, options, execution);
+      expectSamePositions(result.mesh, reference.mesh);
+      EXPECT_EQ(result.refusedOperations, reference.refusedOperations);
+    }
   }
 }
 

@@ -35,10 +35,13 @@ struct RemeshResult {
 /// self-intersection is refused: every operation is checked against the former triangles and the field's normals, and a
 /// round after which triangles intersect is repeated with the mesh around them left alone. What intersects in the input
 /// may remain. Boundary vertices stay where they are; a long boundary edge is split in its middle if that is on the
-/// surface, none is collapsed or flipped. The topology (components, genus, boundary loops) is kept. \param mesh
-/// oriented and manifold, as polygonize gives it \throw InvalidInput if the mesh is not oriented and manifold, or the
-/// field is empty \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than can be indexed;
-/// Cancelled Cost: linear in the number of triangles per round. The result does not depend on the number of threads.
+/// surface, none is collapsed or flipped. The topology (components, genus, boundary loops) is kept.
+/// \param mesh oriented and manifold, as polygonize gives it
+/// \throw InvalidInput if the mesh is not oriented and manifold, or the field is empty
+/// \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than can be indexed; Cancelled
+/// Vertices and triangles come out in the order of a space-filling curve.
+/// Cost: linear in the number of triangles per round; relaxation, renumbering and the search for intersections run in
+/// parallel. The result does not depend on the number of threads.
 RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
                     Execution& execution);
 
