@@ -25,8 +25,8 @@ constexpr std::size_t brickCells = 64;
 /// Cells of a side of so many median distances to the 8th neighbour: measured, flat from .9 to 1.2.
 constexpr double sidePerEighth = 1.05;
 
-/// Cells with more points are sorted inside, so that the tree's boxes there are small.
-constexpr std::size_t crowded = 64;
+/// Cells with more points are arranged for the tree.
+constexpr std::size_t crowded = 16;
 
 /// Fewer points per brick than this, and the tables cost more than they save.
 constexpr std::size_t fewestPerBrick = 4;
@@ -106,6 +106,9 @@ constexpr std::size_t noBrick = std::numeric_limits<std::size_t>::max();
 
 /// Room for the points of a box of cells, to be compared with several queries.
 constexpr std::size_t mostCandidates = 768;
+
+/// So many points a single query looks at before it asks the tree; a surface has about 40 around it, a volume 70.
+constexpr std::size_t mostPerQuery = 160;
 
 /// Indices of about `most` values in regular steps.
 std::vector<std::size_t> sampleOf(std::size_t count, std::size_t most)
@@ -251,7 +254,7 @@ void PointBins::sortPoints(const std::vector<Eigen::Vector3f>& positions, Execut
     }
   });
   makeBricks(keys, execution);
-  sortCrowdedCells(execution);
+  arrangeCrowdedCells(execution);
 }
 
 void PointBins::makeBricks(const std::vector<std::uint64_t>& keys, Execution& execution)
@@ -297,41 +300,18 @@ void PointBins::makeBricks(const std::vector<std::uint64_t>& keys, Execution& ex
   }
 }
 
-void PointBins::sortCrowdedCells(Execution& execution)
+void PointBins::arrangeCrowdedCells(Execution& execution)
 {
-  const auto sortRange = [&](std::size_t first, std::size_t last) {
-    Eigen::Array3f lower(points_[first].x, points_[first].y, points_[first].z), upper = lower;
-    for (std::size_t n = first; n < last; ++n) {
-      lower = lower.min(Eigen::Array3f(points_[n].x, points_[n].y, points_[n].z));
-      upper = upper.max(Eigen::Array3f(points_[n].x, points_[n].y, points_[n].z));
-    }
-    const double extent = (upper.cast<double>() - lower.cast<double>()).maxCoeff();
-    const double scale = extent > 0 ? ((1 << cellBits) - 1) / extent : 0;
-    std::vector<std::pair<std::uint64_t, IndexedPoint>> keyed;
-    keyed.reserve(last - first);
-    for (std::size_t n = first; n < last; ++n) {
-      const Eigen::Array3d offset = Eigen::Array3d(points_[n].x, points_[n].y, points_[n].z) - lower.cast<double>();
-      const Eigen::Array3i cell = (offset * scale).cast<int>();
-      keyed.emplace_back(mortonCode(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),
-                                    static_cast<std::uint32_t>(cell.z())),
-                         points_[n]);
-    }
-    std::sort(keyed.begin(), keyed.end(), [](const auto& a, const auto& b) {
-      return a.first != b.first ? a.first < b.first : a.second.index < b.second.index;
-    });
-    for (std::size_t n = first; n < last; ++n)
-      points_[n] = keyed[n - first].second;
-  };
   if (!hasBins()) {
     // Cells that are far from suiting the points say nothing about their order.
-    sortRange(0, points_.size());
+    PointTree::arrange(points_, 0, points_.size());
     return;
   }
   execution.forRange(static_cast<std::int64_t>(starts_.size() - 1), brickGrain * brickCells,
                      [&](std::int64_t begin, std::int64_t end) {
                        for (auto cell = static_cast<std::size_t>(begin); cell < static_cast<std::size_t>(end); ++cell)
                          if (starts_[cell + 1] - starts_[cell] > crowded)
-                           sortRange(starts_[cell], starts_[cell + 1]);
+                           PointTree::arrange(points_, starts_[cell], starts_[cell + 1]);
                      });
 }
 
@@ -419,10 +399,10 @@ bool PointBins::findBounded(const Eigen::Vector3f& query, float bound, Nearest& 
   std::size_t seen = 0;
   forEachRun({cellOf(position - reach), cellOf(position + reach)}, [&](std::size_t begin, std::size_t end) {
     seen += end - begin;
-    for (std::size_t n = begin; n < end && seen <= mostCandidates; ++n)
+    for (std::size_t n = begin; n < end && seen <= mostPerQuery; ++n)
       nearest.add(points_[n].squaredDistanceTo(query), points_[n].index);
   });
-  return seen <= mostCandidates;
+  return seen <= mostPerQuery;
 }
 
 bool PointBins::findClosest(const Eigen::Vector3f& query, Nearest& nearest) const
@@ -434,11 +414,11 @@ bool PointBins::findClosest(const Eigen::Vector3f& query, Nearest& nearest) cons
   const CellBox cells{lower, (lower + 1).min((1 << cellBits) - 1)};
   forEachRun(cells, [&](std::size_t begin, std::size_t end) {
     seen += end - begin;
-    if (seen <= mostCandidates)
+    if (seen <= mostPerQuery)
       for (std::size_t n = begin; n < end; ++n)
         closest = std::min(closest, packed(points_[n].squaredDistanceTo(query), points_[n].index));
   });
-  if (seen == 0 || seen > mostCandidates || !(distanceOf(closest) < squaredClearance(query, cells)))
+  if (seen == 0 || seen > mostPerQuery || !(distanceOf(closest) < squaredClearance(query, cells)))
     return false;
   nearest.add(distanceOf(closest), static_cast<std::uint32_t>(closest));
   return true;
@@ -454,10 +434,10 @@ void PointBins::findNearest(const Eigen::Vector3f& query, Nearest& nearest) cons
     forEachRun(cells, [&](std::size_t begin, std::size_t end) {
       seen += end - begin;
       // The tree prunes what is in crowded cells.
-      for (std::size_t n = begin; n < end && seen <= mostCandidates; ++n)
+      for (std::size_t n = begin; n < end && seen <= mostPerQuery; ++n)
         nearest.add(points_[n].squaredDistanceTo(query), points_[n].index);
     });
-    return seen <= mostCandidates && nearest.worst() < squaredClearance(query, cells);
+    return seen <= mostPerQuery && nearest.worst() < squaredClearance(query, cells);
   };
   if (hasBins() && nearest.capacity() <= mostFromBins) {
     constexpr int last = (1 << cellBits) - 1;
@@ -575,8 +555,25 @@ void PointBins::forEachPosition(const std::vector<Eigen::Vector3f>& positions, i
                                 Execution& execution, const std::function<void(const NeighbourBatch&)>& visit) const
 {
   const auto wanted = static_cast<std::size_t>(std::max(k, 0));
-  if (!hasBins() || wanted > kernels::mostNearest) {
+  if (wanted == 0 || wanted > kernels::mostNearest) {
     NeighbourSearch::forEachPosition(positions, k, answer, execution, visit);
+    return;
+  }
+  if (!hasBins()) {
+    execution.forRange(static_cast<std::int64_t>(points_.size()), grain / 8, [&](std::int64_t begin, std::int64_t end) {
+      std::array<float, kernels::mostNearest> distances;
+      std::array<std::uint32_t, kernels::mostNearest> indices;
+      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+        answerFromTree(n, wanted, distances.data(), indices.data());
+        NeighbourBatch batch;
+        batch.size = 1;
+        batch.k = wanted;
+        batch.positions = &points_[n].index;
+        batch.squaredDistances = distances.data();
+        batch.indices = answer == Answer::distances ? nullptr : indices.data();
+        visit(batch);
+      }
+    });
     return;
   }
   execution.forRange(static_cast<std::int64_t>((starts_.size() - 1) / brickCells), brickGrain,
@@ -585,6 +582,14 @@ void PointBins::forEachPosition(const std::vector<Eigen::Vector3f>& positions, i
                        for (auto b = static_cast<std::size_t>(begin); b < static_cast<std::size_t>(end); ++b)
                          answerBrick(b, group, wanted, answer, visit);
                      });
+}
+
+void PointBins::answerFromTree(std::size_t n, std::size_t k, float* distances, std::uint32_t* indices) const
+{
+  Nearest nearest(k, distances, indices);
+  tree_.findNearest({points_[n].x, points_[n].y, points_[n].z}, nearest, tree_.boundFromMemory(n, k));
+  std::fill(distances + nearest.size(), distances + k, std::numeric_limits<float>::infinity());
+  std::fill(indices + nearest.size(), indices + k, 0u);
 }
 
 void PointBins::answerBrick(std::size_t brick, Group& group, std::size_t k, Answer answer,
@@ -652,13 +657,10 @@ void PointBins::answerGroup(Group& group, std::size_t k, Answer answer,
     float* distances = group.answers.data() + q * k;
     std::uint32_t* indices = group.answerIndices.data() + q * k;
     const float worst = fits ? sorted[(k - 1) * lanes + q] : std::numeric_limits<float>::infinity();
-    Nearest nearest(k, distances, indices);
     if (!(worst < squaredClearance(query, around))) {
-      if (!findBounded(query, worst, nearest)) {
-        nearest.clear();
-        tree_.findNearest(query, nearest);
-      }
-      std::fill(distances + nearest.size(), distances + k, std::numeric_limits<float>::infinity());
+      Nearest nearest(k, distances, indices);
+      if (!findBounded(query, worst, nearest))
+        answerFromTree(group.points[q], k, distances, indices);
       continue;
     }
     if (answer == Answer::distances) {

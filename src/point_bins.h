@@ -40,7 +40,7 @@ private:
 
   void sortPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution);
   void makeBricks(const std::vector<std::uint64_t>& keys, Execution& execution);
-  void sortCrowdedCells(Execution& execution);
+  void arrangeCrowdedCells(Execution& execution);
   double idealSide() const;
 
   Eigen::Array3i cellOf(const Eigen::Array3d& position) const;
@@ -61,6 +61,8 @@ private:
 
   /// The same, given a squared distance that the farthest of them does not exceed. \return false if it is too large
   bool findBounded(const Eigen::Vector3f& query, float bound, Nearest& nearest) const;
+  /// The k nearest of a point by its number in sorted order, filled up with infinite distances.
+  void answerFromTree(std::size_t n, std::size_t k, float* distances, std::uint32_t* indices) const;
   static void rankHits(const Group& group, std::size_t hits, const float* sorted, std::size_t k, float* distances,
                        std::uint32_t* indices);
   void answerBrick(std::size_t brick, Group& group, std::size_t k, Answer answer,

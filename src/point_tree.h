@@ -73,10 +73,19 @@ private:
 /// close in space. Boxes over runs of points, four to a parent: no pointers, about 2.5 bytes per point.
 class PointTree {
 public:
+  /// Reorders points begin..end−1 so that the boxes over them are small, whatever their distribution: split at medians
+  /// where the tree splits. Equals by index. Cost: n log n.
+  static void arrange(std::vector<IndexedPoint>& points, std::size_t begin, std::size_t end);
+
   /// \param points stay the caller's and must not change
   void build(const std::vector<IndexedPoint>& points, Execution& execution);
 
-  void findNearest(const Eigen::Vector3f& query, Nearest& nearest) const;
+  /// \param bound a squared distance that the farthest of them is known not to exceed: spares looking farther
+  void findNearest(const Eigen::Vector3f& query, Nearest& nearest,
+                   float bound = std::numeric_limits<float>::infinity()) const;
+
+  /// Such a bound for the k nearest of the n-th point: that of the k nearest of its neighbours in memory.
+  float boundFromMemory(std::size_t n, std::size_t k) const;
 
   /// Calls found(squaredDistance, index) for all points with a smaller squared distance than `limit`.
   template <typename Found>
@@ -87,26 +96,42 @@ private:
   /// Each of the at most 16 levels leaves at most fanOut − 1 siblings behind.
   static constexpr std::size_t stackSize = 16 * fanOut;
 
-  struct Box {
-    Eigen::Array3f lower, upper;
-    std::uint32_t smallestIndex;
+  /// The boxes of four children, side by side for the sake of vectors; those that are missing are infinitely far.
+  struct Node {
+    float lower[3][fanOut], upper[3][fanOut];
+    std::uint32_t smallestIndex[fanOut];
 
-    /// Not larger than the distance to any point in it, as squaredDistanceTo rounds it: rounding is monotonic.
-    float squaredDistanceTo(const Eigen::Vector3f& query) const
+    Node();
+
+    /// Not larger than the distances to any points in them, as squaredDistanceTo rounds those: rounding is monotonic.
+    void squaredDistancesTo(const Eigen::Vector3f& query, float (&result)[fanOut]) const
     {
-      const Eigen::Array3f gap = (lower - query.array()).max(query.array() - upper).max(0);
-      return gap.x() * gap.x() + gap.y() * gap.y() + gap.z() * gap.z();
+      for (std::size_t c = 0; c < fanOut; ++c) {
+        const float dx = gap(query.x(), lower[0][c], upper[0][c]), dy = gap(query.y(), lower[1][c], upper[1][c]),
+                    dz = gap(query.z(), lower[2][c], upper[2][c]);
+        result[c] = dx * dx + dy * dy + dz * dz;
+      }
+    }
+
+    static float gap(float value, float lowest, float highest)
+    {
+      return std::max(std::max(lowest - value, value - highest), 0.f);
     }
   };
 
-  /// A node to be visited.
+  /// A leaf or a node to be visited.
   struct Visit {
     float distance;
-    std::uint32_t level, node;
+    std::uint32_t smallestIndex;
+    std::uint32_t level; ///< 0 = leaf
+    std::uint32_t number;
   };
 
+  std::size_t pointsBegin(std::size_t leaf) const { return leaf * leafSize; }
+  std::size_t pointsEnd(std::size_t leaf) const { return std::min((leaf + 1) * leafSize, points_->size()); }
+
   const std::vector<IndexedPoint>* points_ = nullptr;
-  std::vector<std::vector<Box>> levels_; ///< leaves first
+  std::vector<std::vector<Node>> levels_; ///< the parents of the leaves first
 };
 
 template <typename Found>
@@ -116,23 +141,22 @@ void PointTree::findWithin(const Eigen::Vector3f& query, float limit, const Foun
     return;
   std::array<Visit, stackSize> stack;
   std::size_t depth = 0;
-  stack[depth++] = {0, static_cast<std::uint32_t>(levels_.size() - 1), 0};
+  stack[depth++] = {0, 0, static_cast<std::uint32_t>(levels_.size()), 0};
   while (depth > 0) {
     const Visit visit = stack[--depth];
     if (visit.level == 0) {
-      const std::size_t begin = visit.node * leafSize, end = std::min(begin + leafSize, points_->size());
-      for (std::size_t n = begin; n < end; ++n) {
+      for (std::size_t n = pointsBegin(visit.number); n < pointsEnd(visit.number); ++n) {
         const float distance = (*points_)[n].squaredDistanceTo(query);
         if (distance < limit)
           found(distance, (*points_)[n].index);
       }
       continue;
     }
-    const std::vector<Box>& boxes = levels_[visit.level - 1];
-    const std::size_t first = visit.node * fanOut, last = std::min(first + fanOut, boxes.size());
-    for (std::size_t child = first; child < last; ++child)
-      if (boxes[child].squaredDistanceTo(query) < limit)
-        stack[depth++] = {0, visit.level - 1, static_cast<std::uint32_t>(child)};
+    float distances[fanOut];
+    levels_[visit.level - 1][visit.number].squaredDistancesTo(query, distances);
+    for (std::size_t c = 0; c < fanOut; ++c)
+      if (distances[c] < limit)
+        stack[depth++] = {0, 0, visit.level - 1, static_cast<std::uint32_t>(visit.number * fanOut + c)};
   }
 }
 
