@@ -377,9 +377,9 @@ TEST(Remesher, SameBytesForAnyNumberOfThreads)
     const TriangleMesh raw = zeroLevel(field);
     ASSERT_EQ(raw.vertices.size() > 32768u, side > voxels);
     RemesherOptions options;
-    options.rounds = side > voxels ? 2 : 10;
+    options.rounds = side > voxels ? 1 : 10;
     const RemeshResult reference = remeshed(raw, field, options);
-    for (const int threads : {1, 2, 4}) {
+    for (const int threads : {2, 4}) {
       Execution execution(threads);
       const RemeshResult result = remesh(raw, field, options, execution);
       expectSamePositions(result.mesh, reference.mesh);
