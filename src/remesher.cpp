@@ -275,11 +275,33 @@ private:
         pinned[v] = 1;
   }
 
+  /// Half-edges that fulfil a condition, ascending: looked for in parallel, to be worked on one by one, which few are.
+  template <typename Condition>
+  std::vector<std::int32_t> halfEdgesWhere(const Condition& holds)
+  {
+    const std::int64_t count = mesh_.halfEdgeCount();
+    std::vector<std::vector<std::int32_t>> found(static_cast<std::size_t>((count + edgeGrain - 1) / edgeGrain));
+    execution_.forRange(count, edgeGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto h = static_cast<std::int32_t>(begin); h < end; ++h)
+        if (holds(h))
+          found[begin / edgeGrain].push_back(h);
+    });
+    std::vector<std::int32_t> result;
+    for (const auto& part : found)
+      result.insert(result.end(), part.begin(), part.end());
+    return result;
+  }
+
+  bool isLong(std::int32_t h) const
+  {
+    return mesh_.represents(h) && squaredLength(h) > squared(4 * target_ / 3) && !edgePinned(h);
+  }
+
+  /// Edges that a split makes wait for the next round.
   void splitLongEdges()
   {
-    const std::int32_t count = mesh_.halfEdgeCount(); // edges that a split makes wait for the next round
-    for (std::int32_t h = 0; h < count; ++h)
-      if (mesh_.represents(h) && squaredLength(h) > squared(4 * target_ / 3) && !edgePinned(h))
+    for (const std::int32_t h : halfEdgesWhere([&](std::int32_t edge) { return isLong(edge); }))
+      if (isLong(h))
         split(h);
   }
 
@@ -322,16 +344,9 @@ private:
   /// swallow its neighbours one after the other.
   void collapseShortEdges()
   {
-    std::vector<std::vector<std::uint64_t>> found(
-        static_cast<std::size_t>((mesh_.halfEdgeCount() + edgeGrain - 1) / edgeGrain));
-    execution_.forRange(mesh_.halfEdgeCount(), edgeGrain, [&](std::int64_t begin, std::int64_t end) {
-      for (auto h = static_cast<std::int32_t>(begin); h < end; ++h)
-        if (isShort(h))
-          found[begin / edgeGrain].push_back(keyOf(squaredLength(h), h));
-    });
     std::vector<std::uint64_t> edges;
-    for (const auto& part : found)
-      edges.insert(edges.end(), part.begin(), part.end());
+    for (const std::int32_t h : halfEdgesWhere([&](std::int32_t edge) { return isShort(edge); }))
+      edges.push_back(keyOf(squaredLength(h), h));
     sortByUpperHalf(edges, execution_);
     for (const std::uint64_t edge : edges) {
       const auto h = static_cast<std::int32_t>(edge & 0xffffffff);
@@ -397,10 +412,20 @@ private:
     return true;
   }
 
+  bool isToFlip(std::int32_t h) const
+  {
+    if (!mesh_.represents(h) || mesh_.twin[h] < 0 || edgePinned(h) || oppositesPinned(h))
+      return false;
+    const std::int32_t g = mesh_.twin[h];
+    return growth(mesh_.origin[h], -1) + growth(mesh_.origin[g], -1) + growth(mesh_.opposite(h), 1) +
+               growth(mesh_.opposite(g), 1) <
+           0;
+  }
+
   void flipEdges()
   {
-    for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); ++h)
-      if (mesh_.represents(h) && mesh_.twin[h] >= 0 && !edgePinned(h) && !oppositesPinned(h))
+    for (const std::int32_t h : halfEdgesWhere([&](std::int32_t edge) { return isToFlip(edge); }))
+      if (isToFlip(h))
         flip(h);
   }
 
@@ -415,8 +440,6 @@ private:
   {
     const std::int32_t g = mesh_.twin[h];
     const std::int32_t a = mesh_.origin[h], b = mesh_.origin[g], c = mesh_.opposite(h), d = mesh_.opposite(g);
-    if (growth(a, -1) + growth(b, -1) + growth(c, 1) + growth(d, 1) >= 0)
-      return false;
     const int leastA = mesh_.onBoundary(a) ? 2 : 3, leastB = mesh_.onBoundary(b) ? 2 : 3;
     if (mesh_.valence[a] <= leastA || mesh_.valence[b] <= leastB || mesh_.adjacent(c, d))
       return refused();
