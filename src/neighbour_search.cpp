@@ -57,6 +57,12 @@ void NeighbourSearch::setPoints(const std::vector<Eigen::Vector3f>& positions, E
   setPoints(positions);
 }
 
+void NeighbourSearch::dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>&,
+                                 Execution& execution)
+{
+  setPoints(left, execution);
+}
+
 void NeighbourSearch::forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
                                       Execution& execution,
                                       const std::function<void(const NeighbourBatch&)>& visit) const

@@ -213,6 +213,47 @@ void PointBins::setPoints(const std::vector<Eigen::Vector3f>& positions, Executi
     lay(frame.centre, ideal);
 }
 
+void PointBins::dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
+                           Execution& execution)
+{
+  // With many less the cells do not suit what is left.
+  constexpr std::size_t few = 8;
+  if (left.empty() || (keep.size() - left.size()) * few > keep.size()) {
+    setPoints(left, execution);
+    return;
+  }
+  std::vector<std::uint32_t> numbers(keep.size());
+  std::uint32_t next = 0;
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    numbers[i] = next;
+    next += keep[i] ? 1 : 0;
+  }
+  std::size_t kept = 0;
+  const auto move = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n)
+      if (keep[points_[n].index]) {
+        points_[kept] = points_[n];
+        points_[kept++].index = numbers[points_[n].index];
+      }
+  };
+  if (hasBins()) {
+    std::size_t begin = 0;
+    for (std::size_t cell = 0; cell + 1 < starts_.size(); ++cell) {
+      const std::size_t end = starts_[cell + 1];
+      starts_[cell] = static_cast<std::uint32_t>(kept);
+      move(begin, end);
+      if (starts_[cell] == kept)
+        occupied_[cell / brickCells] &= ~(std::uint64_t{1} << cell % brickCells);
+      begin = end;
+    }
+    starts_.back() = static_cast<std::uint32_t>(kept);
+  } else {
+    move(0, points_.size());
+  }
+  points_.resize(kept);
+  tree_.build(points_, execution);
+}
+
 Eigen::Array3i PointBins::cellOf(const Eigen::Array3d& position) const
 {
   // Clamped: beyond the last cells there are only far outliers. They count as members of those.
@@ -595,6 +636,8 @@ void PointBins::answerFromTree(std::size_t n, std::size_t k, float* distances, s
 void PointBins::answerBrick(std::size_t brick, Group& group, std::size_t k, Answer answer,
                             const std::function<void(const NeighbourBatch&)>& visit) const
 {
+  if (occupied_[brick] == 0)
+    return; // its points were dropped
   const std::uint32_t* starts = starts_.data() + brick * brickCells;
   const IndexedPoint& some = points_[starts[0]];
   const Eigen::Array3i any = cellOf({some.x, some.y, some.z}) - base_;

@@ -24,6 +24,8 @@ class PointBins final : public NeighbourSearch {
 public:
   void setPoints(const std::vector<Eigen::Vector3f>& positions) override;
   void setPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution) override;
+  void dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
+                  Execution& execution) override;
 
   int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override;
   int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override;

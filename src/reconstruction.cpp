@@ -65,7 +65,7 @@ bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighbourSe
     return false;
   points = select(points, keep);
   if (points.size() > 0)
-    search.setPoints(points.positions, execution);
+    search.dropPoints(points.positions, keep, execution);
   return true;
 }
 
@@ -202,7 +202,7 @@ void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Option
   if (report.points.outliersByField == 0)
     return;
   points = select(points, keep);
-  search.setPoints(points.positions, execution);
+  search.dropPoints(points.positions, keep, execution);
 }
 
 /// Replaces an automatic smoothing length by the one that the data choose.

@@ -276,6 +276,68 @@ TEST_P(HardClouds, BinsAndKdTreeFindTheSameDistances)
   }
 }
 
+TEST_P(HardClouds, WhatIsLeftAfterDroppingPoints)
+{
+  const Positions positions = GetParam().make();
+  const auto bins = makePointBins();
+  Execution execution(2);
+  // One in nine, all of a few cells with them; and most.
+  for (const bool most : {false, true}) {
+    bins->setPoints(positions, execution);
+    std::vector<std::uint8_t> keep(positions.size());
+    Positions left;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const bool isOutside = positions[i].x() < positions.front().x() || positions.size() < 100;
+      keep[i] = most ? i % 9 == 0 : i % 9 != 0 || isOutside;
+      if (keep[i])
+        left.push_back(positions[i]);
+    }
+    bins->dropPoints(left, keep, execution);
+    Neighbours found;
+    for (const Eigen::Vector3f& query : queriesFor(left)) {
+      bins->nearest(query, 9, found);
+      expectEqual(found, bruteForce(left, query, 9, noLimit));
+      if (testing::Test::HasFailure())
+        return;
+    }
+    std::size_t answered = 0;
+    Execution serial;
+    bins->forEachPosition(left, 3, NeighbourSearch::Answer::indicesAndDistances, serial,
+                          [&](const NeighbourBatch& batch) {
+                            answered += batch.size;
+                            for (std::size_t q = 0; q < batch.size; ++q) {
+                              const Neighbours expected = bruteForce(left, left[batch.positions[q]], 3, noLimit);
+                              for (std::size_t n = 0; n < expected.indices.size(); ++n)
+                                ASSERT_EQ(batch.squaredDistances[3 * q + n], expected.squaredDistances[n]);
+                            }
+                          });
+    EXPECT_EQ(answered, left.size());
+  }
+}
+
+TEST(NeighbourSearch, CellsAndBricksMayLoseAllTheirPoints)
+{
+  // A small ball beside a large one: a few per cent of the points, and all of some bricks.
+  Positions positions = onSphere(4000, 1, 1);
+  append(positions, onSphere(200, .2f, 2), {3, 0, 0});
+  std::vector<std::uint8_t> keep(positions.size(), 0);
+  std::fill_n(keep.begin(), 4000, std::uint8_t{1});
+  const Positions left(positions.begin(), positions.begin() + 4000);
+  const auto bins = makePointBins();
+  Execution execution;
+  bins->setPoints(positions, execution);
+  bins->dropPoints(left, keep, execution);
+  std::size_t answered = 0;
+  bins->forEachPosition(left, 5, NeighbourSearch::Answer::distances, execution,
+                        [&](const NeighbourBatch& batch) { answered += batch.size; });
+  EXPECT_EQ(answered, left.size());
+  Neighbours found;
+  for (const Eigen::Vector3f& query : queriesFor(positions)) {
+    bins->nearest(query, 5, found);
+    expectEqual(found, bruteForce(left, query, 5, noLimit));
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(NeighbourSearch, HardClouds, testing::ValuesIn(hardClouds), [](const auto& test) {
   std::string name = test.param.name;
   std::replace(name.begin(), name.end(), ' ', '_');

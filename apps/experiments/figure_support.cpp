@@ -23,7 +23,7 @@ pcl::mrf::Reconstruction reconstructGathered(const Places& positions, const Plac
   pcl::mrf::PointCounts counts;
   const pcl::mrf::PointSet points =
       pcl::mrf::gather(toFloat(positions), toFloat(normals), {}, views, sensors, !normals.empty(), counts);
-  const auto search = pcl::mrf::makeKdTree();
+  const auto search = pcl::mrf::makePointBins();
   pcl::mrf::Reconstruction result;
   pcl::mrf::reconstruct(points, counts, options, *search, execution, result);
   return result;
@@ -87,7 +87,7 @@ std::vector<double> distancesToPoints(const Places& places, const Places& points
   positions.reserve(points.size());
   for (const Eigen::Vector3d& point : points)
     positions.push_back(local(point));
-  const auto search = pcl::mrf::makeKdTree();
+  const auto search = pcl::mrf::makePointBins();
   search->setPoints(positions);
   std::vector<double> distances(places.size());
   execution.forRange(static_cast<std::int64_t>(places.size()), 1024, [&](std::int64_t begin, std::int64_t end) {

@@ -74,7 +74,7 @@ NoisyMethod peerOnOurPoints(const Method& method)
           [method](const Scan& scan, Execution& execution) {
             pcl::mrf::Report report;
             const pcl::mrf::PointSet gathered = gatherPoints(scan, report.points);
-            const auto search = pcl::mrf::makeKdTree();
+            const auto search = pcl::mrf::makePointBins();
             const pcl::mrf::OrientedPoints oriented =
                 pcl::mrf::preprocess(gathered, Options(), *search, report, execution);
             Points points;
@@ -88,7 +88,7 @@ Points withEstimatedNormals(const Scan& scan, Execution& execution)
 {
   pcl::mrf::PointCounts counts;
   const pcl::mrf::PointSet gathered = gatherPoints(scan, counts);
-  const auto search = pcl::mrf::makeKdTree();
+  const auto search = pcl::mrf::makePointBins();
   search->setPoints(gathered.positions);
   const std::vector<Eigen::Vector3f> normals =
       estimateNormals(gathered, *search, static_cast<float>(scan.spacing), {}, execution).normals;

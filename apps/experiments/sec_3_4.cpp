@@ -116,7 +116,7 @@ Problem makeProblem(Prior prior, Laboratory& laboratory)
 {
   Execution& execution = laboratory.execution();
   const pcl::mrf::OrientedPoints points = scanPoints(laboratory);
-  const auto search = pcl::mrf::makeKdTree();
+  const auto search = pcl::mrf::makePointBins();
   search->setPoints(points.positions);
   pcl::mrf::PointSet plain;
   plain.positions = points.positions;

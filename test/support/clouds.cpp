@@ -10,7 +10,7 @@ using pcl::mrf::PointSet;
 
 std::unique_ptr<pcl::mrf::NeighbourSearch> searchOf(const PointSet& points)
 {
-  auto search = pcl::mrf::makeKdTree();
+  auto search = pcl::mrf::makePointBins();
   search->setPoints(points.positions);
   return search;
 }

@@ -12,7 +12,7 @@
 
 namespace clouds {
 
-/// A kd-tree of the points.
+/// The default search, in the points.
 std::unique_ptr<pcl::mrf::NeighbourSearch> searchOf(const pcl::mrf::PointSet& points);
 
 /// Positions and sensors multiplied by a factor.

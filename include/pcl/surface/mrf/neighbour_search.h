@@ -42,6 +42,11 @@ public:
   /// The same on the threads of `execution`, where the implementation can use them.
   virtual void setPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution);
 
+  /// Drops the positions whose flag is not set; those that are left are numbered anew, in their order.
+  /// \param left those positions \param keep one flag per position that was searched so far
+  virtual void dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
+                          Execution& execution);
+
   /// The k nearest positions (fewer if there are fewer), nearest first; the point itself is among them if it is a
   /// position. Of equals at the k-th distance, the one with the smaller index where the implementation says so.
   /// \return how many were found
