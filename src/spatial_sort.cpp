@@ -20,7 +20,7 @@ constexpr int axisBits = 21;
 
 /// Sorts each run of equal keys by coordinates and index.
 void sortTies(const std::vector<std::uint64_t>& keys, const std::vector<Eigen::Vector3f>& positions,
-              std::vector<std::uint32_t>& order)
+              std::vector<std::uint32_t>& order, Execution& execution)
 {
   const auto isBefore = [&](std::uint32_t a, std::uint32_t b) {
     const Eigen::Vector3f &p = positions[a], &q = positions[b];
@@ -29,15 +29,20 @@ void sortTies(const std::vector<std::uint64_t>& keys, const std::vector<Eigen::V
         return p[axis] < q[axis];
     return a < b;
   };
-  for (std::size_t begin = 0; begin < keys.size();) {
-    std::size_t end = begin + 1;
-    while (end < keys.size() && keys[end] == keys[begin])
-      ++end;
-    if (end - begin > 1)
-      std::sort(order.begin() + static_cast<std::ptrdiff_t>(begin), order.begin() + static_cast<std::ptrdiff_t>(end),
-                isBefore);
-    begin = end;
-  }
+  execution.forRange(static_cast<std::int64_t>(keys.size()), grain, [&](std::int64_t from, std::int64_t to) {
+    // Runs belong to the piece of work that they begin in.
+    for (auto begin = static_cast<std::size_t>(from); begin < static_cast<std::size_t>(to);) {
+      const bool isBeginning = begin == 0 || keys[begin - 1] != keys[begin];
+      const std::size_t limit = isBeginning ? keys.size() : static_cast<std::size_t>(to);
+      std::size_t end = begin + 1;
+      while (end < limit && keys[end] == keys[begin])
+        ++end;
+      if (isBeginning && end - begin > 1)
+        std::sort(order.begin() + static_cast<std::ptrdiff_t>(begin), order.begin() + static_cast<std::ptrdiff_t>(end),
+                  isBefore);
+      begin = end;
+    }
+  });
 }
 
 /// Sorts keys by the bits from lowestBit on. Along with each key move(from, to) moves what belongs to it into a second
@@ -128,7 +133,7 @@ std::vector<std::uint32_t> spatialOrder(const std::vector<Eigen::Vector3f>& posi
     }
   });
   sortByKey(keys, order, execution);
-  sortTies(keys, positions, order);
+  sortTies(keys, positions, order, execution);
   return order;
 }
 

@@ -123,6 +123,18 @@ TEST(Gather, OfEqualPositionsTheFirstIsKept)
   }
 }
 
+TEST(Gather, RunsOfPointsInOneCellEndWhereTheyEnd)
+{
+  // A far point puts all others into few cells of the curve: their runs cross the pieces of parallel work.
+  PointSet square = clouds::randomSquare(many, 1);
+  clouds::append(square, {3e6f, 0, 0}, Eigen::Vector3f::UnitZ());
+  const PointSet expected = gathered(square.positions).points;
+  EXPECT_EQ(expected.size(), many + 1);
+  EXPECT_EQ(gathered(square.positions, {}, 3).points.origins, expected.origins);
+  const PointSet shuffled = clouds::reordered(square, clouds::shuffledOrder(many + 1));
+  EXPECT_EQ(gathered(shuffled.positions, {}, 3).points.positions, expected.positions);
+}
+
 TEST(DisjointPoints, JoinedByManyThreadsAsByOne)
 {
   constexpr std::uint32_t count = 20000;
