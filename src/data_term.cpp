@@ -105,6 +105,12 @@ std::unique_ptr<DataTerm<Real>> makeDiagonalDataTerm(GridSize size, std::vector<
   return std::make_unique<DiagonalDataTerm<Real>>(size, std::move(weights), std::move(rightHandSide));
 }
 
+double dataWeight(double confidence, double beta)
+{
+  const double a = std::clamp(confidence * beta, 0.0, 1 - 1e-6);
+  return a / (1 - a);
+}
+
 template <typename Real>
 LinearSystem<Real> assemble(const Observation& observation, const PriorOptions& options)
 {
@@ -127,10 +133,9 @@ LinearSystem<Real> assemble(const Observation& observation, const PriorOptions& 
     const auto voxel = static_cast<std::size_t>(observation.voxels[n]);
     if (voxel >= count)
       throw std::invalid_argument("assemble: an observed voxel is outside the lattice");
-    // a = 1 would be an infinite weight in one energy and a voxel without any prior in the other.
-    const double a =
-        std::clamp(static_cast<double>(observation.confidences[n]) * static_cast<double>(options.beta), 0.0, 1 - 1e-6);
-    weights[voxel] = static_cast<Real>(centre * (weighted ? a : a / (1 - a)));
+    const double w = dataWeight(static_cast<double>(observation.confidences[n]), static_cast<double>(options.beta));
+    const double a = w / (1 + w);
+    weights[voxel] = static_cast<Real>(centre * (weighted ? a : w));
     targets[voxel] = static_cast<Real>(observation.distances[n]);
     if (weighted)
       system.prior.voxelWeights[voxel] = static_cast<Real>(1 - a);

@@ -1,3 +1,6 @@
+#include "band_transfer.h"
+#include "banded_distances.h"
+
 #include <pcl/surface/mrf/distance_field.h>
 
 #include <algorithm>
@@ -48,6 +51,85 @@ DistanceField::DistanceField(const Lattice& lattice, std::vector<float> distance
       std::min({lattice_.size.x, lattice_.size.y, lattice_.size.z}) < 2)
     throw std::invalid_argument(
         "DistanceField: needs at least 2 voxels along each axis and one value of each kind per voxel");
+}
+
+DistanceField::DistanceField(const Lattice& lattice, std::shared_ptr<const BandedDistances> distances)
+    : lattice_(lattice), banded_(std::move(distances))
+{
+  const auto count = static_cast<std::size_t>(banded_->band.count());
+  if (banded_->values.size() != count || (!banded_->confidences.empty() && banded_->confidences.size() != count) ||
+      banded_->band.size() != bandSize(lattice_.size) || banded_->background.empty())
+    throw std::invalid_argument("DistanceField: needs one value of each kind per voxel of the band, and a background");
+}
+
+bool DistanceField::hasConfidences() const
+{
+  return !(banded_ ? banded_->confidences : confidences_).empty();
+}
+
+float DistanceField::confidence(int i, int j, int k) const
+{
+  if (!banded_)
+    return confidences_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
+  const std::int64_t at = banded_->band.find(i + bandMargin, j + bandMargin, k + bandMargin);
+  return at < 0 ? 0 : banded_->confidences[static_cast<std::size_t>(at)];
+}
+
+float DistanceField::bandedDistance(int i, int j, int k) const
+{
+  const std::int64_t at = banded_->band.find(i + bandMargin, j + bandMargin, k + bandMargin);
+  return at < 0 ? banded_->background.sampleDistance(lattice_.position(i, j, k))
+                : banded_->values[static_cast<std::size_t>(at)];
+}
+
+bool DistanceField::bandHasCell(int i, int j, int k) const
+{
+  const auto hasEdge = [&](int y, int z) {
+    return banded_->band.contains(i + bandMargin, y + bandMargin, z + bandMargin) &&
+           banded_->band.contains(i + 1 + bandMargin, y + bandMargin, z + bandMargin);
+  };
+  return hasEdge(j, k) && hasEdge(j + 1, k) && hasEdge(j, k + 1) && hasEdge(j + 1, k + 1);
+}
+
+void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
+{
+  constexpr int wordBits = MaskPlane::wordBits;
+  std::fill_n(words, (lattice_.size.x + wordBits - 1) / wordBits, std::uint64_t{0});
+  const auto set = [&](int begin, int end) {
+    for (int i = begin; i < end; ++i)
+      words[i / wordBits] |= std::uint64_t{1} << (i % wordBits);
+  };
+  if (!banded_) {
+    const float* row = distances_.data() + lattice_.size.index(0, j, k);
+    for (int i = 0; i < lattice_.size.x; ++i)
+      words[i / wordBits] |= std::uint64_t{row[i] < 0} << (i % wordBits);
+    return;
+  }
+  const Band& band = banded_->band;
+  int done = 0;
+  bool isNegative = banded_->background.sampleDistance(lattice_.position(0, j, k)) < 0;
+  for (const Run& run : band.row(j + bandMargin, k + bandMargin)) {
+    const int first = band.xOf(run, j + bandMargin) - bandMargin;
+    const float* values = banded_->values.data() + band.planeFirst(k + bandMargin) + run.first;
+    const int begin = std::max(first, 0), end = std::min(first + run.count, lattice_.size.x);
+    if (isNegative)
+      set(done, begin);
+    for (int i = begin; i < end; ++i)
+      words[i / wordBits] |= std::uint64_t{values[i - first] < 0} << (i % wordBits);
+    done = std::max(end, done);
+    isNegative = values[run.count - 1] < 0;
+  }
+  if (isNegative)
+    set(done, lattice_.size.x);
+}
+
+std::size_t DistanceField::bytes() const
+{
+  std::size_t result = (distances_.capacity() + confidences_.capacity()) * sizeof(float);
+  if (banded_)
+    result += banded_->band.bytes() + (banded_->values.capacity() + banded_->confidences.capacity()) * sizeof(float) +
+              banded_->background.bytes();
+  return result;
 }
 
 float DistanceField::sampleDistance(const Eigen::Vector3f& position) const

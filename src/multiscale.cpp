@@ -2,12 +2,15 @@
 #include <pcl/surface/mrf/multiscale.h>
 #include <pcl/surface/mrf/point_observation.h>
 
+#include "band_level.h"
+#include "banded_distances.h"
 #include "interpolation.h"
 #include "memory.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace pcl {
@@ -16,6 +19,12 @@ namespace {
 
 /// Peak bytes per voxel of the finest level while it is solved: the solver's vectors, its hierarchy, system and field.
 constexpr double bytesPerVoxel = 72;
+
+/// The same in a band, per face of a voxel that the surface covers, and per voxel of a plane's windows: measured.
+constexpr double bytesPerFace = 420, bytesPerWindowVoxel = 700;
+
+/// Area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
+constexpr double areaPerPoint = 4;
 
 using Clock = std::chrono::steady_clock;
 
@@ -44,15 +53,18 @@ Eigen::Array3d halved(const Eigen::Array3i& index)
   return index.cast<double>() / 2;
 }
 
-/// Sides of the cubes, in voxels, of which a level sees one sample only.
-constexpr float mergeSide = .5f;
+/// Voxel sides, in spacings of the points, from which on the finest level merges them, too.
+constexpr float mergedFrom = 10;
 
-/// The points as each level sees them, coarsest first: merged on all but the finest.
-std::vector<std::vector<PointSample>> samplesOfLevels(const OrientedPoints& points,
-                                                      const std::vector<Lattice>& lattices)
+/// The points as each level sees them, coarsest first, by cells; on all but the finest one per cell, which is what a
+/// grid's interpolant can tell apart.
+std::vector<std::vector<PointSample>>
+samplesOfLevels(const OrientedPoints& points, const std::vector<Lattice>& lattices, float spacing, Execution& execution)
 {
   std::vector<std::vector<PointSample>> result(lattices.size());
-  result.back() = toSamples(points, lattices.back());
+  // Voxels that hold dozens of points, as a pilot's, need not see each of them.
+  const bool isCoarse = lattices.back().spacing > mergedFrom * spacing;
+  result.back() = sortedByCells(toSamples(points, lattices.back()), isCoarse, execution);
   for (std::size_t level = lattices.size() - 1; level > 0; --level) {
     const Lattice &fine = lattices[level], &coarse = lattices[level - 1];
     std::vector<PointSample> samples = result[level];
@@ -60,7 +72,7 @@ std::vector<std::vector<PointSample>> samplesOfLevels(const OrientedPoints& poin
     const Eigen::Vector3d shift = (fine.origin - coarse.origin) / coarse.spacing;
     for (PointSample& sample : samples)
       sample.position = (ratio * sample.position.cast<double>() + shift).cast<float>();
-    result[level - 1] = merge(samples, mergeSide);
+    result[level - 1] = sortedByCells(samples, true, execution);
   }
   return result;
 }
@@ -73,6 +85,21 @@ std::vector<float> denseConfidences(const Observation& observation)
   return confidences;
 }
 
+/// Local confidences of observed voxels, packed on a band.
+std::vector<float> bandConfidences(const Observation& observation, const Band& band)
+{
+  const GridSize size = observation.lattice.size;
+  std::vector<float> confidences(static_cast<std::size_t>(band.count()), 0);
+  for (std::size_t v = 0; v < observation.voxels.size(); ++v) {
+    const std::int64_t voxel = observation.voxels[v];
+    const auto i = static_cast<int>(voxel % size.x), j = static_cast<int>(voxel / size.x % size.y),
+               k = static_cast<int>(voxel / size.planeCount());
+    if (const std::int64_t at = band.find(i + bandMargin, j + bandMargin, k + bandMargin); at >= 0)
+      confidences[static_cast<std::size_t>(at)] = observation.confidences[v];
+  }
+  return confidences;
+}
+
 template <typename Value>
 [[noreturn]] void refuse(const char* name, Value value, const char* range)
 {
@@ -81,15 +108,22 @@ template <typename Value>
   throw InvalidOption(text.str());
 }
 
+/// Peak bytes of solving a box with voxels of this side at the finest level.
+double predictedBytes(const BoundingBox& box, double side, double area, const MultiscaleOptions& options)
+{
+  const double padding = 2. * resolvedPadding(options) + 2;
+  const Eigen::Array3d voxels = (box.upper - box.lower).cast<double>().array() / side + padding;
+  if (voxels.prod() <= static_cast<double>(options.denseVoxels))
+    return voxels.prod() * bytesPerVoxel * 8 / 7;
+  const double windows = bytesPerWindowVoxel * voxels.x() * voxels.y();
+  return static_cast<double>(options.denseVoxels) * bytesPerVoxel + windows + area / (side * side) * bytesPerFace;
+}
+
 /// \throw ResourceLimit if a box of this size cannot be solved within the limit
-void checkMemory(const BoundingBox& box, float voxelSize, const MultiscaleOptions& options)
+void checkMemory(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options)
 {
   const std::size_t limit = options.maxMemory > 0 ? options.maxMemory : availableMemory() / 10 * 8;
-  const auto bytesFor = [&](double side) {
-    const Eigen::Array3d voxels =
-        (box.upper - box.lower).cast<double>().array() / side + 2 * resolvedPadding(options) + 2;
-    return voxels.prod() * bytesPerVoxel * 8 / 7;
-  };
+  const auto bytesFor = [&](double side) { return predictedBytes(box, side, area, options); };
   const double predicted = bytesFor(voxelSize);
   if (predicted <= static_cast<double>(limit))
     return;
@@ -103,6 +137,174 @@ void checkMemory(const BoundingBox& box, float voxelSize, const MultiscaleOption
   throw ResourceLimit(text.str());
 }
 
+/// The levels of one run, coarse to fine: dense ones, then those in bands.
+class LevelSolver {
+public:
+  LevelSolver(const OrientedPoints& points, const NeighbourSearch& search, float spacing, std::vector<Lattice> lattices,
+              float maxDistance, const ObservationOptions& observation, const PriorOptions& prior,
+              const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution)
+      : points_(points), search_(search), spacing_(spacing), maxDistance_(maxDistance), lattices_(std::move(lattices)),
+        observation_(observation), prior_(prior), solver_(solver), execution_(execution)
+  {
+    // The coarsest level is always dense.
+    while (denseLevels_ > 1 && lattices_[denseLevels_ - 1].size.count() > options.denseVoxels)
+      --denseLevels_;
+    if (observation_.atPoints())
+      samples_ = samplesOfLevels(points_, lattices_, spacing_, execution_);
+  }
+
+  MultiscaleResult run()
+  {
+    double totalVoxels = 0, doneVoxels = 0;
+    for (const Lattice& lattice : lattices_)
+      totalVoxels += static_cast<double>(lattice.size.count());
+    MultiscaleResult result;
+    for (std::size_t level = 0; level < lattices_.size(); ++level) {
+      const double begin = doneVoxels / totalVoxels;
+      doneVoxels += static_cast<double>(lattices_[level].size.count());
+      execution_.beginStep(begin, doneVoxels / totalVoxels);
+      result.levels.push_back(level < denseLevels_ ? solveDense(level) : solveInBand(level));
+      execution_.progress(1);
+    }
+    if (result.levels.back().observed == 0) {
+      std::ostringstream text;
+      text << "no voxel of side " << lattices_.back().spacing << " is closer than dEmax = " << maxDistance_
+           << " to a point; choose a smaller voxel size or a larger dEmax";
+      throw InvalidInput(text.str());
+    }
+    result.field = field();
+    return result;
+  }
+
+private:
+  bool isFinest(std::size_t level) const { return level + 1 == lattices_.size(); }
+
+  LevelReport newReport(std::size_t level) const
+  {
+    LevelReport report;
+    report.size = lattices_[level].size;
+    report.voxelSize = lattices_[level].spacing;
+    report.maxDistance = maxDistance_;
+    report.unknowns = report.size.count();
+    if (observation_.scaleWithLevel && !isFinest(level))
+      report.maxDistance = std::max(maxDistance_, static_cast<float>(1.5 * report.voxelSize));
+    return report;
+  }
+
+  PointWeights weightsOf(std::size_t level) const
+  {
+    const double voxelSize = lattices_[level].spacing;
+    const double least = isFinest(level) ? 0 : leastSmoothing * voxelSize;
+    const double smoothing = std::max<double>(resolvedSmoothing(observation_, spacing_), least);
+    return pointWeights(prior_.prior, smoothing, spacing_, voxelSize, observation_.gradientWeight);
+  }
+
+  Observation observeVoxels(std::size_t level, const LevelReport& report)
+  {
+    Observation result =
+        observe(points_, search_, lattices_[level], spacing_, report.maxDistance, observation_, execution_);
+    if (isFinest(level))
+      finest_ = result;
+    return result;
+  }
+
+  LevelReport solveDense(std::size_t level)
+  {
+    LevelReport report = newReport(level);
+    const Lattice& lattice = lattices_[level];
+    const Clock::time_point start = Clock::now();
+    LinearSystem<float> system;
+    if (observation_.atPoints()) {
+      system.prior = {lattice.size, prior_.prior, {}};
+      system.data =
+          makePointDataTerm<float>(lattice.size, samples_[level], weightsOf(level), lattice.spacing, execution_);
+      const std::vector<float>& diagonal = system.data->diagonal();
+      report.observed = std::count_if(diagonal.begin(), diagonal.end(), [](float value) { return value > 0; });
+    } else {
+      const Observation observation = observeVoxels(level, report);
+      report.observed = static_cast<std::int64_t>(observation.voxels.size());
+      if (report.observed > 0)
+        system = assemble<float>(observation, prior_);
+      if (level + 1 == denseLevels_)
+        lastDense_ = observation.voxels;
+    }
+    report.observationSeconds = secondsSince(start);
+
+    const Clock::time_point solverStart = Clock::now();
+    if (level == 0)
+      distances_.assign(static_cast<std::size_t>(lattice.size.count()), 0);
+    else
+      distances_ = interpolateCubic(distances_, lattices_[level - 1], lattice, execution_);
+    // With a narrow reach the coarse levels of the paper's scheme may see nothing: their guess is then kept.
+    if (report.observed > 0) {
+      SolverOptions levelSolver = solver_;
+      if (level == 0 && solver_.choleskyOnCoarsest)
+        levelSolver.method = SolverMethod::cholesky;
+      report.solve = solve(system, levelSolver, lattice.spacing, distances_, execution_);
+    }
+    report.solverSeconds = secondsSince(solverStart);
+    return report;
+  }
+
+  LevelReport solveInBand(std::size_t level)
+  {
+    LevelReport report = newReport(level);
+    const Clock::time_point start = Clock::now();
+    if (level == denseLevels_) {
+      const Lattice& coarse = lattices_[level - 1];
+      const GridSize size = bandSize(coarse.size);
+      band_ = bandOfDense(coarse, distances_,
+                          observation_.atPoints() ? observedBand(samples_[level - 1], size, execution_)
+                                                  : bandOfVoxels(lastDense_, coarse.size, size, execution_),
+                          execution_);
+    }
+    BandObservation observation;
+    if (observation_.atPoints()) {
+      observation.samples = &samples_;
+      observation.weights = weightsOf(level);
+    } else {
+      observation.voxels = observeVoxels(level, report);
+      observation.beta = prior_.beta;
+    }
+    report.observationSeconds = secondsSince(start);
+    const Clock::time_point solverStart = Clock::now();
+    band_ = solveBandLevel(lattices_, level, band_, observation, prior_.prior, solver_, isFinest(level), report,
+                           execution_);
+    report.solverSeconds = secondsSince(solverStart);
+    return report;
+  }
+
+  DistanceField field()
+  {
+    const Lattice& lattice = lattices_.back();
+    if (denseLevels_ == lattices_.size())
+      return DistanceField(lattice, std::move(distances_),
+                           observation_.atPoints() ? std::vector<float>() : denseConfidences(finest_));
+    auto banded = std::make_shared<BandedDistances>();
+    banded->background = DistanceField(lattices_[denseLevels_ - 1], std::move(distances_), {});
+    banded->band = std::move(band_.support);
+    banded->values = std::move(band_.values);
+    if (!observation_.atPoints())
+      banded->confidences = bandConfidences(finest_, banded->band);
+    return DistanceField(lattice, std::move(banded));
+  }
+
+  const OrientedPoints& points_;
+  const NeighbourSearch& search_;
+  float spacing_, maxDistance_;
+  std::vector<Lattice> lattices_;
+  const ObservationOptions& observation_;
+  const PriorOptions& prior_;
+  const SolverOptions& solver_;
+  Execution& execution_;
+  std::size_t denseLevels_ = lattices_.size();
+  std::vector<std::vector<PointSample>> samples_; ///< of all levels, if points are observed
+  Observation finest_;                            ///< of the finest level, if voxels are
+  std::vector<std::int64_t> lastDense_;           ///< voxels observed on the last dense level
+  std::vector<float> distances_;                  ///< of the last dense level so far
+  BandField band_;                                ///< of the last level in a band so far
+};
+
 } // namespace
 
 void validate(const MultiscaleOptions& options)
@@ -111,6 +313,8 @@ void validate(const MultiscaleOptions& options)
     refuse("voxelSize", options.voxelSize, "[0, inf), 0 = by the quality");
   if (options.padding != 0 && (options.padding < 2 || options.padding > 1000))
     refuse("padding", options.padding, "2..1000, 0 = chosen by a coarse solution");
+  if (options.denseVoxels < 0)
+    refuse("denseVoxels", options.denseVoxels, "[0, inf)");
   if (options.coarsestSide < 4 || options.coarsestSide > 256)
     refuse("coarsestSide", options.coarsestSide, "4..256");
 }
@@ -120,12 +324,12 @@ int resolvedPadding(const MultiscaleOptions& options)
   return options.padding > 0 ? options.padding : leastPadding;
 }
 
-std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const MultiscaleOptions& options)
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options)
 {
   validate(options);
   if (!(voxelSize > 0))
     refuse("voxelSize", voxelSize, "(0, inf)");
-  checkMemory(box, voxelSize, options);
+  checkMemory(box, voxelSize, area, options);
 
   const Eigen::Vector3d corner = box.lower.cast<double>();
   const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
@@ -156,84 +360,14 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
   validate(solver);
   const float voxelSize = options.voxelSize > 0 ? options.voxelSize : spacingsPerVoxel(options.quality) * spacing;
   const float maxDistance = resolvedMaxDistance(observationOptions, spacing, voxelSize);
-  const std::vector<Lattice> lattices = planLevels(volume, voxelSize, options);
 
-  const bool atPoints = observationOptions.atPoints();
-  std::vector<std::vector<PointSample>> samples;
-  if (atPoints)
-    samples = samplesOfLevels(points, lattices);
-
-  double totalVoxels = 0, doneVoxels = 0;
-  for (const Lattice& lattice : lattices)
-    totalVoxels += static_cast<double>(lattice.size.count());
-
-  MultiscaleResult result;
-  std::vector<float> distances;
-  for (std::size_t level = 0; level < lattices.size(); ++level) {
-    const Lattice& lattice = lattices[level];
-    const bool isCoarsest = level == 0, isFinest = level + 1 == lattices.size();
-    LevelReport report;
-    report.size = lattice.size;
-    report.voxelSize = lattice.spacing;
-    report.maxDistance = maxDistance;
-    if (observationOptions.scaleWithLevel && !isFinest)
-      report.maxDistance = std::max(maxDistance, static_cast<float>(1.5 * lattice.spacing));
-
-    const double begin = doneVoxels / totalVoxels;
-    doneVoxels += static_cast<double>(lattice.size.count());
-    execution.beginStep(begin, doneVoxels / totalVoxels);
-
-    const Clock::time_point observationStart = Clock::now();
-    LinearSystem<float> system;
-    std::vector<float> confidences;
-    if (atPoints) {
-      const double least = isFinest ? 0 : leastSmoothing * lattice.spacing;
-      const double smoothing = std::max<double>(resolvedSmoothing(observationOptions, spacing), least);
-      system.prior = {lattice.size, prior.prior, {}};
-      system.data = makePointDataTerm<float>(
-          lattice.size, std::move(samples[level]),
-          pointWeights(prior.prior, smoothing, spacing, lattice.spacing, observationOptions.gradientWeight),
-          lattice.spacing, execution);
-      const std::vector<float>& diagonal = system.data->diagonal();
-      report.observed = std::count_if(diagonal.begin(), diagonal.end(), [](float value) { return value > 0; });
-    } else {
-      const Observation observation =
-          observe(points, search, lattice, spacing, report.maxDistance, observationOptions, execution);
-      report.observed = static_cast<std::int64_t>(observation.voxels.size());
-      if (isFinest)
-        confidences = denseConfidences(observation);
-      if (report.observed > 0)
-        system = assemble<float>(observation, prior);
-    }
-    report.observationSeconds = secondsSince(observationStart);
-
-    const Clock::time_point solverStart = Clock::now();
-    if (isCoarsest)
-      distances.assign(static_cast<std::size_t>(lattice.size.count()), 0);
-    else
-      distances = interpolateCubic(distances, lattices[level - 1], lattice, execution);
-    // With a narrow reach the coarse levels of the paper's scheme may see nothing: their guess is then kept.
-    if (report.observed > 0) {
-      SolverOptions levelSolver = solver;
-      if (isCoarsest && solver.choleskyOnCoarsest)
-        levelSolver.method = SolverMethod::cholesky;
-      report.solve = solve(system, levelSolver, lattice.spacing, distances, execution);
-    }
-    report.solverSeconds = secondsSince(solverStart);
-    result.levels.push_back(report);
-    execution.progress(1);
-
-    if (isFinest) {
-      if (report.observed == 0) {
-        std::ostringstream text;
-        text << "no voxel of side " << voxelSize << " is closer than dEmax = " << maxDistance
-             << " to a point; choose a smaller voxel size or a larger dEmax";
-        throw InvalidInput(text.str());
-      }
-      result.field = DistanceField(lattice, std::move(distances), std::move(confidences));
-    }
-  }
-  return result;
+  MultiscaleOptions own = options;
+  if (solver.method != SolverMethod::multigrid || prior.energy != Energy::joint)
+    own.denseVoxels = std::numeric_limits<std::int64_t>::max();
+  const double area = areaPerPoint * spacing * spacing * static_cast<double>(points.size());
+  return LevelSolver(points, search, spacing, planLevels(volume, voxelSize, area, own), maxDistance, observationOptions,
+                     prior, solver, own, execution)
+      .run();
 }
 
 } // namespace mrf

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 
 namespace pcl {
@@ -30,6 +31,26 @@ int neighbourIndex(int dx, int dy, int dz)
 {
   return (dx + 1) + 3 * ((dy + 1) + 3 * (dz + 1));
 }
+
+/// The weighted mean of samples.
+class SampleMean {
+public:
+  void add(const PointSample& sample)
+  {
+    position_ += sample.weight * sample.position.cast<double>();
+    normal_ += sample.weight * sample.normal.cast<double>();
+    weight_ += sample.weight;
+  }
+
+  PointSample sample() const
+  {
+    return {(position_ / weight_).cast<float>(), (normal_ / weight_).cast<float>(), static_cast<float>(weight_)};
+  }
+
+private:
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero(), normal_ = Eigen::Vector3d::Zero();
+  double weight_ = 0;
+};
 
 /// The cell of a sample along one axis: voxels lower and lower + 1, with the share of the upper one. An axis of one
 /// voxel has no cell; its only voxel takes the whole weight.
@@ -342,17 +363,78 @@ std::vector<PointSample> merge(const std::vector<PointSample>& samples, float si
 
   std::vector<PointSample> merged;
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    Eigen::Vector3d position = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-    double weight = 0;
-    for (; end < order.size() && order[end].first == order[begin].first; ++end) {
-      const PointSample& sample = samples[order[end].second];
-      position += sample.weight * sample.position.cast<double>();
-      normal += sample.weight * sample.normal.cast<double>();
-      weight += sample.weight;
-    }
-    merged.push_back({(position / weight).cast<float>(), (normal / weight).cast<float>(), static_cast<float>(weight)});
+    SampleMean mean;
+    for (; end < order.size() && order[end].first == order[begin].first; ++end)
+      mean.add(samples[order[end].second]);
+    merged.push_back(mean.sample());
   }
   return merged;
+}
+
+std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, bool merging, Execution& execution)
+{
+  using Cell = Eigen::Array3i;
+  const auto cellOf = [&](std::size_t s) -> Cell { return samples[s].position.array().floor().cast<int>(); };
+  Cell lower = Cell::Constant(std::numeric_limits<int>::max()), upper = Cell::Constant(std::numeric_limits<int>::min());
+  for (std::size_t s = 0; s < samples.size(); ++s) {
+    lower = lower.min(cellOf(s));
+    upper = upper.max(cellOf(s));
+  }
+  if (samples.empty())
+    return {};
+
+  // Layers by counting, then each by its rows and columns.
+  const auto layers = static_cast<std::size_t>(upper.z() - lower.z() + 1);
+  const std::int64_t rowLength = upper.x() - lower.x() + 1;
+  struct Entry {
+    std::int64_t key;
+    std::uint32_t sample;
+    bool operator<(const Entry& other) const { return key != other.key ? key < other.key : sample < other.sample; }
+  };
+  std::vector<std::size_t> begin(layers + 1, 0);
+  for (std::size_t s = 0; s < samples.size(); ++s)
+    ++begin[static_cast<std::size_t>(cellOf(s).z() - lower.z()) + 1];
+  for (std::size_t layer = 0; layer < layers; ++layer)
+    begin[layer + 1] += begin[layer];
+  std::vector<Entry> order(samples.size());
+  std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+  for (std::size_t s = 0; s < samples.size(); ++s) {
+    const Cell cell = cellOf(s) - lower;
+    order[next[static_cast<std::size_t>(cell.z())]++] = {cell.x() + rowLength * cell.y(),
+                                                         static_cast<std::uint32_t>(s)};
+  }
+  std::vector<PointSample> sorted(samples.size());
+  std::vector<std::size_t> kept(layers);
+  execution.forRange(static_cast<std::int64_t>(layers), 4, [&](std::int64_t first, std::int64_t last) {
+    for (auto layer = static_cast<std::size_t>(first); layer < static_cast<std::size_t>(last); ++layer) {
+      std::sort(order.begin() + static_cast<std::ptrdiff_t>(begin[layer]),
+                order.begin() + static_cast<std::ptrdiff_t>(begin[layer + 1]));
+      std::size_t out = begin[layer];
+      for (std::size_t n = begin[layer], end = n; n < begin[layer + 1]; n = end) {
+        end = n + 1;
+        if (merging)
+          while (end < begin[layer + 1] && order[end].key == order[n].key)
+            ++end;
+        SampleMean mean;
+        for (std::size_t m = n; m < end; ++m)
+          mean.add(samples[order[m].sample]);
+        const Eigen::Array3f cell = cellOf(order[n].sample).cast<float>();
+        sorted[out] = end == n + 1 ? samples[order[n].sample] : mean.sample();
+        // Rounding must not move the mean into the next cell.
+        for (int axis = 0; axis < 3; ++axis)
+          sorted[out].position[axis] =
+              std::clamp(sorted[out].position[axis], cell[axis], std::nextafter(cell[axis] + 1, cell[axis]));
+        ++out;
+      }
+      kept[layer] = out - begin[layer];
+    }
+  });
+  std::size_t out = 0;
+  for (std::size_t layer = 0; layer < layers; ++layer)
+    for (std::size_t n = 0; n < kept[layer]; ++n)
+      sorted[out++] = sorted[begin[layer] + n];
+  sorted.resize(out);
+  return sorted;
 }
 
 PointWeights pointWeights(Prior prior, double smoothing, double spacing, double voxelSize, double gradientWeight)

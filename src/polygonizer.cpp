@@ -25,25 +25,27 @@ int lowestBit(Word word)
   return __builtin_ctzll(word);
 }
 
-/// One bit per voxel, 64 along x per word: set where the distance is negative.
+/// Consecutive planes of a lattice.
+struct PlaneRange {
+  int begin = 0, end = 0;
+};
+
+/// One bit per voxel of some planes, 64 along x per word: set where the distance is negative.
 class SignBits {
 public:
-  explicit SignBits(GridSize size) : size_(size), wordsPerRow_((size.x + wordBits - 1) / wordBits)
+  SignBits(const DistanceField& field, PlaneRange planes)
+      : size_(field.lattice().size), planes_(planes), wordsPerRow_((size_.x + wordBits - 1) / wordBits),
+        words_(index(0, 0, planes.end))
   {
-    words_.assign(static_cast<std::size_t>(std::int64_t{wordsPerRow_} * size.y * size.z), 0);
+    for (int k = planes.begin; k < planes.end; ++k)
+      for (int j = 0; j < size_.y; ++j)
+        field.signsOfRow(j, k, words_.data() + index(0, j, k));
   }
 
   int wordsPerRow() const { return wordsPerRow_; }
   std::size_t index(int w, int j, int k) const
   {
-    return static_cast<std::size_t>(w + std::int64_t{wordsPerRow_} * (j + std::int64_t{size_.y} * k));
-  }
-
-  void fillPlane(const DistanceField& field, int k)
-  {
-    for (int j = 0; j < size_.y; ++j)
-      for (int i = 0; i < size_.x; ++i)
-        words_[index(i / wordBits, j, k)] |= Word{field.distance(i, j, k) < 0} << (i % wordBits);
+    return static_cast<std::size_t>(w + std::int64_t{wordsPerRow_} * (j + std::int64_t{size_.y} * (k - planes_.begin)));
   }
 
   /// The signs of the voxels (i + dx, j, k), dx 0 or 1, for the 64 voxels i of word w. Beyond the row: not negative.
@@ -65,6 +67,7 @@ public:
 
 private:
   GridSize size_;
+  PlaneRange planes_;
   int wordsPerRow_;
   std::vector<Word> words_;
 };
@@ -95,17 +98,18 @@ struct CellWord {
   }
 };
 
-/// Numbers the cut edges of the lattice: one bit per voxel and direction, and the number of the first edge of each
-/// word. An edge's number is found by counting bits, so that no table of one index per edge is needed.
+/// Numbers the cut edges that start in some planes: one bit per voxel and direction, and the number of the first edge
+/// of each word. An edge's number is found by counting bits, so that no table of one index per edge is needed.
 class CutEdges {
 public:
-  CutEdges(const SignBits& signs, const CellTable& table, GridSize size)
+  /// \pre signs cover one plane more than these, if the lattice has it
+  CutEdges(const SignBits& signs, const CellTable& table, GridSize size, PlaneRange planes)
       : signs_(signs), directions_(table.directions), size_(size), slots_(table.directions.size())
   {
     slotOf_.fill(0);
     for (std::size_t slot = 0; slot < slots_; ++slot)
       slotOf_[directions_[slot]] = slot;
-    const std::size_t words = signs.index(0, 0, size.z) * slots_;
+    const std::size_t words = signs.index(0, 0, planes.end) * slots_;
     cut_.assign(words, 0);
     first_.assign(words, 0);
   }
@@ -179,29 +183,43 @@ std::int64_t accumulate(std::vector<std::int64_t>& counts, const char* what)
 class Polygonizer {
 public:
   Polygonizer(const DistanceField& field, const CellTable& table, Execution& execution)
-      : field_(field), table_(table), execution_(execution), size_(field.lattice().size), signs_(size_),
-        edges_(signs_, table, size_), margin_(crossingMargin(field.lattice()))
+      : field_(field), table_(table), execution_(execution), size_(field.lattice().size),
+        margin_(crossingMargin(field.lattice()))
   {}
 
   TriangleMesh run()
   {
-    const int planes = size_.z;
-    forPlanes(planes, [&](int k) { signs_.fillPlane(field_, k); });
-
-    std::vector<std::int64_t> firstVertex(static_cast<std::size_t>(planes)), firstTriangle(firstVertex);
-    forPlanes(planes, [&](int k) { firstVertex[static_cast<std::size_t>(k)] = edges_.markPlane(k); });
-    forPlanes(planes - 1, [&](int k) { firstTriangle[static_cast<std::size_t>(k)] = countTriangles(k); });
-    mesh_.vertices.resize(static_cast<std::size_t>(accumulate(firstVertex, "vertices")));
+    // Signs and edges are found again in each pass: for all planes at once they would take more than the field.
+    firstVertex_.resize(static_cast<std::size_t>(size_.z));
+    std::vector<std::int64_t> firstTriangle(firstVertex_);
+    forPieces([&](PlaneRange planes) {
+      const SignBits signs(field_, {planes.begin, std::min(planes.end + 1, size_.z)});
+      CutEdges edges(signs, table_, size_, planes);
+      for (int k = planes.begin; k < planes.end; ++k) {
+        firstVertex_[static_cast<std::size_t>(k)] = edges.markPlane(k);
+        if (k + 1 < size_.z)
+          firstTriangle[static_cast<std::size_t>(k)] = countTriangles(signs, k);
+      }
+    });
+    mesh_.vertices.resize(static_cast<std::size_t>(accumulate(firstVertex_, "vertices")));
     mesh_.triangles.resize(static_cast<std::size_t>(accumulate(firstTriangle, "triangles")));
 
-    forPlanes(planes, [&](int k) {
-      edges_.numberPlane(k, static_cast<std::int32_t>(firstVertex[static_cast<std::size_t>(k)]),
-                         [&](std::int32_t number, int i, int j, int plane, std::uint8_t direction) {
-                           mesh_.vertices[static_cast<std::size_t>(number)] = crossing(i, j, plane, direction);
-                         });
+    forPieces([&](PlaneRange planes) {
+      const SignBits signs(field_, {planes.begin, std::min(planes.end + 1, size_.z)});
+      CutEdges edges(signs, table_, size_, planes);
+      number(edges, planes, [&](std::int32_t number, int i, int j, int k, std::uint8_t direction) {
+        mesh_.vertices[static_cast<std::size_t>(number)] = crossing(i, j, k, direction);
+      });
     });
-    forPlanes(planes - 1,
-              [&](int k) { writeTriangles(k, mesh_.triangles.data() + firstTriangle[static_cast<std::size_t>(k)]); });
+    forPieces([&](PlaneRange planes) {
+      // The cells above the last plane have edges in the next one.
+      const PlaneRange ofEdges{planes.begin, std::min(planes.end + 1, size_.z)};
+      const SignBits signs(field_, {planes.begin, std::min(planes.end + 2, size_.z)});
+      CutEdges edges(signs, table_, size_, ofEdges);
+      number(edges, ofEdges, [](std::int32_t, int, int, int, std::uint8_t) {});
+      for (int k = planes.begin; k < std::min(planes.end, size_.z - 1); ++k)
+        writeTriangles(signs, edges, k, mesh_.triangles.data() + firstTriangle[static_cast<std::size_t>(k)]);
+    });
     // Around a missing cell, edges may be left without a triangle, and others with triangles on two sides of the gap.
     if (cellsMissing_) {
       mesh_ = select(mesh_, std::vector<std::uint8_t>(mesh_.triangles.size(), 1));
@@ -211,14 +229,24 @@ public:
   }
 
 private:
+  static constexpr int piecePlanes = 16;
+
   template <typename Body>
-  void forPlanes(int count, const Body& body)
+  void forPieces(const Body& body)
   {
-    execution_.forRange(count, 1, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t k = begin; k < end; ++k)
-        body(static_cast<int>(k));
+    execution_.forRange(size_.z, piecePlanes, [&](std::int64_t begin, std::int64_t end) {
+      body(PlaneRange{static_cast<int>(begin), static_cast<int>(end)});
     });
     execution_.poll();
+  }
+
+  template <typename Visit>
+  void number(CutEdges& edges, PlaneRange planes, const Visit& visit) const
+  {
+    for (int k = planes.begin; k < planes.end; ++k) {
+      edges.markPlane(k);
+      edges.numberPlane(k, static_cast<std::int32_t>(firstVertex_[static_cast<std::size_t>(k)]), visit);
+    }
   }
 
   /// How close to the ends of its edge a vertex may be, as a share of the edge.
@@ -250,11 +278,11 @@ private:
 
   /// Calls visit(case, i, j) for the cut cells between the planes k and k + 1.
   template <typename Visit>
-  void forEachCutCell(int k, const Visit& visit)
+  void forEachCutCell(const SignBits& signs, int k, const Visit& visit)
   {
     for (int j = 0; j + 1 < size_.y; ++j)
-      for (int w = 0; w < signs_.wordsPerRow(); ++w) {
-        const CellWord cells(signs_, w, j, k);
+      for (int w = 0; w < signs.wordsPerRow(); ++w) {
+        const CellWord cells(signs, w, j, k);
         for (Word cut = cells.cut; cut != 0; cut &= cut - 1) {
           const int bit = lowestBit(cut), i = w * wordBits + bit;
           if (field_.hasCell(i, j, k))
@@ -265,20 +293,21 @@ private:
       }
   }
 
-  std::int64_t countTriangles(int k)
+  std::int64_t countTriangles(const SignBits& signs, int k)
   {
     std::size_t count = 0;
-    forEachCutCell(k, [&](const CellCase& cell, int, int) { count += 2 * cell.quads.size() + cell.triangles.size(); });
+    forEachCutCell(signs, k,
+                   [&](const CellCase& cell, int, int) { count += 2 * cell.quads.size() + cell.triangles.size(); });
     return static_cast<std::int64_t>(count);
   }
 
-  void writeTriangles(int k, Triangle* out)
+  void writeTriangles(const SignBits& signs, const CutEdges& edges, int k, Triangle* out)
   {
-    forEachCutCell(k, [&](const CellCase& cell, int i, int j) {
+    forEachCutCell(signs, k, [&](const CellCase& cell, int i, int j) {
       const auto vertex = [&](std::uint8_t e) {
         const CellEdge edge = table_.edges[e];
-        return edges_.number(i + (edge.corner & 1), j + (edge.corner >> 1 & 1), k + (edge.corner >> 2 & 1),
-                             edge.direction);
+        return edges.number(i + (edge.corner & 1), j + (edge.corner >> 1 & 1), k + (edge.corner >> 2 & 1),
+                            edge.direction);
       };
       for (const auto& quad : cell.quads) {
         const std::int32_t a = vertex(quad[0]), b = vertex(quad[1]), c = vertex(quad[2]), d = vertex(quad[3]);
@@ -300,9 +329,8 @@ private:
   const CellTable& table_;
   Execution& execution_;
   GridSize size_;
-  SignBits signs_;
-  CutEdges edges_;
   double margin_;
+  std::vector<std::int64_t> firstVertex_; ///< of the edges that start in each plane
   std::atomic<bool> cellsMissing_{false};
   TriangleMesh mesh_;
 };

@@ -15,6 +15,8 @@ namespace pcl {
 namespace mrf {
 namespace {
 
+constexpr double pilotTolerance = .01; ///< of its solution, voxels
+
 constexpr int pilotSide = 20; ///< voxels of the coarse solution along the points' longest side
 
 constexpr float roomPerOpening = 1.2f; ///< around a vertex without data, in its distances to the nearest point
@@ -54,7 +56,9 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighbourSearch& se
   ObservationOptions coarse = observation;
   coarse.smoothing = std::max(resolvedSmoothing(observation, spacing), leastSmoothing * pilot.voxelSize);
   coarse.maxDistance = std::max(resolvedMaxDistance(observation, spacing, pilot.voxelSize), 1.5f * pilot.voxelSize);
-  const DistanceField field = regularise(points, search, spacing, box, coarse, prior, solver, pilot, execution).field;
+  SolverOptions rough = solver;
+  rough.changeTolerance = std::max(rough.changeTolerance, pilotTolerance);
+  const DistanceField field = regularise(points, search, spacing, box, coarse, prior, rough, pilot, execution).field;
   TriangleMesh mesh = polygonize(field, {}, execution);
   setConfidences(mesh, points, search, coarse.maxDistance, coarse.confidenceShape, execution);
 

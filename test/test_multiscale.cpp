@@ -46,7 +46,7 @@ TEST(PlanLevels, AreNestedAndPadded)
 {
   const BoundingBox object = box({-1, -2, .5f}, {3, 1, 9});
   MultiscaleOptions options;
-  const auto levels = planLevels(object, .05f, options);
+  const auto levels = planLevels(object, .05f, 1, options);
   ASSERT_GT(levels.size(), 3u);
   for (std::size_t l = 0; l < levels.size(); ++l) {
     const Lattice& level = levels[l];
@@ -79,7 +79,7 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
   options.maxMemory = std::size_t{64} << 20;
   std::string message;
   try {
-    planLevels(object, .002f, options);
+    planLevels(object, .002f, 1, options);
   } catch (const ResourceLimit& error) {
     message = error.message();
   }
@@ -87,13 +87,13 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
   ASSERT_NE(message.find(phrase), std::string::npos) << message;
   const float fitting = std::stof(message.substr(message.find(phrase) + phrase.size()));
   EXPECT_GT(fitting, .002f);
-  EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, options));
+  EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, 1, options));
 }
 
 TEST(PlanLevels, ChecksItsOptions)
 {
   const auto refuses = [](const MultiscaleOptions& options) {
-    EXPECT_THROW(planLevels(box({0, 0, 0}, {1, 1, 1}), .1f, options), InvalidOption);
+    EXPECT_THROW(planLevels(box({0, 0, 0}, {1, 1, 1}), .1f, 1, options), InvalidOption);
   };
   MultiscaleOptions options;
   options.padding = 1;

@@ -70,6 +70,9 @@ struct LinearSystem {
   GridSize size() const { return prior.size; }
 };
 
+/// w = a/(1 − a), a = αβ clamped to 1 − 10⁻⁶: an infinite weight would leave a voxel without any prior.
+double dataWeight(double confidence, double beta);
+
 /// The voxel-wise system of the paper. a_i = α_i β.
 /// Energy::joint: (L^k + c_k W) d = c_k W d°, w_i = a_i / (1 − a_i) with a_i clamped to 1 − 10⁻⁶.
 /// Energy::weighted: (P_v + c_k A) d = c_k A d° with v_i = 1 − a_i; for constant a the same as joint.

@@ -7,15 +7,19 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace pcl {
 namespace mrf {
 
+struct BandedDistances;
+
 /// Signed distance (cloud's unit, negative inside) per voxel, and where voxels were observed their local confidence α.
 ///
-/// The stages behind the solver read the field through the members below and never through its storage, so that the
-/// storage may become sparse (bricks in a narrow band) without touching them. `hasCell` tells which cells exist.
+/// Dense, or stored in a band around the zero level only. Elsewhere a field in a band is what a coarser level says:
+/// right in sign, and smooth. The stages behind the solver read it through the members below and never through its
+/// storage; `hasCell` tells which cells are stored.
 class DistanceField {
 public:
   DistanceField() = default;
@@ -23,28 +27,33 @@ public:
   /// A dense field. \pre the arrays have lattice.size.count() values; no confidences: none are known
   DistanceField(const Lattice& lattice, std::vector<float> distances, std::vector<float> confidences);
 
+  /// A field in a band.
+  DistanceField(const Lattice& lattice, std::shared_ptr<const BandedDistances> distances);
+
   const Lattice& lattice() const { return lattice_; }
-  bool empty() const { return distances_.empty(); }
+  bool empty() const { return distances_.empty() && !banded_; }
 
   /// Signed distance at a voxel. \pre the voxel is inside the lattice
   float distance(int i, int j, int k) const
   {
-    return distances_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
+    return banded_ ? bandedDistance(i, j, k) : distances_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
   }
 
-  bool hasConfidences() const { return !confidences_.empty(); }
+  bool hasConfidences() const;
 
   /// Local confidence α at a voxel, 0..1. \pre hasConfidences()
-  float confidence(int i, int j, int k) const
-  {
-    return confidences_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
-  }
+  float confidence(int i, int j, int k) const;
 
   /// True if the 8 voxels of the cell (i, j, k)..(i+1, j+1, k+1) are all stored.
   bool hasCell(int i, int j, int k) const
   {
-    return i >= 0 && j >= 0 && k >= 0 && i + 1 < lattice_.size.x && j + 1 < lattice_.size.y && k + 1 < lattice_.size.z;
+    return i >= 0 && j >= 0 && k >= 0 && i + 1 < lattice_.size.x && j + 1 < lattice_.size.y &&
+           k + 1 < lattice_.size.z && (!banded_ || bandHasCell(i, j, k));
   }
+
+  /// Sets bit i % 64 of word i / 64 for each negative voxel of the row (j, k), ⌈size.x / 64⌉ words. Voxels that are
+  /// not stored take the sign of the stored one before them.
+  void signsOfRow(int j, int k, std::uint64_t* words) const;
 
   /// Trilinear interpolation of the distance at a position of the recentred frame, clamped to the lattice.
   float sampleDistance(const Eigen::Vector3f& position) const;
@@ -53,12 +62,16 @@ public:
   Eigen::Vector3f sampleGradient(const Eigen::Vector3f& position) const;
 
   /// Bytes held.
-  std::size_t bytes() const { return (distances_.capacity() + confidences_.capacity()) * sizeof(float); }
+  std::size_t bytes() const;
 
 private:
+  float bandedDistance(int i, int j, int k) const;
+  bool bandHasCell(int i, int j, int k) const;
+
   Lattice lattice_;
   std::vector<float> distances_;
   std::vector<float> confidences_;
+  std::shared_ptr<const BandedDistances> banded_; ///< of a field in a band; shared by its copies
 };
 
 } // namespace mrf

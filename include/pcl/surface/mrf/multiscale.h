@@ -36,6 +36,9 @@ struct MultiscaleOptions {
                              ///< box with room beside openings, see volume.h
   int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
   std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free
+  /// Levels of more voxels than this are solved in a band around the zero level that the coarser one predicts, the
+  /// others everywhere; ≥ 0. Multigrid and the joint energy only; the rest always solves everywhere.
+  std::int64_t denseVoxels = std::int64_t{1} << 18;
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -53,6 +56,7 @@ struct LevelReport {
   double voxelSize = 0;      ///< cloud's unit
   float maxDistance = 0;     ///< dEmax of this level
   std::int64_t observed = 0; ///< voxels with α > 0
+  std::int64_t unknowns = 0; ///< voxels that were solved for: all of them, or those of a band
   double observationSeconds = 0;
   double solverSeconds = 0;
   SolveReport solve;
@@ -64,9 +68,9 @@ struct MultiscaleResult {
 };
 
 /// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
-/// \param box that they cover, with the padding around it
+/// \param box that they cover, with the padding around it \param area of the surface: what levels in bands cost
 /// \throw ResourceLimit if the levels would take more than the limit; names the voxel size that would fit
-std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const MultiscaleOptions& options);
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options);
 
 /// Regularises the observed distances, coarse to fine.
 ///

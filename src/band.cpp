@@ -1,0 +1,438 @@
+#include "band.h"
+
+#include "mesh_topology.h"
+#include "multiversioning.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Runs are lengthened to multiples of this many voxels, which one vector holds.
+constexpr int runUnit = 8;
+
+/// Planes per piece of parallel work.
+constexpr int grainPlanes = 8;
+
+/// Calls body(begin, end) for the maximal ranges of set bits.
+template <typename Body>
+void forEachRange(const std::uint64_t* words, int count, const Body& body)
+{
+  const int bits = count * MaskPlane::wordBits;
+  const auto next = [&](int from, std::uint64_t flip) {
+    int word = from / MaskPlane::wordBits;
+    if (word >= count)
+      return bits;
+    std::uint64_t value = (words[word] ^ flip) & (~std::uint64_t{0} << (from % MaskPlane::wordBits));
+    while (value == 0 && ++word < count)
+      value = words[word] ^ flip;
+    return word < count ? word * MaskPlane::wordBits + __builtin_ctzll(value) : bits;
+  };
+  for (int begin = next(0, 0); begin < bits;) {
+    const int end = next(begin, ~std::uint64_t{0});
+    body(begin, end);
+    begin = next(end, 0);
+  }
+}
+
+} // namespace
+
+void MaskPlane::setRange(int begin, int end, int y)
+{
+  begin = std::max(begin, 0);
+  end = std::min(end, size_.x);
+  std::uint64_t* const words = row(y);
+  for (int word = begin / wordBits; begin < end; ++word) {
+    const int stop = std::min(end, (word + 1) * wordBits);
+    const int length = stop - begin;
+    words[word] |= (~std::uint64_t{0} >> (wordBits - length)) << (begin % wordBits);
+    begin = stop;
+  }
+}
+
+void MaskPlane::clear()
+{
+  std::fill(bits_.begin(), bits_.end(), std::uint64_t{0});
+}
+
+void MaskPlane::unite(const MaskPlane& other)
+{
+  for (std::size_t w = 0; w < bits_.size(); ++w)
+    bits_[w] |= other.bits_[w];
+}
+
+void MaskPlane::intersect(const MaskPlane& other)
+{
+  for (std::size_t w = 0; w < bits_.size(); ++w)
+    bits_[w] &= other.bits_[w];
+}
+
+void MaskPlane::subtract(const MaskPlane& other)
+{
+  for (std::size_t w = 0; w < bits_.size(); ++w)
+    bits_[w] &= ~other.bits_[w];
+}
+
+void MaskPlane::growAlongX(int steps)
+{
+  const int rest = size_.x % wordBits;
+  const std::uint64_t lastWord = rest == 0 ? ~std::uint64_t{0} : ~std::uint64_t{0} >> (wordBits - rest);
+  for (int y = 0; y < size_.y; ++y) {
+    std::uint64_t* const words = row(y);
+    for (int step = 0; step < steps; ++step) {
+      std::uint64_t before = 0;
+      for (int w = 0; w < words_; ++w) {
+        const std::uint64_t own = words[w], after = w + 1 < words_ ? words[w + 1] : 0;
+        words[w] = own | own << 1 | own >> 1 | before >> (wordBits - 1) | after << (wordBits - 1);
+        before = own;
+      }
+      words[words_ - 1] &= lastWord;
+    }
+  }
+}
+
+void MaskPlane::growAlongY(int steps)
+{
+  for (int step = 0; step < steps; ++step) {
+    std::vector<std::uint64_t> before(static_cast<std::size_t>(words_), 0), own(before);
+    for (int y = 0; y < size_.y; ++y) {
+      std::uint64_t* const words = row(y);
+      std::copy_n(words, words_, own.begin());
+      for (int w = 0; w < words_; ++w)
+        words[w] |= before[static_cast<std::size_t>(w)] | (y + 1 < size_.y ? row(y + 1)[w] : 0);
+      before.swap(own);
+    }
+  }
+}
+
+void MaskPlane::growCrosswise()
+{
+  MaskPlane alongY = *this;
+  alongY.growAlongY(1);
+  growAlongX(1);
+  unite(alongY);
+}
+
+void MaskPlane::shrinkCrosswise()
+{
+  const MaskPlane before = *this;
+  for (int y = 0; y < size_.y; ++y) {
+    std::uint64_t* const words = row(y);
+    const std::uint64_t* own = before.row(y);
+    for (int w = 0; w < words_; ++w) {
+      const std::uint64_t left = own[w] << 1 | (w > 0 ? own[w - 1] >> (wordBits - 1) : 0);
+      const std::uint64_t right = own[w] >> 1 | (w + 1 < words_ ? own[w + 1] << (wordBits - 1) : 0);
+      words[w] &= left & right & (y > 0 ? before.row(y - 1)[w] : 0) & (y + 1 < size_.y ? before.row(y + 1)[w] : 0);
+    }
+  }
+}
+
+Band::Band(GridSize size, const Fill& fill, int roundUpTo, Execution& execution)
+{
+  *this = inPieces(
+      size, [&] { return fill; }, roundUpTo, execution);
+}
+
+Band Band::inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution)
+{
+  Band band;
+  band.build(size, makeFill, roundUpTo, execution);
+  return band;
+}
+
+void Band::build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution)
+{
+  size_ = size;
+  const auto rows = static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
+  if (rows > 0xffffffffu)
+    throw std::length_error("Band: too many rows");
+  std::vector<std::vector<Run>> planes(static_cast<std::size_t>(size.z));
+  std::vector<std::uint32_t> runsInRow(rows, 0);
+  planeFirst_.assign(static_cast<std::size_t>(size.z) + 1, 0);
+  execution.forRange(size.z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
+    MaskPlane mask(size);
+    const Fill fill = makeFill();
+    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+      mask.clear();
+      fill(z, mask);
+      std::vector<Run>& runs = planes[static_cast<std::size_t>(z)];
+      std::int64_t values = 0;
+      for (int y = 0; y < size.y; ++y) {
+        const std::size_t before = runs.size();
+        int done = 0; // voxels of this row that are in a run already: up to here
+        forEachRange(mask.row(y), mask.words(), [&](int from, int to) {
+          if (to <= done)
+            return;
+          const bool joins = runs.size() > before && from <= done;
+          from = joins ? done : from;
+          if (roundUpTo > 0) {
+            const int first = joins ? runs.back().count + from - done : 0; // of a run that goes on
+            const int rest = (first + to - from) % runUnit;
+            if (rest != 0)
+              to = std::max(to, std::min(to + runUnit - rest, roundUpTo));
+          }
+          if (joins)
+            runs.back().count += to - from;
+          else
+            runs.push_back({windowIndex(from, y), to - from, static_cast<std::uint32_t>(values)});
+          values += to - from;
+          done = to;
+        });
+        runsInRow[static_cast<std::size_t>(y) + static_cast<std::size_t>(size.y) * static_cast<std::size_t>(z)] =
+            static_cast<std::uint32_t>(runs.size() - before);
+      }
+      planeFirst_[static_cast<std::size_t>(z) + 1] = values;
+    }
+  });
+
+  std::size_t total = 0;
+  for (std::size_t z = 0; z < planes.size(); ++z) {
+    total += planes[z].size();
+    largestPlane_ = std::max(largestPlane_, planeFirst_[z + 1]);
+    planeFirst_[z + 1] += planeFirst_[z];
+  }
+  runs_.reserve(total);
+  for (std::vector<Run>& plane : planes) {
+    runs_.insert(runs_.end(), plane.begin(), plane.end());
+    plane = std::vector<Run>();
+  }
+  rowBegin_.assign(rows + 1, 0);
+  for (std::size_t r = 0; r < rows; ++r)
+    rowBegin_[r + 1] = rowBegin_[r] + runsInRow[r];
+}
+
+void Band::rasterise(int z, MaskPlane& mask) const
+{
+  if (z < 0 || z >= size_.z)
+    return;
+  for (int y = 0; y < size_.y; ++y)
+    for (const Run& run : row(y, z)) {
+      const int x = xOf(run, y);
+      mask.setRange(x, x + run.count, y);
+    }
+}
+
+std::size_t Band::bytes() const
+{
+  return runs_.capacity() * sizeof(Run) + rowBegin_.capacity() * sizeof(std::uint32_t) +
+         planeFirst_.capacity() * sizeof(std::int64_t);
+}
+
+Band dilated(const Band& band, int steps, int stepsX, Execution& execution)
+{
+  return Band(
+      band.size(),
+      [&](int z, MaskPlane& mask) {
+        for (int other = z - steps; other <= z + steps; ++other)
+          band.rasterise(other, mask);
+        mask.growAlongY(steps);
+        mask.growAlongX(stepsX);
+      },
+      0, execution);
+}
+
+Band eroded(const Band& band, int steps, Execution& execution)
+{
+  Band result = band;
+  for (int step = 0; step < steps; ++step) {
+    const Band before = std::move(result);
+    result = Band(
+        band.size(),
+        [&](int z, MaskPlane& mask) {
+          before.rasterise(z, mask);
+          mask.shrinkCrosswise();
+          for (const int other : {z - 1, z + 1}) {
+            MaskPlane plane(band.size());
+            before.rasterise(other, plane);
+            mask.intersect(plane);
+          }
+        },
+        0, execution);
+  }
+  return result;
+}
+
+std::vector<std::uint8_t> degrees(const Band& band, Execution& execution)
+{
+  const GridSize size = band.size();
+  std::vector<std::uint8_t> result(static_cast<std::size_t>(band.count()), 0);
+  execution.forRange(size.z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
+    MaskPlane below(size), own(size), above(size);
+    band.rasterise(static_cast<int>(begin) - 1, own);
+    band.rasterise(static_cast<int>(begin), above);
+    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+      std::swap(below, own);
+      std::swap(own, above);
+      above.clear();
+      band.rasterise(z + 1, above);
+      for (int y = 0; y < size.y; ++y)
+        for (const Run& run : band.row(y, z)) {
+          const int x = band.xOf(run, y);
+          std::uint8_t* const out = result.data() + band.planeFirst(z) + run.first;
+          for (int i = 0; i < run.count; ++i) {
+            const auto has = [&](const MaskPlane& plane, int a, int b) {
+              return a >= 0 && b >= 0 && a < size.x && b < size.y && plane.has(a, b);
+            };
+            out[i] =
+                static_cast<std::uint8_t>(has(own, x + i - 1, y) + has(own, x + i + 1, y) + has(own, x + i, y - 1) +
+                                          has(own, x + i, y + 1) + has(below, x + i, y) + has(above, x + i, y));
+          }
+        }
+    }
+  });
+  return result;
+}
+
+Band connectedTo(const Band& band, const Band& other, int roundUpTo, Execution& execution)
+{
+  const GridSize size = band.size();
+  const auto indexOf = [&](const Run* run) { return static_cast<std::int32_t>(run - band.row(0, 0).begins); };
+  const auto runs = static_cast<std::size_t>(indexOf(band.row(size.y - 1, size.z - 1).ends));
+  DisjointSets parts(runs);
+  std::vector<std::uint8_t> isReached(runs, 0);
+  const auto forOverlaps = [&](const Runs& a, const Runs& b, const auto& body) {
+    const Run* first = b.begins;
+    for (const Run& run : a) {
+      // Rows differ by a multiple of the stride in their window indices: compare positions along x.
+      const int begin = run.at - a.origin, end = begin + run.count;
+      while (first != b.ends && first->at - b.origin + first->count <= begin)
+        ++first;
+      for (const Run* match = first; match != b.ends && match->at - b.origin < end; ++match)
+        body(&run, match);
+    }
+  };
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y) {
+      const auto unite = [&](const Run* a, const Run* b) { parts.unite(indexOf(a), indexOf(b)); };
+      if (y > 0)
+        forOverlaps(band.row(y, z), band.row(y - 1, z), unite);
+      if (z > 0)
+        forOverlaps(band.row(y, z), band.row(y, z - 1), unite);
+    }
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      forOverlaps(band.row(y, z), other.row(y, z), [&](const Run* own, const Run*) {
+        isReached[static_cast<std::size_t>(parts.find(indexOf(own)))] = 1;
+      });
+  std::vector<std::uint8_t> isKept(runs);
+  for (std::size_t run = 0; run < runs; ++run)
+    isKept[run] = isReached[static_cast<std::size_t>(parts.find(static_cast<std::int32_t>(run)))];
+  return Band(
+      size,
+      [&](int z, MaskPlane& mask) {
+        for (int y = 0; y < size.y; ++y)
+          for (const Run& run : band.row(y, z))
+            if (isKept[static_cast<std::size_t>(indexOf(&run))])
+              mask.setRange(band.xOf(run, y), band.xOf(run, y) + run.count, y);
+      },
+      roundUpTo, execution);
+}
+
+namespace kernels {
+namespace {
+
+/// Calls body(window index, packed index) for all voxels of the runs, in pieces that one vector holds.
+template <typename Body>
+MRF_ALWAYS_INLINE void forEachVoxel(Runs runs, const Body& body)
+{
+  for (const Run* run = runs.begins; run != runs.ends; ++run) {
+    const std::int64_t at = run->at, first = run->first, count = run->count;
+    std::int64_t i = 0;
+    for (; i + runUnit <= count; i += runUnit)
+      for (int lane = 0; lane < runUnit; ++lane)
+        body(at + i + lane, first + i + lane);
+    for (; i < count; ++i)
+      body(at + i, first + i);
+  }
+}
+
+MRF_ALWAYS_INLINE float sumOfNeighbours(std::int64_t i, std::int64_t stride, const float* below, const float* centre,
+                                        const float* above)
+{
+  return (centre[i - 1] + centre[i + 1]) + (centre[i - stride] + centre[i + stride]) + (below[i] + above[i]);
+}
+
+} // namespace
+
+MRF_MULTIVERSION void clear(Runs runs, float* window)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t) { window[i] = 0; });
+}
+
+MRF_MULTIVERSION void load(Runs runs, const float* packed, float* __restrict window)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] = packed[v]; });
+}
+
+MRF_MULTIVERSION void store(Runs runs, const float* window, float* __restrict packed)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { packed[v] = window[i]; });
+}
+
+MRF_MULTIVERSION void addToWindow(Runs runs, float a, const float* packed, float* __restrict window)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] += a * packed[v]; });
+}
+
+MRF_MULTIVERSION void bandLaplacian(Runs runs, const std::uint8_t* degrees, int stride, const float* below,
+                                    const float* centre, const float* above, float* __restrict out)
+{
+  if (degrees)
+    forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
+      out[i] = static_cast<float>(degrees[v]) * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+    });
+  else
+    forEachVoxel(runs, [=](std::int64_t i, std::int64_t) {
+      out[i] = 6 * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+    });
+}
+
+MRF_MULTIVERSION void addBandLaplacian(Runs runs, const std::uint8_t* degrees, int stride, const float* below,
+                                       const float* centre, const float* above, float* __restrict out)
+{
+  if (degrees)
+    forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
+      out[i] += static_cast<float>(degrees[v]) * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+    });
+  else
+    forEachVoxel(runs, [=](std::int64_t i, std::int64_t) {
+      out[i] += 6 * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+    });
+}
+
+MRF_MULTIVERSION void addWindow(Runs runs, float a, const float* x, float* __restrict out)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t) { out[i] += a * x[i]; });
+}
+
+MRF_MULTIVERSION void startBand(Runs runs, float g, const float* b, const float* inverseD, float* __restrict z,
+                                float* __restrict x)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { x[i] = z[v] = g * inverseD[v] * b[v]; });
+}
+
+MRF_MULTIVERSION void smoothBand(Runs runs, float f, float g, const float* product, const float* b,
+                                 const float* inverseD, float* __restrict z, float* __restrict x)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
+    const float step = f * z[v] + g * inverseD[v] * (b[v] - product[i]);
+    z[v] = step;
+    x[i] += step;
+  });
+}
+
+MRF_MULTIVERSION void residual(Runs runs, const float* product, const float* b, float* r)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { r[v] = b[v] - product[i]; });
+}
+
+MRF_MULTIVERSION void addWeighted(Runs runs, const float* w, const float* x, float* __restrict product)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { product[i] += w[v] * x[i]; });
+}
+
+} // namespace kernels
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,49 @@
+/// \file
+/// \brief The observation models on a band: points by layers of cells, or weights of voxels.
+#pragma once
+
+#include "band.h"
+#include "band_transfer.h"
+
+#include <pcl/surface/mrf/data_term.h>
+#include <pcl/surface/mrf/point_observation.h>
+
+#include <memory>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// C and b of a system on a band, assembled on the fly from layers: layer z couples the planes z and z + 1.
+class BandData {
+public:
+  virtual ~BandData() = default;
+
+  /// Adds C x of layer z to the windows of the planes z and z + 1. Called concurrently.
+  virtual void addProduct(int z, const float* x, const float* xAbove, float* y, float* yAbove) const = 0;
+
+  /// Adds bounds on the sums of |C_ij| over each row.
+  virtual void addRowSums(int z, float* y, float* yAbove) const = 0;
+
+  /// Adds b.
+  virtual void addRightHandSide(int z, float* y, float* yAbove) const = 0;
+
+  /// True if C has no entry off its diagonal.
+  virtual bool isDiagonal() const = 0;
+
+  virtual std::size_t bytes() const = 0;
+};
+
+/// The points as samples of the field. \param grid of the band \pre the samples lie in its lattice, ordered by cells
+/// \param withNormals their right-hand side is needed, in the unit of the field
+std::unique_ptr<BandData> makePointBandData(const std::vector<PointSample>& samples, const Band& band,
+                                            const PointWeights& weights, double unit, bool withNormals);
+
+/// The voxels whose cells hold a sample.
+Band observedBand(const std::vector<PointSample>& samples, const GridSize& grid, Execution& execution);
+
+/// Weights and targets of observed voxels. \param weights, targets packed on the band; no targets: 0
+std::unique_ptr<BandData> makeVoxelBandData(const Band& band, std::vector<float> weights, std::vector<float> targets);
+
+} // namespace mrf
+} // namespace pcl

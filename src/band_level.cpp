@@ -1,0 +1,489 @@
+#include "band_level.h"
+
+#include "band_solver.h"
+#include "band_transfer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Steps of a box and of crosses by which the voxels at the zero level grow into a band: 1 + crosses voxels.
+constexpr int crossesNearData = 1, crossesFarFromData = 5, crossesOfDense = 4;
+
+/// What is this close to an observed voxel of the coarser level is near data.
+constexpr int nearData = 2;
+
+/// Voxels around the unknowns of a level that the interpolation to the next one reaches: half of what that one's
+/// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
+constexpr int interpolationReach = 4, interpolationReachX = 11;
+
+/// Grids of the preconditioner beneath a level's own; bands of few voxels' width need no more.
+constexpr std::size_t coarseGrids = 3;
+
+/// How often a band may grow because the solution left the prediction.
+constexpr int mostRounds = 3;
+
+/// The share that coarser grids keep of the data's weights, as on dense grids.
+double coarseShare(Prior prior)
+{
+  return prior == Prior::triharmonic ? .25 : 1;
+}
+
+/// Signs of one plane of a field on a band.
+struct SignPlane {
+  MaskPlane known, negative;
+
+  explicit SignPlane(GridSize size) : known(size), negative(size) {}
+
+  void fill(const Band& band, const float* values, int z)
+  {
+    known.clear();
+    negative.clear();
+    if (z < 0 || z >= band.size().z)
+      return;
+    band.rasterise(z, known);
+    for (int y = 0; y < band.size().y; ++y)
+      for (const Run& run : band.row(y, z)) {
+        const float* value = values + band.planeFirst(z) + run.first;
+        const int x = band.xOf(run, y);
+        for (int i = 0; i < run.count; ++i)
+          if (value[i] < 0)
+            negative.set(x + i, y);
+      }
+  }
+};
+
+/// Marks the voxels of three planes in turn whose neighbours have another sign.
+class CrossingFinder {
+public:
+  CrossingFinder(const Band& band, const float* values)
+      : band_(&band), values_(values), planes_(3, SignPlane(band.size()))
+  {}
+
+  void operator()(int z, MaskPlane& mask)
+  {
+    if (z != next_) {
+      planes_[1].fill(*band_, values_, z - 1);
+      planes_[2].fill(*band_, values_, z);
+    }
+    std::rotate(planes_.begin(), planes_.begin() + 1, planes_.end());
+    planes_[2].fill(*band_, values_, z + 1);
+    next_ = z + 1;
+    const SignPlane &below = planes_[0], &own = planes_[1], &above = planes_[2];
+    const int words = mask.words(), rows = band_->size().y;
+    for (int y = 0; y < rows; ++y) {
+      std::uint64_t* const out = mask.row(y);
+      const std::uint64_t *known = own.known.row(y), *negative = own.negative.row(y);
+      const auto mark = [&](const SignPlane& other, int row) {
+        for (int w = 0; w < words; ++w)
+          out[w] |= (negative[w] ^ other.negative.row(row)[w]) & known[w] & other.known.row(row)[w];
+      };
+      mark(below, y);
+      mark(above, y);
+      if (y > 0)
+        mark(own, y - 1);
+      if (y + 1 < rows)
+        mark(own, y + 1);
+      for (int w = 0; w < words; ++w) {
+        const auto following = [&](const std::uint64_t* row) {
+          return row[w] >> 1 | (w + 1 < words ? row[w + 1] << (MaskPlane::wordBits - 1) : 0);
+        };
+        const std::uint64_t cut = (negative[w] ^ following(negative)) & known[w] & following(known);
+        out[w] |= cut | cut << 1;
+        if (w + 1 < words)
+          out[w + 1] |= cut >> (MaskPlane::wordBits - 1);
+      }
+    }
+  }
+
+private:
+  const Band* band_;
+  const float* values_;
+  std::vector<SignPlane> planes_;
+  int next_ = std::numeric_limits<int>::min();
+};
+
+/// Both ends of all edges of the lattice whose ends have different signs.
+Band crossings(const Band& band, const std::vector<float>& values, Execution& execution)
+{
+  return Band::inPieces(
+      band.size(), [&]() -> Band::Fill { return CrossingFinder(band, values.data()); }, 0, execution);
+}
+
+/// The voxels within a box of one and `crosses` crosses around those of a band; adds to the mask.
+void addGrown(const Band& band, int crosses, int z, MaskPlane& mask)
+{
+  const auto boxed = [&](std::initializer_list<int> planes) {
+    MaskPlane result(band.size());
+    for (const int plane : planes)
+      band.rasterise(plane, result);
+    result.growAlongX(1);
+    result.growAlongY(1);
+    return result;
+  };
+  MaskPlane nearest = boxed({z - 1, z, z + 1});
+  for (int n = 0; n < crosses; ++n)
+    nearest.growCrosswise();
+  mask.unite(nearest);
+  for (int away = 1; away <= crosses; ++away) {
+    if (band.planeCount(z - 1 - away) == 0 && band.planeCount(z + 1 + away) == 0)
+      continue;
+    MaskPlane farther = boxed({z - 1 - away, z + 1 + away});
+    for (int n = 0; n < crosses - away; ++n)
+      farther.growCrosswise();
+    mask.unite(farther);
+  }
+}
+
+/// Sets the children of a coarse plane's voxels.
+void rasteriseChildren(const Band& coarse, const Refinement& refinement, int z, MaskPlane& mask)
+{
+  const int plane = refinement.parent(z, 2);
+  if (plane < 0 || plane >= coarse.size().z)
+    return;
+  for (int y = 0; y < coarse.size().y; ++y)
+    for (const Run& run : coarse.row(y, plane)) {
+      const int x = coarse.xOf(run, y), first = refinement.firstChild(y, 1);
+      for (int child = first; child < first + 2; ++child)
+        if (child >= 0 && child < mask.rows())
+          mask.setRange(refinement.firstChild(x, 0), refinement.firstChild(x + run.count, 0), child);
+    }
+}
+
+/// Voxels this close to the border of the bands' grid are never unknowns: their stencils would leave it.
+constexpr int rim = 3;
+
+void clearRim(const GridSize& size, int z, MaskPlane& mask)
+{
+  MaskPlane inside(size);
+  if (z >= rim && z < size.z - rim)
+    for (int y = rim; y < size.y - rim; ++y)
+      inside.setRange(rim, size.x - rim, y);
+  mask.intersect(inside);
+}
+
+std::vector<float> interpolated(const BandField& coarse, const Refinement& refinement, const Band& fine,
+                                Execution& execution)
+{
+  const CubicInterpolation cubic(coarse.support, coarse.values.data(), refinement);
+  std::vector<float> values(static_cast<std::size_t>(fine.count()));
+  execution.forRange(fine.size().z, 16, [&](std::int64_t begin, std::int64_t end) {
+    TransferScratch scratch;
+    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+      cubic.evaluatePlane(fine, z, values.data() + fine.planeFirst(z), scratch);
+  });
+  return values;
+}
+
+/// Two bands on one grid, combined plane by plane.
+Band combined(const Band& a, const Band& b, void (MaskPlane::*combine)(const MaskPlane&), Execution& execution)
+{
+  return Band(
+      a.size(),
+      [&](int z, MaskPlane& mask) {
+        MaskPlane other(b.size());
+        a.rasterise(z, mask);
+        b.rasterise(z, other);
+        (mask.*combine)(other);
+      },
+      0, execution);
+}
+
+/// The band of a level, from its zero level as far as it is known.
+Band bandAround(const Band& zeroLevel, const Band& observed, const Band& nearObserved, const Refinement& refinement,
+                const Band& coarseUnknowns, Execution& execution)
+{
+  const GridSize size = zeroLevel.size();
+  const Band farZeroLevel(
+      size,
+      [&](int z, MaskPlane& mask) {
+        MaskPlane near(size);
+        rasteriseChildren(nearObserved, refinement, z, near);
+        zeroLevel.rasterise(z, mask);
+        mask.subtract(near);
+      },
+      0, execution);
+  const Band band(
+      size,
+      [&](int z, MaskPlane& mask) {
+        addGrown(zeroLevel, crossesNearData, z, mask);
+        addGrown(farZeroLevel, crossesFarFromData, z, mask);
+        observed.rasterise(z, mask);
+        // Only there the interpolated values are known all around.
+        MaskPlane predicted(size);
+        rasteriseChildren(coarseUnknowns, refinement, z, predicted);
+        mask.intersect(predicted);
+        clearRim(size, z, mask);
+      },
+      size.x - rim, execution);
+  // What no observation holds would float.
+  return connectedTo(band, observed, size.x - rim, execution);
+}
+
+/// True if an unknown at the zero level and close to an observed voxel has a neighbour that is no unknown: the coarser
+/// level has missed a sheet. (Far from data sheets end at rims as they please.)
+bool missesSheet(const Band& unknowns, const Band& zeroLevel)
+{
+  const GridSize size = unknowns.size();
+  for (int z = rim; z < size.z - rim; ++z)
+    for (int y = rim; y < size.y - rim; ++y)
+      for (const Run& run : zeroLevel.row(y, z)) {
+        const int begin = std::max(zeroLevel.xOf(run, y), rim),
+                  end = std::min(zeroLevel.xOf(run, y) + run.count, size.x - rim);
+        for (int x = begin; x < end; ++x)
+          if (unknowns.contains(x, y, z) &&
+              !(unknowns.contains(x - 1, y, z) && unknowns.contains(x + 1, y, z) && unknowns.contains(x, y - 1, z) &&
+                unknowns.contains(x, y + 1, z) && unknowns.contains(x, y, z - 1) && unknowns.contains(x, y, z + 1)))
+            return true;
+      }
+  return false;
+}
+
+/// Weights and targets of a level's observed voxels, packed on its band.
+std::unique_ptr<BandData> voxelData(const Observation& observation, float beta, Prior prior, const Band& band,
+                                    std::vector<float>& weights)
+{
+  const GridSize size = observation.lattice.size;
+  weights.assign(static_cast<std::size_t>(band.count()), 0);
+  std::vector<float> targets(weights.size(), 0);
+  for (std::size_t n = 0; n < observation.voxels.size(); ++n) {
+    const std::int64_t voxel = observation.voxels[n];
+    const auto x = static_cast<int>(voxel % size.x), y = static_cast<int>(voxel / size.x % size.y),
+               z = static_cast<int>(voxel / size.planeCount());
+    const std::int64_t at = band.find(x + bandMargin, y + bandMargin, z + bandMargin);
+    if (at < 0)
+      continue;
+    weights[static_cast<std::size_t>(at)] =
+        static_cast<float>(dataWeight(observation.confidences[n], beta) * centreCoefficient(prior));
+    targets[static_cast<std::size_t>(at)] = observation.distances[n];
+  }
+  return makeVoxelBandData(band, weights, std::move(targets));
+}
+
+/// scale × the mean of the children's weights.
+std::vector<float> coarsenedWeights(const Band& fine, const std::vector<float>& weights, const Refinement& refinement,
+                                    float scale, const Band& coarse)
+{
+  std::vector<float> result(static_cast<std::size_t>(coarse.count()), 0);
+  for (int z = 0; z < fine.size().z; ++z)
+    for (int y = 0; y < fine.size().y; ++y)
+      for (const Run& run : fine.row(y, z))
+        for (int i = 0; i < run.count; ++i) {
+          const float weight = weights[static_cast<std::size_t>(fine.planeFirst(z) + run.first + i)];
+          if (weight > 0)
+            result[static_cast<std::size_t>(coarse.find(refinement.parent(fine.xOf(run, y) + i, 0),
+                                                        refinement.parent(y, 1), refinement.parent(z, 2)))] +=
+                scale / 8 * weight;
+        }
+  return result;
+}
+
+/// The level's own grid and those of its preconditioner.
+std::vector<BandGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_t level, Band unknowns,
+                                const BandObservation& observation, Prior prior, Execution& execution)
+{
+  const std::size_t depth = std::min(coarseGrids, level);
+  std::vector<BandGrid> grids(depth + 1); // never resized: the data refer to the bands
+  grids[0].band = std::move(unknowns);
+  const double scale = std::pow(4.0, order(prior));
+  std::vector<float> weights;
+  for (std::size_t n = 0; n <= depth; ++n) {
+    const std::size_t at = level - n;
+    BandGrid& grid = grids[n];
+    if (at > 0)
+      grid.refinement = Refinement(lattices[at - 1], lattices[at]);
+    const GridSize size = bandSize(lattices[at].size);
+    const Refinement* finer = n > 0 ? &grids[n - 1].refinement : nullptr;
+    if (n > 0) {
+      const Band parents = coarsened(grids[n - 1].band, size, *finer, 0, execution);
+      const Band observed = observation.samples ? observedBand((*observation.samples)[at], size, execution) : Band();
+      grid.band = Band(
+          size,
+          [&](int z, MaskPlane& mask) {
+            parents.rasterise(z, mask);
+            if (observation.samples)
+              observed.rasterise(z, mask);
+          },
+          size.x - 1, execution);
+    }
+    if (observation.samples) {
+      const double share = std::pow(coarseShare(prior) * scale / 8, static_cast<double>(n));
+      const PointWeights own{observation.weights.value * share,
+                             observation.weights.gradient * share / std::pow(4.0, static_cast<double>(n))};
+      grid.data = makePointBandData((*observation.samples)[at], grid.band, own, lattices[at].spacing, n == 0);
+    } else if (n == 0) {
+      grid.data = voxelData(observation.voxels, observation.beta, prior, grid.band, weights);
+    } else {
+      weights = coarsenedWeights(grids[n - 1].band, weights, *finer, static_cast<float>(scale), grid.band);
+      grid.data = makeVoxelBandData(grid.band, weights, {});
+    }
+  }
+  return grids;
+}
+
+/// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
+/// closest voxel that has one.
+void extendChange(const Band& unknowns, const Band& support, const std::vector<float>& guess,
+                  std::vector<float>& values, Execution& execution)
+{
+  const GridSize size = support.size();
+  std::vector<float> change(values.size(), 0);
+  std::vector<std::uint8_t> isKnown(values.size(), 0);
+  const auto forPlanes = [&](const auto& body) {
+    execution.forRange(size.z, 4, [&](std::int64_t begin, std::int64_t end) {
+      for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+        for (int y = 0; y < size.y; ++y)
+          for (const Run& run : support.row(y, z))
+            body(y, z, run, static_cast<std::size_t>(support.planeFirst(z) + run.first));
+    });
+  };
+  forPlanes([&](int y, int z, const Run& run, std::size_t first) {
+    const auto count = static_cast<std::size_t>(run.count);
+    for (const Run& inner : unknowns.row(y, z))
+      if (inner.at >= run.at && inner.at < run.at + run.count)
+        for (std::size_t i = static_cast<std::size_t>(inner.at - run.at), n = i + static_cast<std::size_t>(inner.count);
+             i < n; ++i) {
+          change[first + i] = values[first + i] - guess[first + i];
+          isKnown[first + i] = 1;
+        }
+    std::vector<int> distance(count, size.x);
+    for (std::size_t i = 0; i < count; ++i)
+      distance[i] = isKnown[first + i] ? 0 : i > 0 ? distance[i - 1] + 1 : size.x;
+    for (std::size_t i = 1; i < count; ++i)
+      if (distance[i] > 0 && distance[i] < size.x)
+        change[first + i] = change[first + i - 1];
+    for (std::size_t i = count - 1; i-- > 0;)
+      if (distance[i + 1] + 1 < distance[i]) {
+        distance[i] = distance[i + 1] + 1;
+        change[first + i] = change[first + i + 1];
+      }
+    for (std::size_t i = 0; i < count; ++i)
+      isKnown[first + i] = distance[i] < size.x ? 1 : 0;
+  });
+  for (const int axis : {1, 2}) {
+    const std::vector<std::uint8_t> before = isKnown;
+    forPlanes([&](int y, int z, const Run& run, std::size_t first) {
+      const int x = support.xOf(run, y);
+      for (int i = 0; i < run.count; ++i) {
+        const std::size_t at = first + static_cast<std::size_t>(i);
+        for (int step = 1; isKnown[at] == 0 && step <= interpolationReach; ++step)
+          for (const int side : {-step, step}) {
+            const std::int64_t from = support.find(x + i, y + (axis == 1 ? side : 0), z + (axis == 2 ? side : 0));
+            if (from >= 0 && before[static_cast<std::size_t>(from)]) {
+              change[at] = change[static_cast<std::size_t>(from)];
+              isKnown[at] = 1;
+              break;
+            }
+          }
+      }
+    });
+  }
+  for (std::size_t v = 0; v < values.size(); ++v)
+    values[v] = guess[v] + change[v];
+}
+
+} // namespace
+
+Band bandOfVoxels(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
+                  Execution& execution)
+{
+  return Band(
+      grid,
+      [&](int z, MaskPlane& mask) {
+        const int k = z - bandMargin;
+        if (k < 0 || k >= lattice.z)
+          return;
+        const auto begin = std::lower_bound(voxels.begin(), voxels.end(), lattice.planeCount() * k);
+        const auto end = std::lower_bound(begin, voxels.end(), lattice.planeCount() * (k + 1));
+        for (auto voxel = begin; voxel != end; ++voxel) {
+          const auto inPlane = static_cast<int>(*voxel % lattice.planeCount());
+          mask.set(inPlane % lattice.x + bandMargin, inPlane / lattice.x + bandMargin);
+        }
+      },
+      0, execution);
+}
+
+BandField bandOfDense(const Lattice& lattice, const std::vector<float>& values, Band observed, Execution& execution)
+{
+  BandField field;
+  field.lattice = lattice;
+  field.observed = std::move(observed);
+  const GridSize inner = lattice.size, size = bandSize(inner);
+  field.support = Band(
+      size,
+      [&](int, MaskPlane& mask) {
+        for (int y = 0; y < size.y; ++y)
+          mask.setRange(0, size.x, y);
+      },
+      0, execution);
+  field.values.resize(static_cast<std::size_t>(size.count()));
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        field.values[static_cast<std::size_t>(size.index(x, y, z))] = values[static_cast<std::size_t>(
+            inner.index(std::clamp(x - bandMargin, 0, inner.x - 1), std::clamp(y - bandMargin, 0, inner.y - 1),
+                        std::clamp(z - bandMargin, 0, inner.z - 1)))];
+  const Band zeroLevel = crossings(field.support, field.values, execution);
+  field.unknowns = Band(
+      size,
+      [&](int z, MaskPlane& mask) {
+        addGrown(zeroLevel, crossesOfDense, z, mask);
+        field.observed.rasterise(z, mask);
+      },
+      0, execution);
+  return field;
+}
+
+BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level, const BandField& coarse,
+                         const BandObservation& observation, Prior prior, const SolverOptions& solver, bool isFinest,
+                         LevelReport& report, Execution& execution)
+{
+  const Lattice& lattice = lattices[level];
+  const GridSize size = bandSize(lattice.size);
+  const Refinement refinement(coarse.lattice, lattice);
+  BandField field;
+  field.lattice = lattice;
+  field.observed = observation.samples ? observedBand((*observation.samples)[level], size, execution)
+                                       : bandOfVoxels(observation.voxels.voxels, lattice.size, size, execution);
+  report.observed = field.observed.count();
+
+  const Band predicted(
+      size, [&](int z, MaskPlane& mask) { rasteriseChildren(coarse.unknowns, refinement, z, mask); }, 0, execution);
+  Band zeroLevel = crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
+  const Band nearObserved = dilated(coarse.observed, nearData, nearData, execution);
+  const int reach = isFinest ? order(prior) : interpolationReach;
+  const int reachX = isFinest ? order(prior) : interpolationReachX;
+  for (int round = 0; round < mostRounds; ++round) {
+    Band unknowns = bandAround(zeroLevel, field.observed, nearObserved, refinement, coarse.unknowns, execution);
+    field.support = dilated(unknowns, reach, reachX, execution);
+    field.values = interpolated(coarse, refinement, field.support, execution);
+    std::vector<BandGrid> grids = makeGrids(lattices, level, std::move(unknowns), observation, prior, execution);
+    report.unknowns = grids[0].band.count();
+    // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
+    const std::vector<float> guess = field.values;
+    const SolveReport solve =
+        solveOnBand(grids, prior, field.support, solver, lattice.spacing, field.values, execution);
+    const int before = report.solve.iterations;
+    report.solve = solve;
+    report.solve.iterations += before;
+    field.unknowns = std::move(grids[0].band);
+    extendChange(field.unknowns, field.support, guess, field.values, execution);
+    if (round + 1 == mostRounds)
+      break;
+    const Band solved = crossings(field.support, field.values, execution);
+    const Band close = dilated(field.observed, 1, 1, execution);
+    const Band solvedClose = combined(solved, close, &MaskPlane::intersect, execution);
+    if (!missesSheet(field.unknowns, solvedClose))
+      break;
+    zeroLevel = combined(zeroLevel, solvedClose, &MaskPlane::unite, execution);
+  }
+  return field;
+}
+
+} // namespace mrf
+} // namespace pcl

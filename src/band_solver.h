@@ -1,0 +1,38 @@
+/// \file
+/// \brief Multigrid-preconditioned conjugate gradients on a band: the correction of an interpolated field.
+#pragma once
+
+#include "band.h"
+#include "band_data.h"
+#include "band_transfer.h"
+
+#include <pcl/surface/mrf/prior.h>
+#include <pcl/surface/mrf/solver.h>
+
+#include <memory>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// One grid of a hierarchy of bands: its unknowns, and what is observed there.
+struct BandGrid {
+  Band band;
+  std::unique_ptr<BandData> data;
+  Refinement refinement; ///< of the next coarser grid into this one
+};
+
+/// Corrects a field on the band of the finest grid so that (P + C) d = b holds there; outside it keeps its values.
+///
+/// The correction solves (L_B^k + C) e = b − (L^k + C) d, L_B being the Laplacian of the band's own graph, missing
+/// neighbours dropped: the change of the surface is carried on across the band, as in the whole space, and coarser
+/// bands see the same. (With zeros around the band, which shift of the surface costs depends on the band's width alone:
+/// that converged five times slower, to surfaces twice as far from those of the whole space.) Chebyshev smoothers of
+/// the 4th kind on D⁻¹A, D = 12^k + the row sums of |C|, so that no eigenvalue exceeds 1. \param grids finest first;
+/// the coarser ones make the preconditioner \param values on `support`, a superset of the band by k voxels on all
+/// sides; in: the guess, out: the solution \param unit length of a voxel side in the unit of the field
+SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support,
+                        const SolverOptions& options, double unit, std::vector<float>& values, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

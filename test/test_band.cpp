@@ -1,0 +1,285 @@
+#include "band.h"
+#include "band_transfer.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/polygonizer.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+using namespace pcl::mrf;
+
+namespace {
+
+using Voxels = std::vector<std::uint8_t>;
+
+const GridSize grid{75, 20, 17}; // two words per row, several pieces of planes
+
+Voxels randomVoxels(unsigned seed, double share)
+{
+  std::mt19937 random(seed);
+  std::bernoulli_distribution isSet(share);
+  Voxels voxels(static_cast<std::size_t>(grid.count()));
+  for (std::uint8_t& voxel : voxels)
+    voxel = isSet(random) ? 1 : 0;
+  return voxels;
+}
+
+bool has(const Voxels& voxels, int x, int y, int z)
+{
+  return grid.contains(x, y, z) && voxels[static_cast<std::size_t>(grid.index(x, y, z))] != 0;
+}
+
+Band bandOf(const Voxels& voxels, int roundUpTo, int threads = 1)
+{
+  Execution execution(threads);
+  return Band(
+      grid,
+      [&](int z, MaskPlane& mask) {
+        for (int y = 0; y < grid.y; ++y)
+          for (int x = 0; x < grid.x; ++x)
+            if (has(voxels, x, y, z))
+              mask.set(x, y);
+      },
+      roundUpTo, execution);
+}
+
+/// Calls body(x, y, z) for all voxels of the grid.
+template <typename Body>
+void forAll(const Body& body)
+{
+  for (int z = 0; z < grid.z; ++z)
+    for (int y = 0; y < grid.y; ++y)
+      for (int x = 0; x < grid.x; ++x)
+        body(x, y, z);
+}
+
+MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t denseVoxels, const PriorOptions& prior,
+                       Estimate estimate = Estimate::points, int threads = 1)
+{
+  Execution execution(threads);
+  const auto search = makeKdTree();
+  search->setPoints(points.positions);
+  ObservationOptions observation;
+  observation.estimate = estimate;
+  MultiscaleOptions multiscale;
+  multiscale.denseVoxels = denseVoxels;
+  return regularise(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior, {},
+                    multiscale, execution);
+}
+
+constexpr std::int64_t everything = std::numeric_limits<std::int64_t>::max(), fewVoxels = 5000;
+
+/// First-order distances of the vertices of a field's zero level from that of another field, in voxel sides.
+std::vector<double> offsets(const DistanceField& field, const DistanceField& other)
+{
+  Execution execution(1);
+  std::vector<double> result;
+  for (const Eigen::Vector3f& vertex : polygonize(field, {}, execution).vertices)
+    result.push_back(std::abs(other.sampleDistance(vertex)) / std::max(other.sampleGradient(vertex).norm(), .3f) /
+                     field.lattice().spacing);
+  return result;
+}
+
+double rms(const std::vector<double>& values)
+{
+  double sum = 0;
+  for (const double value : values)
+    sum += value * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+} // namespace
+
+TEST(Band, HoldsTheVoxelsThatWereSet)
+{
+  for (const double share : {.02, .5, 1.}) {
+    const Voxels voxels = randomVoxels(1, share);
+    const Band band = bandOf(voxels, 0);
+    std::int64_t next = 0; // packed values follow each other in memory order
+    forAll([&](int x, int y, int z) {
+      const std::int64_t at = band.find(x, y, z);
+      ASSERT_EQ(at >= 0, has(voxels, x, y, z));
+      if (at >= 0) {
+        ASSERT_EQ(at, next++);
+      }
+    });
+    EXPECT_EQ(band.count(), next);
+    EXPECT_FALSE(band.contains(-1, 0, 0));
+    EXPECT_FALSE(band.contains(0, 0, grid.z));
+  }
+}
+
+TEST(Band, LengthensRunsToWholeVectorsUpToALimit)
+{
+  const int limit = grid.x - 3;
+  Voxels voxels = randomVoxels(2, .05);
+  forAll([&](int x, int y, int z) {
+    if (x >= limit)
+      voxels[static_cast<std::size_t>(grid.index(x, y, z))] = 0;
+  });
+  const Band exact = bandOf(voxels, 0), rounded = bandOf(voxels, limit);
+  EXPECT_GT(rounded.count(), exact.count());
+  forAll([&](int x, int y, int z) {
+    if (has(voxels, x, y, z)) {
+      ASSERT_TRUE(rounded.contains(x, y, z));
+    }
+    if (x >= limit) {
+      ASSERT_FALSE(rounded.contains(x, y, z));
+    }
+  });
+  for (int z = 0; z < grid.z; ++z)
+    for (int y = 0; y < grid.y; ++y)
+      for (const pcl::mrf::Run& run : rounded.row(y, z))
+        EXPECT_TRUE(run.count % 8 == 0 || rounded.xOf(run, y) + run.count == limit);
+}
+
+TEST(Band, GrowsAndShrinksLikeItsVoxels)
+{
+  Execution execution(2);
+  const Voxels sparse = randomVoxels(3, .003), full = randomVoxels(4, .98);
+  const Band grown = dilated(bandOf(sparse, 0), 2, 3, execution), shrunk = eroded(bandOf(full, 0), 2, execution);
+  forAll([&](int x, int y, int z) {
+    bool isNear = false, isInside = true;
+    for (int dz = -2; dz <= 2; ++dz)
+      for (int dy = -2; dy <= 2; ++dy)
+        for (int dx = -3; dx <= 3; ++dx) {
+          isNear = isNear || has(sparse, x + dx, y + dy, z + dz);
+          if (std::abs(dx) + std::abs(dy) + std::abs(dz) <= 2)
+            isInside = isInside && has(full, x + dx, y + dy, z + dz);
+        }
+    ASSERT_EQ(grown.contains(x, y, z), isNear);
+    ASSERT_EQ(shrunk.contains(x, y, z), isInside);
+  });
+}
+
+TEST(Band, CountsNeighboursAndFollowsThem)
+{
+  Execution execution(2);
+  const Voxels voxels = randomVoxels(5, .2);
+  const Band band = bandOf(voxels, 0);
+  const std::vector<std::uint8_t> counts = degrees(band, execution);
+  Voxels seeds(voxels.size(), 0);
+  seeds[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
+  Voxels start = voxels;
+  start[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
+  const Band reached = connectedTo(bandOf(start, 0), bandOf(seeds, 0), 0, execution);
+
+  // Flooding, voxel by voxel.
+  Voxels flooded = seeds;
+  for (bool grows = true; grows;) {
+    grows = false;
+    forAll([&](int x, int y, int z) {
+      if (has(flooded, x, y, z) || !has(start, x, y, z))
+        return;
+      if (has(flooded, x - 1, y, z) || has(flooded, x + 1, y, z) || has(flooded, x, y - 1, z) ||
+          has(flooded, x, y + 1, z) || has(flooded, x, y, z - 1) || has(flooded, x, y, z + 1)) {
+        flooded[static_cast<std::size_t>(grid.index(x, y, z))] = 1;
+        grows = true;
+      }
+    });
+  }
+  forAll([&](int x, int y, int z) {
+    ASSERT_EQ(reached.contains(x, y, z), has(flooded, x, y, z));
+    if (const std::int64_t at = band.find(x, y, z); at >= 0) {
+      ASSERT_EQ(counts[static_cast<std::size_t>(at)], has(voxels, x - 1, y, z) + has(voxels, x + 1, y, z) +
+                                                          has(voxels, x, y - 1, z) + has(voxels, x, y + 1, z) +
+                                                          has(voxels, x, y, z - 1) + has(voxels, x, y, z + 1));
+    }
+  });
+}
+
+class BandedLevels : public testing::TestWithParam<std::tuple<Estimate, Prior>> {};
+
+TEST_P(BandedLevels, AgreeWithDenseOnes)
+{
+  const auto [estimate, order] = GetParam();
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .04);
+  PriorOptions prior;
+  prior.prior = order;
+  const MultiscaleResult dense = solve(points, .04f, everything, prior, estimate),
+                         banded = solve(points, .04f, fewVoxels, prior, estimate);
+  ASSERT_EQ(dense.field.lattice().size, banded.field.lattice().size);
+  ASSERT_LT(banded.levels.back().unknowns, dense.levels.back().unknowns / 2);
+  EXPECT_LT(banded.field.bytes(), dense.field.bytes());
+  const std::vector<double> there = offsets(banded.field, dense.field), back = offsets(dense.field, banded.field);
+  // Where there are points everywhere; a hundredth of a voxel is less than what points half a voxel apart tell.
+  const double limit = order == Prior::membrane ? .03 : .01; // its field, flat off the data, is held at the band's rim
+  EXPECT_LT(rms(there), limit);
+  EXPECT_LT(rms(back), limit);
+  EXPECT_LT(*std::max_element(there.begin(), there.end()), .15);
+  EXPECT_LT(*std::max_element(back.begin(), back.end()), .15);
+  // Away from the band the sign is what counts.
+  EXPECT_GT(banded.field.sampleDistance(Eigen::Vector3f::Zero()), 0);
+  EXPECT_LT(banded.field.sampleDistance({1, 0, 0}), 0);
+  EXPECT_EQ(banded.field.hasConfidences(), estimate != Estimate::points);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryModel, BandedLevels,
+                         testing::Combine(testing::Values(Estimate::points, Estimate::plane),
+                                          testing::Values(Prior::membrane, Prior::thinPlate, Prior::triharmonic)));
+
+TEST(BandedLevels, FillHolesLikeDenseOnes)
+{
+  const auto isHole = [](const Eigen::Vector3f& p) { return (p - Eigen::Vector3f(0, .6f, .8f)).norm() < .5f; };
+  const PointSet all = shapes::sample(shapes::sphere(1), 1.2, .04);
+  const PointSet points = shapes::filter(all, [&](const Eigen::Vector3f& p) { return !isHole(p); });
+  for (const Prior order : {Prior::membrane, Prior::thinPlate, Prior::triharmonic}) {
+    PriorOptions prior;
+    prior.prior = order;
+    const DistanceField dense = solve(points, .04f, everything, prior).field,
+                        banded = solve(points, .04f, fewVoxels, prior).field;
+    // The hole is 12 voxels wide. What fills it is a guess: a tenth of a voxel is a fraction of its error.
+    EXPECT_LT(rms(offsets(banded, dense)), .05) << "k = " << static_cast<int>(order);
+  }
+}
+
+TEST(BandedLevels, KeepThinPlatesAndNestedShells)
+{
+  // On the last dense level the plate is half a voxel thick, and the gap between the shells is one voxel wide.
+  const auto plate = [](const Eigen::Vector3d& x) {
+    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(1, .8, .09);
+    return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
+  };
+  const auto shells = [](const Eigen::Vector3d& x) {
+    const double r = x.norm();
+    return std::max({r - 1, .75 - r}) < 0 ? std::max(r - 1, .75 - r) : std::min(std::abs(r - 1), std::abs(r - .75));
+  };
+  for (const bool isPlate : {true, false}) {
+    const PointSet points = isPlate ? shapes::sample(plate, 1.2, .03) : shapes::sample(shells, 1.2, .03);
+    const DistanceField field = solve(points, .03f, fewVoxels, {}).field;
+    Execution execution(1);
+    const TriangleMesh mesh = polygonize(field, {}, execution);
+    std::int64_t off = 0;
+    for (const Eigen::Vector3f& vertex : mesh.vertices) {
+      const Eigen::Vector3d x = vertex.cast<double>();
+      off += std::abs(isPlate ? plate(x) : shells(x)) > .03;
+    }
+    // Half a voxel; the plate's edges are rounded off, and grids of twice the thickness leave a few vertices there.
+    EXPECT_LT(static_cast<double>(off), .03 * static_cast<double>(mesh.vertices.size())) << isPlate;
+    std::vector<double> missing;
+    for (const Eigen::Vector3f& point : points.positions)
+      missing.push_back(std::abs(field.sampleDistance(point)) / field.lattice().spacing);
+    EXPECT_LT(rms(missing), .1)
+        << isPlate; // creases are rounded; a face that is missing would be half a voxel off or more
+  }
+}
+
+TEST(BandedLevels, DoNotDependOnTheNumberOfThreads)
+{
+  // Enough unknowns for slabs of their own.
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .025);
+  const DistanceField one = solve(points, .025f, fewVoxels, {}, Estimate::points, 1).field;
+  for (const int threads : {2, 3}) {
+    const DistanceField more = solve(points, .025f, fewVoxels, {}, Estimate::points, threads).field;
+    const GridSize size = one.lattice().size;
+    for (int k = 0; k < size.z; ++k)
+      for (int j = 0; j < size.y; ++j)
+        for (int i = 0; i < size.x; i += 3)
+          ASSERT_EQ(one.distance(i, j, k), more.distance(i, j, k));
+  }
+}
