@@ -15,8 +15,8 @@ namespace mrf {
 /// Below this size the overhead of waking threads exceeds what they gain.
 constexpr std::int64_t serialVoxels = 100000;
 
-/// Voxels per partial sum of a dot product.
-constexpr std::int64_t sumGrain = 1 << 16;
+/// Voxels per partial sum of a dot product; fewer are added before another thread is awake.
+constexpr std::int64_t sumGrain = 1 << 18;
 
 /// Planes per slab: one slab per thread, one in all on small grids. Planes are computed alike whatever the slab, so
 /// this may depend on the number of threads.

@@ -137,6 +137,10 @@ void checkMemory(const BoundingBox& box, float voxelSize, double area, const Mul
   throw ResourceLimit(text.str());
 }
 
+/// Steps on the bands after the first one: their guesses come from a band already. Measured on a million points, two are
+/// as accurate as four, and fill holes better: further steps only spread what the coarser band settled.
+constexpr int laterIterations = 2;
+
 /// The levels of one run, coarse to fine: dense ones, then those in bands.
 class LevelSolver {
 public:
@@ -268,7 +272,10 @@ private:
     }
     report.observationSeconds = secondsSince(start);
     const Clock::time_point solverStart = Clock::now();
-    band_ = solveBandLevel(lattices_, level, band_, observation, prior_.prior, solver_, isFinest(level), report,
+    SolverOptions levelSolver = solver_;
+    if (level > denseLevels_ && solver_.maxIterations == 0)
+      levelSolver.maxIterations = laterIterations;
+    band_ = solveBandLevel(lattices_, level, band_, observation, prior_.prior, levelSolver, isFinest(level), report,
                            execution_);
     report.solverSeconds = secondsSince(solverStart);
     return report;
