@@ -59,6 +59,7 @@ const std::vector<Case> cases = {
     {{"--padding", "4"}, "/options/multiscale/padding", 4},
     {{"--coarsest-side", "32"}, "/options/multiscale/coarsestSide", 32},
     {{"--max-memory", "512"}, "/options/multiscale/maxMemory", 512 << 20},
+    {{"--dense-voxels", "1000"}, "/options/multiscale/denseVoxels", 1000},
     {{"--solver", "icm", "--prior", "membrane"}, "/options/solver/method", "icm"},
     {{"--solver", "cg"}, "/options/solver/method", "cg"},
     {{"--max-iterations", "60"}, "/options/solver/maxIterations", 60},

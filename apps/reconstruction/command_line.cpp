@@ -153,6 +153,9 @@ void addModelOptions(OptionParser& parser)
                 "levels are added until the longest side is at most this");
   parser.number("--max-memory", "MIB", length, field(&Options::multiscale, &MultiscaleOptions::maxMemory),
                 "memory the levels may take", "80 % of what is free", mebibyte);
+  parser.number("--dense-voxels", "N", wholeNumbers(0, 2000000000),
+                field(&Options::multiscale, &MultiscaleOptions::denseVoxels),
+                "levels of more voxels are solved near the surface only");
 
   parser.group("Solver");
   parser.choice("--solver", field(&Options::solver, &SolverOptions::method), "how the linear system is solved");

@@ -122,12 +122,13 @@ void printDetails(const Report& report)
   for (std::size_t i = 0; i < report.levels.size(); ++i) {
     const pcl::mrf::LevelReport& level = report.levels[i];
     printLine(i == 0 ? "levels" : "",
-              format("%d x %d x %d voxels of %.4g, %s observed up to %.4g; %s %s%d iterations, residual %.1e; %.2f + "
-                     "%.2f s",
-                     level.size.x, level.size.y, level.size.z, level.voxelSize, grouped(level.observed).c_str(),
-                     static_cast<double>(level.maxDistance), nameOf(level.solve.method).c_str(),
-                     level.solve.converged ? "" : "not converged in ", level.solve.iterations,
-                     level.solve.relativeResidual, level.observationSeconds, level.solverSeconds));
+              format("%d x %d x %d voxels of %.4g, %s of them solved for, %s observed up to %.4g; %s %s%d iterations, "
+                     "residual %.1e; %.2f + %.2f s",
+                     level.size.x, level.size.y, level.size.z, level.voxelSize, grouped(level.unknowns).c_str(),
+                     grouped(level.observed).c_str(), static_cast<double>(level.maxDistance),
+                     nameOf(level.solve.method).c_str(), level.solve.converged ? "" : "not converged in ",
+                     level.solve.iterations, level.solve.relativeResidual, level.observationSeconds,
+                     level.solverSeconds));
   }
   printLine("quality", format("mean %.3f, least %.3f; edges %.4g to %.4g, mean %.4g; %.1f %% of the vertices have six",
                               report.mesh.meanQuality, report.mesh.minQuality, report.mesh.minEdge, report.mesh.maxEdge,
