@@ -128,10 +128,6 @@ public:
   }
 
   bool isDiagonal() const override { return false; }
-  std::size_t bytes() const override
-  {
-    return samples_.capacity() * sizeof(CellSample) + normals_.capacity() * sizeof(Eigen::Vector3f);
-  }
 
 private:
   template <typename Body>
@@ -179,7 +175,6 @@ public:
   }
 
   bool isDiagonal() const override { return true; }
-  std::size_t bytes() const override { return (weights_.capacity() + targets_.capacity()) * sizeof(float); }
 
 private:
   const Band& band_;

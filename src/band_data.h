@@ -30,8 +30,6 @@ public:
 
   /// True if C has no entry off its diagonal.
   virtual bool isDiagonal() const = 0;
-
-  virtual std::size_t bytes() const = 0;
 };
 
 /// The points as samples of the field. \param grid of the band \pre the samples lie in its lattice, ordered by cells

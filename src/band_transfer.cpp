@@ -1,5 +1,6 @@
 #include "band_transfer.h"
 
+#include "interpolation.h"
 #include "multiversioning.h"
 
 #include <algorithm>
@@ -9,10 +10,6 @@
 namespace pcl {
 namespace mrf {
 namespace {
-
-/// Weights of the parent, of its neighbour on the far side from the child, ... in the order of the cubic's taps:
-/// parent − side, parent, parent + side, parent + 2 side.
-constexpr std::array<float, 4> cubicWeights = {-7.f / 128, 105.f / 128, 35.f / 128, -5.f / 128};
 
 /// Sum of four rows; all arrays start at the first of `count` voxels.
 MRF_MULTIVERSION void combineFour(int count, const float* a, float wa, const float* b, float wb, const float* c,

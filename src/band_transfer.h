@@ -36,10 +36,8 @@ struct TransferScratch {
   std::vector<float> window, rows;
 };
 
-/// Adds to a coarse window the planes that fine plane z is interpolated from, with cubic weights; evaluates fine runs
-/// of row y; clears. Values missing in the coarse band count as zero: the caller sees to it that none is needed.
-///
-/// Tensor cubic interpolation at a quarter of the coarse spacing, weights (−7, 105, 35, −5)/128.
+/// interpolateCubic from band to band. Values missing in the coarse band count as zero: the caller sees to it that none
+/// is needed.
 class CubicInterpolation {
 public:
   CubicInterpolation(const Band& coarse, const float* values, const Refinement& refinement)

@@ -8,14 +8,12 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Four coarse indices and their weights for each fine index along one axis.
+/// Four coarse indices for each fine index along one axis.
 struct Taps {
   std::vector<std::array<int, 4>> indices;
-  std::vector<std::array<float, 4>> weights;
 
   Taps(double coarseOrigin, int coarseCount, double coarseSpacing, double fineOrigin, int fineCount)
   {
-    constexpr std::array<float, 4> ascending = {-7.f / 128, 105.f / 128, 35.f / 128, -5.f / 128};
     for (int i = 0; i < fineCount; ++i) {
       const double position = (fineOrigin - coarseOrigin) / coarseSpacing + .5 * i;
       const int parent = static_cast<int>(std::lround(position));
@@ -24,16 +22,16 @@ struct Taps {
       for (int tap = 0; tap < 4; ++tap)
         index[static_cast<std::size_t>(tap)] = std::clamp(parent + side * (tap - 1), 0, coarseCount - 1);
       indices.push_back(index);
-      weights.push_back(ascending);
     }
   }
 };
 
 /// out = Σ weight · row over four rows.
-void combineRows(const std::array<const float*, 4>& rows, const std::array<float, 4>& weights, int count, float* out)
+void combineRows(const std::array<const float*, 4>& rows, int count, float* out)
 {
   for (int x = 0; x < count; ++x)
-    out[x] = weights[0] * rows[0][x] + weights[1] * rows[1][x] + weights[2] * rows[2][x] + weights[3] * rows[3][x];
+    out[x] = cubicWeights[0] * rows[0][x] + cubicWeights[1] * rows[1][x] + cubicWeights[2] * rows[2][x] +
+             cubicWeights[3] * rows[3][x];
 }
 
 } // namespace
@@ -58,9 +56,8 @@ std::vector<float> interpolateCubic(const std::vector<float>& values, const Latt
         float* out = rows.data() + std::int64_t{to.x} * y;
         for (int x = 0; x < to.x; ++x) {
           const auto& index = alongX.indices[static_cast<std::size_t>(x)];
-          const auto& weight = alongX.weights[static_cast<std::size_t>(x)];
-          out[x] = weight[0] * row[index[0]] + weight[1] * row[index[1]] + weight[2] * row[index[2]] +
-                   weight[3] * row[index[3]];
+          out[x] = cubicWeights[0] * row[index[0]] + cubicWeights[1] * row[index[1]] + cubicWeights[2] * row[index[2]] +
+                   cubicWeights[3] * row[index[3]];
         }
       }
       for (int y = 0; y < to.y; ++y) {
@@ -68,7 +65,7 @@ std::vector<float> interpolateCubic(const std::vector<float>& values, const Latt
         std::array<const float*, 4> sources{};
         for (std::size_t tap = 0; tap < 4; ++tap)
           sources[tap] = rows.data() + std::int64_t{to.x} * index[tap];
-        combineRows(sources, alongY.weights[static_cast<std::size_t>(y)], to.x, planes.data() + middle.index(0, y, z));
+        combineRows(sources, to.x, planes.data() + middle.index(0, y, z));
       }
     }
   });
@@ -81,7 +78,7 @@ std::vector<float> interpolateCubic(const std::vector<float>& values, const Latt
         std::array<const float*, 4> sources{};
         for (std::size_t tap = 0; tap < 4; ++tap)
           sources[tap] = planes.data() + middle.index(0, y, index[tap]);
-        combineRows(sources, alongZ.weights[static_cast<std::size_t>(z)], to.x, result.data() + to.index(0, y, z));
+        combineRows(sources, to.x, result.data() + to.index(0, y, z));
       }
     }
   });

@@ -5,13 +5,18 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
 
+#include <array>
 #include <vector>
 
 namespace pcl {
 namespace mrf {
 
+/// Weights of the coarse voxels parent − side, parent, parent + side and parent + 2 side for a child on that side of
+/// its parent, along one axis.
+constexpr std::array<float, 4> cubicWeights = {-7.f / 128, 105.f / 128, 35.f / 128, -5.f / 128};
+
 /// Tensor-product cubic interpolation at the centres of the finer voxels, a quarter of a coarse voxel off the coarse
-/// centres: weights (−7, 105, 35, −5)/128, exact for cubic polynomials away from the border, clamped at it.
+/// centres: weights cubicWeights, exact for cubic polynomials away from the border, clamped at it.
 /// \pre the spacings differ by a factor of 2, the voxel faces coincide, and `coarse` covers `fine`
 std::vector<float> interpolateCubic(const std::vector<float>& values, const Lattice& coarse, const Lattice& fine,
                                     Execution& execution);

@@ -246,15 +246,12 @@ Observation observe(const OrientedPoints& points, const NeighbourSearch& search,
   result.confidences.resize(result.voxels.size());
 
   const int neighbours = options.estimate == Estimate::nearest ? 1 : options.neighbours;
-  const std::int64_t rowLength = lattice.size.x, planeLength = lattice.size.planeCount();
   execution.forRange(static_cast<std::int64_t>(result.voxels.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
     Neighbours found;
     Estimator estimator(points, options.estimate, spacing);
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
-      const std::int64_t voxel = result.voxels[v];
-      const Eigen::Vector3f x =
-          lattice.position(static_cast<int>(voxel % rowLength), static_cast<int>(voxel / rowLength % lattice.size.y),
-                           static_cast<int>(voxel / planeLength));
+      const Eigen::Array3i voxel = lattice.size.voxel(result.voxels[v]);
+      const Eigen::Vector3f x = lattice.position(voxel.x(), voxel.y(), voxel.z());
       search.nearest(x, neighbours, found);
       result.distances[v] = estimator(x, found.indices);
 

@@ -1,3 +1,5 @@
+#include "select_values.h"
+
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/outliers.h>
 
@@ -35,21 +37,13 @@ std::vector<float> meanNeighbourDistances(const PointSet& points, const Neighbou
   return means;
 }
 
-/// Median, or 0 if most points coincide with others: it measures nothing then.
-float medianOf(std::vector<float> values)
-{
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::vector<std::uint8_t> keptBySpacing(const std::vector<float>& means, const OutlierOptions& options)
 {
   std::vector<std::uint8_t> keep(means.size(), 1);
-  const float median = medianOf(means);
-  if (median > 0)
+  const float middle = median(means);
+  if (middle > 0) // else most points coincide with others: it measures nothing
     for (std::size_t i = 0; i < keep.size(); ++i)
-      keep[i] = means[i] <= options.spacingFactor * median;
+      keep[i] = means[i] <= options.spacingFactor * middle;
   return keep;
 }
 
@@ -133,8 +127,7 @@ OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& dis
                            Execution& execution)
 {
   validate(options);
-  constexpr int measured = 8;
-  if (options.spacing && options.spacingNeighbours != measured)
+  if (options.spacing && options.spacingNeighbours != measuredNeighbours)
     refuse("spacingNeighbours", options.spacingNeighbours, "8, which the distances were measured for");
   return drop(points, distances.mean, options, execution);
 }

@@ -16,13 +16,6 @@ namespace {
 /// Planes of voxels that are assembled as one piece of work.
 constexpr int grainPlanes = 4;
 
-/// Share of the weights that a coarser grid keeps beside the scaling of the prior. For L³ measured on three scans: with
-/// a quarter, and .7 of the coarse correction, half the iterations of 1 and .4. Lower orders want all of it.
-double coarseShare(Prior prior)
-{
-  return prior == Prior::triharmonic ? .25 : 1;
-}
-
 /// Samples in a merged one are closer together than this, in voxels of the coarser grid: what a grid's interpolant
 /// cannot tell apart anyway.
 constexpr float mergeSide = .5f;

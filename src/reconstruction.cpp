@@ -93,9 +93,9 @@ std::optional<NeighbourDistances> removeOutliers(PointSet& points, const Options
 {
   const StageTimer timer("outliers", report, execution);
   search.setPoints(points.positions, execution);
-  // What the sampling density is made of serves the filter as well, with its usual number of neighbours.
+  // What the sampling density is made of serves the filter as well.
   std::optional<NeighbourDistances> distances;
-  if (options.outliers.spacing && options.outliers.spacingNeighbours == OutlierOptions().spacingNeighbours)
+  if (options.outliers.spacing && options.outliers.spacingNeighbours == measuredNeighbours)
     distances = measureNeighbours(points, search, execution);
   const OutlierResult outliers = distances ? findOutliers(points, *distances, options.outliers, execution)
                                            : findOutliers(points, search, options.outliers, execution);

@@ -1,3 +1,5 @@
+#include "select_values.h"
+
 #include <pcl/surface/mrf/robust.h>
 
 #include <pcl/surface/mrf/multiscale.h>
@@ -35,11 +37,9 @@ std::vector<float> residuals(const std::vector<Eigen::Vector3f>& positions, cons
 }
 
 /// Standard deviation of a Gaussian with the median of these absolute values.
-float deviation(std::vector<float> absolute)
+float deviation(const std::vector<float>& absolute)
 {
-  const auto middle = absolute.begin() + static_cast<std::ptrdiff_t>(absolute.size() / 2);
-  std::nth_element(absolute.begin(), middle, absolute.end());
-  return 1.4826f * *middle;
+  return 1.4826f * median(absolute);
 }
 
 } // namespace

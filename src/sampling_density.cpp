@@ -1,3 +1,5 @@
+#include "select_values.h"
+
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/sampling_density.h>
 
@@ -12,8 +14,6 @@ namespace {
 
 /// Points per piece of parallel work.
 constexpr std::int64_t grain = 1 << 14;
-
-constexpr int eighth = 8;
 
 /// On a uniformly sampled surface the mean nearest distance is this share of the distance to the 8th neighbour.
 constexpr float nearestToEighth = 0.313f;
@@ -34,16 +34,11 @@ void requireTwo(std::size_t count)
                        " distinct positions, a sampling density needs at least 2");
 }
 
-float median(std::vector<float> values)
-{
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+} // namespace
 
-NeighbourDistances measure(const std::vector<Eigen::Vector3f>& positions, const NeighbourSearch& search,
-                           Execution& execution)
+NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution)
 {
+  const std::vector<Eigen::Vector3f>& positions = points.positions;
   NeighbourDistances distances;
   distances.nearest.resize(positions.size());
   distances.eighth.resize(positions.size());
@@ -58,31 +53,25 @@ NeighbourDistances measure(const std::vector<Eigen::Vector3f>& positions, const 
       return j != i && positions[j] == positions[i];
     });
   };
-  search.forEachPosition(
-      positions, eighth + 1, NeighbourSearch::Answer::distances, execution, [&](const NeighbourBatch& batch) {
-        for (std::size_t q = 0; q < batch.size; ++q) {
-          const std::size_t i = batch.positions[q];
-          const float* squared = batch.squaredDistances + q * batch.k; // the first is the point itself
-          double total = 0;
-          int others = 0;
-          for (int n = 1; n <= eighth && std::isfinite(squared[n]); ++n, ++others)
-            total += std::sqrt(squared[n]);
-          distances.nearest[i] = std::sqrt(squared[1]);
-          distances.eighth[i] = std::sqrt(squared[eighth]);
-          distances.mean[i] = others > 0 ? static_cast<float>(total / others) : 0;
-          if (squared[1] == 0 && isCoincident(i))
-            hasCoincident = true;
-        }
-      });
+  search.forEachPosition(positions, measuredNeighbours + 1, NeighbourSearch::Answer::distances, execution,
+                         [&](const NeighbourBatch& batch) {
+                           for (std::size_t q = 0; q < batch.size; ++q) {
+                             const std::size_t i = batch.positions[q];
+                             const float* squared =
+                                 batch.squaredDistances + q * batch.k; // the first is the point itself
+                             double total = 0;
+                             int others = 0;
+                             for (int n = 1; n <= measuredNeighbours && std::isfinite(squared[n]); ++n, ++others)
+                               total += std::sqrt(squared[n]);
+                             distances.nearest[i] = std::sqrt(squared[1]);
+                             distances.eighth[i] = std::sqrt(squared[measuredNeighbours]);
+                             distances.mean[i] = others > 0 ? static_cast<float>(total / others) : 0;
+                             if (squared[1] == 0 && isCoincident(i))
+                               hasCoincident = true;
+                           }
+                         });
   distances.hasCoincident = hasCoincident;
   return distances;
-}
-
-} // namespace
-
-NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution)
-{
-  return measure(points.positions, search, execution);
 }
 
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution)
@@ -123,7 +112,7 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourD
   SamplingDensity density;
   density.nearestMean = static_cast<float>(mean);
   density.nearestDeviation = static_cast<float>(std::sqrt(variance));
-  if (count > eighth)
+  if (count > measuredNeighbours)
     density.eighthMedian = median(distances.eighth);
   density.spacing = std::max(density.nearestMean, nearestToEighth * density.eighthMedian);
   if (!(density.spacing > 0) || !std::isfinite(density.spacing))

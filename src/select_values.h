@@ -1,5 +1,5 @@
 /// \file
-/// \brief Dropping entries of per-point arrays.
+/// \brief Per-point arrays: dropping entries, the one in the middle.
 #pragma once
 
 #include <algorithm>
@@ -22,6 +22,14 @@ std::vector<Value> selectValues(const std::vector<Value>& values, const std::vec
     if (keep[i])
       kept.push_back(values[i]);
   return kept;
+}
+
+/// The upper median. \pre not empty
+inline float median(std::vector<float> values)
+{
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 } // namespace mrf

@@ -47,15 +47,6 @@ struct Parents {
   {}
 };
 
-/// Share of the coarse correction that is taken. The rediscretised L³ overcorrects: measured on a head of 1.2 million
-/// voxels, .3 to .5 needs half the iterations of 1; with observations at points, which come with weaker coarse weights,
-/// .6 to .8 does. Lower orders want all of it.
-template <typename Real>
-Real coarseDamping(int order, bool dataAreDiagonal)
-{
-  return order < 3 ? Real(1) : dataAreDiagonal ? Real(.4) : Real(.7);
-}
-
 /// D⁻¹, D = c_k + diag C, or with voxel weights the row sums of |P| in place of c_k, scaled to be the same for v = 1.
 template <typename Real>
 std::vector<Real> inverseScaling(const LinearSystem<Real>& system, Execution& execution)

@@ -16,6 +16,11 @@ struct GridSize {
   std::int64_t count() const { return std::int64_t{x} * y * z; }
   std::int64_t planeCount() const { return std::int64_t{x} * y; }
   std::int64_t index(int i, int j, int k) const { return i + std::int64_t{x} * (j + std::int64_t{y} * k); }
+  /// The voxel with an index.
+  Eigen::Array3i voxel(std::int64_t index) const
+  {
+    return {static_cast<int>(index % x), static_cast<int>(index / x % y), static_cast<int>(index / planeCount())};
+  }
   bool contains(int i, int j, int k) const { return i >= 0 && j >= 0 && k >= 0 && i < x && j < y && k < z; }
 
   /// Size of the next coarser grid of cell-centred coarsening, ⌈n/2⌉ along each axis.

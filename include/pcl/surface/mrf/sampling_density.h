@@ -19,6 +19,9 @@ struct SamplingDensity {
   float eighthMedian = 0;     ///< median distance to the 8th neighbour; 0 with fewer than 9 distinct points
 };
 
+/// Nearest others of each point that NeighbourDistances tell of.
+constexpr int measuredNeighbours = 8;
+
 /// Distances from each point to its nearest others, cloud's unit: what the sampling density and the outlier filter are
 /// made of. One entry per point.
 struct NeighbourDistances {
