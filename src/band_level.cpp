@@ -28,12 +28,6 @@ constexpr std::size_t coarseGrids = 3;
 /// How often a band may grow because the solution left the prediction.
 constexpr int mostRounds = 3;
 
-/// The share that coarser grids keep of the data's weights, as on dense grids.
-double coarseShare(Prior prior)
-{
-  return prior == Prior::triharmonic ? .25 : 1;
-}
-
 /// Signs of one plane of a field on a band.
 struct SignPlane {
   MaskPlane known, negative;
@@ -252,10 +246,8 @@ std::unique_ptr<BandData> voxelData(const Observation& observation, float beta, 
   weights.assign(static_cast<std::size_t>(band.count()), 0);
   std::vector<float> targets(weights.size(), 0);
   for (std::size_t n = 0; n < observation.voxels.size(); ++n) {
-    const std::int64_t voxel = observation.voxels[n];
-    const auto x = static_cast<int>(voxel % size.x), y = static_cast<int>(voxel / size.x % size.y),
-               z = static_cast<int>(voxel / size.planeCount());
-    const std::int64_t at = band.find(x + bandMargin, y + bandMargin, z + bandMargin);
+    const Eigen::Array3i voxel = size.voxel(observation.voxels[n]) + bandMargin;
+    const std::int64_t at = band.find(voxel.x(), voxel.y(), voxel.z());
     if (at < 0)
       continue;
     weights[static_cast<std::size_t>(at)] =
@@ -440,8 +432,8 @@ BandField bandOfDense(const Lattice& lattice, const std::vector<float>& values, 
 }
 
 BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level, const BandField& coarse,
-                         const BandObservation& observation, Prior prior, const SolverOptions& solver, bool isFinest,
-                         LevelReport& report, Execution& execution)
+                         const BandObservation& observation, Prior prior, int steps, const SolverOptions& solver,
+                         bool isFinest, LevelReport& report, Execution& execution)
 {
   const Lattice& lattice = lattices[level];
   const GridSize size = bandSize(lattice.size);
@@ -467,7 +459,7 @@ BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
     const std::vector<float> guess = field.values;
     const SolveReport solve =
-        solveOnBand(grids, prior, field.support, solver, lattice.spacing, field.values, execution);
+        solveOnBand(grids, prior, field.support, steps, solver, lattice.spacing, field.values, execution);
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;

@@ -19,12 +19,6 @@ constexpr std::size_t windowBytes = std::size_t{6} << 20;
 /// Planes per piece of the passes without stencils.
 constexpr int grainPlanes = 4;
 
-/// Share of the coarse correction that is taken, as on dense grids: the rediscretised L³ overcorrects.
-float coarseDamping(int order, bool dataAreDiagonal)
-{
-  return order < 3 ? 1.f : dataAreDiagonal ? .4f : .7f;
-}
-
 int defaultDegree(int order)
 {
   return order == 1 ? 2 : order == 2 ? 4 : 5;
@@ -33,11 +27,6 @@ int defaultDegree(int order)
 /// Where nothing is observed, a correction of longer waves than 2π over this many voxels spreads like a membrane. A
 /// band that is held at one end only would swing under L^k, which continues slopes and curvatures.
 constexpr double finestTautness = .25;
-
-/// The guess is right but for what the coarser grid could not resolve: measured on three scans, the surface is right to
-/// .002 voxels after three steps where something is observed, and in holes no step after the fourth changes how close
-/// it comes to the truth. Where scans contradict each other, sheets would go on creeping.
-constexpr int mostIterations = 4;
 
 /// Windows of consecutive planes; what is not in a run of the plane that a slot holds is zero.
 class WindowRing {
@@ -72,8 +61,6 @@ public:
         z = none;
       }
   }
-
-  std::size_t bytes() const { return values_.capacity() * sizeof(float); }
 
 private:
   static constexpr int none = -1000000;
@@ -188,7 +175,8 @@ public:
   void restrictTo(const float* fine, const Band& coarse, float* out, std::vector<Workspace>& workspaces,
                   Execution& execution)
   {
-    const float scale = coarseDamping(order_, grid_.data->isDiagonal()) * static_cast<float>(1 << (2 * order_)) / 8;
+    const float scale =
+        coarseDamping<float>(order_, grid_.data->isDiagonal()) * static_cast<float>(1 << (2 * order_)) / 8;
     const int slabs = static_cast<int>(workspaces.size());
     execution.forRange(slabs, 1, [&](std::int64_t slab, std::int64_t) {
       const auto from = static_cast<int>(coarse.size().z * slab / slabs);
@@ -495,12 +483,12 @@ struct StepSums {
 
 } // namespace
 
-SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support,
+SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support, int steps,
                         const SolverOptions& options, double unit, std::vector<float>& values, Execution& execution)
 {
   SolveReport report;
   report.method = SolverMethod::multigrid;
-  const int maxIterations = options.maxIterations > 0 ? options.maxIterations : mostIterations;
+  const int maxIterations = options.maxIterations > 0 ? options.maxIterations : steps;
   const int degree = options.smootherDegree > 0 ? options.smootherDegree : defaultDegree(order(prior));
   BandPreconditioner preconditioner(grids, prior, degree, execution);
   GridSolver& system = preconditioner.finest();
@@ -578,7 +566,7 @@ SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const B
                                   0.0, 1.0));
   }
   report.converged = settled || report.relativeResidual <= options.residualTolerance ||
-                     (options.maxIterations == 0 && report.iterations == mostIterations);
+                     (options.maxIterations == 0 && report.iterations == steps);
   return report;
 }
 

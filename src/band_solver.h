@@ -26,12 +26,15 @@ struct BandGrid {
 ///
 /// The correction solves (L_B^k + C) e = b − (L^k + C) d, L_B being the Laplacian of the band's own graph, missing
 /// neighbours dropped: the change of the surface is carried on across the band, as in the whole space, and coarser
-/// bands see the same. (With zeros around the band, which shift of the surface costs depends on the band's width alone:
-/// that converged five times slower, to surfaces twice as far from those of the whole space.) Chebyshev smoothers of
-/// the 4th kind on D⁻¹A, D = 12^k + the row sums of |C|, so that no eigenvalue exceeds 1. \param grids finest first;
-/// the coarser ones make the preconditioner \param values on `support`, a superset of the band by k voxels on all
-/// sides; in: the guess, out: the solution \param unit length of a voxel side in the unit of the field
-SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support,
+/// bands see the same. (With zeros around the band the width of the band decides what shifts the surface:
+/// measured on three scans, holes were filled 7 to 13 % worse, and six steps did not do what two do now.) Chebyshev
+/// smoothers of the 4th kind on D⁻¹A, D = 12^k + the row sums of |C|, so that no eigenvalue exceeds 1.
+///
+/// \param grids finest first; the coarser ones make the preconditioner
+/// \param steps that are planned: taking them counts as converged. SolverOptions::maxIterations overrides them
+/// \param values on `support`, a superset of the band by k voxels on all sides; in: the guess, out: the solution
+/// \param unit length of a voxel side in the unit of the field
+SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support, int steps,
                         const SolverOptions& options, double unit, std::vector<float>& values, Execution& execution);
 
 } // namespace mrf

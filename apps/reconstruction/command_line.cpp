@@ -161,14 +161,15 @@ void addModelOptions(OptionParser& parser)
   parser.choice("--solver", field(&Options::solver, &SolverOptions::method), "how the linear system is solved");
   parser.number("--max-iterations", "N", wholeNumbers(0, 1000000000),
                 field(&Options::solver, &SolverOptions::maxIterations), "iterations or sweeps per level",
-                "100 (multigrid), 1000 (icm), 10000 (cg)");
+                "100 (multigrid; near the surface only 4, then 2), 1000 (icm), 10000 (cg)");
   parser.number("--residual-tolerance", "RATIO", {0, 1, true, true},
                 field(&Options::solver, &SolverOptions::residualTolerance),
                 "multigrid and cg stop at this relative residual");
   parser.number("--change-tolerance", "VOXELS", length, field(&Options::solver, &SolverOptions::changeTolerance),
                 "icm and multigrid stop when a step changes less (RMS); 0 = never");
   parser.number("--smoother-degree", "N", wholeNumbers(0, 50), field(&Options::solver, &SolverOptions::smootherDegree),
-                "of multigrid's Chebyshev smoother", "2, 5, 10 by the order of the prior");
+                "of multigrid's Chebyshev smoother",
+                "2, 5, 10 by the order of the prior, near the surface only 2, 4, 5");
   parser.onOff("--cholesky-coarsest", field(&Options::solver, &SolverOptions::choleskyOnCoarsest),
                "factorise the coarsest level whatever the solver");
   parser.number("--max-factor-memory", "MIB", positive, field(&Options::solver, &SolverOptions::maxFactorBytes),

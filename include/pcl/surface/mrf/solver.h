@@ -20,12 +20,14 @@ enum class SolverMethod {
 
 struct SolverOptions {
   SolverMethod method = SolverMethod::multigrid;
-  int maxIterations = 0;           ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid), 1000 (icm), 10000 (cg)
+  int maxIterations = 0;           ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid; on levels in bands 4, then 2),
+                                   ///< 1000 (icm), 10000 (cg)
   double residualTolerance = 1e-6; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
   double changeTolerance =
       5e-4;               ///< icm and multigrid also stop when a step changes d by less, RMS in voxel sides
                           ///< (icm: over all voxels; multigrid: over the observed ones near the zero level); 0 = never
-  int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 10 for k = 1 / 2 / 3
+  int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 10 for k = 1 / 2 /
+                          ///< 3, on levels in bands 2 / 4 / 5
   bool choleskyOnCoarsest =
       false;              ///< factorise the coarsest level of the multiscale scheme whatever the method (the paper's)
   std::uint64_t seed = 1; ///< of icm's visiting order
