@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -176,13 +177,39 @@ TEST(FigureSupport, discsFaceTheViewer)
   }
 }
 
-TEST(FigureSupport, coloursAndNumbers)
+TEST(FigureSupport, barsShowTheColoursOfTheSurface)
 {
-  const std::vector<Colour> colours = {{0, 0, 0}, {100, 200, 50}, {255, 255, 255}};
-  EXPECT_EQ(blend(colours, -1), colours.front());
-  EXPECT_EQ(blend(colours, .25), (Colour{50, 100, 25}));
-  EXPECT_EQ(blend(colours, .5), colours[1]);
-  EXPECT_EQ(blend(colours, 7), colours.back());
+  const Legend errors = errorLegend("error", 4), confidences = confidenceLegend();
+  EXPECT_EQ(errors.lower, 0);
+  EXPECT_EQ(errors.upper, 4);
+  for (const double share : {0., .25, .5, 1.}) {
+    const auto index = static_cast<std::size_t>(share * static_cast<double>(errors.colours.size() - 1));
+    EXPECT_EQ(errors.colours[index], errorColour(4 * share, 4)) << share;
+    EXPECT_EQ(confidences.colours[index], pcl::mrf::confidenceColour(static_cast<float>(share))) << share;
+  }
+  EXPECT_EQ(std::set<Colour>(errors.colours.begin(), errors.colours.end()).size(), errors.colours.size());
+  EXPECT_EQ(errorColour(9, 4), errorColour(4, 4)) << "larger errors share the last colour";
+}
+
+TEST(FigureSupport, onlyFillingsShowTheirError)
+{
+  pcl::mrf::scan::Scan scan;
+  scan.cloud.positions = {{-1, -1, .1}};
+  scan.spacing = .5;
+  scan.diagonal = 200;
+  SurfaceMesh mesh = square(0);
+  pcl::mrf::Execution execution(2);
+  colourFillings(scan, {9, 1, 1, 9}, 1, mesh, execution);
+  ASSERT_EQ(mesh.colours.size(), 4u);
+  EXPECT_EQ(mesh.colours[1], errorColour(1, 2)) << "1 % of the diagonal is the largest error";
+  EXPECT_EQ(mesh.colours[2], mesh.colours[1]);
+  EXPECT_EQ(mesh.colours[3], errorColour(2, 2));
+  const Legend bar = errorLegend("", 2);
+  EXPECT_EQ(std::count(bar.colours.begin(), bar.colours.end(), mesh.colours[0]), 0) << "beside the point";
+}
+
+TEST(FigureSupport, numbersAndLazyValues)
+{
   EXPECT_EQ(rounded(1234.5), 1230);
   EXPECT_EQ(rounded(-.00012345), -.000123);
   EXPECT_EQ(rounded(0), 0);

@@ -457,7 +457,6 @@ TEST_F(Methods, GiveTheSphere)
       ASSERT_NEAR((vertex - Vector3d(1e3, 0, 0)).norm(), 1, .2 * spacing);
     EXPECT_GT(result.mesh.triangles.size(), 1000u);
     EXPECT_GT(result.processorSeconds, 0);
-    EXPECT_GT(result.wallSeconds, 0);
   }
 }
 

@@ -105,11 +105,7 @@ Section defaults(Laboratory& laboratory)
         results[v].add(measured);
         if (v == 0)
           byDefault = measured;
-        if (measured.contains("failed") || byDefault.contains("failed"))
-          continue;
-        for (std::size_t h = 0; h < measured["holes"].size(); ++h)
-          if (measured["holes"][h].is_number() && byDefault["holes"][h].is_number())
-            pairs[v].push_back({measured["holes"][h], byDefault["holes"][h], group});
+        addPairs(measured, byDefault, group, pairs[v]);
       }
     }
 
@@ -135,8 +131,7 @@ Section defaults(Laboratory& laboratory)
           ": what changes if one option is not at its default. Ratios are taken hole by hole, with a bootstrap "
           "interval over scans.",
       "beta and dEmax act on voxel-wise observations, so these rows are of the estimate plane; what they change is to "
-      "be "
-      "read beside its own row. A row that repeats a default has a ratio of 1, apart from lengths: automatic ones "
+      "be read beside its own row. A row that repeats a default has a ratio of 1, apart from lengths: automatic ones "
       "follow the spacing of the points that are left or the data themselves, those of the table the spacing before "
       "patches were left out.",
       "A patch can cut the end of a limb off the rest. The least component is the share of the points below which such "

@@ -159,8 +159,7 @@ Section fig2(Laboratory& laboratory)
       "collapses, flips towards six edges per vertex, relaxation in the tangent plane and a trace back to the zero "
       "level. Nothing is trimmed. The bunny's points are those of the zippered scans and come without normals.",
       "Quality is twice the inradius over the circumradius: 1 for an equilateral triangle. The area variance is "
-      "relative "
-      "to the square of the mean area. Checks violated counts, of eight, those that fail: non-manifold edges, "
+      "relative to the square of the mean area. Checks violated counts, of eight, those that fail: non-manifold edges, "
       "non-manifold vertices, degenerate triangles, self-intersections, unused vertices, and a number of components, "
       "an Euler characteristic or a number of boundary loops other than before. The paper's figure shows the same "
       "histograms: valences gather at six and areas around one size."};

@@ -121,8 +121,7 @@ void addTubes(Laboratory& laboratory, Section& section)
     const std::string file = "fig-3-tubes-" + k + ".png";
     laboratory.draw(file, picture, [&] {
       SurfaceMesh mesh = toSurfaceMesh(result());
-      for (const float confidence : mesh.confidences)
-        mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
+      colourByConfidence(mesh);
       return mesh;
     });
     section.pictures.push_back({file, std::string("tubes, ") + nameOf(prior) + "; blue: no data"});
@@ -180,8 +179,8 @@ Section fig3(Laboratory& laboratory)
   Section section{"fig-3", "Fig. 3: the three priors", {}, {}, {}, {}};
   section.paragraphs = {
       "Two open tubes along one axis, and a collection of spheres, boxes, a torus, a cylinder and a plate, each "
-      "covered "
-      "evenly with points and exact normals and reconstructed with default options and each of the three priors.",
+      "covered evenly with points and exact normals and reconstructed with default options and each of the three "
+      "priors.",
       "In the gap the truth is taken to be the straight tube that goes through both: distances are from evenly spread "
       "places of it to the surface, so that a gap that is not bridged counts as well. Elsewhere, and for the "
       "primitives, they are from evenly spread samples of the surface to the exact shape.",

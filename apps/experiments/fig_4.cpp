@@ -139,8 +139,7 @@ Section fig4(Laboratory& laboratory)
   section.paragraphs = {
       "A simulated scan from twelve sides with occlusion and three more holes of 6 to 9 % of the diagonal in radius, "
       "reconstructed with default options. Every vertex carries the local confidence α: 1 on a data point, falling "
-      "with "
-      "the distance to the nearest one, and 0 where the prior alone made the surface.",
+      "with the distance to the nearest one, and 0 where the prior alone made the surface.",
       "The table shows what α says about the error: the distance from evenly spread samples of the surface to the mesh "
       "that was scanned. Samples whose closest place is at that mesh's border have a share of the area but no error, "
       "because the truth is not known there. The paper's figure shows the same colouring."};
@@ -175,12 +174,11 @@ Section fig4(Laboratory& laboratory)
 
     PictureOptions picture;
     picture.width = picture.height = 800;
-    picture.legend = {"confidence", 0, 1, confidenceColours()};
+    picture.legend = confidenceLegend();
     const std::string file = "fig-4-" + subject.id + ".png";
     laboratory.draw(file, picture, [&] {
       SurfaceMesh mesh = toSurfaceMesh(result());
-      for (const float confidence : mesh.confidences)
-        mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
+      colourByConfidence(mesh);
       return mesh;
     });
     section.pictures.push_back({file, subject.title + ", coloured by α"});

@@ -104,19 +104,6 @@ json measureHole(const SurfaceMesh& mesh, const pcl::mrf::scan::Scan& scan, Exec
           {"max", percent * errors.max}};
 }
 
-/// Surface beside data in one colour, the rest by its distance to the true surface.
-SurfaceMesh tinted(SurfaceMesh mesh, const pcl::mrf::scan::Scan& scan, const SurfaceMesh& truth, double limit,
-                   Execution& execution)
-{
-  const double reach = 3 * scan.spacing;
-  const std::vector<double> support = distancesToPoints(mesh.vertices, scan.cloud.positions, execution);
-  const std::vector<double> errors = SurfaceDistance(truth).distances(mesh.vertices, execution);
-  mesh.colours.clear();
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    mesh.colours.push_back(support[v] < reach ? plainColour : blend(errorColours(), errors[v] / limit));
-  return mesh;
-}
-
 /// The bunny's haunch and back, looked at from in front of it.
 void addPictured(Laboratory& laboratory, Section& section)
 {
@@ -131,13 +118,10 @@ void addPictured(Laboratory& laboratory, Section& section)
   PictureOptions picture;
   picture.width = picture.height = 700;
   picture.from = {.85, .55, 1};
-  picture.focus = Eigen::Vector3d(.1, -.1, 0);
-  picture.extent = 2.8;
+  picture.focus = Eigen::Vector3d(.1, -.05, 0);
+  picture.extent = 3;
   PictureOptions pictureOfPoints = picture;
-  picture.legend.title = "distance to the true surface, % of the diagonal";
-  picture.legend.upper = limitPercent;
-  for (int i = 0; i <= 32; ++i)
-    picture.legend.colours.push_back(blend(errorColours(), i / 32.));
+  picture.legend = errorLegend("distance to the true surface, % of the diagonal", limitPercent);
 
   Table table{"fig-5",
               "The hole in the pictures: error of its held-out points, % of the diagonal",
@@ -158,7 +142,10 @@ void addPictured(Laboratory& laboratory, Section& section)
                           rounded(measured["max"])});
     const std::string file = "fig-5-" + method.id + ".png";
     laboratory.draw(file, picture, [&] {
-      return tinted(mesh(), scan(), *truth, limitPercent / 100 * scan().diagonal, laboratory.execution());
+      SurfaceMesh coloured = mesh();
+      colourFillings(scan(), SurfaceDistance(*truth).distances(coloured.vertices, laboratory.execution()), limitPercent,
+                     coloured, laboratory.execution());
+      return coloured;
     });
     section.pictures.push_back({file, method.title + ": RMS error " + text(measured["rms"]) + " % of the diagonal"});
   }

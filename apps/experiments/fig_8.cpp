@@ -103,10 +103,7 @@ void addPictures(Laboratory& laboratory, Section& section, const ScanObject& obj
   constexpr double limitPercent = 1;
   PictureOptions picture;
   picture.width = picture.height = 800;
-  picture.legend.title = "distance to the true surface, % of the diagonal";
-  picture.legend.upper = limitPercent;
-  for (int i = 0; i <= 32; ++i)
-    picture.legend.colours.push_back(blend(errorColours(), i / 32.));
+  picture.legend = errorLegend("distance to the true surface, % of the diagonal", limitPercent);
   for (const auto& [method, measured] : pictured) {
     if (measured.contains("failed"))
       continue;
@@ -115,7 +112,7 @@ void addPictures(Laboratory& laboratory, Section& section, const ScanObject& obj
       SurfaceMesh mesh = run(scan(), laboratory.execution()).mesh;
       mesh.colours.clear();
       for (const double error : object.load().distances(mesh.vertices, laboratory.execution()))
-        mesh.colours.push_back(blend(errorColours(), 100 / limitPercent * error / scan().diagonal));
+        mesh.colours.push_back(errorColour(error, limitPercent / 100 * scan().diagonal));
       return mesh;
     });
     section.pictures.push_back({file, object.title + ", noise of one mean spacing. " + method.title + ": RMS " +
@@ -262,11 +259,7 @@ void addNoisyScans(Laboratory& laboratory, Section& section)
         results[m].add(measured);
         if (m == 0)
           byDefault = measured;
-        if (measured.contains("failed") || byDefault.contains("failed"))
-          continue;
-        for (std::size_t h = 0; h < measured["holes"].size(); ++h)
-          if (measured["holes"][h].is_number() && byDefault["holes"][h].is_number())
-            pairs[m].push_back({byDefault["holes"][h], measured["holes"][h], group});
+        addPairs(byDefault, measured, group, pairs[m]);
       }
     }
 

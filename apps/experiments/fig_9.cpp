@@ -232,9 +232,7 @@ void drawDifference(Laboratory& laboratory, Lazy<pcl::mrf::scan::Scan>& scan, Se
     picture.from = {1, .5, -.9};
     picture.extent = 2.6 * radius;
     picture.focus = Eigen::Vector3d::Zero();
-    picture.legend = {"distance to the unrotated surface, cloud's unit", 0, limit, {}};
-    for (int i = 0; i <= 32; ++i)
-      picture.legend.colours.push_back(blend(errorColours(), i / 32.));
+    picture.legend = errorLegend("distance to the unrotated surface, cloud's unit", limit);
     laboratory.draw(file, picture, [&] {
       const SurfaceMesh unrotated = reconstructRotated(scan(), 0, options, laboratory.execution()).mesh;
       SurfaceMesh mesh = reconstructRotated(scan(), 45, options, laboratory.execution()).mesh;
@@ -242,7 +240,7 @@ void drawDifference(Laboratory& laboratory, Lazy<pcl::mrf::scan::Scan>& scan, Se
       EvaluationInput input;
       input.reference = unrotated;
       for (const float error : vertexErrors(mesh, input, laboratory.execution()))
-        mesh.colours.push_back(blend(errorColours(), error / limit));
+        mesh.colours.push_back(errorColour(error, limit));
       return mesh;
     });
     section.pictures.push_back({file, caption});
@@ -273,8 +271,7 @@ Section fig9(Laboratory& laboratory)
           "paper gives 2.47 as its largest difference.",
       "In the hole the difference comes from the border of the volume, which cuts the field off at another place in "
       "every rotation: it falls as the padding grows. What remains with a wide volume is where the solver stops: the "
-      "change "
-      "that stops it is a mean over the whole surface, of which the hole is a small part."};
+      "change that stops it is a mean over the whole surface, of which the hole is a small part."};
   Lazy<pcl::mrf::scan::Scan> scan([&] { return cutSphere(laboratory); });
   section.tables.push_back(anglesTable(laboratory, scan));
   addPaddingSweep(laboratory, scan, section);

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -15,6 +16,9 @@ namespace figures {
 using pcl::mrf::Execution;
 
 namespace {
+
+/// Of a bar of colours.
+constexpr int legendSteps = 32;
 
 pcl::mrf::Reconstruction reconstructGathered(const Places& positions, const Places& normals,
                                              const std::vector<std::int32_t>& views, const Places& sensors,
@@ -121,24 +125,27 @@ SurfaceMesh facingDiscs(const pcl::mrf::scan::Points& points, const Eigen::Vecto
   return mesh;
 }
 
-const std::vector<Colour>& errorColours()
+void colourByConfidence(SurfaceMesh& mesh)
 {
-  static const std::vector<Colour> colours = {
-      {118, 190, 196}, {232, 226, 166}, {240, 166, 92}, {205, 76, 60}, {118, 18, 48}};
-  return colours;
+  mesh.colours.clear();
+  mesh.colours.reserve(mesh.confidences.size());
+  for (const float confidence : mesh.confidences)
+    mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
 }
 
-std::vector<Colour> confidenceColours()
+Legend confidenceLegend()
 {
-  std::vector<Colour> colours;
-  for (int i = 0; i <= 32; ++i)
-    colours.push_back(pcl::mrf::confidenceColour(static_cast<float>(i) / 32));
-  return colours;
+  Legend legend{"confidence", 0, 1, {}};
+  for (int i = 0; i <= legendSteps; ++i)
+    legend.colours.push_back(pcl::mrf::confidenceColour(static_cast<float>(i) / legendSteps));
+  return legend;
 }
 
-Colour blend(const std::vector<Colour>& colours, double share)
+Colour errorColour(double error, double largest)
 {
-  const double position = std::clamp(share, 0., 1.) * static_cast<double>(colours.size() - 1);
+  constexpr std::array<Colour, 5> colours = {
+      {{118, 190, 196}, {232, 226, 166}, {240, 166, 92}, {205, 76, 60}, {118, 18, 48}}};
+  const double position = std::clamp(error / largest, 0., 1.) * static_cast<double>(colours.size() - 1);
   const auto below = std::min(static_cast<std::size_t>(position), colours.size() - 2);
   Colour colour{};
   for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -146,6 +153,26 @@ Colour blend(const std::vector<Colour>& colours, double share)
     colour[channel] = static_cast<std::uint8_t>(std::lround(a + (position - static_cast<double>(below)) * (b - a)));
   }
   return colour;
+}
+
+Legend errorLegend(const std::string& title, double largest)
+{
+  Legend legend{title, 0, largest, {}};
+  for (int i = 0; i <= legendSteps; ++i)
+    legend.colours.push_back(errorColour(i, legendSteps));
+  return legend;
+}
+
+void colourFillings(const pcl::mrf::scan::Scan& scan, const std::vector<double>& errors, double largestPercent,
+                    SurfaceMesh& mesh, Execution& execution)
+{
+  constexpr Colour supported{204, 199, 189};
+  const std::vector<double> toPoints = distancesToPoints(mesh.vertices, scan.cloud.positions, execution);
+  mesh.colours.clear();
+  mesh.colours.reserve(mesh.vertices.size());
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    mesh.colours.push_back(
+        toPoints[v] < 3 * scan.spacing ? supported : errorColour(errors[v], largestPercent / 100 * scan.diagonal));
 }
 
 const char* nameOf(pcl::mrf::Prior prior)

@@ -67,14 +67,19 @@ std::vector<double> distancesToPoints(const Places& places, const Places& points
 /// A small disc across the normal of each point that faces a viewer in the direction `from`.
 SurfaceMesh facingDiscs(const pcl::mrf::scan::Points& points, const Eigen::Vector3d& from, double radius);
 
-/// Light to dark, for errors.
-const std::vector<Colour>& errorColours();
-/// The colours of confidences 0..1.
-std::vector<Colour> confidenceColours();
-/// The colour at a share 0..1 of the way through the list.
-Colour blend(const std::vector<Colour>& colours, double share);
-/// Of surface that is seen, beside coloured parts.
-constexpr Colour plainColour{204, 199, 189};
+/// Colours of confidences 0..1 and their bar.
+void colourByConfidence(SurfaceMesh& mesh);
+Legend confidenceLegend();
+
+/// Light to dark from 0 to the largest error that is told apart, which larger ones share.
+Colour errorColour(double error, double largest);
+Legend errorLegend(const std::string& title, double largest);
+
+/// Where points support the surface it has one colour; the rest shows its distance to the truth. Lengths in % of the
+/// scan's diagonal.
+/// \param errors of the vertices, cloud's unit
+void colourFillings(const pcl::mrf::scan::Scan& scan, const std::vector<double>& errors, double largestPercent,
+                    SurfaceMesh& mesh, pcl::mrf::Execution& execution);
 
 const char* nameOf(pcl::mrf::Prior prior);
 constexpr pcl::mrf::Prior allPriors[] = {pcl::mrf::Prior::membrane, pcl::mrf::Prior::thinPlate,

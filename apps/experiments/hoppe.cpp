@@ -1,8 +1,9 @@
 #include "hoppe.h"
 
+#include "normal_cloud.h"
+
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <pcl/point_types.h>
 #include <pcl/surface/marching_cubes_hoppe.h>
 
 #include <cmath>
@@ -58,21 +59,14 @@ SurfaceMesh marchingCubesHoppe(const std::vector<Vector3d>& positions, const std
                                int resolution)
 {
   const Vector3d offset = positions.empty() ? Vector3d::Zero() : positions.front();
-  auto cloud = pcl::make_shared<pcl::PointCloud<pcl::PointNormal>>();
-  cloud->reserve(positions.size());
   Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    pcl::PointNormal point;
-    point.getVector3fMap() = (positions[i] - offset).cast<float>();
-    point.getNormalVector3fMap() = normals[i].cast<float>();
-    cloud->push_back(point);
-    box.extend(positions[i]);
-  }
+  for (const Vector3d& position : positions)
+    box.extend(position);
   pcl::MarchingCubesHoppe<pcl::PointNormal> method;
   method.setGridResolution(resolution, resolution, resolution);
   method.setPercentageExtendGrid(.05f);
   method.setIsoLevel(0);
-  method.setInputCloud(cloud);
+  method.setInputCloud(normalCloud(positions, normals, offset));
   pcl::PolygonMesh mesh;
   method.reconstruct(mesh);
   if (mesh.polygons.empty())

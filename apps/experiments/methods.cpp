@@ -103,7 +103,6 @@ MethodResult run(const Method& method, const Points& points, double spacing, Exe
   const Stopwatch watch;
   result.mesh = method.run(points, spacing, execution);
   result.processorSeconds = watch.processorSeconds();
-  result.wallSeconds = watch.wallSeconds();
   if (!hasArea(result.mesh))
     throw InvalidInput("there is no surface");
   return result;

@@ -45,7 +45,7 @@ Method programMethod(const std::string& id, const std::string& title, const std:
 
 struct MethodResult {
   SurfaceMesh mesh;
-  double processorSeconds = 0, wallSeconds = 0;
+  double processorSeconds = 0;
 };
 
 /// \throw pcl::mrf::Error

@@ -43,7 +43,7 @@ NoisyMethod peerOnOurPoints(const Method& method);
 pcl::mrf::scan::Points withEstimatedNormals(const pcl::mrf::scan::Scan& scan, pcl::mrf::Execution& execution);
 
 /// Measures a method on a scan: what measureSurface gives, and in mean spacings the smoothing length and the noise that
-/// the method found ("smoothing", "noise"; null: unknown), and "seconds".
+/// the method found ("smoothing", "noise"; null: unknown), and "processorSeconds".
 nlohmann::json measureNoisy(const NoisyMethod& method, const LoadedObject& object, const pcl::mrf::scan::Scan& scan,
                             pcl::mrf::Execution& execution);
 

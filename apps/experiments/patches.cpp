@@ -66,6 +66,16 @@ std::vector<double> rmsPerHole(const std::vector<double>& distances, const std::
   return result;
 }
 
+void addPairs(const json& a, const json& b, int group, std::vector<Pair>& pairs)
+{
+  if (a.contains("failed") || b.contains("failed"))
+    return;
+  const json &first = a["holes"], &second = b["holes"];
+  for (std::size_t h = 0; h < first.size(); ++h)
+    if (first[h].is_number() && second[h].is_number())
+      pairs.push_back({first[h], second[h], group});
+}
+
 Comparison compare(const std::vector<Pair>& pairs, std::uint64_t seed)
 {
   Comparison result;
@@ -151,7 +161,6 @@ json measurePatches(const Method& method, const PatchScan& patchScan, const Scan
   const MethodResult result = run(method, scan.cloud, scan.spacing, laboratory.execution());
   json measured = measureSurface(result.mesh, patchScan.object.load(), scan, laboratory.execution());
   measured["processorSeconds"] = result.processorSeconds;
-  measured["wallSeconds"] = result.wallSeconds;
   return measured;
 }
 

@@ -25,6 +25,9 @@ struct Pair {
   int group;
 };
 
+/// Adds the holes of one scan where both methods were measured. \param a, b as measureSurface gives them, or failures
+void addPairs(const nlohmann::json& a, const nlohmann::json& b, int group, std::vector<Pair>& pairs);
+
 struct Comparison {
   std::size_t pairs = 0;
   double shareBelow = 0;       ///< of the pairs in which a is below b
@@ -56,7 +59,7 @@ constexpr int holesPerScan = 5;
 nlohmann::json measureSurface(const SurfaceMesh& mesh, const LoadedObject& object, const pcl::mrf::scan::Scan& scan,
                               pcl::mrf::Execution& execution);
 
-/// Measures a method on a scan: what measureSurface gives, and seconds.
+/// Measures a method on a scan: what measureSurface gives, and "processorSeconds".
 nlohmann::json measurePatches(const Method& method, const PatchScan& patchScan, const pcl::mrf::scan::Scan& scan,
                               Laboratory& laboratory);
 

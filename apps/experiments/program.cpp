@@ -5,7 +5,6 @@
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
@@ -23,7 +22,7 @@ namespace {
 
 using pcl::mrf::InvalidInput;
 
-double processorSeconds(int who)
+double secondsOf(int who)
 {
   rusage usage{};
   getrusage(who, &usage);
@@ -33,9 +32,9 @@ double processorSeconds(int who)
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-double clockSeconds()
+double secondsUntilNow()
 {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  return secondsOf(RUSAGE_SELF) + secondsOf(RUSAGE_CHILDREN);
 }
 
 } // namespace
@@ -96,19 +95,11 @@ TemporaryFolder::~TemporaryFolder()
   std::filesystem::remove_all(folder_, error);
 }
 
-Stopwatch::Stopwatch()
-    : wall_(clockSeconds()),
-      processor_(mrf_apps::processorSeconds(RUSAGE_SELF) + mrf_apps::processorSeconds(RUSAGE_CHILDREN))
-{}
-
-double Stopwatch::wallSeconds() const
-{
-  return clockSeconds() - wall_;
-}
+Stopwatch::Stopwatch() : start_(secondsUntilNow()) {}
 
 double Stopwatch::processorSeconds() const
 {
-  return mrf_apps::processorSeconds(RUSAGE_SELF) + mrf_apps::processorSeconds(RUSAGE_CHILDREN) - processor_;
+  return secondsUntilNow() - start_;
 }
 
 } // namespace mrf_apps

@@ -30,15 +30,14 @@ private:
   std::filesystem::path folder_;
 };
 
-/// Seconds on the clock and of all processors, those of programs that were waited for included.
+/// Seconds of all processors, which other programs do not change much; those of programs that were waited for included.
 class Stopwatch {
 public:
   Stopwatch();
-  double wallSeconds() const;
   double processorSeconds() const;
 
 private:
-  double wall_, processor_;
+  double start_;
 };
 
 } // namespace mrf_apps

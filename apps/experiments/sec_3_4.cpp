@@ -2,6 +2,7 @@
 #include "figures.h"
 
 #include "interpolation.h"
+#include "program.h"
 #include "scan/analytic_surface.h"
 #include "scan/mesh_surface.h"
 
@@ -11,7 +12,6 @@
 #include <pcl/surface/mrf/solver.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 
@@ -164,13 +164,6 @@ Problem makeProblem(Prior prior, Laboratory& laboratory)
   return problem;
 }
 
-double secondsOf(const std::function<void()>& work)
-{
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 /// Runs of one solver with more and more iterations, each from the start, until the surface stands still, more
 /// iterations change nothing, or a run takes too long.
 json measureSolver(const Problem& problem, SolverMethod method, bool isCold, Laboratory& laboratory)
@@ -186,9 +179,9 @@ json measureSolver(const Problem& problem, SolverMethod method, bool isCold, Lab
     options.maxIterations = static_cast<int>(std::ceil(target));
     options.seed = laboratory.options().seed;
     Field values = isCold ? Field(problem.interpolated.size(), 0) : problem.interpolated;
-    pcl::mrf::SolveReport report;
-    const double seconds =
-        secondsOf([&] { report = solve(problem.system, options, problem.lattice.spacing, values, execution); });
+    const Stopwatch watch;
+    const pcl::mrf::SolveReport report = solve(problem.system, options, problem.lattice.spacing, values, execution);
+    const double seconds = watch.processorSeconds();
     const double error = surfaceError(problem, values);
     const std::vector<double> exact(values.begin(), values.end());
     const double above = energy(problem.exactSystem, exact, execution) - problem.leastEnergy;
@@ -243,8 +236,8 @@ void addPlots(Prior prior, const std::vector<Entry>& entries, Section& section)
   const struct {
     const char *x, *xLabel, *y, *yLabel;
   } axes[] = {{"iterations", "iterations or sweeps", "energy", "energy above the minimum, relative"},
-              {"seconds", "seconds", "energy", "energy above the minimum, relative"},
-              {"seconds", "seconds", "error", "RMS distance to the converged surface, voxels"}};
+              {"seconds", "CPU s", "energy", "energy above the minimum, relative"},
+              {"seconds", "CPU s", "error", "RMS distance to the converged surface, voxels"}};
   for (const auto& axis : axes) {
     Plot plot = emptyPlot(Plot::Kind::lines, "sec-3-4-k" + k + "-" + axis.y + "-" + axis.x,
                           std::string(figures::nameOf(prior)), axis.xLabel, axis.yLabel);
@@ -280,7 +273,7 @@ Section section34(Laboratory& laboratory)
       "One level of one problem, the scan of a bunny (a torus where that is not installed) with three holes, solved by "
       "each of the four solvers: from the interpolated solution of the next coarser level, as the multiscale scheme "
       "does it, and cold, from zero everywhere. Each point of a curve is a run of its own with a larger number of "
-      "iterations or sweeps, in single precision; the seconds are those of the call, set-up included.",
+      "iterations or sweeps, in single precision; the seconds are those of all processors, set-up included.",
       "Energy is what all solvers lower, above its minimum and relative to the minimum's distance from the cold start. "
       "The error is the RMS distance of the zero level from the converged one, in voxel sides; " +
           text(accuracy) +
@@ -290,7 +283,7 @@ Section section34(Laboratory& laboratory)
       "The paper solves its coarsest level by Cholesky and the others by ICM, from the interpolated solution."};
   Table table{"sec-3-4",
               "Time to " + text(accuracy) + " voxel RMS of the converged surface",
-              {"prior", "start", "solver", "iterations", "seconds", "last run: iterations", "its seconds",
+              {"prior", "start", "solver", "iterations", "CPU s", "last run: iterations", "its CPU s",
                "its error, voxels", "its relative energy above the minimum"},
               {}};
   json size;

@@ -49,19 +49,6 @@ std::optional<WorstHole> worstHole(const std::vector<Measured>& all)
   return worst;
 }
 
-/// What data support in one colour, the rest by its distance to the object.
-SurfaceMesh tinted(SurfaceMesh mesh, const Scan& scan, const ScanObject& object, double limit,
-                   pcl::mrf::Execution& execution)
-{
-  const std::vector<double> support = figures::distancesToPoints(mesh.vertices, scan.cloud.positions, execution);
-  const std::vector<double> errors = object.load().distances(mesh.vertices, execution);
-  mesh.colours.clear();
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    mesh.colours.push_back(support[v] < 3 * scan.spacing ? figures::plainColour
-                                                         : figures::blend(figures::errorColours(), errors[v] / limit));
-  return mesh;
-}
-
 void addPictures(const std::vector<Measured>& all, const std::vector<Method>& methods, Laboratory& laboratory,
                  Section& section)
 {
@@ -86,10 +73,7 @@ void addPictures(const std::vector<Measured>& all, const std::vector<Method>& me
   picture.focus = hole.centre;
   picture.extent = 5 * hole.radius;
   constexpr double limitPercent = 3;
-  picture.legend.title = "distance to the object, % of the diagonal";
-  picture.legend.upper = limitPercent;
-  for (int i = 0; i <= 32; ++i)
-    picture.legend.colours.push_back(figures::blend(figures::errorColours(), i / 32.));
+  picture.legend = figures::errorLegend("distance to the object, % of the diagonal", limitPercent);
 
   const std::string stem = "table-1-worst-" + shown.scan.object.id + "-" + std::to_string(shown.scan.index) + "-" +
                            std::to_string(worst->hole) + "-";
@@ -107,8 +91,10 @@ void addPictures(const std::vector<Measured>& all, const std::vector<Method>& me
       continue;
     const std::string file = stem + methods[m].id + ".png";
     laboratory.draw(file, picture, [&] {
-      return tinted(run(methods[m], scan.cloud, scan.spacing, laboratory.execution()).mesh, scan, shown.scan.object,
-                    limitPercent / 100 * scan.diagonal, laboratory.execution());
+      SurfaceMesh mesh = run(methods[m], scan.cloud, scan.spacing, laboratory.execution()).mesh;
+      figures::colourFillings(scan, shown.scan.object.load().distances(mesh.vertices, laboratory.execution()),
+                              limitPercent, mesh, laboratory.execution());
+      return mesh;
     });
     section.pictures.push_back(
         {file, methods[m].title + ": RMS error " + text(result["holes"][worst->hole]) + " % of the diagonal"});
@@ -143,14 +129,8 @@ Table summaryTable(const std::vector<Measured>& all, const std::vector<Method>& 
 std::vector<Pair> pairs(const std::vector<Measured>& all, std::size_t a, std::size_t b)
 {
   std::vector<Pair> result;
-  for (std::size_t s = 0; s < all.size(); ++s) {
-    const json &first = all[s].results[a], &second = all[s].results[b];
-    if (first.contains("failed") || second.contains("failed"))
-      continue;
-    for (std::size_t h = 0; h < first["holes"].size(); ++h)
-      if (first["holes"][h].is_number() && second["holes"][h].is_number())
-        result.push_back({first["holes"][h], second["holes"][h], static_cast<int>(s)});
-  }
+  for (std::size_t s = 0; s < all.size(); ++s)
+    addPairs(all[s].results[a], all[s].results[b], static_cast<int>(s), result);
   return result;
 }
 
@@ -227,10 +207,9 @@ Section table1(Laboratory& laboratory)
           " points with exact positions and normals, and loses " + std::to_string(holesPerScan) +
           " spherical patches at random places with radii of 4 to 10 % of its diagonal. The points that a patch took "
           "away are the truth there: a hole's error is the root mean square of their distances to the surface. "
-          "Accuracy is that of the points that were left. Surface farther than 1 % of the diagonal from the object "
-          "is invented. Both belong together: the error of a hole does not see surface that is too much, and sheets "
-          "across "
-          "a hole that happen to pass near its points make it small.",
+          "Accuracy is that of the points that were left. Surface farther than 1 % of the diagonal from the object is "
+          "invented. Both belong together: the error of a hole does not see surface that is too much, and sheets "
+          "across a hole that happen to pass near its points make it small.",
       "All methods are given the same points with the same normals. Ours has its defaults apart from what the name "
       "says, and no remeshing. pcl::MarchingCubesHoppe has a grid 5 % larger than the points' box: without that, what "
       "PCL's tool does, it leaves out the sides of an object that lie in the box. Corners of its triangles that are "
