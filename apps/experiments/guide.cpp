@@ -1,11 +1,14 @@
 #include "figure_support.h"
 #include "figures.h"
+#include "methods.h"
+#include "program.h"
 
 #include "evaluate/surface_distance.h"
 #include "evaluate/surface_samples.h"
 #include "scan/mesh_surface.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace mrf_apps {
 
@@ -23,7 +26,7 @@ enum class Colouring { plain, confidence };
 /// Options, as the command line names them. Lengths are known once the scan is.
 struct Variant {
   std::string id, words;
-  std::function<void(Options&, double spacing)> apply;
+  Change apply;
 };
 
 /// A kind of scan and what to do about it.
@@ -50,12 +53,29 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
   holes.views.count = 8;
   holes.holeCentres = {{.45, .32, .4}, {-.75, .25, .35}, {0, -.45, .7}};
   holes.smallestHole = holes.largestHole = {6, Length::Unit::diagonalPercent};
-  result.push_back({"holes", "scan with holes", holes, true, Colouring::confidence, front, {byDefault}});
+  const Change polygonized = [](Options& options, double) { options.remesher.rounds = 0; };
+  result.push_back({"holes",
+                    "scan with holes",
+                    holes,
+                    true,
+                    Colouring::confidence,
+                    front,
+                    {byDefault,
+                     {"no-remesh", "--no-remesh", polygonized},
+                     {"thin-plate", "--no-remesh --prior thin-plate",
+                      [=](Options& options, double spacing) {
+                        polygonized(options, spacing);
+                        options.prior.prior = pcl::mrf::Prior::thinPlate;
+                      }},
+                     {"draft", "--no-remesh --quality draft", [=](Options& options, double spacing) {
+                        polygonized(options, spacing);
+                        options.multiscale.quality = pcl::mrf::Quality::draft;
+                      }}}});
 
   ScanOptions noisy = scan;
   noisy.noise = {1, Length::Unit::spacings};
   result.push_back({"noisy",
-                    "noise of one mean spacing, normals estimated",
+                    "noise of one mean spacing, normals estimated with the sensors known",
                     noisy,
                     false,
                     Colouring::plain,
@@ -63,6 +83,17 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
                     {{"voxels", "--observation plane",
                       [](Options& options, double) { options.observation.estimate = pcl::mrf::Estimate::plane; }},
                      byDefault}});
+
+  ScanOptions clusters = scan;
+  clusters.clusteredOutliers = 3;
+  result.push_back(
+      {"clusters",
+       "3 % false matches in clusters of " + std::to_string(clusters.clusterSize),
+       clusters,
+       true,
+       Colouring::plain,
+       front,
+       {byDefault, {"robust", "--robust", [](Options& options, double) { options.outliers.robust = true; }}}});
 
   ScanOptions sparse = scan;
   sparse.sampling.points = 2000;
@@ -110,20 +141,25 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
   return result;
 }
 
-pcl::mrf::Reconstruction run(const Case& one, const Variant& variant, const pcl::mrf::scan::Scan& scan,
-                             Execution& execution)
+struct Run {
+  pcl::mrf::Reconstruction reconstruction;
+  double processorSeconds;
+};
+
+Run run(const Case& one, const Variant& variant, const pcl::mrf::scan::Scan& scan, Execution& execution)
 {
   Options options;
   variant.apply(options, scan.spacing);
-  return reconstruct(scan.cloud.positions, one.hasNormals ? scan.cloud.normals : Places(), options, execution);
+  const Stopwatch watch;
+  pcl::mrf::Reconstruction result = reconstruct(scan, one.hasNormals, options, execution);
+  return {std::move(result), watch.processorSeconds()};
 }
 
 /// Distances in % of the diagonal: known places of the true surface to the mesh, and of the mesh to the truth.
-json measure(const pcl::mrf::Reconstruction& result, const pcl::mrf::scan::Scan& scan, const SurfaceMesh& truth,
-             Laboratory& laboratory)
+json measure(const Run& result, const pcl::mrf::scan::Scan& scan, const SurfaceMesh& truth, Laboratory& laboratory)
 {
   Execution& execution = laboratory.execution();
-  const SurfaceMesh mesh = toSurfaceMesh(result);
+  const SurfaceMesh mesh = toSurfaceMesh(result.reconstruction);
   const double percent = 100 / scan.diagonal;
   const SurfaceDistance toMesh(mesh);
   const Places samples = sampleSurface(mesh, 50000, laboratory.options().seed).positions;
@@ -135,8 +171,8 @@ json measure(const pcl::mrf::Reconstruction& result, const pcl::mrf::scan::Scan&
   json measured{{"clean", rms(toMesh, scan.clean.positions)},
                 {"truth", rms(SurfaceDistance(truth), samples)},
                 {"unsupported", 100 * static_cast<double>(far) / static_cast<double>(samples.size())},
-                {"components", result.report.mesh.components},
-                {"seconds", result.report.seconds}};
+                {"components", result.reconstruction.report.mesh.components},
+                {"processorSeconds", result.processorSeconds}};
   if (scan.heldOut.size() > 0)
     measured["heldOut"] = rms(toMesh, scan.heldOut.positions);
   return measured;
@@ -146,8 +182,7 @@ SurfaceMesh coloured(const Case& one, const pcl::mrf::Reconstruction& result)
 {
   SurfaceMesh mesh = toSurfaceMesh(result);
   if (one.colouring == Colouring::confidence)
-    for (const float confidence : mesh.confidences)
-      mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
+    colourByConfidence(mesh);
   return mesh;
 }
 
@@ -172,7 +207,7 @@ Section guide(Laboratory& laboratory)
   Table table{"guide",
               "Options against traits of the scan",
               {"scan", "options", "points to surface", "held-out points to surface", "surface to object",
-               "surface without data, %", "components", "seconds"},
+               "surface without data, %", "components", "CPU s"},
               {}};
   const pcl::mrf::scan::MeshSurface object(truth->vertices, truth->triangles);
   for (const Case& one : cases(laboratory.options())) {
@@ -188,7 +223,7 @@ Section guide(Laboratory& laboratory)
     });
     section.pictures.push_back({points, one.title + ": the points that face the viewer"});
     for (const Variant& variant : one.variants) {
-      Lazy<pcl::mrf::Reconstruction> result([&] { return run(one, variant, scan(), laboratory.execution()); });
+      Lazy<Run> result([&] { return run(one, variant, scan(), laboratory.execution()); });
       const json measured = laboratory.measure("guide/" + one.id + "/" + variant.id,
                                                [&] { return measure(result(), scan(), *truth, laboratory); });
       if (measured.contains("failed")) {
@@ -198,9 +233,9 @@ Section guide(Laboratory& laboratory)
       table.rows.push_back({one.title, variant.words, rounded(measured["clean"]),
                             measured.contains("heldOut") ? json(rounded(measured["heldOut"])) : json(),
                             rounded(measured["truth"]), rounded(measured["unsupported"]), measured["components"],
-                            rounded(measured["seconds"], 2)});
+                            rounded(measured["processorSeconds"], 2)});
       const std::string file = "guide-" + one.id + "-" + variant.id + ".png";
-      laboratory.draw(file, picture, [&] { return coloured(one, result()); });
+      laboratory.draw(file, picture, [&] { return coloured(one, result().reconstruction); });
       section.pictures.push_back({file, one.title + ": " + variant.words});
     }
   }
