@@ -1,4 +1,5 @@
 // The whole method on shapes whose truth is known, what must not change its result, and real scans.
+#include "support/clouds.h"
 #include "support/conversion.h"
 #include "support/mesh_distance.h"
 #include "support/scans.h"
@@ -268,6 +269,23 @@ TEST(Sampling, FivePercentOfOutliersLeaveOneComponent)
   EXPECT_NEAR(run.report.smoothing.noise, .3 * .05, .1 * .05);
   // Averaging makes of the noise a fraction.
   EXPECT_LT(error(run.mesh, torus), .5 * .3 * .05);
+}
+
+TEST(Sampling, SmallObjectsBesideALargeOneSurvive)
+{
+  // Of .5 and 1 % of the points, sampled as densely; the outliers leave nothing.
+  const shapes::Sdf large = shapes::sphere(1), small = shapes::sphere(.1, {1.3, 0, 0}),
+                    smallest = shapes::sphere(.07, {0, 1.3, 0});
+  const shapes::Sdf all = shapes::unite(large, shapes::unite(small, smallest));
+  PointSet points = shapes::sample(all, 1.5, .02);
+  std::mt19937 random(1);
+  const auto uniform = [&] { return static_cast<float>(random()) / 2147483648.f - 1; };
+  for (std::size_t n = points.size() / 100; n > 0; --n)
+    clouds::append(points, 1.5f * Eigen::Vector3f(uniform(), uniform(), uniform()),
+                   Eigen::Vector3f(uniform(), uniform(), uniform()).normalized());
+  const Outcome run = reconstruct(points);
+  expectClosed(run, 3, 6);
+  EXPECT_LT(error(run.mesh, all), .1 * run.report.options.multiscale.voxelSize);
 }
 
 TEST(Determinism, SameBytesForAnyNumberOfThreads)

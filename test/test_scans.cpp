@@ -172,6 +172,33 @@ TEST_P(NoisyScan, DefaultPresetReachesItsBars)
   EXPECT_NEAR(100 * outcome.reconstruction.report.smoothing.noise / .156398728, .25, .025);
 }
 
+TEST_P(NoisyScan, OnlyFillingsOfItsHolesAreFarFromTheTrueSurface)
+{
+  const scans::Scan scan = scans::load(GetParam().name);
+  const Reconstruction r = run(GetParam().name, defaultPreset()).reconstruction;
+  ASSERT_EQ(r.report.mesh.components, 1);
+  const auto searchOf = [&](const std::vector<Eigen::Vector3d>& truth) {
+    std::vector<Eigen::Vector3f> positions;
+    for (const Eigen::Vector3d& p : truth)
+      positions.push_back((p - r.points.offset).cast<float>());
+    auto search = makeKdTree();
+    search->setPoints(positions);
+    return search;
+  };
+  const auto scanned = searchOf(scan.clean), withheld = searchOf(scan.heldOut);
+  Neighbours nearest;
+  const auto distance = [&](const NeighbourSearch& search, const Eigen::Vector3f& v) {
+    search.nearest(v, 1, nearest);
+    return 100 * std::sqrt(nearest.squaredDistances.front()) / scan.diagonal;
+  };
+  // In % of the diagonal. What outliers make lies away from both; a filling may leave the points of its hole, which has
+  // a radius of 7 %, by a third of that.
+  for (const Eigen::Vector3f& v : r.mesh.vertices)
+    if (distance(*scanned, v) > 1) {
+      EXPECT_LT(distance(*withheld, v), 7. / 3) << v.transpose();
+    }
+}
+
 TEST_P(NoisyScan, MedianThinPlateAndLowBetaReachTheBars)
 {
   Options options;

@@ -1,3 +1,4 @@
+#include "support/clouds.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -233,6 +234,36 @@ TEST(Trimming, dropsComponentsWithoutOrWithLittleSupport)
     EXPECT_EQ(measure(dropped.mesh).components, 1);
     EXPECT_NEAR(dropped.areaDropped, 4 * pi * .04, .05 * 4 * pi * .04);
   }
+}
+
+TEST(Trimming, dropsBubblesAroundSinglePointsHoweverLarge)
+{
+  // A bubble of a third of the main surface's area around one point, and an object of a fortieth that is full of them.
+  const shapes::Sdf large = shapes::sphere(.3, {-.6, 0, 0}), bubble = shapes::sphere(.17, {.2, 0, 0}),
+                    object = shapes::sphere(.11, {.7, 0, 0});
+  PointSet points = shapes::sample(shapes::unite(large, object), 1.2, spacing);
+  clouds::append(points, {.2f, 0, 0}, Vector3f::UnitZ());
+  const Scene scene(shapes::unite(shapes::unite(large, bubble), object), points, 60);
+  ASSERT_EQ(measure(scene.mesh).components, 3);
+  ASSERT_EQ(measure(scene.trim(Trimming::holes, 100, 0).mesh).components, 3) << "0 keeps all";
+  const TrimResult result = scene.trim(Trimming::holes, 100);
+  EXPECT_EQ(result.componentsDropped, 1);
+  EXPECT_EQ(measure(result.mesh).components, 2);
+  for (const Vector3f& v : result.mesh.vertices)
+    EXPECT_TRUE(v.x() < 0 || v.x() > .5f);
+}
+
+TEST(Trimming, theLargestComponentStaysHoweverFewItsPoints)
+{
+  PointSet points;
+  for (const float x : {-.05f, .05f, .6f})
+    clouds::append(points, {x, 0, 0}, Vector3f::UnitX());
+  const Scene scene(shapes::unite(shapes::sphere(.15), shapes::sphere(.1, {.6, 0, 0})), points, 60);
+  ASSERT_EQ(measure(scene.mesh).components, 2);
+  const TrimResult result = scene.trim(Trimming::holes, 100);
+  EXPECT_EQ(result.componentsDropped, 1);
+  ASSERT_EQ(measure(result.mesh).components, 1);
+  EXPECT_LT(result.mesh.vertices.front().x(), .3f);
 }
 
 TEST(Trimming, withoutAnySupportNothingIsLeft)

@@ -21,8 +21,10 @@ enum class Trimming {
 struct TrimmingOptions {
   Trimming trimming = Trimming::holes;
   float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the points' bbox diagonal
-  /// Components with less than this share of the supported area are dropped, [0, 1); not with `none`.
-  float minComponentShare = .01f;
+  /// Components with less than this share of the supported area are dropped, [0, 1), and so are, beside the largest,
+  /// those with fewer than 12 points behind them; 0 keeps them all. As small as orientation's own share, so that what
+  /// passed there is not lost here. Not with `none`.
+  float minComponentShare = .003f;
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -45,11 +47,14 @@ struct TrimResult {
 /// A triangle is unsupported if the confidence of all its vertices is 0. Edge-connected unsupported triangles form a
 /// region. A region is an extrapolation if it touches the mesh's boundary (the field's border), has no supported
 /// neighbour at all, or if its diameter, estimated as twice the largest distance from one of its vertices to the
-/// nearest data point, exceeds maxHole; otherwise it is a hole filling.
+/// nearest data point, exceeds maxHole; otherwise it is a hole filling. Triangles with a repeated vertex or an index
+/// out of range are dropped, unless the options ask for no trimming.
+///
+/// What is left falls into components. A point is behind a component if it is the nearest one of a vertex with support:
+/// bubbles around outliers have few, whatever their area, and real objects many.
 /// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
 /// \param search holds the data points
 /// \param diagonal of the points' bounding box, for the automatic maxHole
-/// Triangles with a repeated vertex or an index out of range are dropped, unless the options ask for no trimming.
 /// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
 /// Cost: linear in the number of triangles, and one query per vertex of the regions in question.
 /// The result does not depend on the number of threads.
