@@ -93,6 +93,7 @@ TEST_F(EvaluateTool, WrongUsage)
       expectFailure({"flat.off", option, value, "--json", "r.json"}, 2, "");
   expectFailure({"flat.off", "--samples", "0"}, 2, "samples");
   expectFailure({"flat.off", "--samples", "1e20"}, 2, "samples");
+  expectFailure({"flat.off", "--seed", "-1"}, 2, "--seed");
   expectFailure({"flat.off", "--threads", "-1"}, 2, "--threads");
   write("flat.ply", "");
   expectFailure({"flat.ply", "--input", "cloud.xyz", "--coloured", "flat.ply"}, 2, "would be overwritten");

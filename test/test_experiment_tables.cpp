@@ -34,7 +34,7 @@ pcl::mrf::MeshStatistics statisticsOf(const SurfaceMesh& mesh)
 
 json patches(const std::vector<json>& holes)
 {
-  return {{"accuracy", .25},    {"holes", holes}, {"invented", 3},         {"components", 1},
+  return {{"accuracy", .25},    {"holes", holes}, {"invented", 3},        {"components", 1},
           {"boundaryLoops", 0}, {"flaws", 0},     {"processorSeconds", 2}};
 }
 

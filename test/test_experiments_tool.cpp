@@ -30,10 +30,12 @@ TEST_F(ExperimentsTool, WrongInput)
   expectFailure({}, 2, "--output");
   expectFailure({"-o", ""}, 2, "folder");
   expectFailure({"-o", "out", "--only", "fig-2,fig-99"}, 2, "'fig-99'");
-  expectFailure({"-o", "out", "--seed", "x"}, 2, "--seed");
+  for (const char* seed : {"x", "-1", "1e99"})
+    expectFailure({"-o", "out", "--seed", seed}, 2, "--seed");
   expectFailure({"-o", "out", "--threads", "-1"}, 2, "--threads");
   expectFailure({"-o", "out", "--slow"}, 2, "--slow");
   expectFailure({"-o", "out", "--no-pictures", "--data", "missing"}, 1, "'missing'");
+  expectFailure({"-o", "out", "--no-pictures", "--data", "taken"}, 1, "reference/igea.ply");
   expectFailure({"-o", "missing/out", "--no-pictures"}, 1, "'missing/out'");
   expectFailure({"-o", "file", "--no-pictures"}, 1, "is not a folder");
   expectFailure({"-o", "taken", "--no-pictures"}, 1, "index.html");

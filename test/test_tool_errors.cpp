@@ -117,8 +117,10 @@ TEST_F(ToolErrors, Usage)
   expectFailure({}, 2, "INPUT");
   expectFailure({"sphere.xyz"}, 2, "OUTPUT");
   expectFailure({"sphere.xyz", "a.ply", "b.ply"}, 2, "b.ply");
-  expectFailure({"sphere.xyz", "out.ply", "--nonsense"}, 2, "--nonsense");
-  expectFailure({"sphere.xyz", "out.ply", "--beta"}, 2, "--beta");
+  expectFailure({"sphere.xyz", "out.ply", "--nonsense"}, 2, "'--nonsense' is not an option");
+  expectFailure({"sphere.xyz", "out.ply", "--nonsense", "3"}, 2, "'--nonsense' is not an option");
+  expectFailure({"sphere.xyz", "out.ply", "--beta"}, 2, "--beta needs a value");
+  expectFailure({"sphere.xyz", "out.ply", "--beta", ".5", "--beta", ".6"}, 2, "--beta is given more than once");
   expectFailure({"sphere.xyz", "out.doc"}, 2, "does not end in ply, obj, stl, vtk or vtp");
   expectFailure({"sphere.xyz", "out"}, 2, "does not end in");
   expectFailure({"sphere.doc", "out.ply"}, 2, "does not end in pcd, ply, obj, xyz or txt");
@@ -130,20 +132,21 @@ TEST_F(ToolErrors, Usage)
 TEST_F(ToolErrors, BadValues)
 {
   const std::vector<std::pair<std::string, std::string>> values = {
-      {"--beta", "1"},          {"--beta", "-0.1"},
-      {"--beta", "nan"},        {"--beta", "much"},
-      {"--beta", "0.5x"},       {"--beta", ""},
-      {"--voxel-size", "-1"},   {"--voxel-size", "inf"},
-      {"--neighbours", "0"},    {"--neighbours", "5.5"},
-      {"--neighbours", "101"},  {"--remesh", "-1"},
-      {"--remesh", "1e9"},      {"--threads", "-2"},
-      {"--threads", "5000"},    {"--prior", "flat"},
-      {"--observation", "all"}, {"--solver", "magic"},
-      {"--normals", "maybe"},   {"--polygonizer", "spheres"},
-      {"--trim", "much"},       {"--colour", "red"},
-      {"--preset", "best"},     {"--spacing-filter", "yes"},
-      {"--sensor", "1,2"},      {"--sensor", "1,2,three"},
-      {"--sensor", "1,2,nan"},  {"--orientation-angle", "0"}};
+      {"--beta", "1"},           {"--beta", "-0.1"},
+      {"--beta", "nan"},         {"--beta", "much"},
+      {"--beta", "0.5x"},        {"--beta", ""},
+      {"--voxel-size", "-1"},    {"--voxel-size", "inf"},
+      {"--voxel-size", "9e999"}, {"--voxel-size", "-9e999"},
+      {"--neighbours", "0"},     {"--neighbours", "5.5"},
+      {"--neighbours", "101"},   {"--remesh", "-1"},
+      {"--remesh", "1e9"},       {"--threads", "-2"},
+      {"--threads", "5000"},     {"--prior", "flat"},
+      {"--observation", "all"},  {"--solver", "magic"},
+      {"--normals", "maybe"},    {"--polygonizer", "spheres"},
+      {"--trim", "much"},        {"--colour", "red"},
+      {"--preset", "best"},      {"--spacing-filter", "yes"},
+      {"--sensor", "1,2"},       {"--sensor", "1,2,three"},
+      {"--sensor", "1,2,nan"},   {"--orientation-angle", "0"}};
   for (const auto& [option, value] : values)
     expectFailure({"sphere.xyz", "out.ply", option, value}, 2, option);
   // The message says what would be right.
@@ -241,6 +244,9 @@ TEST_F(ToolErrors, PictureNeedsADisplay)
 TEST_F(ToolErrors, MethodFailures)
 {
   expectFailure({"sphere.xyz", "out.ply", "--voxel-size", "0.001", "--max-memory", "16"}, 3, "voxel");
+  // The sphere's box has a diagonal of 2√3.
+  expectFailure({"sphere.xyz", "out.ply", "--voxel-size", "3.5"}, 2, "larger than the cloud");
+  expectFailure({"sphere.xyz", "out.ply", "--voxel-size", "1e9"}, 2, "larger than the cloud");
 }
 
 } // namespace

@@ -159,6 +159,18 @@ TEST_F(ToolFiles, TextWithEveryKindOfHeaderAndSeparator)
     reconstruct(name, true);
 }
 
+TEST_F(ToolFiles, NumbersBeyondDoubles)
+{
+  const std::string rows = tool::sphereRows(pointCount);
+  write("far.xyz", rows + "0 0.5 1e999 0 0 1\n0 0.5 -1e999 0 0 1\n");
+  EXPECT_EQ(reportOf({"far.xyz", "out.ply"}).at("/points/notFinite"_json_pointer), 2);
+  write("near.xyz", rows + "1e-999 0." + std::string(400, '0') + "1 1.01 0 0 1\n");
+  const json near = reportOf({"near.xyz", "out.ply"});
+  EXPECT_EQ(near.at("/points/notFinite"_json_pointer), 0);
+  EXPECT_EQ(near.at("/points/input"_json_pointer), pointCount + 1);
+  EXPECT_EQ(near.at("/points/used"_json_pointer), pointCount + 1) << "at (0, 0, 1.01), near the pole";
+}
+
 TEST_F(ToolFiles, ColumnsFourToSixMayBeColours)
 {
   std::ostringstream rows;

@@ -5,10 +5,9 @@
 #include "support/parse.h"
 #include "support/point_table.h"
 #include "support/text_file.h"
+#include "support/word_options.h"
 
 #include <CLI/CLI.hpp>
-
-#include <cmath>
 
 namespace mrf_apps {
 namespace {
@@ -31,7 +30,6 @@ void check(const EvaluateCommand& command)
   require(command.coloured.empty() || !command.reference.empty() || !command.cloud.empty() ||
               !command.heldOut.empty() || !command.clean.empty(),
           "--coloured needs something to compare with: --reference, --input, --clean or --held-out");
-  require(std::isfinite(command.colourRange) && command.colourRange >= 0, "--colour-range must be positive");
   validate(command.options);
 }
 
@@ -48,45 +46,29 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
       "Lengths are in the unit of MESH; the table gives them in % of the diagonal as well.\nExit status: 0 done, "
       "1 a file cannot be read or written or holds nothing to measure, 2 wrong usage, 3 the method failed.");
   app.add_option("MESH", command.mesh, std::string("what is measured: ") + meshInputExtensions)->required();
-  const auto path = [&](const char* name, std::string& target, const char* type, const std::string& help) {
-    app.add_option_function<std::string>(
-           name,
-           [name, &target](const std::string& value) {
-             if (value.empty())
-               throw CLI::ValidationError(name, "needs the name of a file");
-             target = value;
-           },
-           help)
-        ->type_name(type);
-  };
-  path("--input", command.cloud, "CLOUD",
-       std::string("points that were reconstructed (accuracy): ") + pointFileExtensions);
-  path("--held-out", command.heldOut, "CLOUD", "points of the surface that were withheld (hole filling)");
-  path("--clean", command.clean, "CLOUD", "the input without its noise");
-  path("--reference", command.reference, "MESH", std::string("the true surface: ") + meshInputExtensions);
+  WordOptions words(app);
+  words.path("--input", "CLOUD", command.cloud,
+             std::string("points that were reconstructed (accuracy): ") + pointFileExtensions);
+  words.path("--held-out", "CLOUD", command.heldOut, "points of the surface that were withheld (hole filling)");
+  words.path("--clean", "CLOUD", command.clean, "the input without its noise");
+  words.path("--reference", "MESH", command.reference, std::string("the true surface: ") + meshInputExtensions);
   app.add_flag(
       "--merge", command.merge,
       "take vertices of MESH with equal coordinates for one: for files that give every triangle its own corners");
-  app.add_option("--diagonal", options.diagonal,
-                 "what percentages refer to; default: of the bounding box of the reference, else the input, else MESH")
-      ->type_name("LENGTH");
-  app.add_option("--far", options.farLimit,
-                 "surface farther from the other one is invented or missing; default 1 % of the diagonal")
-      ->type_name("LENGTH");
-  app.add_option("--samples", options.samples,
-                 "on MESH and on the reference, uniform over the area, [1, 100000000]; default " +
-                     std::to_string(options.samples))
-      ->type_name("N");
-  app.add_option("--seed", options.seed, "of the samples; default " + std::to_string(options.seed))->type_name("N");
-  path("--json", command.json, "FILE.json", "all figures");
-  path("--coloured", command.coloured, "FILE",
-       "MESH coloured by its distance to the reference, else to the nearest known point, blue to red: "
-       "ply, obj, vtk or vtp; all but obj with the field `error`");
-  app.add_option("--colour-range", command.colourRange, "error that becomes red; default: as --far")
-      ->type_name("LENGTH");
-  app.add_option("--threads", command.threads, "the result does not depend on it; default one per hardware thread")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  words.positive("--diagonal", "LENGTH", options.diagonal,
+                 "what percentages refer to; default: of the bounding box of the reference, else the input, else MESH");
+  words.positive("--far", "LENGTH", options.farLimit,
+                 "surface farther from the other one is invented or missing; default 1 % of the diagonal");
+  words.whole("--samples", options.samples, 1, 1e8,
+              "on MESH and on the reference, uniform over the area, [1, 100000000]; default " +
+                  std::to_string(options.samples));
+  words.seed(options.seed, "of the samples; default " + std::to_string(options.seed));
+  words.path("--json", "FILE.json", command.json, "all figures");
+  words.path("--coloured", "FILE", command.coloured,
+             "MESH coloured by its distance to the reference, else to the nearest known point, blue to red: "
+             "ply, obj, vtk or vtp; all but obj with the field `error`");
+  words.positive("--colour-range", "LENGTH", command.colourRange, "error that becomes red; default: as --far");
+  words.threads(command.threads, "the result does not depend on it; default one per hardware thread");
   app.add_flag("-q,--quiet", command.quiet, "print errors only");
   app.set_help_flag("-h,--help", "print this help");
 

@@ -2,6 +2,7 @@
 
 #include "support/errors.h"
 #include "support/parse.h"
+#include "support/word_options.h"
 
 #include <CLI/CLI.hpp>
 
@@ -43,30 +44,19 @@ ExperimentsCommand parseExperimentsCommandLine(int argc, const char* const* argv
              "which an interrupted run goes on: what it holds for the same seed, --quick and version is not measured "
              "again. After changing the program use --fresh.\nExit status: 0 done, 1 a file cannot be read or written, "
              "2 wrong usage, 3 an experiment failed.");
-  const auto path = [&](const char* name, std::string& target, const std::string& help) {
-    return app
-        .add_option_function<std::string>(
-            name,
-            [name, &target](const std::string& value) {
-              if (value.empty())
-                throw CLI::ValidationError(name, "needs the name of a folder");
-              target = value;
-            },
-            help)
-        ->type_name("FOLDER");
-  };
-  path("-o,--output", options.folder, "of the results; made if it is not there");
+  WordOptions words(app);
+  const char* const folderName = "the name of a folder";
+  words.path("-o,--output", "FOLDER", options.folder, "of the results; made if it is not there", folderName);
   app.add_flag("--quick", options.quick, "fewer scans and settings, coarser grids: minutes instead of an hour");
   app.add_option("--only", command.only, "some of the experiments, by the names that --list gives")
       ->delimiter(',')
       ->type_name("ID,...");
   bool isListed = false;
   app.add_flag("--list", isListed, "print the experiments' names and titles");
-  app.add_option("--seed", options.seed, "of all scans; default " + std::to_string(options.seed))->type_name("N");
-  path("--data", options.data, "with further objects to scan: reference/igea.ply, reference/nefertiti.ply");
-  app.add_option("--threads", command.threads, "results do not depend on it, times do; default one per hardware thread")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1024));
+  words.seed(options.seed, "of all scans; default " + std::to_string(options.seed));
+  words.path("--data", "FOLDER", options.data,
+             "with further objects to scan: reference/igea.ply, reference/nefertiti.ply", folderName);
+  words.threads(command.threads, "results do not depend on it, times do; default one per hardware thread");
   bool hasNoPictures = false;
   app.add_flag("--no-pictures", hasNoPictures, "needs no X display");
   app.add_flag("--fresh", command.fresh, "measure everything again");

@@ -72,6 +72,16 @@ void requireFolder(const std::string& folder)
   }
 }
 
+/// A folder without any of the objects is a mistake: the run would be one without --data, which takes as long.
+void requireData(const std::string& folder)
+{
+  if (!fs::is_directory(folder))
+    throw FileError(folder, "is not a folder");
+  const fs::path reference = fs::path(folder) / "reference";
+  if (!fs::exists(reference / "igea.ply") && !fs::exists(reference / "nefertiti.ply"))
+    throw FileError(folder, "holds neither reference/igea.ply nor reference/nefertiti.ply");
+}
+
 /// Finds out before hours of work whether the results can be written.
 void requireOutputs(const std::string& folder)
 {
@@ -132,13 +142,13 @@ std::vector<Experiment> chosen(const std::vector<std::string>& ids)
 void run(const ExperimentsCommand& command)
 {
   const ExperimentOptions& options = command.options;
-  if (!options.data.empty() && !fs::is_directory(options.data))
-    throw FileError(options.data, "is not a folder");
+  if (!options.data.empty())
+    requireData(options.data);
   if (options.hasPictures)
     try {
       requireDisplay();
     } catch (const FileError& error) {
-      throw FileError(std::string(error.what()) + ", or with --no-pictures");
+      throw FileError(std::string(error.what()) + ", or ask for --no-pictures");
     }
   requireFolder(options.folder);
   requireOutputs(options.folder);

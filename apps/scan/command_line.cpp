@@ -7,10 +7,9 @@
 #include "support/point_writer.h"
 #include "support/sensors.h"
 #include "support/text_file.h"
+#include "support/word_options.h"
 
 #include <CLI/CLI.hpp>
-
-#include <cmath>
 
 namespace mrf_apps {
 namespace {
@@ -18,47 +17,9 @@ namespace {
 using namespace pcl::mrf::scan;
 using Eigen::Vector3d;
 
-/// Registers options of one word each.
-class Parser {
+class Parser : public WordOptions {
 public:
-  explicit Parser(CLI::App& app) : app_(app) {}
-
-  void group(const std::string& name) { group_ = name; }
-
-  void add(const std::string& name, const std::string& unit, const std::string& help,
-           const std::function<bool(const std::string&)>& set, const std::string& wanted)
-  {
-    app_.add_option_function<std::string>(
-            name,
-            [=](const std::string& text) {
-              if (!set(text))
-                throw CLI::ValidationError(name, "'" + text + "' is not " + wanted);
-            },
-            help)
-        ->type_name(unit)
-        ->group(group_);
-  }
-
-  void number(const std::string& name, const std::string& unit, double& target, const std::string& help)
-  {
-    add(
-        name, unit, help,
-        [&target](const std::string& text) { return toNumber(text, target) && std::isfinite(target); }, "a number");
-  }
-
-  template <typename Integer>
-  void whole(const std::string& name, Integer& target, double least, double most, const std::string& help)
-  {
-    const auto set = [&target, least, most](const std::string& text) {
-      double value = 0;
-      if (!toNumber(text, value) || value != std::floor(value) || !(value >= least && value <= most))
-        return false;
-      target = static_cast<Integer>(value);
-      return true;
-    };
-    const auto digits = [](double value) { return std::to_string(static_cast<std::int64_t>(value)); };
-    add(name, "N", help, set, "a whole number from " + digits(least) + " to " + digits(most));
-  }
+  using WordOptions::WordOptions;
 
   void vector(const std::string& name, Vector3d& target, const std::string& help)
   {
@@ -73,42 +34,6 @@ public:
         name, "LENGTH", help, [&target](const std::string& text) { return parseLength(text, target); },
         "a length such as 0.5, 2% or 0.5s");
   }
-
-  void path(const std::string& name, const std::string& unit, std::string& target, const std::string& help)
-  {
-    const auto set = [&target](const std::string& text) {
-      target = text;
-      return !text.empty();
-    };
-    add(name, unit, help, set, "the name of a file");
-  }
-
-  void flag(const std::string& name, const std::string& help, const std::function<void()>& set)
-  {
-    app_.add_flag_callback(name, set, help)->group(group_);
-  }
-
-  template <typename Value>
-  void choice(const std::string& name, const std::vector<std::pair<std::string, Value>>& choices, Value& target,
-              const std::string& help)
-  {
-    std::vector<std::string> words;
-    for (const auto& entry : choices)
-      words.push_back(entry.first);
-    const auto set = [choices, &target](const std::string& text) {
-      for (const auto& [word, value] : choices)
-        if (word == text) {
-          target = value;
-          return true;
-        }
-      return false;
-    };
-    add(name, CLI::detail::join(words, "|"), help, set, "one of " + CLI::detail::join(words, ", "));
-  }
-
-private:
-  CLI::App& app_;
-  std::string group_;
 };
 
 /// "RADIUS" or "LEAST:MOST".
@@ -252,7 +177,7 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
                "on what is seen of the surface, before holes and outliers; default 30000");
   parser.choice<bool>("--sampling", {{"even", true}, {"random", false}}, options.sampling.isEven,
                       "points keep a distance (Poisson discs), or plain random; default even");
-  parser.whole("--seed", options.seed, 0, 9007199254740992.0, "of all random numbers; default 1");
+  parser.seed(options.seed, "of all random numbers; default 1");
   addObjectOptions(parser, command);
   addViewOptions(parser, command);
   addErrorOptions(parser, command);
@@ -271,8 +196,7 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
       ->group("Holes");
   addOutputOptions(parser, command);
   parser.group("Run");
-  parser.whole("--threads", command.threads, 0, 1024,
-               "the result does not depend on it; default one per hardware thread");
+  parser.threads(command.threads, "the result does not depend on it; default one per hardware thread");
   parser.flag("-q,--quiet", "print errors only", [&command] { command.quiet = true; });
   app.set_help_flag("-h,--help", "print this help")->group("Run");
 

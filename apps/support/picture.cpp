@@ -77,7 +77,7 @@ void addLegend(const Legend& legend, int pictureHeight, vtkRenderer& renderer)
 
 void requireDisplay()
 {
-  const char* remedy = "; run the command under xvfb-run, as in: xvfb-run -a pcl_mrf_reconstruction ...";
+  const char* remedy = "; put 'xvfb-run -a' in front of the command";
   const char* name = std::getenv("DISPLAY");
   if (name == nullptr || *name == '\0')
     throw FileError(std::string("a picture needs an X display, and DISPLAY is not set") + remedy);

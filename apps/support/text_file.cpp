@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <memory>
 
 #include <sys/stat.h>
@@ -80,14 +81,32 @@ void split(std::string_view line, std::vector<std::string_view>& words)
   }
 }
 
+namespace {
+
+/// Of a number that no double holds: whether it is too close to zero rather than too far from it.
+bool isTiny(std::string_view number)
+{
+  const std::size_t exponent = number.find_first_of("eE");
+  if (exponent != std::string_view::npos)
+    return number.substr(exponent + 1, 1) == "-";
+  return number.find_first_of("123456789") > number.find('.');
+}
+
+} // namespace
+
 bool toNumber(std::string_view word, double& value)
 {
   if (!word.empty() && word.front() == '+')
     word.remove_prefix(1);
   const auto result = std::from_chars(word.data(), word.data() + word.size(), value);
-  // A number that no double holds is as good as infinite: not finite, so dropped later and counted.
-  return (result.ec == std::errc() || result.ec == std::errc::result_out_of_range) && !word.empty() &&
-         result.ptr == word.data() + word.size();
+  if (word.empty() || result.ptr != word.data() + word.size())
+    return false;
+  if (result.ec == std::errc::result_out_of_range) {
+    // from_chars leaves the value as it was. Too large for a double is not finite, so it is refused or dropped later.
+    value = isTiny(word) ? 0 : std::numeric_limits<double>::infinity();
+    return true;
+  }
+  return result.ec == std::errc();
 }
 
 bool toNumbers(std::string_view line, std::vector<std::string_view>& words, std::vector<double>& values)
