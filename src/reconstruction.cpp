@@ -170,6 +170,16 @@ void warnOfCoarseInput(double resolution, double voxelSize, Report& report)
   report.warnings.push_back(text.str());
 }
 
+/// A lattice whose voxels hold the whole cloud observes one place: the system has no unique solution.
+void requireVoxelsWithinCloud(float voxelSize, double diagonal)
+{
+  if (voxelSize <= diagonal)
+    return;
+  std::ostringstream text;
+  text << "multiscale.voxelSize = " << voxelSize << " is larger than the cloud, whose diagonal is " << diagonal;
+  throw InvalidOption(text.str());
+}
+
 /// Replaces automatic lengths by the values that the stages derive from l̄, so that the report shows them.
 Options resolve(const Options& requested, const SamplingDensity& density)
 {
@@ -353,6 +363,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
 
   const double resolution = resolutionOf(points);
   result.points = preprocess(std::move(points), options, search, report, execution);
+  requireVoxelsWithinCloud(options.multiscale.voxelSize, boundingBox(result.points.positions).diagonal());
   Options resolved = resolve(options, report.density);
   rejectByField(result.points, search, resolved, report, execution);
   resolveSmoothing(result.points, resolved, report, execution);
