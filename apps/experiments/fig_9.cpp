@@ -1,5 +1,6 @@
 #include "figure_support.h"
 #include "figures.h"
+#include "program.h"
 #include "rotation.h"
 
 #include "scan/analytic_surface.h"
@@ -47,7 +48,7 @@ pcl::mrf::scan::Scan cutSphere(Laboratory& laboratory)
 
 struct Rotated {
   SurfaceMesh mesh; ///< turned back
-  double seconds = 0, solverSeconds = 0;
+  double processorSeconds = 0;
 };
 
 Rotated reconstructRotated(const pcl::mrf::scan::Scan& scan, double angle, pcl::mrf::Options options,
@@ -64,15 +65,14 @@ Rotated reconstructRotated(const pcl::mrf::scan::Scan& scan, double angle, pcl::
       result.emplace_back(rotation * vector);
     return result;
   };
+  const Stopwatch watch;
   const pcl::mrf::Reconstruction result =
       reconstruct(turned(scan.cloud.positions), turned(scan.cloud.normals), options, execution);
   Rotated rotated;
+  rotated.processorSeconds = watch.processorSeconds();
   rotated.mesh = toSurfaceMesh(result);
   for (Eigen::Vector3d& vertex : rotated.mesh.vertices)
     vertex = rotation.transpose() * vertex;
-  rotated.seconds = result.report.seconds;
-  for (const pcl::mrf::LevelReport& level : result.report.levels)
-    rotated.solverSeconds += level.solverSeconds;
   return rotated;
 }
 
@@ -101,7 +101,7 @@ json measureAngles(const pcl::mrf::scan::Scan& scan, const pcl::mrf::Options& op
   SurfaceMesh unrotated;
   for (const double angle : angles) {
     const Rotated rotated = reconstructRotated(scan, angle, options, execution);
-    json entry{{"angle", angle}, {"seconds", rotated.seconds}, {"solverSeconds", rotated.solverSeconds}};
+    json entry{{"angle", angle}, {"processorSeconds", rotated.processorSeconds}};
     if (angle == 0)
       unrotated = rotated.mesh;
     else {
@@ -146,7 +146,7 @@ Table anglesTable(Laboratory& laboratory, Lazy<pcl::mrf::scan::Scan>& scan)
   Table table{"fig-9",
               "Difference to the unrotated reconstruction, cloud's unit (radius 40, voxel 2)",
               {"preset", "prior", "padding, voxels", "rotation, degrees", "RMS in the filled cap", "largest there",
-               "RMS where data are", "largest there ", "seconds"},
+               "RMS where data are", "largest where data are", "CPU s"},
               {}};
   for (const Preset& preset : presets())
     for (const Prior prior : allPriors) {
@@ -164,7 +164,7 @@ Table anglesTable(Laboratory& laboratory, Lazy<pcl::mrf::scan::Scan>& scan)
         if (entry.contains("cap"))
           table.rows.push_back({preset.name, nameOf(prior), padding, entry["angle"], cell(entry["cap"]["rms"]),
                                 cell(entry["cap"]["max"]), cell(entry["data"]["rms"]), cell(entry["data"]["max"]),
-                                rounded(entry["seconds"], 2)});
+                                rounded(entry["processorSeconds"], 2)});
     }
   return table;
 }
@@ -179,11 +179,10 @@ struct Sweep {
 /// How far the volume reaches beyond the points decides the difference, and at last where the solver stops.
 void addPaddingSweep(Laboratory& laboratory, Lazy<pcl::mrf::scan::Scan>& scan, Section& section)
 {
-  Table table{
-      "fig-9-padding",
-      "Default preset with more padding: largest over the three rotations, cloud's unit",
-      {"prior", "padding, voxels", "RMS in the filled cap", "largest there", "seconds", "seconds in the solver"},
-      {}};
+  Table table{"fig-9-padding",
+              "Default preset with more padding: largest over the three rotations, cloud's unit",
+              {"prior", "padding, voxels", "RMS in the filled cap", "largest there", "CPU s"},
+              {}};
   Plot plot = emptyPlot(Plot::Kind::lines, "fig-9-padding", "Rotation error of the filled cap", "padding, voxels",
                         "RMS difference, cloud's unit");
   plot.logX = plot.logY = true;
@@ -211,8 +210,7 @@ void addPaddingSweep(Laboratory& laboratory, Lazy<pcl::mrf::scan::Scan>& scan, S
         continue;
       }
       table.rows.push_back({sweep.name, padding, rounded(worst(result, "cap", "rms")),
-                            rounded(worst(result, "cap", "max")), rounded(meanOf(result, "seconds"), 2),
-                            rounded(meanOf(result, "solverSeconds"), 2)});
+                            rounded(worst(result, "cap", "max")), rounded(meanOf(result, "processorSeconds"), 2)});
       curve.x.push_back(padding);
       curve.y.push_back(worst(result, "cap", "rms"));
     }
