@@ -2,6 +2,7 @@
 
 #include "nearest_kernels.h"
 #include "point_frame.h"
+#include "select_values.h"
 #include "spatial_sort.h"
 
 #include <algorithm>
@@ -305,9 +306,7 @@ double PointBins::idealSide() const
   }
   if (eighths.empty())
     return 0;
-  const auto middle = eighths.begin() + static_cast<std::ptrdiff_t>(eighths.size() / 2);
-  std::nth_element(eighths.begin(), middle, eighths.end());
-  return sidePerEighth * *middle;
+  return sidePerEighth * median(std::move(eighths));
 }
 
 std::size_t PointBins::findBrick(const Eigen::Array3i& brick) const

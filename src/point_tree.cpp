@@ -107,9 +107,8 @@ void PointTree::findNearest(const Eigen::Vector3f& query, Nearest& nearest, floa
 {
   if (levels_.empty())
     return;
-  std::array<Visit, stackSize> stack;
-  std::size_t depth = 0;
-  stack[depth++] = {0, 0, static_cast<std::uint32_t>(levels_.size()), 0};
+  Visits visits(levels_.size());
+  auto& [stack, depth] = visits;
   while (depth > 0) {
     const Visit visit = stack[--depth];
     if (visit.distance > bound || !nearest.admits(visit.distance, visit.smallestIndex))

@@ -127,6 +127,14 @@ private:
     std::uint32_t number;
   };
 
+  /// What is still to be visited: at first the root. \pre the tree is not empty
+  struct Visits {
+    std::array<Visit, stackSize> stack;
+    std::size_t depth = 1;
+
+    explicit Visits(std::size_t levels) { stack[0] = {0, 0, static_cast<std::uint32_t>(levels), 0}; }
+  };
+
   std::size_t pointsBegin(std::size_t leaf) const { return leaf * leafSize; }
   std::size_t pointsEnd(std::size_t leaf) const { return std::min((leaf + 1) * leafSize, points_->size()); }
 
@@ -139,9 +147,8 @@ void PointTree::findWithin(const Eigen::Vector3f& query, float limit, const Foun
 {
   if (levels_.empty())
     return;
-  std::array<Visit, stackSize> stack;
-  std::size_t depth = 0;
-  stack[depth++] = {0, 0, static_cast<std::uint32_t>(levels_.size()), 0};
+  Visits visits(levels_.size());
+  auto& [stack, depth] = visits;
   while (depth > 0) {
     const Visit visit = stack[--depth];
     if (visit.level == 0) {

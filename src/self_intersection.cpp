@@ -113,9 +113,7 @@ bool disjointMeet(const Corners& s, const Corners& t)
   const bool flat = sidesOfS == std::array<int, 3>{} || sidesOfT == std::array<int, 3>{};
   const bool solidS = !flat || Projection(s).turn != 0;
   const bool solidT = !flat || Projection(t).turn != 0;
-  if ((solidT && edgesMeet(s, sidesOfS, t)) || (solidS && edgesMeet(t, sidesOfT, s)))
-    return true;
-  return false;
+  return (solidT && edgesMeet(s, sidesOfS, t)) || (solidS && edgesMeet(t, sidesOfT, s));
 }
 
 /// With s[0] and t[0] in common: anything more than that point shows in an edge opposite to it.
