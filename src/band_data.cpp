@@ -1,17 +1,20 @@
 #include "band_data.h"
 
+#include "multiversioning.h"
+
 #include <algorithm>
-#include <cmath>
+#include <cstring>
 
 namespace pcl {
 namespace mrf {
 namespace {
 
-/// One sample in its cell: shares of the upper voxels, weight, window index of the lowest voxel.
-struct CellSample {
-  float u, v, w, weight;
-  std::int32_t at;
-};
+/// The floor of a coordinate, without the call that std::floor is on the baseline processor.
+int cellOf(float coordinate)
+{
+  const auto truncated = static_cast<int>(coordinate);
+  return truncated - (coordinate < static_cast<float>(truncated) ? 1 : 0);
+}
 
 /// One lane per edge of the cell along x: (y, z) = (0, 0), (1, 0), (0, 1), (1, 1).
 using Lanes = float __attribute__((vector_size(16)));
@@ -22,7 +25,7 @@ constexpr Lanes signY = {-1, 1, -1, 1}, signZ = {-1, -1, 1, 1};
 struct EdgeWeights {
   Lanes value, alongY, alongZ;
 
-  EdgeWeights(float v, float w)
+  MRF_ALWAYS_INLINE EdgeWeights(float v, float w)
   {
     const Lanes ofY = {1 - v, v, 1 - v, v}, ofZ = {1 - w, 1 - w, w, w};
     value = ofY * ofZ;
@@ -36,114 +39,147 @@ struct CellValues {
   Lanes lower, upper;
 };
 
-CellValues gather(std::int64_t at, std::int64_t stride, const float* plane, const float* above)
+/// Two voxels that are neighbours along x: an edge of a cell.
+using Edge = float __attribute__((vector_size(8)));
+
+MRF_ALWAYS_INLINE Lanes loadEdges(const float* first, const float* second)
 {
-  const float *a = plane + at, *b = a + stride, *c = above + at, *d = c + stride;
-  return {Lanes{a[0], b[0], c[0], d[0]}, Lanes{a[1], b[1], c[1], d[1]}};
+  Edge a, b;
+  std::memcpy(&a, first, sizeof(Edge));
+  std::memcpy(&b, second, sizeof(Edge));
+  return __builtin_shufflevector(a, b, 0, 1, 2, 3);
 }
 
-void scatter(const CellValues& values, std::int64_t at, std::int64_t stride, float* plane, float* above)
+MRF_ALWAYS_INLINE void addToEdges(const Lanes& values, float* first, float* second)
 {
-  float *const a = plane + at, *const b = a + stride, *const c = above + at, *const d = c + stride;
-  a[0] += values.lower[0];
-  a[1] += values.upper[0];
-  b[0] += values.lower[1];
-  b[1] += values.upper[1];
-  c[0] += values.lower[2];
-  c[1] += values.upper[2];
-  d[0] += values.lower[3];
-  d[1] += values.upper[3];
+  const Lanes sums = loadEdges(first, second) + values;
+  const Edge a = __builtin_shufflevector(sums, sums, 0, 1), b = __builtin_shufflevector(sums, sums, 2, 3);
+  std::memcpy(first, &a, sizeof(Edge));
+  std::memcpy(second, &b, sizeof(Edge));
 }
 
-float sumOf(const Lanes& lanes)
+MRF_ALWAYS_INLINE CellValues gather(std::int64_t at, std::int64_t stride, const float* plane, const float* above)
 {
-  return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+  const Lanes below = loadEdges(plane + at, plane + at + stride), over = loadEdges(above + at, above + at + stride);
+  return {__builtin_shufflevector(below, over, 0, 2, 4, 6), __builtin_shufflevector(below, over, 1, 3, 5, 7)};
+}
+
+MRF_ALWAYS_INLINE void scatter(const CellValues& values, std::int64_t at, std::int64_t stride, float* plane,
+                               float* above)
+{
+  addToEdges(__builtin_shufflevector(values.lower, values.upper, 0, 4, 1, 5), plane + at, plane + at + stride);
+  addToEdges(__builtin_shufflevector(values.lower, values.upper, 2, 6, 3, 7), above + at, above + at + stride);
+}
+
+/// The sums over the lanes of each.
+MRF_ALWAYS_INLINE Lanes sumsOf(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d)
+{
+  const Lanes ab = __builtin_shufflevector(a, b, 0, 2, 4, 6) + __builtin_shufflevector(a, b, 1, 3, 5, 7);
+  const Lanes cd = __builtin_shufflevector(c, d, 0, 2, 4, 6) + __builtin_shufflevector(c, d, 1, 3, 5, 7);
+  return __builtin_shufflevector(ab, cd, 0, 2, 4, 6) + __builtin_shufflevector(ab, cd, 1, 3, 5, 7);
 }
 
 /// c value + Gᵀ gradient of one cell.
-CellValues spread(const EdgeWeights& edges, float u, float value, float gx, float gy, float gz)
+MRF_ALWAYS_INLINE CellValues spread(const EdgeWeights& edges, float u, float value, float gx, float gy, float gz)
 {
   const Lanes middle = value * edges.value + gy * edges.alongY + gz * edges.alongZ;
   const Lanes upper = gx * edges.value + u * middle;
   return {middle - upper, upper};
 }
 
+/// The samples of one layer of cells, ordered by cells, and where in the windows they are.
+struct SampleLayer {
+  const PointSample *begin, *end;
+  float lower;         ///< of the cells, along z
+  std::int64_t stride; ///< of the windows
+  std::int64_t origin; ///< window index of the lattice's first voxel
+
+  /// Calls body(sample, weights of its cell's edges, share of their upper ends, window index of the lowest voxel).
+  template <typename Body>
+  MRF_ALWAYS_INLINE void forEach(const Body& body) const
+  {
+    for (const PointSample* s = begin; s != end; ++s) {
+      const int i = cellOf(s->position.x()), j = cellOf(s->position.y());
+      body(*s, EdgeWeights(s->position.y() - static_cast<float>(j), s->position.z() - lower),
+           s->position.x() - static_cast<float>(i), origin + i + stride * j);
+    }
+  }
+};
+
+MRF_MULTIVERSION void addSampleProducts(const SampleLayer& layer, float value, float gradient, const float* x,
+                                        const float* xAbove, float* y, float* yAbove)
+{
+  layer.forEach([&](const PointSample& s, const EdgeWeights& edges, float u, std::int64_t at) {
+    const CellValues in = gather(at, layer.stride, x, xAbove);
+    const Lanes difference = in.upper - in.lower, middle = in.lower + u * difference;
+    const Lanes weights = s.weight * Lanes{value, gradient, gradient, gradient};
+    const Lanes sums =
+        weights * sumsOf(edges.value * middle, edges.value * difference, edges.alongY * middle, edges.alongZ * middle);
+    scatter(spread(edges, u, sums[0], sums[1], sums[2], sums[3]), at, layer.stride, y, yAbove);
+  });
+}
+
+/// Where each layer of a grid begins in samples ordered by cells, and the end.
+std::vector<std::size_t> layersOf(const std::vector<PointSample>& samples, const GridSize& grid)
+{
+  std::vector<std::size_t> begin(static_cast<std::size_t>(grid.z) + 1, 0);
+  for (const PointSample& sample : samples)
+    ++begin[static_cast<std::size_t>(cellOf(sample.position.z()) + bandMargin) + 1];
+  for (std::size_t layer = 1; layer < begin.size(); ++layer)
+    begin[layer] += begin[layer - 1];
+  return begin;
+}
+
 class PointBandData final : public BandData {
 public:
-  PointBandData(const std::vector<PointSample>& samples, const Band& band, const PointWeights& weights, double unit,
-                bool withNormals)
-      : stride_(band.windowStride()), value_(static_cast<float>(weights.value)),
+  PointBandData(const std::vector<PointSample>& samples, const Band& band, const PointWeights& weights, double unit)
+      : samples_(samples), band_(band), value_(static_cast<float>(weights.value)),
         gradient_(static_cast<float>(weights.gradient)), unit_(static_cast<float>(unit)),
-        layerBegin_(static_cast<std::size_t>(band.size().z) + 1, 0)
-  {
-    samples_.reserve(samples.size());
-    if (withNormals)
-      normals_.reserve(samples.size());
-    for (const PointSample& sample : samples) {
-      const Eigen::Array3i cell = sample.position.array().floor().cast<int>();
-      const Eigen::Vector3f share = sample.position - cell.cast<float>().matrix();
-      samples_.push_back({share.x(), share.y(), share.z(), sample.weight,
-                          band.windowIndex(cell.x() + bandMargin, cell.y() + bandMargin)});
-      if (withNormals)
-        normals_.push_back(sample.normal);
-      ++layerBegin_[static_cast<std::size_t>(cell.z() + bandMargin) + 1];
-    }
-    for (std::size_t layer = 1; layer < layerBegin_.size(); ++layer)
-      layerBegin_[layer] += layerBegin_[layer - 1];
-  }
+        layerBegin_(layersOf(samples, band.size()))
+  {}
 
   void addProduct(int z, const float* x, const float* xAbove, float* y, float* yAbove) const override
   {
-    forLayer(z, [&](const CellSample& s, std::size_t) {
-      const EdgeWeights edges(s.v, s.w);
-      const CellValues in = gather(s.at, stride_, x, xAbove);
-      const Lanes difference = in.upper - in.lower, middle = in.lower + s.u * difference;
-      const float value = value_ * s.weight, gradient = gradient_ * s.weight;
-      scatter(spread(edges, s.u, value * sumOf(edges.value * middle), gradient * sumOf(edges.value * difference),
-                     gradient * sumOf(edges.alongY * middle), gradient * sumOf(edges.alongZ * middle)),
-              s.at, stride_, y, yAbove);
-    });
+    addSampleProducts(layerAt(z), value_, gradient_, x, xAbove, y, yAbove);
   }
 
   void addRowSums(int z, float* y, float* yAbove) const override
   {
-    forLayer(z, [&](const CellSample& s, std::size_t) {
+    const SampleLayer layer = layerAt(z);
+    layer.forEach([&](const PointSample& s, const EdgeWeights& edges, float u, std::int64_t at) {
       // The shares of a value sum to 1, the absolute ones of a derivative to 2.
-      const EdgeWeights edges(s.v, s.w);
       const float value = value_ * s.weight, gradient = 2 * gradient_ * s.weight;
       const Lanes across = edges.alongY * signY + edges.alongZ * signZ;
       const Lanes both = value * edges.value + gradient * across, alongX = gradient * edges.value;
-      scatter({(1 - s.u) * both + alongX, s.u * both + alongX}, s.at, stride_, y, yAbove);
+      scatter({(1 - u) * both + alongX, u * both + alongX}, at, layer.stride, y, yAbove);
     });
   }
 
   void addRightHandSide(int z, float* y, float* yAbove) const override
   {
-    if (normals_.empty())
-      return;
-    forLayer(z, [&](const CellSample& s, std::size_t index) {
-      const Eigen::Vector3f g = gradient_ * s.weight * unit_ * normals_[index];
-      scatter(spread(EdgeWeights(s.v, s.w), s.u, 0, g.x(), g.y(), g.z()), s.at, stride_, y, yAbove);
+    const SampleLayer layer = layerAt(z);
+    layer.forEach([&](const PointSample& s, const EdgeWeights& edges, float u, std::int64_t at) {
+      const Eigen::Vector3f g = gradient_ * s.weight * unit_ * s.normal;
+      scatter(spread(edges, u, 0, g.x(), g.y(), g.z()), at, layer.stride, y, yAbove);
     });
   }
 
   bool isDiagonal() const override { return false; }
 
 private:
-  template <typename Body>
-  void forLayer(int z, const Body& body) const
+  /// Empty outside the grid.
+  SampleLayer layerAt(int z) const
   {
-    if (z < 0 || z + 1 >= static_cast<int>(layerBegin_.size()))
-      return;
-    for (std::size_t s = layerBegin_[static_cast<std::size_t>(z)]; s < layerBegin_[static_cast<std::size_t>(z) + 1];
-         ++s)
-      body(samples_[s], s);
+    const bool isInside = z >= 0 && z < band_.size().z;
+    const PointSample* begin = isInside ? samples_.data() + layerBegin_[static_cast<std::size_t>(z)] : nullptr;
+    const PointSample* end = isInside ? samples_.data() + layerBegin_[static_cast<std::size_t>(z) + 1] : nullptr;
+    return {begin, end, static_cast<float>(z - bandMargin), band_.windowStride(),
+            band_.windowIndex(bandMargin, bandMargin)};
   }
 
-  std::int64_t stride_;
+  const std::vector<PointSample>& samples_; ///< by layers
+  const Band& band_;
   float value_, gradient_, unit_;
-  std::vector<CellSample> samples_; ///< by layers
-  std::vector<Eigen::Vector3f> normals_;
   std::vector<std::size_t> layerBegin_;
 };
 
@@ -184,9 +220,9 @@ private:
 } // namespace
 
 std::unique_ptr<BandData> makePointBandData(const std::vector<PointSample>& samples, const Band& band,
-                                            const PointWeights& weights, double unit, bool withNormals)
+                                            const PointWeights& weights, double unit)
 {
-  return std::make_unique<PointBandData>(samples, band, weights, unit, withNormals);
+  return std::make_unique<PointBandData>(samples, band, weights, unit);
 }
 
 std::unique_ptr<BandData> makeVoxelBandData(const Band& band, std::vector<float> weights, std::vector<float> targets)
@@ -196,19 +232,15 @@ std::unique_ptr<BandData> makeVoxelBandData(const Band& band, std::vector<float>
 
 Band observedBand(const std::vector<PointSample>& samples, const GridSize& grid, Execution& execution)
 {
-  std::vector<std::size_t> layerBegin(static_cast<std::size_t>(grid.z) + 1, 0);
-  for (const PointSample& sample : samples)
-    ++layerBegin[static_cast<std::size_t>(std::floor(sample.position.z())) + bandMargin + 1];
-  for (std::size_t layer = 1; layer < layerBegin.size(); ++layer)
-    layerBegin[layer] += layerBegin[layer - 1];
+  const std::vector<std::size_t> layerBegin = layersOf(samples, grid);
   return Band(
       grid,
       [&](int z, MaskPlane& mask) {
         for (int layer = std::max(z - 1, 0); layer <= z; ++layer)
           for (std::size_t s = layerBegin[static_cast<std::size_t>(layer)];
                s < layerBegin[static_cast<std::size_t>(layer) + 1]; ++s) {
-            const int x = static_cast<int>(std::floor(samples[s].position.x())) + bandMargin;
-            const int y = static_cast<int>(std::floor(samples[s].position.y())) + bandMargin;
+            const int x = cellOf(samples[s].position.x()) + bandMargin;
+            const int y = cellOf(samples[s].position.y()) + bandMargin;
             mask.setRange(x, x + 2, y);
             mask.setRange(x, x + 2, y + 1);
           }

@@ -32,10 +32,10 @@ public:
   virtual bool isDiagonal() const = 0;
 };
 
-/// The points as samples of the field. \param grid of the band \pre the samples lie in its lattice, ordered by cells
-/// \param withNormals their right-hand side is needed, in the unit of the field
+/// The points as samples of the field, which has to live as long as what is returned.
+/// \pre the samples lie in the band's lattice, ordered by cells \param unit of the field, per voxel
 std::unique_ptr<BandData> makePointBandData(const std::vector<PointSample>& samples, const Band& band,
-                                            const PointWeights& weights, double unit, bool withNormals);
+                                            const PointWeights& weights, double unit);
 
 /// The voxels whose cells hold a sample.
 Band observedBand(const std::vector<PointSample>& samples, const GridSize& grid, Execution& execution);

@@ -307,7 +307,7 @@ std::vector<BandGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_
       const double share = std::pow(coarseShare(prior) * scale / 8, static_cast<double>(n));
       const PointWeights own{observation.weights.value * share,
                              observation.weights.gradient * share / std::pow(4.0, static_cast<double>(n))};
-      grid.data = makePointBandData((*observation.samples)[at], grid.band, own, lattices[at].spacing, n == 0);
+      grid.data = makePointBandData((*observation.samples)[at], grid.band, own, lattices[at].spacing);
     } else if (n == 0) {
       grid.data = voxelData(observation.voxels, observation.beta, prior, grid.band, weights);
     } else {

@@ -8,6 +8,7 @@
 #include "memory.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -135,11 +136,11 @@ void checkMemory(const BoundingBox& box, float voxelSize, double area, const Mul
   throw ResourceLimit(text.str());
 }
 
-/// Steps on the first band, and on those after it. The guess is right but for what the coarser grid could not resolve:
-/// measured on three scans, points are met after two steps, holes come no closer to the truth after the fourth, and
-/// where scans contradict each other sheets would go on creeping. On later bands, measured on a million points, two
-/// steps are as accurate as four and fill holes better.
-constexpr int firstBandSteps = 4, laterBandSteps = 2;
+/// Steps on the first band, the second, and those after it. A guess is right but for what the coarser grid could not
+/// resolve: measured on three scans, points are met after two steps on the first band, holes come no closer to the truth
+/// after the fourth, and where scans contradict each other sheets would go on creeping. On a million points (three
+/// bands) another step on the last one makes points 1 % and holes 4 % more accurate, and takes a third more time.
+constexpr std::array<int, 3> bandSteps = {4, 2, 1};
 
 /// The levels of one run, coarse to fine: dense ones, then those in bands.
 class LevelSolver {
@@ -272,7 +273,7 @@ private:
     }
     report.observationSeconds = secondsSince(start);
     const Clock::time_point solverStart = Clock::now();
-    const int steps = level == denseLevels_ ? firstBandSteps : laterBandSteps;
+    const int steps = bandSteps[std::min(level - denseLevels_, bandSteps.size() - 1)];
     band_ = solveBandLevel(lattices_, level, band_, observation, prior_.prior, steps, solver_, isFinest(level), report,
                            execution_);
     report.solverSeconds = secondsSince(solverStart);

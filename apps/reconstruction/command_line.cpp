@@ -161,7 +161,7 @@ void addModelOptions(OptionParser& parser)
   parser.choice("--solver", field(&Options::solver, &SolverOptions::method), "how the linear system is solved");
   parser.number("--max-iterations", "N", wholeNumbers(0, 1000000000),
                 field(&Options::solver, &SolverOptions::maxIterations), "iterations or sweeps per level",
-                "100 (multigrid; near the surface only 4, then 2), 1000 (icm), 10000 (cg)");
+                "100 (multigrid; near the surface only 4, 2, 1), 1000 (icm), 10000 (cg)");
   parser.number("--residual-tolerance", "RATIO", {0, 1, true, true},
                 field(&Options::solver, &SolverOptions::residualTolerance),
                 "multigrid and cg stop at this relative residual");

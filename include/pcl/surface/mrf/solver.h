@@ -20,7 +20,7 @@ enum class SolverMethod {
 
 struct SolverOptions {
   SolverMethod method = SolverMethod::multigrid;
-  int maxIterations = 0;           ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid; on levels in bands 4, then 2),
+  int maxIterations = 0;           ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid; on levels in bands 4, 2, 1),
                                    ///< 1000 (icm), 10000 (cg)
   double residualTolerance = 1e-6; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
   double changeTolerance =
