@@ -13,8 +13,9 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// What the windows of one sweep may take of the last-level cache, counting the voxels in runs.
-constexpr std::size_t windowBytes = std::size_t{6} << 20;
+/// What the windows of one sweep may take of the last-level cache, counting the voxels in runs of a mean plane: that a
+/// few planes along flat parts of the surface do not fit costs less than another sweep over all.
+constexpr std::size_t windowBytes = std::size_t{12} << 20;
 
 /// Planes per piece of the passes without stencils.
 constexpr int grainPlanes = 4;
@@ -190,7 +191,7 @@ public:
 private:
   int stepsPerSweep() const
   {
-    const std::size_t planeBytes = static_cast<std::size_t>(band().largestPlane()) * sizeof(float);
+    const std::size_t planeBytes = static_cast<std::size_t>(band().count() / band().size().z) * sizeof(float);
     const std::size_t stepBytes = planeBytes * static_cast<std::size_t>(2 * (order_ + 1) + 3 * (order_ - 1) + 2);
     return std::max(1, static_cast<int>(std::min<std::size_t>(windowBytes / std::max<std::size_t>(stepBytes, 1), 100)));
   }
