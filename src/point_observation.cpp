@@ -1,6 +1,7 @@
 #include <pcl/surface/mrf/point_observation.h>
 
 #include "multiversioning.h"
+#include "spatial_sort.h"
 
 #include <algorithm>
 #include <array>
@@ -84,6 +85,50 @@ struct Cell {
   bool has(int corner) const
   {
     return !(x.isFlat && (corner & 1)) && !(y.isFlat && (corner >> 1 & 1)) && !(z.isFlat && (corner >> 2));
+  }
+};
+
+/// Samples per piece of parallel work.
+constexpr std::size_t sampleGrain = 1 << 14;
+
+/// Calls body(i) for all samples, concurrently.
+template <typename Body>
+void forSamples(std::size_t count, Execution& execution, const Body& body)
+{
+  execution.forRange(static_cast<std::int64_t>(count), sampleGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      body(i);
+  });
+}
+
+Eigen::Array3i cubeOf(const PointSample& sample, float side)
+{
+  return (sample.position / side).array().floor().cast<int>();
+}
+
+/// Samples in the order of the cubes they lie in: z, then y, then x; those of a cube in the order given.
+struct CubeOrder {
+  std::vector<std::uint64_t> keys; ///< the same for the same cube
+  std::vector<std::uint32_t> order;
+
+  CubeOrder(const std::vector<PointSample>& samples, float side, Execution& execution)
+      : keys(samples.size()), order(samples.size())
+  {
+    if (samples.empty())
+      return;
+    Eigen::Array3i lower = Eigen::Array3i::Constant(std::numeric_limits<int>::max()), upper = -lower;
+    for (const PointSample& sample : samples) {
+      const Eigen::Array3i cube = cubeOf(sample, side);
+      lower = lower.min(cube);
+      upper = upper.max(cube);
+    }
+    const Eigen::Array<std::uint64_t, 3, 1> size = (upper - lower + 1).cast<std::uint64_t>();
+    forSamples(samples.size(), execution, [&](std::size_t s) {
+      const Eigen::Array<std::uint64_t, 3, 1> cube = (cubeOf(samples[s], side) - lower).cast<std::uint64_t>();
+      keys[s] = cube.x() + size.x() * (cube.y() + size.y() * cube.z());
+    });
+    std::iota(order.begin(), order.end(), std::uint32_t{0});
+    sortByKey(keys, order, execution);
   }
 };
 
@@ -189,7 +234,7 @@ public:
     for (const int n : {size_.x, size_.y, size_.z})
       children *= n == 1 ? 1 : 2;
     const double scale = coarseShare(prior) * std::pow(4.0, order(prior)) / children;
-    return std::make_unique<PointDataTerm>(coarse, merge(samples, mergeSide),
+    return std::make_unique<PointDataTerm>(coarse, merge(samples, mergeSide, execution),
                                            PointWeights{weights_.value * scale, weights_.gradient * scale / 4}, 1,
                                            execution);
   }
@@ -336,97 +381,67 @@ Real PointDataTerm<Real>::estimateSpectralBound(Execution& execution) const
 
 } // namespace
 
-std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice)
+std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, Execution& execution)
 {
   std::vector<PointSample> samples(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i)
+  forSamples(samples.size(), execution, [&](std::size_t i) {
     samples[i] = {lattice.toVoxels(points.positions[i]).cast<float>(), points.normals[i], points.confidence(i)};
+  });
   return samples;
 }
 
-std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side)
+std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side, Execution& execution)
 {
-  using Key = std::array<std::int32_t, 3>; // z, y, x: in memory order of the grid
-  std::vector<std::pair<Key, std::uint32_t>> order(samples.size());
-  for (std::size_t s = 0; s < samples.size(); ++s) {
-    const auto cube = [&](int axis) { return static_cast<std::int32_t>(std::floor(samples[s].position[axis] / side)); };
-    order[s] = {Key{cube(2), cube(1), cube(0)}, static_cast<std::uint32_t>(s)};
-  }
-  std::sort(order.begin(), order.end());
+  const CubeOrder cubes(samples, side, execution);
+  const std::vector<std::uint64_t>& keys = cubes.keys;
+  const auto isFirst = [&](std::size_t n) { return n == 0 || keys[n] != keys[n - 1]; };
+  // Where the merged samples of each piece of work begin: those whose cube begins in it.
+  const std::size_t pieces = (samples.size() + sampleGrain - 1) / sampleGrain;
+  std::vector<std::size_t> begins(pieces + 1, 0);
+  const auto forPieces = [&](const auto& body) {
+    execution.forRange(static_cast<std::int64_t>(samples.size()), sampleGrain,
+                       [&](std::int64_t begin, std::int64_t end) {
+                         body(static_cast<std::size_t>(begin) / sampleGrain, static_cast<std::size_t>(begin),
+                              static_cast<std::size_t>(end));
+                       });
+  };
+  forPieces([&](std::size_t piece, std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n)
+      begins[piece + 1] += isFirst(n) ? 1 : 0;
+  });
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
 
-  std::vector<PointSample> merged;
-  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    SampleMean mean;
-    for (; end < order.size() && order[end].first == order[begin].first; ++end)
-      mean.add(samples[order[end].second]);
-    merged.push_back(mean.sample());
-  }
+  std::vector<PointSample> merged(begins.back());
+  forPieces([&](std::size_t piece, std::size_t begin, std::size_t end) {
+    std::size_t out = begins[piece];
+    for (std::size_t n = begin; n < end; ++n) {
+      if (!isFirst(n))
+        continue;
+      const PointSample& first = samples[cubes.order[n]];
+      if (n + 1 == keys.size() || keys[n + 1] != keys[n]) {
+        merged[out++] = first;
+        continue;
+      }
+      SampleMean mean;
+      for (std::size_t m = n; m < keys.size() && keys[m] == keys[n]; ++m)
+        mean.add(samples[cubes.order[m]]);
+      merged[out] = mean.sample();
+      // Rounding must not move the mean into the next cube.
+      const Eigen::Array3f lower = side * cubeOf(first, side).cast<float>();
+      for (int axis = 0; axis < 3; ++axis)
+        merged[out].position[axis] =
+            std::clamp(merged[out].position[axis], lower[axis], std::nextafter(lower[axis] + side, lower[axis]));
+      ++out;
+    }
+  });
   return merged;
 }
 
-std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, bool merging, Execution& execution)
+std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, Execution& execution)
 {
-  using Cell = Eigen::Array3i;
-  const auto cellOf = [&](std::size_t s) -> Cell { return samples[s].position.array().floor().cast<int>(); };
-  Cell lower = Cell::Constant(std::numeric_limits<int>::max()), upper = Cell::Constant(std::numeric_limits<int>::min());
-  for (std::size_t s = 0; s < samples.size(); ++s) {
-    lower = lower.min(cellOf(s));
-    upper = upper.max(cellOf(s));
-  }
-  if (samples.empty())
-    return {};
-
-  // Layers by counting, then each by its rows and columns.
-  const auto layers = static_cast<std::size_t>(upper.z() - lower.z() + 1);
-  const std::int64_t rowLength = upper.x() - lower.x() + 1;
-  struct Entry {
-    std::int64_t key;
-    std::uint32_t sample;
-    bool operator<(const Entry& other) const { return key != other.key ? key < other.key : sample < other.sample; }
-  };
-  std::vector<std::size_t> begin(layers + 1, 0);
-  for (std::size_t s = 0; s < samples.size(); ++s)
-    ++begin[static_cast<std::size_t>(cellOf(s).z() - lower.z()) + 1];
-  for (std::size_t layer = 0; layer < layers; ++layer)
-    begin[layer + 1] += begin[layer];
-  std::vector<Entry> order(samples.size());
-  std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
-  for (std::size_t s = 0; s < samples.size(); ++s) {
-    const Cell cell = cellOf(s) - lower;
-    order[next[static_cast<std::size_t>(cell.z())]++] = {cell.x() + rowLength * cell.y(),
-                                                         static_cast<std::uint32_t>(s)};
-  }
+  const std::vector<std::uint32_t> order = CubeOrder(samples, 1, execution).order;
   std::vector<PointSample> sorted(samples.size());
-  std::vector<std::size_t> kept(layers);
-  execution.forRange(static_cast<std::int64_t>(layers), 4, [&](std::int64_t first, std::int64_t last) {
-    for (auto layer = static_cast<std::size_t>(first); layer < static_cast<std::size_t>(last); ++layer) {
-      std::sort(order.begin() + static_cast<std::ptrdiff_t>(begin[layer]),
-                order.begin() + static_cast<std::ptrdiff_t>(begin[layer + 1]));
-      std::size_t out = begin[layer];
-      for (std::size_t n = begin[layer], end = n; n < begin[layer + 1]; n = end) {
-        end = n + 1;
-        if (merging)
-          while (end < begin[layer + 1] && order[end].key == order[n].key)
-            ++end;
-        SampleMean mean;
-        for (std::size_t m = n; m < end; ++m)
-          mean.add(samples[order[m].sample]);
-        const Eigen::Array3f cell = cellOf(order[n].sample).cast<float>();
-        sorted[out] = end == n + 1 ? samples[order[n].sample] : mean.sample();
-        // Rounding must not move the mean into the next cell.
-        for (int axis = 0; axis < 3; ++axis)
-          sorted[out].position[axis] =
-              std::clamp(sorted[out].position[axis], cell[axis], std::nextafter(cell[axis] + 1, cell[axis]));
-        ++out;
-      }
-      kept[layer] = out - begin[layer];
-    }
-  });
-  std::size_t out = 0;
-  for (std::size_t layer = 0; layer < layers; ++layer)
-    for (std::size_t n = 0; n < kept[layer]; ++n)
-      sorted[out++] = sorted[begin[layer] + n];
-  sorted.resize(out);
+  forSamples(samples.size(), execution, [&](std::size_t n) { sorted[n] = samples[order[n]]; });
   return sorted;
 }
 

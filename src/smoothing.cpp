@@ -124,7 +124,8 @@ struct Cube {
     Execution serial(1);
     LinearSystem<float> system;
     system.prior = {lattice.size, prior, {}};
-    system.data = makePointDataTerm<float>(lattice.size, toSamples(seen, lattice), weights, lattice.spacing, serial);
+    system.data =
+        makePointDataTerm<float>(lattice.size, toSamples(seen, lattice, serial), weights, lattice.spacing, serial);
     SolverOptions solver;
     solver.changeTolerance = tolerance;
     // A few digits on a small grid: measured a fifth less work than with the solver's own.

@@ -95,7 +95,7 @@ LinearSystem<Real> sphereSystem(GridSize size, Prior prior)
   lattice.origin = -.5 * lattice.spacing * Eigen::Vector3d(size.x - 1, size.y - 1, size.z - 1);
   LinearSystem<Real> system;
   system.prior = {size, prior, {}};
-  system.data = makePointDataTerm<Real>(size, toSamples(points, lattice),
+  system.data = makePointDataTerm<Real>(size, toSamples(points, lattice, execution),
                                         pointWeights(prior, .04, .06, lattice.spacing, .4), lattice.spacing, execution);
   return system;
 }
@@ -177,10 +177,11 @@ TEST(PointObservation, spectralBoundHolds)
 
 TEST(PointObservation, mergingKeepsWeightsAndMeans)
 {
+  Execution execution(2);
   const std::vector<PointSample> samples = {sampleAt({.1f, .2f, .3f}, {1, 0, 0}, 1),
                                             sampleAt({.3f, .2f, .1f}, {0, 1, 0}, 3), sampleAt({.6f, .2f, .1f}),
                                             sampleAt({-.1f, .2f, .1f}, {0, 0, 1}, .5f)};
-  const std::vector<PointSample> merged = merge(samples, .5f);
+  const std::vector<PointSample> merged = merge(samples, .5f, execution);
   ASSERT_EQ(merged.size(), 3u);
   // In the order of the cubes.
   EXPECT_EQ(merged[0].position, samples[3].position);

@@ -29,16 +29,15 @@ struct PointSample {
   float weight;             ///< Σ ρ_p
 };
 
-/// The points on a lattice, unordered.
-std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice);
+/// The points on a lattice, in their order.
+std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, Execution& execution);
 
-/// One sample for all within the same cube of `side` voxels, at their weighted mean; ordered by cubes. A side of ½
-/// changes a field no more than the trilinear interpolant does. Cost: n log n.
-std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side);
+/// One sample for all within the same cube of `side` voxels, at their weighted mean; ordered by cubes: z, then y, then
+/// x. A side of ½ changes a field no more than the trilinear interpolant does.
+std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side, Execution& execution);
 
-/// Orders samples by the cells of the lattice they lie in: z, then y, then x; with `merging` one for all in a cell, at
-/// their weighted mean. The result does not depend on the number of threads.
-std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, bool merging, Execution& execution);
+/// Orders samples by the cells of the lattice they lie in: z, then y, then x.
+std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, Execution& execution);
 
 /// The least ℓ/h of a coarse level: less leaves sheets between the points, and slows the solver; .36 gave better
 /// guesses in holes than .3.
