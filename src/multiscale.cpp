@@ -144,6 +144,11 @@ void checkMemory(const BoundingBox& box, float voxelSize, double area, const Mul
 /// time.
 constexpr std::array<int, 3> bandSteps = {4, 2, 1};
 
+/// Multigrid stops earlier, by this factor on the change, where a level only gives a finer one its start. Measured on
+/// five scans observed at points: accuracy and holes the same to 1 %, a sixth less time; with 40 the holes of a raw
+/// scan were a quarter worse. Observed at voxels, holes get worse at once.
+constexpr double guessTolerance = 8;
+
 /// The levels of one run, coarse to fine: dense ones, then those in bands.
 class LevelSolver {
 public:
@@ -247,6 +252,8 @@ private:
       SolverOptions levelSolver = solver_;
       if (level == 0 && solver_.choleskyOnCoarsest)
         levelSolver.method = SolverMethod::cholesky;
+      if (!isFinest(level) && levelSolver.method == SolverMethod::multigrid && observation_.atPoints())
+        levelSolver.changeTolerance *= guessTolerance;
       report.solve = solve(system, levelSolver, lattice.spacing, distances_, execution_);
     }
     report.solverSeconds = secondsSince(solverStart);
