@@ -159,21 +159,16 @@ void addManyHoles(Laboratory& laboratory, Section& section)
   const std::vector<Method> allMethods = methods();
   Table table{"fig-5-holes",
               "Large holes at random places, one per scan: RMS error of their held-out points, % of the diagonal",
-              {"object", "holes"},
+              {"object", "holes", "method", "median", "worst"},
               {}};
-  for (const Method& method : allMethods)
-    for (const char* figure : {", median", ", worst"})
-      table.columns.push_back(method.title + figure);
   std::vector<std::vector<double>> pooled(allMethods.size());
-  const auto addRow = [&](const std::string& title, std::size_t count, const std::vector<std::vector<double>>& errors) {
-    std::vector<json> row = {title, count};
-    for (const std::vector<double>& values : errors) {
-      const Statistics statistics = summarise(values);
-      const bool hasAll = !values.empty();
-      row.push_back(hasAll ? json(rounded(statistics.median)) : json());
-      row.push_back(hasAll ? json(rounded(statistics.max)) : json());
+  const auto addRows = [&](const std::string& title, std::size_t count,
+                           const std::vector<std::vector<double>>& errors) {
+    for (std::size_t m = 0; m < allMethods.size(); ++m) {
+      const Statistics statistics = summarise(errors[m]);
+      const auto cell = [&](double value) { return statistics.count > 0 ? json(rounded(value)) : json(); };
+      table.rows.push_back({title, count, allMethods[m].title, cell(statistics.median), cell(statistics.max)});
     }
-    table.rows.push_back(row);
   };
   std::size_t total = 0;
   for (const Object& object : all) {
@@ -195,9 +190,9 @@ void addManyHoles(Laboratory& laboratory, Section& section)
       }
       ++total;
     }
-    addRow(object.title, static_cast<std::size_t>(holes), errors);
+    addRows(object.title, static_cast<std::size_t>(holes), errors);
   }
-  addRow("all", total, pooled);
+  addRows("all", total, pooled);
   section.tables.push_back(table);
 }
 
@@ -210,10 +205,9 @@ Section fig5(Laboratory& laboratory)
       "Points all over an object, with exact normals, apart from a spherical hole with a radius of " +
           text(holeRadius) +
           " % of the diagonal. Default options with each of the three priors, beside pcl::Poisson with a depth of 8 "
-          "and "
-          "otherwise its own defaults. The points that the hole took away are the truth: the error is their distance "
-          "to the surface. The default with a wider volume around the points shows how much of its error comes from "
-          "the volume's border.",
+          "and otherwise its own defaults. The points that the hole took away are the truth: the error is their "
+          "distance to the surface. The default with a wider volume around the points shows how much of its error "
+          "comes from the volume's border.",
       "In the pictures, surface within three mean spacings of a point is grey; what was filled in is coloured by its "
       "distance to the true surface. In the table of random holes one hole is one scan; a hole this large takes "
       "features with it that no prior can know, so the worst figures are more about the object than about the method.",

@@ -16,7 +16,7 @@ namespace {
 const char* const style = R"(
 :root { color-scheme: light }
 body { margin: 0; background: #fff; color: #1d2329; font: 15px/1.55 system-ui, "Segoe UI", Helvetica, Arial, sans-serif }
-main { max-width: 1120px; margin: 0 auto; padding: 32px 28px 80px }
+main { max-width: 1280px; margin: 0 auto; padding: 32px 28px 80px }
 h1 { font-size: 27px; line-height: 1.25; margin: 0 0 14px; font-weight: 650 }
 h2 { font-size: 21px; margin: 0 0 10px; font-weight: 650 }
 h3 { font-size: 15px; margin: 26px 0 8px; font-weight: 650 }
@@ -30,7 +30,7 @@ dt { color: #5d6872 }
 dd { margin: 0 }
 .wide { overflow-x: auto }
 table { border-collapse: collapse; font-size: 12.5px; font-variant-numeric: tabular-nums }
-th, td { padding: 4px 9px; border-bottom: 1px solid #e4e8eb; text-align: left; vertical-align: top }
+th, td { padding: 4px 7px; border-bottom: 1px solid #e4e8eb; text-align: left; vertical-align: top }
 th { border-bottom: 1px solid #8f9aa3; font-weight: 600; vertical-align: bottom; max-width: 96px }
 td:first-child, td:nth-child(2) { white-space: nowrap }
 td:first-child, th:first-child { padding-left: 0 }
