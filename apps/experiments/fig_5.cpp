@@ -119,7 +119,7 @@ void addPictured(Laboratory& laboratory, Section& section)
   picture.width = picture.height = 700;
   picture.from = {.85, .55, 1};
   picture.focus = Eigen::Vector3d(.1, -.05, 0);
-  picture.extent = 3;
+  picture.extent = 2.6;
   PictureOptions pictureOfPoints = picture;
   picture.legend = errorLegend("distance to the true surface, % of the diagonal", limitPercent);
 

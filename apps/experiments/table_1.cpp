@@ -77,7 +77,11 @@ void addPictures(const std::vector<Measured>& all, const std::vector<Method>& me
 
   const std::string stem = "table-1-worst-" + shown.scan.object.id + "-" + std::to_string(shown.scan.index) + "-" +
                            std::to_string(worst->hole) + "-";
-  laboratory.draw(stem + "truth.png", picture, [&] {
+  // Nothing of it shows an error; at the scale of the others.
+  PictureOptions pictureOfTruth = picture;
+  pictureOfTruth.legend = {};
+  pictureOfTruth.height = static_cast<int>(std::lround((1 - legendHeight) * picture.height));
+  laboratory.draw(stem + "truth.png", pictureOfTruth, [&] {
     Scan truth = scan;
     for (std::size_t i = 0; i < truth.heldOut.size(); ++i)
       truth.cloud.append(truth.heldOut, i);

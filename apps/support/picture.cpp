@@ -28,9 +28,6 @@
 namespace mrf_apps {
 namespace {
 
-/// Share of the picture's height that a legend takes; the object moves up by half of it.
-constexpr double legendHeight = .12;
-
 void setStyle(vtkTextProperty& text, int pictureHeight)
 {
   text.SetColor(.15, .15, .15);
@@ -41,8 +38,11 @@ void setStyle(vtkTextProperty& text, int pictureHeight)
   text.ShadowOff();
 }
 
-void addLegend(const Legend& legend, int pictureHeight, vtkRenderer& renderer)
+vtkSmartPointer<vtkRenderer> makeLegend(const Legend& legend, int pictureHeight)
 {
+  auto renderer = vtkSmartPointer<vtkRenderer>::New();
+  renderer->SetBackground(1, 1, 1);
+  renderer->SetViewport(0, 0, 1, legendHeight);
   auto table = vtkSmartPointer<vtkLookupTable>::New();
   table->SetNumberOfTableValues(static_cast<vtkIdType>(legend.colours.size()));
   table->SetRange(legend.lower, legend.upper);
@@ -58,10 +58,10 @@ void addLegend(const Legend& legend, int pictureHeight, vtkRenderer& renderer)
   bar->UnconstrainedFontSizeOn();
   setStyle(*bar->GetLabelTextProperty(), pictureHeight);
   bar->SetBarRatio(.45);
-  bar->SetPosition(.2, .01);
+  bar->SetPosition(.2, .08);
   bar->SetWidth(.6);
-  bar->SetHeight(.55 * legendHeight);
-  renderer.AddActor2D(bar);
+  bar->SetHeight(.55);
+  renderer->AddActor2D(bar);
 
   // The bar's own title overlaps its labels.
   auto title = vtkSmartPointer<vtkTextActor>::New();
@@ -69,8 +69,9 @@ void addLegend(const Legend& legend, int pictureHeight, vtkRenderer& renderer)
   setStyle(*title->GetTextProperty(), pictureHeight);
   title->GetTextProperty()->SetJustificationToCentered();
   title->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
-  title->GetPositionCoordinate()->SetValue(.5, .7 * legendHeight);
-  renderer.AddActor2D(title);
+  title->GetPositionCoordinate()->SetValue(.5, .7);
+  renderer->AddActor2D(title);
+  return renderer;
 }
 
 } // namespace
@@ -161,10 +162,8 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
   window->SetSize(options.width, options.height);
   window->AddRenderer(renderer);
   if (!options.legend.colours.empty()) {
-    addLegend(options.legend, options.height, *renderer);
-    camera->SetWindowCenter(0, -legendHeight);
-    if (options.extent == 0)
-      camera->Zoom(1 - legendHeight);
+    renderer->SetViewport(0, legendHeight, 1, 1);
+    window->AddRenderer(makeLegend(options.legend, options.height));
   }
   renderer->ResetCameraClippingRange();
   window->Render();

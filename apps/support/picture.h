@@ -17,12 +17,15 @@ namespace mrf_apps {
 /// \throw FileError naming xvfb-run if there is no X display that answers: Debian's VTK renders through one
 void requireDisplay();
 
-/// A bar of colours with the values at its ends, along the lower edge of a picture.
+/// A bar of colours with its values, in a strip below the picture proper.
 struct Legend {
   std::string title;
   double lower = 0, upper = 1;
   std::vector<std::array<std::uint8_t, 3>> colours; ///< evenly spaced from lower to upper; empty: no legend
 };
+
+/// Share of the picture's height that a legend takes.
+constexpr double legendHeight = .12;
 
 struct PictureOptions {
   int width = 1000, height = 1000;
@@ -30,7 +33,7 @@ struct PictureOptions {
   /// side, with the y axis up where the object is not much flatter along it than along z.
   Eigen::Vector3d from = Eigen::Vector3d::Zero();
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();
-  double extent = 0; ///< what the picture's height spans, cloud's unit; 0 = the whole object
+  double extent = 0; ///< what the picture's height above a legend spans, cloud's unit; 0 = the whole object
   std::optional<Eigen::Vector3d>
       focus;              ///< with an extent: the place in the middle, in the mesh's frame; none: its box's
   bool showEdges = false; ///< of the triangles
