@@ -21,8 +21,9 @@ namespace {
 /// Peak bytes per voxel of the finest level while it is solved: the solver's vectors, its hierarchy, system and field.
 constexpr double bytesPerVoxel = 72;
 
-/// The same in a band, per face of a voxel that the surface covers, and per voxel of a plane's windows: measured.
-constexpr double bytesPerFace = 420, bytesPerWindowVoxel = 700;
+/// The same in a band, per face of a voxel that the surface covers, and per voxel of a plane's windows. With the points
+/// and what was made of them before: the peaks of 1, 3 and 30 million points on two threads came within a tenth.
+constexpr double bytesPerFace = 330, bytesPerWindowVoxel = 700;
 
 /// Area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
 constexpr double areaPerPoint = 4;
