@@ -39,44 +39,55 @@ struct CellValues {
   Lanes lower, upper;
 };
 
-/// Two voxels that are neighbours along x: an edge of a cell.
-using Edge = float __attribute__((vector_size(8)));
+/// Two edges of a cell, each of two voxels that are neighbours along x, as if they were doubles: an edge is then loaded
+/// and stored at once.
+using Edges = double __attribute__((vector_size(16)));
 
 MRF_ALWAYS_INLINE Lanes loadEdges(const float* first, const float* second)
 {
-  Edge a, b;
-  std::memcpy(&a, first, sizeof(Edge));
-  std::memcpy(&b, second, sizeof(Edge));
-  return __builtin_shufflevector(a, b, 0, 1, 2, 3);
+  double a, b;
+  std::memcpy(&a, first, sizeof(a));
+  std::memcpy(&b, second, sizeof(b));
+  return reinterpret_cast<Lanes>(Edges{a, b});
 }
 
 MRF_ALWAYS_INLINE void addToEdges(const Lanes& values, float* first, float* second)
 {
-  const Lanes sums = loadEdges(first, second) + values;
-  const Edge a = __builtin_shufflevector(sums, sums, 0, 1), b = __builtin_shufflevector(sums, sums, 2, 3);
-  std::memcpy(first, &a, sizeof(Edge));
-  std::memcpy(second, &b, sizeof(Edge));
+  const auto sums = reinterpret_cast<Edges>(loadEdges(first, second) + values);
+  const double a = sums[0], b = sums[1];
+  std::memcpy(first, &a, sizeof(a));
+  std::memcpy(second, &b, sizeof(b));
+}
+
+MRF_ALWAYS_INLINE Lanes evenLanes(const Lanes& a, const Lanes& b)
+{
+  return Lanes{a[0], a[2], b[0], b[2]};
+}
+
+MRF_ALWAYS_INLINE Lanes oddLanes(const Lanes& a, const Lanes& b)
+{
+  return Lanes{a[1], a[3], b[1], b[3]};
 }
 
 MRF_ALWAYS_INLINE CellValues gather(std::int64_t at, std::int64_t stride, const float* plane, const float* above)
 {
   const Lanes below = loadEdges(plane + at, plane + at + stride), over = loadEdges(above + at, above + at + stride);
-  return {__builtin_shufflevector(below, over, 0, 2, 4, 6), __builtin_shufflevector(below, over, 1, 3, 5, 7)};
+  return {evenLanes(below, over), oddLanes(below, over)};
 }
 
 MRF_ALWAYS_INLINE void scatter(const CellValues& values, std::int64_t at, std::int64_t stride, float* plane,
                                float* above)
 {
-  addToEdges(__builtin_shufflevector(values.lower, values.upper, 0, 4, 1, 5), plane + at, plane + at + stride);
-  addToEdges(__builtin_shufflevector(values.lower, values.upper, 2, 6, 3, 7), above + at, above + at + stride);
+  const Lanes &a = values.lower, &b = values.upper;
+  addToEdges(Lanes{a[0], b[0], a[1], b[1]}, plane + at, plane + at + stride);
+  addToEdges(Lanes{a[2], b[2], a[3], b[3]}, above + at, above + at + stride);
 }
 
 /// The sums over the lanes of each.
 MRF_ALWAYS_INLINE Lanes sumsOf(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d)
 {
-  const Lanes ab = __builtin_shufflevector(a, b, 0, 2, 4, 6) + __builtin_shufflevector(a, b, 1, 3, 5, 7);
-  const Lanes cd = __builtin_shufflevector(c, d, 0, 2, 4, 6) + __builtin_shufflevector(c, d, 1, 3, 5, 7);
-  return __builtin_shufflevector(ab, cd, 0, 2, 4, 6) + __builtin_shufflevector(ab, cd, 1, 3, 5, 7);
+  const Lanes ab = evenLanes(a, b) + oddLanes(a, b), cd = evenLanes(c, d) + oddLanes(c, d);
+  return evenLanes(ab, cd) + oddLanes(ab, cd);
 }
 
 /// c value + Gᵀ gradient of one cell.
