@@ -58,6 +58,22 @@ Eigen::Array3d halved(const Eigen::Array3i& index)
 /// Voxel sides, in spacings of the points, from which on the finest level merges them, too.
 constexpr float mergedFrom = 10;
 
+/// Samples of one lattice as those of another.
+std::vector<PointSample> moved(const std::vector<PointSample>& samples, const Lattice& from, const Lattice& to,
+                               Execution& execution)
+{
+  const double ratio = from.spacing / to.spacing;
+  const Eigen::Vector3d shift = (from.origin - to.origin) / to.spacing;
+  std::vector<PointSample> result(samples.size());
+  execution.forRange(static_cast<std::int64_t>(samples.size()), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
+    for (auto s = static_cast<std::size_t>(begin); s < static_cast<std::size_t>(end); ++s) {
+      result[s] = samples[s];
+      result[s].position = (ratio * samples[s].position.cast<double>() + shift).cast<float>();
+    }
+  });
+  return result;
+}
+
 /// The points as each level sees them, coarsest first, by cells; on all but the finest one per cell, which is what a
 /// grid's interpolant can tell apart.
 std::vector<std::vector<PointSample>>
@@ -66,17 +82,12 @@ samplesOfLevels(const OrientedPoints& points, const std::vector<Lattice>& lattic
   std::vector<std::vector<PointSample>> result(lattices.size());
   // Voxels that hold dozens of points, as a pilot's, need not see each of them.
   const bool isCoarse = lattices.back().spacing > mergedFrom * spacing;
-  std::vector<PointSample> samples = toSamples(points, lattices.back(), execution);
-  result.back() = isCoarse ? merge(samples, 1, execution) : sortedByCells(samples, execution);
-  for (std::size_t level = lattices.size() - 1; level > 0; --level) {
-    const Lattice &fine = lattices[level], &coarse = lattices[level - 1];
-    samples = result[level];
-    const double ratio = fine.spacing / coarse.spacing;
-    const Eigen::Vector3d shift = (fine.origin - coarse.origin) / coarse.spacing;
-    for (PointSample& sample : samples)
-      sample.position = (ratio * sample.position.cast<double>() + shift).cast<float>();
-    result[level - 1] = merge(samples, 1, execution);
+  {
+    const std::vector<PointSample> finest = toSamples(points, lattices.back(), execution);
+    result.back() = isCoarse ? merge(finest, 1, execution) : sortedByCells(finest, execution);
   }
+  for (std::size_t level = lattices.size() - 1; level > 0; --level)
+    result[level - 1] = merge(moved(result[level], lattices[level], lattices[level - 1], execution), 1, execution);
   return result;
 }
 

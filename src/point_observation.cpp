@@ -106,6 +106,30 @@ Eigen::Array3i cubeOf(const PointSample& sample, float side)
   return (sample.position / side).array().floor().cast<int>();
 }
 
+struct CubeBounds {
+  Eigen::Array3i lower = Eigen::Array3i::Constant(std::numeric_limits<int>::max()), upper = -lower;
+
+  void include(const CubeBounds& other)
+  {
+    lower = lower.min(other.lower);
+    upper = upper.max(other.upper);
+  }
+};
+
+/// Of the cubes that samples lie in.
+CubeBounds bounds(const std::vector<PointSample>& samples, float side, Execution& execution)
+{
+  std::vector<CubeBounds> pieces((samples.size() + sampleGrain - 1) / sampleGrain);
+  forSamples(samples.size(), execution, [&](std::size_t s) {
+    const Eigen::Array3i cube = cubeOf(samples[s], side);
+    pieces[s / sampleGrain].include({cube, cube});
+  });
+  CubeBounds result;
+  for (const CubeBounds& piece : pieces)
+    result.include(piece);
+  return result;
+}
+
 /// Samples in the order of the cubes they lie in: z, then y, then x; those of a cube in the order given.
 struct CubeOrder {
   std::vector<std::uint64_t> keys; ///< the same for the same cube
@@ -116,15 +140,10 @@ struct CubeOrder {
   {
     if (samples.empty())
       return;
-    Eigen::Array3i lower = Eigen::Array3i::Constant(std::numeric_limits<int>::max()), upper = -lower;
-    for (const PointSample& sample : samples) {
-      const Eigen::Array3i cube = cubeOf(sample, side);
-      lower = lower.min(cube);
-      upper = upper.max(cube);
-    }
-    const Eigen::Array<std::uint64_t, 3, 1> size = (upper - lower + 1).cast<std::uint64_t>();
+    const CubeBounds range = bounds(samples, side, execution);
+    const Eigen::Array<std::uint64_t, 3, 1> size = (range.upper - range.lower + 1).cast<std::uint64_t>();
     forSamples(samples.size(), execution, [&](std::size_t s) {
-      const Eigen::Array<std::uint64_t, 3, 1> cube = (cubeOf(samples[s], side) - lower).cast<std::uint64_t>();
+      const Eigen::Array<std::uint64_t, 3, 1> cube = (cubeOf(samples[s], side) - range.lower).cast<std::uint64_t>();
       keys[s] = cube.x() + size.x() * (cube.y() + size.y() * cube.z());
     });
     std::iota(order.begin(), order.end(), std::uint32_t{0});
