@@ -131,7 +131,7 @@ void MaskPlane::shrinkCrosswise()
 
 Band::Band(GridSize size, const Fill& fill, int roundUpTo, Execution& execution)
 {
-  *this = inPieces(
+  build(
       size, [&] { return fill; }, roundUpTo, execution);
 }
 

@@ -1,6 +1,7 @@
 #include "band.h"
 #include "band_transfer.h"
 #include "support/shapes.h"
+#include "support/statistics.h"
 
 #include <pcl/surface/mrf/multiscale.h>
 #include <pcl/surface/mrf/polygonizer.h>
@@ -83,14 +84,6 @@ std::vector<double> offsets(const DistanceField& field, const DistanceField& oth
     result.push_back(std::abs(other.sampleDistance(vertex)) / std::max(other.sampleGradient(vertex).norm(), .3f) /
                      field.lattice().spacing);
   return result;
-}
-
-double rms(const std::vector<double>& values)
-{
-  double sum = 0;
-  for (const double value : values)
-    sum += value * value;
-  return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
 } // namespace
@@ -209,8 +202,8 @@ TEST_P(BandedLevels, AgreeWithDenseOnes)
   const std::vector<double> there = offsets(banded.field, dense.field), back = offsets(dense.field, banded.field);
   // Where there are points everywhere; a hundredth of a voxel is less than what points half a voxel apart tell.
   const double limit = order == Prior::membrane ? .03 : .01; // its field, flat off the data, is held at the band's rim
-  EXPECT_LT(rms(there), limit);
-  EXPECT_LT(rms(back), limit);
+  EXPECT_LT(statistics::rms(there), limit);
+  EXPECT_LT(statistics::rms(back), limit);
   EXPECT_LT(*std::max_element(there.begin(), there.end()), .15);
   EXPECT_LT(*std::max_element(back.begin(), back.end()), .15);
   // Away from the band the sign is what counts.
@@ -234,7 +227,7 @@ TEST(BandedLevels, FillHolesLikeDenseOnes)
     const DistanceField dense = solve(points, .04f, everything, prior).field,
                         banded = solve(points, .04f, fewVoxels, prior).field;
     // The hole is 12 voxels wide. What fills it is a guess: a tenth of a voxel is a fraction of its error.
-    EXPECT_LT(rms(offsets(banded, dense)), .05) << "k = " << static_cast<int>(order);
+    EXPECT_LT(statistics::rms(offsets(banded, dense)), .05) << "k = " << static_cast<int>(order);
   }
 }
 
@@ -264,7 +257,7 @@ TEST(BandedLevels, KeepThinPlatesAndNestedShells)
     std::vector<double> missing;
     for (const Eigen::Vector3f& point : points.positions)
       missing.push_back(std::abs(field.sampleDistance(point)) / field.lattice().spacing);
-    EXPECT_LT(rms(missing), .1)
+    EXPECT_LT(statistics::rms(missing), .1)
         << isPlate; // creases are rounded; a face that is missing would be half a voxel off or more
   }
 }
