@@ -271,7 +271,7 @@ TEST(Sampling, FivePercentOfOutliersLeaveOneComponent)
   EXPECT_LT(error(run.mesh, torus), .5 * .3 * .05);
 }
 
-TEST(Sampling, SmallObjectsBesideALargeOneSurvive)
+TEST(Sampling, SmallObjectsBesideALargeOneSurviveIfTheyAreWanted)
 {
   // Of .5 and 1 % of the points, sampled as densely; the outliers leave nothing.
   const shapes::Sdf large = shapes::sphere(1), small = shapes::sphere(.1, {1.3, 0, 0}),
@@ -283,7 +283,10 @@ TEST(Sampling, SmallObjectsBesideALargeOneSurvive)
   for (std::size_t n = points.size() / 100; n > 0; --n)
     clouds::append(points, 1.5f * Eigen::Vector3f(uniform(), uniform(), uniform()),
                    Eigen::Vector3f(uniform(), uniform(), uniform()).normalized());
-  const Outcome run = reconstruct(points);
+  expectClosed(reconstruct(points), 1, 2);
+  pcl::mrf::Options options;
+  options.trimming.minComponentShare = .003f;
+  const Outcome run = reconstruct(points, options);
   expectClosed(run, 3, 6);
   EXPECT_LT(error(run.mesh, all), .1 * run.report.options.multiscale.voxelSize);
 }

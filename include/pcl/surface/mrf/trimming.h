@@ -22,9 +22,10 @@ struct TrimmingOptions {
   Trimming trimming = Trimming::holes;
   float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the points' bbox diagonal
   /// Components with less than this share of the supported area are dropped, [0, 1), and so are, beside the largest,
-  /// those with fewer than 12 points behind them; 0 keeps them all. As small as orientation's own share, so that what
-  /// passed there is not lost here. Not with `none`.
-  float minComponentShare = .003f;
+  /// those with fewer than 12 points behind them; 0 keeps them all. The paper's 1 % of the points (Sec. 3.1), of the
+  /// area: it drops what a hole cuts off a limb; a smaller share keeps small objects beside large ones. Not with
+  /// `none`.
+  float minComponentShare = .01f;
 };
 
 /// \throw InvalidOption naming the first field that is out of range
