@@ -254,10 +254,10 @@ Band eroded(const Band& band, int steps, Execution& execution)
   return result;
 }
 
-std::vector<std::uint8_t> degrees(const Band& band, Execution& execution)
+std::vector<float> degrees(const Band& band, Execution& execution)
 {
   const GridSize size = band.size();
-  std::vector<std::uint8_t> result(static_cast<std::size_t>(band.count()), 0);
+  std::vector<float> result(static_cast<std::size_t>(band.count()), 0);
   execution.forRange(size.z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
     MaskPlane below(size), own(size), above(size);
     band.rasterise(static_cast<int>(begin) - 1, own);
@@ -270,13 +270,13 @@ std::vector<std::uint8_t> degrees(const Band& band, Execution& execution)
       for (int y = 0; y < size.y; ++y)
         for (const Run& run : band.row(y, z)) {
           const int x = band.xOf(run, y);
-          std::uint8_t* const out = result.data() + band.planeFirst(z) + run.first;
+          float* const out = result.data() + band.planeFirst(z) + run.first;
           for (int i = 0; i < run.count; ++i) {
             const auto has = [&](const MaskPlane& plane, int a, int b) {
               return a >= 0 && b >= 0 && a < size.x && b < size.y && plane.has(a, b);
             };
             out[i] =
-                static_cast<std::uint8_t>(has(own, x + i - 1, y) + has(own, x + i + 1, y) + has(own, x + i, y - 1) +
+                static_cast<float>(has(own, x + i - 1, y) + has(own, x + i + 1, y) + has(own, x + i, y - 1) +
                                           has(own, x + i, y + 1) + has(below, x + i, y) + has(above, x + i, y));
           }
         }
@@ -376,12 +376,12 @@ MRF_MULTIVERSION void addToWindow(Runs runs, float a, const float* packed, float
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] += a * packed[v]; });
 }
 
-MRF_MULTIVERSION void bandLaplacian(Runs runs, const std::uint8_t* degrees, int stride, const float* below,
+MRF_MULTIVERSION void bandLaplacian(Runs runs, const float* degrees, int stride, const float* below,
                                     const float* centre, const float* above, float* __restrict out)
 {
   if (degrees)
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
-      out[i] = static_cast<float>(degrees[v]) * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+      out[i] = degrees[v] * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
     });
   else
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t) {
@@ -389,12 +389,12 @@ MRF_MULTIVERSION void bandLaplacian(Runs runs, const std::uint8_t* degrees, int 
     });
 }
 
-MRF_MULTIVERSION void addBandLaplacian(Runs runs, const std::uint8_t* degrees, int stride, const float* below,
+MRF_MULTIVERSION void addBandLaplacian(Runs runs, const float* degrees, int stride, const float* below,
                                        const float* centre, const float* above, float* __restrict out)
 {
   if (degrees)
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
-      out[i] += static_cast<float>(degrees[v]) * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+      out[i] += degrees[v] * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
     });
   else
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t) {

@@ -152,8 +152,9 @@ Band dilated(const Band& band, int steps, int stepsX, Execution& execution);
 /// The voxels of which all that are at most `steps` edges of the lattice away are in the band.
 Band eroded(const Band& band, int steps, Execution& execution);
 
-/// How many of the six neighbours of each voxel are in the band, packed.
-std::vector<std::uint8_t> degrees(const Band& band, Execution& execution);
+/// How many of the six neighbours of each voxel are in the band, packed. As floats: the stencils would spend more on
+/// converting bytes than on the sums.
+std::vector<float> degrees(const Band& band, Execution& execution);
 
 /// The connected parts of a band that hold a voxel of another one.
 Band connectedTo(const Band& band, const Band& other, int roundUpTo, Execution& execution);
@@ -167,10 +168,10 @@ void store(Runs runs, const float* window, float* packed);
 void addToWindow(Runs runs, float a, const float* packed, float* window);
 /// out = L x of the graph of the band, whose voxels have `degrees` neighbours (packed); windows are zero outside of the
 /// runs. Without degrees: of the lattice, all neighbours' values being in the windows.
-void bandLaplacian(Runs runs, const std::uint8_t* degrees, int stride, const float* below, const float* centre,
+void bandLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,
                    const float* above, float* out);
 /// out += L x
-void addBandLaplacian(Runs runs, const std::uint8_t* degrees, int stride, const float* below, const float* centre,
+void addBandLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,
                       const float* above, float* out);
 /// out += a x, both windows
 void addWindow(Runs runs, float a, const float* x, float* out);

@@ -22,9 +22,6 @@ constexpr int nearData = 2;
 /// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
 constexpr int interpolationReach = 4, interpolationReachX = 11;
 
-/// Grids of the preconditioner beneath a level's own; bands of few voxels' width need no more.
-constexpr std::size_t coarseGrids = 3;
-
 /// How often a band may grow because the solution left the prediction.
 constexpr int mostRounds = 3;
 
@@ -277,7 +274,8 @@ std::vector<float> coarsenedWeights(const Band& fine, const std::vector<float>& 
 
 /// The level's own grid and those of its preconditioner.
 std::vector<BandGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_t level, Band unknowns,
-                                const BandObservation& observation, Prior prior, Execution& execution)
+                                const BandObservation& observation, Prior prior, std::size_t coarseGrids,
+                                Execution& execution)
 {
   const std::size_t depth = std::min(coarseGrids, level);
   std::vector<BandGrid> grids(depth + 1); // never resized: the data refer to the bands
@@ -432,8 +430,8 @@ BandField bandOfDense(const Lattice& lattice, const std::vector<float>& values, 
 }
 
 BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level, const BandField& coarse,
-                         const BandObservation& observation, Prior prior, int steps, const SolverOptions& solver,
-                         bool isFinest, LevelReport& report, Execution& execution)
+                         const BandObservation& observation, Prior prior, const BandPlan& plan,
+                         const SolverOptions& solver, bool isFinest, LevelReport& report, Execution& execution)
 {
   const Lattice& lattice = lattices[level];
   const GridSize size = bandSize(lattice.size);
@@ -454,12 +452,12 @@ BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level
     Band unknowns = bandAround(zeroLevel, field.observed, nearObserved, refinement, coarse.unknowns, execution);
     field.support = dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
-    std::vector<BandGrid> grids = makeGrids(lattices, level, std::move(unknowns), observation, prior, execution);
+    std::vector<BandGrid> grids = makeGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
     report.unknowns = grids[0].band.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
     const std::vector<float> guess = field.values;
     const SolveReport solve =
-        solveOnBand(grids, prior, field.support, steps, solver, lattice.spacing, field.values, execution);
+        solveOnBand(grids, prior, field.support, plan.steps, solver, lattice.spacing, field.values, execution);
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;

@@ -39,14 +39,20 @@ struct BandObservation {
 Band bandOfVoxels(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
                   Execution& execution);
 
+/// How far a level in a band is solved.
+struct BandPlan {
+  int steps;               ///< of conjugate gradients
+  std::size_t coarseGrids; ///< of the preconditioner, beneath the level's own
+};
+
 /// Solves one level in a band.
 ///
 /// Unknowns are the observed voxels and those within two voxels of the interpolated zero level, six where nothing is
 /// observed near. Where the coarser level has missed a sheet that is observed, the band grows and is solved again.
-/// \param lattices of all levels \param level ≥ 1 \param coarse the field of level − 1 \param steps of the solver
+/// \param lattices of all levels \param level ≥ 1 \param coarse the field of level − 1
 BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level, const BandField& coarse,
-                         const BandObservation& observation, Prior prior, int steps, const SolverOptions& solver,
-                         bool isFinest, LevelReport& report, Execution& execution);
+                         const BandObservation& observation, Prior prior, const BandPlan& plan,
+                         const SolverOptions& solver, bool isFinest, LevelReport& report, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

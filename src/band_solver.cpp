@@ -240,7 +240,7 @@ private:
   float tension_; ///< weight of L_B beside L_B^k
   float unobserved_ = 0;
   std::vector<float> inverseD_;
-  std::vector<std::uint8_t> degrees_;
+  std::vector<float> degrees_;
   std::vector<float> iterate_;                   ///< between sweeps, where one does not do
   std::array<std::vector<float>, 2> directions_; ///< likewise
 };

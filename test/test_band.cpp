@@ -155,7 +155,7 @@ TEST(Band, CountsNeighboursAndFollowsThem)
   Execution execution(2);
   const Voxels voxels = randomVoxels(5, .2);
   const Band band = bandOf(voxels, 0);
-  const std::vector<std::uint8_t> counts = degrees(band, execution);
+  const std::vector<float> counts = degrees(band, execution);
   Voxels seeds(voxels.size(), 0);
   seeds[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
   Voxels start = voxels;

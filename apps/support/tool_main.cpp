@@ -8,6 +8,10 @@
 #include <cstdio>
 #include <new>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace mrf_apps {
 namespace {
 
@@ -23,6 +27,16 @@ int statusOf(const pcl::mrf::Error& error)
   }
 }
 
+/// Keeps the memory of freed arrays for the next ones. By default large arrays go back to the system, which clears every
+/// page again for the next stage: a tenth of the time of a large cloud.
+void keepFreedMemory()
+{
+#ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, -1);
+#endif
+}
+
 } // namespace
 
 int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<void()>& tool)
@@ -33,6 +47,7 @@ int toolMain(const std::string& name, const std::string& memoryAdvice, const std
   };
   // The library's class logs its errors as well; once is enough.
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  keepFreedMemory();
   try {
     tool();
     return exitDone;
