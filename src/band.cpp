@@ -4,17 +4,24 @@
 #include "multiversioning.h"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 namespace pcl {
 namespace mrf {
 namespace {
 
-/// Runs are lengthened to multiples of this many voxels, which one vector holds.
-constexpr int runUnit = 8;
+/// Voxels that one vector holds.
+constexpr int vectorVoxels = 8;
+
+/// Runs are lengthened to multiples of this many voxels: half a vector, as what is added costs time and memory, too.
+constexpr int runUnit = 4;
 
 /// Planes per piece of parallel work.
 constexpr int grainPlanes = 8;
+
+/// The same where each piece needs windows of its own.
+constexpr int windowPlanes = 32;
 
 /// Calls body(begin, end) for the maximal ranges of set bits.
 template <typename Body>
@@ -256,30 +263,20 @@ Band eroded(const Band& band, int steps, Execution& execution)
 
 std::vector<float> degrees(const Band& band, Execution& execution)
 {
-  const GridSize size = band.size();
-  std::vector<float> result(static_cast<std::size_t>(band.count()), 0);
-  execution.forRange(size.z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
-    MaskPlane below(size), own(size), above(size);
-    band.rasterise(static_cast<int>(begin) - 1, own);
-    band.rasterise(static_cast<int>(begin), above);
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
-      std::swap(below, own);
-      std::swap(own, above);
-      above.clear();
-      band.rasterise(z + 1, above);
-      for (int y = 0; y < size.y; ++y)
-        for (const Run& run : band.row(y, z)) {
-          const int x = band.xOf(run, y);
-          float* const out = result.data() + band.planeFirst(z) + run.first;
-          for (int i = 0; i < run.count; ++i) {
-            const auto has = [&](const MaskPlane& plane, int a, int b) {
-              return a >= 0 && b >= 0 && a < size.x && b < size.y && plane.has(a, b);
-            };
-            out[i] =
-                static_cast<float>(has(own, x + i - 1, y) + has(own, x + i + 1, y) + has(own, x + i, y - 1) +
-                                          has(own, x + i, y + 1) + has(below, x + i, y) + has(above, x + i, y));
-          }
-        }
+  std::vector<float> result(static_cast<std::size_t>(band.count()));
+  execution.forRange(band.size().z, windowPlanes, [&](std::int64_t begin, std::int64_t end) {
+    // Windows of ones, by z modulo 3.
+    std::array<std::vector<float>, 3> windows;
+    windows.fill(std::vector<float>(band.windowCount(), 0));
+    const auto window = [&](int z) { return windows[static_cast<std::size_t>((z + 3) % 3)].data(); };
+    const auto first = static_cast<int>(begin), last = static_cast<int>(end);
+    for (int z = first - 1; z <= last; ++z) {
+      if (z - 3 >= first - 1)
+        kernels::clear(band.plane(z - 3), window(z - 3));
+      kernels::fill(band.plane(z), 1, window(z));
+      if (z > first)
+        kernels::sumNeighbours(band.plane(z - 1), band.windowStride(), window(z - 2), window(z - 1), window(z),
+                               result.data() + band.planeFirst(z - 1));
     }
   });
   return result;
@@ -333,18 +330,26 @@ Band connectedTo(const Band& band, const Band& other, int roundUpTo, Execution& 
 namespace kernels {
 namespace {
 
+/// Calls body(window index, packed index) for `lanes` voxels at a time as long as there are that many. \return the rest
+template <int lanes, typename Body>
+MRF_ALWAYS_INLINE std::int64_t forPieces(std::int64_t at, std::int64_t first, std::int64_t i, std::int64_t count,
+                                         const Body& body)
+{
+  for (; i + lanes <= count; i += lanes)
+    for (int lane = 0; lane < lanes; ++lane)
+      body(at + i + lane, first + i + lane);
+  return i;
+}
+
 /// Calls body(window index, packed index) for all voxels of the runs, in pieces that one vector holds.
 template <typename Body>
 MRF_ALWAYS_INLINE void forEachVoxel(Runs runs, const Body& body)
 {
   for (const Run* run = runs.begins; run != runs.ends; ++run) {
     const std::int64_t at = run->at, first = run->first, count = run->count;
-    std::int64_t i = 0;
-    for (; i + runUnit <= count; i += runUnit)
-      for (int lane = 0; lane < runUnit; ++lane)
-        body(at + i + lane, first + i + lane);
-    for (; i < count; ++i)
-      body(at + i, first + i);
+    std::int64_t i = forPieces<vectorVoxels>(at, first, 0, count, body);
+    i = forPieces<runUnit>(at, first, i, count, body);
+    forPieces<1>(at, first, i, count, body);
   }
 }
 
@@ -361,6 +366,11 @@ MRF_MULTIVERSION void clear(Runs runs, float* window)
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t) { window[i] = 0; });
 }
 
+MRF_MULTIVERSION void fill(Runs runs, float value, float* window)
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t) { window[i] = value; });
+}
+
 MRF_MULTIVERSION void load(Runs runs, const float* packed, float* __restrict window)
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] = packed[v]; });
@@ -374,6 +384,13 @@ MRF_MULTIVERSION void store(Runs runs, const float* window, float* __restrict pa
 MRF_MULTIVERSION void addToWindow(Runs runs, float a, const float* packed, float* __restrict window)
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] += a * packed[v]; });
+}
+
+MRF_MULTIVERSION void sumNeighbours(Runs runs, int stride, const float* below, const float* centre, const float* above,
+                                    float* __restrict packed)
+{
+  forEachVoxel(runs,
+               [=](std::int64_t i, std::int64_t v) { packed[v] = sumOfNeighbours(i, stride, below, centre, above); });
 }
 
 MRF_MULTIVERSION void bandLaplacian(Runs runs, const float* degrees, int stride, const float* below,

@@ -163,9 +163,12 @@ Band connectedTo(const Band& band, const Band& other, int roundUpTo, Execution& 
 /// @{
 namespace kernels {
 void clear(Runs runs, float* window);
+void fill(Runs runs, float value, float* window);
 void load(Runs runs, const float* packed, float* window);
 void store(Runs runs, const float* window, float* packed);
 void addToWindow(Runs runs, float a, const float* packed, float* window);
+/// packed = Σ of the six neighbours
+void sumNeighbours(Runs runs, int stride, const float* below, const float* centre, const float* above, float* packed);
 /// out = L x of the graph of the band, whose voxels have `degrees` neighbours (packed); windows are zero outside of the
 /// runs. Without degrees: of the lattice, all neighbours' values being in the windows.
 void bandLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,

@@ -1,5 +1,6 @@
 #include "band_data.h"
 
+#include "floor.h"
 #include "multiversioning.h"
 
 #include <algorithm>
@@ -8,13 +9,6 @@
 namespace pcl {
 namespace mrf {
 namespace {
-
-/// The floor of a coordinate, without the call that std::floor is on the baseline processor.
-int cellOf(float coordinate)
-{
-  const auto truncated = static_cast<int>(coordinate);
-  return truncated - (coordinate < static_cast<float>(truncated) ? 1 : 0);
-}
 
 /// One lane per edge of the cell along x: (y, z) = (0, 0), (1, 0), (0, 1), (1, 1).
 using Lanes = float __attribute__((vector_size(16)));
@@ -110,7 +104,7 @@ struct SampleLayer {
   MRF_ALWAYS_INLINE void forEach(const Body& body) const
   {
     for (const PointSample* s = begin; s != end; ++s) {
-      const int i = cellOf(s->position.x()), j = cellOf(s->position.y());
+      const int i = floorOf(s->position.x()), j = floorOf(s->position.y());
       body(*s, EdgeWeights(s->position.y() - static_cast<float>(j), s->position.z() - lower),
            s->position.x() - static_cast<float>(i), origin + i + stride * j);
     }
@@ -135,7 +129,7 @@ std::vector<std::size_t> layersOf(const std::vector<PointSample>& samples, const
 {
   std::vector<std::size_t> begin(static_cast<std::size_t>(grid.z) + 1, 0);
   for (const PointSample& sample : samples)
-    ++begin[static_cast<std::size_t>(cellOf(sample.position.z()) + bandMargin) + 1];
+    ++begin[static_cast<std::size_t>(floorOf(sample.position.z()) + bandMargin) + 1];
   for (std::size_t layer = 1; layer < begin.size(); ++layer)
     begin[layer] += begin[layer - 1];
   return begin;
@@ -250,8 +244,8 @@ Band observedBand(const std::vector<PointSample>& samples, const GridSize& grid,
         for (int layer = std::max(z - 1, 0); layer <= z; ++layer)
           for (std::size_t s = layerBegin[static_cast<std::size_t>(layer)];
                s < layerBegin[static_cast<std::size_t>(layer) + 1]; ++s) {
-            const int x = cellOf(samples[s].position.x()) + bandMargin;
-            const int y = cellOf(samples[s].position.y()) + bandMargin;
+            const int x = floorOf(samples[s].position.x()) + bandMargin;
+            const int y = floorOf(samples[s].position.y()) + bandMargin;
             mask.setRange(x, x + 2, y);
             mask.setRange(x, x + 2, y + 1);
           }

@@ -509,21 +509,23 @@ SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const B
   report.relativeResidual = std::sqrt(dotProduct(r, r, execution)) / scale;
   const double initial = std::max(report.relativeResidual, options.residualTolerance);
   std::vector<StepSums> parts(static_cast<std::size_t>(band.size().z));
+  const std::vector<float>* direction = nullptr; // p, from the second step on
   double gamma = 0;
   bool settled = false;
   while (!settled && report.relativeResidual > options.residualTolerance && report.iterations < maxIterations) {
+    if (report.iterations == 1)
+      p = *direction; // the preconditioner is about to use its memory again
     const std::vector<float>& z = preconditioner.apply(r.data(), execution);
     const double next = dotProduct(r, z, execution);
     const float beta = report.iterations == 0 ? 0.f : static_cast<float>(next / gamma);
     gamma = next;
-    if (report.iterations == 0)
-      p = z;
-    else
+    if (report.iterations > 0)
       execution.forRange(static_cast<std::int64_t>(p.size()), sumGrain, [&](std::int64_t begin, std::int64_t end) {
         kernels::scaleAndAdd(end - begin, beta, z.data() + begin, p.data() + begin);
       });
-    system.multiply(band, p.data(), nullptr, product.data(), preconditioner.workspaces(), execution);
-    const double curvature = dotProduct(p, product, execution);
+    direction = report.iterations == 0 ? &z : &p;
+    system.multiply(band, direction->data(), nullptr, product.data(), preconditioner.workspaces(), execution);
+    const double curvature = dotProduct(*direction, product, execution);
     if (!(std::isfinite(gamma) && std::isfinite(curvature)))
       throw SolverFailure("multigrid: the iteration broke down with values that are not finite");
     if (!(curvature > 0 && gamma > 0))
@@ -538,7 +540,7 @@ SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const B
           float* const d = values.data() + outer;
           float* const residual = r.data() + inner;
           for (std::int64_t i = 0; i < count; ++i) {
-            const float change = step * p[static_cast<std::size_t>(inner + i)];
+            const float change = step * (*direction)[static_cast<std::size_t>(inner + i)];
             d[i] += change;
             residual[i] -= step * product[static_cast<std::size_t>(inner + i)];
             sums.residual += static_cast<double>(residual[i]) * static_cast<double>(residual[i]);

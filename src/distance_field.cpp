@@ -4,6 +4,7 @@
 #include <pcl/surface/mrf/distance_field.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -95,14 +96,29 @@ void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
 {
   constexpr int wordBits = MaskPlane::wordBits;
   std::fill_n(words, (lattice_.size.x + wordBits - 1) / wordBits, std::uint64_t{0});
+  /// Calls body(word, first bit, number of bits, first voxel) for the voxels [begin, end).
+  const auto forWords = [&](int begin, int end, const auto& body) {
+    while (begin < end) {
+      const int bit = begin % wordBits, bits = std::min(end - begin, wordBits - bit);
+      body(words[begin / wordBits], bit, bits, begin);
+      begin += bits;
+    }
+  };
   const auto set = [&](int begin, int end) {
-    for (int i = begin; i < end; ++i)
-      words[i / wordBits] |= std::uint64_t{1} << (i % wordBits);
+    forWords(begin, end, [](std::uint64_t& word, int bit, int bits, int) {
+      word |= (~std::uint64_t{0} >> (wordBits - bits)) << bit;
+    });
+  };
+  const auto setNegative = [&](int begin, int end, const float* values) {
+    forWords(begin, end, [&](std::uint64_t& word, int bit, int bits, int voxel) {
+      std::uint64_t negative = 0;
+      for (int b = 0; b < bits; ++b)
+        negative |= std::uint64_t{values[voxel - begin + b] < 0} << b;
+      word |= negative << bit;
+    });
   };
   if (!banded_) {
-    const float* row = distances_.data() + lattice_.size.index(0, j, k);
-    for (int i = 0; i < lattice_.size.x; ++i)
-      words[i / wordBits] |= std::uint64_t{row[i] < 0} << (i % wordBits);
+    setNegative(0, lattice_.size.x, distances_.data() + lattice_.size.index(0, j, k));
     return;
   }
   const Band& band = banded_->band;
@@ -114,8 +130,7 @@ void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
     const int begin = std::max(first, 0), end = std::min(first + run.count, lattice_.size.x);
     if (isNegative)
       set(done, begin);
-    for (int i = begin; i < end; ++i)
-      words[i / wordBits] |= std::uint64_t{values[i - first] < 0} << (i % wordBits);
+    setNegative(begin, end, values + (begin - first));
     done = std::max(end, done);
     isNegative = values[run.count - 1] < 0;
   }
@@ -132,6 +147,23 @@ std::size_t DistanceField::bytes() const
   return result;
 }
 
+void DistanceField::distancesOfRow(int i, int j, int k, int count, float* out) const
+{
+  if (!banded_) {
+    std::copy_n(distances_.data() + lattice_.size.index(i, j, k), count, out);
+    return;
+  }
+  const Band& band = banded_->band;
+  const std::int64_t first = band.find(i + bandMargin, j + bandMargin, k + bandMargin);
+  const std::int64_t last = band.find(i + count - 1 + bandMargin, j + bandMargin, k + bandMargin);
+  // Within a plane, packed indices this far apart are of one run, or of runs without a gap.
+  if (first >= 0 && last - first == count - 1)
+    std::copy_n(banded_->values.data() + first, count, out);
+  else
+    for (int n = 0; n < count; ++n)
+      out[n] = bandedDistance(i + n, j, k);
+}
+
 float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
 {
   return Cell(lattice_, position).interpolate<float>([&](int i, int j, int k) { return distance(i, j, k); });
@@ -140,20 +172,34 @@ float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
 Eigen::Vector3f DistanceField::sampleGradient(const Eigen::Vector3f& position) const
 {
   const GridSize size = lattice_.size;
+  const Cell cell(lattice_, position);
+  // The cell's voxels and their neighbours, as far as they are in the lattice: [lower, upper) along each axis.
+  constexpr int side = 4;
+  std::array<float, side * side * side> around{};
+  const int lower = std::max(cell.i - 1, 0), upper = std::min(cell.i + 3, size.x);
+  const auto at = [&](int i, int j, int k) {
+    return static_cast<std::size_t>(i - (cell.i - 1) + side * (j - (cell.j - 1) + side * (k - (cell.k - 1))));
+  };
+  const auto isInside = [](int index, int of) { return index == of || index == of + 1; };
+  for (int k = std::max(cell.k - 1, 0); k < std::min(cell.k + 3, size.z); ++k)
+    for (int j = std::max(cell.j - 1, 0); j < std::min(cell.j + 3, size.y); ++j)
+      if (isInside(j, cell.j) || isInside(k, cell.k))
+        distancesOfRow(lower, j, k, upper - lower, around.data() + at(lower, j, k));
+
   const float inverse = static_cast<float>(1 / lattice_.spacing);
   // One-sided at the border: the divisor is the number of voxel sides between the two samples.
-  const auto difference = [&](int lower, int upper, float below, float above) {
-    return (above - below) * inverse / static_cast<float>(upper - lower);
+  const auto difference = [&](int from, int to, float below, float above) {
+    return (above - below) * inverse / static_cast<float>(to - from);
   };
   const auto gradient = [&](int i, int j, int k) -> Eigen::Vector3f {
     const int i0 = std::max(i - 1, 0), i1 = std::min(i + 1, size.x - 1);
     const int j0 = std::max(j - 1, 0), j1 = std::min(j + 1, size.y - 1);
     const int k0 = std::max(k - 1, 0), k1 = std::min(k + 1, size.z - 1);
-    return {difference(i0, i1, distance(i0, j, k), distance(i1, j, k)),
-            difference(j0, j1, distance(i, j0, k), distance(i, j1, k)),
-            difference(k0, k1, distance(i, j, k0), distance(i, j, k1))};
+    return {difference(i0, i1, around[at(i0, j, k)], around[at(i1, j, k)]),
+            difference(j0, j1, around[at(i, j0, k)], around[at(i, j1, k)]),
+            difference(k0, k1, around[at(i, j, k0)], around[at(i, j, k1)])};
   };
-  return Cell(lattice_, position).interpolate<Eigen::Vector3f>(gradient);
+  return cell.interpolate<Eigen::Vector3f>(gradient);
 }
 
 } // namespace mrf

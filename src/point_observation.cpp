@@ -1,5 +1,6 @@
 #include <pcl/surface/mrf/point_observation.h>
 
+#include "floor.h"
 #include "multiversioning.h"
 #include "spatial_sort.h"
 
@@ -103,7 +104,8 @@ void forSamples(std::size_t count, Execution& execution, const Body& body)
 
 Eigen::Array3i cubeOf(const PointSample& sample, float side)
 {
-  return (sample.position / side).array().floor().cast<int>();
+  const Eigen::Vector3f position = sample.position / side;
+  return {floorOf(position.x()), floorOf(position.y()), floorOf(position.z())};
 }
 
 struct CubeBounds {
@@ -120,9 +122,13 @@ struct CubeBounds {
 CubeBounds bounds(const std::vector<PointSample>& samples, float side, Execution& execution)
 {
   std::vector<CubeBounds> pieces((samples.size() + sampleGrain - 1) / sampleGrain);
-  forSamples(samples.size(), execution, [&](std::size_t s) {
-    const Eigen::Array3i cube = cubeOf(samples[s], side);
-    pieces[s / sampleGrain].include({cube, cube});
+  execution.forRange(static_cast<std::int64_t>(samples.size()), sampleGrain, [&](std::int64_t begin, std::int64_t end) {
+    CubeBounds piece;
+    for (auto s = static_cast<std::size_t>(begin); s < static_cast<std::size_t>(end); ++s) {
+      const Eigen::Array3i cube = cubeOf(samples[s], side);
+      piece.include({cube, cube});
+    }
+    pieces[static_cast<std::size_t>(begin) / sampleGrain] = piece;
   });
   CubeBounds result;
   for (const CubeBounds& piece : pieces)

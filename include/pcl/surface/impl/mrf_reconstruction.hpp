@@ -153,6 +153,10 @@ void MRFReconstruction<PointNT>::gatherAndRun()
   std::vector<Eigen::Vector3f> positions, normals;
   std::vector<std::int32_t> views;
   positions.reserve(indices_->size());
+  if (hasNormals && source != mrf::NormalSource::estimate)
+    normals.reserve(indices_->size());
+  if (!views_.empty())
+    views.reserve(indices_->size());
   for (const auto index : *indices_) {
     const PointNT& point = (*input_)[static_cast<std::size_t>(index)];
     positions.push_back(point.getVector3fMap());

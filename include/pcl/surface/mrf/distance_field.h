@@ -66,6 +66,8 @@ public:
 
 private:
   float bandedDistance(int i, int j, int k) const;
+  void distancesOfRow(int i, int j, int k, int count,
+                      float* out) const; ///< of the voxels (i, j, k) .. (i + count − 1, j, k)
   bool bandHasCell(int i, int j, int k) const;
 
   Lattice lattice_;

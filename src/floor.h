@@ -1,0 +1,16 @@
+/// \file
+/// \brief The floor of a coordinate without a call.
+#pragma once
+
+namespace pcl {
+namespace mrf {
+
+/// ⌊coordinate⌋; std::floor is a call on the baseline processor. \pre it fits an int
+inline int floorOf(float coordinate)
+{
+  const auto truncated = static_cast<int>(coordinate);
+  return truncated - (coordinate < static_cast<float>(truncated) ? 1 : 0);
+}
+
+} // namespace mrf
+} // namespace pcl
