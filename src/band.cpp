@@ -261,9 +261,9 @@ Band eroded(const Band& band, int steps, Execution& execution)
   return result;
 }
 
-std::vector<float> degrees(const Band& band, Execution& execution)
+PackedValues degrees(const Band& band, Execution& execution)
 {
-  std::vector<float> result(static_cast<std::size_t>(band.count()));
+  PackedValues result(static_cast<std::size_t>(band.count()));
   execution.forRange(band.size().z, windowPlanes, [&](std::int64_t begin, std::int64_t end) {
     // Windows of ones, by z modulo 3.
     std::array<std::vector<float>, 3> windows;

@@ -6,6 +6,8 @@
 /// exist. A Laplacian then needs no neighbour table, and memory grows with the surface.
 #pragma once
 
+#include "packed_values.h"
+
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
 
@@ -76,7 +78,7 @@ public:
   Band() = default;
 
   /// \param fill called concurrently
-  /// \param roundUpTo runs are lengthened to whole vectors, but not to this x and beyond; 0: they stay as they are
+  /// \param roundUpTo runs are lengthened to half vectors, but not to this x and beyond; 0: they stay as they are
   Band(GridSize size, const Fill& fill, int roundUpTo, Execution& execution);
 
   /// \param makeFill makes what fills a number of consecutive planes, in ascending order
@@ -154,7 +156,7 @@ Band eroded(const Band& band, int steps, Execution& execution);
 
 /// How many of the six neighbours of each voxel are in the band, packed. As floats: the stencils would spend more on
 /// converting bytes than on the sums.
-std::vector<float> degrees(const Band& band, Execution& execution);
+PackedValues degrees(const Band& band, Execution& execution);
 
 /// The connected parts of a band that hold a voxel of another one.
 Band connectedTo(const Band& band, const Band& other, int roundUpTo, Execution& execution);

@@ -19,8 +19,8 @@ constexpr int crossesNearData = 1, crossesFarFromData = 5, crossesOfDense = 4;
 constexpr int nearData = 2;
 
 /// Voxels around the unknowns of a level that the interpolation to the next one reaches: half of what that one's
-/// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
-constexpr int interpolationReach = 4, interpolationReachX = 11;
+/// support has, and two for the cubic's taps. Along x its runs are up to 3 voxels longer.
+constexpr int interpolationReach = 4, interpolationReachX = 7;
 
 /// How often a band may grow because the solution left the prediction.
 constexpr int mostRounds = 3;
@@ -100,7 +100,7 @@ private:
 };
 
 /// Both ends of all edges of the lattice whose ends have different signs.
-Band crossings(const Band& band, const std::vector<float>& values, Execution& execution)
+Band crossings(const Band& band, const PackedValues& values, Execution& execution)
 {
   return Band::inPieces(
       band.size(), [&]() -> Band::Fill { return CrossingFinder(band, values.data()); }, 0, execution);
@@ -158,11 +158,10 @@ void clearRim(const GridSize& size, int z, MaskPlane& mask)
   mask.intersect(inside);
 }
 
-std::vector<float> interpolated(const BandField& coarse, const Refinement& refinement, const Band& fine,
-                                Execution& execution)
+PackedValues interpolated(const BandField& coarse, const Refinement& refinement, const Band& fine, Execution& execution)
 {
   const CubicInterpolation cubic(coarse.support, coarse.values.data(), refinement);
-  std::vector<float> values(static_cast<std::size_t>(fine.count()));
+  PackedValues values(static_cast<std::size_t>(fine.count()));
   execution.forRange(fine.size().z, 16, [&](std::int64_t begin, std::int64_t end) {
     TransferScratch scratch;
     for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
@@ -316,14 +315,23 @@ std::vector<BandGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_
   return grids;
 }
 
+PackedValues copyOf(const PackedValues& values, Execution& execution)
+{
+  PackedValues copy(values.size());
+  execution.forRange(static_cast<std::int64_t>(values.size()), 1 << 16, [&](std::int64_t begin, std::int64_t end) {
+    std::copy(values.data() + begin, values.data() + end, copy.data() + begin);
+  });
+  return copy;
+}
+
 /// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
 /// closest voxel that has one.
-void extendChange(const Band& unknowns, const Band& support, const std::vector<float>& guess,
-                  std::vector<float>& values, Execution& execution)
+void extendChange(const Band& unknowns, const Band& support, const PackedValues& guess, PackedValues& values,
+                  Execution& execution)
 {
   const GridSize size = support.size();
-  std::vector<float> change(values.size(), 0);
-  std::vector<std::uint8_t> isKnown(values.size(), 0);
+  PackedValues change(values.size());
+  PackedFlags isKnown(values.size());
   const auto forPlanes = [&](const auto& body) {
     execution.forRange(size.z, 4, [&](std::int64_t begin, std::int64_t end) {
       for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
@@ -333,30 +341,26 @@ void extendChange(const Band& unknowns, const Band& support, const std::vector<f
     });
   };
   forPlanes([&](int y, int z, const Run& run, std::size_t first) {
-    const auto count = static_cast<std::size_t>(run.count);
-    for (const Run& inner : unknowns.row(y, z))
-      if (inner.at >= run.at && inner.at < run.at + run.count)
-        for (std::size_t i = static_cast<std::size_t>(inner.at - run.at), n = i + static_cast<std::size_t>(inner.count);
-             i < n; ++i) {
-          change[first + i] = values[first + i] - guess[first + i];
-          isKnown[first + i] = 1;
-        }
-    std::vector<int> distance(count, size.x);
-    for (std::size_t i = 0; i < count; ++i)
-      distance[i] = isKnown[first + i] ? 0 : i > 0 ? distance[i - 1] + 1 : size.x;
-    for (std::size_t i = 1; i < count; ++i)
-      if (distance[i] > 0 && distance[i] < size.x)
-        change[first + i] = change[first + i - 1];
-    for (std::size_t i = count - 1; i-- > 0;)
-      if (distance[i + 1] + 1 < distance[i]) {
-        distance[i] = distance[i + 1] + 1;
-        change[first + i] = change[first + i + 1];
-      }
-    for (std::size_t i = 0; i < count; ++i)
-      isKnown[first + i] = distance[i] < size.x ? 1 : 0;
+    float* const changes = change.data() + first;
+    const auto difference = [&](int i) {
+      return values[first + static_cast<std::size_t>(i)] - guess[first + static_cast<std::size_t>(i)];
+    };
+    int known = -1; // the last voxel of the run with a change of its own
+    for (const Run& inner : unknowns.row(y, z)) {
+      const int begin = inner.at - run.at;
+      if (begin < 0 || begin >= run.count)
+        continue;
+      for (int i = known + 1; i < begin; ++i)
+        changes[i] = known >= 0 && i - known <= begin - i ? changes[known] : difference(begin);
+      for (int i = begin; i < begin + inner.count; ++i)
+        changes[i] = difference(i);
+      known = begin + inner.count - 1;
+    }
+    std::fill(changes + known + 1, changes + run.count, known >= 0 ? changes[known] : 0);
+    std::fill_n(isKnown.data() + first, run.count, known >= 0 ? 1 : 0);
   });
   for (const int axis : {1, 2}) {
-    const std::vector<std::uint8_t> before = isKnown;
+    const PackedFlags before = isKnown;
     forPlanes([&](int y, int z, const Run& run, std::size_t first) {
       const int x = support.xOf(run, y);
       for (int i = 0; i < run.count; ++i) {
@@ -373,8 +377,10 @@ void extendChange(const Band& unknowns, const Band& support, const std::vector<f
       }
     });
   }
-  for (std::size_t v = 0; v < values.size(); ++v)
-    values[v] = guess[v] + change[v];
+  forPlanes([&](int, int, const Run& run, std::size_t first) {
+    for (std::size_t at = first; at < first + static_cast<std::size_t>(run.count); ++at)
+      values[at] = guess[at] + change[at];
+  });
 }
 
 } // namespace
@@ -452,10 +458,11 @@ BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level
     Band unknowns = bandAround(zeroLevel, field.observed, nearObserved, refinement, coarse.unknowns, execution);
     field.support = dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
-    std::vector<BandGrid> grids = makeGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
+    std::vector<BandGrid> grids =
+        makeGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
     report.unknowns = grids[0].band.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
-    const std::vector<float> guess = field.values;
+    const PackedValues guess = copyOf(field.values, execution);
     const SolveReport solve =
         solveOnBand(grids, prior, field.support, plan.steps, solver, lattice.spacing, field.values, execution);
     const int before = report.solve.iterations;

@@ -18,9 +18,9 @@ namespace mrf {
 /// The field of one level, as the next finer one needs it.
 struct BandField {
   Lattice lattice;
-  Band unknowns;             ///< voxels that were solved for
-  Band support;              ///< voxels with a value: the unknowns and what the next level's interpolation reaches
-  std::vector<float> values; ///< on the support
+  Band unknowns;       ///< voxels that were solved for
+  Band support;        ///< voxels with a value: the unknowns and what the next level's interpolation reaches
+  PackedValues values; ///< on the support
   Band observed;
 };
 

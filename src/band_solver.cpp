@@ -120,7 +120,7 @@ public:
   const Band& band() const { return grid_.band; }
   bool isObserved(std::int64_t voxel) const { return inverseD_[static_cast<std::size_t>(voxel)] < unobserved_; }
 
-  void rightHandSide(std::vector<float>& b, Execution& execution) const
+  void rightHandSide(PackedValues& b, Execution& execution) const
   {
     b.resize(static_cast<std::size_t>(band().count()));
     assemble([this](int z, float* y, float* yAbove) { grid_.data->addRightHandSide(z, y, yAbove); }, b, execution);
@@ -198,7 +198,7 @@ private:
 
   /// Packed values of what the layers add up to.
   template <typename Layer>
-  void assemble(const Layer& layer, std::vector<float>& result, Execution& execution) const
+  void assemble(const Layer& layer, PackedValues& result, Execution& execution) const
   {
     execution.forRange(band().size().z, 4 * grainPlanes, [&](std::int64_t begin, std::int64_t end) {
       WindowRing ring;
@@ -239,10 +239,10 @@ private:
   int order_;
   float tension_; ///< weight of L_B beside L_B^k
   float unobserved_ = 0;
-  std::vector<float> inverseD_;
-  std::vector<float> degrees_;
-  std::vector<float> iterate_;                   ///< between sweeps, where one does not do
-  std::array<std::vector<float>, 2> directions_; ///< likewise
+  PackedValues inverseD_;
+  PackedValues degrees_;
+  PackedValues iterate_;                   ///< between sweeps, where one does not do
+  std::array<PackedValues, 2> directions_; ///< likewise
 };
 
 /// Products trail each other by k planes (for k = 1 by two, as an update would overtake the next plane's product).
@@ -404,18 +404,18 @@ public:
   std::vector<Workspace>& workspaces() { return workspaces_; }
 
   /// z = M r, valid until the next call.
-  const std::vector<float>& apply(const float* r, Execution& execution) { return cycle(0, r, execution); }
+  const PackedValues& apply(const float* r, Execution& execution) { return cycle(0, r, execution); }
 
   /// A vector of the finest grid that is free between calls of apply.
-  std::vector<float>& spare() { return levels_.front().before; }
+  PackedValues& spare() { return levels_.front().before; }
 
 private:
   struct Level {
     std::unique_ptr<GridSolver> solver;
-    std::vector<float> rightHandSide, before, after;
+    PackedValues rightHandSide, before, after;
   };
 
-  const std::vector<float>& cycle(std::size_t index, const float* b, Execution& execution)
+  const PackedValues& cycle(std::size_t index, const float* b, Execution& execution)
   {
     Level& level = levels_[index];
     GridSolver& solver = *level.solver;
@@ -429,7 +429,7 @@ private:
     solver.smooth(Sweep::Source::zero, degree_, b, nullptr, nullptr, nullptr, level.before.data(), level.after.data(),
                   workspaces_, execution);
     solver.restrictTo(level.after.data(), coarseBand, coarse.rightHandSide.data(), workspaces_, execution);
-    const std::vector<float>& correction = cycle(index + 1, coarse.rightHandSide.data(), execution);
+    const PackedValues& correction = cycle(index + 1, coarse.rightHandSide.data(), execution);
     solver.smooth(Sweep::Source::corrected, degree_, b, level.before.data(), correction.data(), &coarseBand,
                   level.after.data(), nullptr, workspaces_, execution);
     return level.after;
@@ -456,7 +456,7 @@ void forEachPair(const Band& band, const Band& support, int z, const Body& body)
 
 /// Clears the residual where nothing is observed and L^k reaches over the rim of the band: the guess may have kinks out
 /// there, which are none of the correction's business.
-void clearNearRim(const GridSolver& system, int order, std::vector<float>& r, Execution& execution)
+void clearNearRim(const GridSolver& system, int order, PackedValues& r, Execution& execution)
 {
   const Band& band = system.band();
   const Band inside = eroded(band, order, execution);
@@ -485,7 +485,7 @@ struct StepSums {
 } // namespace
 
 SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support, int steps,
-                        const SolverOptions& options, double unit, std::vector<float>& values, Execution& execution)
+                        const SolverOptions& options, double unit, PackedValues& values, Execution& execution)
 {
   SolveReport report;
   report.method = SolverMethod::multigrid;
@@ -495,7 +495,7 @@ SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const B
   GridSolver& system = preconditioner.finest();
   const Band& band = system.band();
 
-  std::vector<float> r, p;
+  PackedValues r, p;
   system.rightHandSide(r, execution);
   const double norm = std::sqrt(dotProduct(r, r, execution));
   system.multiply(support, values.data(), r.data(), r.data(), preconditioner.workspaces(), execution);
@@ -505,17 +505,17 @@ SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const B
     report.converged = true;
     return report;
   }
-  std::vector<float>& product = preconditioner.spare();
+  PackedValues& product = preconditioner.spare();
   report.relativeResidual = std::sqrt(dotProduct(r, r, execution)) / scale;
   const double initial = std::max(report.relativeResidual, options.residualTolerance);
   std::vector<StepSums> parts(static_cast<std::size_t>(band.size().z));
-  const std::vector<float>* direction = nullptr; // p, from the second step on
+  const PackedValues* direction = nullptr; // p, from the second step on
   double gamma = 0;
   bool settled = false;
   while (!settled && report.relativeResidual > options.residualTolerance && report.iterations < maxIterations) {
     if (report.iterations == 1)
       p = *direction; // the preconditioner is about to use its memory again
-    const std::vector<float>& z = preconditioner.apply(r.data(), execution);
+    const PackedValues& z = preconditioner.apply(r.data(), execution);
     const double next = dotProduct(r, z, execution);
     const float beta = report.iterations == 0 ? 0.f : static_cast<float>(next / gamma);
     gamma = next;

@@ -35,7 +35,7 @@ struct BandGrid {
 /// \param values on `support`, a superset of the band by k voxels on all sides; in: the guess, out: the solution
 /// \param unit length of a voxel side in the unit of the field
 SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support, int steps,
-                        const SolverOptions& options, double unit, std::vector<float>& values, Execution& execution);
+                        const SolverOptions& options, double unit, PackedValues& values, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -13,7 +13,7 @@ namespace mrf {
 
 struct BandedDistances {
   Band band;                      ///< on the bands' grid, bandMargin voxels around the lattice
-  std::vector<float> values;      ///< packed on the band
+  PackedValues values;            ///< packed on the band
   std::vector<float> confidences; ///< likewise; may be empty
   DistanceField background;       ///< dense, on a coarser lattice that covers the field's
 };

@@ -206,10 +206,10 @@ double systemResidual(const LinearSystem<Real>& system, const Real* b, const Rea
 }
 
 template <typename Real>
-double dotProduct(const std::vector<Real>& x, const std::vector<Real>& y, Execution& execution)
+double dotProduct(std::size_t count, const Real* x, const Real* y, Execution& execution)
 {
-  return execution.sum(static_cast<std::int64_t>(x.size()), sumGrain, [&](std::int64_t begin, std::int64_t end) {
-    return kernels::dot(end - begin, x.data() + begin, y.data() + begin);
+  return execution.sum(static_cast<std::int64_t>(count), sumGrain, [&](std::int64_t begin, std::int64_t end) {
+    return kernels::dot(end - begin, x + begin, y + begin);
   });
 }
 
@@ -233,7 +233,7 @@ Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t> systemMatrix(const Li
   template void applySystem(const LinearSystem<Real>&, const Real*, Real*, Execution&);                                \
   template double applySystemAndDot(const LinearSystem<Real>&, const Real*, Real*, Execution&);                        \
   template double systemResidual(const LinearSystem<Real>&, const Real*, const Real*, Real*, Execution&);              \
-  template double dotProduct(const std::vector<Real>&, const std::vector<Real>&, Execution&);                          \
+  template double dotProduct(std::size_t, const Real*, const Real*, Execution&);                                       \
   template Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t> systemMatrix(const LinearSystem<Real>&);
 
 MRF_INSTANTIATE(float)

@@ -49,7 +49,14 @@ double systemResidual(const LinearSystem<Real>& system, const Real* b, const Rea
 
 /// xᵀy in double precision; the same for any number of threads.
 template <typename Real>
-double dotProduct(const std::vector<Real>& x, const std::vector<Real>& y, Execution& execution);
+double dotProduct(std::size_t count, const Real* x, const Real* y, Execution& execution);
+
+/// The same of two vectors.
+template <typename Vector>
+double dotProduct(const Vector& x, const Vector& y, Execution& execution)
+{
+  return dotProduct(x.size(), x.data(), y.data(), execution);
+}
 
 /// P as an explicit matrix.
 template <typename Real>

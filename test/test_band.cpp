@@ -107,7 +107,7 @@ TEST(Band, HoldsTheVoxelsThatWereSet)
   }
 }
 
-TEST(Band, LengthensRunsToWholeVectorsUpToALimit)
+TEST(Band, LengthensRunsToHalfVectorsUpToALimit)
 {
   const int limit = grid.x - 3;
   Voxels voxels = randomVoxels(2, .05);
@@ -128,7 +128,7 @@ TEST(Band, LengthensRunsToWholeVectorsUpToALimit)
   for (int z = 0; z < grid.z; ++z)
     for (int y = 0; y < grid.y; ++y)
       for (const pcl::mrf::Run& run : rounded.row(y, z))
-        EXPECT_TRUE(run.count % 8 == 0 || rounded.xOf(run, y) + run.count == limit);
+        EXPECT_TRUE(run.count % 4 == 0 || rounded.xOf(run, y) + run.count == limit);
 }
 
 TEST(Band, GrowsAndShrinksLikeItsVoxels)
@@ -155,7 +155,7 @@ TEST(Band, CountsNeighboursAndFollowsThem)
   Execution execution(2);
   const Voxels voxels = randomVoxels(5, .2);
   const Band band = bandOf(voxels, 0);
-  const std::vector<float> counts = degrees(band, execution);
+  const PackedValues counts = degrees(band, execution);
   Voxels seeds(voxels.size(), 0);
   seeds[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
   Voxels start = voxels;
