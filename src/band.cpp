@@ -11,11 +11,9 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Voxels that one vector holds.
-constexpr int vectorVoxels = 8;
-
-/// Runs are lengthened to multiples of this many voxels: half a vector, as what is added costs time and memory, too.
-constexpr int runUnit = 4;
+/// Runs are lengthened to multiples of this many voxels, which one vector holds. (Half of it saves 3 % of the memory
+/// and no time, and leaves two in three scans' holes 1 to 6 % worse.)
+constexpr int runUnit = 8;
 
 /// Planes per piece of parallel work.
 constexpr int grainPlanes = 8;
@@ -330,26 +328,18 @@ Band connectedTo(const Band& band, const Band& other, int roundUpTo, Execution& 
 namespace kernels {
 namespace {
 
-/// Calls body(window index, packed index) for `lanes` voxels at a time as long as there are that many. \return the rest
-template <int lanes, typename Body>
-MRF_ALWAYS_INLINE std::int64_t forPieces(std::int64_t at, std::int64_t first, std::int64_t i, std::int64_t count,
-                                         const Body& body)
-{
-  for (; i + lanes <= count; i += lanes)
-    for (int lane = 0; lane < lanes; ++lane)
-      body(at + i + lane, first + i + lane);
-  return i;
-}
-
 /// Calls body(window index, packed index) for all voxels of the runs, in pieces that one vector holds.
 template <typename Body>
 MRF_ALWAYS_INLINE void forEachVoxel(Runs runs, const Body& body)
 {
   for (const Run* run = runs.begins; run != runs.ends; ++run) {
     const std::int64_t at = run->at, first = run->first, count = run->count;
-    std::int64_t i = forPieces<vectorVoxels>(at, first, 0, count, body);
-    i = forPieces<runUnit>(at, first, i, count, body);
-    forPieces<1>(at, first, i, count, body);
+    std::int64_t i = 0;
+    for (; i + runUnit <= count; i += runUnit)
+      for (int lane = 0; lane < runUnit; ++lane)
+        body(at + i + lane, first + i + lane);
+    for (; i < count; ++i)
+      body(at + i, first + i);
   }
 }
 

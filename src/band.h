@@ -78,7 +78,7 @@ public:
   Band() = default;
 
   /// \param fill called concurrently
-  /// \param roundUpTo runs are lengthened to half vectors, but not to this x and beyond; 0: they stay as they are
+  /// \param roundUpTo runs are lengthened to whole vectors, but not to this x and beyond; 0: they stay as they are
   Band(GridSize size, const Fill& fill, int roundUpTo, Execution& execution);
 
   /// \param makeFill makes what fills a number of consecutive planes, in ascending order

@@ -19,8 +19,8 @@ constexpr int crossesNearData = 1, crossesFarFromData = 5, crossesOfDense = 4;
 constexpr int nearData = 2;
 
 /// Voxels around the unknowns of a level that the interpolation to the next one reaches: half of what that one's
-/// support has, and two for the cubic's taps. Along x its runs are up to 3 voxels longer.
-constexpr int interpolationReach = 4, interpolationReachX = 7;
+/// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
+constexpr int interpolationReach = 4, interpolationReachX = 11;
 
 /// How often a band may grow because the solution left the prediction.
 constexpr int mostRounds = 3;

@@ -107,7 +107,7 @@ TEST(Band, HoldsTheVoxelsThatWereSet)
   }
 }
 
-TEST(Band, LengthensRunsToHalfVectorsUpToALimit)
+TEST(Band, LengthensRunsToWholeVectorsUpToALimit)
 {
   const int limit = grid.x - 3;
   Voxels voxels = randomVoxels(2, .05);
@@ -128,7 +128,7 @@ TEST(Band, LengthensRunsToHalfVectorsUpToALimit)
   for (int z = 0; z < grid.z; ++z)
     for (int y = 0; y < grid.y; ++y)
       for (const pcl::mrf::Run& run : rounded.row(y, z))
-        EXPECT_TRUE(run.count % 4 == 0 || rounded.xOf(run, y) + run.count == limit);
+        EXPECT_TRUE(run.count % 8 == 0 || rounded.xOf(run, y) + run.count == limit);
 }
 
 TEST(Band, GrowsAndShrinksLikeItsVoxels)
