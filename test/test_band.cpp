@@ -2,6 +2,7 @@
 #include "band_transfer.h"
 #include "support/shapes.h"
 #include "support/statistics.h"
+#include "support/zero_level.h"
 
 #include <pcl/surface/mrf/multiscale.h>
 #include <pcl/surface/mrf/polygonizer.h>
@@ -74,17 +75,6 @@ MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t dense
 }
 
 constexpr std::int64_t everything = std::numeric_limits<std::int64_t>::max(), fewVoxels = 5000;
-
-/// First-order distances of the vertices of a field's zero level from that of another field, in voxel sides.
-std::vector<double> offsets(const DistanceField& field, const DistanceField& other)
-{
-  Execution execution(1);
-  std::vector<double> result;
-  for (const Eigen::Vector3f& vertex : polygonize(field, {}, execution).vertices)
-    result.push_back(std::abs(other.sampleDistance(vertex)) / std::max(other.sampleGradient(vertex).norm(), .3f) /
-                     field.lattice().spacing);
-  return result;
-}
 
 } // namespace
 
@@ -199,7 +189,8 @@ TEST_P(BandedLevels, AgreeWithDenseOnes)
   ASSERT_EQ(dense.field.lattice().size, banded.field.lattice().size);
   ASSERT_LT(banded.levels.back().unknowns, dense.levels.back().unknowns / 2);
   EXPECT_LT(banded.field.bytes(), dense.field.bytes());
-  const std::vector<double> there = offsets(banded.field, dense.field), back = offsets(dense.field, banded.field);
+  const std::vector<double> there = zeroLevelOffsets(banded.field, dense.field),
+                            back = zeroLevelOffsets(dense.field, banded.field);
   // Where there are points everywhere; a hundredth of a voxel is less than what points half a voxel apart tell.
   const double limit = order == Prior::membrane ? .03 : .01; // its field, flat off the data, is held at the band's rim
   EXPECT_LT(statistics::rms(there), limit);
@@ -227,7 +218,7 @@ TEST(BandedLevels, FillHolesLikeDenseOnes)
     const DistanceField dense = solve(points, .04f, everything, prior).field,
                         banded = solve(points, .04f, fewVoxels, prior).field;
     // The hole is 12 voxels wide. What fills it is a guess: a twentieth of a voxel is a fraction of its error.
-    EXPECT_LT(statistics::rms(offsets(banded, dense)), .05) << "k = " << static_cast<int>(order);
+    EXPECT_LT(statistics::rms(zeroLevelOffsets(banded, dense)), .05) << "k = " << static_cast<int>(order);
   }
 }
 
