@@ -46,15 +46,7 @@ void forEachRange(const std::uint64_t* words, int count, const Body& body)
 
 void MaskPlane::setRange(int begin, int end, int y)
 {
-  begin = std::max(begin, 0);
-  end = std::min(end, size_.x);
-  std::uint64_t* const words = row(y);
-  for (int word = begin / wordBits; begin < end; ++word) {
-    const int stop = std::min(end, (word + 1) * wordBits);
-    const int length = stop - begin;
-    words[word] |= (~std::uint64_t{0} >> (wordBits - length)) << (begin % wordBits);
-    begin = stop;
-  }
+  setBits(row(y), std::max(begin, 0), std::min(end, size_.x));
 }
 
 void MaskPlane::clear()

@@ -11,6 +11,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -52,6 +53,25 @@ private:
   int words_ = 0;
   std::vector<std::uint64_t> bits_;
 };
+
+/// Calls body(index of the word, first bit in it, number of bits, first voxel) for the voxels [begin, end) of a row.
+template <typename Body>
+void forEachWord(int begin, int end, const Body& body)
+{
+  while (begin < end) {
+    const int bit = begin % MaskPlane::wordBits, bits = std::min(end - begin, MaskPlane::wordBits - bit);
+    body(begin / MaskPlane::wordBits, bit, bits, begin);
+    begin += bits;
+  }
+}
+
+/// Sets the bits of the voxels [begin, end) of a row.
+inline void setBits(std::uint64_t* words, int begin, int end)
+{
+  forEachWord(begin, end, [&](int word, int bit, int bits, int) {
+    words[word] |= (~std::uint64_t{0} >> (MaskPlane::wordBits - bits)) << bit;
+  });
+}
 
 /// Consecutive voxels of one row.
 struct Run {

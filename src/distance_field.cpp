@@ -96,25 +96,12 @@ void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
 {
   constexpr int wordBits = MaskPlane::wordBits;
   std::fill_n(words, (lattice_.size.x + wordBits - 1) / wordBits, std::uint64_t{0});
-  /// Calls body(word, first bit, number of bits, first voxel) for the voxels [begin, end).
-  const auto forWords = [&](int begin, int end, const auto& body) {
-    while (begin < end) {
-      const int bit = begin % wordBits, bits = std::min(end - begin, wordBits - bit);
-      body(words[begin / wordBits], bit, bits, begin);
-      begin += bits;
-    }
-  };
-  const auto set = [&](int begin, int end) {
-    forWords(begin, end, [](std::uint64_t& word, int bit, int bits, int) {
-      word |= (~std::uint64_t{0} >> (wordBits - bits)) << bit;
-    });
-  };
   const auto setNegative = [&](int begin, int end, const float* values) {
-    forWords(begin, end, [&](std::uint64_t& word, int bit, int bits, int voxel) {
+    forEachWord(begin, end, [&](int word, int bit, int bits, int voxel) {
       std::uint64_t negative = 0;
       for (int b = 0; b < bits; ++b)
         negative |= std::uint64_t{values[voxel - begin + b] < 0} << b;
-      word |= negative << bit;
+      words[word] |= negative << bit;
     });
   };
   if (!banded_) {
@@ -129,13 +116,13 @@ void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
     const float* values = banded_->values.data() + band.planeFirst(k + bandMargin) + run.first;
     const int begin = std::max(first, 0), end = std::min(first + run.count, lattice_.size.x);
     if (isNegative)
-      set(done, begin);
+      setBits(words, done, begin);
     setNegative(begin, end, values + (begin - first));
     done = std::max(end, done);
     isNegative = values[run.count - 1] < 0;
   }
   if (isNegative)
-    set(done, lattice_.size.x);
+    setBits(words, done, lattice_.size.x);
 }
 
 std::size_t DistanceField::bytes() const

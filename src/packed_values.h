@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <memory>
 #include <new>
-#include <utility>
 #include <vector>
 
 namespace pcl {
@@ -24,11 +23,6 @@ struct UninitialisedAllocator : std::allocator<T> {
   void construct(U* at)
   {
     ::new (static_cast<void*>(at)) U;
-  }
-  template <typename U, typename... Arguments>
-  void construct(U* at, Arguments&&... arguments)
-  {
-    ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
   }
 };
 

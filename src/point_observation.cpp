@@ -59,7 +59,7 @@ struct AxisCell {
   {
     if (isFlat)
       return;
-    lower = std::clamp(static_cast<int>(std::floor(coordinate)), 0, size - 2);
+    lower = std::clamp(floorOf(coordinate), 0, size - 2);
     upperShare = static_cast<double>(coordinate) - lower;
   }
 

@@ -193,8 +193,8 @@ TEST_P(BandedLevels, AgreeWithDenseOnes)
                             back = zeroLevelOffsets(dense.field, banded.field);
   // Where there are points everywhere; a hundredth of a voxel is less than what points half a voxel apart tell.
   const double limit = order == Prior::membrane ? .03 : .01; // its field, flat off the data, is held at the band's rim
-  EXPECT_LT(statistics::rms(there), limit);
-  EXPECT_LT(statistics::rms(back), limit);
+  EXPECT_LT(rootMeanSquare(there), limit);
+  EXPECT_LT(rootMeanSquare(back), limit);
   EXPECT_LT(*std::max_element(there.begin(), there.end()), .15);
   EXPECT_LT(*std::max_element(back.begin(), back.end()), .15);
   // Away from the band the sign is what counts.
@@ -207,6 +207,53 @@ INSTANTIATE_TEST_SUITE_P(EveryModel, BandedLevels,
                          testing::Combine(testing::Values(Estimate::points, Estimate::plane),
                                           testing::Values(Prior::membrane, Prior::thinPlate, Prior::triharmonic)));
 
+TEST(BandedLevels, GradientsAreThoseOfTheVoxelsAround)
+{
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .04);
+  const DistanceField field = solve(points, .04f, fewVoxels, {}).field;
+  const Lattice& lattice = field.lattice();
+  const GridSize size = lattice.size;
+  // Central differences at the voxels of a cell, one-sided at the border, looked up one by one.
+  const auto gradientAt = [&](const Eigen::Array3i& voxel) {
+    Eigen::Vector3d gradient;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int last = (axis == 0 ? size.x : axis == 1 ? size.y : size.z) - 1;
+      Eigen::Array3i lower = voxel, upper = voxel;
+      lower[axis] = std::max(voxel[axis] - 1, 0);
+      upper[axis] = std::min(voxel[axis] + 1, last);
+      gradient[axis] = (static_cast<double>(field.distance(upper.x(), upper.y(), upper.z())) -
+                        field.distance(lower.x(), lower.y(), lower.z())) /
+                       (lattice.spacing * (upper[axis] - lower[axis]));
+    }
+    return gradient;
+  };
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  int stored = 0, border = 0, elsewhere = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const Eigen::Vector3d share(uniform(random), uniform(random), uniform(random));
+    const Eigen::Vector3d voxel = share.cwiseProduct(Eigen::Vector3d(size.x - 1, size.y - 1, size.z - 1));
+    const auto position = Eigen::Vector3f((lattice.origin + lattice.spacing * voxel).cast<float>());
+    const Eigen::Vector3d inLattice = lattice.toVoxels(position);
+    const Eigen::Array3i cell =
+        inLattice.array().floor().cast<int>().max(0).min(Eigen::Array3i(size.x - 2, size.y - 2, size.z - 2));
+    const Eigen::Vector3d inCell = inLattice - cell.matrix().cast<double>();
+    Eigen::Vector3d expected = Eigen::Vector3d::Zero();
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Array3i step(corner & 1, corner >> 1 & 1, corner >> 2);
+      double weight = 1;
+      for (int axis = 0; axis < 3; ++axis)
+        weight *= step[axis] ? inCell[axis] : 1 - inCell[axis];
+      expected += weight * gradientAt(cell + step);
+    }
+    ASSERT_LT((field.sampleGradient(position).cast<double>() - expected).norm(), 1e-3 * (1 + expected.norm()));
+    const bool isAtBorder =
+        (cell == 0).any() || cell.x() == size.x - 2 || cell.y() == size.y - 2 || cell.z() == size.z - 2;
+    ++(isAtBorder ? border : field.hasCell(cell.x(), cell.y(), cell.z()) ? stored : elsewhere);
+  }
+  EXPECT_GT(std::min({stored, border, elsewhere}), 500);
+}
+
 TEST(BandedLevels, FillHolesLikeDenseOnes)
 {
   const auto isHole = [](const Eigen::Vector3f& p) { return (p - Eigen::Vector3f(0, .6f, .8f)).norm() < .5f; };
@@ -218,7 +265,7 @@ TEST(BandedLevels, FillHolesLikeDenseOnes)
     const DistanceField dense = solve(points, .04f, everything, prior).field,
                         banded = solve(points, .04f, fewVoxels, prior).field;
     // The hole is 12 voxels wide. What fills it is a guess: a twentieth of a voxel is a fraction of its error.
-    EXPECT_LT(statistics::rms(zeroLevelOffsets(banded, dense)), .05) << "k = " << static_cast<int>(order);
+    EXPECT_LT(rootMeanSquare(zeroLevelOffsets(banded, dense)), .05) << "k = " << static_cast<int>(order);
   }
 }
 
@@ -248,7 +295,7 @@ TEST(BandedLevels, KeepThinPlatesAndNestedShells)
     std::vector<double> missing;
     for (const Eigen::Vector3f& point : points.positions)
       missing.push_back(std::abs(field.sampleDistance(point)) / field.lattice().spacing);
-    EXPECT_LT(statistics::rms(missing), .1)
+    EXPECT_LT(rootMeanSquare(missing), .1)
         << isPlate; // creases are rounded; a face that is missing would be half a voxel off or more
   }
 }

@@ -4,6 +4,7 @@
 #include "support/mesh_distance.h"
 #include "support/scans.h"
 #include "support/shapes.h"
+#include "support/statistics.h"
 
 #include <pcl/surface/mrf/self_intersection.h>
 #include <pcl/surface/mrf_reconstruction.h>

@@ -295,11 +295,11 @@ TEST(ScanNoise, SigmaIsWhatWasAsked)
         across.push_back((moved - moved.dot(n) * n).norm());
       }
       // Standard error of a standard deviation: σ/√(2n) = σ/200; three of them.
-      EXPECT_NEAR(statistics::rms(along) / expected, 1, .015);
+      EXPECT_NEAR(rootMeanSquare(along) / expected, 1, .015);
       if (direction == NoiseDirection::normal)
-        EXPECT_LT(statistics::rms(across), 1e-12);
+        EXPECT_LT(rootMeanSquare(across), 1e-12);
       else
-        EXPECT_NEAR(statistics::rms(across) / expected / std::sqrt(2), 1, .015);
+        EXPECT_NEAR(rootMeanSquare(across) / expected / std::sqrt(2), 1, .015);
     }
   }
 }
@@ -326,7 +326,7 @@ TEST(ScanNoise, ViewsMoveAsRigidBodies)
       for (int axis = 0; axis < 3; ++axis)
         shifts.push_back(shift[axis]);
   ASSERT_GT(shifts.size(), 500u);
-  EXPECT_NEAR(statistics::rms(shifts), .1, 4 * .1 / std::sqrt(2.0 * 500));
+  EXPECT_NEAR(rootMeanSquare(shifts), .1, 4 * .1 / std::sqrt(2.0 * 500));
 
   options.misalignmentShift = {};
   options.misalignmentAngle = 2;
@@ -517,7 +517,7 @@ TEST(ScanDisplacement, MeshIsDisplacedByWhatWasAskedAndDoesNotTear)
     steep += result.cloud.normals[i].dot(result.cloud.positions[i].normalized()) < .5 ? 1 : 0;
   }
   // A few hundred independent bumps: 5 % each of sampling error and of the field's own.
-  EXPECT_NEAR(statistics::rms(heights), .02, .004);
+  EXPECT_NEAR(rootMeanSquare(heights), .02, .004);
   EXPECT_LT(steep, 200) << "slopes are about 2π·.02/.3 = .42";
 }
 

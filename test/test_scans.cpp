@@ -1,6 +1,7 @@
 // The real scans beside the project: validity of the meshes, accuracy and hole filling against fixed bars.
 #include "support/mesh_distance.h"
 #include "support/scans.h"
+#include "support/statistics.h"
 #include "support/zero_level.h"
 
 #include <pcl/surface/mrf/reconstruction.h>
@@ -10,7 +11,6 @@
 
 #include <algorithm>
 #include <iostream>
-#include <limits>
 
 using namespace pcl::mrf;
 

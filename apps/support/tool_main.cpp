@@ -27,8 +27,8 @@ int statusOf(const pcl::mrf::Error& error)
   }
 }
 
-/// Keeps the memory of freed arrays for the next ones. By default large arrays go back to the system, which clears every
-/// page again for the next stage: a tenth of the time of a large cloud.
+/// Keeps the memory of freed arrays for the next ones. By default large arrays go back to the system, which clears
+/// every page again for the next stage: about a twentieth of the time of a large cloud.
 void keepFreedMemory()
 {
 #ifdef __GLIBC__

@@ -30,13 +30,3 @@ std::vector<double> distancesToMesh(const std::vector<Eigen::Vector3d>& points, 
     distances.push_back(std::sqrt(tree.squared_distance(Kernel::Point_3(p.x(), p.y(), p.z()))));
   return distances;
 }
-
-double rootMeanSquare(const std::vector<double>& values)
-{
-  if (values.empty())
-    return 0;
-  double sum = 0;
-  for (const double value : values)
-    sum += value * value;
-  return std::sqrt(sum / static_cast<double>(values.size()));
-}

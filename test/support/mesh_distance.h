@@ -8,6 +8,3 @@
 
 /// Distance from each point to the closest point of the mesh, in the order of the points.
 std::vector<double> distancesToMesh(const std::vector<Eigen::Vector3d>& points, const pcl::mrf::TriangleMesh& mesh);
-
-/// Root of the mean of the squares; 0 for no values.
-double rootMeanSquare(const std::vector<double>& values);

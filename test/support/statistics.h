@@ -5,15 +5,11 @@
 #include <cmath>
 #include <vector>
 
-namespace statistics {
-
-/// Root mean square.
-inline double rms(const std::vector<double>& values)
+/// Root of the mean of the squares; 0 for no values.
+inline double rootMeanSquare(const std::vector<double>& values)
 {
   double sum = 0;
   for (const double value : values)
     sum += value * value;
-  return std::sqrt(sum / static_cast<double>(values.size()));
+  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
 }
-
-} // namespace statistics
