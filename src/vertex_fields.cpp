@@ -101,6 +101,14 @@ std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& ver
   return values;
 }
 
+Rgb toRgb(const float* channels)
+{
+  Rgb colour;
+  for (std::size_t c = 0; c < colour.size(); ++c)
+    colour[c] = static_cast<std::uint8_t>(std::min(std::max(channels[c] + .5f, 0.f), 255.f));
+  return colour;
+}
+
 Rgb confidenceColour(float confidence)
 {
   constexpr std::array<float, 3> blue{58, 92, 190}, skin{232, 190, 165};

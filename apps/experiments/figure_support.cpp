@@ -66,18 +66,6 @@ pcl::mrf::Reconstruction reconstruct(const pcl::mrf::scan::Scan& scan, bool hasN
   return reconstructGathered(cloud.positions, {}, cloud.views, scan.sensors, options, execution);
 }
 
-SurfaceMesh toSurfaceMesh(const pcl::mrf::TriangleMesh& mesh, const Eigen::Vector3d& offset)
-{
-  SurfaceMesh result;
-  result.vertices.reserve(mesh.vertices.size());
-  for (const Eigen::Vector3f& vertex : mesh.vertices)
-    result.vertices.emplace_back(vertex.cast<double>() + offset);
-  result.triangles = mesh.triangles;
-  result.normals = mesh.normals;
-  result.confidences = mesh.confidences;
-  return result;
-}
-
 SurfaceMesh toSurfaceMesh(const pcl::mrf::Reconstruction& reconstruction)
 {
   return toSurfaceMesh(reconstruction.mesh, reconstruction.points.offset);

@@ -58,7 +58,7 @@ pcl::mrf::Reconstruction reconstruct(const pcl::mrf::scan::Scan& scan, bool hasN
 std::vector<Eigen::Vector3f> toFloat(const Places& places);
 
 /// The mesh in the cloud's frame, with its fields.
-SurfaceMesh toSurfaceMesh(const pcl::mrf::TriangleMesh& mesh, const Eigen::Vector3d& offset);
+using mrf_apps::toSurfaceMesh;
 SurfaceMesh toSurfaceMesh(const pcl::mrf::Reconstruction& reconstruction);
 
 /// Distance to the nearest of the points for each place.

@@ -12,12 +12,14 @@
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
 
-#include <pcl/surface/mrf_reconstruction.h>
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/reconstruction.h>
 
 #include <nlohmann/json.hpp>
 
 #include <chrono>
 #include <csignal>
+#include <utility>
 
 namespace mrf_apps {
 namespace {
@@ -91,55 +93,85 @@ Input readInput(const Command& command)
   return input;
 }
 
-template <typename PointNT>
-Result reconstructAs(Input& input, const Command& command, ProgressDisplay& progress)
+std::vector<Eigen::Vector3f> toFloat(const std::vector<Eigen::Vector3d>& positions, const Eigen::Vector3d& offset)
 {
-  pcl::mrf::Options options = command.options;
-  if (!input.confidences.empty())
-    options.confidenceField = "curvature";
-  if (input.table.normals.empty())
-    options.normals.source = NormalSource::estimate;
-  std::vector<Eigen::Vector3d> sensors = input.sensors;
-  for (Eigen::Vector3d& sensor : sensors)
-    sensor -= input.offset;
-
-  pcl::MRFReconstruction<PointNT> mrf;
-  mrf.setInputCloud(toCloud<PointNT>(input.table, input.offset, input.confidences));
-  input.table = PointTable(); // of millions of points: the memory is needed
-  mrf.setSensorPositions(sensors, input.views);
-  mrf.setOptions(options);
-  mrf.setThrowing(true);
-  mrf.setProgressCallback([&](const std::string& stage, double fraction) {
-    progress.show(stage, fraction);
-    return interrupted == 0;
-  });
-  pcl::PolygonMesh mesh;
-  mrf.reconstruct(mesh);
-
-  Result result;
-  result.mesh = toSurfaceMesh(mesh, input.offset);
-  result.report = mrf.getReport();
-  result.report.options.confidenceField = command.options.confidenceField;
-  if (!command.field.empty())
-    result.field = mrf.getDistanceField();
-  result.fieldOffset = mrf.getOffset() + input.offset;
+  std::vector<Eigen::Vector3f> result;
+  result.reserve(positions.size());
+  for (const Eigen::Vector3d& position : positions)
+    result.emplace_back((position - offset).cast<float>());
   return result;
 }
 
-/// Picks the point type that holds what the input has. Colours win over intensities; a confidence needs a type with a
-/// spare float, which those with normals have.
-/// The input's table is taken.
+/// The part of the input that the stages use. The table's positions and normals are taken: of millions of points, the
+/// memory is needed.
+pcl::mrf::PointSet gatherPoints(Input& input, const pcl::mrf::Options& options, pcl::mrf::PointCounts& counts,
+                                pcl::mrf::Execution& execution)
+{
+  std::vector<Eigen::Vector3d> sensors = input.sensors;
+  for (Eigen::Vector3d& sensor : sensors)
+    sensor -= input.offset;
+  const std::vector<Eigen::Vector3f> positions = toFloat(input.table.positions, input.offset);
+  input.table.positions = {};
+  std::vector<Eigen::Vector3f> normals = std::move(input.table.normals);
+  const NormalSource source = options.normals.source;
+  if (source == NormalSource::estimate)
+    normals = {};
+  const bool normalsNeeded = source == NormalSource::automatic || source == NormalSource::use;
+  return pcl::mrf::gather(positions, normals, input.confidences, input.views, sensors, normalsNeeded, counts,
+                          execution);
+}
+
+/// Colours of the input at the vertices, 3 channels each, or its intensities if it has no colours; empty: neither.
+std::vector<float> attributesAt(const std::vector<Eigen::Vector3f>& vertices, const PointTable& table,
+                                const std::vector<std::uint32_t>& origins, const pcl::mrf::NeighbourSearch& search,
+                                pcl::mrf::Execution& execution)
+{
+  if (table.colours.empty() && !table.hasIntensity())
+    return {};
+  const int channels = table.colours.empty() ? 1 : 3;
+  std::vector<float> attributes;
+  for (const std::uint32_t origin : origins)
+    if (channels == 3)
+      attributes.insert(attributes.end(), table.colours[origin].begin(), table.colours[origin].end());
+    else
+      attributes.push_back(table.scalars.at("intensity")[origin]);
+  return interpolateAttributes(vertices, search, attributes, channels, execution);
+}
+
+/// The stages without the class for PCL's clouds and meshes, which would hold everything twice.
 Result reconstruct(Input& input, const Command& command, ProgressDisplay& progress)
 {
-  const bool withNormals = !input.table.normals.empty() || !input.confidences.empty();
-  if (!input.table.colours.empty())
-    return withNormals ? reconstructAs<pcl::PointXYZRGBNormal>(input, command, progress)
-                       : reconstructAs<pcl::PointXYZRGB>(input, command, progress);
-  if (input.table.hasIntensity())
-    return withNormals ? reconstructAs<pcl::PointXYZINormal>(input, command, progress)
-                       : reconstructAs<pcl::PointXYZI>(input, command, progress);
-  return withNormals ? reconstructAs<pcl::PointNormal>(input, command, progress)
-                     : reconstructAs<pcl::PointXYZ>(input, command, progress);
+  pcl::mrf::Execution execution(command.options.threads, [&](const std::string& stage, double fraction) {
+    progress.show(stage, fraction);
+    return interrupted == 0;
+  });
+  pcl::mrf::PointCounts counts;
+  pcl::mrf::PointSet points = gatherPoints(input, command.options, counts, execution);
+  const auto search = pcl::mrf::makePointBins();
+  pcl::mrf::Reconstruction reconstruction;
+  pcl::mrf::reconstruct(std::move(points), counts, command.options, *search, execution, reconstruction);
+
+  Result result;
+  result.report = std::move(reconstruction.report);
+  if (!command.field.empty())
+    result.field = std::move(reconstruction.field);
+  result.fieldOffset = reconstruction.points.offset + input.offset;
+  std::vector<float> attributes;
+  if (command.options.colours == pcl::mrf::ColourMode::input)
+    attributes =
+        attributesAt(reconstruction.mesh.vertices, input.table, reconstruction.points.origins, *search, execution);
+  SurfaceMesh& mesh = result.mesh;
+  mesh = toSurfaceMesh(std::move(reconstruction.mesh), result.fieldOffset);
+  mesh.doublePrecision = !input.offset.isZero(0);
+  if (command.options.colours == pcl::mrf::ColourMode::confidence)
+    for (const float confidence : mesh.confidences)
+      mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
+  else if (attributes.size() == mesh.vertices.size())
+    mesh.intensities = std::move(attributes);
+  else
+    for (std::size_t v = 0; 3 * v < attributes.size(); ++v)
+      mesh.colours.push_back(pcl::mrf::toRgb(&attributes[3 * v]));
+  return result;
 }
 
 void writeReport(const Result& result, const Command& command, const std::string& path)

@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 namespace mrf_apps {
 namespace {
@@ -153,6 +154,18 @@ void addScalars(const std::vector<float>& values, const char* name, vtkPointData
 } // namespace
 
 const char* const meshFileExtensions = "ply, obj, stl, vtk or vtp";
+
+SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& offset)
+{
+  SurfaceMesh result;
+  result.vertices.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    result.vertices.emplace_back(vertex.cast<double>() + offset);
+  result.triangles = std::move(mesh.triangles);
+  result.normals = std::move(mesh.normals);
+  result.confidences = std::move(mesh.confidences);
+  return result;
+}
 
 SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& offset)
 {

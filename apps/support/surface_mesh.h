@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/PolygonMesh.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <Eigen/Core>
 
@@ -26,7 +27,10 @@ struct SurfaceMesh {
   bool doublePrecision = false; ///< float does not hold the vertices: formats that can are written in double
 };
 
-/// Takes over a reconstruction. \param offset is added to the vertices; doublePrecision is set unless it is zero
+/// Takes over a reconstruction. \param offset is added to the vertices
+SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& offset);
+
+/// The same for one of PCL's; doublePrecision is set unless the offset is zero.
 SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& offset);
 
 /// True if `writeMesh` knows the extension (lower case, without the dot).

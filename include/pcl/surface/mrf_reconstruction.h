@@ -143,7 +143,6 @@ private:
   void checkViews() const;
   void interpolateAttributes(const mrf::NeighbourSearch& search, mrf::Execution& execution);
   void writePolygons(std::vector<pcl::Vertices>& polygons) const;
-  mrf::Rgb colour(std::size_t vertex) const;
 
   mrf::Options options_;
   std::vector<Eigen::Vector3d> sensors_;

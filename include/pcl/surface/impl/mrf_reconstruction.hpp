@@ -77,11 +77,6 @@ struct Attributes {
   }
 };
 
-inline std::uint8_t toByte(float value)
-{
-  return static_cast<std::uint8_t>(std::min(std::max(value + .5f, 0.f), 255.f));
-}
-
 /// Values of a float field of the cloud, by its name; throws InvalidOption if the type lacks it.
 template <typename PointNT>
 std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& indices, const std::string& name)
@@ -302,7 +297,7 @@ void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
     if (coloured) {
       mrf::Rgb rgb = mrf::confidenceColour(mesh.confidences[v]);
       if (options_.colours == mrf::ColourMode::input)
-        rgb = colour(v);
+        rgb = mrf::toRgb(&attributes_[3 * v]);
       const std::uint32_t packed = mrf::detail::packRgb(rgb[0], rgb[1], rgb[2]);
       std::memcpy(&values[7], &packed, sizeof(packed));
     } else if (intense)
@@ -310,13 +305,6 @@ void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
     std::memcpy(cloud.data.data() + v * cloud.point_step, values.data(), cloud.point_step);
   }
   writePolygons(output.polygons);
-}
-
-template <typename PointNT>
-mrf::Rgb MRFReconstruction<PointNT>::colour(std::size_t vertex) const
-{
-  const float* values = attributes_.data() + 3 * vertex;
-  return {mrf::detail::toByte(values[0]), mrf::detail::toByte(values[1]), mrf::detail::toByte(values[2])};
 }
 
 template <typename PointNT>
@@ -335,8 +323,8 @@ void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::
       point.getNormalVector3fMap() = mesh.normals[v];
     if constexpr (Attributes::hasRgb) {
       if (options_.colours != mrf::ColourMode::none) {
-        const mrf::Rgb rgb =
-            options_.colours == mrf::ColourMode::input ? colour(v) : mrf::confidenceColour(mesh.confidences[v]);
+        const mrf::Rgb rgb = options_.colours == mrf::ColourMode::input ? mrf::toRgb(&attributes_[3 * v])
+                                                                        : mrf::confidenceColour(mesh.confidences[v]);
         point.r = rgb[0];
         point.g = rgb[1];
         point.b = rgb[2];

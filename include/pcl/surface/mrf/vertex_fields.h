@@ -41,6 +41,9 @@ void setConfidences(TriangleMesh& mesh, const OrientedPoints& points, const Neig
 std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighbourSearch& search,
                                          const std::vector<float>& attributes, int channels, Execution& execution);
 
+/// Interpolated channels 0..255 as a colour, rounded. \param channels three values
+Rgb toRgb(const float* channels);
+
 /// The colour of a confidence: blue at 0 to skin at 1, linear between.
 Rgb confidenceColour(float confidence);
 
