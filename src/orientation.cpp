@@ -159,13 +159,15 @@ std::vector<Tally> tally(const Partition& partition, const Voters& vote)
 
 /// The components of points whose signs are known: no edge has to be sorted, or kept.
 ///
-/// Nearly all points are joined to one component by edges to their nearest neighbours. An edge between two components
-/// ends at a point outside of the largest one, so looking at all edges of those finds the rest.
+/// Edges may be looked at in any order, and need not be once both ends are in one component. Those to the points that
+/// follow in memory, close by in space, make pieces of some twenty points. All edges of each piece's first point join
+/// nearly all of them to one component. An edge between two components ends at a point outside of the largest one, so
+/// looking at all edges of those finds the rest.
 OrientationResult findComponents(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
                                  const NeighbourSearch& search, float distance, float minCosine,
                                  const OrientationOptions& options, Execution& execution)
 {
-  constexpr int nearest = 5; // the point itself among them: four join nearly all of a surface
+  constexpr std::size_t following = 6; // more cost as much as they save
   const std::size_t count = points.size();
   const float limit = distance * distance;
   DisjointPoints joined(count), smooth(count);
@@ -184,32 +186,37 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
     if (!acrossSheets && (withinAngle || options.joinAcrossCreases))
       joined.join(i, j);
   };
-  search.forEachPosition(points.positions, nearest, NeighbourSearch::Answer::indicesAndDistances, execution,
-                         [&](const NeighbourBatch& batch) {
-                           for (std::size_t n = 0; n < batch.size * batch.k; ++n)
-                             if (batch.squaredDistances[n] <= limit)
-                               join(batch.positions[n / batch.k], batch.indices[n]);
-                         });
+  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      for (std::size_t j = i + 1; j < std::min(i + 1 + following, count); ++j)
+        if ((points.positions[j] - points.positions[i]).squaredNorm() <= limit)
+          join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
+  });
   execution.poll();
 
+  const auto joinAllEdges = [&](const auto& isWanted) {
+    std::vector<std::uint32_t> wanted;
+    for (std::uint32_t i = 0; i < count; ++i)
+      if (!normals[i].isZero() && isWanted(i))
+        wanted.push_back(i);
+    constexpr std::int64_t queries = 256; // per piece of work
+    const float closed = std::nextafter(distance, std::numeric_limits<float>::max());
+    execution.forRange(static_cast<std::int64_t>(wanted.size()), queries, [&](std::int64_t begin, std::int64_t end) {
+      Neighbours found;
+      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+        search.within(points.positions[wanted[n]], closed, found);
+        for (const int neighbour : found.indices)
+          join(wanted[n], static_cast<std::uint32_t>(neighbour));
+      }
+    });
+    execution.poll();
+  };
+  joinAllEdges([&](std::uint32_t i) { return joined.find(i) == i || smooth.find(i) == i; });
   const auto largest = [](const std::vector<std::uint32_t>& sizes) {
     return static_cast<std::uint32_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
   };
-  std::vector<std::uint8_t> isApart(count);
   const std::uint32_t most = largest(joined.sizes()), mostSmooth = largest(smooth.sizes());
-  for (std::uint32_t i = 0; i < count; ++i)
-    isApart[i] =
-        !normals[i].isZero() && (joined.find(i) != joined.find(most) || smooth.find(i) != smooth.find(mostSmooth));
-  const float closed = std::nextafter(distance, std::numeric_limits<float>::max());
-  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours found;
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const int number = isApart[i] ? search.within(points.positions[i], closed, found) : 0;
-      for (int n = 0; n < number; ++n)
-        join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(found.indices[static_cast<std::size_t>(n)]));
-    }
-  });
-  execution.poll();
+  joinAllEdges([&](std::uint32_t i) { return joined.find(i) != most || smooth.find(i) != mostSmooth; });
 
   OrientationResult result;
   result.normals = normals;
