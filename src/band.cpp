@@ -1,10 +1,12 @@
 #include "band.h"
 
-#include "mesh_topology.h"
+#include "disjoint_points.h"
 #include "multiversioning.h"
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <limits>
 #include <stdexcept>
 
 namespace pcl {
@@ -18,7 +20,7 @@ constexpr int runUnit = 8;
 /// Planes per piece of parallel work.
 constexpr int grainPlanes = 8;
 
-/// The same where each piece needs windows of its own.
+/// The same where each piece begins with windows or planes of its neighbours.
 constexpr int windowPlanes = 32;
 
 /// Calls body(begin, end) for the maximal ranges of set bits.
@@ -42,6 +44,18 @@ void forEachRange(const std::uint64_t* words, int count, const Body& body)
   }
 }
 
+/// Calls grow(shift) so often that the mask grows by `steps` to both sides. A voxel at the border that has grown by n
+/// is a range of n + 1: it has no gap if it is united with itself shifted by up to that much.
+template <typename Grow>
+void growInStrides(int steps, const Grow& grow)
+{
+  for (int grown = 0; grown < steps;) {
+    const int shift = std::min({grown + 1, steps - grown, MaskPlane::wordBits - 1});
+    grow(shift);
+    grown += shift;
+  }
+}
+
 } // namespace
 
 void MaskPlane::setRange(int begin, int end, int y)
@@ -52,6 +66,11 @@ void MaskPlane::setRange(int begin, int end, int y)
 void MaskPlane::clear()
 {
   std::fill(bits_.begin(), bits_.end(), std::uint64_t{0});
+}
+
+bool MaskPlane::empty() const
+{
+  return std::all_of(bits_.begin(), bits_.end(), [](std::uint64_t word) { return word == 0; });
 }
 
 void MaskPlane::unite(const MaskPlane& other)
@@ -72,35 +91,53 @@ void MaskPlane::subtract(const MaskPlane& other)
     bits_[w] &= ~other.bits_[w];
 }
 
-void MaskPlane::growAlongX(int steps)
+std::uint64_t MaskPlane::lastWord() const
 {
   const int rest = size_.x % wordBits;
-  const std::uint64_t lastWord = rest == 0 ? ~std::uint64_t{0} : ~std::uint64_t{0} >> (wordBits - rest);
+  return rest == 0 ? ~std::uint64_t{0} : ~std::uint64_t{0} >> (wordBits - rest);
+}
+
+void MaskPlane::growAlongX(int steps)
+{
   for (int y = 0; y < size_.y; ++y) {
     std::uint64_t* const words = row(y);
-    for (int step = 0; step < steps; ++step) {
+    if (std::none_of(words, words + words_, [](std::uint64_t word) { return word != 0; }))
+      continue;
+    growInStrides(steps, [&](int shift) {
       std::uint64_t before = 0;
       for (int w = 0; w < words_; ++w) {
         const std::uint64_t own = words[w], after = w + 1 < words_ ? words[w + 1] : 0;
-        words[w] = own | own << 1 | own >> 1 | before >> (wordBits - 1) | after << (wordBits - 1);
+        words[w] = own | own << shift | own >> shift | before >> (wordBits - shift) | after << (wordBits - shift);
         before = own;
       }
-      words[words_ - 1] &= lastWord;
-    }
+      words[words_ - 1] &= lastWord();
+    });
   }
 }
 
 void MaskPlane::growAlongY(int steps)
 {
-  for (int step = 0; step < steps; ++step) {
-    std::vector<std::uint64_t> before(static_cast<std::size_t>(words_), 0), own(before);
-    for (int y = 0; y < size_.y; ++y) {
-      std::uint64_t* const words = row(y);
-      std::copy_n(words, words_, own.begin());
-      for (int w = 0; w < words_; ++w)
-        words[w] |= before[static_cast<std::size_t>(w)] | (y + 1 < size_.y ? row(y + 1)[w] : 0);
-      before.swap(own);
+  growInStrides(steps, [&](int shift) {
+    const MaskPlane before = *this;
+    for (int y = 0; y < size_.y; ++y)
+      for (const int other : {y - shift, y + shift})
+        if (other >= 0 && other < size_.y)
+          for (int w = 0; w < words_; ++w)
+            row(y)[w] |= before.row(other)[w];
+  });
+}
+
+void MaskPlane::growUpwards()
+{
+  for (int y = size_.y - 1; y >= 0; --y) {
+    std::uint64_t* const words = row(y);
+    std::uint64_t before = 0;
+    for (int w = 0; w < words_; ++w) {
+      const std::uint64_t both = words[w] | (y > 0 ? row(y - 1)[w] : 0);
+      words[w] = both | both << 1 | before >> (wordBits - 1);
+      before = both;
     }
+    words[words_ - 1] &= lastWord();
   }
 }
 
@@ -126,20 +163,67 @@ void MaskPlane::shrinkCrosswise()
   }
 }
 
+namespace {
+
+/// Shrinks the planes of a band in turn. Each step trails the one before it by a plane: to shrink a plane once more it
+/// takes the two beside it as the step before has left them.
+class PlaneEroder {
+public:
+  PlaneEroder(const Band& band, int steps)
+      : band_(&band), planes_(static_cast<std::size_t>(steps) + 1, std::vector<MaskPlane>(3, MaskPlane(band.size())))
+  {}
+
+  void operator()(int z, MaskPlane& mask)
+  {
+    const int steps = static_cast<int>(planes_.size()) - 1;
+    for (int at = z == next_ ? z : z - 2 * steps; at <= z; ++at)
+      advance(at);
+    next_ = z + 1;
+    mask = planes_.back().back();
+  }
+
+private:
+  void advance(int z)
+  {
+    int newest = z + static_cast<int>(planes_.size()) - 1;
+    for (std::size_t step = 0; step < planes_.size(); ++step, --newest) {
+      std::rotate(planes_[step].begin(), planes_[step].begin() + 1, planes_[step].end());
+      MaskPlane& plane = planes_[step].back();
+      if (step == 0) {
+        plane.clear();
+        band_->rasterise(newest, plane);
+      } else {
+        const std::vector<MaskPlane>& before = planes_[step - 1];
+        plane = before[1];
+        plane.shrinkCrosswise();
+        plane.intersect(before[0]);
+        plane.intersect(before[2]);
+      }
+    }
+  }
+
+  const Band* band_;
+  std::vector<std::vector<MaskPlane>> planes_; ///< the last three after each step
+  int next_ = std::numeric_limits<int>::min();
+};
+
+} // namespace
+
 Band::Band(GridSize size, const Fill& fill, int roundUpTo, Execution& execution)
 {
   build(
-      size, [&] { return fill; }, roundUpTo, execution);
+      size, [&] { return fill; }, roundUpTo, grainPlanes, execution);
 }
 
 Band Band::inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution)
 {
   Band band;
-  band.build(size, makeFill, roundUpTo, execution);
+  band.build(size, makeFill, roundUpTo, windowPlanes, execution);
   return band;
 }
 
-void Band::build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution)
+void Band::build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize,
+                 Execution& execution)
 {
   size_ = size;
   const auto rows = static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
@@ -148,7 +232,7 @@ void Band::build(GridSize size, const std::function<Fill()>& makeFill, int round
   std::vector<std::vector<Run>> planes(static_cast<std::size_t>(size.z));
   std::vector<std::uint32_t> runsInRow(rows, 0);
   planeFirst_.assign(static_cast<std::size_t>(size.z) + 1, 0);
-  execution.forRange(size.z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(size.z, pieceSize, [&](std::int64_t begin, std::int64_t end) {
     MaskPlane mask(size);
     const Fill fill = makeFill();
     for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
@@ -207,7 +291,7 @@ void Band::rasterise(int z, MaskPlane& mask) const
   for (int y = 0; y < size_.y; ++y)
     for (const Run& run : row(y, z)) {
       const int x = xOf(run, y);
-      mask.setRange(x, x + run.count, y);
+      setBits(mask.row(y), x, x + run.count);
     }
 }
 
@@ -232,23 +316,8 @@ Band dilated(const Band& band, int steps, int stepsX, Execution& execution)
 
 Band eroded(const Band& band, int steps, Execution& execution)
 {
-  Band result = band;
-  for (int step = 0; step < steps; ++step) {
-    const Band before = std::move(result);
-    result = Band(
-        band.size(),
-        [&](int z, MaskPlane& mask) {
-          before.rasterise(z, mask);
-          mask.shrinkCrosswise();
-          for (const int other : {z - 1, z + 1}) {
-            MaskPlane plane(band.size());
-            before.rasterise(other, plane);
-            mask.intersect(plane);
-          }
-        },
-        0, execution);
-  }
-  return result;
+  return Band::inPieces(
+      band.size(), [&]() -> Band::Fill { return PlaneEroder(band, steps); }, 0, execution);
 }
 
 PackedValues degrees(const Band& band, Execution& execution)
@@ -272,13 +341,19 @@ PackedValues degrees(const Band& band, Execution& execution)
   return result;
 }
 
-Band connectedTo(const Band& band, const Band& other, int roundUpTo, Execution& execution)
+Band connectedTo(Band band, const Band& other, Execution& execution)
 {
   const GridSize size = band.size();
-  const auto indexOf = [&](const Run* run) { return static_cast<std::int32_t>(run - band.row(0, 0).begins); };
-  const auto runs = static_cast<std::size_t>(indexOf(band.row(size.y - 1, size.z - 1).ends));
-  DisjointSets parts(runs);
-  std::vector<std::uint8_t> isReached(runs, 0);
+  const auto indexOf = [&](const Run* run) { return static_cast<std::uint32_t>(run - band.row(0, 0).begins); };
+  const std::size_t runs = indexOf(band.row(size.y - 1, size.z - 1).ends);
+  DisjointPoints parts(runs);
+  const auto forRows = [&](const auto& body) {
+    execution.forRange(size.z, windowPlanes, [&](std::int64_t begin, std::int64_t end) {
+      for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+        for (int y = 0; y < size.y; ++y)
+          body(y, z);
+    });
+  };
   const auto forOverlaps = [&](const Runs& a, const Runs& b, const auto& body) {
     const Run* first = b.begins;
     for (const Run& run : a) {
@@ -290,31 +365,36 @@ Band connectedTo(const Band& band, const Band& other, int roundUpTo, Execution& 
         body(&run, match);
     }
   };
-  for (int z = 0; z < size.z; ++z)
-    for (int y = 0; y < size.y; ++y) {
-      const auto unite = [&](const Run* a, const Run* b) { parts.unite(indexOf(a), indexOf(b)); };
-      if (y > 0)
-        forOverlaps(band.row(y, z), band.row(y - 1, z), unite);
-      if (z > 0)
-        forOverlaps(band.row(y, z), band.row(y, z - 1), unite);
-    }
-  for (int z = 0; z < size.z; ++z)
-    for (int y = 0; y < size.y; ++y)
-      forOverlaps(band.row(y, z), other.row(y, z), [&](const Run* own, const Run*) {
-        isReached[static_cast<std::size_t>(parts.find(indexOf(own)))] = 1;
-      });
-  std::vector<std::uint8_t> isKept(runs);
-  for (std::size_t run = 0; run < runs; ++run)
-    isKept[run] = isReached[static_cast<std::size_t>(parts.find(static_cast<std::int32_t>(run)))];
+  forRows([&](int y, int z) {
+    const auto unite = [&](const Run* a, const Run* b) { parts.join(indexOf(a), indexOf(b)); };
+    if (y > 0)
+      forOverlaps(band.row(y, z), band.row(y - 1, z), unite);
+    if (z > 0)
+      forOverlaps(band.row(y, z), band.row(y, z - 1), unite);
+  });
+  std::vector<std::atomic<bool>> isReached(runs); // at the first run of each part
+  forRows([&](int y, int z) {
+    forOverlaps(band.row(y, z), other.row(y, z), [&](const Run* own, const Run*) {
+      isReached[parts.find(indexOf(own))].store(true, std::memory_order_relaxed);
+    });
+  });
+  std::atomic<bool> keepsAll{true};
+  forRows([&](int y, int z) {
+    for (const Run& run : band.row(y, z))
+      if (!isReached[parts.find(indexOf(&run))])
+        keepsAll = false;
+  });
+  if (keepsAll)
+    return band;
   return Band(
       size,
       [&](int z, MaskPlane& mask) {
         for (int y = 0; y < size.y; ++y)
           for (const Run& run : band.row(y, z))
-            if (isKept[static_cast<std::size_t>(indexOf(&run))])
+            if (isReached[parts.find(indexOf(&run))])
               mask.setRange(band.xOf(run, y), band.xOf(run, y) + run.count, y);
       },
-      roundUpTo, execution);
+      0, execution);
 }
 
 namespace kernels {

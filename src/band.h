@@ -40,15 +40,19 @@ public:
   bool has(int x, int y) const { return row(y)[x / wordBits] >> (x % wordBits) & 1; }
   void setRange(int begin, int end, int y); ///< x in [begin, end), clipped to the row
   void clear();
+  bool empty() const;
   void unite(const MaskPlane& other);
   void intersect(const MaskPlane& other);
   void subtract(const MaskPlane& other);
   void growAlongX(int steps); ///< to both sides
   void growAlongY(int steps);
+  void growUpwards();     ///< by the next voxel along x, along y, and along both: from the lowest ones of cells to all
   void growCrosswise();   ///< by the four neighbours in the plane
   void shrinkCrosswise(); ///< to those whose four neighbours in the plane are set
 
 private:
+  std::uint64_t lastWord() const; ///< the bits of a row's last word that are voxels
+
   GridSize size_;
   int words_ = 0;
   std::vector<std::uint64_t> bits_;
@@ -70,6 +74,17 @@ inline void setBits(std::uint64_t* words, int begin, int end)
 {
   forEachWord(begin, end, [&](int word, int bit, int bits, int) {
     words[word] |= (~std::uint64_t{0} >> (MaskPlane::wordBits - bits)) << bit;
+  });
+}
+
+/// Sets the bits of those voxels [begin, end) of a row whose values are negative. \param values from `begin` on
+inline void setNegativeBits(std::uint64_t* words, int begin, int end, const float* values)
+{
+  forEachWord(begin, end, [&](int word, int bit, int bits, int voxel) {
+    std::uint64_t negative = 0;
+    for (int b = 0; b < bits; ++b)
+      negative |= std::uint64_t{values[voxel - begin + b] < 0} << b;
+    words[word] |= negative << bit;
   });
 }
 
@@ -113,11 +128,16 @@ public:
   {
     if (!size_.contains(x, y, z))
       return -1;
-    const std::int32_t at = windowIndex(x, y);
+    return findInRow(windowIndex(x, y), 1, y, z);
+  }
+
+  /// The same for the first of `count` voxels from a window index on, if all are in one run of the row.
+  std::int64_t findInRow(std::int32_t at, int count, int y, int z) const
+  {
     const Runs runs = row(y, z);
     for (const Run* run = runs.ends; run != runs.begins;)
       if ((--run)->at <= at)
-        return at < run->at + run->count ? planeFirst(z) + run->first + (at - run->at) : -1;
+        return at + count <= run->at + run->count ? planeFirst(z) + run->first + (at - run->at) : -1;
     return -1;
   }
 
@@ -157,7 +177,8 @@ public:
   std::size_t bytes() const;
 
 private:
-  void build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution);
+  /// \param pieceSize planes that one fill gets
+  void build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize, Execution& execution);
 
   static constexpr int margin = 8;
 
@@ -179,7 +200,7 @@ Band eroded(const Band& band, int steps, Execution& execution);
 PackedValues degrees(const Band& band, Execution& execution);
 
 /// The connected parts of a band that hold a voxel of another one.
-Band connectedTo(const Band& band, const Band& other, int roundUpTo, Execution& execution);
+Band connectedTo(Band band, const Band& other, Execution& execution);
 
 /// \name Work on the runs of a plane: windows are dense, packed arrays start at the plane's first value
 /// @{

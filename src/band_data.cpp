@@ -241,14 +241,12 @@ Band observedBand(const std::vector<PointSample>& samples, const GridSize& grid,
   return Band(
       grid,
       [&](int z, MaskPlane& mask) {
+        // The cells first, by their lowest voxels.
         for (int layer = std::max(z - 1, 0); layer <= z; ++layer)
           for (std::size_t s = layerBegin[static_cast<std::size_t>(layer)];
-               s < layerBegin[static_cast<std::size_t>(layer) + 1]; ++s) {
-            const int x = floorOf(samples[s].position.x()) + bandMargin;
-            const int y = floorOf(samples[s].position.y()) + bandMargin;
-            mask.setRange(x, x + 2, y);
-            mask.setRange(x, x + 2, y + 1);
-          }
+               s < layerBegin[static_cast<std::size_t>(layer) + 1]; ++s)
+            mask.set(floorOf(samples[s].position.x()) + bandMargin, floorOf(samples[s].position.y()) + bandMargin);
+        mask.growUpwards();
       },
       0, execution);
 }

@@ -4,6 +4,7 @@
 #include "band_transfer.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -42,9 +43,7 @@ struct SignPlane {
       for (const Run& run : band.row(y, z)) {
         const float* value = values + band.planeFirst(z) + run.first;
         const int x = band.xOf(run, y);
-        for (int i = 0; i < run.count; ++i)
-          if (value[i] < 0)
-            negative.set(x + i, y);
+        setNegativeBits(negative.row(y), x, x + run.count, value);
       }
   }
 };
@@ -117,10 +116,12 @@ void addGrown(const Band& band, int crosses, int z, MaskPlane& mask)
     result.growAlongY(1);
     return result;
   };
-  MaskPlane nearest = boxed({z - 1, z, z + 1});
-  for (int n = 0; n < crosses; ++n)
-    nearest.growCrosswise();
-  mask.unite(nearest);
+  if (band.planeFirst(z - 1) < band.planeFirst(z + 2)) {
+    MaskPlane nearest = boxed({z - 1, z, z + 1});
+    for (int n = 0; n < crosses; ++n)
+      nearest.growCrosswise();
+    mask.unite(nearest);
+  }
   for (int away = 1; away <= crosses; ++away) {
     if (band.planeCount(z - 1 - away) == 0 && band.planeCount(z + 1 + away) == 0)
       continue;
@@ -170,16 +171,13 @@ PackedValues interpolated(const BandField& coarse, const Refinement& refinement,
   return values;
 }
 
-/// Two bands on one grid, combined plane by plane.
-Band combined(const Band& a, const Band& b, void (MaskPlane::*combine)(const MaskPlane&), Execution& execution)
+Band united(const Band& a, const Band& b, Execution& execution)
 {
   return Band(
       a.size(),
       [&](int z, MaskPlane& mask) {
-        MaskPlane other(b.size());
         a.rasterise(z, mask);
-        b.rasterise(z, other);
-        (mask.*combine)(other);
+        b.rasterise(z, mask);
       },
       0, execution);
 }
@@ -198,7 +196,7 @@ Band bandAround(const Band& zeroLevel, const Band& observed, const Band& nearObs
         mask.subtract(near);
       },
       0, execution);
-  const Band band(
+  Band band(
       size,
       [&](int z, MaskPlane& mask) {
         addGrown(zeroLevel, crossesNearData, z, mask);
@@ -212,26 +210,49 @@ Band bandAround(const Band& zeroLevel, const Band& observed, const Band& nearObs
       },
       size.x - rim, execution);
   // What no observation holds would float.
-  return connectedTo(band, observed, size.x - rim, execution);
+  return connectedTo(std::move(band), observed, execution);
 }
 
-/// True if an unknown at the zero level and close to an observed voxel has a neighbour that is no unknown: the coarser
-/// level has missed a sheet. (Far from data sheets end at rims as they please.)
-bool missesSheet(const Band& unknowns, const Band& zeroLevel)
+/// The zero level of a solution where observed voxels are close.
+Band zeroLevelAtData(const BandField& field, Execution& execution)
+{
+  return Band::inPieces(
+      field.support.size(),
+      [&]() -> Band::Fill {
+        return [&field, finder = CrossingFinder(field.support, field.values.data())](int z, MaskPlane& mask) mutable {
+          finder(z, mask);
+          MaskPlane close(field.support.size());
+          for (const int plane : {z - 1, z, z + 1})
+            field.observed.rasterise(plane, close);
+          close.growAlongX(1);
+          close.growAlongY(1);
+          mask.intersect(close);
+        };
+      },
+      0, execution);
+}
+
+/// True if an unknown at the zero level has a neighbour that is no unknown: the coarser level has missed a sheet.
+/// \param zeroLevel close to observed voxels: far from data sheets end at rims as they please
+bool missesSheet(const Band& unknowns, const Band& zeroLevel, Execution& execution)
 {
   const GridSize size = unknowns.size();
-  for (int z = rim; z < size.z - rim; ++z)
-    for (int y = rim; y < size.y - rim; ++y)
-      for (const Run& run : zeroLevel.row(y, z)) {
-        const int begin = std::max(zeroLevel.xOf(run, y), rim),
-                  end = std::min(zeroLevel.xOf(run, y) + run.count, size.x - rim);
-        for (int x = begin; x < end; ++x)
-          if (unknowns.contains(x, y, z) &&
-              !(unknowns.contains(x - 1, y, z) && unknowns.contains(x + 1, y, z) && unknowns.contains(x, y - 1, z) &&
-                unknowns.contains(x, y + 1, z) && unknowns.contains(x, y, z - 1) && unknowns.contains(x, y, z + 1)))
-            return true;
-      }
-  return false;
+  const Band inside = eroded(unknowns, 1, execution);
+  std::atomic<bool> misses{false};
+  execution.forRange(size.z, 16, [&](std::int64_t begin, std::int64_t end) {
+    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+      MaskPlane atRim(size), solved(size), inner(size);
+      unknowns.rasterise(z, atRim);
+      inside.rasterise(z, inner);
+      zeroLevel.rasterise(z, solved);
+      atRim.subtract(inner);
+      atRim.intersect(solved);
+      clearRim(size, z, atRim);
+      if (!atRim.empty())
+        misses = true;
+    }
+  });
+  return misses;
 }
 
 /// Weights and targets of a level's observed voxels, packed on its band.
@@ -472,12 +493,10 @@ BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level
     extendChange(field.unknowns, field.support, guess, field.values, execution);
     if (round + 1 == mostRounds)
       break;
-    const Band solved = crossings(field.support, field.values, execution);
-    const Band close = dilated(field.observed, 1, 1, execution);
-    const Band solvedClose = combined(solved, close, &MaskPlane::intersect, execution);
-    if (!missesSheet(field.unknowns, solvedClose))
+    const Band solved = zeroLevelAtData(field, execution);
+    if (!missesSheet(field.unknowns, solved, execution))
       break;
-    zeroLevel = combined(zeroLevel, solvedClose, &MaskPlane::unite, execution);
+    zeroLevel = united(zeroLevel, solved, execution);
   }
   return field;
 }

@@ -96,16 +96,8 @@ void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
 {
   constexpr int wordBits = MaskPlane::wordBits;
   std::fill_n(words, (lattice_.size.x + wordBits - 1) / wordBits, std::uint64_t{0});
-  const auto setNegative = [&](int begin, int end, const float* values) {
-    forEachWord(begin, end, [&](int word, int bit, int bits, int voxel) {
-      std::uint64_t negative = 0;
-      for (int b = 0; b < bits; ++b)
-        negative |= std::uint64_t{values[voxel - begin + b] < 0} << b;
-      words[word] |= negative << bit;
-    });
-  };
   if (!banded_) {
-    setNegative(0, lattice_.size.x, distances_.data() + lattice_.size.index(0, j, k));
+    setNegativeBits(words, 0, lattice_.size.x, distances_.data() + lattice_.size.index(0, j, k));
     return;
   }
   const Band& band = banded_->band;
@@ -117,7 +109,7 @@ void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
     const int begin = std::max(first, 0), end = std::min(first + run.count, lattice_.size.x);
     if (isNegative)
       setBits(words, done, begin);
-    setNegative(begin, end, values + (begin - first));
+    setNegativeBits(words, begin, end, values + (begin - first));
     done = std::max(end, done);
     isNegative = values[run.count - 1] < 0;
   }
@@ -141,14 +133,10 @@ void DistanceField::distancesOfRow(int i, int j, int k, int count, float* out) c
     return;
   }
   const Band& band = banded_->band;
-  const std::int64_t first = band.find(i + bandMargin, j + bandMargin, k + bandMargin);
-  const std::int64_t last = band.find(i + count - 1 + bandMargin, j + bandMargin, k + bandMargin);
-  // Within a plane, packed indices this far apart are of one run, or of runs without a gap.
-  if (first >= 0 && last - first == count - 1)
-    std::copy_n(banded_->values.data() + first, count, out);
-  else
-    for (int n = 0; n < count; ++n)
-      out[n] = bandedDistance(i + n, j, k);
+  const int y = j + bandMargin, z = k + bandMargin;
+  const std::int64_t first = band.findInRow(band.windowIndex(i + bandMargin, y), count, y, z);
+  for (int n = 0; n < count; ++n)
+    out[n] = first >= 0 ? banded_->values[static_cast<std::size_t>(first + n)] : bandedDistance(i + n, j, k);
 }
 
 float DistanceField::sampleDistance(const Eigen::Vector3f& position) const

@@ -19,7 +19,7 @@ namespace {
 
 using Voxels = std::vector<std::uint8_t>;
 
-const GridSize grid{75, 20, 17}; // two words per row, several pieces of planes
+const GridSize grid{75, 20, 37}; // two words per row, several pieces of planes
 
 Voxels randomVoxels(unsigned seed, double share)
 {
@@ -121,6 +121,37 @@ TEST(Band, LengthensRunsToWholeVectorsUpToALimit)
         EXPECT_TRUE(run.count % 8 == 0 || rounded.xOf(run, y) + run.count == limit);
 }
 
+TEST(MaskPlane, GrowsByTheStepsItIsTold)
+{
+  std::mt19937 random(6);
+  const GridSize size{150, 40, 1}; // three words per row, the last one not full
+  MaskPlane some(size);
+  for (int n = 0; n < 12; ++n)
+    some.set(static_cast<int>(random() % 150), static_cast<int>(random() % 40));
+  const auto hasAround = [&](int x, int y, int lowerX, int upperX, int lowerY, int upperY) {
+    for (int j = std::max(y + lowerY, 0); j <= std::min(y + upperY, size.y - 1); ++j)
+      for (int i = std::max(x + lowerX, 0); i <= std::min(x + upperX, size.x - 1); ++i)
+        if (some.has(i, j))
+          return true;
+    return false;
+  };
+  for (const int steps : {0, 1, 2, 3, 4, 5, 11, 30, 70, 100}) { // beyond 64, shifts are of less than their full stride
+    MaskPlane alongX = some, alongY = some;
+    alongX.growAlongX(steps);
+    alongY.growAlongY(steps);
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < 192; ++x) { // up to the end of the last word
+        ASSERT_EQ(alongX.has(x, y), x < size.x && hasAround(x, y, -steps, steps, 0, 0)) << steps;
+        ASSERT_EQ(alongY.has(x, y), x < size.x && hasAround(x, y, 0, 0, -steps, steps)) << steps;
+      }
+  }
+  MaskPlane cells = some;
+  cells.growUpwards();
+  for (int y = 0; y < size.y; ++y)
+    for (int x = 0; x < 192; ++x)
+      ASSERT_EQ(cells.has(x, y), x < size.x && hasAround(x, y, -1, 0, -1, 0));
+}
+
 TEST(Band, GrowsAndShrinksLikeItsVoxels)
 {
   Execution execution(2);
@@ -150,7 +181,7 @@ TEST(Band, CountsNeighboursAndFollowsThem)
   seeds[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
   Voxels start = voxels;
   start[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
-  const Band reached = connectedTo(bandOf(start, 0), bandOf(seeds, 0), 0, execution);
+  const Band reached = connectedTo(bandOf(start, 0), bandOf(seeds, 0), execution);
 
   // Flooding, voxel by voxel.
   Voxels flooded = seeds;
