@@ -4,6 +4,7 @@
 
 #include <pcl/surface/mrf/execution.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -54,12 +55,30 @@ public:
   }
 
   /// The number of elements of each set, at its smallest one; 0 elsewhere.
-  std::vector<std::uint32_t> sizes()
+  std::vector<std::atomic<std::uint32_t>> sizes(Execution& execution)
   {
-    std::vector<std::uint32_t> result(parents_.size(), 0);
-    for (std::size_t i = 0; i < parents_.size(); ++i)
-      ++result[find(static_cast<std::uint32_t>(i))];
+    std::vector<std::atomic<std::uint32_t>> result(parents_.size());
+    constexpr std::int64_t grain = 1 << 14;
+    execution.forRange(static_cast<std::int64_t>(parents_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+      // Neighbours in memory tend to be in one set, so that few sums meet.
+      std::uint32_t root = find(static_cast<std::uint32_t>(begin)), number = 0;
+      for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+        const std::uint32_t own = find(i);
+        if (own != root)
+          result[root].fetch_add(std::exchange(number, 0), std::memory_order_relaxed);
+        root = own;
+        ++number;
+      }
+      result[root].fetch_add(number, std::memory_order_relaxed);
+    });
     return result;
+  }
+
+  /// The smallest element of the largest set. \pre there are elements
+  std::uint32_t largest(Execution& execution)
+  {
+    const std::vector<std::atomic<std::uint32_t>> all = sizes(execution);
+    return static_cast<std::uint32_t>(std::max_element(all.begin(), all.end()) - all.begin());
   }
 
 private:

@@ -159,22 +159,24 @@ std::vector<Tally> tally(const Partition& partition, const Voters& vote)
 
 /// The components of points whose signs are known: no edge has to be sorted, or kept.
 ///
-/// Edges may be looked at in any order, and need not be once both ends are in one component. Those to the points that
-/// follow in memory, close by in space, make pieces of some twenty points. All edges of each piece's first point join
+/// Edges may be looked at in any order, and need not be once both ends are in one component. Those to the next
+/// points in memory, close by in space, make pieces of some twenty points. All edges of each piece's first point join
 /// nearly all of them to one component. An edge between two components ends at a point outside of the largest one, so
 /// looking at all edges of those finds the rest.
 OrientationResult findComponents(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
                                  const NeighbourSearch& search, float distance, float minCosine,
                                  const OrientationOptions& options, Execution& execution)
 {
-  constexpr std::size_t following = 6; // more cost as much as they save
+  constexpr std::size_t following = 8;
+  constexpr int edgesToFollowing = 2; // more cost as much as they save
   const std::size_t count = points.size();
   const float limit = distance * distance;
   DisjointPoints joined(count), smooth(count);
+  /// \return whether the normals of both agree
   const auto join = [&](std::uint32_t i, std::uint32_t j) {
     const Eigen::Vector3f &a = normals[i], &b = normals[j];
     if (i == j || a.isZero() || b.isZero())
-      return;
+      return false;
     const Eigen::Vector3f edge = points.positions[j] - points.positions[i];
     const float alongA = edge.dot(a), alongB = edge.dot(b);
     const float along = alongNormals * alongNormals * edge.squaredNorm();
@@ -185,56 +187,61 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
     // Without a vote from outside, two sheets can only be taken for the two sides of one object.
     if (!acrossSheets && (withinAngle || options.joinAcrossCreases))
       joined.join(i, j);
+    return withinAngle;
   };
   execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      for (std::size_t j = i + 1; j < std::min(i + 1 + following, count); ++j)
-        if ((points.positions[j] - points.positions[i]).squaredNorm() <= limit)
-          join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j));
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      int edges = 0;
+      for (std::size_t j = i + 1; j < std::min(i + 1 + following, count) && edges < edgesToFollowing; ++j)
+        if ((points.positions[j] - points.positions[i]).squaredNorm() <= limit &&
+            join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)))
+          ++edges;
+    }
   });
   execution.poll();
 
+  // Other threads' joins may make a point unwanted just before its turn: then its edges are known.
   const auto joinAllEdges = [&](const auto& isWanted) {
-    std::vector<std::uint32_t> wanted;
-    for (std::uint32_t i = 0; i < count; ++i)
-      if (!normals[i].isZero() && isWanted(i))
-        wanted.push_back(i);
-    constexpr std::int64_t queries = 256; // per piece of work
     const float closed = std::nextafter(distance, std::numeric_limits<float>::max());
-    execution.forRange(static_cast<std::int64_t>(wanted.size()), queries, [&](std::int64_t begin, std::int64_t end) {
+    execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
       Neighbours found;
-      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-        search.within(points.positions[wanted[n]], closed, found);
-        for (const int neighbour : found.indices)
-          join(wanted[n], static_cast<std::uint32_t>(neighbour));
-      }
+      for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
+        if (!normals[i].isZero() && isWanted(i)) {
+          search.within(points.positions[i], closed, found);
+          for (const int neighbour : found.indices)
+            join(i, static_cast<std::uint32_t>(neighbour));
+        }
     });
     execution.poll();
   };
   joinAllEdges([&](std::uint32_t i) { return joined.find(i) == i || smooth.find(i) == i; });
-  const auto largest = [](const std::vector<std::uint32_t>& sizes) {
-    return static_cast<std::uint32_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
-  };
-  const std::uint32_t most = largest(joined.sizes()), mostSmooth = largest(smooth.sizes());
-  joinAllEdges([&](std::uint32_t i) { return joined.find(i) != most || smooth.find(i) != mostSmooth; });
+  const std::uint32_t most = joined.largest(execution), mostSmooth = smooth.largest(execution);
+  joinAllEdges([&](std::uint32_t i) {
+    return joined.find(i) != joined.find(most) || smooth.find(i) != smooth.find(mostSmooth);
+  });
 
   OrientationResult result;
   result.normals = normals;
   result.keep.assign(count, 0);
-  const std::vector<std::uint32_t> sizes = joined.sizes();
+  const auto sizes = joined.sizes(execution);
   const double smallest = options.minComponentShare * static_cast<double>(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (normals[i].isZero())
-      continue;
-    const std::uint32_t root = joined.find(i);
-    result.keep[i] = sizes[root] >= smallest ? 1 : 0;
-    if (root == i) {
-      ++result.components;
-      result.componentsDropped += result.keep[i] ? 0 : 1;
-    }
-    result.componentsAtCreases += smooth.find(i) == i ? 1 : 0;
-  }
-  result.pointsDropped = std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0});
+  const auto sumOver = [&](const auto& term) {
+    return static_cast<std::int64_t>(
+        execution.sum(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
+          std::int64_t total = 0;
+          for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
+            total += !normals[i].isZero() && term(i) ? 1 : 0;
+          return static_cast<double>(total);
+        }));
+  };
+  const std::int64_t kept = sumOver([&](std::uint32_t i) {
+    result.keep[i] = sizes[joined.find(i)] >= smallest ? 1 : 0;
+    return result.keep[i] != 0;
+  });
+  result.pointsDropped = static_cast<std::int64_t>(count) - kept;
+  result.components = sumOver([&](std::uint32_t i) { return joined.find(i) == i; });
+  result.componentsDropped = sumOver([&](std::uint32_t i) { return joined.find(i) == i && sizes[i] < smallest; });
+  result.componentsAtCreases = sumOver([&](std::uint32_t i) { return smooth.find(i) == i; });
   return result;
 }
 

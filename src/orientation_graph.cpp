@@ -121,8 +121,7 @@ void OrientationGraph::connectPieces(const NeighbourSearch& search, float distan
   const std::size_t count = positions_.size();
   if (count == 0)
     return;
-  const std::vector<std::uint32_t> sizes = connected.sizes();
-  const auto largest = static_cast<std::uint32_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
+  const std::uint32_t largest = connected.largest(execution);
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found((count + grain - 1) / grain);
   execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
     Neighbours around;

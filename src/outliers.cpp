@@ -37,10 +37,11 @@ std::vector<float> meanNeighbourDistances(const PointSet& points, const Neighbou
   return means;
 }
 
-std::vector<std::uint8_t> keptBySpacing(const std::vector<float>& means, const OutlierOptions& options)
+std::vector<std::uint8_t> keptBySpacing(const std::vector<float>& means, const OutlierOptions& options,
+                                        Execution& execution)
 {
   std::vector<std::uint8_t> keep(means.size(), 1);
-  const float middle = median(means);
+  const float middle = median(means, execution);
   if (middle > 0) // else most points coincide with others: it measures nothing
     for (std::size_t i = 0; i < keep.size(); ++i)
       keep[i] = means[i] <= options.spacingFactor * middle;
@@ -77,7 +78,7 @@ OutlierResult drop(const PointSet& points, const std::vector<float>& means, cons
   if (points.size() < 2)
     return result;
   if (options.spacing) {
-    result.keep = keptBySpacing(means, options);
+    result.keep = keptBySpacing(means, options, execution);
     result.droppedBySpacing = std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0});
   }
   if (options.statistical) {

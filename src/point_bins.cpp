@@ -1,5 +1,7 @@
 #include "point_bins.h"
 
+#include <pcl/surface/mrf/point_set.h>
+
 #include "nearest_kernels.h"
 #include "point_frame.h"
 #include "select_values.h"
@@ -202,17 +204,8 @@ void PointBins::sortPoints(const std::vector<Eigen::Vector3f>& positions, Execut
   const auto count = static_cast<std::int64_t>(positions.size());
   std::vector<std::uint64_t> keys(positions.size());
   std::vector<std::uint32_t> order(positions.size());
-  std::vector<Eigen::Array3i> lowest(static_cast<std::size_t>((count + grain - 1) / grain));
   const auto cellAt = [&](std::size_t i) { return cellOf(positions[i].array().cast<double>()); };
-  execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) {
-    Eigen::Array3i lower = cellAt(static_cast<std::size_t>(begin));
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      lower = lower.min(cellAt(i));
-    lowest[static_cast<std::size_t>(begin / grain)] = lower;
-  });
-  base_ = lowest.front();
-  for (const Eigen::Array3i& lower : lowest)
-    base_ = base_.min(lower);
+  base_ = cellOf(boundingBox(positions).lower.array().cast<double>());
   base_ -= base_.unaryExpr([](int cell) { return cell % brickSide; });
   execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {

@@ -33,11 +33,22 @@ BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& positions)
   BoundingBox box;
   if (positions.empty())
     return box;
-  box.lower = box.upper = positions.front();
-  for (const Eigen::Vector3f& position : positions) {
-    box.lower = box.lower.cwiseMin(position);
-    box.upper = box.upper.cwiseMax(position);
+  // Four points at a time: twelve floats make whole vectors.
+  using Four = Eigen::Array<float, 12, 1>;
+  Four lower = positions.front().array().replicate<4, 1>(), upper = lower;
+  const std::size_t whole = positions.size() / 4 * 4;
+  for (std::size_t i = 0; i < whole; i += 4) {
+    const Eigen::Map<const Four> four(positions[i].data());
+    lower = lower.min(four);
+    upper = upper.max(four);
   }
+  for (std::size_t i = whole; i < positions.size(); ++i) {
+    lower.head<3>() = lower.head<3>().min(positions[i].array());
+    upper.head<3>() = upper.head<3>().max(positions[i].array());
+  }
+  const auto points = [](const Four& four) { return Eigen::Map<const Eigen::Matrix<float, 3, 4>>(four.data()); };
+  box.lower = points(lower).rowwise().minCoeff();
+  box.upper = points(upper).rowwise().maxCoeff();
   return box;
 }
 

@@ -113,7 +113,7 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourD
   density.nearestMean = static_cast<float>(mean);
   density.nearestDeviation = static_cast<float>(std::sqrt(variance));
   if (count > measuredNeighbours)
-    density.eighthMedian = median(distances.eighth);
+    density.eighthMedian = median(distances.eighth, execution);
   density.spacing = std::max(density.nearestMean, nearestToEighth * density.eighthMedian);
   if (!(density.spacing > 0) || !std::isfinite(density.spacing))
     throw InvalidInput("the points' spacing is " + std::to_string(density.spacing) +

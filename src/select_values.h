@@ -2,6 +2,8 @@
 /// \brief Per-point arrays: dropping entries, the one in the middle.
 #pragma once
 
+#include <pcl/surface/mrf/execution.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -31,6 +33,9 @@ inline float median(std::vector<float> values)
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
+
+/// The same without a copy, for many values. \pre not negative, not NaN
+float median(const std::vector<float>& values, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -184,8 +184,8 @@ TEST(Interface, AsksTheGivenSearchObject)
   const pcl::shared_ptr<CountingSearch> search(new CountingSearch);
   mrf.setSearchMethod(search);
   EXPECT_TRUE(sameBytes(run(mrf), expected)) << "the same exact queries";
-  // One query per point for the spacing, one for the components, and one per vertex for the confidence.
-  EXPECT_GE(search->queries, static_cast<int>(2 * sphere().size() + expected.vertices.size()));
+  // One query per point for the spacing, one per vertex for the confidence.
+  EXPECT_GE(search->queries, static_cast<int>(sphere().size() + expected.vertices.size()));
 }
 
 TEST(Interface, FieldIsReadableAndFitsTheMesh)

@@ -1,9 +1,10 @@
-// What the point stages are built of: sorting in space, joining sets by many threads, the tree of the best edges.
+// What the point stages are built of: sorting in space, joining sets by many threads, medians, boxes, the best tree.
 #include "support/clouds.h"
 #include "support/shapes.h"
 
 #include "disjoint_points.h"
 #include "orientation_graph.h"
+#include "select_values.h"
 #include "spatial_sort.h"
 
 #include <pcl/surface/mrf/reconstruction.h>
@@ -165,11 +166,45 @@ TEST(DisjointPoints, JoinedByManyThreadsAsByOne)
       for (std::int64_t n = begin; n < end; ++n)
         points.join(joins[static_cast<std::size_t>(n)].first, joins[static_cast<std::size_t>(n)].second);
     });
-    const std::vector<std::uint32_t> sizes = points.sizes();
+    const auto sizes = points.sizes(execution);
+    EXPECT_EQ(expectedSizes[points.largest(execution)], *std::max_element(expectedSizes.begin(), expectedSizes.end()));
     for (std::uint32_t i = 0; i < count; ++i) {
       ASSERT_EQ(points.find(i), labels[i]);
       ASSERT_EQ(sizes[i], expectedSizes[i]);
     }
+  }
+}
+
+TEST(Median, IsTheSameWithAndWithoutBuckets)
+{
+  std::mt19937 random(3);
+  std::lognormal_distribution<float> anything(0, 4);
+  for (const std::size_t count : {1u, 2u, 3u, 1000u, 600000u}) { // the last: several pieces of work
+    std::vector<float> values(count);
+    for (float& value : values)
+      value = anything(random);
+    for (const int threads : {1, 3}) {
+      Execution execution(threads);
+      EXPECT_EQ(median(values, execution), median(values));
+    }
+  }
+  Execution execution;
+  EXPECT_EQ(median(std::vector<float>{0, 0, 1, std::numeric_limits<float>::infinity()}, execution), 1);
+}
+
+TEST(BoundingBox, HoldsEveryPoint)
+{
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> coordinate(-1, 1);
+  std::vector<Eigen::Vector3f> points;
+  Eigen::Vector3f lower = Eigen::Vector3f::Constant(2), upper = -lower;
+  for (int n = 0; n < 11; ++n) { // with every remainder of four
+    points.emplace_back(coordinate(random), coordinate(random), coordinate(random));
+    lower = lower.cwiseMin(points.back());
+    upper = upper.cwiseMax(points.back());
+    const BoundingBox box = boundingBox(points);
+    EXPECT_EQ(box.lower, lower);
+    EXPECT_EQ(box.upper, upper);
   }
 }
 
