@@ -283,7 +283,7 @@ MeshStatistics measure(const TriangleMesh& mesh, Execution& execution)
   }
   statistics.boundaryLoops = countLoops(std::move(sums.boundarySides), sums.boundaryJoins);
   std::vector<std::int32_t> componentOfTriangle;
-  statistics.components = connectivity.components(mesh, {}, std::move(sums.separate), componentOfTriangle);
+  statistics.components = connectivity.components(mesh, {}, std::move(sums.separate), execution, componentOfTriangle);
   const auto faces = std::count_if(componentOfTriangle.begin(), componentOfTriangle.end(),
                                    [](std::int32_t component) { return component >= 0; });
   statistics.eulerCharacteristic = statistics.vertices - statistics.unusedVertices - statistics.edges + faces;

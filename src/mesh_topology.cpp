@@ -1,5 +1,7 @@
 #include "mesh_topology.h"
 
+#include "disjoint_points.h"
+
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
@@ -16,7 +18,7 @@ std::size_t at(std::int32_t index)
   return static_cast<std::size_t>(index);
 }
 
-constexpr std::int64_t vertexGrain = 8192;
+constexpr std::int64_t vertexGrain = 8192, triangleGrain = 16384;
 
 } // namespace
 
@@ -149,7 +151,7 @@ void EdgeConnectivity::note(std::int32_t vertex, Ring& ring, std::vector<CornerF
 }
 
 std::int32_t EdgeConnectivity::components(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
-                                          std::vector<CornerFan> separate,
+                                          std::vector<CornerFan> separate, Execution& execution,
                                           std::vector<std::int32_t>& componentOfTriangle) const
 {
   // A vertex is a node, or each of its fans one, where there are several.
@@ -161,41 +163,43 @@ std::int32_t EdgeConnectivity::components(const TriangleMesh& mesh, const std::v
   const auto nodeOf = [&](std::size_t triangle, std::size_t place) {
     const std::int32_t vertex = mesh.triangles[triangle][place];
     if (smallest_[at(vertex)] != none)
-      return vertex;
+      return static_cast<std::uint32_t>(vertex);
     const CornerFan key{static_cast<std::int32_t>(3 * triangle + place), 0};
     const std::int32_t fan = std::lower_bound(separate.begin(), separate.end(), key)->fan;
     const auto number = std::lower_bound(firstCorners.begin(), firstCorners.end(), fan) - firstCorners.begin();
-    return static_cast<std::int32_t>(smallest_.size() + static_cast<std::size_t>(number));
+    return static_cast<std::uint32_t>(smallest_.size() + static_cast<std::size_t>(number));
   };
 
-  // Most vertices have a smaller neighbour: following these leads to a few local minima, and the sets begin nearly
-  // complete.
-  std::vector<std::int32_t> parents(smallest_.size() + firstCorners.size());
-  std::iota(parents.begin(), parents.end(), 0);
+  // Most vertices have a smaller neighbour: joining these leads to a few local minima, and little is left to join.
+  DisjointPoints nodes(smallest_.size() + firstCorners.size());
   for (std::size_t v = 0; v < smallest_.size(); ++v)
     if (smallest_[v] != none && smallest_[at(smallest_[v])] != none)
-      parents[v] = parents[at(smallest_[v])];
-  DisjointSets nodes(std::move(parents));
+      nodes.join(static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(smallest_[v]));
   const auto forMembers = [&](const auto& visit) {
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
-        visit(t);
+    execution.forRange(static_cast<std::int64_t>(mesh.triangles.size()), triangleGrain,
+                       [&](std::int64_t begin, std::int64_t end) {
+                         for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
+                           if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
+                             visit(t);
+                       });
   };
   forMembers([&](std::size_t t) {
-    const std::int32_t first = nodeOf(t, 0);
-    nodes.unite(first, nodeOf(t, 1));
-    nodes.unite(first, nodeOf(t, 2));
+    const std::uint32_t first = nodeOf(t, 0);
+    nodes.join(first, nodeOf(t, 1));
+    nodes.join(first, nodeOf(t, 2));
   });
+  componentOfTriangle.assign(mesh.triangles.size(), none);
+  forMembers([&](std::size_t t) { componentOfTriangle[t] = static_cast<std::int32_t>(nodes.find(nodeOf(t, 0))); });
 
   std::int32_t count = 0;
   std::vector<std::int32_t> numbers(smallest_.size() + firstCorners.size(), none);
-  componentOfTriangle.assign(mesh.triangles.size(), none);
-  forMembers([&](std::size_t t) {
-    std::int32_t& number = numbers[at(nodes.find(nodeOf(t, 0)))];
-    if (number == none)
-      number = count++;
-    componentOfTriangle[t] = number;
-  });
+  for (std::int32_t& component : componentOfTriangle)
+    if (component != none) {
+      std::int32_t& number = numbers[at(component)];
+      if (number == none)
+        number = count++;
+      component = number;
+    }
   return count;
 }
 
@@ -228,7 +232,7 @@ std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uin
     isTorn = isTorn || part.isTorn;
     separate.insert(separate.end(), part.separate.begin(), part.separate.end());
   }
-  return connectivity.components(mesh, isMember, std::move(separate), componentOfTriangle);
+  return connectivity.components(mesh, isMember, std::move(separate), execution, componentOfTriangle);
 }
 
 void splitFans(TriangleMesh& mesh)

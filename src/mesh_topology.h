@@ -130,7 +130,8 @@ public:
   /// The component of each triangle that has corners: components are numbered by their first triangle, −1 for others.
   /// \param separate what all calls of note gave, in any order \return the number of components
   std::int32_t components(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
-                          std::vector<CornerFan> separate, std::vector<std::int32_t>& componentOfTriangle) const;
+                          std::vector<CornerFan> separate, Execution& execution,
+                          std::vector<std::int32_t>& componentOfTriangle) const;
 
 private:
   static constexpr std::int32_t none = -1;

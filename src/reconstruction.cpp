@@ -46,15 +46,35 @@ std::vector<std::uint8_t> flags(std::size_t count)
 
 /// Clears flags by a criterion. \return how many it cleared
 template <typename Rejects>
-std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects)
+std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects, Execution& execution)
 {
-  std::int64_t dropped = 0;
-  for (std::size_t i = 0; i < keep.size(); ++i)
-    if (keep[i] && rejects(i)) {
-      keep[i] = 0;
-      ++dropped;
+  constexpr std::int64_t grain = 1 << 14;
+  const double dropped =
+      execution.sum(static_cast<std::int64_t>(keep.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+        std::int64_t count = 0;
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+          if (keep[i] && rejects(i)) {
+            keep[i] = 0;
+            ++count;
+          }
+        return static_cast<double>(count);
+      });
+  return static_cast<std::int64_t>(dropped);
+}
+
+/// Drops all but the first of equal positions, which follow each other, with their origins. \return how many it dropped
+std::int64_t dropRepeated(PointSet& points)
+{
+  std::size_t kept = 0;
+  for (std::size_t n = 0; n < points.positions.size(); ++n)
+    if (n == 0 || points.positions[n] != points.positions[kept - 1]) {
+      points.positions[kept] = points.positions[n];
+      points.origins[kept++] = points.origins[n];
     }
-  return dropped;
+  const std::size_t dropped = points.positions.size() - kept;
+  points.positions.resize(kept);
+  points.origins.resize(kept);
+  return static_cast<std::int64_t>(dropped);
 }
 
 /// Keeps the flagged points and hands them to the search; both stay as they are if all are kept.
@@ -119,8 +139,9 @@ std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& option
 
   NormalEstimates estimates = estimateNormals(points, search, report.density.spacing, options.normals, execution);
   std::vector<std::uint8_t> keep = flags(points.size());
-  report.points.noiseByPlaneFit =
-      dropWhere(keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); });
+  report.points.noiseByPlaneFit = dropWhere(
+      keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); },
+      execution);
   std::vector<Eigen::Vector3f> normals = given ? points.normals : std::move(estimates.normals);
   if (reduce(points, keep, search, execution))
     normals = given ? points.normals : selectValues(normals, keep);
@@ -261,49 +282,47 @@ PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector
   counts = PointCounts();
   counts.input = static_cast<std::int64_t>(positions.size());
   std::vector<std::uint8_t> keep = flags(positions.size());
-  counts.notFinite = dropWhere(keep, [&](std::size_t i) { return !positions[i].allFinite(); });
+  counts.notFinite = dropWhere(
+      keep, [&](std::size_t i) { return !positions[i].allFinite(); }, execution);
   if (normalsNeeded && !normals.empty())
-    counts.zeroNormals =
-        dropWhere(keep, [&](std::size_t i) { return !normals[i].allFinite() || !(normals[i].norm() > 1e-6f); });
+    counts.zeroNormals = dropWhere(
+        keep, [&](std::size_t i) { return !normals[i].allFinite() || !(normals[i].norm() > 1e-6f); }, execution);
   if (!confidences.empty())
-    counts.zeroConfidence =
-        dropWhere(keep, [&](std::size_t i) { return !std::isfinite(confidences[i]) || !(confidences[i] > 0); });
+    counts.zeroConfidence = dropWhere(
+        keep, [&](std::size_t i) { return !std::isfinite(confidences[i]) || !(confidences[i] > 0); }, execution);
 
   PointSet points;
   points.origins = spatialOrder(positions, keep, execution);
-  const auto lastDistinct = std::unique(points.origins.begin(), points.origins.end(),
-                                        [&](std::uint32_t a, std::uint32_t b) { return positions[a] == positions[b]; });
-  counts.duplicates = std::distance(lastDistinct, points.origins.end());
-  points.origins.erase(lastDistinct, points.origins.end());
+  // From here on what is read lies in the order it is read in.
+  constexpr std::int64_t grain = 1 << 14;
+  const auto forPoints = [&](const auto& body) {
+    execution.forRange(static_cast<std::int64_t>(points.origins.size()), grain,
+                       [&](std::int64_t begin, std::int64_t end) {
+                         for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
+                           body(n, points.origins[n]);
+                       });
+  };
+  points.positions.resize(points.origins.size());
+  forPoints([&](std::size_t n, std::uint32_t origin) { points.positions[n] = positions[origin]; });
+  counts.duplicates = dropRepeated(points);
   counts.used = static_cast<std::int64_t>(points.origins.size());
 
-  if (counts.used > 0) {
-    Eigen::Array3f lower = positions[points.origins.front()], upper = lower;
-    for (const std::uint32_t origin : points.origins) {
-      lower = lower.min(positions[origin].array());
-      upper = upper.max(positions[origin].array());
-    }
-    points.offset = .5 * (lower.cast<double>() + upper.cast<double>()).matrix();
-  }
-  points.positions.resize(points.origins.size());
+  const BoundingBox box = boundingBox(points.positions);
+  points.offset = .5 * (box.lower.cast<double>() + box.upper.cast<double>());
   points.normals.resize(normals.empty() ? 0 : points.origins.size());
   points.confidences.resize(confidences.empty() ? 0 : points.origins.size());
   points.views.resize(views.empty() ? 0 : points.origins.size());
-  constexpr std::int64_t grain = 1 << 14;
-  execution.forRange(counts.used, grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-      const std::uint32_t i = points.origins[n];
-      points.positions[n] = (positions[i].cast<double>() - points.offset).cast<float>();
-      if (!normals.empty()) {
-        const float length = normals[i].norm();
-        const bool usable = std::isfinite(length) && length > 0;
-        points.normals[n] = usable ? Eigen::Vector3f(normals[i] / length) : Eigen::Vector3f::Zero();
-      }
-      if (!confidences.empty())
-        points.confidences[n] = std::min(confidences[i], 1.0f);
-      if (!views.empty())
-        points.views[n] = views[i];
+  forPoints([&](std::size_t n, std::uint32_t origin) {
+    points.positions[n] = (points.positions[n].cast<double>() - points.offset).cast<float>();
+    if (!normals.empty()) {
+      const float length = normals[origin].norm();
+      const bool usable = std::isfinite(length) && length > 0;
+      points.normals[n] = usable ? Eigen::Vector3f(normals[origin] / length) : Eigen::Vector3f::Zero();
     }
+    if (!confidences.empty())
+      points.confidences[n] = std::min(confidences[origin], 1.0f);
+    if (!views.empty())
+      points.views[n] = views[origin];
   });
   for (const Eigen::Vector3d& sensor : sensors)
     points.sensors.push_back((sensor - points.offset).cast<float>());
@@ -416,7 +435,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
         "trimming left no surface: nothing of the zero level is supported by data; trim less, or choose a "
         "larger voxel size than " +
         std::to_string(resolved.multiscale.voxelSize));
-  report.mesh = measure(result.mesh, execution);
+  report.mesh = report.trimming.statistics ? *report.trimming.statistics : measure(result.mesh, execution);
   if (resolved.remesher.rounds == 0)
     report.meshBeforeRemeshing = report.mesh;
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();

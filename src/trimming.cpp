@@ -227,6 +227,12 @@ std::int64_t dropSmallComponents(const TriangleMesh& mesh, const NeighbourSearch
   return std::count(isDropped.begin(), isDropped.end(), std::uint8_t{1});
 }
 
+/// True if there is nothing to drop, and nothing to split.
+bool isOnePiece(const MeshStatistics& statistics)
+{
+  return statistics.components == 1 && statistics.nonManifoldVertices == 0 && statistics.unusedVertices == 0;
+}
+
 /// True if all triangles are kept and use all vertices.
 bool isAllUsed(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep)
 {
@@ -286,9 +292,15 @@ TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal
       keep[at(t)] = region.mayBeHole() && region.diameter() <= maxHole ? 1 : 0;
     }
   }
-  bool isTorn;
-  result.componentsDropped =
-      dropSmallComponents(mesh, search, supported, areas, options.minComponentShare, keep, isTorn, execution);
+  bool isTorn = false;
+  const bool keepsAll = std::all_of(keep.begin(), keep.end(), [](std::uint8_t flag) { return flag != 0; });
+  if (keepsAll)
+    result.statistics = measure(mesh, execution);
+  if (!keepsAll || !isOnePiece(*result.statistics)) {
+    result.statistics.reset();
+    result.componentsDropped =
+        dropSmallComponents(mesh, search, supported, areas, options.minComponentShare, keep, isTorn, execution);
+  }
 
   // A region is kept or dropped as a whole.
   std::vector<std::uint8_t> isKept(regions.size(), 0);
@@ -306,7 +318,7 @@ TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal
     result.areaFilled += regions[r].area;
     result.largestHole = std::max(result.largestHole, regions[r].diameter());
   }
-  result.mesh = isAllUsed(mesh, keep) ? std::move(mesh) : select(mesh, keep);
+  result.mesh = result.statistics || isAllUsed(mesh, keep) ? std::move(mesh) : select(mesh, keep);
   if (isTorn)
     splitFans(result.mesh);
   return result;

@@ -54,7 +54,7 @@ struct Report {
   OrientationResult orientation; ///< counts and agreement; its arrays are empty
 
   std::vector<LevelReport> levels;                                          ///< coarsest first
-  TrimResult trimming;                                                      ///< counts; its mesh is empty
+  TrimResult trimming;                                                      ///< its mesh is empty
   std::int64_t splits = 0, collapses = 0, flips = 0, refusedOperations = 0; ///< of the remesher
   MeshStatistics meshBeforeRemeshing; ///< before trimming as well; without remeshing the same as mesh
   MeshStatistics mesh;

@@ -4,10 +4,12 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
+#include <optional>
 
 namespace pcl {
 namespace mrf {
@@ -35,9 +37,10 @@ void validate(const TrimmingOptions& options);
 float resolvedMaxHole(const TrimmingOptions& options, float diagonal);
 
 struct TrimResult {
-  TriangleMesh mesh;                      ///< all per-vertex arrays follow
-  std::int64_t holesFilled = 0;           ///< unsupported regions that were kept
-  std::int64_t extrapolationsDropped = 0; ///< unsupported regions that were dropped
+  TriangleMesh mesh;                        ///< all per-vertex arrays follow
+  std::optional<MeshStatistics> statistics; ///< of the mesh, if they had to be measured to see that all is kept
+  std::int64_t holesFilled = 0;             ///< unsupported regions that were kept
+  std::int64_t extrapolationsDropped = 0;   ///< unsupported regions that were dropped
   std::int64_t componentsDropped = 0;
   double areaFilled = 0, areaDropped = 0; ///< cloud's unit squared
   double largestHole = 0;                 ///< diameter of the largest region that was kept, cloud's unit
