@@ -189,6 +189,21 @@ private:
   std::int64_t largestPlane_ = 0;
 };
 
+/// Calls body(packed index on the band, packed index on the support, count) for the runs of plane z.
+/// \pre the support holds the band; runs of the band lie in one run of the support each
+template <typename Body>
+void forEachPair(const Band& band, const Band& support, int z, const Body& body)
+{
+  for (int y = 0; y < band.size().y; ++y) {
+    const Run* outer = support.row(y, z).begins;
+    for (const Run& run : band.row(y, z)) {
+      while (outer->at + outer->count <= run.at)
+        ++outer;
+      body(band.planeFirst(z) + run.first, support.planeFirst(z) + outer->first + (run.at - outer->at), run.count);
+    }
+  }
+}
+
 /// The voxels within a box of 2 · steps + 1 around those of the band, along x of 2 · stepsX + 1.
 Band dilated(const Band& band, int steps, int stepsX, Execution& execution);
 

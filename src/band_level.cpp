@@ -336,17 +336,21 @@ std::vector<BandGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_
   return grids;
 }
 
-PackedValues copyOf(const PackedValues& values, Execution& execution)
+/// A part of a field's values.
+PackedValues valuesOn(const Band& band, const Band& support, const PackedValues& values, Execution& execution)
 {
-  PackedValues copy(values.size());
-  execution.forRange(static_cast<std::int64_t>(values.size()), 1 << 16, [&](std::int64_t begin, std::int64_t end) {
-    std::copy(values.data() + begin, values.data() + end, copy.data() + begin);
+  PackedValues result(static_cast<std::size_t>(band.count()));
+  execution.forRange(band.size().z, 4, [&](std::int64_t begin, std::int64_t end) {
+    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+      forEachPair(band, support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
+        std::copy_n(values.data() + outer, count, result.data() + inner);
+      });
   });
-  return copy;
+  return result;
 }
 
 /// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
-/// closest voxel that has one.
+/// closest voxel that has one. \param guess what the unknowns were
 void extendChange(const Band& unknowns, const Band& support, const PackedValues& guess, PackedValues& values,
                   Execution& execution)
 {
@@ -363,18 +367,16 @@ void extendChange(const Band& unknowns, const Band& support, const PackedValues&
   };
   forPlanes([&](int y, int z, const Run& run, std::size_t first) {
     float* const changes = change.data() + first;
-    const auto difference = [&](int i) {
-      return values[first + static_cast<std::size_t>(i)] - guess[first + static_cast<std::size_t>(i)];
-    };
     int known = -1; // the last voxel of the run with a change of its own
     for (const Run& inner : unknowns.row(y, z)) {
       const int begin = inner.at - run.at;
       if (begin < 0 || begin >= run.count)
         continue;
+      const float* const before = guess.data() + unknowns.planeFirst(z) + inner.first;
+      for (int i = 0; i < inner.count; ++i)
+        changes[begin + i] = values[first + static_cast<std::size_t>(begin + i)] - before[i];
       for (int i = known + 1; i < begin; ++i)
-        changes[i] = known >= 0 && i - known <= begin - i ? changes[known] : difference(begin);
-      for (int i = begin; i < begin + inner.count; ++i)
-        changes[i] = difference(i);
+        changes[i] = known >= 0 && i - known <= begin - i ? changes[known] : changes[begin];
       known = begin + inner.count - 1;
     }
     std::fill(changes + known + 1, changes + run.count, known >= 0 ? changes[known] : 0);
@@ -398,9 +400,18 @@ void extendChange(const Band& unknowns, const Band& support, const PackedValues&
       }
     });
   }
-  forPlanes([&](int, int, const Run& run, std::size_t first) {
-    for (std::size_t at = first; at < first + static_cast<std::size_t>(run.count); ++at)
-      values[at] = guess[at] + change[at];
+  forPlanes([&](int y, int z, const Run& run, std::size_t first) {
+    const auto add = [&](std::int32_t from, std::int32_t to) {
+      for (std::int32_t at = from; at < to; ++at)
+        values[first + static_cast<std::size_t>(at - run.at)] += change[first + static_cast<std::size_t>(at - run.at)];
+    };
+    std::int32_t done = run.at;
+    for (const Run& inner : unknowns.row(y, z))
+      if (inner.at >= run.at && inner.at < run.at + run.count) {
+        add(done, inner.at);
+        done = inner.at + inner.count;
+      }
+    add(done, run.at + run.count);
   });
 }
 
@@ -483,7 +494,7 @@ BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level
         makeGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
     report.unknowns = grids[0].band.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
-    const PackedValues guess = copyOf(field.values, execution);
+    const PackedValues guess = valuesOn(grids[0].band, field.support, field.values, execution);
     const SolveReport solve =
         solveOnBand(grids, prior, field.support, plan.steps, solver, lattice.spacing, field.values, execution);
     const int before = report.solve.iterations;

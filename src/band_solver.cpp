@@ -98,7 +98,7 @@ struct Workspace {
   WindowRing iterate;
   std::vector<std::array<WindowRing, 2>> powers; ///< per product: L x, L² x
   std::vector<WindowRing> products;
-  std::vector<float> directions;
+  PackedValues directions;
   TransferScratch transfer;
 };
 
@@ -302,7 +302,7 @@ void GridSolver::runSlab(const Sweep& sweep, const Band& support, const Band* co
   const std::size_t largest = static_cast<std::size_t>(unknowns.largestPlane());
   if (steps > 0 || fromZero)
     if (workspace.directions.size() < largest * static_cast<std::size_t>(ring))
-      workspace.directions.resize(largest * static_cast<std::size_t>(ring));
+      workspace.directions = PackedValues(largest * static_cast<std::size_t>(ring)); // most of it is never touched
   const auto direction = [&](int z) {
     return workspace.directions.data() + largest * static_cast<std::size_t>((z + 1000 * ring) % ring);
   };
@@ -459,20 +459,6 @@ private:
   std::vector<Workspace> workspaces_;
   std::vector<Level> levels_;
 };
-
-/// Calls body(packed index on the band, packed index on the support, count) for the runs of plane z.
-template <typename Body>
-void forEachPair(const Band& band, const Band& support, int z, const Body& body)
-{
-  for (int y = 0; y < band.size().y; ++y) {
-    const Run* outer = support.row(y, z).begins;
-    for (const Run& run : band.row(y, z)) {
-      while (outer->at + outer->count <= run.at)
-        ++outer;
-      body(band.planeFirst(z) + run.first, support.planeFirst(z) + outer->first + (run.at - outer->at), run.count);
-    }
-  }
-}
 
 /// Clears the residual where nothing is observed and L^k reaches over the rim of the band: the guess may have kinks out
 /// there, which are none of the correction's business.
