@@ -21,9 +21,10 @@ namespace {
 /// Peak bytes per voxel of the finest level while it is solved: the solver's vectors, its hierarchy, system and field.
 constexpr double bytesPerVoxel = 72;
 
-/// The same in a band, per face of a voxel that the surface covers, and per voxel of a plane's windows. With the points
-/// and what was made of them before: the peaks of 1, 3 and 30 million points on two threads came within a tenth.
-constexpr double bytesPerFace = 330, bytesPerWindowVoxel = 700;
+/// The same in a band, per face of a voxel that the surface covers, and per voxel of a plane for the windows of each
+/// thread. With the points and what was made of them before: the peaks of 1, 3 and 30 million points on two threads,
+/// and of 3 million on one, came within a tenth.
+constexpr double bytesPerFace = 285, bytesPerWindowVoxel = 250;
 
 /// Area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
 constexpr double areaPerPoint = 4;
@@ -121,21 +122,21 @@ template <typename Value>
 }
 
 /// Peak bytes of solving a box with voxels of this side at the finest level.
-double predictedBytes(const BoundingBox& box, double side, double area, const MultiscaleOptions& options)
+double predictedBytes(const BoundingBox& box, double side, double area, const MultiscaleOptions& options, int threads)
 {
   const double padding = 2. * resolvedPadding(options) + 2;
   const Eigen::Array3d voxels = (box.upper - box.lower).cast<double>().array() / side + padding;
   if (voxels.prod() <= static_cast<double>(options.denseVoxels))
     return voxels.prod() * bytesPerVoxel * 8 / 7;
-  const double windows = bytesPerWindowVoxel * voxels.x() * voxels.y();
+  const double windows = bytesPerWindowVoxel * threads * voxels.x() * voxels.y();
   return static_cast<double>(options.denseVoxels) * bytesPerVoxel + windows + area / (side * side) * bytesPerFace;
 }
 
 /// \throw ResourceLimit if a box of this size cannot be solved within the limit
-void checkMemory(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options)
+void checkMemory(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options, int threads)
 {
   const std::size_t limit = options.maxMemory > 0 ? options.maxMemory : availableMemory() / 10 * 8;
-  const auto bytesFor = [&](double side) { return predictedBytes(box, side, area, options); };
+  const auto bytesFor = [&](double side) { return predictedBytes(box, side, area, options, threads); };
   const double predicted = bytesFor(voxelSize);
   if (predicted <= static_cast<double>(limit))
     return;
@@ -354,12 +355,13 @@ int resolvedPadding(const MultiscaleOptions& options)
   return options.padding > 0 ? options.padding : leastPadding;
 }
 
-std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options)
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options,
+                                int threads)
 {
   validate(options);
   if (!(voxelSize > 0))
     refuse("voxelSize", voxelSize, "(0, inf)");
-  checkMemory(box, voxelSize, area, options);
+  checkMemory(box, voxelSize, area, options, threads);
 
   const Eigen::Vector3d corner = box.lower.cast<double>();
   const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
@@ -395,8 +397,8 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
   if (solver.method != SolverMethod::multigrid || prior.energy != Energy::joint)
     own.denseVoxels = std::numeric_limits<std::int64_t>::max();
   const double area = areaPerPoint * spacing * spacing * static_cast<double>(points.size());
-  return LevelSolver(points, search, spacing, planLevels(volume, voxelSize, area, own), maxDistance, observationOptions,
-                     prior, solver, own, execution)
+  return LevelSolver(points, search, spacing, planLevels(volume, voxelSize, area, own, execution.threads()),
+                     maxDistance, observationOptions, prior, solver, own, execution)
       .run();
 }
 

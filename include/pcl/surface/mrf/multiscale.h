@@ -68,9 +68,11 @@ struct MultiscaleResult {
 };
 
 /// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
-/// \param box that they cover, with the padding around it \param area of the surface: what levels in bands cost
+/// \param box that they cover, with the padding around it \param area of the surface: what levels in bands cost,
+/// besides what each of the threads needs
 /// \throw ResourceLimit if the levels would take more than the limit; names the voxel size that would fit
-std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options);
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options,
+                                int threads = 1);
 
 /// Regularises the observed distances, coarse to fine.
 ///
