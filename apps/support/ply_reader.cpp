@@ -132,7 +132,7 @@ public:
     return value;
   }
 
-  /// The next entries of an element, as many as the columns have room for; lists are skipped.
+  /// The next `count` entries of an element, into the first places of the columns; lists are skipped.
   void next(const Element& element, std::size_t count, Columns& columns)
   {
     const bool isFixed = format_ != Format::ascii && !element.hasLists();
