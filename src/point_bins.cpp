@@ -5,7 +5,6 @@
 #include "nearest_kernels.h"
 #include "point_frame.h"
 #include "select_values.h"
-#include "spatial_sort.h"
 
 #include <algorithm>
 #include <array>
@@ -202,7 +201,7 @@ Eigen::Array3i PointBins::cellOf(const Eigen::Array3d& position) const
 void PointBins::sortPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
 {
   const auto count = static_cast<std::int64_t>(positions.size());
-  std::vector<std::uint64_t> keys(positions.size());
+  SortKeys keys(positions.size());
   std::vector<std::uint32_t> order(positions.size());
   const auto cellAt = [&](std::size_t i) { return cellOf(positions[i].array().cast<double>()); };
   base_ = cellOf(boundingBox(positions).lower.array().cast<double>());
@@ -227,7 +226,7 @@ void PointBins::sortPoints(const std::vector<Eigen::Vector3f>& positions, Execut
   arrangeCrowdedCells(execution);
 }
 
-void PointBins::makeBricks(const std::vector<std::uint64_t>& keys, Execution& execution)
+void PointBins::makeBricks(const SortKeys& keys, Execution& execution)
 {
   starts_.clear();
   std::vector<std::uint32_t> firsts; // point of each brick

@@ -5,6 +5,7 @@
 #include <pcl/surface/mrf/neighbour_search.h>
 
 #include "point_tree.h"
+#include "spatial_sort.h"
 
 #include <Eigen/Core>
 
@@ -41,7 +42,7 @@ private:
   struct Group;
 
   void sortPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution);
-  void makeBricks(const std::vector<std::uint64_t>& keys, Execution& execution);
+  void makeBricks(const SortKeys& keys, Execution& execution);
   void arrangeCrowdedCells(Execution& execution);
   double idealSide() const;
 

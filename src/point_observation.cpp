@@ -138,7 +138,7 @@ CubeBounds bounds(const std::vector<PointSample>& samples, float side, Execution
 
 /// Samples in the order of the cubes they lie in: z, then y, then x; those of a cube in the order given.
 struct CubeOrder {
-  std::vector<std::uint64_t> keys; ///< the same for the same cube
+  SortKeys keys; ///< the same for the same cube
   std::vector<std::uint32_t> order;
 
   CubeOrder(const std::vector<PointSample>& samples, float side, Execution& execution)
@@ -151,8 +151,8 @@ struct CubeOrder {
     forSamples(samples.size(), execution, [&](std::size_t s) {
       const Eigen::Array<std::uint64_t, 3, 1> cube = (cubeOf(samples[s], side) - range.lower).cast<std::uint64_t>();
       keys[s] = cube.x() + size.x() * (cube.y() + size.y() * cube.z());
+      order[s] = static_cast<std::uint32_t>(s);
     });
-    std::iota(order.begin(), order.end(), std::uint32_t{0});
     sortByKey(keys, order, execution);
   }
 };
@@ -418,7 +418,7 @@ std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& 
 std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side, Execution& execution)
 {
   const CubeOrder cubes(samples, side, execution);
-  const std::vector<std::uint64_t>& keys = cubes.keys;
+  const SortKeys& keys = cubes.keys;
   const auto isFirst = [&](std::size_t n) { return n == 0 || keys[n] != keys[n - 1]; };
   // Where the merged samples of each piece of work begin: those whose cube begins in it.
   const std::size_t pieces = (samples.size() + sampleGrain - 1) / sampleGrain;

@@ -20,6 +20,9 @@ struct IndexedPoint {
   float x, y, z;
   std::uint32_t index;
 
+  IndexedPoint() {} // not set: clearing millions first takes time
+  IndexedPoint(float ofX, float ofY, float ofZ, std::uint32_t number) : x(ofX), y(ofY), z(ofZ), index(number) {}
+
   /// In this order of operations everywhere, so that all ways to an answer agree on it to the last bit.
   float squaredDistanceTo(const Eigen::Vector3f& query) const
   {

@@ -19,8 +19,8 @@ constexpr std::size_t grain = 1 << 16;
 constexpr int axisBits = 21;
 
 /// Sorts each run of equal keys by coordinates and index.
-void sortTies(const std::vector<std::uint64_t>& keys, const std::vector<Eigen::Vector3f>& positions,
-              std::vector<std::uint32_t>& order, Execution& execution)
+void sortTies(const SortKeys& keys, const std::vector<Eigen::Vector3f>& positions, std::vector<std::uint32_t>& order,
+              Execution& execution)
 {
   const auto isBefore = [&](std::uint32_t a, std::uint32_t b) {
     const Eigen::Vector3f &p = positions[a], &q = positions[b];
@@ -47,15 +47,14 @@ void sortTies(const std::vector<std::uint64_t>& keys, const std::vector<Eigen::V
 
 /// Sorts keys by the bits from lowestBit on. Along with each key move(from, to) moves what belongs to it into a second
 /// array, and swap() makes that the first.
-template <typename Move, typename Swap>
-void radixSort(std::vector<std::uint64_t>& keys, int lowestBit, const Move& move, const Swap& swap,
-               Execution& execution)
+template <typename Keys, typename Move, typename Swap>
+void radixSort(Keys& keys, int lowestBit, const Move& move, const Swap& swap, Execution& execution)
 {
   const std::size_t count = keys.size();
   std::uint64_t used = 0;
   for (const std::uint64_t key : keys)
     used |= key;
-  std::vector<std::uint64_t> otherKeys(count);
+  Keys otherKeys(count);
   const std::size_t chunks = (count + grain - 1) / grain;
   std::vector<std::array<std::uint32_t, digits>> offsets(chunks);
   const auto forChunks = [&](const auto& body) {
@@ -91,7 +90,7 @@ void radixSort(std::vector<std::uint64_t>& keys, int lowestBit, const Move& move
 
 } // namespace
 
-void sortByKey(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& values, Execution& execution)
+void sortByKey(SortKeys& keys, std::vector<std::uint32_t>& values, Execution& execution)
 {
   std::vector<std::uint32_t> otherValues(values.size());
   radixSort(
@@ -124,7 +123,7 @@ std::vector<std::uint32_t> spatialOrder(const std::vector<Eigen::Vector3f>& posi
   const Eigen::Array3d origin = lower.cast<double>();
   const double extent = (upper.cast<double>() - origin).maxCoeff();
   const double scale = extent > 0 ? ((1 << axisBits) - 1) / extent : 0;
-  std::vector<std::uint64_t> keys(order.size());
+  SortKeys keys(order.size());
   execution.forRange(static_cast<std::int64_t>(order.size()), grain, [&](std::int64_t begin, std::int64_t end) {
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
       const Eigen::Array3i cell = ((positions[order[n]].array().cast<double>() - origin) * scale).cast<int>();

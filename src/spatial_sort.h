@@ -2,6 +2,8 @@
 /// \brief Sorting positions so that neighbours in space are neighbours in memory.
 #pragma once
 
+#include "uninitialised.h"
+
 #include <pcl/surface/mrf/execution.h>
 
 #include <Eigen/Core>
@@ -30,8 +32,10 @@ constexpr std::uint64_t mortonCode(std::uint32_t x, std::uint32_t y, std::uint32
   return spreadBits(x) | spreadBits(y) << 1 | spreadBits(z) << 2;
 }
 
+using SortKeys = std::vector<std::uint64_t, UninitialisedAllocator<std::uint64_t>>;
+
 /// Sorts the keys and, with them, the values; equal keys keep their order. In parallel, radix by radix.
-void sortByKey(std::vector<std::uint64_t>& keys, std::vector<std::uint32_t>& values, Execution& execution);
+void sortByKey(SortKeys& keys, std::vector<std::uint32_t>& values, Execution& execution);
 
 /// Sorts by the upper 32 bits; equals keep their order.
 void sortByUpperHalf(std::vector<std::uint64_t>& values, Execution& execution);

@@ -61,7 +61,7 @@ TEST(SortByKey, IsAStableSort)
       std::vector<std::uint32_t> values = expected;
       std::stable_sort(expected.begin(), expected.end(),
                        [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
-      std::vector<std::uint64_t> sorted = keys;
+      SortKeys sorted(keys.begin(), keys.end());
       Execution execution(3);
       sortByKey(sorted, values, execution);
       EXPECT_EQ(values, expected);

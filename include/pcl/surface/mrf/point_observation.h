@@ -27,6 +27,11 @@ struct PointSample {
   Eigen::Vector3f position; ///< in voxels, relative to the centre of voxel (0, 0, 0)
   Eigen::Vector3f normal;   ///< n_p; the mean of several is shorter than 1
   float weight;             ///< Σ ρ_p
+
+  PointSample() {} // not set: clearing millions first takes time
+  PointSample(const Eigen::Vector3f& at, const Eigen::Vector3f& direction, float mass)
+      : position(at), normal(direction), weight(mass)
+  {}
 };
 
 /// The points on a lattice, in their order.
