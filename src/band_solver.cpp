@@ -32,7 +32,8 @@ struct SmootherDegrees {
 
   /// Several steps of conjugate gradients want the same before and after, and the coarsest grid solved well. After a
   /// single one everything is left as the smoother leaves it: fewer steps before, and on the one coarse grid, leave
-  /// points and holes of a million points 1 % closer to the truth than as many as after, in five sixths of the time.
+  /// points and holes of a million points 1 % closer to the truth than as many as after, with ten products instead of
+  /// twelve.
   static SmootherDegrees of(int degree, int cycles)
   {
     const int half = (degree + 1) / 2;

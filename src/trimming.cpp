@@ -296,11 +296,11 @@ TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal
   const bool keepsAll = std::all_of(keep.begin(), keep.end(), [](std::uint8_t flag) { return flag != 0; });
   if (keepsAll)
     result.statistics = measure(mesh, execution);
-  if (!keepsAll || !isOnePiece(*result.statistics)) {
-    result.statistics.reset();
+  if (!keepsAll || !isOnePiece(*result.statistics))
     result.componentsDropped =
         dropSmallComponents(mesh, search, supported, areas, options.minComponentShare, keep, isTorn, execution);
-  }
+  if (result.statistics && (result.componentsDropped > 0 || isTorn || result.statistics->unusedVertices > 0))
+    result.statistics.reset(); // not those of what is left
 
   // A region is kept or dropped as a whole.
   std::vector<std::uint8_t> isKept(regions.size(), 0);

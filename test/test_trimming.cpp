@@ -49,7 +49,23 @@ struct Scene {
     options.maxHole = maxHole;
     options.minComponentShare = minComponentShare;
     Execution execution(threads);
-    return pcl::mrf::trim(mesh, *search, 2, options, execution);
+    const TrimResult result = pcl::mrf::trim(mesh, *search, 2, options, execution);
+    if (result.statistics)
+      expectSame(*result.statistics, measure(result.mesh));
+    return result;
+  }
+
+private:
+  static void expectSame(const MeshStatistics& a, const MeshStatistics& b)
+  {
+    EXPECT_EQ(a.vertices, b.vertices);
+    EXPECT_EQ(a.unusedVertices, b.unusedVertices);
+    EXPECT_EQ(a.triangles, b.triangles);
+    EXPECT_EQ(a.edges, b.edges);
+    EXPECT_EQ(a.components, b.components);
+    EXPECT_EQ(a.nonManifoldVertices, b.nonManifoldVertices);
+    EXPECT_EQ(a.eulerCharacteristic, b.eulerCharacteristic);
+    EXPECT_EQ(a.area, b.area);
   }
 };
 
@@ -228,9 +244,11 @@ TEST(Trimming, dropsComponentsWithoutOrWithLittleSupport)
   const TrimResult kept = supported.trim(Trimming::holes, 100, static_cast<float>(.8 * share));
   EXPECT_EQ(kept.componentsDropped, 0);
   EXPECT_EQ(measure(kept.mesh).components, 2);
+  EXPECT_TRUE(kept.statistics.has_value()) << "all was kept, so there is nothing left to measure";
   for (const Trimming mode : {Trimming::holes, Trimming::supported}) {
     const TrimResult dropped = supported.trim(mode, 100, static_cast<float>(1.2 * share));
     EXPECT_EQ(dropped.componentsDropped, 1);
+    EXPECT_FALSE(dropped.statistics.has_value());
     EXPECT_EQ(measure(dropped.mesh).components, 1);
     EXPECT_NEAR(dropped.areaDropped, 4 * pi * .04, .05 * 4 * pi * .04);
   }

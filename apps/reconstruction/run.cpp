@@ -166,7 +166,7 @@ Result reconstruct(Input& input, const Command& command, ProgressDisplay& progre
   if (command.options.colours == pcl::mrf::ColourMode::confidence)
     for (const float confidence : mesh.confidences)
       mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
-  else if (attributes.size() == mesh.vertices.size())
+  else if (input.table.colours.empty())
     mesh.intensities = std::move(attributes);
   else
     for (std::size_t v = 0; 3 * v < attributes.size(); ++v)
