@@ -495,8 +495,8 @@ BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level
     report.unknowns = grids[0].band.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
     const PackedValues guess = valuesOn(grids[0].band, field.support, field.values, execution);
-    const SolveReport solve =
-        solveOnBand(grids, prior, field.support, plan.steps, solver, lattice.spacing, field.values, execution);
+    const SolveReport solve = solveOnBand(grids, prior, field.support, plan.steps, plan.threads, solver,
+                                          lattice.spacing, field.values, execution);
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;

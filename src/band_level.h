@@ -43,6 +43,7 @@ Band bandOfVoxels(const std::vector<std::int64_t>& voxels, const GridSize& latti
 struct BandPlan {
   int steps;               ///< of conjugate gradients
   std::size_t coarseGrids; ///< of the preconditioner, beneath the level's own
+  int threads = 1;         ///< that may sweep over it at the same time
 };
 
 /// Solves one level in a band.

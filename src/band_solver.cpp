@@ -151,7 +151,7 @@ public:
               const Band* coarseBand, float* out, float* residual, std::vector<Workspace>& workspaces,
               Execution& execution)
   {
-    const int steps = stepsPerSweep();
+    const int steps = stepsPerSweep(slabsFor(workspaces));
     const int sweeps = (degree + steps - 1) / steps;
     const int each = (degree + sweeps - 1) / sweeps;
     if (sweeps > 1) {
@@ -209,11 +209,22 @@ public:
   }
 
 private:
-  int stepsPerSweep() const
+  /// One per thread, but none thinner than what the first step of two needs around it.
+  int slabsFor(const std::vector<Workspace>& workspaces) const
+  {
+    if (band().count() < serialVoxels)
+      return 1;
+    return std::max(1, std::min(static_cast<int>(workspaces.size()), band().size().z / (2 * order_)));
+  }
+
+  int stepsPerSweep(int slabs) const
   {
     const std::size_t planeBytes = static_cast<std::size_t>(band().count() / band().size().z) * sizeof(float);
     const std::size_t stepBytes = planeBytes * static_cast<std::size_t>(2 * (order_ + 1) + 3 * (order_ - 1) + 2);
-    return std::max(1, static_cast<int>(std::min<std::size_t>(windowBytes / std::max<std::size_t>(stepBytes, 1), 100)));
+    const int inCache = static_cast<int>(std::min<std::size_t>(windowBytes / std::max<std::size_t>(stepBytes, 1), 100));
+    // Each step needs k planes more around a slab: with thin slabs most of the work would be done twice.
+    const int inSlab = slabs > 1 ? band().size().z / slabs / (2 * order_) : inCache;
+    return std::max(1, std::min(inCache, inSlab));
   }
 
   /// Packed values of what the layers add up to.
@@ -237,7 +248,7 @@ private:
            Execution& execution)
   {
     // Slabs of about as many voxels each.
-    const auto slabs = static_cast<std::int64_t>(band().count() < serialVoxels ? 1 : workspaces.size());
+    const std::int64_t slabs = slabsFor(workspaces);
     std::vector<int> bounds{0};
     for (std::int64_t slab = 1; slab < slabs; ++slab) {
       int z = bounds.back();
@@ -403,9 +414,9 @@ void GridSolver::runSlab(const Sweep& sweep, const Band& support, const Band* co
 /// One V-cycle on the bands.
 class BandPreconditioner {
 public:
-  BandPreconditioner(const std::vector<BandGrid>& grids, Prior prior, const SmootherDegrees& degrees,
+  BandPreconditioner(const std::vector<BandGrid>& grids, Prior prior, const SmootherDegrees& degrees, int threads,
                      Execution& execution)
-      : degrees_(degrees), workspaces_(static_cast<std::size_t>(execution.threads()))
+      : degrees_(degrees), workspaces_(static_cast<std::size_t>(threads))
   {
     double tautness = finestTautness(order(prior));
     for (const BandGrid& grid : grids) {
@@ -491,14 +502,14 @@ struct StepSums {
 
 } // namespace
 
-SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support, int steps,
+SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support, int steps, int threads,
                         const SolverOptions& options, double unit, PackedValues& values, Execution& execution)
 {
   SolveReport report;
   report.method = SolverMethod::multigrid;
   const int maxIterations = options.maxIterations > 0 ? options.maxIterations : steps;
   const int degree = options.smootherDegree > 0 ? options.smootherDegree : defaultDegree(order(prior));
-  BandPreconditioner preconditioner(grids, prior, SmootherDegrees::of(degree, maxIterations), execution);
+  BandPreconditioner preconditioner(grids, prior, SmootherDegrees::of(degree, maxIterations), threads, execution);
   GridSolver& system = preconditioner.finest();
   const Band& band = system.band();
 

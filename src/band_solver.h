@@ -32,9 +32,10 @@ struct BandGrid {
 ///
 /// \param grids finest first; the coarser ones make the preconditioner
 /// \param steps that are planned: taking them counts as converged. SolverOptions::maxIterations overrides them
-/// \param values on `support`, a superset of the band by k voxels on all sides; in: the guess, out: the solution
+/// \param threads that sweep at the same time; each takes windows of some tens of planes. The result does not depend on
+/// it \param values on `support`, a superset of the band by k voxels on all sides; in: the guess, out: the solution
 /// \param unit length of a voxel side in the unit of the field
-SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support, int steps,
+SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support, int steps, int threads,
                         const SolverOptions& options, double unit, PackedValues& values, Execution& execution);
 
 } // namespace mrf

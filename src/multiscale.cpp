@@ -132,21 +132,26 @@ double predictedBytes(const BoundingBox& box, double side, double area, const Mu
   return static_cast<double>(options.denseVoxels) * bytesPerVoxel + windows + area / (side * side) * bytesPerFace;
 }
 
-/// \throw ResourceLimit if a box of this size cannot be solved within the limit
-void checkMemory(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options, int threads)
+double memoryLimit(const MultiscaleOptions& options)
 {
-  const std::size_t limit = options.maxMemory > 0 ? options.maxMemory : availableMemory() / 10 * 8;
-  const auto bytesFor = [&](double side) { return predictedBytes(box, side, area, options, threads); };
+  return static_cast<double>(options.maxMemory > 0 ? options.maxMemory : availableMemory() / 10 * 8);
+}
+
+/// \throw ResourceLimit if a box of this size cannot be solved within the limit, by one thread
+void checkMemory(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options)
+{
+  const double limit = memoryLimit(options);
+  const auto bytesFor = [&](double side) { return predictedBytes(box, side, area, options, 1); };
   const double predicted = bytesFor(voxelSize);
-  if (predicted <= static_cast<double>(limit))
+  if (predicted <= limit)
     return;
   double fitting = voxelSize;
-  while (bytesFor(fitting) > static_cast<double>(limit) && fitting < box.diagonal())
+  while (bytesFor(fitting) > limit && fitting < box.diagonal())
     fitting *= 1.05;
   std::ostringstream text;
   text.precision(3);
   text << "voxel size " << voxelSize << " would take " << predicted / (1 << 30) << " GiB, the limit is "
-       << static_cast<double>(limit) / (1 << 30) << " GiB; a voxel size of " << fitting << " would fit";
+       << limit / (1 << 30) << " GiB; a voxel size of " << fitting << " would fit";
   throw ResourceLimit(text.str());
 }
 
@@ -169,10 +174,10 @@ constexpr double guessTolerance = 8;
 class LevelSolver {
 public:
   LevelSolver(const OrientedPoints& points, const NeighbourSearch& search, float spacing, std::vector<Lattice> lattices,
-              float maxDistance, const ObservationOptions& observation, const PriorOptions& prior,
+              int bandThreads, float maxDistance, const ObservationOptions& observation, const PriorOptions& prior,
               const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution)
       : points_(points), search_(search), spacing_(spacing), maxDistance_(maxDistance), lattices_(std::move(lattices)),
-        observation_(observation), prior_(prior), solver_(solver), execution_(execution)
+        bandThreads_(bandThreads), observation_(observation), prior_(prior), solver_(solver), execution_(execution)
   {
     // The coarsest level is always dense.
     while (denseLevels_ > 1 && lattices_[denseLevels_ - 1].size.count() > options.denseVoxels)
@@ -298,7 +303,8 @@ private:
     }
     report.observationSeconds = secondsSince(start);
     const Clock::time_point solverStart = Clock::now();
-    const BandPlan& plan = bandPlans[std::min(level - denseLevels_, bandPlans.size() - 1)];
+    BandPlan plan = bandPlans[std::min(level - denseLevels_, bandPlans.size() - 1)];
+    plan.threads = bandThreads_;
     band_ = solveBandLevel(lattices_, level, band_, observation, prior_.prior, plan, solver_, isFinest(level), report,
                            execution_);
     report.solverSeconds = secondsSince(solverStart);
@@ -324,6 +330,7 @@ private:
   const NeighbourSearch& search_;
   float spacing_, maxDistance_;
   std::vector<Lattice> lattices_;
+  int bandThreads_;
   const ObservationOptions& observation_;
   const PriorOptions& prior_;
   const SolverOptions& solver_;
@@ -355,13 +362,22 @@ int resolvedPadding(const MultiscaleOptions& options)
   return options.padding > 0 ? options.padding : leastPadding;
 }
 
-std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options,
-                                int threads)
+int affordableThreads(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options,
+                      int threads)
+{
+  const double limit = memoryLimit(options);
+  int affordable = threads;
+  while (affordable > 1 && predictedBytes(box, voxelSize, area, options, affordable) > limit)
+    --affordable;
+  return affordable;
+}
+
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options)
 {
   validate(options);
   if (!(voxelSize > 0))
     refuse("voxelSize", voxelSize, "(0, inf)");
-  checkMemory(box, voxelSize, area, options, threads);
+  checkMemory(box, voxelSize, area, options);
 
   const Eigen::Vector3d corner = box.lower.cast<double>();
   const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
@@ -397,8 +413,9 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
   if (solver.method != SolverMethod::multigrid || prior.energy != Energy::joint)
     own.denseVoxels = std::numeric_limits<std::int64_t>::max();
   const double area = areaPerPoint * spacing * spacing * static_cast<double>(points.size());
-  return LevelSolver(points, search, spacing, planLevels(volume, voxelSize, area, own, execution.threads()),
-                     maxDistance, observationOptions, prior, solver, own, execution)
+  return LevelSolver(points, search, spacing, planLevels(volume, voxelSize, area, own),
+                     affordableThreads(volume, voxelSize, area, own, execution.threads()), maxDistance,
+                     observationOptions, prior, solver, own, execution)
       .run();
 }
 

@@ -90,6 +90,22 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
   EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, 1, options));
 }
 
+TEST(PlanLevels, AsManyThreadsSweepAsFit)
+{
+  const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
+  MultiscaleOptions options;
+  options.maxMemory = std::size_t{4} << 30;
+  const auto threads = [&](int wanted) { return affordableThreads(object, .001f, 6, options, wanted); };
+  EXPECT_EQ(threads(2), 2);
+  const int most = threads(1000);
+  EXPECT_GT(most, 2);
+  EXPECT_LT(most, 1000);
+  options.maxMemory *= 2;
+  EXPECT_GT(threads(1000), most);
+  options.maxMemory = 1; // planLevels refuses this
+  EXPECT_EQ(threads(4), 1);
+}
+
 TEST(PlanLevels, ChecksItsOptions)
 {
   const auto refuses = [](const MultiscaleOptions& options) {

@@ -68,11 +68,14 @@ struct MultiscaleResult {
 };
 
 /// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
-/// \param box that they cover, with the padding around it \param area of the surface: what levels in bands cost,
-/// besides what each of the threads needs
-/// \throw ResourceLimit if the levels would take more than the limit; names the voxel size that would fit
-std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options,
-                                int threads = 1);
+/// \param box that they cover, with the padding around it \param area of the surface: what levels in bands cost
+/// \throw ResourceLimit if a single thread would take more than the limit; names the voxel size that would fit
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options);
+
+/// How many of the threads can sweep over a level in a band at the same time: each takes memory for some whole planes.
+/// \return 1 to `threads`: as many as fit into the limit; parameters as for planLevels
+int affordableThreads(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options,
+                      int threads);
 
 /// Regularises the observed distances, coarse to fine.
 ///
