@@ -11,6 +11,7 @@
 #include "support/sensors.h"
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
+#include "support/tool_main.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/reconstruction.h>
@@ -223,6 +224,7 @@ void run(const Command& command)
   summary.readingSeconds = secondsSince(start);
 
   const Result result = reconstruct(input, command, progress);
+  releaseFreedMemory();
 
   const auto writingStart = std::chrono::steady_clock::now();
   progress.show("writing", 0);

@@ -39,6 +39,13 @@ void keepFreedMemory()
 
 } // namespace
 
+void releaseFreedMemory()
+{
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
 int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<void()>& tool)
 {
   const auto fail = [&](int status, const std::string& message) {
