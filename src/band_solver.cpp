@@ -209,7 +209,7 @@ public:
   }
 
 private:
-  /// One per thread, but none thinner than what the first step of two needs around it.
+  /// One per thread, but none thinner than the planes around it that a step with a product behind it needs.
   int slabsFor(const std::vector<Workspace>& workspaces) const
   {
     if (band().count() < serialVoxels)
