@@ -104,18 +104,6 @@ MRF_ALWAYS_INLINE void restrictRowBody(int n, Real scale, const Real* f, Real* _
     c[last] = at(last);
 }
 
-template <bool isFirst, bool isWeighted, typename Real>
-MRF_ALWAYS_INLINE void smoothBody(std::int64_t count, Real f, Real g, const Real* product, const Real* weights,
-                                  const Real* b, const Real* inverseD, Real* __restrict z, Real* __restrict x)
-{
-  for (std::int64_t i = 0; i < count; ++i) {
-    const Real applied = isWeighted ? product[i] + weights[i] * x[i] : product[i];
-    const Real step = g * inverseD[i] * (b[i] - applied);
-    z[i] = isFirst ? step : f * z[i] + step;
-    x[i] += z[i];
-  }
-}
-
 template <typename Real>
 MRF_ALWAYS_INLINE double dotBody(std::int64_t count, const Real* x, const Real* y)
 {
@@ -162,27 +150,26 @@ MRF_ALWAYS_INLINE double dotBody(std::int64_t count, const Real* x, const Real* 
     for (std::int64_t i = 0; i < count; ++i)                                                                           \
       x[i] = z[i] = g * inverseD[i] * b[i];                                                                            \
   }                                                                                                                    \
-  MRF_MULTIVERSION void smooth(std::int64_t count, Real f, Real g, const Real* product, const Real* weights,           \
-                               const Real* b, const Real* inverseD, Real* z, Real* x)                                  \
+  MRF_MULTIVERSION void smoothFirst(std::int64_t count, Real g, const Real* product, const Real* b,                    \
+                                    const Real* inverseD, Real* __restrict z, Real* __restrict x)                      \
   {                                                                                                                    \
-    if (weights != nullptr && f == 0)                                                                                  \
-      smoothBody<true, true>(count, f, g, product, weights, b, inverseD, z, x);                                        \
-    else if (weights != nullptr)                                                                                       \
-      smoothBody<false, true>(count, f, g, product, weights, b, inverseD, z, x);                                       \
-    else if (f == 0)                                                                                                   \
-      smoothBody<true, false>(count, f, g, product, weights, b, inverseD, z, x);                                       \
-    else                                                                                                               \
-      smoothBody<false, false>(count, f, g, product, weights, b, inverseD, z, x);                                      \
+    for (std::int64_t i = 0; i < count; ++i) {                                                                         \
+      z[i] = g * inverseD[i] * (b[i] - product[i]);                                                                    \
+      x[i] += z[i];                                                                                                    \
+    }                                                                                                                  \
   }                                                                                                                    \
-  MRF_MULTIVERSION void residual(std::int64_t count, const Real* product, const Real* weights, const Real* x,          \
-                                 const Real* b, Real* __restrict r)                                                    \
+  MRF_MULTIVERSION void smooth(std::int64_t count, Real f, Real g, const Real* product, const Real* b,                 \
+                               const Real* inverseD, Real* __restrict z, Real* __restrict x)                           \
   {                                                                                                                    \
-    if (weights != nullptr)                                                                                            \
-      for (std::int64_t i = 0; i < count; ++i)                                                                         \
-        r[i] = b[i] - (product[i] + weights[i] * x[i]);                                                                \
-    else                                                                                                               \
-      for (std::int64_t i = 0; i < count; ++i)                                                                         \
-        r[i] = b[i] - product[i];                                                                                      \
+    for (std::int64_t i = 0; i < count; ++i) {                                                                         \
+      z[i] = f * z[i] + g * inverseD[i] * (b[i] - product[i]);                                                         \
+      x[i] += z[i];                                                                                                    \
+    }                                                                                                                  \
+  }                                                                                                                    \
+  MRF_MULTIVERSION void residual(std::int64_t count, const Real* product, const Real* b, Real* __restrict r)           \
+  {                                                                                                                    \
+    for (std::int64_t i = 0; i < count; ++i)                                                                           \
+      r[i] = b[i] - product[i];                                                                                        \
   }                                                                                                                    \
   MRF_MULTIVERSION void blend(std::int64_t count, const Real* a, const Real* b, Real* __restrict out)                  \
   {                                                                                                                    \

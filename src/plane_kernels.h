@@ -22,12 +22,14 @@ namespace kernels {
   void addProduct(std::int64_t count, const Real* v, const Real* x, Real* y);                                          \
   /** First Chebyshev step from zero: x = z = g D⁻¹ b. */                                                           \
   void smoothZero(std::int64_t count, Real g, const Real* b, const Real* inverseD, Real* z, Real* x);                  \
-  /** Chebyshev step: z = f z + g D⁻¹ (b − Ax), x += z; with f = 0 what z was is not read. The product is Ax, or  \
-      lacks the weights of a diagonal data term, if there are any: they may be null. */                                \
-  void smooth(std::int64_t count, Real f, Real g, const Real* product, const Real* weights, const Real* b,             \
-              const Real* inverseD, Real* z, Real* x);                                                                 \
-  /** r = b − Ax; product and weights as above */                                                                    \
-  void residual(std::int64_t count, const Real* product, const Real* weights, const Real* x, const Real* b, Real* r);  \
+  /** First Chebyshev step: z = g D⁻¹ (b − Ax), x += z. */                                                        \
+  void smoothFirst(std::int64_t count, Real g, const Real* product, const Real* b, const Real* inverseD, Real* z,      \
+                   Real* x);                                                                                           \
+  /** Next Chebyshev step: z = f z + g D⁻¹ (b − Ax), x += z. */                                                   \
+  void smooth(std::int64_t count, Real f, Real g, const Real* product, const Real* b, const Real* inverseD, Real* z,   \
+              Real* x);                                                                                                \
+  /** r = b − Ax */                                                                                                  \
+  void residual(std::int64_t count, const Real* product, const Real* b, Real* r);                                      \
   /** out[i] = ¾ a[i] + ¼ b[i] */                                                                                    \
   void blend(std::int64_t count, const Real* a, const Real* b, Real* out);                                             \
   /** Adds a coarse row of ⌈n/2⌉ values, interpolated with (¾, ¼), to n fine values: out = in + P c. */          \

@@ -199,14 +199,10 @@ void Smoother<Real>::runSlab(const Sweep& sweep, int zBegin, int zEnd, Workspace
   };
   const auto direction = [&](int z) { return directions + plane * (z % ring); };
   const auto productOf = [&](int step, int z) { return productPlanes + plane * (2 * (step - 1) + z % 2); };
-  // A diagonal data term is added where the product is used: that saves a pass.
-  const Real* const weights = system_->data->isDiagonal() ? system_->data->diagonal().data() : nullptr;
-  const auto weightsOf = [&](int z) { return weights != nullptr ? weights + plane * z : nullptr; };
   const auto computeProduct = [&](int step, int z) {
     Real* product = productOf(step, z);
     workspace.pipelines[static_cast<std::size_t>(step - 1)].produce(z, x, product);
-    if (weights == nullptr)
-      system_->data->addPlaneProduct(z, x(std::max(z - 1, 0)), x(z), x(std::min(z + 1, size.z - 1)), product);
+    system_->data->addPlaneProduct(z, x(std::max(z - 1, 0)), x(z), x(std::min(z + 1, size.z - 1)), product);
   };
 
   const auto gain = [&](int i) { return Real(8 * i - 4) / (Real(2 * i + 1) * bound_); };
@@ -229,9 +225,13 @@ void Smoother<Real>::runSlab(const Sweep& sweep, int zBegin, int zEnd, Workspace
   };
   const auto update = [&](int step, int z) {
     const int i = sweep.last - steps + step;
-    const Real momentum = i == 1 ? Real(0) : Real(2 * i - 3) / Real(2 * i + 1);
-    kernels::smooth(plane, momentum, gain(i), productOf(step, z), weightsOf(z), sweep.b + plane * z,
-                    inverseD_.data() + plane * z, direction(z), x(z));
+    const Real* b = sweep.b + plane * z;
+    const Real* inverseD = inverseD_.data() + plane * z;
+    if (i == 1)
+      kernels::smoothFirst(plane, gain(i), productOf(step, z), b, inverseD, direction(z), x(z));
+    else
+      kernels::smooth(plane, Real(2 * i - 3) / Real(2 * i + 1), gain(i), productOf(step, z), b, inverseD, direction(z),
+                      x(z));
     if (step == steps)
       keepDirection(z);
   };
@@ -256,8 +256,7 @@ void Smoother<Real>::runSlab(const Sweep& sweep, int zBegin, int zEnd, Workspace
       if (step > steps) {
         for (; z < end; ++z) {
           computeProduct(step, z);
-          kernels::residual(plane, productOf(step, z), weightsOf(z), x(z), sweep.b + plane * z,
-                            sweep.residual + plane * z);
+          kernels::residual(plane, productOf(step, z), sweep.b + plane * z, sweep.residual + plane * z);
         }
         known = z;
         continue;
