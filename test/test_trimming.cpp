@@ -1,4 +1,5 @@
 #include "support/clouds.h"
+#include "support/same_statistics.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -53,19 +54,6 @@ struct Scene {
     if (result.statistics)
       expectSame(*result.statistics, measure(result.mesh));
     return result;
-  }
-
-private:
-  static void expectSame(const MeshStatistics& a, const MeshStatistics& b)
-  {
-    EXPECT_EQ(a.vertices, b.vertices);
-    EXPECT_EQ(a.unusedVertices, b.unusedVertices);
-    EXPECT_EQ(a.triangles, b.triangles);
-    EXPECT_EQ(a.edges, b.edges);
-    EXPECT_EQ(a.components, b.components);
-    EXPECT_EQ(a.nonManifoldVertices, b.nonManifoldVertices);
-    EXPECT_EQ(a.eulerCharacteristic, b.eulerCharacteristic);
-    EXPECT_EQ(a.area, b.area);
   }
 };
 
