@@ -12,7 +12,8 @@ Options defaultPreset()
 Options paperPreset()
 {
   Options options;
-  options.outliers.spacing = false;
+  options.unit = LengthUnit::nearest;
+  options.outliers.alone = false;
   options.outliers.statistical = true;
   options.normals.noiseCriteria = true;
   options.orientation.joinAcrossCreases = false;

@@ -7,6 +7,8 @@
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -35,6 +37,91 @@ std::vector<float> meanNeighbourDistances(const PointSet& points, const Neighbou
                            }
                          });
   return means;
+}
+
+/// Neighbours of which so many have to agree with a point.
+constexpr int fewestCoherent = 4;
+
+/// Cosines between normals, and sines between an edge and the tangent planes at its ends, of one surface.
+constexpr float leastCosine = .7f, mostSine = .5f;
+
+/// Whether a surface goes through a point with a normal and its neighbours.
+bool hasCoherentNormals(const PointSet& points, std::size_t i, const Neighbours& found)
+{
+  const Eigen::Vector3f& normal = points.normals[i];
+  int coherent = 0;
+  for (const int index : found.indices) {
+    const auto j = static_cast<std::size_t>(index);
+    const Eigen::Vector3f edge = points.positions[j] - points.positions[i];
+    const Eigen::Vector3f& other = points.normals[j];
+    const float limit = mostSine * edge.norm();
+    if (j != i && std::abs(normal.dot(other)) >= leastCosine && std::abs(edge.dot(normal)) <= limit &&
+        std::abs(edge.dot(other)) <= limit)
+      ++coherent;
+  }
+  return coherent >= fewestCoherent;
+}
+
+/// The same where there is no normal: whether the neighbours lie on a plane, and the point close to it.
+bool liesOnPlane(const PointSet& points, std::size_t i, const Neighbours& found)
+{
+  // Of the variation of random points in space the third axis has a tenth and more.
+  constexpr double flat = .03, close = .3;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  double distances = 0;
+  int count = 0;
+  for (const int index : found.indices) {
+    const auto j = static_cast<std::size_t>(index);
+    if (j == i)
+      continue;
+    const Eigen::Vector3d edge = (points.positions[j] - points.positions[i]).cast<double>();
+    sum += edge;
+    squares += edge * edge.transpose();
+    distances += edge.norm();
+    ++count;
+  }
+  if (count < 3)
+    return false;
+  const Eigen::Vector3d mean = sum / count;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squares / count - mean * mean.transpose());
+  return axes.eigenvalues()[0] <= flat * axes.eigenvalues().sum() &&
+         std::abs(axes.eigenvectors().col(0).dot(mean)) <= close * distances / count;
+}
+
+/// The quantile of values that are not negative.
+float quantile(std::vector<float> values, double share)
+{
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+/// \param means distances to the neighbours
+std::vector<std::uint8_t> keptByNeighbours(const PointSet& points, const std::vector<float>& means,
+                                           const NeighbourSearch& search, float factor, Execution& execution)
+{
+  std::vector<std::uint8_t> keep(points.size(), 1);
+  // A point closer to its neighbours than this is not far beside anything: no others are looked at.
+  const float closest = factor * quantile(means, .05), typical = factor * median(means, execution);
+  execution.forRange(static_cast<std::int64_t>(keep.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+    Neighbours found;
+    std::vector<float> around;
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      if (!(means[i] > closest))
+        continue;
+      search.nearest(points.positions[i], measuredNeighbours + 1, found);
+      around.clear();
+      for (const int j : found.indices)
+        if (static_cast<std::size_t>(j) != i)
+          around.push_back(means[static_cast<std::size_t>(j)]);
+      if (around.empty() || (means[i] <= typical && means[i] <= factor * median(around)))
+        continue;
+      const bool hasNormal = !points.normals.empty() && !points.normals[i].isZero();
+      keep[i] = (hasNormal ? hasCoherentNormals(points, i, found) : liesOnPlane(points, i, found)) ? 1 : 0;
+    }
+  });
+  return keep;
 }
 
 std::vector<std::uint8_t> keptBySpacing(const std::vector<float>& means, const OutlierOptions& options,
@@ -69,28 +156,16 @@ std::vector<std::uint8_t> keptByStatistics(const PointSet& points, const Outlier
   return keep;
 }
 
-/// \param means distances to the neighbours, for the spacing criterion
-OutlierResult drop(const PointSet& points, const std::vector<float>& means, const OutlierOptions& options,
-                   Execution& execution)
+/// Clears the flags that another criterion has cleared. \return how many
+std::int64_t intersect(std::vector<std::uint8_t>& keep, const std::vector<std::uint8_t>& other)
 {
-  OutlierResult result;
-  result.keep.assign(points.size(), 1);
-  if (points.size() < 2)
-    return result;
-  if (options.spacing) {
-    result.keep = keptBySpacing(means, options, execution);
-    result.droppedBySpacing = std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0});
-  }
-  if (options.statistical) {
-    execution.poll();
-    const std::vector<std::uint8_t> keep = keptByStatistics(points, options);
-    for (std::size_t i = 0; i < keep.size(); ++i)
-      if (result.keep[i] && !keep[i]) {
-        result.keep[i] = 0;
-        ++result.droppedByStatistics;
-      }
-  }
-  return result;
+  std::int64_t dropped = 0;
+  for (std::size_t i = 0; i < keep.size(); ++i)
+    if (keep[i] && !other[i]) {
+      keep[i] = 0;
+      ++dropped;
+    }
+  return dropped;
 }
 
 template <typename Value>
@@ -105,6 +180,8 @@ template <typename Value>
 
 void validate(const OutlierOptions& options)
 {
+  if (!(options.aloneFactor > 1) || !std::isfinite(options.aloneFactor))
+    refuse("aloneFactor", options.aloneFactor, "> 1 (set alone = false to keep all points)");
   if (options.spacingNeighbours < 1 || options.spacingNeighbours > 1000)
     refuse("spacingNeighbours", options.spacingNeighbours, "1..1000");
   if (!(options.spacingFactor > 1) || !std::isfinite(options.spacingFactor))
@@ -118,19 +195,34 @@ void validate(const OutlierOptions& options)
 OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search, const OutlierOptions& options,
                            Execution& execution)
 {
-  validate(options);
-  if (!options.spacing || points.size() < 2)
-    return drop(points, {}, options, execution);
-  return drop(points, meanNeighbourDistances(points, search, options.spacingNeighbours, execution), options, execution);
+  return findOutliers(points, options.alone && points.size() > 1 ? measureNeighbours(points, search, execution)
+                                                                 : NeighbourDistances(),
+                      search, options, execution);
 }
 
-OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances, const OutlierOptions& options,
-                           Execution& execution)
+OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances, const NeighbourSearch& search,
+                           const OutlierOptions& options, Execution& execution)
 {
   validate(options);
-  if (options.spacing && options.spacingNeighbours != measuredNeighbours)
-    refuse("spacingNeighbours", options.spacingNeighbours, "8, which the distances were measured for");
-  return drop(points, distances.mean, options, execution);
+  OutlierResult result;
+  result.keep.assign(points.size(), 1);
+  if (points.size() < 2)
+    return result;
+  if (options.alone)
+    result.droppedAlone = intersect(
+        result.keep, keptByNeighbours(points, distances.mean, search, options.aloneFactor, execution));
+  if (options.spacing) {
+    const bool isMeasured = options.spacingNeighbours == measuredNeighbours && !distances.mean.empty();
+    result.droppedBySpacing = intersect(
+        result.keep,
+        keptBySpacing(isMeasured ? distances.mean
+                                 : meanNeighbourDistances(points, search, options.spacingNeighbours, execution),
+                      options, execution));
+  }
+  execution.poll();
+  if (options.statistical)
+    result.droppedByStatistics = intersect(result.keep, keptByStatistics(points, options));
+  return result;
 }
 
 } // namespace mrf

@@ -12,7 +12,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -101,29 +100,33 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
   text << points.size() << " of " << counts.input << " points are left after " << after << ", at least " << fewestPoints
        << " are needed (dropped: " << counts.notFinite << " not finite, " << counts.duplicates << " duplicates, "
        << counts.zeroNormals << " zero normals, " << counts.zeroConfidence << " without confidence, "
-       << counts.outliersBySpacing + counts.outliersByStatistics << " outliers, " << counts.noiseByPlaneFit
+       << counts.outliersAlone + counts.outliersBySpacing + counts.outliersByStatistics << " outliers, " << counts.noiseByPlaneFit
        << " without a plane, " << counts.smallComponents << " in small components)";
   throw InvalidInput(text.str());
 }
 
-/// Hands the points to the search first. \return the distances between the points that are left, unless they have to be
-/// measured again
-std::optional<NeighbourDistances> removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search,
-                                                 Report& report, Execution& execution)
+/// Hands the points to the search first, drops outliers, and measures the density of what is left: from the same
+/// distances, as the few outliers hardly count among eight neighbours.
+void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
+                    Execution& execution)
 {
-  const StageTimer timer("outliers", report, execution);
-  search.setPoints(points.positions, execution);
-  // What the sampling density is made of serves the filter as well.
-  std::optional<NeighbourDistances> distances;
-  if (options.outliers.spacing && options.outliers.spacingNeighbours == measuredNeighbours)
+  NeighbourDistances distances;
+  {
+    const StageTimer timer("outliers", report, execution);
+    search.setPoints(points.positions, execution);
     distances = measureNeighbours(points, search, execution);
-  const OutlierResult outliers = distances ? findOutliers(points, *distances, options.outliers, execution)
-                                           : findOutliers(points, search, options.outliers, execution);
-  report.points.outliersBySpacing = outliers.droppedBySpacing;
-  report.points.outliersByStatistics = outliers.droppedByStatistics;
-  if (reduce(points, outliers.keep, search, execution))
-    distances.reset();
-  return distances;
+    const OutlierResult outliers = findOutliers(points, distances, search, options.outliers, execution);
+    report.points.outliersAlone = outliers.droppedAlone;
+    report.points.outliersBySpacing = outliers.droppedBySpacing;
+    report.points.outliersByStatistics = outliers.droppedByStatistics;
+    if (reduce(points, outliers.keep, search, execution))
+      for (std::vector<float>* values : {&distances.nearest, &distances.eighth, &distances.mean})
+        *values = selectValues(*values, outliers.keep);
+  }
+  requirePoints(points, "outlier removal", report);
+  const StageTimer timer("sampling density", report, execution);
+  report.density = estimateSamplingDensity(points, distances, execution, options.unit);
+  points.spacings = localSpacings(distances);
 }
 
 /// The normals to be oriented, taken from the points if they are theirs; points without one are dropped.
@@ -333,14 +336,7 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
                           Execution& execution)
 {
   requirePoints(points, "gathering", report);
-  std::optional<NeighbourDistances> distances = removeOutliers(points, options, search, report, execution);
-  requirePoints(points, "outlier removal", report);
-  {
-    const StageTimer timer("sampling density", report, execution);
-    report.density = distances ? estimateSamplingDensity(points, *distances, execution)
-                               : estimateSamplingDensity(points, search, execution);
-    distances.reset();
-  }
+  removeOutliers(points, options, search, report, execution);
   std::vector<Eigen::Vector3f> normals = findNormals(points, options, search, report, execution);
   requirePoints(points, "normal estimation", report);
 
@@ -364,6 +360,7 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
   oriented.positions = std::move(points.positions);
   oriented.normals = std::move(points.normals);
   oriented.confidences = std::move(points.confidences);
+  oriented.spacings = std::move(points.spacings);
   oriented.origins = std::move(points.origins);
   oriented.offset = points.offset;
   return oriented;

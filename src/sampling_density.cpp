@@ -74,14 +74,25 @@ NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSear
   return distances;
 }
 
-SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution)
+std::vector<float> localSpacings(const NeighbourDistances& distances)
+{
+  if (distances.eighth.size() <= measuredNeighbours)
+    return {};
+  std::vector<float> spacings(distances.eighth.size());
+  std::transform(distances.eighth.begin(), distances.eighth.end(), spacings.begin(),
+                 [](float distance) { return nearestToEighth * distance; });
+  return spacings;
+}
+
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution,
+                                        LengthUnit unit)
 {
   requireTwo(points.size());
-  return estimateSamplingDensity(points, measureNeighbours(points, search, execution), execution);
+  return estimateSamplingDensity(points, measureNeighbours(points, search, execution), execution, unit);
 }
 
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourDistances& distances,
-                                        Execution& execution)
+                                        Execution& execution, LengthUnit unit)
 {
   requireTwo(points.size());
   if (distances.hasCoincident) {
@@ -92,7 +103,7 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourD
     requireTwo(once.size());
     const std::unique_ptr<NeighbourSearch> search = makePointBins();
     search->setPoints(once.positions, execution);
-    return estimateSamplingDensity(once, measureNeighbours(once, *search, execution), execution);
+    return estimateSamplingDensity(once, measureNeighbours(once, *search, execution), execution, unit);
   }
 
   const std::vector<float>& nearest = distances.nearest;
@@ -114,7 +125,8 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourD
   density.nearestDeviation = static_cast<float>(std::sqrt(variance));
   if (count > measuredNeighbours)
     density.eighthMedian = median(distances.eighth, execution);
-  density.spacing = std::max(density.nearestMean, nearestToEighth * density.eighthMedian);
+  const bool isByDensity = unit == LengthUnit::density && density.eighthMedian > 0;
+  density.spacing = isByDensity ? nearestToEighth * density.eighthMedian : density.nearestMean;
   if (!(density.spacing > 0) || !std::isfinite(density.spacing))
     throw InvalidInput("the points' spacing is " + std::to_string(density.spacing) +
                        ", beyond the range of single precision; scale the cloud towards unit size");

@@ -60,6 +60,11 @@ void addInputOptions(OptionParser& parser, Command& command)
 void addPreprocessingOptions(OptionParser& parser)
 {
   parser.group("Outliers");
+  parser.onOff("--alone-filter", field(&Options::outliers, &OutlierOptions::alone),
+               "drop points that are far from their neighbours and on no surface with them");
+  parser.number("--alone-factor", "FACTOR", {1, infinity, true},
+                field(&Options::outliers, &OutlierOptions::aloneFactor),
+                "so many times as far as the neighbours from theirs");
   parser.onOff("--spacing-filter", field(&Options::outliers, &OutlierOptions::spacing),
                "drop points whose mean distance to their neighbours is a multiple of its median");
   parser.number("--spacing-neighbours", "N", wholeNumbers(1, 1000),

@@ -76,6 +76,7 @@ std::string droppedPoints(const pcl::mrf::PointCounts& points)
       {points.duplicates, "duplicates"},
       {points.zeroNormals, "without a normal"},
       {points.zeroConfidence, "without confidence"},
+      {points.outliersAlone, "standing alone"},
       {points.outliersBySpacing, "outliers by spacing"},
       {points.outliersByStatistics, "outliers by statistics"},
       {points.noiseByPlaneFit, "noise by plane fit"},

@@ -19,7 +19,9 @@ Json toJson(const Options& options)
   const SolverOptions& solver = options.solver;
   const MultiscaleOptions& multiscale = options.multiscale;
   return {{"outliers",
-           {{"spacing", outliers.spacing},
+           {{"alone", outliers.alone},
+            {"aloneFactor", outliers.aloneFactor},
+            {"spacing", outliers.spacing},
             {"spacingNeighbours", outliers.spacingNeighbours},
             {"spacingFactor", outliers.spacingFactor},
             {"statistical", outliers.statistical},
@@ -88,6 +90,7 @@ Json toJson(const PointCounts& points)
           {"duplicates", points.duplicates},
           {"zeroNormals", points.zeroNormals},
           {"zeroConfidence", points.zeroConfidence},
+          {"outliersAlone", points.outliersAlone},
           {"outliersBySpacing", points.outliersBySpacing},
           {"outliersByStatistics", points.outliersByStatistics},
           {"noiseByPlaneFit", points.noiseByPlaneFit},

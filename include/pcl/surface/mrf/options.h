@@ -10,6 +10,7 @@
 #include <pcl/surface/mrf/polygonizer.h>
 #include <pcl/surface/mrf/prior.h>
 #include <pcl/surface/mrf/remesher.h>
+#include <pcl/surface/mrf/sampling_density.h>
 #include <pcl/surface/mrf/solver.h>
 #include <pcl/surface/mrf/trimming.h>
 #include <pcl/surface/mrf/vertex_fields.h>
@@ -21,6 +22,7 @@ namespace mrf {
 
 /// Lengths are in the cloud's unit; 0 means "derived from the sampling density" where the field says so.
 struct Options {
+  LengthUnit unit = LengthUnit::density; ///< of the automatic lengths
   OutlierOptions outliers;
   NormalOptions normals;
   OrientationOptions orientation;

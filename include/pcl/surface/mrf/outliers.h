@@ -15,7 +15,9 @@ namespace mrf {
 
 /// Criteria are independent; a point is dropped if any enabled one rejects it.
 struct OutlierOptions {
-  bool spacing = true;             ///< mean distance to the neighbours against a multiple of its median over all points
+  bool alone = true;               ///< no coherent neighbours, and far from them beside their own or the cloud's spacing
+  float aloneFactor = 3;           ///< so many times as far, > 1
+  bool spacing = false;            ///< mean distance to the neighbours against a multiple of its median over all points
   int spacingNeighbours = 8;       ///< number of neighbours, 1..1000
   float spacingFactor = 3;         ///< multiple of the median, > 1
   bool statistical = false;        ///< PCL's StatisticalOutlierRemoval
@@ -29,11 +31,19 @@ void validate(const OutlierOptions& options);
 
 struct OutlierResult {
   std::vector<std::uint8_t> keep; ///< one flag per point
-  std::int64_t droppedBySpacing = 0;
-  std::int64_t droppedByStatistics = 0; ///< of those that the spacing criterion kept
+  std::int64_t droppedAlone = 0;
+  std::int64_t droppedBySpacing = 0;    ///< of those that are left
+  std::int64_t droppedByStatistics = 0; ///< likewise
 };
 
 /// Finds points that lie apart from the others.
+///
+/// A point is alone (ours) if two things speak against it. It is far from its 8 nearest neighbours: their mean distance
+/// exceeds aloneFactor times the median of theirs (a local outlier factor), or of all points'. And no surface goes
+/// through it: fewer than four of the eight lie in its tangent plane with normals like its own or, where the points
+/// have no normals, the eight do not lie on a plane that it lies on as well. So a wall that is scanned sparsely, the
+/// bottom of a pocket that few rays reach and a patch of five points stay, however small they are beside the cloud; a
+/// share of the cloud, or a spacing beside its median alone, is no evidence against a point.
 ///
 /// The spacing criterion (ours) is robust where the mean and standard deviation of PCL's are not: a few far outliers
 /// inflate the deviation until nothing is dropped. Duplicates count as neighbours at distance 0.
@@ -41,10 +51,9 @@ struct OutlierResult {
 OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search, const OutlierOptions& options,
                            Execution& execution);
 
-/// The same from distances that have been measured.
-/// \throw InvalidOption also if options.spacingNeighbours is not the 8 that they were measured for
-OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances, const OutlierOptions& options,
-                           Execution& execution);
+/// The same from distances that have been measured, or none, if no point is to be alone.
+OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances, const NeighbourSearch& search,
+                           const OutlierOptions& options, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

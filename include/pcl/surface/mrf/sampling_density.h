@@ -11,9 +11,15 @@
 namespace pcl {
 namespace mrf {
 
+/// What automatic lengths are multiples of.
+enum class LengthUnit {
+  density, ///< .5/√ρ with ρ points per area: the same for random and for evenly spread points of one density
+  nearest  ///< the mean distance to the closest other point (the paper's l̄), twice as long on evenly spread points
+};
+
 /// Lengths in the cloud's unit.
 struct SamplingDensity {
-  float spacing = 0;          ///< l̄: max(nearestMean, 0.313 · eighthMedian); what the other stages call l̄
+  float spacing = 0;          ///< the unit, as chosen; what the other stages call l̄
   float nearestMean = 0;      ///< mean distance to the closest other point (the paper's l̄)
   float nearestDeviation = 0; ///< standard deviation of that distance, σ_l
   float eighthMedian = 0;     ///< median distance to the 8th neighbour; 0 with fewer than 9 distinct points
@@ -35,19 +41,26 @@ struct NeighbourDistances {
 /// Cost: one 9-neighbour query per point.
 NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution);
 
+/// Local sampling distances: .313 times the distance to the 8th neighbour, the mean nearest distance of random points of
+/// that density. Range data thin out with distance and angle, by factors of five in one Kinect frame.
+/// \return one per point; empty if there are too few points to tell
+std::vector<float> localSpacings(const NeighbourDistances& distances);
+
 /// Estimates the sampling density.
 ///
-/// Overlapping scans make the mean nearest distance misleadingly small; on a uniformly sampled surface the 8th
-/// neighbour is l̄/0.313 away, hence the maximum of the two (not in the paper).
+/// The mean nearest distance tells of pairs, not of density: evenly spread points have twice that of random ones, and
+/// overlapping scans almost none. The distance to the 8th neighbour is about √(8/πρ) in all of them, hence the unit
+/// .313 times its median (not in the paper). Fewer than nine points have their mean nearest distance.
 /// \param points at least 2 distinct positions; coincident ones count once
 /// \param search holds exactly points.positions
 /// \throw InvalidInput if fewer than two positions are distinct
 /// Cost: one 9-neighbour query per point. The result does not depend on the number of threads.
-SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution);
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution,
+                                        LengthUnit unit = LengthUnit::density);
 
 /// The same from distances that have been measured. Coincident points are measured again without their duplicates.
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourDistances& distances,
-                                        Execution& execution);
+                                        Execution& execution, LengthUnit unit = LengthUnit::density);
 
 } // namespace mrf
 } // namespace pcl
