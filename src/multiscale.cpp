@@ -84,7 +84,7 @@ samplesOfLevels(const OrientedPoints& points, const std::vector<Lattice>& lattic
   // Voxels that hold dozens of points, as a pilot's, need not see each of them.
   const bool isCoarse = lattices.back().spacing > mergedFrom * spacing;
   {
-    const std::vector<PointSample> finest = toSamples(points, lattices.back(), execution);
+    const std::vector<PointSample> finest = toSamples(points, lattices.back(), spacing, execution);
     result.back() = isCoarse ? merge(finest, 1, execution) : sortedByCells(finest, execution);
   }
   for (std::size_t level = lattices.size() - 1; level > 0; --level)

@@ -406,11 +406,14 @@ Real PointDataTerm<Real>::estimateSpectralBound(Execution& execution) const
 
 } // namespace
 
-std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, Execution& execution)
+std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
+                                   Execution& execution)
 {
   std::vector<PointSample> samples(points.size());
   forSamples(samples.size(), execution, [&](std::size_t i) {
-    samples[i] = {lattice.toVoxels(points.positions[i]).cast<float>(), points.normals[i], points.confidence(i)};
+    const float mass =
+        points.confidence(i) * (points.spacings.empty() ? 1 : relativeArea(points.spacings[i], spacing));
+    samples[i] = {lattice.toVoxels(points.positions[i]).cast<float>(), points.normals[i], mass};
   });
   return samples;
 }

@@ -126,7 +126,7 @@ void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& s
   requirePoints(points, "outlier removal", report);
   const StageTimer timer("sampling density", report, execution);
   report.density = estimateSamplingDensity(points, distances, execution, options.unit);
-  points.spacings = localSpacings(distances);
+  points.spacings = localSpacings(points, distances, execution);
 }
 
 /// The normals to be oriented, taken from the points if they are theirs; points without one are dropped.
@@ -256,6 +256,22 @@ void resolveSmoothing(const OrientedPoints& points, Options& options, Report& re
   report.smoothingLength = observation.smoothing;
 }
 
+/// Replaces an automatic voxel size by the coarsest one that the data bear, and the reach that follows from it.
+void resolveResolution(const OrientedPoints& points, const Options& requested, Options& options, Report& report,
+                       Execution& execution)
+{
+  if (requested.multiscale.voxelSize > 0 || requested.multiscale.quality != Quality::normal ||
+      !options.observation.atPoints())
+    return;
+  const StageTimer timer("resolution", report, execution);
+  report.resolution = chooseResolution(points, report.density.spacing, options.multiscale.voxelSize,
+                                       options.observation.smoothing, options.prior.prior, options.observation,
+                                       execution);
+  options.multiscale.voxelSize = static_cast<float>(report.resolution.voxelSize);
+  options.observation.maxDistance =
+      resolvedMaxDistance(requested.observation, report.density.spacing, options.multiscale.voxelSize);
+}
+
 /// What the field is to cover: the points' box, unless the padding is automatic.
 BoundingBox resolveVolume(const OrientedPoints& points, const NeighbourSearch& search, const Options& options,
                           Report& report, Execution& execution)
@@ -383,6 +399,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   Options resolved = resolve(options, report.density);
   rejectByField(result.points, search, resolved, report, execution);
   resolveSmoothing(result.points, resolved, report, execution);
+  resolveResolution(result.points, options, resolved, report, execution);
   const BoundingBox volume = resolveVolume(result.points, search, resolved, report, execution);
   resolved.multiscale.padding = resolvedPadding(resolved.multiscale);
   report.diagonal = boundingBox(result.points.positions).diagonal();

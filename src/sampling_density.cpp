@@ -15,8 +15,8 @@ namespace {
 /// Points per piece of parallel work.
 constexpr std::int64_t grain = 1 << 14;
 
-/// On a uniformly sampled surface the mean nearest distance is this share of the distance to the 8th neighbour.
-constexpr float nearestToEighth = 0.313f;
+/// Of random points of density ρ the median distance to the 8th neighbour is 1.562/√ρ, the mean nearest one .5/√ρ.
+constexpr float nearestToEighth = .32f;
 
 std::vector<Eigen::Vector3f> distinct(std::vector<Eigen::Vector3f> positions)
 {
@@ -74,13 +74,27 @@ NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSear
   return distances;
 }
 
-std::vector<float> localSpacings(const NeighbourDistances& distances)
+std::vector<float> localSpacings(const PointSet& points, const NeighbourDistances& distances, Execution& execution)
 {
   if (distances.eighth.size() <= measuredNeighbours)
     return {};
-  std::vector<float> spacings(distances.eighth.size());
-  std::transform(distances.eighth.begin(), distances.eighth.end(), spacings.begin(),
-                 [](float distance) { return nearestToEighth * distance; });
+  // One point's 8th neighbour is known to a fifth. The points before and after it in memory lie close by, most of them,
+  // and cost no search.
+  constexpr std::size_t reach = 8;
+  const std::size_t count = points.size();
+  std::vector<float> spacings(count);
+  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const float limit = distances.eighth[i] * distances.eighth[i];
+      float sum = 0, found = 0;
+      for (std::size_t j = i - std::min(i, reach); j < std::min(i + reach + 1, count); ++j)
+        if ((points.positions[j] - points.positions[i]).squaredNorm() <= limit) {
+          sum += distances.eighth[j];
+          ++found;
+        }
+      spacings[i] = nearestToEighth * (found > 0 ? sum / found : distances.eighth[i]);
+    }
+  });
   return spacings;
 }
 

@@ -90,7 +90,8 @@ struct Cube {
   std::vector<float> field;                     ///< of the ℓ tried last: the start for the next
   std::map<double, std::vector<double>> errors; ///< by the ℓ that were tried
 
-  Cube(const OrientedPoints& points, const Runs& runs, const Eigen::Vector3f& centre, double voxelSize)
+  /// \param core side of the cube around the centre whose points judge
+  Cube(const OrientedPoints& points, const Runs& runs, const Eigen::Vector3f& centre, double voxelSize, double core)
   {
     lattice.size = {cubeSide, cubeSide, cubeSide};
     lattice.spacing = voxelSize;
@@ -98,24 +99,23 @@ struct Cube {
     const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(voxelSize * cubeSide / 2));
     runs.forEachNear({centre - reach, centre + reach}, [&](std::size_t i) {
       const Eigen::Vector3d voxel = lattice.toVoxels(points.positions[i]);
-      const auto isInside = [&](double border) {
-        return (voxel.array() >= border).all() && (voxel.array() <= cubeSide - 1 - border).all();
-      };
       if (isHeldOut(i)) {
-        if (isInside(margin))
+        if (2 * (points.positions[i] - centre).cwiseAbs().maxCoeff() <= core)
           judges.push_back(points.positions[i]);
-      } else if (isInside(0)) {
+      } else if ((voxel.array() >= 0).all() && (voxel.array() <= cubeSide - 1).all()) {
         seen.positions.push_back(points.positions[i]);
         seen.normals.push_back(points.normals[i]);
         if (!points.confidences.empty())
           seen.confidences.push_back(points.confidences[i]);
+        if (!points.spacings.empty())
+          seen.spacings.push_back(points.spacings[i]);
       }
     });
     field.assign(static_cast<std::size_t>(lattice.size.count()), 0);
   }
 
   /// Solves for one ℓ: the errors are the first-order distances of the judges from the field's zero level.
-  void judge(double smoothing, const PointWeights& weights, Prior prior, double tolerance)
+  void judge(double smoothing, double spacing, const PointWeights& weights, Prior prior, double tolerance)
   {
     const auto [known, isNew] = errors.try_emplace(smoothing);
     if (!isNew)
@@ -124,8 +124,8 @@ struct Cube {
     Execution serial(1);
     LinearSystem<float> system;
     system.prior = {lattice.size, prior, {}};
-    system.data =
-        makePointDataTerm<float>(lattice.size, toSamples(seen, lattice, serial), weights, lattice.spacing, serial);
+    system.data = makePointDataTerm<float>(lattice.size, toSamples(seen, lattice, static_cast<float>(spacing), serial),
+                                           weights, lattice.spacing, serial);
     SolverOptions solver;
     solver.changeTolerance = tolerance;
     // A few digits on a small grid: measured a fifth less work than with the solver's own.
@@ -158,11 +158,13 @@ struct Verdict {
 
 class Judgement {
 public:
-  Judgement(const OrientedPoints& points, double spacing, double voxelSize, Prior prior,
+  /// \param finest voxel size of all that are compared: what is judged does not depend on the one that is tried
+  Judgement(const OrientedPoints& points, double spacing, double voxelSize, double finest, Prior prior,
             const ObservationOptions& observation, Execution& execution)
-      : points_(points), runs_(points.positions, execution), spacing_(spacing), voxelSize_(voxelSize), prior_(prior),
+      : points_(points), runs_(points.positions, execution), spacing_(spacing), voxelSize_(voxelSize),
+        core_((cubeSide - 1 - 2 * margin) * finest), prior_(prior),
         gradientWeight_(static_cast<double>(observation.gradientWeight)),
-        centres_(spread(points.positions, (cubeSide - 2 * margin) * voxelSize))
+        centres_(spread(points.positions, (cubeSide - 2 * margin) * finest))
   {}
 
   /// Judges by up to so many cubes from now on: those that have points to judge and to be judged by.
@@ -170,7 +172,7 @@ public:
   std::int64_t useCubes(std::size_t most)
   {
     for (; used_ < std::min(most, centres_.size()); ++used_) {
-      cubes_.emplace_back(points_, runs_, centres_[used_], voxelSize_);
+      cubes_.emplace_back(points_, runs_, centres_[used_], voxelSize_, core_);
       if (cubes_.back().judges.empty() || cubes_.back().seen.size() == 0)
         cubes_.pop_back();
     }
@@ -199,7 +201,7 @@ private:
     const PointWeights weights = pointWeights(prior_, smoothing, spacing_, voxelSize_, gradientWeight_);
     execution.forRange(static_cast<std::int64_t>(cubes_.size()), 1, [&](std::int64_t begin, std::int64_t end) {
       for (auto c = static_cast<std::size_t>(begin); c < static_cast<std::size_t>(end); ++c)
-        cubes_[c].judge(smoothing, weights, prior_, tolerance);
+        cubes_[c].judge(smoothing, spacing_, weights, prior_, tolerance);
     });
     execution.poll();
     std::vector<double> all;
@@ -212,7 +214,7 @@ private:
 
   const OrientedPoints& points_;
   Runs runs_;
-  double spacing_, voxelSize_;
+  double spacing_, voxelSize_, core_;
   Prior prior_;
   double gradientWeight_;
   std::vector<Eigen::Vector3f> centres_; ///< of the cubes
@@ -279,10 +281,18 @@ void search(Judgement& judgement, double spacing, SmoothingChoice& choice, Execu
     choice.curve.push_back(verdict.score);
   choice.smoothing = length(best, spacing);
   choice.noise = verdicts.at(best).noise;
+  const double atBest = error(best);
   if (verdicts.count(best - 1) != 0 && verdicts.count(best + 1) != 0)
     choice.smoothing *= std::exp2(.5 * parabolaMinimum(error(best - 1), error(best), error(best + 1)));
-  // Under strong noise the score has its accidental minimum at a short ℓ.
-  choice.smoothing = std::max(choice.smoothing, smoothingForNoise(choice.noise, spacing));
+  // Under strong noise the score has its accidental minimum at a short ℓ, a shallow one. Where a longer ℓ is much worse,
+  // what the field misses is no noise but edges and depths that it would smooth away.
+  constexpr double shallow = 1.1;
+  double longestAllowed = choice.smoothing;
+  for (const auto& [steps, verdict] : verdicts)
+    if (verdict.score.error <= shallow * atBest)
+      longestAllowed = std::max(longestAllowed, length(steps, spacing));
+  choice.smoothing =
+      std::max(choice.smoothing, std::min(longestAllowed, smoothingForNoise(choice.noise, spacing)));
 }
 
 } // namespace
@@ -304,7 +314,7 @@ SmoothingChoice chooseSmoothing(const OrientedPoints& points, float spacing, dou
   choice.smoothing = shortestSmoothing(spacing);
   if (points.size() == 0)
     return choice;
-  Judgement judgement(points, spacing, voxelSize, prior, observation, execution);
+  Judgement judgement(points, spacing, voxelSize, voxelSize, prior, observation, execution);
   for (const std::size_t cubes : {glance, firstCubes}) {
     choice.heldOut = judgement.useCubes(cubes);
     if (choice.heldOut < fewest)
@@ -323,6 +333,38 @@ SmoothingChoice chooseSmoothing(const OrientedPoints& points, float spacing, dou
     return choice;
   choice.curve.clear();
   search(judgement, spacing, choice, execution);
+  return choice;
+}
+
+ResolutionChoice chooseResolution(const OrientedPoints& points, float spacing, double finest, double smoothing,
+                                  Prior prior, const ObservationOptions& observation, Execution& execution)
+{
+  constexpr int steps = 4;
+  constexpr double worse = 1.01, invisible = .04;
+  // The mean of a hundred judged points is known to a tenth.
+  constexpr double muchWorse = 1.25, visible = 1.5 * invisible;
+  ResolutionChoice choice;
+  choice.voxelSize = finest;
+  if (points.size() == 0)
+    return choice;
+  for (const std::size_t cubes : {firstCubes, mostCubes}) {
+    choice.curve.clear();
+    choice.voxelSize = finest;
+    for (int step = 0; step < steps; ++step) {
+      const double voxelSize = finest * std::pow(1.4142135623730951, step);
+      Judgement judgement(points, spacing, voxelSize, finest, prior, observation, execution);
+      choice.heldOut = judgement.useCubes(cubes);
+      if (choice.heldOut < fewest)
+        break;
+      choice.curve.push_back({voxelSize, judgement.verdict(smoothing, 0, execution).score.error});
+      const double error = choice.curve.back().error, least = choice.curve.front().error;
+      if (error > std::max(worse * least, invisible * spacing))
+        break;
+      choice.voxelSize = voxelSize;
+    }
+    if (choice.curve.size() == 2 && choice.curve[1].error > std::max(muchWorse * choice.curve[0].error, visible * spacing))
+      break;
+  }
   return choice;
 }
 

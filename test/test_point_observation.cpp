@@ -95,7 +95,7 @@ LinearSystem<Real> sphereSystem(GridSize size, Prior prior)
   lattice.origin = -.5 * lattice.spacing * Eigen::Vector3d(size.x - 1, size.y - 1, size.z - 1);
   LinearSystem<Real> system;
   system.prior = {size, prior, {}};
-  system.data = makePointDataTerm<Real>(size, toSamples(points, lattice, execution),
+  system.data = makePointDataTerm<Real>(size, toSamples(points, lattice, 1, execution),
                                         pointWeights(prior, .04, .06, lattice.spacing, .4), lattice.spacing, execution);
   return system;
 }

@@ -19,7 +19,7 @@ namespace mrf {
 /// The finest voxels beside the sampling: each step down costs about 2.5 times the time and memory.
 enum class Quality {
   draft,  ///< h = 3 l̄
-  normal, ///< h = 2 l̄
+  normal, ///< as fine as the data carry: h = 2 l̄ or coarser, see chooseResolution
   fine    ///< h = 1.5 l̄
 };
 

@@ -41,16 +41,17 @@ struct NeighbourDistances {
 /// Cost: one 9-neighbour query per point.
 NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution);
 
-/// Local sampling distances: .313 times the distance to the 8th neighbour, the mean nearest distance of random points of
-/// that density. Range data thin out with distance and angle, by factors of five in one Kinect frame.
-/// \return one per point; empty if there are too few points to tell
-std::vector<float> localSpacings(const NeighbourDistances& distances);
+/// Local sampling distances: .32 times the distance to the 8th neighbour, the mean nearest distance of random points of
+/// that density, averaged over what lies close by in memory as well as in space. Range data thin out with distance and
+/// angle, by factors of five in one Kinect frame.
+/// \return one per point, cloud's unit; empty if there are too few points to tell
+std::vector<float> localSpacings(const PointSet& points, const NeighbourDistances& distances, Execution& execution);
 
 /// Estimates the sampling density.
 ///
 /// The mean nearest distance tells of pairs, not of density: evenly spread points have twice that of random ones, and
 /// overlapping scans almost none. The distance to the 8th neighbour is about √(8/πρ) in all of them, hence the unit
-/// .313 times its median (not in the paper). Fewer than nine points have their mean nearest distance.
+/// .32 times its median (not in the paper). Fewer than nine points have their mean nearest distance.
 /// \param points at least 2 distinct positions; coincident ones count once
 /// \param search holds exactly points.positions
 /// \throw InvalidInput if fewer than two positions are distinct

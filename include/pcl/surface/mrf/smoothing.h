@@ -51,5 +51,30 @@ double smoothingForNoise(double noise, double spacing);
 SmoothingChoice chooseSmoothing(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
                                 const ObservationOptions& observation, Execution& execution);
 
+/// What points that a field has not seen say about a voxel size.
+struct ResolutionScore {
+  double voxelSize = 0; ///< h, cloud's unit
+  double error = 0;     ///< mean |distance| of the held-out points from its zero level, cloud's unit
+};
+
+struct ResolutionChoice {
+  double voxelSize = 0;               ///< h that was chosen, cloud's unit
+  std::vector<ResolutionScore> curve; ///< what was tried, finest first; empty if there were too few points to tell
+  std::int64_t heldOut = 0;           ///< points that were scored
+};
+
+/// Chooses the voxel size: as fine as the data carry (ours).
+///
+/// Oversampled and noisy clouds have more points than surface to tell of. The same points as for ℓ are left out, and
+/// scored on voxels of h, √2 h, 2 h and 2.8 h, all at the same places; the coarsest is chosen whose mean distance is
+/// within 1 % of the finest one's, or below .04 l̄, beneath which nobody sees it. Most of a noisy cloud's distance is
+/// the noise, hence so little.
+///
+/// \param finest h to start from, \param smoothing ℓ, cloud's unit, > 0
+/// The cost does not grow with the cloud, but for one pass over its positions. The result does not depend on the number
+/// of threads.
+ResolutionChoice chooseResolution(const OrientedPoints& points, float spacing, double finest, double smoothing,
+                                  Prior prior, const ObservationOptions& observation, Execution& execution);
+
 } // namespace mrf
 } // namespace pcl
