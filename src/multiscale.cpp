@@ -229,7 +229,7 @@ private:
     const double voxelSize = lattices_[level].spacing;
     const double least = isFinest(level) ? 0 : leastSmoothing * voxelSize;
     const double smoothing = std::max<double>(resolvedSmoothing(observation_, spacing_), least);
-    return pointWeights(prior_.prior, smoothing, spacing_, voxelSize, observation_.gradientWeight);
+    return pointWeights(prior_.prior, smoothing, spacing_, voxelSize, resolvedGradientWeight(observation_));
   }
 
   Observation observeVoxels(std::size_t level, const LevelReport& report)

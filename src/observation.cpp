@@ -210,8 +210,8 @@ void validate(const ObservationOptions& options)
     refuse("smoothing", options.smoothing, "[0, inf), 0 = chosen by the data");
   if (!(options.noise >= 0) || !std::isfinite(options.noise))
     refuse("noise", options.noise, "[0, inf), 0 = unknown");
-  if (!(options.gradientWeight > 0) || options.gradientWeight > 100)
-    refuse("gradientWeight", options.gradientWeight, "(0, 100]");
+  if (!(options.gradientWeight >= 0) || options.gradientWeight > 100)
+    refuse("gradientWeight", options.gradientWeight, "0..100 (0 = chosen by the data)");
 }
 
 float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize)

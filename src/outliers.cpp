@@ -104,6 +104,8 @@ std::vector<std::uint8_t> keptByNeighbours(const PointSet& points, const std::ve
   std::vector<std::uint8_t> keep(points.size(), 1);
   // A point closer to its neighbours than this is not far beside anything: no others are looked at.
   const float closest = factor * quantile(means, .05), typical = factor * median(means, execution);
+  if (!(typical > 0)) // most points coincide with others: it measures nothing
+    return keep;
   execution.forRange(static_cast<std::int64_t>(keep.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
     Neighbours found;
     std::vector<float> around;
@@ -195,9 +197,9 @@ void validate(const OutlierOptions& options)
 OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search, const OutlierOptions& options,
                            Execution& execution)
 {
-  return findOutliers(points, options.alone && points.size() > 1 ? measureNeighbours(points, search, execution)
-                                                                 : NeighbourDistances(),
-                      search, options, execution);
+  return findOutliers(
+      points, options.alone && points.size() > 1 ? measureNeighbours(points, search, execution) : NeighbourDistances(),
+      search, options, execution);
 }
 
 OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances, const NeighbourSearch& search,
@@ -209,8 +211,8 @@ OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& dis
   if (points.size() < 2)
     return result;
   if (options.alone)
-    result.droppedAlone = intersect(
-        result.keep, keptByNeighbours(points, distances.mean, search, options.aloneFactor, execution));
+    result.droppedAlone =
+        intersect(result.keep, keptByNeighbours(points, distances.mean, search, options.aloneFactor, execution));
   if (options.spacing) {
     const bool isMeasured = options.spacingNeighbours == measuredNeighbours && !distances.mean.empty();
     result.droppedBySpacing = intersect(

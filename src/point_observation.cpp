@@ -411,8 +411,7 @@ std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& 
 {
   std::vector<PointSample> samples(points.size());
   forSamples(samples.size(), execution, [&](std::size_t i) {
-    const float mass =
-        points.confidence(i) * (points.spacings.empty() ? 1 : relativeArea(points.spacings[i], spacing));
+    const float mass = points.confidence(i) * (points.spacings.empty() ? 1 : relativeArea(points.spacings[i], spacing));
     samples[i] = {lattice.toVoxels(points.positions[i]).cast<float>(), points.normals[i], mass};
   });
   return samples;

@@ -100,8 +100,8 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
   text << points.size() << " of " << counts.input << " points are left after " << after << ", at least " << fewestPoints
        << " are needed (dropped: " << counts.notFinite << " not finite, " << counts.duplicates << " duplicates, "
        << counts.zeroNormals << " zero normals, " << counts.zeroConfidence << " without confidence, "
-       << counts.outliersAlone + counts.outliersBySpacing + counts.outliersByStatistics << " outliers, " << counts.noiseByPlaneFit
-       << " without a plane, " << counts.smallComponents << " in small components)";
+       << counts.outliersAlone + counts.outliersBySpacing + counts.outliersByStatistics << " outliers, "
+       << counts.noiseByPlaneFit << " without a plane, " << counts.smallComponents << " in small components)";
   throw InvalidInput(text.str());
 }
 
@@ -173,6 +173,30 @@ void warnOfDisagreement(const Options& options, Report& report)
   report.warnings.push_back(text.str());
 }
 
+/// Names the rules that dropped more points than an everyday scan has outliers.
+void warnOfDroppedPoints(Report& report)
+{
+  constexpr double share = .02;
+  const PointCounts& counts = report.points;
+  const std::pair<std::int64_t, const char*> rules[] = {
+      {counts.outliersAlone, "stand alone (outliers.alone)"},
+      {counts.outliersBySpacing, "are far from their neighbors beside the median (outliers.spacing)"},
+      {counts.outliersByStatistics, "are outliers by PCL's statistics (outliers.statistical)"},
+      {counts.noiseByPlaneFit, "are noise by the plane fit (normals.noiseCriteria), or have no plane"},
+      {counts.smallComponents, "are in small components (orientation.minComponentShare)"},
+      {counts.outliersByField, "disagree with a robust field (outliers.robust)"}};
+  for (const auto& [count, what] : rules) {
+    if (static_cast<double>(count) <= share * static_cast<double>(counts.input))
+      continue;
+    std::ostringstream text;
+    text.precision(2);
+    text << 100 * static_cast<double>(count) / static_cast<double>(counts.input)
+         << " % of the points were dropped: " << count << " of " << counts.input << ' ' << what
+         << "; switch the rule off if they are data";
+    report.warnings.push_back(text.str());
+  }
+}
+
 /// The float spacing of the input's largest coordinates.
 double resolutionOf(const PointSet& points)
 {
@@ -239,7 +263,7 @@ void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Option
   search.dropPoints(points.positions, keep, execution);
 }
 
-/// Replaces an automatic smoothing length by the one that the data choose.
+/// Replaces an automatic smoothing length, and weight of the normals, by what the data choose.
 void resolveSmoothing(const OrientedPoints& points, Options& options, Report& report, Execution& execution)
 {
   ObservationOptions& observation = options.observation;
@@ -252,7 +276,12 @@ void resolveSmoothing(const OrientedPoints& points, Options& options, Report& re
     report.smoothing = chooseSmoothing(points, report.density.spacing, options.multiscale.voxelSize,
                                        options.prior.prior, observation, execution);
     observation.smoothing = static_cast<float>(report.smoothing.smoothing);
+    if (observation.gradientWeight == 0)
+      observation.gradientWeight =
+          chooseGradientWeight(points, report.density.spacing, options.multiscale.voxelSize, report.smoothing.smoothing,
+                               report.smoothing.noise, options.prior.prior, observation, execution);
   }
+  observation.gradientWeight = resolvedGradientWeight(observation);
   report.smoothingLength = observation.smoothing;
 }
 
@@ -264,9 +293,9 @@ void resolveResolution(const OrientedPoints& points, const Options& requested, O
       !options.observation.atPoints())
     return;
   const StageTimer timer("resolution", report, execution);
-  report.resolution = chooseResolution(points, report.density.spacing, options.multiscale.voxelSize,
-                                       options.observation.smoothing, options.prior.prior, options.observation,
-                                       execution);
+  report.resolution =
+      chooseResolution(points, report.density.spacing, options.multiscale.voxelSize, options.observation.smoothing,
+                       options.prior.prior, options.observation, execution);
   options.multiscale.voxelSize = static_cast<float>(report.resolution.voxelSize);
   options.observation.maxDistance =
       resolvedMaxDistance(requested.observation, report.density.spacing, options.multiscale.voxelSize);
@@ -400,6 +429,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   rejectByField(result.points, search, resolved, report, execution);
   resolveSmoothing(result.points, resolved, report, execution);
   resolveResolution(result.points, options, resolved, report, execution);
+  warnOfDroppedPoints(report);
   const BoundingBox volume = resolveVolume(result.points, search, resolved, report, execution);
   resolved.multiscale.padding = resolvedPadding(resolved.multiscale);
   report.diagonal = boundingBox(result.points.positions).diagonal();

@@ -91,7 +91,9 @@ struct Cube {
   std::map<double, std::vector<double>> errors; ///< by the ℓ that were tried
 
   /// \param core side of the cube around the centre whose points judge
-  Cube(const OrientedPoints& points, const Runs& runs, const Eigen::Vector3f& centre, double voxelSize, double core)
+  /// \param discRadius 0: one point in ten is left out; else all this close to the centre, cloud's unit
+  Cube(const OrientedPoints& points, const Runs& runs, const Eigen::Vector3f& centre, double voxelSize, double core,
+       double discRadius)
   {
     lattice.size = {cubeSide, cubeSide, cubeSide};
     lattice.spacing = voxelSize;
@@ -99,7 +101,8 @@ struct Cube {
     const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(voxelSize * cubeSide / 2));
     runs.forEachNear({centre - reach, centre + reach}, [&](std::size_t i) {
       const Eigen::Vector3d voxel = lattice.toVoxels(points.positions[i]);
-      if (isHeldOut(i)) {
+      const bool isWithheld = discRadius > 0 ? (points.positions[i] - centre).norm() < discRadius : isHeldOut(i);
+      if (isWithheld) {
         if (2 * (points.positions[i] - centre).cwiseAbs().maxCoeff() <= core)
           judges.push_back(points.positions[i]);
       } else if ((voxel.array() >= 0).all() && (voxel.array() <= cubeSide - 1).all()) {
@@ -160,10 +163,10 @@ class Judgement {
 public:
   /// \param finest voxel size of all that are compared: what is judged does not depend on the one that is tried
   Judgement(const OrientedPoints& points, double spacing, double voxelSize, double finest, Prior prior,
-            const ObservationOptions& observation, Execution& execution)
+            const ObservationOptions& observation, Execution& execution, double discRadius = 0)
       : points_(points), runs_(points.positions, execution), spacing_(spacing), voxelSize_(voxelSize),
-        core_((cubeSide - 1 - 2 * margin) * finest), prior_(prior),
-        gradientWeight_(static_cast<double>(observation.gradientWeight)),
+        discRadius_(discRadius), core_((cubeSide - 1 - 2 * margin) * finest), prior_(prior),
+        gradientWeight_(resolvedGradientWeight(observation)),
         centres_(spread(points.positions, (cubeSide - 2 * margin) * finest))
   {}
 
@@ -172,7 +175,7 @@ public:
   std::int64_t useCubes(std::size_t most)
   {
     for (; used_ < std::min(most, centres_.size()); ++used_) {
-      cubes_.emplace_back(points_, runs_, centres_[used_], voxelSize_, core_);
+      cubes_.emplace_back(points_, runs_, centres_[used_], voxelSize_, core_, discRadius_);
       if (cubes_.back().judges.empty() || cubes_.back().seen.size() == 0)
         cubes_.pop_back();
     }
@@ -214,7 +217,7 @@ private:
 
   const OrientedPoints& points_;
   Runs runs_;
-  double spacing_, voxelSize_, core_;
+  double spacing_, voxelSize_, discRadius_, core_;
   Prior prior_;
   double gradientWeight_;
   std::vector<Eigen::Vector3f> centres_; ///< of the cubes
@@ -284,15 +287,14 @@ void search(Judgement& judgement, double spacing, SmoothingChoice& choice, Execu
   const double atBest = error(best);
   if (verdicts.count(best - 1) != 0 && verdicts.count(best + 1) != 0)
     choice.smoothing *= std::exp2(.5 * parabolaMinimum(error(best - 1), error(best), error(best + 1)));
-  // Under strong noise the score has its accidental minimum at a short ℓ, a shallow one. Where a longer ℓ is much worse,
-  // what the field misses is no noise but edges and depths that it would smooth away.
+  // Under strong noise the score has its accidental minimum at a short ℓ, a shallow one. Where a longer ℓ is much
+  // worse, what the field misses is no noise but edges and depths that it would smooth away.
   constexpr double shallow = 1.1;
   double longestAllowed = choice.smoothing;
   for (const auto& [steps, verdict] : verdicts)
     if (verdict.score.error <= shallow * atBest)
       longestAllowed = std::max(longestAllowed, length(steps, spacing));
-  choice.smoothing =
-      std::max(choice.smoothing, std::min(longestAllowed, smoothingForNoise(choice.noise, spacing)));
+  choice.smoothing = std::max(choice.smoothing, std::min(longestAllowed, smoothingForNoise(choice.noise, spacing)));
 }
 
 } // namespace
@@ -336,6 +338,27 @@ SmoothingChoice chooseSmoothing(const OrientedPoints& points, float spacing, dou
   return choice;
 }
 
+float chooseGradientWeight(const OrientedPoints& points, float spacing, double voxelSize, double smoothing,
+                           double noise, Prior prior, const ObservationOptions& observation, Execution& execution)
+{
+  constexpr float weaker = .4f, stronger = 4;
+  // Beneath so much noise positions are worth more than normals everywhere.
+  constexpr double noisy = .2, fewer = .92;
+  if (noise < noisy * spacing)
+    return weaker;
+  const auto error = [&](float weight, double discRadius) {
+    ObservationOptions tried = observation;
+    tried.gradientWeight = weight;
+    Judgement judgement(points, spacing, voxelSize, voxelSize, prior, tried, execution, discRadius);
+    if (judgement.useCubes(mostCubes) < fewest)
+      return 0.;
+    return judgement.verdict(smoothing, noise, execution).score.error;
+  };
+  const double radius = 6. * spacing;
+  return error(stronger, radius) < fewer * error(weaker, radius) && error(stronger, 0) <= error(weaker, 0) ? stronger
+                                                                                                           : weaker;
+}
+
 ResolutionChoice chooseResolution(const OrientedPoints& points, float spacing, double finest, double smoothing,
                                   Prior prior, const ObservationOptions& observation, Execution& execution)
 {
@@ -362,7 +385,8 @@ ResolutionChoice chooseResolution(const OrientedPoints& points, float spacing, d
         break;
       choice.voxelSize = voxelSize;
     }
-    if (choice.curve.size() == 2 && choice.curve[1].error > std::max(muchWorse * choice.curve[0].error, visible * spacing))
+    if (choice.curve.size() == 2 &&
+        choice.curve[1].error > std::max(muchWorse * choice.curve[0].error, visible * spacing))
       break;
   }
   return choice;

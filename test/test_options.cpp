@@ -61,7 +61,7 @@ std::vector<Limit> limits()
       limit("maxDistance", observation, &ObservationOptions::maxDistance, {0, 1}, {-1}),
       limit("smoothing", observation, &ObservationOptions::smoothing, {0, 1}, {-1}),
       limit("noise", observation, &ObservationOptions::noise, {0, 1}, {-1}),
-      limit("gradientWeight", observation, &ObservationOptions::gradientWeight, {.001, 100}, {0, -1, 101}),
+      limit("gradientWeight", observation, &ObservationOptions::gradientWeight, {0, .001, 100}, {-1, 101}),
       limit("beta", prior, &PriorOptions::beta, {0, .999999}, {-.1, 1, 2}),
       limit("maxIterations", solver, &SolverOptions::maxIterations, {0, 1000000}, {-1}),
       limit("residualTolerance", solver, &SolverOptions::residualTolerance, {1e-12, .999}, {0, -1, 1}),

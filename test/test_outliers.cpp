@@ -27,9 +27,23 @@ OutlierResult outliersOf(const PointSet& points, const OutlierOptions& options =
 OutlierOptions statisticalOnly()
 {
   OutlierOptions options;
-  options.spacing = false;
+  options.alone = false;
   options.statistical = true;
   return options;
+}
+
+OutlierOptions spacingOnly()
+{
+  OutlierOptions options;
+  options.alone = false;
+  options.spacing = true;
+  return options;
+}
+
+PointSet withoutNormals(PointSet points)
+{
+  points.normals.clear();
+  return points;
 }
 
 PointSet sphere()
@@ -58,7 +72,10 @@ void plantOutliers(PointSet& points, int number)
 TEST(Outliers, NoneOnCleanSurfaces)
 {
   for (const shapes::Sdf& sdf : {shapes::sphere(1), shapes::torus(1, .4), shapes::box({1, .8, .6})}) {
-    const OutlierResult result = outliersOf(shapes::sample(sdf, 1.6, .08));
+    const PointSet points = shapes::sample(sdf, 1.6, .08);
+    EXPECT_EQ(outliersOf(points).droppedAlone, 0);
+    EXPECT_EQ(outliersOf(withoutNormals(points)).droppedAlone, 0);
+    const OutlierResult result = outliersOf(points, spacingOnly());
     EXPECT_EQ(result.droppedBySpacing, 0);
     EXPECT_EQ(result.droppedByStatistics, 0);
     EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0}), 0);
@@ -70,10 +87,43 @@ TEST(Outliers, PlantedOnesAreFoundAndNothingElse)
   PointSet points = sphere();
   const std::size_t clean = points.size();
   plantOutliers(points, 30);
+  for (const OutlierResult& result :
+       {outliersOf(points), outliersOf(withoutNormals(points)), outliersOf(points, spacingOnly())}) {
+    EXPECT_EQ(result.droppedAlone + result.droppedBySpacing, 30);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      EXPECT_EQ(result.keep[i] != 0, i < clean) << i;
+  }
+}
+
+TEST(Outliers, ASparsePartOfTheSurfaceIsNone)
+{
+  // A wall with a hundredth of the density of the object before it, and five points of it behind the object's edge:
+  // far beside the median of the cloud, and beside the object's spacing, but on one plane with each other.
+  PointSet points = clouds::lattice(100, .02f), wall = clouds::lattice(12, .2f);
+  for (Eigen::Vector3f& position : wall.positions)
+    position.z() -= 3;
+  clouds::append(points, wall);
+  for (int n = 0; n < 5; ++n)
+    clouds::append(points, {8 + .3f * static_cast<float>(n % 3), .4f * static_cast<float>(n / 3), -2.f},
+                   Eigen::Vector3f::UnitZ());
+  EXPECT_EQ(outliersOf(points).droppedAlone, 0);
+  EXPECT_GE(outliersOf(points, spacingOnly()).droppedBySpacing, 100); // what the criterion is for
+  EXPECT_LE(outliersOf(withoutNormals(points)).droppedAlone, 5);      // of the wall, none
+}
+
+TEST(Outliers, AreToldByTheSpacingAroundThem)
+{
+  // Half of the points are nine times as dense. A point two of their own spacings above them is close beside the
+  // median of the cloud, but alone there.
+  PointSet points = clouds::lattice(60, .01f), sparse = clouds::lattice(60, .09f);
+  for (Eigen::Vector3f& position : sparse.positions)
+    position.x() += 20;
+  clouds::append(points, sparse);
+  clouds::append(points, {.005f, .005f, .08f}, Eigen::Vector3f::UnitX());
   const OutlierResult result = outliersOf(points);
-  EXPECT_EQ(result.droppedBySpacing, 30);
-  for (std::size_t i = 0; i < points.size(); ++i)
-    EXPECT_EQ(result.keep[i] != 0, i < clean) << i;
+  EXPECT_EQ(result.droppedAlone, 1);
+  EXPECT_EQ(result.keep.back(), 0);
+  EXPECT_EQ(outliersOf(points, spacingOnly()).droppedBySpacing, 0);
 }
 
 TEST(Outliers, AFarOneDoesNotHideTheOthers)
@@ -82,7 +132,8 @@ TEST(Outliers, AFarOneDoesNotHideTheOthers)
   const std::size_t clean = points.size();
   plantOutliers(points, 10);
   clouds::append(points, {1e4f, 0, 0}, Eigen::Vector3f::UnitZ());
-  EXPECT_EQ(outliersOf(points).droppedBySpacing, 11);
+  EXPECT_EQ(outliersOf(points).droppedAlone, 11);
+  EXPECT_EQ(outliersOf(points, spacingOnly()).droppedBySpacing, 11);
   // What the criterion is for: the far one inflates the deviation, and PCL's criterion keeps all the others.
   const OutlierResult statistical = outliersOf(points, statisticalOnly());
   EXPECT_EQ(statistical.droppedByStatistics, 1);
@@ -95,9 +146,10 @@ TEST(Outliers, ASmallClusterIsOne)
   const std::size_t clean = points.size();
   for (int n = 0; n < 4; ++n) // 3 near neighbours of 8 cannot bring the mean down
     clouds::append(points, {2.5f, .05f * static_cast<float>(n), 0}, Eigen::Vector3f::UnitZ());
-  const OutlierResult result = outliersOf(points);
-  EXPECT_EQ(result.droppedBySpacing, 4);
-  EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), 1), static_cast<std::ptrdiff_t>(clean));
+  for (const OutlierResult& result : {outliersOf(points), outliersOf(points, spacingOnly())}) {
+    EXPECT_EQ(result.droppedAlone + result.droppedBySpacing, 4);
+    EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), 1), static_cast<std::ptrdiff_t>(clean));
+  }
 }
 
 TEST(Outliers, StatisticalIsPcls)
@@ -129,7 +181,7 @@ TEST(Outliers, CriteriaAddUp)
 {
   PointSet points = sphere();
   plantOutliers(points, 30);
-  OutlierOptions both;
+  OutlierOptions both = spacingOnly();
   both.spacingFactor = 12; // finds the farthest only
   both.statistical = true;
   OutlierOptions first = both, second = both;
@@ -151,7 +203,7 @@ TEST(Outliers, NoneWithoutACriterion)
   PointSet points = sphere();
   plantOutliers(points, 3);
   OutlierOptions options;
-  options.spacing = false;
+  options.alone = false;
   const OutlierResult result = outliersOf(points, options);
   EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), 1), static_cast<std::ptrdiff_t>(points.size()));
 }
@@ -163,7 +215,8 @@ TEST(Outliers, CoincidingPointsAreNoMeasure)
   for (int n = 0; n < 9; ++n)
     clouds::append(points, clouds::lattice(5, 1));
   clouds::append(points, {.5f, .5f, 0}, Eigen::Vector3f::UnitZ());
-  EXPECT_EQ(outliersOf(points).droppedBySpacing, 0);
+  EXPECT_EQ(outliersOf(points).droppedAlone, 0);
+  EXPECT_EQ(outliersOf(points, spacingOnly()).droppedBySpacing, 0);
 }
 
 TEST(Outliers, FewerPointsThanNeighbours)
@@ -185,7 +238,7 @@ TEST(Outliers, DoNotDependOnThreadsOrderOrScale)
 {
   PointSet points = sphere();
   plantOutliers(points, 30);
-  OutlierOptions options;
+  OutlierOptions options = spacingOnly();
   options.spacingFactor = 1.2f; // drops some of the surface as well, so that the comparison is not trivial
   const OutlierResult one = outliersOf(points, options, 1);
   EXPECT_GT(one.droppedBySpacing, 30);
@@ -214,6 +267,8 @@ TEST(Outliers, OptionsOutOfRangeAreNamed)
   EXPECT_EQ(refused([](auto& o) { o.spacingNeighbours = 0; }),
             "outliers.spacingNeighbours = 0 is outside its range 1..1000");
   EXPECT_NE(refused([](auto& o) { o.spacingNeighbours = 1001; }), "");
+  EXPECT_NE(refused([](auto& o) { o.aloneFactor = 1; }).find("outliers.aloneFactor = 1 "), std::string::npos);
+  EXPECT_NE(refused([&](auto& o) { o.aloneFactor = nan; }), "");
   EXPECT_NE(refused([](auto& o) { o.spacingFactor = 1; }).find("outliers.spacingFactor = 1 "), std::string::npos);
   EXPECT_NE(refused([&](auto& o) { o.spacingFactor = nan; }), "");
   EXPECT_NE(refused([](auto& o) { o.statisticalNeighbours = 0; }).find("outliers.statisticalNeighbours = 0 "),

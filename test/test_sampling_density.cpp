@@ -30,7 +30,7 @@ TEST(SamplingDensity, OfALatticeIsItsSpacing)
   EXPECT_NEAR(density.nearestMean, .5, 1e-5);
   EXPECT_NEAR(density.nearestDeviation, 0, 1e-5);
   EXPECT_NEAR(density.eighthMedian, .5 * std::sqrt(2.0), 1e-5);
-  EXPECT_EQ(density.spacing, density.nearestMean); // 0.313 √2 < 1
+  EXPECT_FLOAT_EQ(density.spacing, .32f * density.eighthMedian);
 }
 
 TEST(SamplingDensity, OfRandomPointsIsTheExpectationOfAPoissonProcess)
@@ -42,7 +42,7 @@ TEST(SamplingDensity, OfRandomPointsIsTheExpectationOfAPoissonProcess)
   EXPECT_NEAR(density.nearestMean / scale, .5, .015);
   EXPECT_NEAR(density.nearestDeviation / scale, std::sqrt((4 - pi) / (4 * pi)), .01);
   EXPECT_NEAR(density.eighthMedian / scale, std::sqrt(7.669 / pi), .047);
-  // The factor that makes both estimates equal on such a surface: 0.313 against 0.320.
+  // The factor makes both estimates equal on such a surface.
   EXPECT_NEAR(density.spacing, density.nearestMean, .03 * density.nearestMean);
 }
 
@@ -57,7 +57,45 @@ TEST(SamplingDensity, OverlappingScansDoNotShrinkTheSpacing)
   const SamplingDensity density = densityOf(points);
   EXPECT_NEAR(density.nearestMean, .01, 1e-4);
   EXPECT_NEAR(density.eighthMedian, 1.0, .02); // one of the four pairs at distance 1
-  EXPECT_FLOAT_EQ(density.spacing, .313f * density.eighthMedian);
+  EXPECT_FLOAT_EQ(density.spacing, .32f * density.eighthMedian);
+}
+
+TEST(SamplingDensity, EvenAndRandomPointsOfOneDensityHaveOneSpacing)
+{
+  // 40² and 1,600 points in an area of 1. The lattice's 8th neighbour is √2 away, random points' 1.56 in the median.
+  const SamplingDensity even = densityOf(clouds::lattice(40, 1.f / 40)),
+                        random = densityOf(clouds::randomSquare(1600, .5f));
+  EXPECT_NEAR(even.spacing / random.spacing, std::sqrt(2.) / 1.562, .05);
+  EXPECT_GT(even.nearestMean, 1.7 * random.nearestMean);
+}
+
+TEST(SamplingDensity, ThePapersUnitIsTheMeanNearestDistance)
+{
+  const PointSet points = clouds::lattice(40, .5f);
+  Execution execution;
+  const SamplingDensity density =
+      estimateSamplingDensity(points, *clouds::searchOf(points), execution, LengthUnit::nearest);
+  EXPECT_EQ(density.spacing, density.nearestMean);
+}
+
+TEST(SamplingDensity, LocalSpacingsFollowTheDensity)
+{
+  // Two squares far apart, one with a ninth of the other's density.
+  PointSet points = clouds::lattice(60, .1f), sparse = clouds::lattice(20, .3f);
+  const std::size_t dense = points.size();
+  for (Eigen::Vector3f& position : sparse.positions)
+    position.x() += 100;
+  clouds::append(points, sparse);
+  Execution execution;
+  const NeighbourDistances distances = measureNeighbours(points, *clouds::searchOf(points), execution);
+  const std::vector<float> spacings = localSpacings(points, distances, execution);
+  ASSERT_EQ(spacings.size(), points.size());
+  for (std::size_t i = 0; i < spacings.size(); ++i) {
+    // .32 √2 of the lattice's constant, up to .32 · √8 at its corners.
+    const float constant = i < dense ? .1f : .3f;
+    EXPECT_GE(spacings[i], .999f * .32f * std::sqrt(2.f) * constant) << i;
+    EXPECT_LE(spacings[i], 1.001f * .32f * std::sqrt(8.f) * constant) << i;
+  }
 }
 
 TEST(SamplingDensity, DuplicatesCountOnce)

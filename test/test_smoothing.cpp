@@ -1,10 +1,14 @@
 // The smoothing length: found by leaving points out, or set by a known noise.
+#include "support/clouds.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/sampling_density.h>
 #include <pcl/surface/mrf/smoothing.h>
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
 
 using namespace pcl::mrf;
 
@@ -52,6 +56,90 @@ TEST(Smoothing, noiseIsFoundAndSmoothedAway)
     EXPECT_GT(choice.smoothing, rule) << noise;
     EXPECT_LT(choice.smoothing, rule * 3) << noise;
   }
+}
+
+TEST(Smoothing, edgesAreNotTakenForNoise)
+{
+  // Terraces: exact points and normals on steps, which no smooth field meets. Their errors look like noise of a median
+  // of their size, but every longer length makes them worse.
+  PointSet points;
+  for (int i = 0; i < 100; ++i)
+    for (int j = 0; j < 100; ++j) {
+      const float x = .01f * static_cast<float>(i), y = .01f * static_cast<float>(j);
+      const int step = i / 10 % 2 + 2 * (j / 10 % 2);
+      clouds::append(points, {x, y, .05f * static_cast<float>(step)}, Eigen::Vector3f::UnitZ());
+    }
+  Execution execution;
+  const float unit = estimateSamplingDensity(points, *clouds::searchOf(points), execution).spacing;
+  const SmoothingChoice choice =
+      chooseSmoothing(shapes::oriented(points), unit, 2 * unit, Prior::triharmonic, {}, execution);
+  ASSERT_FALSE(choice.curve.empty());
+  const auto errorAt = [&](double smoothing) {
+    const auto closest = std::min_element(choice.curve.begin(), choice.curve.end(), [&](const auto& a, const auto& b) {
+      return std::abs(a.smoothing - smoothing) < std::abs(b.smoothing - smoothing);
+    });
+    return closest->error;
+  };
+  const auto best = std::min_element(choice.curve.begin(), choice.curve.end(),
+                                     [](const auto& a, const auto& b) { return a.error < b.error; });
+  // Steps of the search are a factor of √2, and a tenth more error is allowed.
+  EXPECT_LE(errorAt(choice.smoothing), 1.15 * best->error);
+}
+
+TEST(Resolution, anOversampledSmoothSurfaceGetsLargerVoxels)
+{
+  Execution execution(2);
+  const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, .02));
+  const ResolutionChoice choice =
+      chooseResolution(points, .02f, .04, shortestSmoothing(.02), Prior::triharmonic, {}, execution);
+  EXPECT_GT(choice.voxelSize, 1.4 * .04);
+  EXPECT_GT(choice.curve.size(), 1u);
+  EXPECT_EQ(choice.curve.front().voxelSize, .04);
+}
+
+TEST(Resolution, detailsKeepTheFinestVoxels)
+{
+  // A sphere with as fine a relief as the points can carry.
+  PointSet sphere = shapes::sample(shapes::sphere(1), 1.2, .04);
+  for (std::size_t i = 0; i < sphere.size(); ++i) {
+    Eigen::Vector3f& p = sphere.positions[i];
+    p *= 1 + .02f * std::sin(30 * p.x()) * std::sin(30 * p.y());
+  }
+  Execution execution(2);
+  const ResolutionChoice choice =
+      chooseResolution(shapes::oriented(sphere), .04f, .08, shortestSmoothing(.04), Prior::triharmonic, {}, execution);
+  EXPECT_EQ(choice.voxelSize, .08);
+}
+
+TEST(Resolution, doesNotDependOnTheNumberOfThreads)
+{
+  const OrientedPoints points = shapes::oriented(noisyTorus(.5 * spacing));
+  Execution one(1), four(4);
+  const auto choose = [&](Execution& execution) {
+    return chooseResolution(points, spacing, 2. * spacing, 1. * spacing, Prior::triharmonic, {}, execution);
+  };
+  const ResolutionChoice a = choose(one), b = choose(four);
+  EXPECT_EQ(a.voxelSize, b.voxelSize);
+  ASSERT_EQ(a.curve.size(), b.curve.size());
+  for (std::size_t n = 0; n < a.curve.size(); ++n)
+    EXPECT_EQ(a.curve[n].error, b.curve[n].error);
+}
+
+TEST(GradientWeight, cleanPointsKeepTheWeakOne)
+{
+  Execution execution(2);
+  EXPECT_EQ(chooseGradientWeight(shapes::oriented(noisyTorus(0)), spacing, 2. * spacing, .5 * spacing, .05 * spacing,
+                                 Prior::triharmonic, {}, execution),
+            .4f);
+}
+
+TEST(GradientWeight, exactNormalsOfNoisyPointsCountMore)
+{
+  // Positions with noise of a spacing, normals without: what discs that are left out look like is in the normals.
+  Execution execution(2);
+  EXPECT_EQ(chooseGradientWeight(shapes::oriented(noisyTorus(1. * spacing)), spacing, 2. * spacing, 1.5 * spacing,
+                                 1. * spacing, Prior::triharmonic, {}, execution),
+            4.f);
 }
 
 TEST(Smoothing, scalesWithTheCloud)

@@ -123,9 +123,10 @@ void addModelOptions(OptionParser& parser)
       .number("--noise", "SIGMA", positive, field(&Options::observation, &ObservationOptions::noise),
               "standard deviation of the scanner's noise; sets the smoothing", "unknown")
       ->excludes(smoothing);
-  parser.number("--gradient-weight", "RATIO", {0, 100, true},
+  parser.number("--gradient-weight", "RATIO", {0, 100},
                 field(&Options::observation, &ObservationOptions::gradientWeight),
-                "of the normals beside the positions, in squared smoothing lengths");
+                "of the normals beside the positions, in squared smoothing lengths",
+                ".4, or 4 if the data of a noisy cloud say so");
   parser.number("--neighbours", "N", wholeNumbers(1, 100),
                 field(&Options::observation, &ObservationOptions::neighbours), "points observed per voxel");
   parser.number("--max-distance", "LENGTH", length, field(&Options::observation, &ObservationOptions::maxDistance),

@@ -104,6 +104,14 @@ std::string normals(const Report& report)
   return text + ", " + counted(report.orientation.components, "component", "components");
 }
 
+std::string resolution(const Report& report)
+{
+  std::string scores;
+  for (const pcl::mrf::ResolutionScore& score : report.resolution.curve)
+    scores += format("%s%.3g at %.3g", scores.empty() ? "" : ", ", score.error, score.voxelSize);
+  return "voxel by the data: points left out are off by " + scores;
+}
+
 std::string topology(const pcl::mrf::MeshStatistics& mesh)
 {
   std::string text = counted(mesh.components, "component", "components");
@@ -207,6 +215,8 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
   if (!report.smoothing.curve.empty())
     printLine("", format("noise about %.3g, by %s points left out", report.smoothing.noise,
                          grouped(report.smoothing.heldOut).c_str()));
+  if (report.resolution.curve.size() > 1)
+    printLine("", resolution(report));
   if (verbosity == Verbosity::verbose)
     printDetails(report);
 

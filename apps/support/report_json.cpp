@@ -118,6 +118,14 @@ Json toJson(const SmoothingChoice& choice)
   return {{"smoothing", choice.smoothing}, {"noise", choice.noise}, {"heldOut", choice.heldOut}, {"curve", curve}};
 }
 
+Json toJson(const ResolutionChoice& choice)
+{
+  Json curve = Json::array();
+  for (const ResolutionScore& score : choice.curve)
+    curve.push_back({{"voxelSize", score.voxelSize}, {"error", score.error}});
+  return {{"voxelSize", choice.voxelSize}, {"heldOut", choice.heldOut}, {"curve", curve}};
+}
+
 Json toJson(const LevelReport& level)
 {
   return {{"size", {level.size.x, level.size.y, level.size.z}},
@@ -181,6 +189,7 @@ Json toJson(const Report& report)
           {"diagonal", report.diagonal},
           {"smoothingLength", report.smoothingLength},
           {"smoothing", toJson(report.smoothing)},
+          {"resolution", toJson(report.resolution)},
           {"points", toJson(report.points)},
           {"normalsEstimated", report.normalsEstimated},
           {"vote", nameOf(report.vote)},

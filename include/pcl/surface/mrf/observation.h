@@ -38,7 +38,8 @@ struct ObservationOptions {
   float smoothing = 0; ///< ℓ, cloud's unit: what is smaller is smoothed away; 0 = by the noise, if it is known, or
                        ///< else chosen by the data
   float noise = 0;     ///< standard deviation of the scanner's noise, cloud's unit; 0 = unknown
-  float gradientWeight = .4f; ///< g²/ℓ²: weight of the normals beside that of the positions, (0, 100]
+  float gradientWeight = 0; ///< g²/ℓ²: weight of the normals beside that of the positions, ..100; 0 = chosen by the
+                            ///< data, or .4 where the smoothing is given
 
   // Of observations at the voxels.
   int neighbours = 5;         ///< points per voxel, 1..100
@@ -67,6 +68,12 @@ inline float confidenceAt(float share, ConfidenceShape shape)
 
 /// ℓ, cloud's unit: the option, or by the option's noise, or .5 l̄, which suits clean scans.
 float resolvedSmoothing(const ObservationOptions& options, float spacing);
+
+/// g²/ℓ²: the option, or .4, which suits clean scans.
+inline float resolvedGradientWeight(const ObservationOptions& options)
+{
+  return options.gradientWeight > 0 ? options.gradientWeight : .4f;
+}
 
 /// What was observed, for the voxels with α > 0 only; all others carry no weight and are not stored.
 struct Observation {

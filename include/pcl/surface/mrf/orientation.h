@@ -19,7 +19,7 @@ struct OrientationOptions {
   bool joinAcrossCreases = true; ///< join components over edges that fail the angle, most parallel first
   float minComponentShare = .003f; ///< drop components with a smaller share of the points, [0, 1); the paper: 1 %,
                                    ///< which costs ends of limbs that a hole cuts off
-  float lowAgreement = .75f; ///< report a warning below this agreement, [0, 1]
+  float lowAgreement = .75f;       ///< report a warning below this agreement, [0, 1]
 };
 
 /// The option, or its automatic value, cloud's unit.

@@ -13,15 +13,16 @@
 namespace pcl {
 namespace mrf {
 
-/// Criteria are independent; a point is dropped if any enabled one rejects it.
+/// Criteria are independent; a point is dropped if any enabled one rejects it. A share above 2 % is a warning of the
+/// report, with the rule's name.
 struct OutlierOptions {
-  bool alone = true;               ///< no coherent neighbours, and far from them beside their own or the cloud's spacing
-  float aloneFactor = 3;           ///< so many times as far, > 1
-  bool spacing = false;            ///< mean distance to the neighbours against a multiple of its median over all points
-  int spacingNeighbours = 8;       ///< number of neighbours, 1..1000
-  float spacingFactor = 3;         ///< multiple of the median, > 1
-  bool statistical = false;        ///< PCL's StatisticalOutlierRemoval
-  int statisticalNeighbours = 8;   ///< its setMeanK, 1..1000
+  bool alone = true;             ///< no coherent neighbours, and far from them beside their own or the cloud's spacing
+  float aloneFactor = 3;         ///< so many times as far, > 1
+  bool spacing = false;          ///< mean distance to the neighbours against a multiple of its median over all points
+  int spacingNeighbours = 8;     ///< number of neighbours, 1..1000
+  float spacingFactor = 3;       ///< multiple of the median, > 1
+  bool statistical = false;      ///< PCL's StatisticalOutlierRemoval
+  int statisticalNeighbours = 8; ///< its setMeanK, 1..1000
   float statisticalDeviations = 3; ///< its setStddevMulThresh, > 0
   bool robust = false;             ///< by a robust field, once the points are oriented; see robust.h
 };

@@ -45,9 +45,9 @@ struct Report {
 
   Options options; ///< as requested, with every automatic value replaced by the one that was used
   SamplingDensity density;
-  double diagonal = 0;        ///< of the used points' bounding box, cloud's unit
-  double smoothingLength = 0; ///< ℓ, or what β implies at the finest level, cloud's unit; 0 if β is 0
-  SmoothingChoice smoothing;  ///< how ℓ was chosen; empty if it was given, or is not used
+  double diagonal = 0;         ///< of the used points' bounding box, cloud's unit
+  double smoothingLength = 0;  ///< ℓ, or what β implies at the finest level, cloud's unit; 0 if β is 0
+  SmoothingChoice smoothing;   ///< how ℓ was chosen; empty if it was given, or is not used
   ResolutionChoice resolution; ///< how the voxel size was chosen; empty if it was given, by itself or by a quality
 
   PointCounts points;
