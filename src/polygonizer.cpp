@@ -342,7 +342,16 @@ TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& op
   if (field.empty())
     return {};
   const CellTable& table = options.decomposition == CellDecomposition::cubes ? cubeTable() : tetrahedraTable();
-  return Polygonizer(field, table, execution).run();
+  const AxisOrder axes = field.axes();
+  if (axes.isNatural())
+    return Polygonizer(field, table, execution).run();
+  TriangleMesh mesh = Polygonizer(field.inStoredAxes(), table, execution).run();
+  for (Eigen::Vector3f& vertex : mesh.vertices)
+    vertex = axes.fromStored(vertex);
+  if (axes.isMirrored())
+    for (Triangle& triangle : mesh.triangles)
+      std::swap(triangle[1], triangle[2]);
+  return mesh;
 }
 
 } // namespace mrf

@@ -67,6 +67,11 @@ struct MultiscaleResult {
   std::vector<LevelReport> levels; ///< coarsest first
 };
 
+/// The order in which levels in bands of this size are stored: as it is, or the longest axis as z and the shortest as y
+/// if that makes planes or the table of rows smaller by a third: what is dense there are planes of voxels across z, a
+/// few at a time, and one entry per row along x.
+AxisOrder bandAxes(const GridSize& size);
+
 /// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
 /// \param box that they cover, with the padding around it \param area of the surface: what levels in bands cost
 /// \throw ResourceLimit if a single thread would take more than the limit; names the voxel size that would fit
