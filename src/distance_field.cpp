@@ -3,14 +3,20 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 
 namespace pcl {
 namespace mrf {
 namespace {
+
+/// What is traced along a field may leave its lattice by a little.
+constexpr double voxelsAroundPiece = 4;
 
 /// The cell around a position and the weights of its 8 voxels.
 struct Cell {
@@ -63,9 +69,63 @@ DistanceField::DistanceField(const Lattice& lattice, std::shared_ptr<const Bande
     throw std::invalid_argument("DistanceField: needs one value of each kind per voxel of the band, and a background");
 }
 
+/// Boxes of pieces by their lower ends along x, so that the one around a position is found without asking all.
+struct DistanceField::OtherPieces {
+  struct Box {
+    Eigen::AlignedBox3d box;
+    std::size_t field;
+    double farthest; ///< along x, of the boxes so far
+  };
+  std::vector<DistanceField> fields;
+  std::vector<Box> boxes;
+};
+
+DistanceField DistanceField::ofPieces(std::vector<DistanceField> pieces)
+{
+  DistanceField result = pieces.front();
+  if (pieces.size() == 1)
+    return result;
+  auto others = std::make_shared<OtherPieces>();
+  others->fields.assign(std::make_move_iterator(pieces.begin() + 1), std::make_move_iterator(pieces.end()));
+  for (std::size_t n = 0; n < others->fields.size(); ++n) {
+    const Lattice& lattice = others->fields[n].lattice();
+    const Eigen::Vector3d size(lattice.size.x, lattice.size.y, lattice.size.z),
+        around = Eigen::Vector3d::Constant(voxelsAroundPiece * lattice.spacing);
+    others->boxes.push_back({{lattice.origin - around, lattice.origin + lattice.spacing * size + around}, n, 0});
+  }
+  std::stable_sort(others->boxes.begin(), others->boxes.end(), [](const auto& a, const auto& b) {
+    return a.box.min().x() < b.box.min().x();
+  });
+  double farthest = others->boxes.front().box.max().x();
+  for (auto& entry : others->boxes)
+    entry.farthest = farthest = std::max(farthest, entry.box.max().x());
+  result.others_ = std::move(others);
+  return result;
+}
+
+const std::vector<DistanceField>& DistanceField::otherPieces() const
+{
+  static const std::vector<DistanceField> none;
+  return others_ ? others_->fields : none;
+}
+
+const DistanceField& DistanceField::pieceAt(const Eigen::Vector3f& position) const
+{
+  if (!others_)
+    return *this;
+  const Eigen::Vector3d at = position.cast<double>();
+  const auto& boxes = others_->boxes;
+  auto next = std::upper_bound(boxes.begin(), boxes.end(), at.x(),
+                               [](double x, const auto& entry) { return x < entry.box.min().x(); });
+  while (next != boxes.begin() && (--next)->farthest >= at.x())
+    if (next->box.contains(at))
+      return others_->fields[next->field];
+  return *this;
+}
+
 DistanceField DistanceField::inStoredAxes() const
 {
-  return axes_.isNatural() ? *this : DistanceField(stored_, banded_);
+  return banded_ ? DistanceField(stored_, banded_) : *this;
 }
 
 bool DistanceField::hasConfidences() const
@@ -154,6 +214,8 @@ std::size_t DistanceField::bytes() const
   if (banded_)
     result += banded_->band.bytes() + (banded_->values.capacity() + banded_->confidences.capacity()) * sizeof(float) +
               banded_->background.bytes();
+  for (const DistanceField& piece : otherPieces())
+    result += piece.bytes();
   return result;
 }
 
@@ -172,14 +234,16 @@ void DistanceField::distancesOfRow(int i, int j, int k, int count, float* out) c
 
 float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
 {
-  return Cell(stored_, axes_.toStored(position)).interpolate<float>([&](int i, int j, int k) {
-    return storedDistance(i, j, k);
+  const DistanceField& piece = pieceAt(position);
+  return Cell(piece.stored_, piece.axes_.toStored(position)).interpolate<float>([&](int i, int j, int k) {
+    return piece.storedDistance(i, j, k);
   });
 }
 
 Eigen::Vector3f DistanceField::sampleGradient(const Eigen::Vector3f& position) const
 {
-  return axes_.fromStored(storedGradient(axes_.toStored(position)));
+  const DistanceField& piece = pieceAt(position);
+  return piece.axes_.fromStored(piece.storedGradient(piece.axes_.toStored(position)));
 }
 
 Eigen::Vector3f DistanceField::storedGradient(const Eigen::Vector3f& position) const

@@ -30,6 +30,13 @@ public:
   /// A field in a band. \param lattice as it is stored \param axes of the field in that order; see axes()
   DistanceField(const Lattice& lattice, std::shared_ptr<const BandedDistances> distances, AxisOrder axes = {});
 
+  /// The field of a cloud in pieces that are far apart, each on its own lattice: that of the first, but a position is
+  /// sampled in the piece whose lattice it is in or within a few voxels of. \pre not empty; the lattices are disjoint
+  static DistanceField ofPieces(std::vector<DistanceField> pieces);
+
+  /// The fields of the other pieces, as ofPieces was given them; mostly none.
+  const std::vector<DistanceField>& otherPieces() const;
+
   const Lattice& lattice() const { return lattice_; }
   bool empty() const { return distances_.empty() && !banded_; }
 
@@ -67,10 +74,13 @@ public:
   /// Trilinear interpolation of central differences: continuous, not of unit length, points outward.
   Eigen::Vector3f sampleGradient(const Eigen::Vector3f& position) const;
 
-  /// Bytes held.
+  /// Bytes held, other pieces included.
   std::size_t bytes() const;
 
 private:
+  struct OtherPieces;
+
+  const DistanceField& pieceAt(const Eigen::Vector3f& position) const;
   float bandedDistance(int i, int j, int k) const;
   std::int64_t packedIndex(int i, int j, int k) const; ///< in the band; −1 outside of it
   bool bandHasCell(int i, int j, int k) const;
@@ -89,6 +99,7 @@ private:
   std::vector<float> distances_;
   std::vector<float> confidences_;
   std::shared_ptr<const BandedDistances> banded_; ///< of a field in a band; shared by its copies
+  std::shared_ptr<const OtherPieces> others_;
 };
 
 } // namespace mrf
