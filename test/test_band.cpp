@@ -289,9 +289,8 @@ TEST(BandedLevels, GradientsAreThoseOfTheVoxelsAround)
 
 TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
 {
-  // Half as thick as wide in one direction and thrice as long in another: each permutation of these is stored as the
-  // same, half of them mirrored.
-  const auto bean = [](const Eigen::Vector3d& p) { return (p.cwiseQuotient(Eigen::Vector3d(1, .5, 2)).norm() - 1) / 2; };
+  // Three different sides: whatever the order, they are stored in the same one, half of the times mirrored.
+  const shapes::Sdf brick = shapes::box({.9, .4, 2}, .3);
   bool wereMirrored = false, wereNot = false;
   for (const std::array<int, 3>& axes : {std::array<int, 3>{0, 1, 2}, {1, 0, 2}, {2, 1, 0}, {1, 2, 0}}) {
     const auto turned = [&](const Eigen::Vector3d& p) {
@@ -300,7 +299,7 @@ TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
         natural[static_cast<Eigen::Index>(a)] = p[axes[a]];
       return natural;
     };
-    const PointSet points = shapes::sample([&](const Eigen::Vector3d& p) { return bean(turned(p)); }, 2.2, .05);
+    const PointSet points = shapes::sample([&](const Eigen::Vector3d& p) { return brick(turned(p)); }, 2.5, .05);
     for (const Estimate estimate : {Estimate::points, Estimate::plane}) {
       const MultiscaleResult result = solve(points, .05f, fewVoxels, {}, estimate);
       const DistanceField& field = result.field;
@@ -321,8 +320,9 @@ TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
       const TriangleMesh mesh = polygonize(field, {}, execution);
       const MeshStatistics statistics = measure(mesh);
       EXPECT_TRUE(statistics.closed() && statistics.manifold());
-      EXPECT_NEAR(statistics.volume, 4 * M_PI / 3, .02 * 4 * M_PI / 3) << "outward";
-      // Each vertex is where the field's signs change; rows of signs say the same as voxels.
+      const double volume = measure(polygonize(solve(points, .05f, everything, {}, estimate).field, {}, execution)).volume;
+      EXPECT_NEAR(statistics.volume, volume, .001 * volume) << "outward, and that of dense levels";
+      // Rows of signs say the same as voxels.
       std::vector<std::uint64_t> words(static_cast<std::size_t>(size.x + 63) / 64);
       for (int k = 0; k < size.z; ++k)
         for (int j = 0; j < size.y; ++j) {
