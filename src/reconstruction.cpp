@@ -299,9 +299,11 @@ void chooseVolumes(std::vector<Piece>& pieces, const Options& options, Report& r
   if (options.multiscale.padding > 0)
     return;
   const StageTimer timer("volume", report, execution);
+  const float maxHole = options.trimming.trimming == Trimming::none ? std::numeric_limits<float>::infinity()
+                                                                    : options.trimming.maxHole;
   for (Piece& piece : pieces)
     piece.volume = chooseVolume(*piece.points, *piece.search, report.density.spacing, options.observation,
-                                options.prior, options.solver, options.multiscale, execution);
+                                options.prior, options.solver, options.multiscale, maxHole, execution);
 }
 
 /// The fields of all pieces; the report gets their levels.
@@ -450,13 +452,13 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     pieces.push_back({&owned.points[n], owned.searches[n].get(), {}});
   if (pieces.empty())
     pieces.push_back({&result.points, &search, {}});
-  chooseVolumes(pieces, resolved, report, execution);
-  resolved.multiscale.padding = resolvedPadding(resolved.multiscale);
   report.diagonal = boundingBox(result.points.positions).diagonal();
   float largest = 0; // what lies far apart has no holes as wide as that
   for (const Piece& piece : pieces)
     largest = std::max(largest, boundingBox(piece.points->positions).diagonal());
   resolved.trimming.maxHole = resolvedMaxHole(resolved.trimming, largest);
+  chooseVolumes(pieces, resolved, report, execution);
+  resolved.multiscale.padding = resolvedPadding(resolved.multiscale);
   report.options = resolved;
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
