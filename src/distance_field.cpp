@@ -93,9 +93,8 @@ DistanceField DistanceField::ofPieces(std::vector<DistanceField> pieces)
         around = Eigen::Vector3d::Constant(voxelsAroundPiece * lattice.spacing);
     others->boxes.push_back({{lattice.origin - around, lattice.origin + lattice.spacing * size + around}, n, 0});
   }
-  std::stable_sort(others->boxes.begin(), others->boxes.end(), [](const auto& a, const auto& b) {
-    return a.box.min().x() < b.box.min().x();
-  });
+  std::stable_sort(others->boxes.begin(), others->boxes.end(),
+                   [](const auto& a, const auto& b) { return a.box.min().x() < b.box.min().x(); });
   double farthest = others->boxes.front().box.max().x();
   for (auto& entry : others->boxes)
     entry.farthest = farthest = std::max(farthest, entry.box.max().x());

@@ -33,6 +33,13 @@ constexpr double bytesPerRow = 40;
 /// Voxels along an axis: positions are counted in voxels in single precision, to a sixteenth.
 constexpr double mostVoxelsAlongAxis = 1 << 20;
 
+/// The bytes per face, shared out to the voxels of a band: 7.5 per face.
+constexpr double bytesPerUnknown = bytesPerFace / 7.5;
+
+/// Voxels of the finest band that a run may take whatever it has points, some seconds of work, and for each of them:
+/// surfaces have about ten, open ones with all of the sheet around them twenty-five.
+constexpr double unknownsOfAnyRun = 4e6, unknownsPerPoint = 2000;
+
 /// Area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
 constexpr double areaPerPoint = 4;
 
@@ -168,6 +175,27 @@ void checkMemory(const BoundingBox& box, float voxelSize, double area, const Mul
   throw ResourceLimit(text.str());
 }
 
+/// \param unknowns of the finest level, as a coarser one in a band foretells them from the surface that it has found
+/// \throw ResourceLimit if they take more memory than the limit, or are out of proportion to the points
+void checkSurface(double unknowns, std::size_t points, double voxelSize, const MultiscaleOptions& options)
+{
+  const double affordable = memoryLimit(options) / bytesPerUnknown,
+               sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
+  if (unknowns <= std::min(affordable, sound))
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
+  if (affordable < sound)
+    text << ", " << unknowns * bytesPerUnknown / (1 << 30) << " GiB, the limit is " << memoryLimit(options) / (1 << 30)
+         << " GiB";
+  else
+    text << " through " << points << " points, which say nothing about most of it";
+  // Faces grow with the square of the voxel size; a tenth more for what coarser levels see otherwise.
+  text << "; a voxel size of " << 1.1 * voxelSize * std::sqrt(unknowns / std::min(affordable, sound)) << " would do";
+  throw ResourceLimit(text.str());
+}
+
 /// The first band, the second, and those after it. A guess is right but for what the coarser grid could not resolve:
 /// measured on three scans, points are met after two steps on the first band, holes come no closer to the truth after
 /// the fourth, and where scans contradict each other sheets would go on creeping. On a million points (three bands)
@@ -221,10 +249,12 @@ private:
 class LevelSolver {
 public:
   LevelSolver(const OrientedPoints& points, const NeighbourSearch& search, float spacing, std::vector<Lattice> lattices,
-              AxisOrder axes, int bandThreads, float maxDistance, const ObservationOptions& observation, const PriorOptions& prior,
-              const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution)
+              AxisOrder axes, int bandThreads, float maxDistance, const ObservationOptions& observation,
+              const PriorOptions& prior, const SolverOptions& solver, const MultiscaleOptions& options,
+              Execution& execution)
       : points_(points), search_(search), spacing_(spacing), maxDistance_(maxDistance), lattices_(std::move(lattices)),
-        axes_(axes), bandThreads_(bandThreads), observation_(observation), prior_(prior), solver_(solver), execution_(execution)
+        axes_(axes), bandThreads_(bandThreads), observation_(observation), prior_(prior), solver_(solver),
+        options_(options), execution_(execution)
   {
     // The coarsest level is always dense.
     while (denseLevels_ > 1 && lattices_[denseLevels_ - 1].size.count() > options.denseVoxels)
@@ -355,6 +385,9 @@ private:
     band_ = solveBandLevel(lattices_, level, band_, observation, prior_.prior, plan, solver_, isFinest(level), report,
                            execution_);
     report.solverSeconds = secondsSince(solverStart);
+    if (!isFinest(level))
+      checkSurface(std::ldexp(static_cast<double>(report.unknowns), 2 * static_cast<int>(lattices_.size() - 1 - level)),
+                   points_.size(), lattices_.back().spacing, options_);
     return report;
   }
 
@@ -382,6 +415,7 @@ private:
   const ObservationOptions& observation_;
   const PriorOptions& prior_;
   const SolverOptions& solver_;
+  const MultiscaleOptions& options_;
   Execution& execution_;
   std::size_t denseLevels_ = lattices_.size();
   std::vector<std::vector<PointSample>> samples_; ///< of all levels, if points are observed

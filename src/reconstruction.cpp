@@ -299,8 +299,8 @@ void chooseVolumes(std::vector<Piece>& pieces, const Options& options, Report& r
   if (options.multiscale.padding > 0)
     return;
   const StageTimer timer("volume", report, execution);
-  const float maxHole = options.trimming.trimming == Trimming::none ? std::numeric_limits<float>::infinity()
-                                                                    : options.trimming.maxHole;
+  const float maxHole =
+      options.trimming.trimming == Trimming::none ? std::numeric_limits<float>::infinity() : options.trimming.maxHole;
   for (Piece& piece : pieces)
     piece.volume = chooseVolume(*piece.points, *piece.search, report.density.spacing, options.observation,
                                 options.prior, options.solver, options.multiscale, maxHole, execution);

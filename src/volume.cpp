@@ -25,8 +25,8 @@ constexpr float roomPerOpening = 1.2f; ///< around a vertex without data, in its
 
 constexpr float beyondHole = 1.25f; ///< of a hole's limit: the coarse solution sees its size but roughly
 
-/// The sheet around an open surface gets room up to here, in voxels of the coarse solution: on a face seen from the front
-/// the points are .064 % of the diagonal off the surface, without it .074, with 3 .060 and a third more voxels.
+/// The sheet around an open surface gets room up to here, in voxels of the coarse solution: on a face seen from the
+/// front the points are .064 % of the diagonal off the surface, without it .074, with 3 .060 and a third more voxels.
 constexpr float voxelsAtRim = 2;
 
 /// A vertex is amid data if no wider sector around it is free of them, seen along its normal; they are looked for

@@ -320,7 +320,8 @@ TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
       const TriangleMesh mesh = polygonize(field, {}, execution);
       const MeshStatistics statistics = measure(mesh);
       EXPECT_TRUE(statistics.closed() && statistics.manifold());
-      const double volume = measure(polygonize(solve(points, .05f, everything, {}, estimate).field, {}, execution)).volume;
+      const double volume =
+          measure(polygonize(solve(points, .05f, everything, {}, estimate).field, {}, execution)).volume;
       EXPECT_NEAR(statistics.volume, volume, .001 * volume) << "outward, and that of dense levels";
       // Rows of signs say the same as voxels.
       std::vector<std::uint64_t> words(static_cast<std::size_t>(size.x + 63) / 64);

@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cmath>
+#include <string>
 
 using namespace pcl::mrf;
 
@@ -138,8 +139,8 @@ TEST(PlanLevels, MemoryFollowsTheSurfaceOfTerrainsAndCorridors)
   for (const Eigen::Vector3f& sides : {Eigen::Vector3f(10000, 10000, 100), Eigen::Vector3f(100000, 100, 100)}) {
     const double area = sides.minCoeff() == sides[1] ? 4e7 : 1e8;
     options.maxMemory = static_cast<std::size_t>(1.05 * 285 * area);
-    for (const Eigen::Vector3f& turned : {sides, Eigen::Vector3f(sides[1], sides[2], sides[0]),
-                                          Eigen::Vector3f(sides[2], sides[0], sides[1])}) {
+    for (const Eigen::Vector3f& turned :
+         {sides, Eigen::Vector3f(sides[1], sides[2], sides[0]), Eigen::Vector3f(sides[2], sides[0], sides[1])}) {
       EXPECT_NO_THROW(planLevels(box({0, 0, 0}, turned), 1, area, options)) << turned.transpose();
       EXPECT_EQ(affordableThreads(box({0, 0, 0}, turned), 1, area, options, 2), 2);
     }
@@ -272,6 +273,34 @@ TEST(Regularise, DoesNotDependOnTheNumberOfThreads)
         for (int i = 0; i < size.x; ++i)
           ASSERT_EQ(one.field.distance(i, j, k), more.field.distance(i, j, k));
   }
+}
+
+TEST(Regularise, RefusesSurfacesThatNoPointsTellOf)
+{
+  // A plane through a dozen points, a thousand spacings apart.
+  PointSet points;
+  for (int n = 0; n < 12; ++n) {
+    points.positions.emplace_back(1000.f * static_cast<float>(n % 4), 1000.f * static_cast<float>(n / 4), 0.f);
+    points.normals.push_back(Eigen::Vector3f::UnitZ());
+  }
+  MultiscaleOptions options;
+  const auto refusal = [&](float voxelSize) -> std::string {
+    options.voxelSize = voxelSize;
+    try {
+      regularisePoints(points, 1, {}, options);
+    } catch (const ResourceLimit& error) {
+      return error.message();
+    }
+    return {};
+  };
+  const std::string message = refusal(2), phrase = "a voxel size of ";
+  ASSERT_NE(message.find("12 points"), std::string::npos) << message;
+  const float fitting = std::stof(message.substr(message.find(phrase) + phrase.size()));
+  EXPECT_GT(fitting, 2);
+  EXPECT_EQ(refusal(fitting), "");
+  // Beside its points the surface takes more memory than they foretell.
+  options.maxMemory = std::size_t{64} << 20;
+  EXPECT_NE(refusal(2).find("along the surface, "), std::string::npos) << refusal(2);
 }
 
 TEST(Regularise, SaysWhatIsWrongWhenNothingIsObserved)

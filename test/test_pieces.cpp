@@ -75,8 +75,8 @@ TEST(FindPieces, HoldsEachPointOnceTheLargestFirst)
   EXPECT_GT(pieces.points[0].size(), pieces.points[1].size());
   for (const std::uint32_t i : pieces.points[0])
     EXPECT_LT(points.positions[i].norm(), 2);
-  EXPECT_EQ(pieces.alone, (std::vector<std::uint32_t>{static_cast<std::uint32_t>(objects),
-                                                      static_cast<std::uint32_t>(objects + 1)}));
+  EXPECT_EQ(pieces.alone,
+            (std::vector<std::uint32_t>{static_cast<std::uint32_t>(objects), static_cast<std::uint32_t>(objects + 1)}));
   std::vector<std::uint32_t> all(pieces.alone);
   for (const auto& piece : pieces.points) {
     EXPECT_TRUE(std::is_sorted(piece.begin(), piece.end()));
@@ -136,7 +136,8 @@ TEST(Pieces, GiveWhatEachWouldGiveAlone)
   const Reconstruction alone = run(one), together = run(spheres({{0, 0, 0}, {1024, 0, 0}}));
   // The spacing is that of both spheres, sampled with different seeds: lattices differ a little.
   EXPECT_NEAR(together.report.mesh.volume, 2 * alone.report.mesh.volume, .01 * alone.report.mesh.volume);
-  EXPECT_NEAR(static_cast<double>(together.report.mesh.triangles), 2. * static_cast<double>(alone.report.mesh.triangles),
+  EXPECT_NEAR(static_cast<double>(together.report.mesh.triangles),
+              2. * static_cast<double>(alone.report.mesh.triangles),
               .1 * static_cast<double>(alone.report.mesh.triangles));
 }
 

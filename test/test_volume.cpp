@@ -97,7 +97,8 @@ TEST(Volume, FlatSurfacesGetRoomForTheirHoles)
         points.positions.push_back(p);
         points.normals.push_back(Eigen::Vector3f::UnitZ());
       }
-  // The hole's middle is .8 from the nearest points: a ball of 1.2 times that; the coarse grid sees it to a voxel of .2.
+  // The hole's middle is .8 from the nearest points: a ball of 1.2 times that; the coarse grid sees it to a voxel of
+  // .2.
   const float room = growth(points, unlimited).z();
   EXPECT_GT(room, .8f);
   EXPECT_LT(room, 1.2f);

@@ -246,9 +246,8 @@ void run(const Command& command)
       const std::string file = fieldFile(command.field, n + 1);
       refuseInputAsOutput({command.input, command.sensorsFile, command.viewsFile}, {file});
       outputs.add(file);
-      write(file, [&](const std::string& path) {
-        writeField(result.field.otherPieces()[n], result.fieldOffset, path);
-      });
+      write(file,
+            [&](const std::string& path) { writeField(result.field.otherPieces()[n], result.fieldOffset, path); });
     }
   write(command.picture, [&](const std::string& path) { writePicture(result.mesh, PictureOptions(), path); });
   write(command.report, [&](const std::string& path) { writeReport(result, command, path); });

@@ -87,7 +87,9 @@ int affordableThreads(const BoundingBox& box, float voxelSize, double area, cons
 /// Each level starts from the tensor-cubic interpolation of the coarser one.
 /// \param search holds points.positions \param spacing l̄, cloud's unit
 /// \param volume that the field covers, with the padding around it; contains the points
-/// \throw InvalidInput if nothing is observed; ResourceLimit; SolverFailure; Cancelled
+/// \throw InvalidInput if nothing is observed; SolverFailure; Cancelled
+/// \throw ResourceLimit if the levels would take more memory than the limit, as the box or the surface in it foretells,
+/// or if the surface would take millions of voxels that are out of proportion to the points: thousands of each
 MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
                             const BoundingBox& volume, const ObservationOptions& observation, const PriorOptions& prior,
                             const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution);

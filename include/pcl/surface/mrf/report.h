@@ -62,7 +62,7 @@ struct Report {
 
   std::vector<LevelReport> levels;      ///< coarsest first; of a cloud in pieces those of the one with most points
   std::vector<PieceReport> otherPieces; ///< see pieces.h; mostly none
-  TrimResult trimming;                                                      ///< its mesh is empty
+  TrimResult trimming;                  ///< its mesh is empty
   std::int64_t splits = 0, collapses = 0, flips = 0, refusedOperations = 0; ///< of the remesher
   MeshStatistics meshBeforeRemeshing; ///< before trimming as well; without remeshing the same as mesh
   MeshStatistics mesh;
