@@ -25,9 +25,15 @@ constexpr float roomPerOpening = 1.2f; ///< around a vertex without data, in its
 
 constexpr float beyondHole = 1.25f; ///< of a hole's limit: the coarse solution sees its size but roughly
 
-/// The sheet around an open surface gets room up to here, in voxels of the coarse solution: on a face seen from the
-/// front the points are .064 % of the diagonal off the surface, without it .074, with 3 .060 and a third more voxels.
-constexpr float voxelsAtRim = 2;
+/// The sheet around an open surface gets a strip of at most this width, in voxels of the coarse solution and of the
+/// finest level. With two of the former the points of a face seen from the front are .064 % of the diagonal off the
+/// surface, without .074, with three .060 at a third more voxels; beyond some tens of the latter nothing is gained.
+constexpr float coarseVoxelsAtRim = 2, voxelsAtRim = 20;
+
+/// An opening is believed if the coarse solution has the normals of most of the points that are nearest to it: what is
+/// thinner than its voxels, as a long corridor may be, it cannot tell.
+constexpr double leastAgreement = .75;
+constexpr float agreeingCosine = .5f;
 
 /// A vertex is amid data if no wider sector around it is free of them, seen along its normal; they are looked for
 /// within some of its distances to the nearest point.
@@ -37,7 +43,9 @@ constexpr float sightPerDistance = 3;
 /// The surface that no point supports, in the parts of the mesh that have some points, by connected openings.
 class Openings {
 public:
-  Openings(const TriangleMesh& mesh, const NeighbourSearch& search) : mesh_(mesh), openingOf_(mesh.vertices.size())
+  Openings(const TriangleMesh& mesh, const DistanceField& field, const OrientedPoints& points,
+           const NeighbourSearch& search)
+      : mesh_(mesh), openingOf_(mesh.vertices.size())
   {
     const std::size_t count = mesh.vertices.size();
     DisjointSets components(count), openings(count);
@@ -55,6 +63,8 @@ public:
     distances_.assign(count, 0);
     largest_.assign(count, 0);
     reachesBorder_.assign(count, 0);
+    vertices_.assign(count, 0);
+    agreeing_.assign(count, 0);
     const VertexCorners corners = groupCorners(mesh);
     Ring ring;
     Neighbours nearest;
@@ -66,6 +76,10 @@ public:
       distances_[v] = std::sqrt(nearest.squaredDistances[0]);
       float& largest = largest_[openingOf_[v]];
       largest = std::max(largest, distances_[v]);
+      const auto p = static_cast<std::size_t>(nearest.indices[0]);
+      const Eigen::Vector3f gradient = field.sampleGradient(points.positions[p]);
+      ++vertices_[openingOf_[v]];
+      agreeing_[openingOf_[v]] += gradient.dot(points.normals[p]) > agreeingCosine * gradient.norm() ? 1 : 0;
       ring.set(mesh, corners, static_cast<std::int32_t>(v));
       if (!ring.isClosedFan())
         reachesBorder_[openingOf_[v]] = 1;
@@ -78,6 +92,13 @@ public:
   float largest(std::size_t v) const { return largest_[openingOf_[v]]; }
   /// True if the surface goes on from there to the border of the coarse solution.
   bool reachesBorder(std::size_t v) const { return reachesBorder_[openingOf_[v]] != 0; }
+
+  /// True if the surface in the opening of a vertex is more than a guess at what the grid cannot tell.
+  bool isBelieved(std::size_t v) const
+  {
+    const std::size_t opening = openingOf_[v];
+    return static_cast<double>(agreeing_[opening]) >= leastAgreement * static_cast<double>(vertices_[opening]);
+  }
 
   /// True if data are all around a vertex.
   bool isAmidData(std::size_t v, const Eigen::Vector3f& normal) const
@@ -110,6 +131,7 @@ private:
   std::vector<std::size_t> openingOf_; ///< by its first vertex
   std::vector<float> distances_, largest_;
   std::vector<std::uint8_t> reachesBorder_;
+  std::vector<std::int32_t> vertices_, agreeing_; ///< of each opening: all, and those whose nearest point agrees
 };
 
 } // namespace
@@ -134,8 +156,16 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighbourSearch& se
 
   setNormals(mesh, field, execution);
 
-  BoundingBox volume = box;
-  const Openings openings(mesh, search);
+  BoundingBox volume = box, rim = box;
+  const auto grow = [](BoundingBox& grown, const Eigen::Vector3f& center, float room) {
+    grown.lower = grown.lower.cwiseMin((center.array() - room).matrix());
+    grown.upper = grown.upper.cwiseMax((center.array() + room).matrix());
+  };
+  const auto limit = [&](BoundingBox& grown, float most) {
+    grown.lower = grown.lower.cwiseMax((box.lower.array() - most).matrix());
+    grown.upper = grown.upper.cwiseMin((box.upper.array() + most).matrix());
+  };
+  const Openings openings(mesh, field, points, search);
   const float farthest = beyondHole * maxHole / 2;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const float distance = openings.distance(v);
@@ -143,15 +173,17 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighbourSearch& se
       return openings.reachesBorder(v) ? distance <= farthest && openings.isAmidData(v, mesh.normals[v])
                                        : openings.largest(v) <= farthest;
     };
-    if (distance == 0 || (distance > voxelsAtRim * pilot.voxelSize && !isInOpening()))
+    if (distance == 0)
       continue;
-    const float room = roomPerOpening * distance;
-    volume.lower = volume.lower.cwiseMin((mesh.vertices[v].array() - room).matrix());
-    volume.upper = volume.upper.cwiseMax((mesh.vertices[v].array() + room).matrix());
+    if (openings.isBelieved(v) && isInOpening())
+      grow(volume, mesh.vertices[v], roomPerOpening * distance);
+    else if (distance <= coarseVoxelsAtRim * pilot.voxelSize)
+      grow(rim, mesh.vertices[v], roomPerOpening * distance);
   }
-  const float most = side.maxCoeff() / 2;
-  volume.lower = volume.lower.cwiseMax((box.lower.array() - most).matrix());
-  volume.upper = volume.upper.cwiseMin((box.upper.array() + most).matrix());
+  limit(volume, side.maxCoeff() / 2);
+  limit(rim, voxelsAtRim * multiscale.voxelSize);
+  volume.lower = volume.lower.cwiseMin(rim.lower);
+  volume.upper = volume.upper.cwiseMax(rim.upper);
   return volume;
 }
 

@@ -107,6 +107,24 @@ TEST(Volume, FlatSurfacesGetRoomForTheirHoles)
   EXPECT_LT(growth(points, 1).maxCoeff(), 1.2f * 4 * .2f);
 }
 
+TEST(Volume, CorridorsTakeWhatTheirSurfaceTakes)
+{
+  // Open at both ends and 100 times as long as wide: the coarse grid cannot see that it is a tube.
+  PointSet points;
+  for (int ring = 0; ring < 1200; ++ring)
+    for (int n = 0; n < 38; ++n) {
+      const float angle = static_cast<float>(2 * M_PI) / 38 * (static_cast<float>(n) + (ring % 2 == 0 ? .5f : 0));
+      points.normals.emplace_back(0, std::cos(angle), std::sin(angle));
+      points.positions.push_back(.3f * points.normals.back() +
+                                 Eigen::Vector3f(spacing * static_cast<float>(ring), 0, 0));
+    }
+  EXPECT_LE(growth(points, 30).maxCoeff(), 20 * 2 * spacing + 1e-3f);
+  const Reconstruction result = run(points);
+  EXPECT_EQ(result.report.mesh.components, 1);
+  // The tube, ten voxels per face of .1; what goes on behind its ends is a strip.
+  EXPECT_LT(static_cast<double>(result.report.levels.back().unknowns), 1.5 * 10 * 60 * 2 * M_PI * .3 / .01);
+}
+
 TEST(Volume, DoesNotDependOnHowADishLiesInItsBox)
 {
   std::vector<double> errors, unknowns;

@@ -16,8 +16,9 @@ namespace mrf {
 /// it, shows where the surface goes on without data. Around each of its vertices in an opening that is to be filled, a
 /// ball of 1.2 times the distance to the nearest point shall lie in the box, which stays in that volume. An opening is
 /// what is bounded by data all around and no larger than the limit; of the rest, the sheet around an open surface, it
-/// is what lies amid data, as holes that a neck joins to the sheet and bays do, and a strip of two such voxels. How the
-/// points lie in their box does not matter, nor does how flat they are.
+/// is what lies amid data, as holes that a neck joins to the sheet and bays do. Other rims get a strip of two such
+/// voxels, at most 20 of the finest level. How the points lie in their box does not matter, nor does how flat they are;
+/// openings of what is too thin for that grid get no room but the strip.
 /// \param search holds points.positions \param spacing l̄, cloud's unit \param multiscale with the voxel size set
 /// \param maxHole diameter of the largest hole that is to be filled, cloud's unit; infinite: all
 /// Cost: that of a grid of some 60,000 voxels.
