@@ -13,6 +13,7 @@
 #include <cmath>
 #include <limits>
 #include <sstream>
+#include <stdexcept>
 
 namespace pcl {
 namespace mrf {
@@ -25,6 +26,19 @@ constexpr double bytesPerVoxel = 72;
 /// thread. With the points and what was made of them before: the peaks of 1, 3 and 30 million points on two threads,
 /// and of 3 million on one, came within a tenth.
 constexpr double bytesPerFace = 285, bytesPerWindowVoxel = 250;
+
+/// Of each band one entry per row of the box; about ten bands exist at a time.
+constexpr double bytesPerRow = 40;
+
+/// Voxels along an axis: positions are counted in voxels in single precision, to a sixteenth.
+constexpr double mostVoxelsAlongAxis = 1 << 20;
+
+/// The bytes per face, shared out to the voxels of a band: 7.5 per face.
+constexpr double bytesPerUnknown = bytesPerFace / 7.5;
+
+/// Voxels of the finest band that a run may take whatever it has points, some seconds of work, and for each of them:
+/// surfaces have about ten, open ones with all of the sheet around them twenty-five.
+constexpr double unknownsOfAnyRun = 4e6, unknownsPerPoint = 2000;
 
 /// Area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
 constexpr double areaPerPoint = 4;
@@ -126,10 +140,16 @@ double predictedBytes(const BoundingBox& box, double side, double area, const Mu
 {
   const double padding = 2. * resolvedPadding(options) + 2;
   const Eigen::Array3d voxels = (box.upper - box.lower).cast<double>().array() / side + padding;
+  if (!(voxels.maxCoeff() <= mostVoxelsAlongAxis))
+    return std::numeric_limits<double>::infinity();
   if (voxels.prod() <= static_cast<double>(options.denseVoxels))
     return voxels.prod() * bytesPerVoxel * 8 / 7;
-  const double windows = bytesPerWindowVoxel * threads * voxels.x() * voxels.y();
-  return static_cast<double>(options.denseVoxels) * bytesPerVoxel + windows + area / (side * side) * bytesPerFace;
+  const Eigen::Array3i whole = voxels.cast<int>();
+  const Eigen::Array3d stored = bandAxes({whole.x(), whole.y(), whole.z()}).toStored(voxels);
+  const double windows = bytesPerWindowVoxel * threads * stored.x() * stored.y(),
+               rows = bytesPerRow * stored.y() * stored.z();
+  return static_cast<double>(options.denseVoxels) * bytesPerVoxel + windows + rows +
+         area / (side * side) * bytesPerFace;
 }
 
 double memoryLimit(const MultiscaleOptions& options)
@@ -155,6 +175,27 @@ void checkMemory(const BoundingBox& box, float voxelSize, double area, const Mul
   throw ResourceLimit(text.str());
 }
 
+/// \param unknowns of the finest level, as a coarser one in a band foretells them from the surface that it has found
+/// \throw ResourceLimit if they take more memory than the limit, or are out of proportion to the points
+void checkSurface(double unknowns, std::size_t points, double voxelSize, const MultiscaleOptions& options)
+{
+  const double affordable = memoryLimit(options) / bytesPerUnknown,
+               sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
+  if (unknowns <= std::min(affordable, sound))
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
+  if (affordable < sound)
+    text << ", " << unknowns * bytesPerUnknown / (1 << 30) << " GiB, the limit is " << memoryLimit(options) / (1 << 30)
+         << " GiB";
+  else
+    text << " through " << points << " points, which say nothing about most of it";
+  // Faces grow with the square of the voxel size; a tenth more for what coarser levels see otherwise.
+  text << "; a voxel size of " << 1.1 * voxelSize * std::sqrt(unknowns / std::min(affordable, sound)) << " would do";
+  throw ResourceLimit(text.str());
+}
+
 /// The first band, the second, and those after it. A guess is right but for what the coarser grid could not resolve:
 /// measured on three scans, points are met after two steps on the first band, holes come no closer to the truth after
 /// the fourth, and where scans contradict each other sheets would go on creeping. On a million points (three bands)
@@ -170,14 +211,50 @@ constexpr std::array<BandPlan, 3> bandPlans = {{{4, 3}, {2, 3}, {1, 1}}};
 /// scan were a quarter worse. Observed at voxels, holes get worse at once.
 constexpr double guessTolerance = 8;
 
+/// The points as a level stored in another order of axes sees them.
+OrientedPoints inOrder(const AxisOrder& axes, const OrientedPoints& points)
+{
+  OrientedPoints result = points;
+  for (Eigen::Vector3f& position : result.positions)
+    position = axes.toStored(position);
+  for (Eigen::Vector3f& normal : result.normals)
+    normal = axes.toStored(normal);
+  return result;
+}
+
+/// A search asked in another order of axes.
+class SearchInOrder : public NeighbourSearch {
+public:
+  SearchInOrder(const AxisOrder& axes, const NeighbourSearch& search) : axes_(axes), search_(search) {}
+
+  void setPoints(const std::vector<Eigen::Vector3f>&) override
+  {
+    throw std::logic_error("SearchInOrder: holds the points of another search");
+  }
+  int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override
+  {
+    return search_.nearest(axes_.fromStored(query), k, result);
+  }
+  int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override
+  {
+    return search_.within(axes_.fromStored(query), radius, result);
+  }
+
+private:
+  const AxisOrder axes_;
+  const NeighbourSearch& search_;
+};
+
 /// The levels of one run, coarse to fine: dense ones, then those in bands.
 class LevelSolver {
 public:
   LevelSolver(const OrientedPoints& points, const NeighbourSearch& search, float spacing, std::vector<Lattice> lattices,
-              int bandThreads, float maxDistance, const ObservationOptions& observation, const PriorOptions& prior,
-              const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution)
+              AxisOrder axes, int bandThreads, float maxDistance, const ObservationOptions& observation,
+              const PriorOptions& prior, const SolverOptions& solver, const MultiscaleOptions& options,
+              Execution& execution)
       : points_(points), search_(search), spacing_(spacing), maxDistance_(maxDistance), lattices_(std::move(lattices)),
-        bandThreads_(bandThreads), observation_(observation), prior_(prior), solver_(solver), execution_(execution)
+        axes_(axes), bandThreads_(bandThreads), observation_(observation), prior_(prior), solver_(solver),
+        options_(options), execution_(execution)
   {
     // The coarsest level is always dense.
     while (denseLevels_ > 1 && lattices_[denseLevels_ - 1].size.count() > options.denseVoxels)
@@ -215,7 +292,7 @@ private:
   LevelReport newReport(std::size_t level) const
   {
     LevelReport report;
-    report.size = lattices_[level].size;
+    report.size = axes_.fromStored(lattices_[level].size);
     report.voxelSize = lattices_[level].spacing;
     report.maxDistance = maxDistance_;
     report.unknowns = report.size.count();
@@ -308,6 +385,9 @@ private:
     band_ = solveBandLevel(lattices_, level, band_, observation, prior_.prior, plan, solver_, isFinest(level), report,
                            execution_);
     report.solverSeconds = secondsSince(solverStart);
+    if (!isFinest(level))
+      checkSurface(std::ldexp(static_cast<double>(report.unknowns), 2 * static_cast<int>(lattices_.size() - 1 - level)),
+                   points_.size(), lattices_.back().spacing, options_);
     return report;
   }
 
@@ -323,17 +403,19 @@ private:
     banded->values = std::move(band_.values);
     if (!observation_.atPoints())
       banded->confidences = bandConfidences(finest_, banded->band);
-    return DistanceField(lattice, std::move(banded));
+    return DistanceField(lattice, std::move(banded), axes_);
   }
 
   const OrientedPoints& points_;
   const NeighbourSearch& search_;
   float spacing_, maxDistance_;
-  std::vector<Lattice> lattices_;
+  std::vector<Lattice> lattices_; ///< as they are stored, like the points and all that follows
+  AxisOrder axes_;                ///< of the cloud in that order
   int bandThreads_;
   const ObservationOptions& observation_;
   const PriorOptions& prior_;
   const SolverOptions& solver_;
+  const MultiscaleOptions& options_;
   Execution& execution_;
   std::size_t denseLevels_ = lattices_.size();
   std::vector<std::vector<PointSample>> samples_; ///< of all levels, if points are observed
@@ -370,6 +452,22 @@ int affordableThreads(const BoundingBox& box, float voxelSize, double area, cons
   while (affordable > 1 && predictedBytes(box, voxelSize, area, options, affordable) > limit)
     --affordable;
   return affordable;
+}
+
+AxisOrder bandAxes(const GridSize& size)
+{
+  constexpr double worthwhile = 1.5;
+  std::array<int, 3> byLength{0, 1, 2};
+  const std::array<double, 3> sides{static_cast<double>(size.x), static_cast<double>(size.y),
+                                    static_cast<double>(size.z)};
+  std::stable_sort(byLength.begin(), byLength.end(), [&](int a, int b) {
+    return sides[static_cast<std::size_t>(a)] < sides[static_cast<std::size_t>(b)];
+  });
+  const auto side = [&](int rank) { return sides[static_cast<std::size_t>(byLength[static_cast<std::size_t>(rank)])]; };
+  AxisOrder order;
+  if (sides[0] * sides[1] > worthwhile * side(1) * side(0) || sides[1] * sides[2] > worthwhile * side(0) * side(2))
+    order.axes = {byLength[1], byLength[0], byLength[2]};
+  return order;
 }
 
 std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options)
@@ -413,10 +511,20 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
   if (solver.method != SolverMethod::multigrid || prior.energy != Energy::joint)
     own.denseVoxels = std::numeric_limits<std::int64_t>::max();
   const double area = areaPerPoint * spacing * spacing * static_cast<double>(points.size());
-  return LevelSolver(points, search, spacing, planLevels(volume, voxelSize, area, own),
-                     affordableThreads(volume, voxelSize, area, own, execution.threads()), maxDistance,
-                     observationOptions, prior, solver, own, execution)
-      .run();
+  std::vector<Lattice> lattices = planLevels(volume, voxelSize, area, own);
+  const int bandThreads = affordableThreads(volume, voxelSize, area, own, execution.threads());
+  const auto solve = [&](const OrientedPoints& stored, const NeighbourSearch& asked, AxisOrder axes) {
+    return LevelSolver(stored, asked, spacing, std::move(lattices), axes, bandThreads, maxDistance, observationOptions,
+                       prior, solver, own, execution)
+        .run();
+  };
+  const GridSize finest = lattices.back().size;
+  const AxisOrder axes = finest.count() > own.denseVoxels ? bandAxes(finest) : AxisOrder();
+  if (axes.isNatural())
+    return solve(points, search, axes);
+  for (Lattice& lattice : lattices)
+    lattice = axes.toStored(lattice);
+  return solve(inOrder(axes, points), SearchInOrder(axes, search), axes);
 }
 
 } // namespace mrf

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
@@ -335,6 +336,32 @@ private:
   TriangleMesh mesh_;
 };
 
+TriangleMesh polygonizePiece(const DistanceField& field, const CellTable& table, Execution& execution)
+{
+  const AxisOrder axes = field.axes();
+  if (axes.isNatural())
+    return Polygonizer(field, table, execution).run();
+  TriangleMesh mesh = Polygonizer(field.inStoredAxes(), table, execution).run();
+  for (Eigen::Vector3f& vertex : mesh.vertices)
+    vertex = axes.fromStored(vertex);
+  if (axes.isMirrored())
+    for (Triangle& triangle : mesh.triangles)
+      std::swap(triangle[1], triangle[2]);
+  return mesh;
+}
+
+/// Adds a mesh without fields to another.
+void append(TriangleMesh& mesh, const TriangleMesh& other)
+{
+  if (mesh.triangles.size() + other.triangles.size() > std::numeric_limits<std::int32_t>::max() / 3)
+    throw ResourceLimit("the zero levels of the pieces have more triangles than 32-bit indices can tell apart; use "
+                        "larger voxels");
+  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  for (const Triangle& t : other.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
 } // namespace
 
 TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& options, Execution& execution)
@@ -342,7 +369,10 @@ TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& op
   if (field.empty())
     return {};
   const CellTable& table = options.decomposition == CellDecomposition::cubes ? cubeTable() : tetrahedraTable();
-  return Polygonizer(field, table, execution).run();
+  TriangleMesh mesh = polygonizePiece(field, table, execution);
+  for (const DistanceField& piece : field.otherPieces())
+    append(mesh, polygonizePiece(piece, table, execution));
+  return mesh;
 }
 
 } // namespace mrf

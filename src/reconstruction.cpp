@@ -1,4 +1,5 @@
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/pieces.h>
 #include <pcl/surface/mrf/reconstruction.h>
 #include <pcl/surface/mrf/robust.h>
 #include <pcl/surface/mrf/volume.h>
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <memory>
 #include <sstream>
 #include <utility>
 
@@ -87,9 +89,6 @@ bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighbourSe
     search.dropPoints(points.positions, keep, execution);
   return true;
 }
-
-/// Fewer points than a plane's neighbourhood cannot tell a surface.
-constexpr std::size_t fewestPoints = 4;
 
 void requirePoints(const PointSet& points, const char* after, const Report& report)
 {
@@ -301,15 +300,76 @@ void resolveResolution(const OrientedPoints& points, const Options& requested, O
       resolvedMaxDistance(requested.observation, report.density.spacing, options.multiscale.voxelSize);
 }
 
-/// What the field is to cover: the points' box, unless the padding is automatic.
-BoundingBox resolveVolume(const OrientedPoints& points, const NeighbourSearch& search, const Options& options,
-                          Report& report, Execution& execution)
+/// A part of the points that is solved on its own, and what answers for it.
+struct Piece {
+  const OrientedPoints* points;
+  const NeighbourSearch* search;
+  BoundingBox volume; ///< what its field is to cover: the points' box, unless the padding is automatic
+};
+
+/// The parts of a cloud in several pieces; empty if it is in one.
+struct OwnedPieces {
+  std::vector<OrientedPoints> points;
+  std::vector<std::unique_ptr<NeighbourSearch>> searches;
+};
+
+/// Splits a cloud whose parts cannot see each other, and drops points that are alone.
+OwnedPieces split(OrientedPoints& points, NeighbourSearch& search, const Options& options, Report& report,
+                  Execution& execution)
 {
+  // Holes up to the limit are to be filled; boxes grow by the padding, and must not meet.
+  const auto voxels = static_cast<float>(8 * (resolvedPadding(options.multiscale) + 2));
+  const float minGap = std::max(options.trimming.maxHole, voxels * options.multiscale.voxelSize);
+  const Pieces pieces = findPieces(points.positions, minGap);
+  OwnedPieces owned;
+  if (pieces.points.size() > 1)
+    for (const std::vector<std::uint32_t>& piece : pieces.points) {
+      owned.points.push_back(select(points, piece));
+      owned.searches.push_back(makePointBins());
+      owned.searches.back()->setPoints(owned.points.back().positions, execution);
+    }
+  if (!pieces.alone.empty()) {
+    std::vector<std::uint8_t> keep = flags(points.size());
+    for (const std::uint32_t i : pieces.alone)
+      keep[i] = 0;
+    points = select(points, keep);
+    search.dropPoints(points.positions, keep, execution);
+    report.points.alone = static_cast<std::int64_t>(pieces.alone.size());
+    report.points.used -= report.points.alone;
+  }
+  return owned;
+}
+
+void chooseVolumes(std::vector<Piece>& pieces, const Options& options, Report& report, Execution& execution)
+{
+  for (Piece& piece : pieces)
+    piece.volume = boundingBox(piece.points->positions);
   if (options.multiscale.padding > 0)
-    return boundingBox(points.positions);
+    return;
   const StageTimer timer("volume", report, execution);
-  return chooseVolume(points, search, report.density.spacing, options.observation, options.prior, options.solver,
-                      options.multiscale, execution);
+  const float maxHole =
+      options.trimming.trimming == Trimming::none ? std::numeric_limits<float>::infinity() : options.trimming.maxHole;
+  for (Piece& piece : pieces)
+    piece.volume = chooseVolume(*piece.points, *piece.search, report.density.spacing, options.observation,
+                                options.prior, options.solver, options.multiscale, maxHole, execution);
+}
+
+/// The fields of all pieces; the report gets their levels.
+DistanceField regularise(const std::vector<Piece>& pieces, const Options& options, Report& report, Execution& execution)
+{
+  const StageTimer timer("regularisation", report, execution);
+  std::vector<DistanceField> fields;
+  for (const Piece& piece : pieces) {
+    MultiscaleResult result =
+        regularise(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
+                   options.prior, options.solver, options.multiscale, execution);
+    if (fields.empty())
+      report.levels = std::move(result.levels);
+    else
+      report.otherPieces.push_back({static_cast<std::int64_t>(piece.points->size()), std::move(result.levels)});
+    fields.push_back(std::move(result.field));
+  }
+  return DistanceField::ofPieces(std::move(fields));
 }
 
 } // namespace
@@ -429,23 +489,25 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   rejectByField(result.points, search, resolved, report, execution);
   resolveSmoothing(result.points, resolved, report, execution);
   resolveResolution(result.points, options, resolved, report, execution);
-  warnOfDroppedPoints(report);
-  const BoundingBox volume = resolveVolume(result.points, search, resolved, report, execution);
-  resolved.multiscale.padding = resolvedPadding(resolved.multiscale);
+  const OwnedPieces owned = split(result.points, search, resolved, report, execution);
+  std::vector<Piece> pieces;
+  for (std::size_t n = 0; n < owned.points.size(); ++n)
+    pieces.push_back({&owned.points[n], owned.searches[n].get(), {}});
+  if (pieces.empty())
+    pieces.push_back({&result.points, &search, {}});
   report.diagonal = boundingBox(result.points.positions).diagonal();
-  resolved.trimming.maxHole = resolvedMaxHole(resolved.trimming, static_cast<float>(report.diagonal));
+  float largest = 0; // what lies far apart has no holes as wide as that
+  for (const Piece& piece : pieces)
+    largest = std::max(largest, boundingBox(piece.points->positions).diagonal());
+  resolved.trimming.maxHole = resolvedMaxHole(resolved.trimming, largest);
+  warnOfDroppedPoints(report);
+  chooseVolumes(pieces, resolved, report, execution);
+  resolved.multiscale.padding = resolvedPadding(resolved.multiscale);
   report.options = resolved;
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
   warnOfCoarseInput(resolution, resolved.multiscale.voxelSize, report);
-  {
-    const StageTimer timer("regularisation", report, execution);
-    MultiscaleResult regularised =
-        regularise(result.points, search, report.density.spacing, volume, resolved.observation, resolved.prior,
-                   resolved.solver, resolved.multiscale, execution);
-    result.field = std::move(regularised.field);
-    report.levels = std::move(regularised.levels);
-  }
+  result.field = regularise(pieces, resolved, report, execution);
   {
     const StageTimer timer("polygonizer", report, execution);
     result.mesh = polygonize(result.field, resolved.polygonizer, execution);

@@ -4,11 +4,13 @@
 #include "support/statistics.h"
 #include "support/zero_level.h"
 
+#include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/multiscale.h>
 #include <pcl/surface/mrf/polygonizer.h>
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -283,6 +285,57 @@ TEST(BandedLevels, GradientsAreThoseOfTheVoxelsAround)
     ++(isAtBorder ? border : field.hasCell(cell.x(), cell.y(), cell.z()) ? stored : elsewhere);
   }
   EXPECT_GT(std::min({stored, border, elsewhere}), 500);
+}
+
+TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
+{
+  // Three different sides: whatever the order, they are stored in the same one, half of the times mirrored.
+  const shapes::Sdf brick = shapes::box({.9, .4, 2}, .3);
+  bool wereMirrored = false, wereNot = false;
+  for (const std::array<int, 3>& axes : {std::array<int, 3>{0, 1, 2}, {1, 0, 2}, {2, 1, 0}, {1, 2, 0}}) {
+    const auto turned = [&](const Eigen::Vector3d& p) {
+      Eigen::Vector3d natural;
+      for (std::size_t a = 0; a < 3; ++a)
+        natural[static_cast<Eigen::Index>(a)] = p[axes[a]];
+      return natural;
+    };
+    const PointSet points = shapes::sample([&](const Eigen::Vector3d& p) { return brick(turned(p)); }, 2.5, .05);
+    for (const Estimate estimate : {Estimate::points, Estimate::plane}) {
+      const MultiscaleResult result = solve(points, .05f, fewVoxels, {}, estimate);
+      const DistanceField& field = result.field;
+      (field.axes().isMirrored() ? wereMirrored : wereNot) = true;
+      const BoundingBox box = boundingBox(points.positions);
+      const GridSize size = field.lattice().size;
+      EXPECT_EQ(result.levels.back().size, size);
+      // Voxels of .1 and padding of six.
+      EXPECT_NEAR(size.x, (box.upper - box.lower).x() / .1 + 12, 2);
+      EXPECT_NEAR(size.y, (box.upper - box.lower).y() / .1 + 12, 2);
+      EXPECT_NEAR(size.z, (box.upper - box.lower).z() / .1 + 12, 2);
+      EXPECT_LT(field.sampleDistance(Eigen::Vector3f::Zero()), -.1f);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        ASSERT_NEAR(field.sampleDistance(points.positions[i]), 0, .02) << "a fifth of a voxel";
+        ASSERT_GT(field.sampleGradient(points.positions[i]).normalized().dot(points.normals[i]), .9f);
+      }
+      Execution execution(1);
+      const TriangleMesh mesh = polygonize(field, {}, execution);
+      const MeshStatistics statistics = measure(mesh);
+      EXPECT_TRUE(statistics.closed() && statistics.manifold());
+      const double volume =
+          measure(polygonize(solve(points, .05f, everything, {}, estimate).field, {}, execution)).volume;
+      EXPECT_NEAR(statistics.volume, volume, .001 * volume) << "outward, and that of dense levels";
+      // Rows of signs say the same as voxels.
+      std::vector<std::uint64_t> words(static_cast<std::size_t>(size.x + 63) / 64);
+      for (int k = 0; k < size.z; ++k)
+        for (int j = 0; j < size.y; ++j) {
+          field.signsOfRow(j, k, words.data());
+          for (int i = 0; i + 1 < size.x; ++i)
+            if (field.hasCell(i, j, k)) {
+              ASSERT_EQ(words[static_cast<std::size_t>(i) / 64] >> (i % 64) & 1, field.distance(i, j, k) < 0 ? 1u : 0u);
+            }
+        }
+    }
+  }
+  EXPECT_TRUE(wereMirrored && wereNot);
 }
 
 TEST(BandedLevels, FillHolesLikeDenseOnes)

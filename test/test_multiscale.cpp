@@ -4,9 +4,13 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/multiscale.h>
 
+#include <Eigen/LU>
+
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <string>
 
 using namespace pcl::mrf;
 
@@ -104,6 +108,44 @@ TEST(PlanLevels, AsManyThreadsSweepAsFit)
   EXPECT_GT(threads(1000), most);
   options.maxMemory = 1; // planLevels refuses this
   EXPECT_EQ(threads(4), 1);
+}
+
+TEST(PlanLevels, LongAxesAreStoredWhereTheyCostLeast)
+{
+  const auto order = [](int x, int y, int z) { return bandAxes({x, y, z}).axes; };
+  using Axes = std::array<int, 3>;
+  EXPECT_EQ(order(100, 110, 120), (Axes{0, 1, 2})) << "not worth the while";
+  EXPECT_EQ(order(140, 100, 120), (Axes{0, 1, 2}));
+  EXPECT_EQ(order(10000, 9000, 100), (Axes{1, 2, 0})) << "terrain";
+  EXPECT_EQ(order(100, 9000, 10000), (Axes{1, 0, 2})) << "a wall";
+  EXPECT_EQ(order(90, 10000, 100), (Axes{2, 0, 1})) << "a corridor";
+  for (const Axes& axes : {Axes{0, 1, 2}, Axes{1, 2, 0}, Axes{2, 0, 1}, Axes{1, 0, 2}, Axes{0, 2, 1}, Axes{2, 1, 0}}) {
+    const AxisOrder any{axes};
+    const Eigen::Vector3f v(1, 2, 3);
+    EXPECT_EQ(any.fromStored(any.toStored(v)), v);
+    EXPECT_EQ(any.toStored(v)[0], v[axes[0]]);
+    Eigen::Matrix3f stored;
+    for (int axis = 0; axis < 3; ++axis)
+      stored.col(axis) = any.toStored(Eigen::Vector3f(Eigen::Vector3f::Unit(axis)));
+    EXPECT_EQ(any.isMirrored(), stored.determinant() < 0);
+  }
+}
+
+TEST(PlanLevels, MemoryFollowsTheSurfaceOfTerrainsAndCorridors)
+{
+  // A terrain of 10⁴ × 10⁴ voxels by 100, and a corridor of 10⁵ by 100 × 100: what the surface itself takes is some
+  // 285 bytes per face (28 GB, 11 GB); the rest is to be small beside it, however the axes lie.
+  MultiscaleOptions options;
+  for (const Eigen::Vector3f& sides : {Eigen::Vector3f(10000, 10000, 100), Eigen::Vector3f(100000, 100, 100)}) {
+    const double area = sides.minCoeff() == sides[1] ? 4e7 : 1e8;
+    options.maxMemory = static_cast<std::size_t>(1.05 * 285 * area);
+    for (const Eigen::Vector3f& turned :
+         {sides, Eigen::Vector3f(sides[1], sides[2], sides[0]), Eigen::Vector3f(sides[2], sides[0], sides[1])}) {
+      EXPECT_NO_THROW(planLevels(box({0, 0, 0}, turned), 1, area, options)) << turned.transpose();
+      EXPECT_EQ(affordableThreads(box({0, 0, 0}, turned), 1, area, options, 2), 2);
+    }
+  }
+  EXPECT_THROW(planLevels(box({0, 0, 0}, {3e6f, 1, 1}), 1, 100, options), ResourceLimit) << "too long to be counted";
 }
 
 TEST(PlanLevels, ChecksItsOptions)
@@ -231,6 +273,34 @@ TEST(Regularise, DoesNotDependOnTheNumberOfThreads)
         for (int i = 0; i < size.x; ++i)
           ASSERT_EQ(one.field.distance(i, j, k), more.field.distance(i, j, k));
   }
+}
+
+TEST(Regularise, RefusesSurfacesThatNoPointsTellOf)
+{
+  // A plane through a dozen points, a thousand spacings apart.
+  PointSet points;
+  for (int n = 0; n < 12; ++n) {
+    points.positions.emplace_back(1000.f * static_cast<float>(n % 4), 1000.f * static_cast<float>(n / 4), 0.f);
+    points.normals.push_back(Eigen::Vector3f::UnitZ());
+  }
+  MultiscaleOptions options;
+  const auto refusal = [&](float voxelSize) -> std::string {
+    options.voxelSize = voxelSize;
+    try {
+      regularisePoints(points, 1, {}, options);
+    } catch (const ResourceLimit& error) {
+      return error.message();
+    }
+    return {};
+  };
+  const std::string message = refusal(2), phrase = "a voxel size of ";
+  ASSERT_NE(message.find("12 points"), std::string::npos) << message;
+  const float fitting = std::stof(message.substr(message.find(phrase) + phrase.size()));
+  EXPECT_GT(fitting, 2);
+  EXPECT_EQ(refusal(fitting), "");
+  // Beside its points the surface takes more memory than they foretell.
+  options.maxMemory = std::size_t{64} << 20;
+  EXPECT_NE(refusal(2).find("along the surface, "), std::string::npos) << refusal(2);
 }
 
 TEST(Regularise, SaysWhatIsWrongWhenNothingIsObserved)

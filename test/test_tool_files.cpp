@@ -289,6 +289,30 @@ TEST_F(ToolFiles, FieldIsInTheFrameOfTheCloud)
   EXPECT_GT(checked, 100);
 }
 
+TEST_F(ToolFiles, APieceFarAwayHasAFieldOfItsOwn)
+{
+  const Eigen::Vector3d far(0, 300, 0);
+  std::ostringstream rows;
+  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
+    rows << p.transpose() << ' ' << p.transpose() << '\n';
+  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount / 2))
+    rows << (p + far).transpose() << ' ' << p.transpose() << '\n';
+  write("in.xyz", rows.str());
+  const tool::Outcome outcome = run({"in.xyz", "out.ply", "--field", "field.vti"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("2 pieces far apart"), std::string::npos) << outcome.out;
+  for (const bool isFar : {false, true}) {
+    auto reader = vtkSmartPointer<vtkXMLImageDataReader>::New();
+    reader->SetFileName(path(isFar ? "field.2.vti" : "field.vti").c_str());
+    reader->Update();
+    vtkImageData* image = reader->GetOutput();
+    double bounds[6];
+    image->GetBounds(bounds);
+    EXPECT_NEAR((bounds[2] + bounds[3]) / 2, isFar ? far.y() : 0, .5) << "a box around the sphere of radius 1";
+    EXPECT_LT(bounds[3] - bounds[2], 6);
+  }
+}
+
 TEST_F(ToolFiles, SurveyCoordinatesKeepTheirDigits)
 {
   // Float resolves .06 at a million; the sphere's radius is 1.

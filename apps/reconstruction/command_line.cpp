@@ -212,7 +212,10 @@ void addOutputOptions(OptionParser& parser, Command& command)
 {
   parser.group("More output");
   parser.text("--report", "FILE.json", command.report, "all parameters, counts, times and statistics");
-  parser.text("--field", "FILE.vti", command.field, "the distance field, and the confidence of observed voxels");
+  parser.text(
+      "--field", "FILE.vti", command.field,
+      "the distance field, and the confidence of observed voxels; of a cloud in pieces far apart also FILE.2.vti, "
+      "FILE.3.vti ...");
   parser.text("--picture", "FILE.png", command.picture, "a rendering of the mesh; needs an X display (xvfb-run)");
   parser.group("Run");
   parser.number("--threads", "N", wholeNumbers(0, 1024), field(&Options::threads), "the result does not depend on it",

@@ -81,7 +81,8 @@ std::string droppedPoints(const pcl::mrf::PointCounts& points)
       {points.outliersByStatistics, "outliers by statistics"},
       {points.noiseByPlaneFit, "noise by plane fit"},
       {points.outliersByField, "against a robust field"},
-      {points.smallComponents, "in small components"}};
+      {points.smallComponents, "in small components"},
+      {points.alone, "alone"}};
   std::vector<std::string> words;
   for (const auto& [count, reason] : reasons)
     if (count > 0)
@@ -212,6 +213,13 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
             format("sampling distance %.4g, voxel %.4g%s, smoothing length %.4g",
                    static_cast<double>(report.density.spacing),
                    static_cast<double>(report.options.multiscale.voxelSize), grid.c_str(), report.smoothingLength));
+  if (!report.otherPieces.empty()) {
+    std::int64_t points = 0;
+    for (const pcl::mrf::PieceReport& piece : report.otherPieces)
+      points += piece.points;
+    printLine("", counted(static_cast<std::int64_t>(report.otherPieces.size()) + 1, "piece", "pieces") +
+                      " far apart; this grid is the largest's, the others have " + counted(points, "point", "points"));
+  }
   if (!report.smoothing.curve.empty())
     printLine("", format("noise about %.3g, by %s points left out", report.smoothing.noise,
                          grouped(report.smoothing.heldOut).c_str()));

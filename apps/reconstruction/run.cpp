@@ -175,6 +175,13 @@ Result reconstruct(Input& input, const Command& command, ProgressDisplay& progre
   return result;
 }
 
+/// The file of a piece's field: FILE.vti, FILE.2.vti, FILE.3.vti …
+std::string fieldFile(const std::string& path, std::size_t piece)
+{
+  const std::size_t dot = path.rfind('.');
+  return piece == 0 ? path : path.substr(0, dot) + "." + std::to_string(piece + 1) + path.substr(dot);
+}
+
 void writeReport(const Result& result, const Command& command, const std::string& path)
 {
   nlohmann::ordered_json json = {{"input", command.input}, {"output", command.output}};
@@ -234,6 +241,14 @@ void run(const Command& command)
   };
   write(command.output, [&](const std::string& path) { writeMesh(result.mesh, path, extension(command.output)); });
   write(command.field, [&](const std::string& path) { writeField(result.field, result.fieldOffset, path); });
+  if (!command.field.empty())
+    for (std::size_t n = 0; n < result.field.otherPieces().size(); ++n) {
+      const std::string file = fieldFile(command.field, n + 1);
+      refuseInputAsOutput({command.input, command.sensorsFile, command.viewsFile}, {file});
+      outputs.add(file);
+      write(file,
+            [&](const std::string& path) { writeField(result.field.otherPieces()[n], result.fieldOffset, path); });
+    }
   write(command.picture, [&](const std::string& path) { writePicture(result.mesh, PictureOptions(), path); });
   write(command.report, [&](const std::string& path) { writeReport(result, command, path); });
   if (interrupted != 0)

@@ -96,6 +96,7 @@ Json toJson(const PointCounts& points)
           {"noiseByPlaneFit", points.noiseByPlaneFit},
           {"smallComponents", points.smallComponents},
           {"outliersByField", points.outliersByField},
+          {"alone", points.alone},
           {"used", points.used}};
 }
 
@@ -169,11 +170,19 @@ Json toJson(const MeshStatistics& mesh)
           {"valences", mesh.valences}};
 }
 
+Json toJson(const std::vector<LevelReport>& levels)
+{
+  Json result = Json::array();
+  for (const LevelReport& level : levels)
+    result.push_back(toJson(level));
+  return result;
+}
+
 Json toJson(const Report& report)
 {
-  Json levels = Json::array();
-  for (const LevelReport& level : report.levels)
-    levels.push_back(toJson(level));
+  Json otherPieces = Json::array();
+  for (const PieceReport& piece : report.otherPieces)
+    otherPieces.push_back({{"points", piece.points}, {"levels", toJson(piece.levels)}});
   Json times = Json::array();
   for (const StageTime& time : report.times)
     times.push_back({{"stage", time.stage}, {"seconds", time.seconds}});
@@ -194,7 +203,8 @@ Json toJson(const Report& report)
           {"normalsEstimated", report.normalsEstimated},
           {"vote", nameOf(report.vote)},
           {"orientation", toJson(report.orientation)},
-          {"levels", levels},
+          {"levels", toJson(report.levels)},
+          {"otherPieces", otherPieces},
           {"trimming",
            {{"holesFilled", report.trimming.holesFilled},
             {"extrapolationsDropped", report.trimming.extrapolationsDropped},

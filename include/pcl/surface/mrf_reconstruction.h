@@ -121,6 +121,8 @@ public:
   const mrf::Report& getReport() const { return result_.report; }
 
   /// The regularised field of the last successful run, empty before. Its frame is the cloud's minus getOffset().
+  /// If the cloud is in pieces far apart it is that of the one with most points, with the others as its otherPieces();
+  /// sampling it finds the right one.
   const mrf::DistanceField& getDistanceField() const { return result_.field; }
 
   /// Add to positions of the field's frame to be in the cloud's.

@@ -27,11 +27,24 @@ public:
   /// A dense field. \pre the arrays have lattice.size.count() values; no confidences: none are known
   DistanceField(const Lattice& lattice, std::vector<float> distances, std::vector<float> confidences);
 
-  /// A field in a band.
-  DistanceField(const Lattice& lattice, std::shared_ptr<const BandedDistances> distances);
+  /// A field in a band. \param lattice as it is stored \param axes of the field in that order; see axes()
+  DistanceField(const Lattice& lattice, std::shared_ptr<const BandedDistances> distances, AxisOrder axes = {});
+
+  /// The field of a cloud in pieces that are far apart, each on its own lattice: that of the first, but a position is
+  /// sampled in the piece whose lattice it is in or within a few voxels of. \pre not empty; the lattices are disjoint
+  static DistanceField ofPieces(std::vector<DistanceField> pieces);
+
+  /// The fields of the other pieces, as ofPieces was given them; mostly none.
+  const std::vector<DistanceField>& otherPieces() const;
 
   const Lattice& lattice() const { return lattice_; }
   bool empty() const { return distances_.empty() && !banded_; }
+
+  /// How the field lies in memory: its rows run along the stored x. All members speak of the field's own axes.
+  AxisOrder axes() const { return axes_; }
+
+  /// The same values as a field whose axes are those of the storage: for what goes over whole rows.
+  DistanceField inStoredAxes() const;
 
   /// Signed distance at a voxel. \pre the voxel is inside the lattice
   float distance(int i, int j, int k) const
@@ -61,19 +74,32 @@ public:
   /// Trilinear interpolation of central differences: continuous, not of unit length, points outward.
   Eigen::Vector3f sampleGradient(const Eigen::Vector3f& position) const;
 
-  /// Bytes held.
+  /// Bytes held, other pieces included.
   std::size_t bytes() const;
 
 private:
+  struct OtherPieces;
+
+  const DistanceField& pieceAt(const Eigen::Vector3f& position) const;
   float bandedDistance(int i, int j, int k) const;
-  void distancesOfRow(int i, int j, int k, int count,
-                      float* out) const; ///< of the voxels (i, j, k) .. (i + count − 1, j, k)
+  std::int64_t packedIndex(int i, int j, int k) const; ///< in the band; −1 outside of it
   bool bandHasCell(int i, int j, int k) const;
 
+  /// \name In the axes of the storage
+  /// @{
+  float storedDistance(int i, int j, int k) const;
+  void distancesOfRow(int i, int j, int k, int count,
+                      float* out) const; ///< of the voxels (i, j, k) .. (i + count − 1, j, k)
+  Eigen::Vector3f storedGradient(const Eigen::Vector3f& position) const;
+  Lattice stored_;
+  /// @}
+
+  AxisOrder axes_; ///< natural for a dense field
   Lattice lattice_;
   std::vector<float> distances_;
   std::vector<float> confidences_;
   std::shared_ptr<const BandedDistances> banded_; ///< of a field in a band; shared by its copies
+  std::shared_ptr<const OtherPieces> others_;
 };
 
 } // namespace mrf

@@ -4,6 +4,8 @@
 
 #include <Eigen/Core>
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace pcl {
@@ -47,6 +49,56 @@ struct Lattice {
     return (position.cast<double>() - origin) / spacing;
   }
 };
+
+/// Which axis of a frame runs along each axis of the memory it is stored in.
+struct AxisOrder {
+  std::array<int, 3> axes{0, 1, 2}; ///< a permutation: axis a of what is stored is axis axes[a] of the frame
+
+  bool isNatural() const { return axes[0] == 0 && axes[1] == 1; }
+  /// True if what is stored is a mirror image.
+  bool isMirrored() const { return (axes[1] - axes[0] + 3) % 3 != 1; }
+
+  /// From the frame to what is stored, and back; of anything with three coefficients.
+  template <typename Vector>
+  Vector toStored(const Vector& v) const
+  {
+    return Vector(v[axes[0]], v[axes[1]], v[axes[2]]);
+  }
+  template <typename Vector>
+  Vector fromStored(const Vector& v) const
+  {
+    Vector result = v;
+    for (std::size_t a = 0; a < 3; ++a)
+      result[axes[a]] = v[static_cast<Eigen::Index>(a)];
+    return result;
+  }
+  GridSize toStored(const GridSize& size) const;
+  GridSize fromStored(const GridSize& size) const;
+  Lattice toStored(const Lattice& lattice) const;
+  Lattice fromStored(const Lattice& lattice) const;
+};
+
+inline GridSize AxisOrder::toStored(const GridSize& size) const
+{
+  const Eigen::Array3i stored = toStored(Eigen::Array3i(size.x, size.y, size.z));
+  return {stored.x(), stored.y(), stored.z()};
+}
+
+inline GridSize AxisOrder::fromStored(const GridSize& size) const
+{
+  const Eigen::Array3i natural = fromStored(Eigen::Array3i(size.x, size.y, size.z));
+  return {natural.x(), natural.y(), natural.z()};
+}
+
+inline Lattice AxisOrder::toStored(const Lattice& lattice) const
+{
+  return {toStored(lattice.size), toStored(lattice.origin), lattice.spacing};
+}
+
+inline Lattice AxisOrder::fromStored(const Lattice& lattice) const
+{
+  return {fromStored(lattice.size), fromStored(lattice.origin), lattice.spacing};
+}
 
 } // namespace mrf
 } // namespace pcl

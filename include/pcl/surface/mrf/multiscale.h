@@ -67,6 +67,11 @@ struct MultiscaleResult {
   std::vector<LevelReport> levels; ///< coarsest first
 };
 
+/// The order in which levels in bands of this size are stored: as it is, or the longest axis as z and the shortest as y
+/// if that makes planes or the table of rows smaller by a third: what is dense there are planes of voxels across z, a
+/// few at a time, and one entry per row along x.
+AxisOrder bandAxes(const GridSize& size);
+
 /// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
 /// \param box that they cover, with the padding around it \param area of the surface: what levels in bands cost
 /// \throw ResourceLimit if a single thread would take more than the limit; names the voxel size that would fit
@@ -82,7 +87,9 @@ int affordableThreads(const BoundingBox& box, float voxelSize, double area, cons
 /// Each level starts from the tensor-cubic interpolation of the coarser one.
 /// \param search holds points.positions \param spacing l̄, cloud's unit
 /// \param volume that the field covers, with the padding around it; contains the points
-/// \throw InvalidInput if nothing is observed; ResourceLimit; SolverFailure; Cancelled
+/// \throw InvalidInput if nothing is observed; SolverFailure; Cancelled
+/// \throw ResourceLimit if the levels would take more memory than the limit, as the box or the surface in it foretells,
+/// or if the surface would take millions of voxels that are out of proportion to the points: thousands of each
 MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
                             const BoundingBox& volume, const ObservationOptions& observation, const PriorOptions& prior,
                             const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution);

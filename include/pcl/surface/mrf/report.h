@@ -30,12 +30,19 @@ struct PointCounts {
   std::int64_t noiseByPlaneFit = 0; ///< the paper's PCA criteria, or no plane could be fitted
   std::int64_t smallComponents = 0;
   std::int64_t outliersByField = 0; ///< OutlierOptions::robust
+  std::int64_t alone = 0;           ///< far from all others and too few for a surface, see pieces.h
   std::int64_t used = 0;
 };
 
 struct StageTime {
   std::string stage;
   double seconds = 0;
+};
+
+/// What was solved for a part of a cloud in pieces.
+struct PieceReport {
+  std::int64_t points = 0;
+  std::vector<LevelReport> levels; ///< coarsest first
 };
 
 struct Report {
@@ -55,8 +62,9 @@ struct Report {
   OrientationVote vote = OrientationVote::none;
   OrientationResult orientation; ///< counts and agreement; its arrays are empty
 
-  std::vector<LevelReport> levels;                                          ///< coarsest first
-  TrimResult trimming;                                                      ///< its mesh is empty
+  std::vector<LevelReport> levels;      ///< coarsest first; of a cloud in pieces those of the one with most points
+  std::vector<PieceReport> otherPieces; ///< see pieces.h; mostly none
+  TrimResult trimming;                  ///< its mesh is empty
   std::int64_t splits = 0, collapses = 0, flips = 0, refusedOperations = 0; ///< of the remesher
   MeshStatistics meshBeforeRemeshing; ///< before trimming as well; without remeshing the same as mesh
   MeshStatistics mesh;

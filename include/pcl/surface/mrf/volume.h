@@ -13,13 +13,18 @@ namespace mrf {
 /// The box that the field is to cover, before padding: that of the points, extended beside openings.
 ///
 /// A solution on a grid of about 20 voxels along the points' longest side, in a volume with half of that side around
-/// it, shows where the surface goes on without data. Around each of its vertices a ball of 1.2 times the distance to
-/// the nearest point shall lie in the box, which grows by at most half of its shortest side each way. \param search
-/// holds points.positions \param spacing l̄, cloud's unit \param multiscale with the voxel size set Cost: that of a grid
-/// of some 60,000 voxels.
+/// it, shows where the surface goes on without data. Around each of its vertices in an opening that is to be filled, a
+/// ball of 1.2 times the distance to the nearest point shall lie in the box, which stays in that volume. An opening is
+/// what is bounded by data all around and no larger than the limit; of the rest, the sheet around an open surface, it
+/// is what lies amid data, as holes that a neck joins to the sheet and bays do. Other rims get a strip of two such
+/// voxels, at most 20 of the finest level. How the points lie in their box does not matter, nor does how flat they are;
+/// openings of what is too thin for that grid get no room but the strip.
+/// \param search holds points.positions \param spacing l̄, cloud's unit \param multiscale with the voxel size set
+/// \param maxHole diameter of the largest hole that is to be filled, cloud's unit; infinite: all
+/// Cost: that of a grid of some 60,000 voxels.
 BoundingBox chooseVolume(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
                          const ObservationOptions& observation, const PriorOptions& prior, const SolverOptions& solver,
-                         const MultiscaleOptions& multiscale, Execution& execution);
+                         const MultiscaleOptions& multiscale, float maxHole, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

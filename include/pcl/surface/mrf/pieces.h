@@ -1,0 +1,39 @@
+/// \file
+/// \brief Parts of a cloud that are too far apart to say anything about each other (ours).
+#pragma once
+
+#include <pcl/surface/mrf/point_set.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Fewer points than a plane's neighborhood cannot tell a surface.
+constexpr std::size_t fewestPoints = 4;
+
+struct Pieces {
+  /// Indices into the points, ascending, of each piece; pieces by falling number of points. Empty: all are one piece.
+  std::vector<std::vector<std::uint32_t>> points;
+  /// Of the points that are alone: fewer than fewestPoints, as far from all others as pieces are from each other.
+  std::vector<std::uint32_t> alone;
+};
+
+/// Splits a cloud where every gap is wide beside everything on either side of it.
+///
+/// Points are grouped by cubic cells of side c; cells that touch belong together, so that groups are more than c apart.
+/// The smallest c of `minGap`, 2 minGap, 4 minGap … for which c ≥ 4 D + minGap, D the diagonal of the largest group's
+/// box, makes the pieces: boxes that grow by up to D / 2 + minGap / 8 on each side then stay apart. Gaps wider than
+/// about fourteen times that always split, narrower ones than 4 D never do. There are no pieces but one where more than
+/// a tenth of the points is in groups of fewer than twelve: what is spread as thinly as that is no set of objects.
+/// \param minGap > 0, cloud's unit
+/// Cost: linear in the number of points, and n log n in that of the cells; some bytes per point only if there are
+/// several pieces.
+Pieces findPieces(const std::vector<Eigen::Vector3f>& positions, float minGap);
+
+/// The points with these indices, in that order.
+OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint32_t>& indices);
+
+} // namespace mrf
+} // namespace pcl
