@@ -11,6 +11,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+
 namespace mrf_apps {
 namespace {
 
@@ -46,6 +48,14 @@ bool parseRadii(const std::string& text, ScanOptions& options)
   return colon == std::string::npos || parseLength(text.substr(colon + 1), options.largestHole);
 }
 
+/// "LOWEST:HIGHEST", degrees.
+bool parseElevations(const std::string& text, SamplingOptions& options)
+{
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  return colon < text.size() && toNumber(text.substr(0, colon), options.lowestElevation) &&
+         toNumber(text.substr(colon + 1), options.highestElevation);
+}
+
 void addObjectOptions(Parser& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
@@ -71,6 +81,13 @@ void addViewOptions(Parser& parser, ScanCommand& command)
   parser.number("--elevation", "DEGREES", views.elevation, "of the sensors of ring and front; default 0");
   parser.number("--fan", "DEGREES", views.fan, "angle that front spans; default 90");
   parser.path("--sensors", "FILE", command.sensorsFile, "use these sensors, x y z per line, instead of --views");
+  parser.add(
+      "--sensor", "X,Y,Z", "use this sensor instead of --views",
+      [&options](const std::string& text) {
+        options.sensors.assign(1, Vector3d::Zero());
+        return parseSensor(text, options.sensors.front());
+      },
+      "three numbers X,Y,Z");
   parser.number("--grazing", "DEGREES", options.sampling.grazingLimit,
                 "largest angle between normal and line of sight; default 80");
   parser.flag("--no-occlusion", "see through the object", [&] { options.sampling.isOccluded = false; });
@@ -141,7 +158,9 @@ void check(const ScanCommand& command)
   const ScanOptions& options = command.options;
   require(command.heldOut.empty() || options.holes > 0 || !options.holeCentres.empty(),
           "--write-held-out needs holes: --holes or --hole");
-  if (command.sensorsFile.empty() && options.views.count == 0) {
+  require(command.sensorsFile.empty() || options.sensors.empty(), "--sensor and --sensors exclude each other");
+  if (command.sensorsFile.empty() && options.sensors.empty() && options.views.count == 0) {
+    require(options.sampling.pattern != Pattern::scanner, "--sampling scanner needs sensors, but --views is 0");
     require(command.views.empty() && command.sensors.empty() && command.eachView.empty(),
             "--write-views, --write-sensors and --write-each-view need sensors, but --views is 0");
     require(options.misalignmentAngle == 0 && options.misalignmentShift.value == 0,
@@ -175,8 +194,21 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   parser.group("Sampling");
   parser.whole("--points", options.sampling.points, 1, INT32_MAX,
                "on what is seen of the surface, before holes and outliers; default 30000");
-  parser.choice<bool>("--sampling", {{"even", true}, {"random", false}}, options.sampling.isEven,
-                      "points keep a distance (Poisson discs), or plain random; default even");
+  parser.choice<Pattern>("--sampling",
+                         {{"even", Pattern::even}, {"random", Pattern::random}, {"scanner", Pattern::scanner}},
+                         options.sampling.pattern,
+                         "even: points keep a distance (Poisson discs); random: uniformly random; both of the same "
+                         "density everywhere. scanner: first hits of rays on a regular angular grid from each sensor, "
+                         "so that density falls with distance and angle; about as many points as asked for. Default "
+                         "even");
+  parser.number("--aspect", "RATIO", options.sampling.aspect,
+                "of a scanner: angle between its rows over that between the rays of a row; a lidar has 5 or more; "
+                "default 1");
+  parser.add(
+      "--elevations", "LOWEST:HIGHEST",
+      "of a scanner's rows, degrees; a sensor amid the object is level, one outside aims at its middle; default -90:90",
+      [&options](const std::string& text) { return parseElevations(text, options.sampling); },
+      "two numbers with a colon between");
   parser.seed(options.seed, "of all random numbers; default 1");
   addObjectOptions(parser, command);
   addViewOptions(parser, command);
