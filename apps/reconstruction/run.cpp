@@ -175,6 +175,12 @@ Result reconstruct(Input& input, const Command& command, ProgressDisplay& progre
   return result;
 }
 
+/// From the sensor, if there is one; several see the object from all around.
+PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors)
+{
+  return sensors.size() == 1 ? pictureFrom(sensors.front(), mesh) : PictureOptions();
+}
+
 void writeReport(const Result& result, const Command& command, const std::string& path)
 {
   nlohmann::ordered_json json = {{"input", command.input}, {"output", command.output}};
@@ -234,7 +240,8 @@ void run(const Command& command)
   };
   write(command.output, [&](const std::string& path) { writeMesh(result.mesh, path, extension(command.output)); });
   write(command.field, [&](const std::string& path) { writeField(result.field, result.fieldOffset, path); });
-  write(command.picture, [&](const std::string& path) { writePicture(result.mesh, PictureOptions(), path); });
+  write(command.picture,
+        [&](const std::string& path) { writePicture(result.mesh, viewOf(result.mesh, input.sensors), path); });
   write(command.report, [&](const std::string& path) { writeReport(result, command, path); });
   if (interrupted != 0)
     throw pcl::mrf::Cancelled("interrupted");
