@@ -201,8 +201,8 @@ std::optional<double> flippedShare(const SurfaceMesh& mesh, const EvaluationInpu
 }
 
 std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const EvaluationInput& input,
-                                              const MeasuredPoints& cloud, const Evaluation& evaluation,
-                                              Execution& execution)
+                                              const MeasuredPoints& cloud, const std::optional<Statistics>& heldOut,
+                                              const EvaluationOptions& options, Execution& execution)
 {
   const LocalSpacing local(cloud.points, execution);
   const std::vector<double>& spacings = local.spacings();
@@ -213,9 +213,9 @@ std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const Eva
   std::sort(sorted.begin(), sorted.end());
   result.spacing = quantile(sorted, .5);
   result.unevenness = quantile(sorted, .9) / quantile(sorted, .1);
-  result.cloudRms = evaluation.cloud->rms / result.spacing;
-  if (evaluation.heldOut)
-    result.heldOutRms = evaluation.heldOut->rms / result.spacing;
+  result.cloudRms = cloud.statistics().rms / result.spacing;
+  if (heldOut)
+    result.heldOutRms = heldOut->rms / result.spacing;
   result.flippedShare = flippedShare(mesh, input, cloud.places);
 
   std::vector<double> inSpacings;
@@ -223,7 +223,6 @@ std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const Eva
     inSpacings.push_back(cloud.places[i].distance / spacings[i]);
   result.nearShare = 1 - shareAbove(inSpacings, LocalComparison::nearLimit);
 
-  const EvaluationOptions& options = evaluation.options;
   inSpacings.clear();
   for (const NearestPoint& nearest :
        local.nearest(sampleSurface(mesh, options.samples, options.seed).positions, execution))
@@ -324,11 +323,25 @@ Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const
   measurePoints("held-out cloud", input.heldOut, result.heldOut);
   measurePoints("noise-free cloud", input.clean, result.clean);
   if (cloud)
-    result.local = compareLocally(mesh, input, *cloud, result, execution);
+    result.local = compareLocally(mesh, input, *cloud, result.heldOut, result.options, execution);
   if (input.reference)
     result.reference = compare(mesh, toMesh, *input.reference, result.options, execution);
   check(mesh, result);
   return result;
+}
+
+std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const EvaluationInput& input,
+                                              const EvaluationOptions& options, Execution& execution)
+{
+  validate(options);
+  const SurfaceDistance toMesh(mesh);
+  std::int64_t notFinite = 0;
+  const auto cloud = pointsToMesh("input cloud", input.cloud, toMesh, execution, notFinite);
+  const auto heldOut = pointsToMesh("held-out cloud", input.heldOut, toMesh, execution, notFinite);
+  if (!cloud)
+    return std::nullopt;
+  return compareLocally(mesh, input, *cloud, heldOut ? std::optional(heldOut->statistics()) : std::nullopt, options,
+                        execution);
 }
 
 std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& input, Execution& execution)

@@ -57,7 +57,7 @@ struct ExperimentOptions {
   std::string folder;      ///< receives everything
   bool quick = false;      ///< fewer scans, holes and settings, coarser grids: minutes instead of hours
   std::uint64_t seed = 1;  ///< of all scans
-  std::string data;        ///< folder of further scans; empty: none
+  std::string data;        ///< folder of further scans and clouds; empty: none
   bool hasPictures = true; ///< needs a display
 };
 
