@@ -13,6 +13,7 @@ namespace {
 /// Pixels of a picture by what they show.
 struct Pixels {
   int all = 0, skin = 0, blue = 0, light = 0;
+  int border = 0; ///< of skin or blue at the picture's border
   /// Of those of skin, from the picture's middle to the right and up, in its sides.
   double skinRight = 0, skinUp = 0;
 };
@@ -39,7 +40,12 @@ Pixels countPixels(const std::string& path)
       pixels.skinRight += static_cast<double>(i % width) / width - .5;
       pixels.skinUp += static_cast<double>(i / width) / height - .5;
     }
-    pixels.blue += rgb[2] > 40 && rgb[2] > 1.5 * rgb[0];
+    const bool isBlue = rgb[2] > 40 && rgb[2] > 1.5 * rgb[0];
+    pixels.blue += isBlue;
+    const vtkIdType column = i % image->GetDimensions()[0], row = i / image->GetDimensions()[0];
+    const bool isAtBorder =
+        column == 0 || row == 0 || column + 1 == image->GetDimensions()[0] || row + 1 == image->GetDimensions()[1];
+    pixels.border += isAtBorder && (isSkin || isBlue);
     pixels.light += std::min({rgb[0], rgb[1], rgb[2]}) > 200;
   }
   if (pixels.skin > 0) {
@@ -50,7 +56,7 @@ Pixels countPixels(const std::string& path)
 }
 
 /// A plane two units before the origin as a PLY file, facing it, blue with a quarter in red where x and y are negative.
-std::string planeBeforeCamera()
+std::string planeBeforeCamera(double height = 1)
 {
   constexpr int side = 40;
   std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(side * side) + "\n";
@@ -60,7 +66,7 @@ std::string planeBeforeCamera()
     text += "property uchar " + std::string(name) + "\n";
   text += "end_header\n";
   for (int i = 0; i < side * side; ++i) {
-    const double x = (i % side + .5) / side - .5, y = (i / side + .5) / side - .5;
+    const double x = (i % side + .5) / side - .5, y = height * ((i / side + .5) / side - .5);
     text +=
         std::to_string(x) + " " + std::to_string(y) + " 2 0 0 -1 " + (x < 0 && y < 0 ? "220 60 40\n" : "30 60 220\n");
   }
@@ -98,6 +104,16 @@ TEST_F(ToolPictures, ShowsTheSurfaceWithItsColours)
   EXPECT_GT(pixels.skin, .05 * pixels.all);
   EXPECT_GT(pixels.blue, .02 * pixels.all); // the third is seen from the side
   EXPECT_GT(pixels.light, .1 * pixels.all);
+}
+
+TEST_F(ToolPictures, ShowsAllOfTheSurface)
+{
+  // Twice as high as wide: nothing of it may reach the picture's border.
+  write("plane.ply", planeBeforeCamera(2));
+  ASSERT_EQ(runUnderX({MRF_TOOL, "plane.ply", "out.ply", "--picture", "out.png", "-q"}).status, 0);
+  const Pixels pixels = countPixels(path("out.png"));
+  EXPECT_EQ(pixels.border, 0);
+  EXPECT_GT(pixels.skin + pixels.blue, .3 * pixels.all);
 }
 
 TEST_F(ToolPictures, LooksFromTheSensor)

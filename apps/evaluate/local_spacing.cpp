@@ -14,8 +14,8 @@ using pcl::mrf::Execution;
 
 namespace {
 
-/// Mean distance to the closest point over that to the 8th one, where points are spread evenly.
-constexpr double closestByEighth = .313;
+/// ½ over √(8/π): a circle around a point that reaches to the 8th other one holds eight at ρ points per area.
+constexpr double halfSideByEighth = .313;
 
 /// Queries per piece of parallel work.
 constexpr std::int64_t grain = 1024;
@@ -85,7 +85,7 @@ double LocalSpacing::spacingOf(std::size_t distinct, pcl::mrf::Neighbours& found
   }
   // Floats may order close ones otherwise, and may put nine others into the place of this one.
   std::sort(distances.begin(), distances.end());
-  return closestByEighth * distances[pointsNeeded - 2];
+  return halfSideByEighth * distances[pointsNeeded - 2];
 }
 
 std::vector<NearestPoint> LocalSpacing::nearest(const std::vector<Vector3d>& places, Execution& execution) const

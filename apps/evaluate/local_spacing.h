@@ -18,9 +18,9 @@ struct NearestPoint {
   std::size_t point = 0; ///< of the cloud; of coincident ones the first
 };
 
-/// A cloud with the spacing of its points: .313 times the distance to the 8th neighbor, which is the distance to the
-/// closest one where points are spread evenly, and tells points per area where they are random or lie on scan lines.
-/// Coincident points count once.
+/// A cloud with the spacing of its points: .313 times the distance to the 8th neighbor, which is 1/(2√ρ) at ρ points
+/// per area, the mean distance to the closest point where points are random. The 8th neighbor measures ρ where they are
+/// spread evenly or lie on scan lines as well, which the closest one does not. Coincident points count once.
 class LocalSpacing {
 public:
   /// The number of distinct points that a spacing takes: the point itself and eight neighbors.

@@ -200,7 +200,9 @@ std::vector<RealCase> simulatedClouds(const ExperimentOptions& options, Executio
     return cases;
 
   ScanOptions terrain = scannerOptions(options, 40000);
+  terrain.sampling.aspect = 3;
   terrain.views.count = 3;
+  terrain.views.distance = .8;
   terrain.views.fan = 60;
   cases.push_back(
       simulated("terrain", "terrain from three flights", shape("terrain"), terrain, execution, viewFrom({.4, -1, .9})));

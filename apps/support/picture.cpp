@@ -87,6 +87,23 @@ Eigen::Vector3d upFor(const Eigen::Vector3d& sensor, const Eigen::Vector3d& sigh
   return isAcross(2) && (isFlatAlongZ || !isAcross(1)) ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitY();
 }
 
+/// How far from the focus a camera has to stand to have all vertices in its picture, with a small margin.
+/// \param from unit, where it stands \param viewAngle degrees from bottom to top \param aspect width over height
+double fittingDistance(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3d& focus,
+                       const Eigen::Vector3d& from, const Eigen::Vector3d& up, double viewAngle, double aspect)
+{
+  constexpr double filled = .94;
+  const double slope = filled * std::tan(viewAngle * M_PI / 360);
+  const Eigen::Vector3d right = up.cross(from).normalized(), above = from.cross(right);
+  double distance = 0;
+  for (const Eigen::Vector3d& vertex : vertices) {
+    const Eigen::Vector3d x = vertex - focus;
+    const double across = std::max(std::abs(x.dot(above)), std::abs(x.dot(right)) / aspect);
+    distance = std::max(distance, x.dot(from) + across / slope);
+  }
+  return distance;
+}
+
 void setCamera(const PictureOptions& options, const Eigen::Vector3d& viewpoint, vtkCamera& camera)
 {
   camera.SetPosition(viewpoint.data());
@@ -203,9 +220,10 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
     const double distance = .5 * options.extent / std::tan(viewAngle * M_PI / 360);
     camera->SetPosition(Eigen::Vector3d(focus + distance * from.normalized()).data());
   } else {
-    camera->SetPosition(Eigen::Vector3d(focus + from).data());
-    renderer->ResetCamera();
-    camera->Zoom(1.25);
+    const double legend = options.legend.colours.empty() ? 0 : legendHeight;
+    const double aspect = options.width / (options.height * (1 - legend));
+    const double distance = fittingDistance(centred.vertices, focus, from.normalized(), up, viewAngle, aspect);
+    camera->SetPosition(Eigen::Vector3d(focus + distance * from.normalized()).data());
   }
 
   auto window = vtkSmartPointer<vtkRenderWindow>::New();
