@@ -128,8 +128,8 @@ TEST_F(ScanTool, SameSeedSameBytes)
 
 TEST_F(ScanTool, ScannerAmidAStreet)
 {
-  expectSuccess({"street", "o.ply", "--sampling", "scanner", "--points", "2000", "--axis", "0,0,1", "--front", "1,0,0",
-                 "--sensor", "0,0,1.8", "--aspect", "8", "--elevations", "-30:10", "--write-sensors", "s.txt"});
+  expectSuccess({"street", "o.ply", "--sampling", "scanner", "--points", "2000", "--axis", "0,0,1", "--sensor",
+                 "0,0,1.8", "--aspect", "8", "--elevations", "-30:10", "--write-sensors", "s.txt"});
   ASSERT_EQ(mrf_apps::readSensors(path("s.txt").string()).size(), 1u);
   double highest = 0;
   for (const Vector3d& x : points("o.ply").positions) {
@@ -139,6 +139,9 @@ TEST_F(ScanTool, ScannerAmidAStreet)
     highest = std::max(highest, x.z());
   }
   EXPECT_GT(highest, 1.8);
+  expectSuccess(
+      {"torus", "o.ply", "--sensor", "0,0,9", "--sensor", "0,9,0", "--points", "500", "--write-sensors", "s.txt"});
+  EXPECT_EQ(mrf_apps::readSensors(path("s.txt").string()).size(), 2u);
 }
 
 TEST_F(ScanTool, OptionsReachTheScan)

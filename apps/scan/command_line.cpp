@@ -56,6 +56,18 @@ bool parseElevations(const std::string& text, SamplingOptions& options)
          toNumber(text.substr(colon + 1), options.highestElevation);
 }
 
+/// An option that gives a place each time.
+void addPlaces(CLI::App& app, const std::string& name, std::vector<Vector3d>& places, const std::string& help,
+               const std::string& group)
+{
+  const auto add = [&places, name](const std::string& text) {
+    places.emplace_back();
+    if (!parseSensor(text, places.back()))
+      throw CLI::ValidationError(name, "'" + text + "' is not three numbers X,Y,Z");
+  };
+  app.add_option_function<std::string>(name, add, help)->type_name("X,Y,Z")->group(group)->trigger_on_parse();
+}
+
 void addObjectOptions(Parser& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
@@ -76,18 +88,11 @@ void addViewOptions(Parser& parser, ScanCommand& command)
                            views.placement, "of the sensors around the object; default sphere");
   parser.number("--distance", "D", views.distance,
                 "of the sensors from the object's middle, in diagonals; default 1.5");
-  parser.vector("--axis", views.axis, "of ring and front; default 0,1,0");
+  parser.vector("--axis", views.axis, "of ring and front, and up of a scanner; default 0,1,0");
   parser.vector("--front", views.forward, "direction of the first sensor, the middle of front; default 0,0,1");
   parser.number("--elevation", "DEGREES", views.elevation, "of the sensors of ring and front; default 0");
   parser.number("--fan", "DEGREES", views.fan, "angle that front spans; default 90");
   parser.path("--sensors", "FILE", command.sensorsFile, "use these sensors, x y z per line, instead of --views");
-  parser.add(
-      "--sensor", "X,Y,Z", "use this sensor instead of --views",
-      [&options](const std::string& text) {
-        options.sensors.assign(1, Vector3d::Zero());
-        return parseSensor(text, options.sensors.front());
-      },
-      "three numbers X,Y,Z");
   parser.number("--grazing", "DEGREES", options.sampling.grazingLimit,
                 "largest angle between normal and line of sight; default 80");
   parser.flag("--no-occlusion", "see through the object", [&] { options.sampling.isOccluded = false; });
@@ -212,20 +217,10 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   parser.seed(options.seed, "of all random numbers; default 1");
   addObjectOptions(parser, command);
   addViewOptions(parser, command);
+  addPlaces(app, "--sensor", options.sensors, "use this sensor instead of --views; may be repeated", "Views");
   addErrorOptions(parser, command);
   addHoleOptions(parser, command);
-  app.add_option_function<std::vector<std::string>>(
-         "--hole",
-         [&options](const std::vector<std::string>& texts) {
-           for (const std::string& text : texts) {
-             options.holeCentres.emplace_back();
-             if (!parseSensor(text, options.holeCentres.back()))
-               throw CLI::ValidationError("--hole", "'" + text + "' is not three numbers X,Y,Z");
-           }
-         },
-         "centre of a ball to cut out; may be repeated")
-      ->type_name("X,Y,Z")
-      ->group("Holes");
+  addPlaces(app, "--hole", options.holeCentres, "centre of a ball to cut out; may be repeated", "Holes");
   addOutputOptions(parser, command);
   parser.group("Run");
   parser.threads(command.threads, "the result does not depend on it; default one per hardware thread");

@@ -62,7 +62,7 @@ struct SamplingOptions {
   double aspect = 1;                                   ///< step between rows over that in a row, .01 to 100
   double lowestElevation = -90, highestElevation = 90; ///< of the rows, degrees, the lower one first
   Eigen::Vector3d axis = Eigen::Vector3d(0, 1, 0);     ///< its up; not zero
-  Eigen::Vector3d forward = Eigen::Vector3d(0, 0, 1);  ///< not parallel to the axis
+  Eigen::Vector3d forward = Eigen::Vector3d(0, 0, 1);  ///< where a level one faces; the part across the axis counts
 };
 
 struct Samples {

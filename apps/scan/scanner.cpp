@@ -40,6 +40,14 @@ struct Row {
   double elevation;
 };
 
+/// Unit, perpendicular to both; to the first one at least.
+Vector3d across(const Vector3d& unit, const Vector3d& other)
+{
+  const Vector3d product = portable::cross(unit, other);
+  return portable::norm(product) > 1e-6 * portable::norm(other) ? portable::unit(product)
+                                                                : portable::perpendicular(unit);
+}
+
 Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& options, Random& random)
 {
   Head head;
@@ -55,12 +63,11 @@ Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& optio
     head.highest = head.halfAzimuth;
     head.lowest = -head.highest;
     head.forward = portable::unit(sight);
-    const Vector3d across = portable::cross(portable::unit(options.axis), head.forward);
-    head.left = portable::norm(across) > 1e-6 ? portable::unit(across) : portable::perpendicular(head.forward);
+    head.left = across(portable::unit(options.axis), head.forward);
     head.up = portable::cross(head.forward, head.left);
   } else {
     head.up = portable::unit(options.axis);
-    head.left = portable::unit(portable::cross(head.up, options.forward));
+    head.left = across(head.up, options.forward);
     head.forward = portable::cross(head.left, head.up);
   }
   head.lowest = std::max(head.lowest, options.lowestElevation / 360);

@@ -243,7 +243,7 @@ const std::vector<Entry>& catalogue()
        makeTerrainOf},
       {"street",
        {{"length", 60}},
-       "between houses, with cars and posts, z up, 16 wide; for a lidar: --sampling scanner --axis 0,0,1 --front 1,0,0 "
+       "between houses, with cars and posts, z up, 16 wide; for a lidar: --sampling scanner --axis 0,0,1 "
        "--sensor 0,0,1.8 --aspect 8 --elevations -30:30",
        [](const Parameters& p) { return makeStreet(p.inRange("length", 14, 1000, "from 14 to 1000")); }},
   };
