@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
@@ -91,17 +93,21 @@ public:
   {
     const auto wanted = static_cast<double>(options_.points);
     double step = pilotStep();
-    Points points;
-    for (int pass = 0; pass < 4; ++pass) {
-      points = scan(step);
-      if (points.size() == 0)
+    Points best;
+    double leastError = std::numeric_limits<double>::infinity();
+    for (int pass = 0; pass < 4 && leastError > .01; ++pass) {
+      Points points = scan(step);
+      if (points.positions.empty())
         throw InvalidInput(nothingIsHit);
       const double share = static_cast<double>(points.size()) / wanted;
-      if (std::abs(share - 1) < .01)
-        break;
+      // Whole rows come and go with the step, so that a later pass may be worse.
+      if (std::abs(share - 1) < leastError) {
+        leastError = std::abs(share - 1);
+        best = std::move(points);
+      }
       step *= std::sqrt(share);
     }
-    return points;
+    return best;
   }
 
 private:

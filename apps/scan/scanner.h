@@ -14,7 +14,7 @@ namespace scan {
 /// Rays are spaced regularly in azimuth and elevation about the sensor's axis, with SamplingOptions::aspect times the
 /// horizontal step between the rows. A sensor inside the sphere around the object's box is level and turns once around;
 /// one outside looks at the middle of the box. All sensors have the same steps, which are chosen so that about
-/// SamplingOptions::points rays meet the surface (within 2 % unless the object is thin or far away).
+/// SamplingOptions::points rays meet the surface: within a few per cent, as rows come and go whole.
 /// \param seed shifts the grid of each sensor by a part of a step
 /// \throw InvalidInput if next to no ray meets the surface
 /// Cost: some ten rays per point. The result does not depend on the number of threads.

@@ -179,7 +179,8 @@ Shape makeStreet(double length)
   const double end = .5 * length;
   std::vector<Shape> parts = {makeBox({end, halfWidth, .1}, 0, {0, 0, -.1})};
   for (const double sign : {-1., 1.})
-    for (double from = -end; from + lot - gap <= end; from += lot) {
+    for (int i = 0; i * lot - gap + lot <= length; ++i) {
+      const double from = i * lot - end;
       const double height = random.uniform(5, 10), setback = random.uniform(0, 1);
       const double half = .5 * (lot - gap);
       parts.push_back(makeBox({half, wall, .5 * height}, 0,
@@ -188,8 +189,9 @@ Shape makeStreet(double length)
       parts.push_back(
           makeBox({1.5, .6, .1}, 0, {from + half, sign * (halfWidth - 2 * wall + setback), random.uniform(2.5, 4)}));
     }
-  for (double x = -end + 5; x < end - 3; x += random.uniform(7, 11)) {
-    const double y = random.uniform() < .5 ? -3.5 : 3.5;
+  constexpr double place = 9; // for a car
+  for (int i = 0; (i + 1) * place <= length; ++i) {
+    const double x = i * place - end + random.uniform(2.5, 4.5), y = random.uniform() < .5 ? -3.5 : 3.5;
     parts.push_back(makeBox({2.1, .85, .4}, .2, {x, y, .7}));
     parts.push_back(makeBox({1.1, .75, .35}, .15, {x - .2, y, 1.3}));
     parts.push_back(makeCylinder({x + 3.2, y, -sunk}, {x + 3.2, y, 5}, .1, true));
