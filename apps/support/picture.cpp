@@ -131,7 +131,7 @@ PictureOptions pictureFrom(const Eigen::Vector3d& sensor, const SurfaceMesh& mes
   for (const Eigen::Vector3d& vertex : mesh.vertices)
     angles.push_back(std::atan2(sight.cross(vertex - sensor).norm(), sight.dot(vertex - sensor)) * 180 / M_PI);
   // A few stray pieces must not make the rest small.
-  const auto last = angles.begin() + static_cast<std::ptrdiff_t>(.99 * static_cast<double>(angles.size() - 1));
+  const auto last = angles.begin() + static_cast<std::ptrdiff_t>(.998 * static_cast<double>(angles.size() - 1));
   std::nth_element(angles.begin(), last, angles.end());
   constexpr double widest = 55, narrowest = .1;
   if (!(*last < widest))
