@@ -1,6 +1,7 @@
 // The evaluator's figures against brute force, CGAL, and cases whose answers are known.
 #include "evaluate/evaluation.h"
 #include "evaluate/evaluation_report.h"
+#include "evaluate/local_spacing.h"
 #include "evaluate/surface_distance.h"
 #include "evaluate/surface_samples.h"
 #include "support/mesh_distance.h"
@@ -183,6 +184,19 @@ void expectAll(const Statistics& statistics, double value, double tolerance)
 constexpr double rounding = 1e-13;
 /// Of the sum over some ten thousand samples.
 constexpr double sumRounding = 1e-11;
+
+/// nx × ny points `side` apart in the plane z = 0, from the corner on.
+Points lattice(int nx, int ny, double side, const Vector3d& corner = Vector3d::Zero())
+{
+  Points points;
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i)
+      points.emplace_back(corner + Vector3d(i * side, j * side, 0));
+  return points;
+}
+
+/// Local spacing inside of a lattice of side 1: the 8th neighbor is that across the square's diagonal.
+const double latticeSpacing = .313 * std::sqrt(2.);
 
 } // namespace
 
@@ -440,6 +454,124 @@ TEST(Evaluate, pointsAndDiagonals)
   EXPECT_FALSE(json.contains("reference"));
   EXPECT_FALSE(json["distances"].contains("clean"));
   EXPECT_DOUBLE_EQ(json["distances"]["heldOutPercent"]["max"].get<double>(), 8);
+}
+
+TEST(LocalSpacing, agreesWithBruteForce)
+{
+  std::mt19937 generator(3);
+  // Ten densities, a million units away from the origin, some points twice.
+  const Vector3d far(1e6, -2e6, 5e5);
+  Points points;
+  for (int i = 0; i < 600; ++i)
+    points.emplace_back(far + randomVector(generator, std::pow(2., i % 10)));
+  points.insert(points.end(), points.begin(), points.begin() + 50);
+  pcl::mrf::Execution execution(2);
+  const LocalSpacing local(points, execution);
+  ASSERT_EQ(local.spacings().size(), points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    std::vector<double> distances;
+    for (std::size_t j = 0; j < 600; ++j)
+      if (points[j] != points[i])
+        distances.push_back((points[j] - points[i]).norm());
+    std::nth_element(distances.begin(), distances.begin() + 7, distances.end());
+    EXPECT_NEAR(local.spacings()[i], .313 * distances[7], rounding) << "point " << i;
+  }
+
+  Points places;
+  for (int i = 0; i < 500; ++i)
+    places.emplace_back(far + randomVector(generator, 3000));
+  const std::vector<NearestPoint> nearest = local.nearest(places, execution);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vector3d& point : points)
+      least = std::min(least, (point - places[i]).norm());
+    // Which of almost equals is nearest is decided in floats, in a frame of a few thousand units.
+    EXPECT_NEAR(nearest[i].distance, least, 1e-3);
+    EXPECT_EQ(nearest[i].distance, (points[nearest[i].point] - places[i]).norm());
+  }
+}
+
+TEST(LocalSpacing, needsNinePlaces)
+{
+  pcl::mrf::Execution execution(1);
+  Points points = lattice(3, 3, 1);
+  EXPECT_EQ(LocalSpacing(points, execution).spacings().size(), 9u);
+  points.back() = points.front();
+  EXPECT_TRUE(LocalSpacing(points, execution).spacings().empty()) << "eight places";
+  EXPECT_TRUE(LocalSpacing({}, execution).spacings().empty());
+}
+
+TEST(Evaluate, distancesInLocalSpacings)
+{
+  // A fine and a coarse lattice before one plane: what is far from it for the fine one is near for the coarse one.
+  const double side = .1, coarseSide = 1;
+  const int fine = 30, coarse = 20;
+  EvaluationInput input;
+  input.cloud = lattice(fine, fine, side);
+  const Points coarsePoints = lattice(coarse, coarse, coarseSide, {10, 0, 0});
+  input.cloud.insert(input.cloud.end(), coarsePoints.begin(), coarsePoints.end());
+  // Eight spacings of the fine lattice. On its border the 8th neighbor is two sides away, so that it is 5.7 spacings
+  // there, next to a corner √5 sides (5.05 spacings), but at the corners two diagonals: 4.
+  const double height = 8 * latticeSpacing * side;
+  const SurfaceMesh mesh = rectangle(60, 40, 1, height);
+  input.heldOut = {{.55, .55, height - .3}};
+  const Evaluation evaluation = measured(moved(mesh, {-10, -10, 0}), input);
+  ASSERT_TRUE(evaluation.local.has_value());
+  const LocalComparison& local = *evaluation.local;
+  EXPECT_NEAR(local.spacing, latticeSpacing * side, rounding) << "most points are in the fine lattice";
+  EXPECT_NEAR(local.unevenness, coarseSide / side, 1e-10);
+  EXPECT_NEAR(local.cloudRms, 8, 1e-10);
+  EXPECT_NEAR(*local.heldOutRms, .3 / (latticeSpacing * side), 1e-10);
+  EXPECT_DOUBLE_EQ(local.nearShare, (4. + coarse * coarse) / (fine * fine + coarse * coarse));
+  EXPECT_FALSE(local.flippedShare.has_value()) << "the cloud has no normals";
+  const nlohmann::ordered_json json = toJson(evaluation);
+  EXPECT_EQ(json["local"]["nearShare"], local.nearShare);
+  EXPECT_EQ(json["local"]["heldOutRms"], *local.heldOutRms);
+  EXPECT_FALSE(json["local"].contains("flippedShare"));
+  EXPECT_NE(toText(evaluation).find("median spacings RMS"), std::string::npos);
+
+  input.cloud.resize(8);
+  EXPECT_FALSE(measured(mesh, input).local.has_value()) << "a spacing takes nine points";
+  EXPECT_FALSE(toJson(measured(mesh)).contains("local"));
+}
+
+TEST(Evaluate, inventedAreaInLocalSpacings)
+{
+  // Points on the left half of a strip, which is so long that the border of the points hardly counts.
+  const double side = .01;
+  EvaluationInput input;
+  input.cloud = lattice(101, 201, side);
+  const SurfaceMesh mesh = rectangle(20, 20, .1, 0);
+  const double share = measured(mesh, input).local->inventedShare;
+  // Along the border the 8th neighbor is two sides away. At the two corners it is .83 sides farther, of which ten
+  // times .313 in a strip of one side in two hundred: less than the samples tell apart.
+  EXPECT_NEAR(share, (1 - 10 * .313 * 2 * side) / 2, 1e-3);
+  // The same by the pieces' own measure: ten times the spacing, ten times the reach.
+  input.cloud = lattice(11, 21, 10 * side);
+  EXPECT_NEAR(measured(mesh, input).local->inventedShare, (1 - 10 * .313 * 2 * 10 * side) / 2, 1e-2);
+}
+
+TEST(Evaluate, flippedNormals)
+{
+  SurfaceMesh mesh = sphere(4, 2);
+  EvaluationInput input;
+  std::int64_t flipped = 0, normals = 0;
+  for (const Vector3d& vertex : sphere(3, 2.01).vertices) {
+    input.cloud.push_back(vertex);
+    const std::size_t i = input.cloud.size();
+    const double sign = i % 7 == 0 ? -1 : i % 5 == 0 ? 0 : 3;
+    input.cloudNormals.push_back((sign * vertex).cast<float>());
+    flipped += sign < 0 ? 1 : 0;
+    normals += sign != 0 ? 1 : 0;
+  }
+  // A point that is left out takes its normal with it.
+  input.cloud.insert(input.cloud.begin(), Vector3d::Constant(std::nan("")));
+  input.cloudNormals.insert(input.cloudNormals.begin(), Eigen::Vector3f(0, 0, 1));
+  const double share = static_cast<double>(flipped) / static_cast<double>(normals);
+  EXPECT_DOUBLE_EQ(*measured(mesh, input).local->flippedShare, share);
+  for (auto& triangle : mesh.triangles)
+    std::swap(triangle[0], triangle[1]);
+  EXPECT_DOUBLE_EQ(*measured(mesh, input).local->flippedShare, 1 - share);
 }
 
 TEST(Evaluate, countsOnBrokenMeshes)

@@ -50,6 +50,32 @@ TEST_F(EvaluateTool, TableJsonAndColours)
   EXPECT_EQ(mrf_apps::readMesh(path("c.vtk").string()).triangles.size(), 2u);
 }
 
+TEST_F(EvaluateTool, LocalSpacings)
+{
+  // A lattice one unit apart, a quarter above the mesh; one of its normals points down.
+  std::string rows;
+  for (int i = 0; i < 20; ++i)
+    rows += std::to_string(i % 4) + " " + std::to_string(i / 4) + " .25 0 0 " + (i == 6 ? "-1" : "1") + "\n";
+  write("lattice.xyz", rows);
+  const auto json = [&](const std::string& threads) {
+    const tool::Outcome outcome = run({"flat.off", "--input", "lattice.xyz", "--held-out", "cloud.xyz", "--json",
+                                       "r.json", "--samples", "5000", "--threads", threads});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    for (const char* words : {"local spacings", "near ", "invented", "flipped"})
+      EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
+    std::istringstream lines(outcome.out);
+    for (std::string line; std::getline(lines, line);)
+      EXPECT_LE(line.size(), 100u) << line;
+    return nlohmann::json::parse(tool::readText(path("r.json")));
+  };
+  const nlohmann::json one = json("1");
+  EXPECT_EQ(one, json("3"));
+  EXPECT_EQ(one["local"]["nearShare"], 1);
+  EXPECT_EQ(one["local"]["inventedShare"], 0);
+  EXPECT_DOUBLE_EQ(one["local"]["flippedShare"].get<double>(), .05);
+  EXPECT_DOUBLE_EQ(one["local"]["heldOutRms"].get<double>() * one["local"]["spacing"].get<double>(), .25);
+}
+
 TEST_F(EvaluateTool, OptionsAndRepetition)
 {
   const auto json = [&](std::vector<std::string> arguments) {

@@ -4,9 +4,11 @@
 #include "experiments/comparisons.h"
 #include "experiments/hoppe.h"
 #include "experiments/patches.h"
+#include "experiments/real_clouds.h"
 #include "experiments/wavy_shapes.h"
 #include "support/laboratory.h"
 
+#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <shapes/signed_distance.h>
 
@@ -129,6 +131,96 @@ TEST(Tables, DefaultsAreComparedHoleByHole)
   EXPECT_DOUBLE_EQ(cell(table, {"k", "2"}, ratio), 2);
   EXPECT_DOUBLE_EQ(cell(table, {"k", "1"}, ratio), 1);
   EXPECT_DOUBLE_EQ(cell(table, {"k", "2"}, "hole RMS, median"), .4);
+}
+
+TEST(Tables, SamplingsAreKeptApart)
+{
+  MadeUp laboratory([](const std::string&) { return patches({.1, .2}); });
+  table1(laboratory);
+  const std::set<std::string> ofEven = laboratory.keys;
+  laboratory.keys.clear();
+  laboratory.settings.sampling = pcl::mrf::scan::Pattern::random;
+  const Section section = table1(laboratory);
+  defaults(laboratory);
+  for (const std::string& key : laboratory.keys) {
+    EXPECT_EQ(ofEven.count(key), 0u) << key;
+    EXPECT_NE(key.find("-random/"), std::string::npos) << key;
+  }
+  EXPECT_NE(section.paragraphs.at(1).find("random sampling"), std::string::npos);
+}
+
+TEST(Patches, SpacingMeansTheSameForAnySampling)
+{
+  MadeUp laboratory([](const std::string&) { return json(); });
+  const PatchScan patchScan{scanObjects(laboratory.options()).back(), 0};
+  const pcl::mrf::scan::Scan even = simulate(patchScan, laboratory);
+  for (const auto pattern : {pcl::mrf::scan::Pattern::random, pcl::mrf::scan::Pattern::scanner}) {
+    laboratory.settings.sampling = pattern;
+    const pcl::mrf::scan::Scan other = simulate(patchScan, laboratory);
+    // The scanner gives 2 % more or fewer points; the visible area is known to about as much.
+    EXPECT_NEAR(other.spacing / even.spacing, 1, .04);
+    EXPECT_NE(other.cloud.positions, even.cloud.positions);
+  }
+}
+
+TEST(RealTable, OfKnownFigures)
+{
+  MadeUp laboratory([](const std::string& key) {
+    if (methodOf(key) == "poisson")
+      return json{{"failed", "out of order"}};
+    return json{{"points", 1000},   {"unevenness", 3},   {"discs", .5},          {"random", .25},
+                {"input", .125},    {"near", .99875},    {"invented", .02},      {"flipped", json()},
+                {"dropped", .0125}, {"triangles", 5000}, {"processorSeconds", 2}};
+  });
+  const Table table = real(laboratory).tables.at(0);
+  for (const char* method : {"default", "estimated", "poisson"})
+    EXPECT_EQ(laboratory.keys.count(std::string("real/table/") + method), 1u) << method;
+  for (const auto& row : table.rows)
+    EXPECT_EQ(row.size(), table.columns.size());
+  const std::vector<json> ours(table.rows.front().begin(), table.rows.front().begin() + 2);
+  EXPECT_EQ(cell(table, ours, "discs RMS"), .5);
+  EXPECT_EQ(cell(table, ours, "random RMS"), .25);
+  EXPECT_EQ(cell(table, ours, "near %"), 99.875) << "all of the digits that count";
+  EXPECT_EQ(cell(table, ours, "invented %"), 2);
+  EXPECT_EQ(cell(table, ours, "dropped %"), 1.25);
+  EXPECT_TRUE(cell(table, ours, "flipped %").is_null());
+  EXPECT_EQ(cell(table, {ours[0], "pcl::Poisson, depth 9"}, "discs RMS"), "out of order");
+}
+
+TEST(RealClouds, WithheldPointsAreTheTruthAndNothingIsLost)
+{
+  // Two lattices, one ten times as coarse; what is true lies one unit above what was measured.
+  constexpr int side = 120;
+  pcl::mrf::scan::Points points;
+  std::vector<Vector3d> truth;
+  for (const double spacing : {1., 10.})
+    for (int i = 0; i < side * side; ++i) {
+      points.positions.emplace_back(spacing * (i % side) + (spacing > 1 ? 200 : 0), spacing * (i / side), 0);
+      points.normals.emplace_back(0, 0, 1);
+      truth.push_back(points.positions.back() + Vector3d::UnitZ());
+    }
+  pcl::mrf::Execution execution(2);
+  const RealCloud cloud = withhold(points, truth, 1, execution);
+  EXPECT_EQ(cloud.input.size() + cloud.discs.size() + cloud.random.size(), points.size());
+  EXPECT_EQ(cloud.input.normals.size(), cloud.input.size());
+  // Binomial: σ = √(28800 · .1 · .9) = 51; the discs take at most two per cent away.
+  EXPECT_NEAR(static_cast<double>(cloud.random.size()), 2880, 4 * 51 + 58);
+  // A ball of 5 to 10 spacings of .44 sides holds 15 to 62 points, of both lattices alike; at a border half as many.
+  EXPECT_GT(cloud.discs.size(), 16u * 8);
+  EXPECT_LT(cloud.discs.size(), 16u * 62);
+  std::size_t coarse = 0;
+  for (const std::vector<Vector3d>* withheld : {&cloud.discs, &cloud.random})
+    for (const Vector3d& place : *withheld)
+      ASSERT_EQ(place.z(), 1);
+  for (const Vector3d& place : cloud.discs)
+    coarse += place.x() >= 200 ? 1 : 0;
+  // Each disc is in either with equal chances: fewer than two of sixteen has a chance of .0003.
+  EXPECT_GT(coarse, 2u * 8);
+  EXPECT_LT(coarse, 14u * 62);
+  const RealCloud other = withhold(points, truth, 2, execution);
+  EXPECT_NE(other.discs, cloud.discs);
+  points.positions.resize(5);
+  EXPECT_THROW(withhold(points, truth, 1, execution), pcl::mrf::InvalidInput);
 }
 
 TEST(MergeClose, JoinsCopiesAndNothingElse)

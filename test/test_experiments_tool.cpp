@@ -2,6 +2,7 @@
 #include "support/tool.h"
 
 #include <algorithm>
+#include <map>
 
 namespace {
 
@@ -16,7 +17,8 @@ TEST_F(ExperimentsTool, ListHelpAndVersion)
 {
   const tool::Outcome list = run({"--list"});
   ASSERT_EQ(list.status, 0) << list.err;
-  for (const char* id : {"fig-2", "fig-3", "fig-4", "fig-5", "fig-9", "sec-3-4", "table-1", "defaults", "guide"})
+  for (const char* id :
+       {"fig-2", "fig-3", "fig-4", "fig-5", "fig-9", "sec-3-4", "table-1", "real", "defaults", "guide"})
     EXPECT_NE(("\n" + list.out).find("\n" + std::string(id) + " "), std::string::npos) << id;
   EXPECT_NE(run({"--help"}).out.find("--quick"), std::string::npos);
   EXPECT_EQ(run({"--version"}).status, 0);
@@ -34,6 +36,7 @@ TEST_F(ExperimentsTool, WrongInput)
     expectFailure({"-o", "out", "--seed", seed}, 2, "--seed");
   expectFailure({"-o", "out", "--threads", "-1"}, 2, "--threads");
   expectFailure({"-o", "out", "--slow"}, 2, "--slow");
+  expectFailure({"-o", "out", "--sampling", "odd"}, 2, "--sampling");
   expectFailure({"-o", "out", "--no-pictures", "--data", "missing"}, 1, "'missing'");
   expectFailure({"-o", "out", "--no-pictures", "--data", "taken"}, 1, "reference/igea.ply");
   expectFailure({"-o", "missing/out", "--no-pictures"}, 1, "'missing/out'");
@@ -41,6 +44,56 @@ TEST_F(ExperimentsTool, WrongInput)
   expectFailure({"-o", "taken", "--no-pictures"}, 1, "index.html");
   expectFailure({"-o", "out"}, 1, "--no-pictures");
   EXPECT_FALSE(std::filesystem::exists(path("out")));
+}
+
+TEST_F(ExperimentsTool, RealCloudsOfAFolder)
+{
+  // A lattice with a bump and withheld points beside it, as --data has them; and one without withheld points.
+  std::string rows, withheld;
+  const auto ply = [](const std::string& text, std::ptrdiff_t points, bool hasNormals) {
+    std::string header = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(points) + "\n";
+    for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
+      if (hasNormals || name[0] != 'n')
+        header += "property float " + std::string(name) + "\n";
+    return header + "end_header\n" + text;
+  };
+  for (int i = 0; i < 40 * 40; ++i) {
+    const std::string place = std::to_string(i % 40) + " " + std::to_string(i / 40) + " 0";
+    (i % 50 == 25 ? withheld : rows) += place + (i % 50 == 25 ? "\n" : " 0 0 1\n");
+  }
+  const auto lines = [](const std::string& text) { return std::count(text.begin(), text.end(), '\n'); };
+  for (const char* name : {"complete", "plain"}) {
+    const std::filesystem::path folder = path("data") / "real" / name;
+    std::filesystem::create_directories(folder);
+    tool::writeText(folder / "input.ply", ply(rows, lines(rows), true));
+  }
+  const std::filesystem::path complete = path("data") / "real" / "complete";
+  for (const char* name : {"heldout.ply", "heldout_random.ply"})
+    tool::writeText(complete / name, ply(withheld, lines(withheld), false));
+  tool::writeText(complete / "sensors.txt", "20 20 100\n");
+
+  const tool::Outcome outcome = run({"-o", "out", "--quick", "--only", "real", "--no-pictures", "--data", "data"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const nlohmann::json table =
+      nlohmann::json::parse(tool::readText(path("out") / "results.json"))["sections"][0]["tables"][0];
+  std::map<std::string, int> methods;
+  for (const nlohmann::json& row : table["rows"]) {
+    const std::string cloud = row[0];
+    ++methods[cloud];
+    if (cloud == "complete (--data)" && row[1] == "this (default)") {
+      // A plane: what is withheld lies in it up to what floats and the solver leave, and all of it is there.
+      for (const std::size_t column : {2u, 3u, 4u})
+        EXPECT_LT(row[column].get<double>(), .01);
+      EXPECT_EQ(row[5], 100);
+      EXPECT_EQ(row[7], 0);
+      EXPECT_EQ(row[9], lines(rows));
+    }
+    if (cloud == "plain (--data)") {
+      EXPECT_LT(row[9], lines(rows)) << "points are withheld";
+    }
+  }
+  EXPECT_EQ(methods["complete (--data)"], methods["plain (--data)"] + 1) << "normals are estimated for a sensor";
+  EXPECT_EQ(methods.count("objects on a table before a wall"), 1u);
 }
 
 TEST_F(ExperimentsTool, SameSeedSameTablesAndNothingTwice)

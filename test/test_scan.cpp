@@ -79,9 +79,10 @@ TEST(ScanSampling, EvenPerAreaOnMeshes)
   Soup soup;
   soup.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
   soup.quad({5, 0, 0}, {8, 0, 0}, {8, 3, 0}, {5, 3, 0});
-  for (const bool isEven : {false, true}) {
+  for (const Pattern pattern : {Pattern::random, Pattern::even}) {
     ScanOptions options = unseen(20000);
-    options.sampling.isEven = isEven;
+    options.sampling.pattern = pattern;
+    const bool isEven = pattern == Pattern::even;
     const Scan result = scanOf(surfaceOf(soup), options);
     const auto small = std::count_if(result.cloud.positions.begin(), result.cloud.positions.end(),
                                      [](const Vector3d& x) { return x.x() < 2; });
@@ -99,7 +100,7 @@ TEST(ScanSampling, EvenKeepsPointsApart)
   ScanOptions options = unseen(4000);
   const AnalyticSurface sphere = shape("sphere");
   const Scan even = scanOf(sphere, options);
-  options.sampling.isEven = false;
+  options.sampling.pattern = Pattern::random;
   const Scan random = scanOf(sphere, options);
   const double side = std::sqrt(4 * M_PI / 4000);
   // Poisson process: mean nearest distance is half of the mean side. The estimate's standard error is .26/√4000.
@@ -146,6 +147,158 @@ TEST(ScanSampling, OrderCarriesNoMeaning)
     square += x * x / 6000;
   }
   EXPECT_NEAR(first, second, 4 * std::sqrt(square * 2 / 3000));
+}
+
+TEST(ScanScanner, RaysOfACameraFallOnARegularGrid)
+{
+  // A wall that the sensor looks at squarely. In tangents of azimuth and elevation its rays are known: rows of equal
+  // elevation, columns of equal azimuth.
+  Soup soup;
+  soup.quad({-10, -10, 0}, {10, -10, 0}, {10, 10, 0}, {-10, 10, 0});
+  ScanOptions options;
+  options.sampling.points = 5000;
+  options.sampling.pattern = Pattern::scanner;
+  options.sampling.aspect = 4;
+  options.sensors = {{0, 0, 20}};
+  const Scan result = scanOf(surfaceOf(soup), options);
+  EXPECT_NEAR(static_cast<double>(result.cloud.size()), 5000, 150) << "one of some 35 rows more or less";
+  std::vector<double> azimuths, elevations;
+  for (const Vector3d& x : result.cloud.positions) {
+    ASSERT_NEAR(x.z(), 0, 1e-12);
+    // The sensor looks along -z, so that its left is +x.
+    azimuths.push_back(std::atan2(x.x(), 20));
+    elevations.push_back(std::atan2(x.y(), std::hypot(x.x(), 20)));
+  }
+  const auto step = [](std::vector<double> angles) {
+    std::sort(angles.begin(), angles.end());
+    double least = 1, most = 0;
+    int number = 1;
+    for (std::size_t i = 1; i < angles.size(); ++i)
+      if (const double gap = angles[i] - angles[i - 1]; gap > 1e-9) {
+        least = std::min(least, gap);
+        most = std::max(most, gap);
+        ++number;
+      }
+    // Rounding of the positions is 2e-15 of 20.
+    EXPECT_NEAR(least, most, 1e-12) << number << " rows or columns";
+    return least;
+  };
+  EXPECT_NEAR(step(elevations) / step(azimuths), 4, 1e-9);
+}
+
+TEST(ScanScanner, DensityFallsWithDistanceAndAngle)
+{
+  // Two squares that face the sensor, one of them three times as far and out of the other's shadow, and a third one
+  // as close as the first that is turned by 60 degrees: points per area go as cos / distance².
+  Soup soup;
+  const double h = .2;
+  soup.quad({-h, -h, 0}, {h, -h, 0}, {h, h, 0}, {-h, h, 0});
+  soup.quad({-h, 3 - h, -20}, {h, 3 - h, -20}, {h, 3 + h, -20}, {-h, 3 + h, -20});
+  const double across = .5 * h, deep = std::sqrt(.75) * h;
+  soup.quad({-1 - across, -h, -deep}, {-1 + across, -h, deep}, {-1 + across, h, deep}, {-1 - across, h, -deep});
+  ScanOptions options;
+  options.sampling.points = 20000;
+  options.sampling.pattern = Pattern::scanner;
+  options.sensors = {{0, 0, 10}};
+  const Scan result = scanOf(surfaceOf(soup), options);
+  double near = 0, far = 0, turned = 0;
+  for (const Vector3d& x : result.cloud.positions)
+    (x.z() < -10 ? far : x.x() < -.5 ? turned : near) += 1;
+  // The grid's azimuth is finer by the cosine of the elevation, 6 degrees at most; the row of points along each of a
+  // square's sides may or may not be hit: with 1,000 points a side of 32 in each of four.
+  EXPECT_NEAR(far / near, 1. / 9, .012);
+  // The turned one is 10.05 away and seen under 60 + 5.7 degrees, less at its nearer side.
+  EXPECT_NEAR(turned / near, .5 - .0866, .02);
+  const auto ofSquare = [&](Pattern pattern) {
+    options.sampling.pattern = pattern;
+    double count = 0, all = 0;
+    for (const Vector3d& x : scanOf(surfaceOf(soup), options).cloud.positions) {
+      count += x.z() < -10 ? 1 : 0;
+      all += 1;
+    }
+    return count / all;
+  };
+  // σ = √(2/9 / 20000) = .0033
+  EXPECT_NEAR(ofSquare(Pattern::random), 1. / 3, .014) << "the same density everywhere";
+  EXPECT_NEAR(ofSquare(Pattern::even), 1. / 3, .014);
+}
+
+TEST(ScanScanner, HitsAreTheFirstOfTheirRays)
+{
+  for (const std::string description : {"cheese", "table", "terrain:side=10", "tubes", "cut-sphere:angle=120"}) {
+    SCOPED_TRACE(description);
+    const AnalyticSurface surface = shape(description);
+    const Box box = surface.boundingBox();
+    ScanOptions options;
+    options.sampling.points = 1500;
+    options.sampling.pattern = Pattern::scanner;
+    options.sensors = {box.centre() + box.diagonal() * Vector3d(.2, .4, 1.5)};
+    const Scan result = scanOf(surface, options);
+    ASSERT_GT(result.cloud.size(), 1000u);
+    EXPECT_GT(result.spacing, 0);
+    for (std::size_t i = 0; i < result.cloud.size(); ++i) {
+      const Vector3d &x = result.cloud.positions[i], sight = options.sensors[0] - x;
+      ASSERT_LT(std::abs(surface.distance()(x)), 1e-9 * box.diagonal());
+      ASSERT_GE(result.cloud.normals[i].dot(sight.normalized()), std::cos(80 * M_PI / 180) - 1e-9);
+      for (int step = 1; step < 100; ++step)
+        ASSERT_GT(surface.distance()(x + step / 100.0 * sight), 0);
+    }
+  }
+}
+
+TEST(ScanScanner, LidarRings)
+{
+  ScanOptions options;
+  options.sampling.points = 20000;
+  options.sampling.pattern = Pattern::scanner;
+  options.sampling.aspect = 10;
+  options.sampling.lowestElevation = -30;
+  options.sampling.highestElevation = 20;
+  options.views.axis = {0, 0, 1};
+  options.views.forward = {1, 0, 0};
+  options.sensors = {{0, 0, 1.8}};
+  const AnalyticSurface street = shape("street");
+  const Scan result = scanOf(street, options);
+  // One of some twenty rows more or less is a twentieth of the points.
+  EXPECT_NEAR(static_cast<double>(result.cloud.size()), 20000, 1000);
+  // A ring on the ground is a circle about the sensor: few distances, many points at each.
+  std::vector<double> distances;
+  int behind = 0;
+  for (const Vector3d& x : result.cloud.positions) {
+    const double elevation = std::atan2(x.z() - 1.8, std::hypot(x.x(), x.y())) * 180 / M_PI;
+    ASSERT_GE(elevation, -30 - 1e-9);
+    ASSERT_LE(elevation, 20 + 1e-9);
+    behind += x.x() < 0 ? 1 : 0;
+    // Hits are found to 1e-10 of a diagonal of 60.
+    if (std::abs(x.z()) < 1e-8)
+      distances.push_back(std::hypot(x.x(), x.y()));
+  }
+  EXPECT_NEAR(behind / 20000., .5, .1) << "it turns around";
+  ASSERT_GT(distances.size(), 3000u);
+  std::sort(distances.begin(), distances.end());
+  int rings = 1;
+  for (std::size_t i = 1; i < distances.size(); ++i)
+    rings += distances[i] - distances[i - 1] > 1e-4 ? 1 : 0;
+  EXPECT_LT(rings, 40);
+  EXPECT_GT(rings, 5);
+}
+
+TEST(ScanScanner, SeedShiftsTheGridAndThreadsDoNothing)
+{
+  ScanOptions options;
+  options.sampling.points = 3000;
+  options.sampling.pattern = Pattern::scanner;
+  options.views.count = 3;
+  options.noise = {.5, Length::Unit::spacings};
+  options.holes = 1;
+  const MeshSurface surface = surfaceOf(sphereSoup(1, 30));
+  const Scan first = scanOf(surface, options, 1), threads = scanOf(surface, options, 3);
+  EXPECT_TRUE(sameBytes(first.cloud, threads.cloud));
+  EXPECT_TRUE(sameBytes(first.heldOut, threads.heldOut));
+  EXPECT_EQ(first.spacing, threads.spacing);
+  EXPECT_EQ(*std::max_element(first.cloud.views.begin(), first.cloud.views.end()), 2);
+  options.seed = 2;
+  EXPECT_FALSE(sameBytes(first.cloud, scanOf(surface, options).cloud));
 }
 
 TEST(ScanViews, SensorsWhereAsked)
@@ -546,9 +699,31 @@ TEST(ScanErrors, OptionsAreChecked)
   refuses([](ScanOptions& o) { o.displacement = {1, Length::Unit::spacings}; });
   refuses([](ScanOptions& o) { o.wavelength = {}; });
   refuses([](ScanOptions& o) { o.rotation.x() = NAN; });
+  const auto refusesScanner = [&](const std::function<void(ScanOptions&)>& change) {
+    refuses([&](ScanOptions& o) {
+      o.sampling.pattern = Pattern::scanner;
+      change(o);
+    });
+  };
+  refusesScanner([](ScanOptions& o) { o.views.count = 0; });
+  refusesScanner([](ScanOptions& o) { o.displacement = {1, Length::Unit::diagonalPercent}; });
+  refusesScanner([](ScanOptions& o) { o.sampling.isOccluded = false; });
+  refusesScanner([](ScanOptions& o) { o.sampling.aspect = 0; });
+  refusesScanner([](ScanOptions& o) { o.sampling.aspect = NAN; });
+  refusesScanner([](ScanOptions& o) { o.sampling.lowestElevation = 30, o.sampling.highestElevation = 20; });
+  refusesScanner([](ScanOptions& o) { o.sampling.lowestElevation = -91; });
   ScanOptions inside;
   inside.sensors = {Vector3d::Zero()};
   EXPECT_THROW(scanOf(sphere, inside), InvalidInput);
+  inside.sampling.pattern = Pattern::scanner;
+  EXPECT_THROW(scanOf(sphere, inside), InvalidInput);
+  ScanOptions upwards;
+  upwards.sampling.pattern = Pattern::scanner;
+  upwards.sensors = {{0, 0, 1.8}};
+  upwards.views.axis = {0, 0, 1};
+  upwards.views.forward = {1, 0, 0};
+  upwards.sampling.lowestElevation = 85;
+  EXPECT_THROW(scanOf(shape("street"), upwards), InvalidInput) << "there is nothing above a street";
 }
 
 TEST(ScanErrors, Lengths)

@@ -45,7 +45,8 @@ ScanOptions unseen(std::int64_t points)
 
 const std::vector<std::string> allShapes = {
     "sphere:radius=3", "cut-sphere", "torus",          "box",        "box:rounding=.2", "box:x=1,y=1,z=1,rounding=.5",
-    "plane",           "tubes",      "tubes:closed=1", "primitives", "plate",           "cheese"};
+    "plane",           "tubes",      "tubes:closed=1", "primitives", "plate",           "cheese",
+    "table",           "terrain",    "street"};
 
 } // namespace
 
@@ -117,6 +118,7 @@ TEST(TriangleTree, AgreesWithTryingAllTriangles)
     const Vector3d origin = 2 * random.direction(), direction = 2 * random.direction() - origin;
     // Independent of the tree's test: signed volumes of the segment with the triangle's edges.
     bool isHit = false;
+    double first = 1;
     for (const Corners& t : soup.triangles) {
       const Vector3d a = soup.vertices[static_cast<std::size_t>(t[0])] - origin,
                      b = soup.vertices[static_cast<std::size_t>(t[1])] - origin,
@@ -127,9 +129,16 @@ TEST(TriangleTree, AgreesWithTryingAllTriangles)
       const Vector3d normal = (b - a).cross(c - a);
       const double t1 = normal.dot(a) / normal.dot(direction);
       isHit = isHit || (t1 > 0 && t1 < 1);
+      if (t1 > 0)
+        first = std::min(first, t1);
     }
     hits += isHit ? 1 : 0;
     ASSERT_EQ(tree.isHit(origin, direction, 0, -1), isHit) << "segment " << i;
+    const TriangleTree::Hit hit = tree.firstHit(origin, direction);
+    ASSERT_EQ(hit.triangle >= 0, isHit);
+    if (isHit) {
+      ASSERT_NEAR(hit.t, first, 1e-9) << "needles lose some digits";
+    }
   }
   EXPECT_GT(hits, 300);
   EXPECT_LT(hits, 2700);

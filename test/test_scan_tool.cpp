@@ -126,6 +126,24 @@ TEST_F(ScanTool, SameSeedSameBytes)
   EXPECT_NE(first, bytes({"--seed", "2"}));
 }
 
+TEST_F(ScanTool, ScannerAmidAStreet)
+{
+  expectSuccess({"street", "o.ply", "--sampling", "scanner", "--points", "2000", "--axis", "0,0,1", "--sensor",
+                 "0,0,1.8", "--aspect", "8", "--elevations", "-30:10", "--write-sensors", "s.txt"});
+  ASSERT_EQ(mrf_apps::readSensors(path("s.txt").string()).size(), 1u);
+  double highest = 0;
+  for (const Vector3d& x : points("o.ply").positions) {
+    const double distance = std::hypot(x.x(), x.y());
+    // Ten degrees above a sensor at 1.8.
+    ASSERT_LE(x.z(), 1.8 + .1764 * distance);
+    highest = std::max(highest, x.z());
+  }
+  EXPECT_GT(highest, 1.8);
+  expectSuccess(
+      {"torus", "o.ply", "--sensor", "0,0,9", "--sensor", "0,9,0", "--points", "500", "--write-sensors", "s.txt"});
+  EXPECT_EQ(mrf_apps::readSensors(path("s.txt").string()).size(), 2u);
+}
+
 TEST_F(ScanTool, OptionsReachTheScan)
 {
   expectSuccess({"bowl.off", "o.pcd", "--normals", "none", "--views", "0", "--points", "500", "-q"});
@@ -207,6 +225,12 @@ TEST_F(ScanTool, WrongUsage)
   expectFailure({"torus", "o.ply", "--write-held-out", "h.ply"}, 2, "--holes");
   expectFailure({"torus", "o.ply", "--views", "0", "--write-views", "v.txt"}, 2, "--views is 0");
   expectFailure({"torus", "o.ply", "--views", "0", "--misalign-angle", "1"}, 2, "--views is 0");
+  expectFailure({"torus", "o.ply", "--views", "0", "--sampling", "scanner"}, 2, "--views is 0");
+  expectFailure({"torus", "o.ply", "--sampling", "scanner", "--elevations", "3"}, 2, "--elevations");
+  expectFailure({"torus", "o.ply", "--sampling", "scanner", "--elevations", "3:-3"}, 2, "elevations");
+  expectFailure({"torus", "o.ply", "--sampling", "scanner", "--displace", "1%"}, 2, "displacement");
+  expectFailure({"torus", "o.ply", "--sensor", "1,2"}, 2, "--sensor");
+  expectFailure({"torus", "o.ply", "--sensor", "0,0,9", "--sensors", "s.txt"}, 2, "exclude");
   expectFailure({"torus", "o.ply", "--report", "r.txt"}, 2, "--report");
   expectFailure({"torus", "o.ply", "--write-clean", "o.ply"}, 2, "twice");
   write("bowl.ply", "");

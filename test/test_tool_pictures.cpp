@@ -13,6 +13,9 @@ namespace {
 /// Pixels of a picture by what they show.
 struct Pixels {
   int all = 0, skin = 0, blue = 0, light = 0;
+  int border = 0; ///< of skin or blue at the picture's border
+  /// Of those of skin, from the picture's middle to the right and up, in its sides.
+  double skinRight = 0, skinUp = 0;
 };
 
 Pixels countPixels(const std::string& path)
@@ -30,11 +33,44 @@ Pixels countPixels(const std::string& path)
       rgb[channel] = bytes[components < 3 ? 0 : channel];
     ++pixels.all;
     // Shading scales the channels; what tells the two colours apart is which one leads, and clearly.
-    pixels.skin += rgb[0] > 40 && rgb[0] > 1.15 * rgb[2];
-    pixels.blue += rgb[2] > 40 && rgb[2] > 1.5 * rgb[0];
+    const bool isSkin = rgb[0] > 40 && rgb[0] > 1.15 * rgb[2];
+    pixels.skin += isSkin;
+    if (isSkin) { // VTK's images start at the bottom
+      const int width = image->GetDimensions()[0], height = image->GetDimensions()[1];
+      pixels.skinRight += static_cast<double>(i % width) / width - .5;
+      pixels.skinUp += static_cast<double>(i / width) / height - .5;
+    }
+    const bool isBlue = rgb[2] > 40 && rgb[2] > 1.5 * rgb[0];
+    pixels.blue += isBlue;
+    const vtkIdType column = i % image->GetDimensions()[0], row = i / image->GetDimensions()[0];
+    const bool isAtBorder =
+        column == 0 || row == 0 || column + 1 == image->GetDimensions()[0] || row + 1 == image->GetDimensions()[1];
+    pixels.border += isAtBorder && (isSkin || isBlue);
     pixels.light += std::min({rgb[0], rgb[1], rgb[2]}) > 200;
   }
+  if (pixels.skin > 0) {
+    pixels.skinRight /= pixels.skin;
+    pixels.skinUp /= pixels.skin;
+  }
   return pixels;
+}
+
+/// A plane two units before the origin as a PLY file, facing it, blue with a quarter in red where x and y are negative.
+std::string planeBeforeCamera(double height = 1)
+{
+  constexpr int side = 40;
+  std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(side * side) + "\n";
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
+    text += "property float " + std::string(name) + "\n";
+  for (const char* name : {"red", "green", "blue"})
+    text += "property uchar " + std::string(name) + "\n";
+  text += "end_header\n";
+  for (int i = 0; i < side * side; ++i) {
+    const double x = (i % side + .5) / side - .5, y = height * ((i / side + .5) / side - .5);
+    text +=
+        std::to_string(x) + " " + std::to_string(y) + " 2 0 0 -1 " + (x < 0 && y < 0 ? "220 60 40\n" : "30 60 220\n");
+  }
+  return text;
 }
 
 class ToolPictures : public tool::Test {
@@ -68,6 +104,42 @@ TEST_F(ToolPictures, ShowsTheSurfaceWithItsColours)
   EXPECT_GT(pixels.skin, .05 * pixels.all);
   EXPECT_GT(pixels.blue, .02 * pixels.all); // the third is seen from the side
   EXPECT_GT(pixels.light, .1 * pixels.all);
+}
+
+TEST_F(ToolPictures, ShowsAllOfTheSurface)
+{
+  // Twice as high as wide: nothing of it may reach the picture's border.
+  write("plane.ply", planeBeforeCamera(2));
+  ASSERT_EQ(runUnderX({MRF_TOOL, "plane.ply", "out.ply", "--picture", "out.png", "-q"}).status, 0);
+  const Pixels pixels = countPixels(path("out.png"));
+  EXPECT_EQ(pixels.border, 0);
+  EXPECT_GT(pixels.skin + pixels.blue, .3 * pixels.all);
+}
+
+TEST_F(ToolPictures, LooksFromTheSensor)
+{
+  write("plane.ply", planeBeforeCamera());
+  // In a camera's frame x points to the right and y down: the red quarter is at the upper left.
+  ASSERT_EQ(runUnderX({MRF_TOOL, "plane.ply", "out.ply", "--sensor", "0,0,0", "--picture", "camera.png", "-q"}).status,
+            0);
+  const Pixels camera = countPixels(path("camera.png"));
+  // The plane's corners reach the picture's side, half of a square in a circle; the middle of the quarter is then a
+  // quarter of 1/√2 off. The perspective and the rim make a few per cent.
+  EXPECT_NEAR(camera.skinRight, -.177, .02);
+  EXPECT_NEAR(camera.skinUp, .177, .02);
+  EXPECT_NEAR(static_cast<double>(camera.skin) / camera.all, .125, .02);
+
+  // From beside it, with y up as for any sensor that is not at its frame's origin: x points to the left.
+  ASSERT_EQ(
+      runUnderX({MRF_TOOL, "plane.ply", "out.ply", "--sensor", "-1,0,-.5", "--picture", "beside.png", "-q"}).status, 0);
+  const Pixels beside = countPixels(path("beside.png"));
+  EXPECT_GT(beside.skinRight, .02);
+  EXPECT_LT(beside.skinUp, -.02);
+
+  // A sensor within the plane cannot see it.
+  ASSERT_EQ(runUnderX({MRF_TOOL, "plane.ply", "out.ply", "--sensor", "0,0,1.99", "--picture", "amid.png", "-q"}).status,
+            0);
+  EXPECT_GT(countPixels(path("amid.png")).blue, .1 * camera.all);
 }
 
 TEST_F(ToolPictures, PclViewerShowsAColouredSurface)

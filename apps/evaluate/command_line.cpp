@@ -47,8 +47,11 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
       "1 a file cannot be read or written or holds nothing to measure, 2 wrong usage, 3 the method failed.");
   app.add_option("MESH", command.mesh, std::string("what is measured: ") + meshInputExtensions)->required();
   WordOptions words(app);
-  words.path("--input", "CLOUD", command.cloud,
-             std::string("points that were reconstructed (accuracy): ") + pointFileExtensions);
+  words.path(
+      "--input", "CLOUD", command.cloud,
+      std::string("points that were reconstructed (accuracy; figures in local spacings, and flipped normals if it "
+                  "has any): ") +
+          pointFileExtensions);
   words.path("--held-out", "CLOUD", command.heldOut, "points of the surface that were withheld (hole filling)");
   words.path("--clean", "CLOUD", command.clean, "the input without its noise");
   words.path("--reference", "MESH", command.reference, std::string("the true surface: ") + meshInputExtensions);

@@ -1,6 +1,7 @@
 #include "evaluation.h"
 
 #include "exact/self_intersections.h"
+#include "local_spacing.h"
 #include "support/point_table.h"
 #include "surface_distance.h"
 #include "surface_samples.h"
@@ -78,16 +79,42 @@ Points finite(const Points& points)
   return result;
 }
 
-std::optional<Statistics> pointsToMesh(const char* name, const Points& points, const SurfaceDistance& mesh,
-                                       Execution& execution, std::int64_t& notFinite)
+/// The finite points of a cloud, and where the mesh is closest to each.
+struct MeasuredPoints {
+  Points points;
+  std::vector<ClosestPlace> places;
+
+  Statistics statistics() const
+  {
+    std::vector<double> distances;
+    distances.reserve(places.size());
+    for (const ClosestPlace& place : places)
+      distances.push_back(place.distance);
+    return summarise(std::move(distances));
+  }
+};
+
+std::optional<MeasuredPoints> pointsToMesh(const char* name, const Points& points, const SurfaceDistance& mesh,
+                                           Execution& execution, std::int64_t& notFinite)
 {
   if (points.empty())
     return std::nullopt;
-  const Points usable = finite(points);
-  notFinite += static_cast<std::int64_t>(points.size() - usable.size());
-  if (usable.empty())
+  MeasuredPoints result;
+  result.points = finite(points);
+  notFinite += static_cast<std::int64_t>(points.size() - result.points.size());
+  if (result.points.empty())
     throw InvalidInput(std::string("the ") + name + " has no finite point");
-  return summarise(mesh.distances(usable, execution));
+  result.places = mesh.closest(result.points, execution);
+  return result;
+}
+
+/// Of sorted values, interpolated linearly.
+double quantile(const std::vector<double>& values, double share)
+{
+  const double position = share * static_cast<double>(values.size() - 1);
+  const auto below = static_cast<std::size_t>(position);
+  const std::size_t above = std::min(below + 1, values.size() - 1);
+  return values[below] + (position - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
 double shareAbove(const std::vector<double>& values, double limit)
@@ -148,6 +175,59 @@ ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMe
   result.hausdorff = std::max({result.meshToReference.max, result.referenceToMesh.max,
                                largest(toReference.distances(usedVertices(mesh), execution)),
                                largest(toMesh.distances(usedVertices(reference), execution))});
+  return result;
+}
+
+/// Of the normals that are there, those against the closest triangle's.
+std::optional<double> flippedShare(const SurfaceMesh& mesh, const EvaluationInput& input,
+                                   const std::vector<ClosestPlace>& places)
+{
+  if (input.cloudNormals.empty())
+    return std::nullopt;
+  std::int64_t normals = 0, flipped = 0;
+  std::size_t measured = 0;
+  for (std::size_t i = 0; i < input.cloud.size(); ++i) {
+    if (!input.cloud[i].allFinite())
+      continue;
+    const Eigen::Vector3d face = areaVector(mesh, static_cast<std::size_t>(places[measured++].triangle));
+    const Eigen::Vector3d normal = input.cloudNormals[i].cast<double>();
+    if (!normal.allFinite() || normal.isZero(0))
+      continue;
+    ++normals;
+    flipped += normal.dot(face) < 0 ? 1 : 0;
+  }
+  return normals > 0 ? std::optional<double>(static_cast<double>(flipped) / static_cast<double>(normals))
+                     : std::nullopt;
+}
+
+std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const EvaluationInput& input,
+                                              const MeasuredPoints& cloud, const std::optional<Statistics>& heldOut,
+                                              const EvaluationOptions& options, Execution& execution)
+{
+  const LocalSpacing local(cloud.points, execution);
+  const std::vector<double>& spacings = local.spacings();
+  if (spacings.empty())
+    return std::nullopt;
+  LocalComparison result;
+  std::vector<double> sorted = spacings;
+  std::sort(sorted.begin(), sorted.end());
+  result.spacing = quantile(sorted, .5);
+  result.unevenness = quantile(sorted, .9) / quantile(sorted, .1);
+  result.cloudRms = cloud.statistics().rms / result.spacing;
+  if (heldOut)
+    result.heldOutRms = heldOut->rms / result.spacing;
+  result.flippedShare = flippedShare(mesh, input, cloud.places);
+
+  std::vector<double> inSpacings;
+  for (std::size_t i = 0; i < spacings.size(); ++i)
+    inSpacings.push_back(cloud.places[i].distance / spacings[i]);
+  result.nearShare = 1 - shareAbove(inSpacings, LocalComparison::nearLimit);
+
+  inSpacings.clear();
+  for (const NearestPoint& nearest :
+       local.nearest(sampleSurface(mesh, options.samples, options.seed).positions, execution))
+    inSpacings.push_back(nearest.distance / spacings[nearest.point]);
+  result.inventedShare = shareAbove(inSpacings, LocalComparison::inventedLimit);
   return result;
 }
 
@@ -212,12 +292,6 @@ Statistics summarise(std::vector<double> values)
   if (values.empty())
     return result;
   std::sort(values.begin(), values.end());
-  const auto quantile = [&](double share) {
-    const double position = share * static_cast<double>(values.size() - 1);
-    const auto below = static_cast<std::size_t>(position);
-    const std::size_t above = std::min(below + 1, values.size() - 1);
-    return values[below] + (position - static_cast<double>(below)) * (values[above] - values[below]);
-  };
   double sum = 0, squares = 0;
   for (const double value : values) {
     sum += value;
@@ -225,8 +299,8 @@ Statistics summarise(std::vector<double> values)
   }
   result.mean = sum / static_cast<double>(values.size());
   result.rms = std::sqrt(squares / static_cast<double>(values.size()));
-  result.median = quantile(.5);
-  result.percentile95 = quantile(.95);
+  result.median = quantile(values, .5);
+  result.percentile95 = quantile(values, .95);
   result.max = values.back();
   return result;
 }
@@ -239,13 +313,35 @@ Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const
   result.options = options;
   const SurfaceDistance toMesh(mesh);
   resolve(mesh, input, result);
-  result.cloud = pointsToMesh("input cloud", input.cloud, toMesh, execution, result.pointsNotFinite);
-  result.heldOut = pointsToMesh("held-out cloud", input.heldOut, toMesh, execution, result.pointsNotFinite);
-  result.clean = pointsToMesh("noise-free cloud", input.clean, toMesh, execution, result.pointsNotFinite);
+  const auto measurePoints = [&](const char* name, const Points& points, std::optional<Statistics>& statistics) {
+    std::optional<MeasuredPoints> measured = pointsToMesh(name, points, toMesh, execution, result.pointsNotFinite);
+    if (measured)
+      statistics = measured->statistics();
+    return measured;
+  };
+  const std::optional<MeasuredPoints> cloud = measurePoints("input cloud", input.cloud, result.cloud);
+  measurePoints("held-out cloud", input.heldOut, result.heldOut);
+  measurePoints("noise-free cloud", input.clean, result.clean);
+  if (cloud)
+    result.local = compareLocally(mesh, input, *cloud, result.heldOut, result.options, execution);
   if (input.reference)
     result.reference = compare(mesh, toMesh, *input.reference, result.options, execution);
   check(mesh, result);
   return result;
+}
+
+std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const EvaluationInput& input,
+                                              const EvaluationOptions& options, Execution& execution)
+{
+  validate(options);
+  const SurfaceDistance toMesh(mesh);
+  std::int64_t notFinite = 0;
+  const auto cloud = pointsToMesh("input cloud", input.cloud, toMesh, execution, notFinite);
+  const auto heldOut = pointsToMesh("held-out cloud", input.heldOut, toMesh, execution, notFinite);
+  if (!cloud)
+    return std::nullopt;
+  return compareLocally(mesh, input, *cloud, heldOut ? std::optional(heldOut->statistics()) : std::nullopt, options,
+                        execution);
 }
 
 std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& input, Execution& execution)

@@ -25,7 +25,9 @@ Statistics summarise(std::vector<double> values);
 
 /// What the mesh is measured against; whatever is empty is not measured.
 struct EvaluationInput {
-  std::vector<Eigen::Vector3d> cloud;   ///< that was reconstructed
+  std::vector<Eigen::Vector3d> cloud; ///< that was reconstructed
+  /// As many as points, need not be unit; empty: it has none. One that is zero or not finite is none.
+  std::vector<Eigen::Vector3f> cloudNormals;
   std::vector<Eigen::Vector3d> heldOut; ///< kept from the reconstruction to judge how holes were filled
   std::vector<Eigen::Vector3d> clean;   ///< the cloud without its noise
   std::optional<SurfaceMesh> reference; ///< the true surface
@@ -57,6 +59,22 @@ struct ReferenceComparison {
   double flippedShare = 0; ///< of the samples behind normalDeviation, those above 90°
 };
 
+/// The mesh beside the cloud that it was made from, by the cloud's own measure: the local spacing of a point is .313
+/// times its distance to its 8th neighbor in the cloud (see LocalSpacing). A wall that is sampled ten times as coarsely
+/// as the cup before it may be ten times as far away.
+struct LocalComparison {
+  static constexpr double nearLimit = 5;      ///< a point farther from the mesh has no surface, local spacings
+  static constexpr double inventedLimit = 10; ///< surface farther from the cloud has no points, local spacings
+
+  double spacing = 0;               ///< median over the cloud, cloud's unit
+  double unevenness = 0;            ///< 90th over 10th percentile of the spacings
+  double cloudRms = 0;              ///< from the cloud to the mesh, in median spacings
+  std::optional<double> heldOutRms; ///< from the held-out points to the mesh, in median spacings
+  double nearShare = 0;             ///< of the cloud's points, those within nearLimit of their own spacing of the mesh
+  double inventedShare = 0; ///< of the mesh's area, beyond inventedLimit spacings of the nearest point from that point
+  std::optional<double> flippedShare; ///< of the cloud's normals, those against the nearest triangle's
+};
+
 struct Evaluation {
   EvaluationOptions options; ///< with the automatic values replaced
   DiagonalSource diagonalSource = DiagonalSource::option;
@@ -66,6 +84,8 @@ struct Evaluation {
   std::optional<Statistics> cloud, heldOut, clean;
   std::int64_t pointsNotFinite = 0; ///< in all clouds; left out
   std::optional<ReferenceComparison> reference;
+  /// None without a cloud of at least nine distinct points.
+  std::optional<LocalComparison> local;
 
   pcl::mrf::MeshStatistics mesh;
   std::int64_t selfIntersectingTriangles = 0; ///< exact, by CGAL; degenerate triangles are counted in `mesh`, not here
@@ -85,6 +105,12 @@ struct Evaluation {
 /// Cost: O(log n) per point and sample. The result does not depend on the number of threads.
 Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const EvaluationOptions& options,
                     pcl::mrf::Execution& execution);
+
+/// Of evaluate() what is measured in local spacings, without the rest.
+/// \return none if the cloud has fewer than nine distinct points
+/// \throw as evaluate()
+std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const EvaluationInput& input,
+                                              const EvaluationOptions& options, pcl::mrf::Execution& execution);
 
 /// The error at each vertex, cloud's unit: the distance to the reference's surface, else to the nearest point that is
 /// known to lie on the surface: held-out and noise-free points, or those of the cloud where there is no noise-free one.

@@ -113,6 +113,23 @@ void addDistances(const Evaluation& evaluation, Text& text)
   text.add("\n");
 }
 
+void addLocal(const LocalComparison& local, Text& text)
+{
+  text.add("local spacings: .313 x distance to the 8th neighbor in the input; median %.6g, 90 / 10 %% %.3g\n",
+           local.spacing, local.unevenness);
+  text.add("  %-26s %10.4g median spacings RMS\n", "input -> mesh", local.cloudRms);
+  if (local.heldOutRms)
+    text.add("  %-26s %10.4g median spacings RMS\n", "held out -> mesh", *local.heldOutRms);
+  text.add("  %-26s %10.3f %% of the input's points within %g spacings of the mesh\n", "near", 100 * local.nearShare,
+           LocalComparison::nearLimit);
+  text.add("  %-26s %10.3f %% of the mesh's area beyond %g spacings of the input\n", "invented",
+           100 * local.inventedShare, LocalComparison::inventedLimit);
+  if (local.flippedShare)
+    text.add("  %-26s %10.3f %% of the input's normals, against the nearest triangle\n", "flipped",
+             100 * *local.flippedShare);
+  text.add("\n");
+}
+
 void addReference(const ReferenceComparison& comparison, const EvaluationOptions& options, Text& text)
 {
   text.addHeading("normals, degrees");
@@ -190,6 +207,20 @@ ordered_json toJson(const Statistics& s)
           {"max", s.max}};
 }
 
+ordered_json toJson(const LocalComparison& local)
+{
+  ordered_json json = {{"spacing", local.spacing}, {"unevenness", local.unevenness}, {"cloudRms", local.cloudRms}};
+  if (local.heldOutRms)
+    json["heldOutRms"] = *local.heldOutRms;
+  json["nearLimit"] = LocalComparison::nearLimit;
+  json["nearShare"] = local.nearShare;
+  json["inventedLimit"] = LocalComparison::inventedLimit;
+  json["inventedShare"] = local.inventedShare;
+  if (local.flippedShare)
+    json["flippedShare"] = *local.flippedShare;
+  return json;
+}
+
 } // namespace
 
 std::string toText(const Evaluation& evaluation)
@@ -197,6 +228,8 @@ std::string toText(const Evaluation& evaluation)
   Text text;
   text.add("diagonal %.9g (%s)\n\n", evaluation.options.diagonal, nameOf(evaluation.diagonalSource));
   addDistances(evaluation, text);
+  if (evaluation.local)
+    addLocal(*evaluation.local, text);
   if (evaluation.reference)
     addReference(*evaluation.reference, evaluation.options, text);
   addMesh(evaluation, text);
@@ -227,6 +260,8 @@ nlohmann::ordered_json toJson(const Evaluation& evaluation)
     json["reference"]["normalDeviation"] = toJson(comparison.normalDeviation);
     json["reference"]["flippedShare"] = comparison.flippedShare;
   }
+  if (evaluation.local)
+    json["local"] = toJson(*evaluation.local);
   json["mesh"] = toJson(evaluation.mesh);
   json["mesh"]["selfIntersectingTriangles"] = evaluation.selfIntersectingTriangles;
   json["mesh"]["qualities"] = evaluation.qualities;

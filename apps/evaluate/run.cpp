@@ -28,14 +28,14 @@ void requireArea(const SurfaceMesh& mesh, const std::string& path)
     throw FileError(path, "has no triangle with an area");
 }
 
-std::vector<Eigen::Vector3d> readPositions(const std::string& path)
+PointTable readCloud(const std::string& path)
 {
   if (path.empty())
     return {};
-  std::vector<Eigen::Vector3d> positions = readPoints(path).positions;
-  for (const Eigen::Vector3d& position : positions)
+  PointTable points = readPoints(path);
+  for (const Eigen::Vector3d& position : points.positions)
     if (position.allFinite())
-      return positions;
+      return points;
   throw FileError(path, "has no finite point");
 }
 
@@ -87,9 +87,11 @@ void run(const EvaluateCommand& command)
     mesh = mergeVertices(mesh);
   requireArea(mesh, command.mesh);
   EvaluationInput input;
-  input.cloud = readPositions(command.cloud);
-  input.heldOut = readPositions(command.heldOut);
-  input.clean = readPositions(command.clean);
+  PointTable cloud = readCloud(command.cloud);
+  input.cloud = std::move(cloud.positions);
+  input.cloudNormals = std::move(cloud.normals);
+  input.heldOut = readCloud(command.heldOut).positions;
+  input.clean = readCloud(command.clean).positions;
   if (!command.reference.empty()) {
     input.reference = readMesh(command.reference);
     requireArea(*input.reference, command.reference);

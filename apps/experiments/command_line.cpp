@@ -54,8 +54,15 @@ ExperimentsCommand parseExperimentsCommandLine(int argc, const char* const* argv
   bool isListed = false;
   app.add_flag("--list", isListed, "print the experiments' names and titles");
   words.seed(options.seed, "of all scans; default " + std::to_string(options.seed));
-  words.path("--data", "FOLDER", options.data,
-             "with further objects to scan: reference/igea.ply, reference/nefertiti.ply", folderName);
+  using pcl::mrf::scan::Pattern;
+  words.choice<Pattern>("--sampling",
+                        {{"even", Pattern::even}, {"random", Pattern::random}, {"scanner", Pattern::scanner}},
+                        options.sampling, "of the scans of table-1 and defaults, as in pcl_mrf_scan; default even");
+  words.path(
+      "--data", "FOLDER", options.data,
+      "with further objects to scan: reference/igea.ply, reference/nefertiti.ply; with clouds: real/*/input.ply, "
+      "with normals, and beside it heldout.ply, heldout_random.ply, sensors.txt",
+      folderName);
   words.threads(command.threads, "results do not depend on it, times do; default one per hardware thread");
   bool hasNoPictures = false;
   app.add_flag("--no-pictures", hasNoPictures, "needs no X display");

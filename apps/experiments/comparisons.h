@@ -9,6 +9,7 @@ namespace mrf_apps {
 Section table1(Laboratory& laboratory);     ///< leaving patches out, beside other methods
 Section defaults(Laboratory& laboratory);   ///< one option at a time away from its default
 Section fig8(Laboratory& laboratory);       ///< noise and outliers
+Section real(Laboratory& laboratory);       ///< open, uneven clouds: points withheld from them, surface invented
 Section robustness(Laboratory& laboratory); ///< mesh checks over random scans
 
 } // namespace mrf_apps

@@ -99,9 +99,9 @@ Section defaults(Laboratory& laboratory)
       json byDefault;
       for (std::size_t v = 0; v < all.size(); ++v) {
         const Method method = ours(idOf(all[v]), idOf(all[v]), all[v].change);
-        const json measured =
-            laboratory.measure("defaults/" + object.id + "/" + std::to_string(index) + "/" + method.id,
-                               [&] { return measurePatches(method, patchScan, scan(), laboratory); });
+        const json measured = laboratory.measure("defaults" + samplingSuffix(laboratory.options()) + "/" + object.id +
+                                                     "/" + std::to_string(index) + "/" + method.id,
+                                                 [&] { return measurePatches(method, patchScan, scan(), laboratory); });
         results[v].add(measured);
         if (v == 0)
           byDefault = measured;
@@ -127,7 +127,7 @@ Section defaults(Laboratory& laboratory)
   Section section{"defaults", "Deciding the defaults", {}, {}, {}, {}};
   section.paragraphs = {
       "The scans of Table 1, " + std::to_string(scansPerObject) + " of each of " + std::to_string(objects.size()) +
-          (objects.size() == 1 ? " object" : " objects") +
+          (objects.size() == 1 ? " object, " : " objects, ") + samplingTitle(laboratory.options()) +
           ": what changes if one option is not at its default. Ratios are taken hole by hole, with a bootstrap "
           "interval over scans.",
       "beta and dEmax act on voxel-wise observations, so these rows are of the estimate plane; what they change is to "

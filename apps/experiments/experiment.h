@@ -2,6 +2,7 @@
 /// \brief What an experiment is: cases that are measured once and kept, and a section of the page made of them.
 #pragma once
 
+#include "scan/sampling.h"
 #include "support/picture.h"
 #include "support/surface_mesh.h"
 
@@ -57,8 +58,10 @@ struct ExperimentOptions {
   std::string folder;      ///< receives everything
   bool quick = false;      ///< fewer scans, holes and settings, coarser grids: minutes instead of hours
   std::uint64_t seed = 1;  ///< of all scans
-  std::string data;        ///< folder of further scans; empty: none
+  std::string data;        ///< folder of further scans and clouds; empty: none
   bool hasPictures = true; ///< needs a display
+  /// Of the scans of Table 1 and of the defaults. Neat scans are even, most real ones are not.
+  pcl::mrf::scan::Pattern sampling = pcl::mrf::scan::Pattern::even;
 };
 
 /// What experiments are run in: their options, what was measured before, the folder of results.

@@ -12,6 +12,7 @@ const std::vector<Experiment>& experiments()
       {"fig-4", "Fig. 4: confidence on the surface", fig4},
       {"fig-5", "Fig. 5: a large hole", fig5},
       {"table-1", "Table 1: leaving patches out, beside other methods", table1},
+      {"real", "Real clouds: open, uneven, cluttered", real},
       {"fig-8", "Fig. 8: noise and outliers", fig8},
       {"robustness", "Meshes of random scans", robustness},
       {"fig-9", "Fig. 9: rotation", fig9},

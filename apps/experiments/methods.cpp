@@ -20,10 +20,9 @@ using pcl::mrf::scan::Points;
 
 namespace {
 
-constexpr int depth = 8;
 constexpr int hoppeResolution = 128;
 
-SurfaceMesh runOn(const std::string& path, const Points& points)
+SurfaceMesh runOn(const std::string& path, const Points& points, int depth)
 {
   const TemporaryFolder folder;
   PointTable table;
@@ -68,10 +67,11 @@ std::vector<Method> ownMethods()
           })};
 }
 
-Method poissonMethod()
+Method poissonMethod(int depth)
 {
-  return {"poisson", "pcl::Poisson, depth 8",
-          [](const Points& points, double, Execution&) { return poisson(points.positions, points.normals, depth); }};
+  return {"poisson", "pcl::Poisson, depth " + std::to_string(depth), [depth](const Points& points, double, Execution&) {
+            return poisson(points.positions, points.normals, depth);
+          }};
 }
 
 Method hoppeMethod()
@@ -81,9 +81,9 @@ Method hoppeMethod()
           }};
 }
 
-Method programMethod(const std::string& id, const std::string& title, const std::string& path)
+Method programMethod(const std::string& id, const std::string& title, const std::string& path, int depth)
 {
-  return {id, title, [path](const Points& points, double, Execution&) { return runOn(path, points); }};
+  return {id, title, [=](const Points& points, double, Execution&) { return runOn(path, points, depth); }};
 }
 
 std::vector<Method> peerMethods()

@@ -31,8 +31,8 @@ Method ours(const std::string& id, const std::string& title, const Change& chang
 /// Ours: the default first, then with the other priors, with voxel-wise observations, and with the preset `paper`.
 std::vector<Method> ownMethods();
 
-/// pcl::Poisson with a depth of 8 and its other defaults.
-Method poissonMethod();
+/// pcl::Poisson with its other defaults.
+Method poissonMethod(int depth = 8);
 
 /// pcl::MarchingCubesHoppe with 128³ cells; see hoppe.h.
 Method hoppeMethod();
@@ -40,8 +40,8 @@ Method hoppeMethod();
 /// PCL's, and PoissonRecon and SSDRecon with a depth of 8 where they are on PATH; times of the latter include files.
 std::vector<Method> peerMethods();
 
-/// A program that is given --in, --out and --depth 8.
-Method programMethod(const std::string& id, const std::string& title, const std::string& path);
+/// A program that is given --in, --out and --depth.
+Method programMethod(const std::string& id, const std::string& title, const std::string& path, int depth = 8);
 
 struct MethodResult {
   SurfaceMesh mesh;

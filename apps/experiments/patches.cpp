@@ -17,12 +17,22 @@ namespace mrf_apps {
 using figures::rounded;
 using nlohmann::json;
 using pcl::mrf::scan::Hole;
+using pcl::mrf::scan::Pattern;
 using pcl::mrf::scan::Scan;
 using Places = std::vector<Eigen::Vector3d>;
 
 namespace {
 
 constexpr std::size_t leastPointsOfHole = 20;
+
+/// Mean distance to the closest point by the side of a square with one point, evenly sampled: .79 to .80 on four
+/// shapes.
+constexpr double evenSpacing = .8;
+
+const char* nameOf(Pattern pattern)
+{
+  return pattern == Pattern::even ? "even" : pattern == Pattern::random ? "random" : "scanner";
+}
 
 double median(std::vector<double> values)
 {
@@ -126,7 +136,23 @@ Scan simulate(const PatchScan& scan, Laboratory& laboratory)
   options.smallestHole.value = 4;
   options.largestHole.value = 10;
   options.seed = laboratory.options().seed * 1000 + static_cast<std::uint64_t>(scan.index);
-  return simulateScan(*scan.object.load().surface, options, laboratory.execution());
+  options.sampling.pattern = laboratory.options().sampling;
+  Scan result = simulateScan(*scan.object.load().surface, options, laboratory.execution());
+  if (options.sampling.pattern != Pattern::even) {
+    const auto points = static_cast<double>(result.clean.size() + result.heldOut.size());
+    result.spacing = evenSpacing * std::sqrt(result.visibleArea / points);
+  }
+  return result;
+}
+
+std::string samplingSuffix(const ExperimentOptions& options)
+{
+  return options.sampling == Pattern::even ? "" : std::string("-") + nameOf(options.sampling);
+}
+
+std::string samplingTitle(const ExperimentOptions& options)
+{
+  return std::string(nameOf(options.sampling)) + " sampling";
 }
 
 json measureSurface(const SurfaceMesh& mesh, const LoadedObject& object, const Scan& scan,

@@ -44,9 +44,17 @@ struct PatchScan {
   int index;
 };
 
-/// Every scan of an experiment: 12 views with occlusion, about 28,000 points (quick: 8,000), holes at random places
-/// with radii of 4 to 10 % of the diagonal. The same scans for every experiment that asks for as many of them.
+/// Every scan of an experiment: 12 views with occlusion, about 28,000 points (quick: 8,000) in the options' sampling,
+/// holes at random places with radii of 4 to 10 % of the diagonal. The same scans for every experiment that asks for as
+/// many of them. Its spacing is that of evenly spread points of the same density, whatever the sampling, so that
+/// options which are lengths mean the same.
 pcl::mrf::scan::Scan simulate(const PatchScan& scan, Laboratory& laboratory);
+
+/// What sets results and files of the options' sampling apart: "" for even scans, else "-random" or "-scanner".
+std::string samplingSuffix(const ExperimentOptions& options);
+
+/// The same in words for the page, "even sampling".
+std::string samplingTitle(const ExperimentOptions& options);
 
 /// Of simulate().
 constexpr int holesPerScan = 5;

@@ -16,6 +16,7 @@ namespace mrf_apps {
 using figures::rounded;
 using figures::text;
 using pcl::mrf::scan::Length;
+using pcl::mrf::scan::Pattern;
 using pcl::mrf::scan::Random;
 
 namespace {
@@ -108,7 +109,7 @@ RandomScan randomScan(std::uint64_t seed, int index)
   pcl::mrf::scan::ScanOptions& options = result.options;
   options.seed = 1 + random.index(1000000);
   options.sampling.points = 3000 + static_cast<std::int64_t>(random.index(2001));
-  options.sampling.isEven = random.uniform() < .5;
+  options.sampling.pattern = random.uniform() < .5 ? Pattern::even : Pattern::random;
   for (int axis = 0; axis < 3; ++axis)
     options.rotation[axis] = std::floor(random.uniform(0, 360));
   // One scan in four each is without noise, outliers and misalignment.
@@ -138,12 +139,12 @@ std::string RandomScan::commands() const
 {
   std::string scan = "pcl_mrf_scan " + object + " scan.ply --seed " + std::to_string(options.seed) + " --points " +
                      std::to_string(options.sampling.points) + " --sampling " +
-                     (options.sampling.isEven ? "even" : "random") + " --rotate " + text(options.rotation.x()) + "," +
-                     text(options.rotation.y()) + "," + text(options.rotation.z()) + " --noise " +
-                     textOf(options.noise) + " --outliers " + text(options.uniformOutliers) + " --misalign-angle " +
-                     text(options.misalignmentAngle) + " --misalign-shift " + textOf(options.misalignmentShift) +
-                     " --holes " + std::to_string(options.holes) + " --hole-radius " + textOf(options.smallestHole) +
-                     ":" + textOf(options.largestHole);
+                     (options.sampling.pattern == Pattern::even ? "even" : "random") + " --rotate " +
+                     text(options.rotation.x()) + "," + text(options.rotation.y()) + "," + text(options.rotation.z()) +
+                     " --noise " + textOf(options.noise) + " --outliers " + text(options.uniformOutliers) +
+                     " --misalign-angle " + text(options.misalignmentAngle) + " --misalign-shift " +
+                     textOf(options.misalignmentShift) + " --holes " + std::to_string(options.holes) +
+                     " --hole-radius " + textOf(options.smallestHole) + ":" + textOf(options.largestHole);
   std::string reconstruction = "pcl_mrf_reconstruction scan.ply mesh.ply";
   if (!hasNormals) {
     scan += " --normals none --write-views views.txt --write-sensors sensors.txt";

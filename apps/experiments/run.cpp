@@ -78,8 +78,9 @@ void requireData(const std::string& folder)
   if (!fs::is_directory(folder))
     throw FileError(folder, "is not a folder");
   const fs::path reference = fs::path(folder) / "reference";
-  if (!fs::exists(reference / "igea.ply") && !fs::exists(reference / "nefertiti.ply"))
-    throw FileError(folder, "holds neither reference/igea.ply nor reference/nefertiti.ply");
+  if (!fs::exists(reference / "igea.ply") && !fs::exists(reference / "nefertiti.ply") &&
+      !fs::is_directory(fs::path(folder) / "real"))
+    throw FileError(folder, "holds neither reference/igea.ply nor reference/nefertiti.ply nor the folder real");
 }
 
 /// Finds out before hours of work whether the results can be written.

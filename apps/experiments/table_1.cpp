@@ -75,8 +75,8 @@ void addPictures(const std::vector<Measured>& all, const std::vector<Method>& me
   constexpr double limitPercent = 3;
   picture.legend = figures::errorLegend("distance to the object, % of the diagonal", limitPercent);
 
-  const std::string stem = "table-1-worst-" + shown.scan.object.id + "-" + std::to_string(shown.scan.index) + "-" +
-                           std::to_string(worst->hole) + "-";
+  const std::string stem = "table-1" + samplingSuffix(laboratory.options()) + "-worst-" + shown.scan.object.id + "-" +
+                           std::to_string(shown.scan.index) + "-" + std::to_string(worst->hole) + "-";
   // Nothing of it shows an error; at the scale of the others.
   PictureOptions pictureOfTruth = picture;
   pictureOfTruth.legend = {};
@@ -197,7 +197,8 @@ Section table1(Laboratory& laboratory)
       Lazy<Scan> scan([&] { return simulate(measured.scan, laboratory); });
       for (const Method& method : methods)
         measured.results.push_back(
-            laboratory.measure("table-1/" + object.id + "/" + std::to_string(index) + "/" + method.id,
+            laboratory.measure("table-1" + samplingSuffix(laboratory.options()) + "/" + object.id + "/" +
+                                   std::to_string(index) + "/" + method.id,
                                [&] { return measurePatches(method, measured.scan, scan(), laboratory); }));
       all.push_back(std::move(measured));
     }
@@ -208,10 +209,12 @@ Section table1(Laboratory& laboratory)
       "Objects: " + names + ".",
       "Each object is scanned " + std::to_string(scansPerObject) + (scansPerObject == 1 ? " time" : " times") +
           " by 12 simulated views with occlusion, about " + (isQuick ? "8,000" : "28,000") +
-          " points with exact positions and normals, and loses " + std::to_string(holesPerScan) +
+          " points with exact positions and normals (" + samplingTitle(laboratory.options()) + "), and loses " +
+          std::to_string(holesPerScan) +
           " spherical patches at random places with radii of 4 to 10 % of its diagonal. The points that a patch took "
           "away are the truth there: a hole's error is the root mean square of their distances to the surface. "
-          "Accuracy is that of the points that were left. Surface farther than 1 % of the diagonal from the object is "
+          "Accuracy is that of all points that were left, whether a method used or dropped them. Surface farther than "
+          "1 % of the diagonal from the object is "
           "invented. Both belong together: the error of a hole does not see surface that is too much, and sheets "
           "across a hole that happen to pass near its points make it small.",
       "All methods are given the same points with the same normals. Ours has its defaults apart from what the name "

@@ -182,6 +182,12 @@ std::string fieldFile(const std::string& path, std::size_t piece)
   return piece == 0 ? path : path.substr(0, dot) + "." + std::to_string(piece + 1) + path.substr(dot);
 }
 
+/// From the sensor, if there is one; several see the object from all around.
+PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors)
+{
+  return sensors.size() == 1 ? pictureFrom(sensors.front(), mesh) : PictureOptions();
+}
+
 void writeReport(const Result& result, const Command& command, const std::string& path)
 {
   nlohmann::ordered_json json = {{"input", command.input}, {"output", command.output}};
@@ -249,7 +255,8 @@ void run(const Command& command)
       write(file,
             [&](const std::string& path) { writeField(result.field.otherPieces()[n], result.fieldOffset, path); });
     }
-  write(command.picture, [&](const std::string& path) { writePicture(result.mesh, PictureOptions(), path); });
+  write(command.picture,
+        [&](const std::string& path) { writePicture(result.mesh, viewOf(result.mesh, input.sensors), path); });
   write(command.report, [&](const std::string& path) { writeReport(result, command, path); });
   if (interrupted != 0)
     throw pcl::mrf::Cancelled("interrupted");

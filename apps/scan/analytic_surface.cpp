@@ -157,6 +157,33 @@ bool AnalyticSurface::isOccluded(const SurfacePoint& point, const Vector3d& from
   return false;
 }
 
+bool AnalyticSurface::firstHit(const Vector3d& origin, const Vector3d& direction, SurfacePoint& point) const
+{
+  const double diagonal = shape_.box.diagonal(), hit = 1e-10 * diagonal, last = shape_.box.leaves(origin, direction);
+  double walked = 0, free = 0;
+  for (int step = 0; step < 10000 && walked <= last; ++step) {
+    free = shape_.distance(origin + walked * direction);
+    if (free < hit)
+      break;
+    walked += free;
+  }
+  if (!(walked <= last) || free >= hit)
+    return false;
+  point.position = origin + walked * direction;
+  // Beyond the box the distance goes on where the shape has ended.
+  const Vector3d margin = Vector3d::Constant(1e-6 * diagonal);
+  if ((point.position - shape_.box.lower + margin).minCoeff() < 0 ||
+      (shape_.box.upper - point.position + margin).minCoeff() < 0 || (shape_.isOpen && shape_.isOpen(point.position)))
+    return false;
+  // Rounding of the differences is about 10⁻¹⁶/10⁻⁶.
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d offset = 1e-6 * diagonal * Vector3d::Unit(axis);
+    point.normal[axis] = shape_.distance(point.position + offset) - shape_.distance(point.position - offset);
+  }
+  point.normal = portable::unit(point.normal);
+  return true;
+}
+
 } // namespace scan
 } // namespace mrf
 } // namespace pcl

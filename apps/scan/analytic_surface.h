@@ -40,6 +40,8 @@ struct Shape {
   shapes::Sdf distance;
   std::vector<Patch> patches;
   Box box;
+  /// True at places of the zero level inside the box that no patch covers: an opening. Empty: there is none.
+  std::function<bool(const Eigen::Vector3d& position)> isOpen = {};
 };
 
 class AnalyticSurface : public Surface {
@@ -50,6 +52,9 @@ public:
   bool sample(const Draw& draw, SurfacePoint& point) const override;
   /// By sphere tracing.
   bool isOccluded(const SurfacePoint& point, const Eigen::Vector3d& from) const override;
+  /// By sphere tracing, to 10⁻⁹ of the diagonal; the normal by differences of the distance. What closes an opening of
+  /// the shape stops the ray without a hit, as it hides what is behind it.
+  bool firstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, SurfacePoint& point) const override;
   Box boundingBox() const override { return shape_.box; }
   const shapes::Sdf& distance() const { return shape_.distance; }
 

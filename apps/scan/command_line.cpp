@@ -11,6 +11,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+
 namespace mrf_apps {
 namespace {
 
@@ -46,6 +48,26 @@ bool parseRadii(const std::string& text, ScanOptions& options)
   return colon == std::string::npos || parseLength(text.substr(colon + 1), options.largestHole);
 }
 
+/// "LOWEST:HIGHEST", degrees.
+bool parseElevations(const std::string& text, SamplingOptions& options)
+{
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  return colon < text.size() && toNumber(text.substr(0, colon), options.lowestElevation) &&
+         toNumber(text.substr(colon + 1), options.highestElevation);
+}
+
+/// An option that gives a place each time.
+void addPlaces(CLI::App& app, const std::string& name, std::vector<Vector3d>& places, const std::string& help,
+               const std::string& group)
+{
+  const auto add = [&places, name](const std::string& text) {
+    places.emplace_back();
+    if (!parseSensor(text, places.back()))
+      throw CLI::ValidationError(name, "'" + text + "' is not three numbers X,Y,Z");
+  };
+  app.add_option_function<std::string>(name, add, help)->type_name("X,Y,Z")->group(group)->trigger_on_parse();
+}
+
 void addObjectOptions(Parser& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
@@ -66,7 +88,7 @@ void addViewOptions(Parser& parser, ScanCommand& command)
                            views.placement, "of the sensors around the object; default sphere");
   parser.number("--distance", "D", views.distance,
                 "of the sensors from the object's middle, in diagonals; default 1.5");
-  parser.vector("--axis", views.axis, "of ring and front; default 0,1,0");
+  parser.vector("--axis", views.axis, "of ring and front, and up of a scanner; default 0,1,0");
   parser.vector("--front", views.forward, "direction of the first sensor, the middle of front; default 0,0,1");
   parser.number("--elevation", "DEGREES", views.elevation, "of the sensors of ring and front; default 0");
   parser.number("--fan", "DEGREES", views.fan, "angle that front spans; default 90");
@@ -141,7 +163,9 @@ void check(const ScanCommand& command)
   const ScanOptions& options = command.options;
   require(command.heldOut.empty() || options.holes > 0 || !options.holeCentres.empty(),
           "--write-held-out needs holes: --holes or --hole");
-  if (command.sensorsFile.empty() && options.views.count == 0) {
+  require(command.sensorsFile.empty() || options.sensors.empty(), "--sensor and --sensors exclude each other");
+  if (command.sensorsFile.empty() && options.sensors.empty() && options.views.count == 0) {
+    require(options.sampling.pattern != Pattern::scanner, "--sampling scanner needs sensors, but --views is 0");
     require(command.views.empty() && command.sensors.empty() && command.eachView.empty(),
             "--write-views, --write-sensors and --write-each-view need sensors, but --views is 0");
     require(options.misalignmentAngle == 0 && options.misalignmentShift.value == 0,
@@ -175,25 +199,28 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   parser.group("Sampling");
   parser.whole("--points", options.sampling.points, 1, INT32_MAX,
                "on what is seen of the surface, before holes and outliers; default 30000");
-  parser.choice<bool>("--sampling", {{"even", true}, {"random", false}}, options.sampling.isEven,
-                      "points keep a distance (Poisson discs), or plain random; default even");
+  parser.choice<Pattern>("--sampling",
+                         {{"even", Pattern::even}, {"random", Pattern::random}, {"scanner", Pattern::scanner}},
+                         options.sampling.pattern,
+                         "even: points keep a distance (Poisson discs); random: uniformly random; both of the same "
+                         "density everywhere. scanner: first hits of rays on a regular angular grid from each sensor, "
+                         "so that density falls with distance and angle; about as many points as asked for. Default "
+                         "even");
+  parser.number("--aspect", "RATIO", options.sampling.aspect,
+                "of a scanner: angle between its rows over that between the rays of a row; a lidar has 5 or more; "
+                "default 1");
+  parser.add(
+      "--elevations", "LOWEST:HIGHEST",
+      "of a scanner's rows, degrees; a sensor amid the object is level, one outside aims at its middle; default -90:90",
+      [&options](const std::string& text) { return parseElevations(text, options.sampling); },
+      "two numbers with a colon between");
   parser.seed(options.seed, "of all random numbers; default 1");
   addObjectOptions(parser, command);
   addViewOptions(parser, command);
+  addPlaces(app, "--sensor", options.sensors, "use this sensor instead of --views; may be repeated", "Views");
   addErrorOptions(parser, command);
   addHoleOptions(parser, command);
-  app.add_option_function<std::vector<std::string>>(
-         "--hole",
-         [&options](const std::vector<std::string>& texts) {
-           for (const std::string& text : texts) {
-             options.holeCentres.emplace_back();
-             if (!parseSensor(text, options.holeCentres.back()))
-               throw CLI::ValidationError("--hole", "'" + text + "' is not three numbers X,Y,Z");
-           }
-         },
-         "centre of a ball to cut out; may be repeated")
-      ->type_name("X,Y,Z")
-      ->group("Holes");
+  addPlaces(app, "--hole", options.holeCentres, "centre of a ball to cut out; may be repeated", "Holes");
   addOutputOptions(parser, command);
   parser.group("Run");
   parser.threads(command.threads, "the result does not depend on it; default one per hardware thread");

@@ -143,6 +143,23 @@ bool MeshSurface::isOccluded(const SurfacePoint& point, const Vector3d& from) co
   return tree_.isHit(point.position, ray, tMin, point.part);
 }
 
+bool MeshSurface::firstHit(const Vector3d& origin, const Vector3d& direction, SurfacePoint& point) const
+{
+  const double last = box_.leaves(origin, direction);
+  if (last < 0)
+    return false;
+  const TriangleTree::Hit hit = tree_.firstHit(origin, last * direction);
+  if (hit.triangle < 0)
+    return false;
+  const auto [i, j, k] = triangles_[static_cast<std::size_t>(hit.triangle)];
+  const Vector3d& corner = vertices_[static_cast<std::size_t>(i)];
+  point.position = origin + hit.t * last * direction;
+  point.normal = portable::unit(portable::cross(vertices_[static_cast<std::size_t>(j)] - corner,
+                                                vertices_[static_cast<std::size_t>(k)] - corner));
+  point.part = hit.triangle;
+  return true;
+}
+
 } // namespace scan
 } // namespace mrf
 } // namespace pcl

@@ -22,6 +22,7 @@ public:
   double drawnArea() const override { return areas_.back(); }
   bool sample(const Draw& draw, SurfacePoint& point) const override;
   bool isOccluded(const SurfacePoint& point, const Eigen::Vector3d& from) const override;
+  bool firstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, SurfacePoint& point) const override;
   Box boundingBox() const override { return box_; }
 
 private:

@@ -1,8 +1,10 @@
 #include "sampling.h"
 
 #include "point_grid.h"
+#include "scanner.h"
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/sampling_density.h>
 #include <shapes/portable_math.h>
 
 #include <algorithm>
@@ -176,6 +178,51 @@ double meanSpacing(const PointGrid& grid, Execution& execution)
   return finite > 0 ? sum / static_cast<double>(finite) : 0;
 }
 
+void validateScanner(const std::vector<Vector3d>& sensors, const SamplingOptions& options,
+                     const Displacement* displacement)
+{
+  require(!sensors.empty(), "a scanner needs sensors: give some, or sample evenly or at random");
+  require(displacement == nullptr, "a scanner's rays do not see a displacement: sample evenly or at random");
+  require(options.isOccluded,
+          "a scanner's rays end at the first surface: sample evenly or at random to see through it");
+  require(options.aspect >= .01 && options.aspect <= 100, "the scanner's aspect must be .01 to 100");
+  require(options.lowestElevation >= -90 && options.highestElevation <= 90 &&
+              options.lowestElevation < options.highestElevation,
+          "the scanner's elevations must be -90 to 90 degrees, the lower one first");
+  require(options.axis.allFinite() && norm(options.axis) > 0 && options.forward.allFinite(),
+          "the scanner's axis must not be zero, and its front direction finite");
+}
+
+/// Mean distance to the closest other point. Where density varies, a grid of one cell size would take too long.
+double meanSpacing(const std::vector<Vector3d>& points, const Box& box, Execution& execution)
+{
+  PointSet set;
+  for (const Vector3d& x : points)
+    set.positions.push_back(((x - box.centre()) / box.diagonal()).cast<float>());
+  const auto search = makePointBins();
+  search->setPoints(set.positions, execution);
+  double sum = 0;
+  std::int64_t finite = 0;
+  for (const float distance : measureNeighbours(set, *search, execution).nearest)
+    if (std::isfinite(distance)) {
+      sum += static_cast<double>(distance);
+      ++finite;
+    }
+  return finite > 0 ? box.diagonal() * sum / static_cast<double>(finite) : 0;
+}
+
+Samples sampleWithScanner(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
+                          const Displacement* displacement, std::uint64_t seed, Execution& execution)
+{
+  validateScanner(sensors, options, displacement);
+  Sampler sampler(surface, sensors, options, nullptr, seed, execution);
+  Samples samples;
+  samples.visibleArea = estimateVisibleArea(sampler, surface);
+  samples.points = scanWithRays(surface, sensors, options, seed, execution);
+  samples.spacing = meanSpacing(samples.points.positions, surface.boundingBox(), execution);
+  return samples;
+}
+
 } // namespace
 
 std::vector<Vector3d> placeSensors(const ViewOptions& options, const Box& object)
@@ -223,13 +270,16 @@ Samples sampleSurface(const Surface& surface, const std::vector<Vector3d>& senso
   require(options.grazingLimit > 0 && options.grazingLimit <= 90,
           "the grazing limit must be above 0 and at most 90 degrees");
 
+  if (options.pattern == Pattern::scanner)
+    return sampleWithScanner(surface, sensors, options, displacement, seed, execution);
   Sampler sampler(surface, sensors, options, displacement, seed, execution);
   Samples samples;
   samples.visibleArea = estimateVisibleArea(sampler, surface);
   const auto wanted = static_cast<std::size_t>(options.points);
   const double meanSide = std::sqrt(samples.visibleArea / static_cast<double>(wanted));
   // Random discs jam at .83 of this side; at .7 a candidate in about 30 still finds a place at the end.
-  double radius = options.isEven ? .7 * meanSide : 0;
+  const bool isEven = options.pattern == Pattern::even;
+  double radius = isEven ? .7 * meanSide : 0;
   PointGrid grid(1.4 * meanSide, wanted);
   Points& points = samples.points;
   points.positions.reserve(wanted);
@@ -238,11 +288,11 @@ Samples sampleSurface(const Surface& surface, const std::vector<Vector3d>& senso
   const std::size_t batch = std::clamp<std::size_t>(wanted / 2, 1024, 1 << 18);
   while (points.size() < wanted) {
     const std::size_t before = points.size();
-    for (const Candidate& candidate : sampler.draw(batch, options.isEven ? &grid : nullptr, radius)) {
+    for (const Candidate& candidate : sampler.draw(batch, isEven ? &grid : nullptr, radius)) {
       if (candidate.fate != Candidate::Fate::seen || points.size() == wanted)
         continue;
       // Candidates of one batch have not seen each other yet.
-      if (options.isEven && grid.hasWithin(candidate.position, candidate.normal, radius))
+      if (isEven && grid.hasWithin(candidate.position, candidate.normal, radius))
         continue;
       grid.add(candidate.position, candidate.normal);
       points.positions.push_back(candidate.position);

@@ -157,9 +157,12 @@ private:
     Random random(options_.seed, displacing);
     const Displacement displacement(inCloudUnit(options_.displacement), inCloudUnit(options_.wavelength), random);
     execution_.beginStage("scanning");
+    SamplingOptions sampling = options_.sampling;
+    sampling.axis = rotateBack(options_.rotation, options_.views.axis);
+    sampling.forward = rotateBack(options_.rotation, options_.views.forward);
     Samples samples =
-        sampleSurface(surface_, seenFromObject, options_.sampling,
-                      options_.displacement.value > 0 ? &displacement : nullptr, options_.seed, execution_);
+        sampleSurface(surface_, seenFromObject, sampling, options_.displacement.value > 0 ? &displacement : nullptr,
+                      options_.seed, execution_);
     scan_.spacing = samples.spacing;
     scan_.visibleArea = samples.visibleArea;
     scan_.clean = std::move(samples.points);

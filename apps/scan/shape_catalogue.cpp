@@ -1,5 +1,7 @@
 #include "analytic_surface.h"
 #include "random.h"
+#include "scenes.h"
+#include "solids.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <shapes/portable_math.h>
@@ -93,91 +95,6 @@ private:
   std::vector<Parameter> values_;
 };
 
-Box boxOf(const Vector3d& half, const Vector3d& centre = Vector3d::Zero())
-{
-  return {centre - half, centre + half};
-}
-
-/// The six faces of a box, shorter by `margin` at each end.
-void addFaces(std::vector<Patch>& patches, const Vector3d& half, const Vector3d& centre, double margin)
-{
-  for (int axis = 0; axis < 3; ++axis) {
-    const int second = (axis + 1) % 3, third = (axis + 2) % 3;
-    if (!(half[second] > margin && half[third] > margin))
-      continue;
-    const Vector3d out = half[axis] * Vector3d::Unit(axis);
-    const Vector3d u = (half[second] - margin) * Vector3d::Unit(second),
-                   v = (half[third] - margin) * Vector3d::Unit(third);
-    patches.push_back(rectanglePatch(centre + out - u - v, 2 * u, 2 * v));
-    patches.push_back(rectanglePatch(centre - out - u - v, 2 * v, 2 * u));
-  }
-}
-
-Shape makeBox(const Vector3d& half, double rounding, const Vector3d& centre = Vector3d::Zero())
-{
-  Shape shape;
-  shape.distance = shapes::translate(shapes::box(half, rounding), centre);
-  shape.box = boxOf(half, centre);
-  addFaces(shape.patches, half, centre, rounding);
-  if (rounding == 0)
-    return shape;
-  // Whole cylinders and spheres: what lies inside of the box is rejected.
-  const Vector3d inner = half - Vector3d::Constant(rounding);
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-    const Vector3d at = centre + inner.cwiseProduct(sign);
-    shape.patches.push_back(spherePatch(rounding, at));
-    for (int axis = 0; axis < 3; ++axis)
-      if (sign[axis] < 0 && inner[axis] > 0)
-        shape.patches.push_back(cylinderPatch(at, at + 2 * inner[axis] * Vector3d::Unit(axis), rounding));
-  }
-  return shape;
-}
-
-Shape makeSphere(double radius, const Vector3d& centre = Vector3d::Zero())
-{
-  return {shapes::sphere(radius, centre), {spherePatch(radius, centre)}, boxOf(Vector3d::Constant(radius), centre)};
-}
-
-Shape makeTorus(double majorRadius, double minorRadius, const Vector3d& centre = Vector3d::Zero())
-{
-  const double side = majorRadius + minorRadius;
-  return {shapes::translate(shapes::torus(majorRadius, minorRadius), centre),
-          {torusPatch(majorRadius, minorRadius, centre)},
-          boxOf({side, side, minorRadius}, centre)};
-}
-
-/// Along the x axis or the z axis.
-Shape makeCylinder(const Vector3d& a, const Vector3d& b, double radius, bool areEndsClosed)
-{
-  Shape shape;
-  shape.distance = shapes::cylinder(a, b, radius);
-  shape.patches.push_back(cylinderPatch(a, b, radius));
-  if (areEndsClosed) {
-    shape.patches.push_back(discPatch(a, a - b, radius));
-    shape.patches.push_back(discPatch(b, b - a, radius));
-  }
-  const Vector3d axis = portable::unit(b - a);
-  const Vector3d across = radius * (Vector3d::Ones() - axis.cwiseProduct(axis)).cwiseMax(0).cwiseSqrt();
-  shape.box = {a.cwiseMin(b) - across, a.cwiseMax(b) + across};
-  return shape;
-}
-
-Shape unite(const std::vector<Shape>& parts)
-{
-  Shape all;
-  std::vector<Sdf> distances;
-  all.box = parts.front().box;
-  for (const Shape& part : parts) {
-    distances.push_back(part.distance);
-    all.patches.insert(all.patches.end(), part.patches.begin(), part.patches.end());
-    all.box.lower = all.box.lower.cwiseMin(part.box.lower);
-    all.box.upper = all.box.upper.cwiseMax(part.box.upper);
-  }
-  all.distance = shapes::unite(std::move(distances));
-  return all;
-}
-
 Shape makeCutSphere(const Parameters& parameters)
 {
   const double radius = parameters.positive("radius");
@@ -201,7 +118,11 @@ Shape makeTubes(const Parameters& parameters)
   const double gap = parameters.positive("gap");
   const bool areEndsClosed = parameters.inRange("closed", 0, 1, "0 or 1") != 0;
   const Vector3d near(.5 * gap, 0, 0), far(.5 * gap + length, 0, 0);
-  return unite({makeCylinder(-far, -near, radius, areEndsClosed), makeCylinder(near, far, radius, areEndsClosed)});
+  Shape shape =
+      unite({makeCylinder(-far, -near, radius, areEndsClosed), makeCylinder(near, far, radius, areEndsClosed)});
+  if (!areEndsClosed)
+    shape.isOpen = [=](const Vector3d& x) { return std::sqrt(x.y() * x.y() + x.z() * x.z()) < radius * (1 - 1e-9); };
+  return shape;
 }
 
 Shape makePrimitives(const Parameters& parameters)
@@ -262,6 +183,16 @@ Shape makePlate(const Parameters& parameters)
   return makeBox(half, 0);
 }
 
+Shape makeTerrainOf(const Parameters& parameters)
+{
+  TerrainOptions options;
+  options.side = parameters.positive("side");
+  options.steepest = parameters.inRange("steepest", 0, 10, "from 0 to 10");
+  options.trees = parameters.count("trees", 1000);
+  options.houses = parameters.count("houses", 1000);
+  return makeTerrain(options);
+}
+
 struct Entry {
   const char* name;
   std::vector<Parameter> parameters;
@@ -302,6 +233,19 @@ const std::vector<Entry>& catalogue()
        {{"side", 2}, {"bubbles", 14}, {"radius", .16}},
        "cube with open bubbles and three tunnels; radius: of the largest bubble, as a share of the side",
        makeCheese},
+      {"table",
+       {{"size", 2.8}},
+       "objects on a table before a wall, y up, to be seen from +z; size: width of the wall",
+       [](const Parameters& p) { return makeTableScene(p.positive("size")); }},
+      {"terrain",
+       {{"side", 100}, {"steepest", 1}, {"trees", 60}, {"houses", 12}},
+       "hills with trees and houses, z up, to be seen from above (+z), open; steepest: bound of the slope",
+       makeTerrainOf},
+      {"street",
+       {{"length", 60}},
+       "between houses, with cars and posts, z up, 16 wide; for a lidar: --sampling scanner --axis 0,0,1 "
+       "--sensor 0,0,1.8 --aspect 8 --elevations -30:30",
+       [](const Parameters& p) { return makeStreet(p.inRange("length", 14, 1000, "from 14 to 1000")); }},
   };
   return entries;
 }

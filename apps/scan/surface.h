@@ -6,7 +6,9 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 
 namespace pcl {
 namespace mrf {
@@ -18,6 +20,9 @@ struct Box {
   Eigen::Vector3d upper = Eigen::Vector3d::Zero();
   Eigen::Vector3d centre() const { return .5 * (lower + upper); }
   double diagonal() const { return portable::norm(upper - lower); }
+
+  /// Where a ray leaves the box, in lengths of its direction; negative if it misses it.
+  double leaves(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
 };
 
 /// The random numbers that one candidate is made of, each in [0, 1).
@@ -40,6 +45,25 @@ struct SurfacePoint {
   Eigen::Vector3d displacementDirection = Eigen::Vector3d::Zero();
 };
 
+inline double Box::leaves(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const
+{
+  // A millionth of the diagonal: flat boxes have no thickness to be hit.
+  const double margin = 1e-6 * diagonal();
+  double enter = 0, leave = std::numeric_limits<double>::max();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double below = lower[axis] - margin - origin[axis], above = upper[axis] + margin - origin[axis];
+    if (direction[axis] == 0) {
+      if (below > 0 || above < 0)
+        return -1;
+      continue;
+    }
+    const double a = below / direction[axis], b = above / direction[axis];
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter <= leave ? leave : -1;
+}
+
 class Surface {
 public:
   virtual ~Surface() = default;
@@ -53,6 +77,11 @@ public:
 
   /// True if the surface lies between a point of it and a place outside that its normal faces.
   virtual bool isOccluded(const SurfacePoint& point, const Eigen::Vector3d& from) const = 0;
+
+  /// The first place where a ray meets the surface, from whichever side; its tangents are not set.
+  /// \param direction unit
+  /// \return false if it meets none
+  virtual bool firstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, SurfacePoint& point) const = 0;
 
   virtual Box boundingBox() const = 0;
 };

@@ -164,43 +164,44 @@ TriangleTree::TriangleTree(const std::vector<Vector3d>& vertices, const std::vec
   }
 }
 
-bool TriangleTree::isHit(const Facet& facet, const Vector3d& origin, const Vector3d& direction, double tMin)
+double TriangleTree::meets(const Facet& facet, const Vector3d& origin, const Vector3d& direction)
 {
   // Möller and Trumbore; a triangle seen exactly edge-on is not hit.
+  constexpr double nowhere = 2;
   const Vector3d p = portable::cross(direction, facet.edge2);
   const double determinant = portable::dot(facet.edge1, p);
   if (determinant == 0)
-    return false;
+    return nowhere;
   const double inverse = 1 / determinant;
   const Vector3d s = origin - facet.corner;
   const double u = portable::dot(s, p) * inverse;
   if (!(u >= 0 && u <= 1))
-    return false;
+    return nowhere;
   const Vector3d q = portable::cross(s, facet.edge1);
   const double v = portable::dot(direction, q) * inverse;
   if (!(v >= 0 && u + v <= 1))
-    return false;
-  const double t = portable::dot(facet.edge2, q) * inverse;
-  return t > tMin && t < 1;
+    return nowhere;
+  return portable::dot(facet.edge2, q) * inverse;
 }
 
-bool TriangleTree::isHit(const Vector3d& origin, const Vector3d& direction, double tMin, std::int64_t excluded) const
-{
-  if (nodes_.empty())
-    return false;
+/// A segment against boxes.
+struct TriangleTree::Ray {
   std::array<double, 3> start, inverse;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    start[axis] = origin[static_cast<Eigen::Index>(axis)];
-    // A huge number instead of infinity: 0 · ∞ would be NaN for a segment in the plane of a box's face.
-    const double d = direction[static_cast<Eigen::Index>(axis)];
-    inverse[axis] = std::abs(d) > 1e-300 ? 1 / d : 1e300;
+
+  Ray(const Vector3d& origin, const Vector3d& direction)
+  {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      start[axis] = origin[static_cast<Eigen::Index>(axis)];
+      // A huge number instead of infinity: 0 · ∞ would be NaN for a segment in the plane of a box's face.
+      const double d = direction[static_cast<Eigen::Index>(axis)];
+      inverse[axis] = std::abs(d) > 1e-300 ? 1 / d : 1e300;
+    }
   }
-  std::array<std::int32_t, maxDepth + 4> stack;
-  std::size_t top = 0;
-  stack[top++] = 0;
-  while (top > 0) {
-    const Node& node = nodes_[static_cast<std::size_t>(stack[--top])];
-    double enter = 0, leave = 1;
+
+  /// Whether it passes through the node's box before t.
+  bool meets(const Node& node, double t) const
+  {
+    double enter = 0, leave = t;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double a = (static_cast<double>(node.lower[axis]) - start[axis]) * inverse[axis];
       const double b = (static_cast<double>(node.upper[axis]) - start[axis]) * inverse[axis];
@@ -208,7 +209,21 @@ bool TriangleTree::isHit(const Vector3d& origin, const Vector3d& direction, doub
       leave = std::min(leave, std::max(a, b));
     }
     // The margin covers the rounding of the products above.
-    if (enter > leave + 1e-12)
+    return enter <= leave + 1e-12;
+  }
+};
+
+bool TriangleTree::isHit(const Vector3d& origin, const Vector3d& direction, double tMin, std::int64_t excluded) const
+{
+  if (nodes_.empty())
+    return false;
+  const Ray ray(origin, direction);
+  std::array<std::int32_t, maxDepth + 4> stack;
+  std::size_t top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Node& node = nodes_[static_cast<std::size_t>(stack[--top])];
+    if (!ray.meets(node, 1))
       continue;
     if (node.count == 0) {
       stack[top++] = node.first;
@@ -217,11 +232,42 @@ bool TriangleTree::isHit(const Vector3d& origin, const Vector3d& direction, doub
     }
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
       const Facet& facet = facets_[static_cast<std::size_t>(i)];
-      if (facet.triangle != excluded && isHit(facet, origin, direction, tMin))
+      if (facet.triangle == excluded)
+        continue;
+      const double t = meets(facet, origin, direction);
+      if (t > tMin && t < 1)
         return true;
     }
   }
   return false;
+}
+
+TriangleTree::Hit TriangleTree::firstHit(const Vector3d& origin, const Vector3d& direction) const
+{
+  Hit first;
+  if (nodes_.empty())
+    return first;
+  const Ray ray(origin, direction);
+  std::array<std::int32_t, maxDepth + 4> stack;
+  std::size_t top = 0;
+  stack[top++] = 0;
+  while (top > 0) {
+    const Node& node = nodes_[static_cast<std::size_t>(stack[--top])];
+    if (!ray.meets(node, first.t))
+      continue;
+    if (node.count == 0) {
+      stack[top++] = node.first;
+      stack[top++] = node.first + 1;
+      continue;
+    }
+    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+      const Facet& facet = facets_[static_cast<std::size_t>(i)];
+      const double t = meets(facet, origin, direction);
+      if (t > 0 && (t < first.t || (t == first.t && facet.triangle < first.triangle)))
+        first = {t, facet.triangle};
+    }
+  }
+  return first;
 }
 
 } // namespace scan

@@ -21,6 +21,16 @@ public:
   /// True if the segment origin + t · direction meets a triangle other than `excluded` with tMin < t < 1.
   bool isHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double tMin, std::int64_t excluded) const;
 
+  /// The first triangle on a segment; negative: there is none.
+  struct Hit {
+    double t = 1; ///< of the segment's length
+    std::int64_t triangle = -1;
+  };
+
+  /// The triangle that the segment origin + t · direction, 0 < t < 1, meets first; of equals that with the smaller
+  /// index.
+  Hit firstHit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
+
 private:
   /// Boxes are single precision, rounded outwards, so that two nodes share a cache line.
   struct Node {
@@ -34,7 +44,10 @@ private:
   };
   struct Builder;
 
-  static bool isHit(const Facet& facet, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double tMin);
+  struct Ray;
+
+  /// Where the segment meets the facet; 1 or more: it does not.
+  static double meets(const Facet& facet, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
 
   std::vector<Node> nodes_;
   std::vector<Facet> facets_;

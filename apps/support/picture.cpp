@@ -3,6 +3,8 @@
 #include "poly_data.h"
 #include "vtk_output.h"
 
+#include <Eigen/Geometry>
+
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkLight.h>
@@ -74,7 +76,72 @@ vtkSmartPointer<vtkRenderer> makeLegend(const Legend& legend, int pictureHeight)
   return renderer;
 }
 
+/// Up for a camera that looks along a direction; see pictureFrom.
+Eigen::Vector3d upFor(const Eigen::Vector3d& sensor, const Eigen::Vector3d& sight, const Eigen::Vector3d& extent)
+{
+  // Within 30 degrees of the picture's plane normal, up would say little.
+  const auto isAcross = [&](int axis) { return std::abs(sight[axis]) < .86; };
+  if (sensor.norm() < 1e-6 * extent.norm() && sight.z() > .7)
+    return -Eigen::Vector3d::UnitY();
+  const bool isFlatAlongZ = extent.z() < .5 * std::min(extent.x(), extent.y());
+  return isAcross(2) && (isFlatAlongZ || !isAcross(1)) ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitY();
+}
+
+/// How far from the focus a camera has to stand to have all vertices in its picture, with a small margin.
+/// \param from unit, where it stands \param viewAngle degrees from bottom to top \param aspect width over height
+double fittingDistance(const std::vector<Eigen::Vector3d>& vertices, const Eigen::Vector3d& focus,
+                       const Eigen::Vector3d& from, const Eigen::Vector3d& up, double viewAngle, double aspect)
+{
+  constexpr double filled = .94;
+  const double slope = filled * std::tan(viewAngle * M_PI / 360);
+  const Eigen::Vector3d right = up.cross(from).normalized(), above = from.cross(right);
+  double distance = 0;
+  for (const Eigen::Vector3d& vertex : vertices) {
+    const Eigen::Vector3d x = vertex - focus;
+    const double across = std::max(std::abs(x.dot(above)), std::abs(x.dot(right)) / aspect);
+    distance = std::max(distance, x.dot(from) + across / slope);
+  }
+  return distance;
+}
+
+void setCamera(const PictureOptions& options, const Eigen::Vector3d& viewpoint, vtkCamera& camera)
+{
+  camera.SetPosition(viewpoint.data());
+  camera.SetFocalPoint(Eigen::Vector3d(viewpoint + options.sight).data());
+  camera.SetViewUp(options.up.data());
+  camera.SetViewAngle(options.viewAngle);
+}
+
 } // namespace
+
+PictureOptions pictureFrom(const Eigen::Vector3d& sensor, const SurfaceMesh& mesh)
+{
+  PictureOptions options;
+  Eigen::AlignedBox3d box;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& vertex : mesh.vertices) {
+    box.extend(vertex);
+    sum += (vertex - sensor).normalized();
+  }
+  if (!sensor.allFinite() || !(sum.norm() > 0))
+    return options;
+  const Eigen::Vector3d sight = sum.normalized();
+  std::vector<double> angles;
+  angles.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    angles.push_back(std::atan2(sight.cross(vertex - sensor).norm(), sight.dot(vertex - sensor)) * 180 / M_PI);
+  // A few stray pieces must not make the rest small.
+  const auto last = angles.begin() + static_cast<std::ptrdiff_t>(.998 * static_cast<double>(angles.size() - 1));
+  std::nth_element(angles.begin(), last, angles.end());
+  constexpr double widest = 55, narrowest = .1;
+  if (!(*last < widest))
+    return options;
+  options.viewpoint = sensor;
+  options.sight = sight;
+  options.up = upFor(sensor, sight, box.sizes());
+  options.viewAngle = 2 * std::max(1.05 * *last, narrowest);
+  return options;
+}
 
 void requireDisplay()
 {
@@ -147,13 +214,16 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
   camera->SetFocalPoint(focus.data());
   camera->SetViewUp(up.data());
   camera->SetViewAngle(viewAngle);
-  if (options.extent > 0) {
+  if (options.viewpoint)
+    setCamera(options, *options.viewpoint - (lower + upper) / 2, *camera);
+  else if (options.extent > 0) {
     const double distance = .5 * options.extent / std::tan(viewAngle * M_PI / 360);
     camera->SetPosition(Eigen::Vector3d(focus + distance * from.normalized()).data());
   } else {
-    camera->SetPosition(Eigen::Vector3d(focus + from).data());
-    renderer->ResetCamera();
-    camera->Zoom(1.25);
+    const double legend = options.legend.colours.empty() ? 0 : legendHeight;
+    const double aspect = options.width / (options.height * (1 - legend));
+    const double distance = fittingDistance(centred.vertices, focus, from.normalized(), up, viewAngle, aspect);
+    camera->SetPosition(Eigen::Vector3d(focus + distance * from.normalized()).data());
   }
 
   auto window = vtkSmartPointer<vtkRenderWindow>::New();

@@ -35,10 +35,21 @@ struct PictureOptions {
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();
   double extent = 0; ///< what the picture's height above a legend spans, cloud's unit; 0 = the whole object
   std::optional<Eigen::Vector3d>
-      focus;              ///< with an extent: the place in the middle, in the mesh's frame; none: its box's
-  bool showEdges = false; ///< of the triangles
+      focus; ///< with an extent: the place in the middle, in the mesh's frame; none: its box's
+  /// Where the camera stands, in the mesh's frame, instead of `from`; it looks along `sight` then, and `extent` and
+  /// `focus` are not used.
+  std::optional<Eigen::Vector3d> viewpoint;
+  Eigen::Vector3d sight = -Eigen::Vector3d::UnitZ(); ///< unit, from the viewpoint
+  double viewAngle = 25;                             ///< degrees from bottom to top, above 0 and below 180
+  bool showEdges = false;                            ///< of the triangles
   Legend legend;
 };
+
+/// What a sensor saw, as it saw it: from its place, towards the vertices, the picture as wide as nearly all of them.
+/// Up is -y for a camera's own frame (sensor at the origin, x to the right, y down, z forward), which is what depth
+/// cameras deliver, else z where the object is flat along it and not seen along it, else y where it is not seen along
+/// y. A sensor amid the object cannot see it at once: the options are the default ones then.
+PictureOptions pictureFrom(const Eigen::Vector3d& sensor, const SurfaceMesh& mesh);
 
 /// Renders the mesh with its vertex colours, or in one colour, on a light background, into a PNG file.
 /// \throw FileError

@@ -17,11 +17,11 @@ class MadeUp : public mrf_apps::Laboratory {
 public:
   explicit MadeUp(std::function<nlohmann::json(const std::string& key)> result) : result_(std::move(result))
   {
-    options_.quick = true;
-    options_.hasPictures = false;
+    settings.quick = true;
+    settings.hasPictures = false;
   }
 
-  const mrf_apps::ExperimentOptions& options() const override { return options_; }
+  const mrf_apps::ExperimentOptions& options() const override { return settings; }
   pcl::mrf::Execution& execution() override { return execution_; }
   nlohmann::json measure(const std::string& key, const std::function<nlohmann::json()>&) override
   {
@@ -32,9 +32,9 @@ public:
   {}
 
   std::set<std::string> keys;
+  mrf_apps::ExperimentOptions settings;
 
 private:
-  mrf_apps::ExperimentOptions options_;
   std::function<nlohmann::json(const std::string&)> result_;
   pcl::mrf::Execution execution_;
 };

@@ -1,0 +1,214 @@
+#include "scanner.h"
+
+#include "random.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <shapes/portable_math.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+namespace scan {
+
+using Eigen::Vector3d;
+using portable::dot;
+
+namespace {
+
+/// Rays that tell how much of what the sensors look at is surface.
+constexpr double pilotRays = 40000;
+
+/// More are not tried: the object is too small to be hit.
+constexpr double mostPilotRays = 1e6;
+
+/// Where a sensor looks. Angles in full turns.
+struct Head {
+  Vector3d position;
+  Vector3d forward, left, up;            ///< right-handed, unit
+  double halfAzimuth = .5;               ///< to either side of forward
+  double lowest = -.25, highest = .25;   ///< elevations
+  double azimuthPhase = 0, rowPhase = 0; ///< in steps
+  bool turnsAround() const { return halfAzimuth == .5; }
+  double area() const { return 2 * halfAzimuth * std::max(0., highest - lowest); }
+};
+
+/// A row of rays with one elevation.
+struct Row {
+  std::int32_t view;
+  double elevation;
+};
+
+/// Unit, perpendicular to both; to the first one at least.
+Vector3d across(const Vector3d& unit, const Vector3d& other)
+{
+  const Vector3d product = portable::cross(unit, other);
+  return portable::norm(product) > 1e-6 * portable::norm(other) ? portable::unit(product)
+                                                                : portable::perpendicular(unit);
+}
+
+Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& options, Random& random)
+{
+  Head head;
+  head.position = sensor;
+  head.azimuthPhase = random.uniform();
+  head.rowPhase = random.uniform();
+  const Vector3d sight = box.centre() - sensor;
+  const double distance = portable::norm(sight), radius = .5 * box.diagonal();
+  const bool isOutside = distance > radius;
+  if (isOutside) {
+    // An angle of at least the cone's: asin x ≤ (π/2) x.
+    head.halfAzimuth = .25 * radius / distance;
+    head.highest = head.halfAzimuth;
+    head.lowest = -head.highest;
+    head.forward = portable::unit(sight);
+    head.left = across(portable::unit(options.axis), head.forward);
+    head.up = portable::cross(head.forward, head.left);
+  } else {
+    head.up = portable::unit(options.axis);
+    head.left = across(head.up, options.forward);
+    head.forward = portable::cross(head.left, head.up);
+  }
+  head.lowest = std::max(head.lowest, options.lowestElevation / 360);
+  head.highest = std::min(head.highest, options.highestElevation / 360);
+  return head;
+}
+
+class RayScan {
+public:
+  RayScan(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
+          std::uint64_t seed, Execution& execution)
+      : surface_(surface), options_(options), execution_(execution), box_(surface.boundingBox()),
+        lowestCosine_(portable::sinCos(options.grazingLimit / 360).cosine)
+  {
+    Random random(seed, 1);
+    for (const Vector3d& sensor : sensors)
+      heads_.push_back(headOf(sensor, box_, options, random));
+  }
+
+  Points run()
+  {
+    const auto wanted = static_cast<double>(options_.points);
+    double step = pilotStep();
+    Points best;
+    double leastError = std::numeric_limits<double>::infinity();
+    for (int pass = 0; pass < 4 && leastError > .01; ++pass) {
+      Points points = scan(step);
+      if (points.positions.empty())
+        throw InvalidInput(nothingIsHit);
+      const double share = static_cast<double>(points.size()) / wanted;
+      // Whole rows come and go with the step, so that a later pass may be worse.
+      if (std::abs(share - 1) < leastError) {
+        leastError = std::abs(share - 1);
+        best = std::move(points);
+      }
+      step *= std::sqrt(share);
+    }
+    return best;
+  }
+
+private:
+  /// The step at which about as many rays as points are wanted meet the surface.
+  double pilotStep()
+  {
+    double area = 0;
+    for (const Head& head : heads_)
+      area += head.area();
+    for (double rays = pilotRays; area > 0 && rays <= mostPilotRays; rays *= 5) {
+      const double step = std::sqrt(area / (rays * options_.aspect));
+      const auto hits = static_cast<double>(scan(step).size());
+      if (hits >= 400)
+        return step * std::sqrt(hits / static_cast<double>(options_.points));
+    }
+    throw InvalidInput(nothingIsHit);
+  }
+
+  std::vector<Row> rows(double step) const
+  {
+    std::vector<Row> result;
+    for (std::size_t view = 0; view < heads_.size(); ++view) {
+      const Head& head = heads_[view];
+      for (std::int64_t row = 0;; ++row) {
+        const double elevation = head.lowest + (static_cast<double>(row) + head.rowPhase) * options_.aspect * step;
+        if (!(elevation < head.highest))
+          break;
+        result.push_back({static_cast<std::int32_t>(view), elevation});
+      }
+    }
+    return result;
+  }
+
+  Points scan(double step)
+  {
+    const std::vector<Row> all = rows(step);
+    std::vector<Points> found(all.size());
+    execution_.forRange(static_cast<std::int64_t>(all.size()), 4, [&](std::int64_t begin, std::int64_t end) {
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+        scanRow(all[i], step, found[i]);
+    });
+    Points points;
+    for (const Points& row : found)
+      for (std::size_t i = 0; i < row.size(); ++i)
+        points.append(row, i);
+    return points;
+  }
+
+  void scanRow(const Row& row, double step, Points& points) const
+  {
+    const Head& head = heads_[static_cast<std::size_t>(row.view)];
+    // A whole number of steps where the row closes, or it had a seam.
+    const auto columns = static_cast<std::int64_t>(std::ceil(2 * head.halfAzimuth / step));
+    const double columnStep = head.turnsAround() ? 1 / static_cast<double>(columns) : step;
+    const portable::SinCos elevation = portable::sinCos(row.elevation);
+    for (std::int64_t column = 0; column < columns; ++column) {
+      const double azimuth = (static_cast<double>(column) + head.azimuthPhase) * columnStep - head.halfAzimuth;
+      const portable::SinCos around = portable::sinCos(azimuth);
+      const Vector3d direction =
+          elevation.cosine * (around.cosine * head.forward + around.sine * head.left) + elevation.sine * head.up;
+      addHit(head, row.view, direction, points);
+    }
+  }
+
+  void addHit(const Head& head, std::int32_t view, const Vector3d& direction, Points& points) const
+  {
+    SurfacePoint point;
+    if (!surface_.firstHit(head.position, direction, point))
+      return;
+    double cosine = -dot(point.normal, direction);
+    if (options_.isTwoSided && cosine < 0) {
+      point.normal = -point.normal;
+      cosine = -cosine;
+    }
+    if (!(cosine > 0 && cosine >= lowestCosine_))
+      return;
+    points.positions.push_back(point.position);
+    points.normals.push_back(point.normal);
+    points.views.push_back(view);
+  }
+
+  static constexpr const char* nothingIsHit =
+      "next to no ray of the scanner meets the surface: is the mesh inside out, are the sensors inside of the object, "
+      "or do the elevations miss it?";
+
+  const Surface& surface_;
+  const SamplingOptions& options_;
+  Execution& execution_;
+  Box box_;
+  double lowestCosine_;
+  std::vector<Head> heads_;
+};
+
+} // namespace
+
+Points scanWithRays(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
+                    std::uint64_t seed, Execution& execution)
+{
+  return RayScan(surface, sensors, options, seed, execution).run();
+}
+
+} // namespace scan
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,31 @@
+/// \file
+/// \brief Scenes like those that depth cameras, lidars and airborne scanners see: open, cluttered, of uneven density.
+#pragma once
+
+#include "analytic_surface.h"
+
+namespace pcl {
+namespace mrf {
+namespace scan {
+
+/// Objects on a table before a wall, y up, the table's top at y = 0, the wall at −z. \param size of the whole over 2.8
+/// m
+Shape makeTableScene(double size);
+
+struct TerrainOptions {
+  double side = 100;   ///< of the square, > 0
+  double steepest = 1; ///< bound of the slope, 0 to 10
+  int trees = 60, houses = 12;
+};
+
+/// Hills with trees (spheres) and houses (boxes) on a square about the origin, z up, open at its border. The distance
+/// is a lower bound above the ground.
+Shape makeTerrain(const TerrainOptions& options);
+
+/// A street along x between houses with gaps, cars and posts; z up, the ground at z = 0, its middle at the origin.
+/// \param length of the street, in a frame in which it is 16 wide
+Shape makeStreet(double length);
+
+} // namespace scan
+} // namespace mrf
+} // namespace pcl

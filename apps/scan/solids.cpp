@@ -1,0 +1,105 @@
+#include "solids.h"
+
+#include <shapes/portable_math.h>
+
+#include <cmath>
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+namespace scan {
+
+using Eigen::Vector3d;
+using shapes::Sdf;
+
+namespace {
+
+/// The six faces of a box, shorter by `margin` at each end.
+void addFaces(std::vector<Patch>& patches, const Vector3d& half, const Vector3d& centre, double margin)
+{
+  for (int axis = 0; axis < 3; ++axis) {
+    const int second = (axis + 1) % 3, third = (axis + 2) % 3;
+    if (!(half[second] > margin && half[third] > margin))
+      continue;
+    const Vector3d out = half[axis] * Vector3d::Unit(axis);
+    const Vector3d u = (half[second] - margin) * Vector3d::Unit(second),
+                   v = (half[third] - margin) * Vector3d::Unit(third);
+    patches.push_back(rectanglePatch(centre + out - u - v, 2 * u, 2 * v));
+    patches.push_back(rectanglePatch(centre - out - u - v, 2 * v, 2 * u));
+  }
+}
+
+} // namespace
+
+Box boxOf(const Vector3d& half, const Vector3d& centre)
+{
+  return {centre - half, centre + half};
+}
+
+Shape makeBox(const Vector3d& half, double rounding, const Vector3d& centre)
+{
+  Shape shape;
+  shape.distance = shapes::translate(shapes::box(half, rounding), centre);
+  shape.box = boxOf(half, centre);
+  addFaces(shape.patches, half, centre, rounding);
+  if (rounding == 0)
+    return shape;
+  // Whole cylinders and spheres: what lies inside of the box is rejected.
+  const Vector3d inner = half - Vector3d::Constant(rounding);
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    const Vector3d at = centre + inner.cwiseProduct(sign);
+    shape.patches.push_back(spherePatch(rounding, at));
+    for (int axis = 0; axis < 3; ++axis)
+      if (sign[axis] < 0 && inner[axis] > 0)
+        shape.patches.push_back(cylinderPatch(at, at + 2 * inner[axis] * Vector3d::Unit(axis), rounding));
+  }
+  return shape;
+}
+
+Shape makeSphere(double radius, const Vector3d& centre)
+{
+  return {shapes::sphere(radius, centre), {spherePatch(radius, centre)}, boxOf(Vector3d::Constant(radius), centre)};
+}
+
+Shape makeTorus(double majorRadius, double minorRadius, const Vector3d& centre)
+{
+  const double side = majorRadius + minorRadius;
+  return {shapes::translate(shapes::torus(majorRadius, minorRadius), centre),
+          {torusPatch(majorRadius, minorRadius, centre)},
+          boxOf({side, side, minorRadius}, centre)};
+}
+
+Shape makeCylinder(const Vector3d& a, const Vector3d& b, double radius, bool areEndsClosed)
+{
+  Shape shape;
+  shape.distance = shapes::cylinder(a, b, radius);
+  shape.patches.push_back(cylinderPatch(a, b, radius));
+  if (areEndsClosed) {
+    shape.patches.push_back(discPatch(a, a - b, radius));
+    shape.patches.push_back(discPatch(b, b - a, radius));
+  }
+  const Vector3d axis = portable::unit(b - a);
+  const Vector3d across = radius * (Vector3d::Ones() - axis.cwiseProduct(axis)).cwiseMax(0).cwiseSqrt();
+  shape.box = {a.cwiseMin(b) - across, a.cwiseMax(b) + across};
+  return shape;
+}
+
+Shape unite(const std::vector<Shape>& parts)
+{
+  Shape all;
+  std::vector<Sdf> distances;
+  all.box = parts.front().box;
+  for (const Shape& part : parts) {
+    distances.push_back(part.distance);
+    all.patches.insert(all.patches.end(), part.patches.begin(), part.patches.end());
+    all.box.lower = all.box.lower.cwiseMin(part.box.lower);
+    all.box.upper = all.box.upper.cwiseMax(part.box.upper);
+  }
+  all.distance = shapes::unite(std::move(distances));
+  return all;
+}
+
+} // namespace scan
+} // namespace mrf
+} // namespace pcl
