@@ -12,20 +12,23 @@ namespace mrf_apps {
 
 const char* const pointFileExtensions = "pcd, ply, obj, xyz or txt";
 
-PointTable readPoints(const std::string& path)
+PointTable parsePoints(const std::string& type, const std::string& path, const std::string& text)
 {
-  const std::string type = extension(path);
-  const bool isText = type == "xyz" || type == "txt";
-  if (type != "pcd" && type != "ply" && type != "obj" && !isText)
-    throw UsageError("'" + path + "': input files end in " + pointFileExtensions);
-  const std::string text = readWholeFile(path);
-  PointTable table = isText          ? parseXyz(path, text)
-                     : type == "obj" ? parseObj(path, text)
+  PointTable table = type == "obj"   ? parseObj(path, text)
                      : type == "pcd" ? readPcd(path, text)
-                                     : readPly(path, text);
+                     : type == "ply" ? readPly(path, text)
+                                     : parseXyz(path, text);
   if (table.size() == 0)
     throw FileError(path, "holds no points");
   return table;
+}
+
+PointTable readPoints(const std::string& path)
+{
+  const std::string type = extension(path);
+  if (type != "pcd" && type != "ply" && type != "obj" && type != "xyz" && type != "txt")
+    throw UsageError("'" + path + "': input files end in " + pointFileExtensions);
+  return parsePoints(type, path, readWholeFile(path));
 }
 
 Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions)

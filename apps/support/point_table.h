@@ -29,6 +29,9 @@ struct PointTable {
 /// \throw FileError if the file is missing, unreadable, empty, truncated, or not what its extension says
 PointTable readPoints(const std::string& path);
 
+/// The same for the bytes of a file. \param type extension that readPoints knows, lower case \param path for messages
+PointTable parsePoints(const std::string& type, const std::string& path, const std::string& text);
+
 /// Extensions that readPoints knows, for messages.
 extern const char* const pointFileExtensions;
 
