@@ -36,7 +36,8 @@ PointTable parsePoints(const std::string& type, const std::string& path, const s
 extern const char* const pointFileExtensions;
 
 /// What to subtract from the positions before they are rounded to float: zero where float holds them to 10⁻⁷ of the
-/// bounding box's diagonal, else the centre of the box (survey coordinates from text or double-precision files).
+/// diagonal of their box, else the centre of the box (survey coordinates from text or double-precision files). The box
+/// is that of the inner 98 % along each axis, so that a few strays, such as a point at zero, cost the others no digits.
 Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions);
 
 } // namespace mrf_apps

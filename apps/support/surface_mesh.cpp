@@ -292,6 +292,14 @@ Eigen::Vector3d stlOffset(const SurfaceMesh& mesh)
   return offset;
 }
 
+std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset)
+{
+  std::array<char, 160> position;
+  std::snprintf(position.data(), position.size(), "(%.12g, %.12g, %.12g)", offset.x(), offset.y(), offset.z());
+  return "'" + path + "' is written relative to " + position.data() +
+         ": STL holds 32-bit floats, too coarse for these coordinates; ply, obj, vtk and vtp hold them";
+}
+
 bool isMeshFormat(const std::string& extension)
 {
   return extension == "ply" || extension == "obj" || extension == "stl" || extension == "vtk" || extension == "vtp";

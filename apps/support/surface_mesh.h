@@ -43,6 +43,9 @@ extern const char* const meshFileExtensions;
 /// in few digits, or zero unless the mesh has doublePrecision.
 Eigen::Vector3d stlOffset(const SurfaceMesh& mesh);
 
+/// What a user should know about a file that was written less such an offset.
+std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset);
+
 /// Precedes the offset at the beginning of such a file, where readMesh finds it.
 extern const char* const stlOffsetMark;
 

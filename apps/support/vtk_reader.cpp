@@ -110,15 +110,7 @@ public:
 private:
   [[noreturn]] void fail(const std::string& cause = {}) const
   {
-    throw FileError(path_, "is a truncated or malformed VTK file" + (cause.empty() ? cause : ": " + printable(cause)));
-  }
-
-  /// A binary file has bytes where words are expected; a message has none.
-  static std::string printable(std::string text)
-  {
-    std::replace_if(
-        text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-    return text;
+    throw FileError(path_, "is a truncated or malformed VTK file" + (cause.empty() ? cause : ": " + cause));
   }
 
   void parseHeader()
