@@ -105,7 +105,8 @@ Corners textCorners(const std::string& path, const std::string& text)
     throw FileError(path, "is truncated, or not an STL file");
   Corners corners;
   // A file may hold several solids.
-  for (std::string_view word = "solid"; equalsIgnoringCase(word, "solid"); word = words.next()) {
+  std::string_view word = "solid";
+  for (; equalsIgnoringCase(word, "solid"); word = words.next()) {
     words.skipLine(); // its name
     for (word = words.next(); equalsIgnoringCase(word, "facet"); word = words.next()) {
       words.expect({"normal"});
@@ -123,7 +124,7 @@ Corners textCorners(const std::string& path, const std::string& text)
       words.fail();
     words.skipLine();
   }
-  if (!words.next().empty())
+  if (!word.empty())
     words.fail();
   return corners;
 }
