@@ -210,6 +210,24 @@ TEST(PcdReader, fieldsOfEveryType)
   EXPECT_EQ(table.colours.at(1), (std::array<std::uint8_t, 3>{0x10, 0x20, 0x30}));
 }
 
+TEST(PcdReader, viewpointIsTheSensor)
+{
+  const auto originOf = [](const std::string& viewpoint, int height) {
+    const std::string size = "WIDTH 2\nHEIGHT " + std::to_string(height) + "\nPOINTS " + std::to_string(2 * height);
+    std::string text = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n" + viewpoint + size + "\nDATA ascii\n";
+    for (int i = 0; i < 2 * height; ++i)
+      text += "1 2 3\n";
+    return parsePoints("pcd", "file.pcd", text).sensorOrigin;
+  };
+  EXPECT_EQ(originOf("VIEWPOINT 431000.01 4500000.02 -1 1 0 0 0\n", 1), Eigen::Vector3d(431000.01, 4500000.02, -1));
+  EXPECT_EQ(originOf("VIEWPOINT 0 0 0 1 0 0 0\n", 2), Eigen::Vector3d(0, 0, 0)) << "organized";
+  EXPECT_FALSE(originOf("VIEWPOINT 0 0 0 1 0 0 0\n", 1)) << "nobody has set it";
+  EXPECT_FALSE(originOf("VIEWPOINT nan 0 0 1 0 0 0\n", 2));
+  EXPECT_FALSE(originOf("", 2));
+  EXPECT_THROW(originOf("VIEWPOINT 0 0 0 1 0 0\n", 1), FileError);
+  EXPECT_THROW(originOf("VIEWPOINT 0 0 0 one 0 0 0\n", 1), FileError);
+}
+
 TEST(PcdReader, headersAreNotBelieved)
 {
   const std::string good = pcdHeader(1, "4 4 4", "binary"), body(12, '\1');

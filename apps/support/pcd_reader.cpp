@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 namespace mrf_apps {
 namespace {
@@ -29,6 +30,7 @@ enum class Encoding { ascii, binary, compressed };
 struct Header {
   std::vector<Field> fields;
   std::size_t points = 0;
+  std::optional<Eigen::Vector3d> sensorOrigin;
   Encoding encoding = Encoding::ascii;
   std::size_t lines = 0; ///< up to and including DATA
   std::string_view body;
@@ -80,6 +82,16 @@ public:
         fail(entries_.at(key));
       result.push_back(static_cast<std::size_t>(value));
     }
+    return result;
+  }
+
+  /// The same as numbers.
+  std::vector<double> numbers(const std::string& key, std::size_t count) const
+  {
+    std::vector<double> result;
+    for (const std::string_view word : words(key, count))
+      if (!toNumber(word, result.emplace_back()))
+        fail(entries_.at(key));
     return result;
   }
 
@@ -142,6 +154,18 @@ std::vector<Field> parseFields(const std::string& path, const HeaderLines& lines
   return fields;
 }
 
+/// Where the sensor was: zero is also what no one has set, unless the cloud is an image as the sensor saw it.
+std::optional<Eigen::Vector3d> parseViewpoint(const HeaderLines& lines, bool isOrganized)
+{
+  if (!lines.has("VIEWPOINT"))
+    return {};
+  const std::vector<double> values = lines.numbers("VIEWPOINT", 7); // with a rotation, as a quaternion
+  const Eigen::Vector3d position(values[0], values[1], values[2]);
+  if (!position.allFinite() || (position.isZero(0) && !isOrganized))
+    return {};
+  return position;
+}
+
 Header parseHeader(const std::string& path, const std::string& text)
 {
   const HeaderLines lines(path, text);
@@ -165,6 +189,7 @@ Header parseHeader(const std::string& path, const std::string& text)
   header.points = lines.has("POINTS") ? lines.counts("POINTS", 1, 0, most)[0] : width * height;
   if (header.points == 0)
     throw FileError(path, "holds no points");
+  header.sensorOrigin = parseViewpoint(lines, height > 1);
   // The shortest row of text is a digit and a blank for each number; LZF shrinks to a 88th at most.
   double least = 0;
   for (const Field& field : header.fields)
@@ -394,6 +419,7 @@ PointTable readPcd(const std::string& path, const std::string& text)
   const Header header = parseHeader(path, text);
   Body body(path, text, header);
   PointTable table;
+  table.sensorOrigin = header.sensorOrigin;
   table.positions = takeVectors(header, body, {"x", "y", "z"});
   if (table.positions.empty())
     throw FileError(path, "has no points with the fields x, y and z");
