@@ -1,10 +1,18 @@
 // Every mesh format: what is written is read again, and what is broken is refused.
 #include "support/errors.h"
 #include "support/mesh_reader.h"
+#include "support/point_table.h"
+#include "support/poly_data.h"
 #include "support/tool.h"
 
+#include <vtkNew.h>
+#include <vtkPolyDataWriter.h>
+#include <vtkXMLPolyDataWriter.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 
 using namespace mrf_apps;
 
@@ -43,6 +51,20 @@ SurfaceMesh pyramid()
   return mesh;
 }
 
+/// A surface so long that its end is behind whatever a reader buffers.
+SurfaceMesh large()
+{
+  SurfaceMesh mesh;
+  constexpr int side = 60;
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i)
+      mesh.vertices.emplace_back(i, j, (i * j) % 7);
+  for (int j = 0; j + 1 < side; ++j)
+    for (int i = 0; i + 1 < side; ++i)
+      mesh.triangles.push_back({i + j * side, i + 1 + j * side, i + (j + 1) * side});
+  return mesh;
+}
+
 } // namespace
 
 TEST_F(MeshReader, readsWhatIsWritten)
@@ -68,9 +90,15 @@ TEST_F(MeshReader, readsWhatIsWritten)
 
 TEST_F(MeshReader, keepsDoublePrecision)
 {
-  SurfaceMesh mesh = pyramid();
-  for (Eigen::Vector3d& vertex : mesh.vertices)
-    vertex += Eigen::Vector3d(5e6 + .0625, 4e5, 0);
+  // Steps of a centimetre in survey coordinates, which float resolves to half a metre.
+  SurfaceMesh mesh;
+  constexpr int side = 12;
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i)
+      mesh.vertices.emplace_back(431000 + .01 * i, 4.5e6 + .01 * j, 100 + .01 * ((i + j) % 2));
+  for (int j = 0; j + 1 < side; ++j)
+    for (int i = 0; i + 1 < side; ++i)
+      mesh.triangles.push_back({i + j * side, i + 1 + j * side, i + (j + 1) * side});
   mesh.doublePrecision = true;
   for (const std::string format : {"ply", "obj", "vtk", "vtp"}) {
     SCOPED_TRACE(format);
@@ -78,7 +106,151 @@ TEST_F(MeshReader, keepsDoublePrecision)
     const SurfaceMesh again = read("mesh." + format);
     EXPECT_TRUE(again.doublePrecision);
     EXPECT_EQ(again.vertices, mesh.vertices);
+    EXPECT_EQ(again.triangles, mesh.triangles);
   }
+  std::string off = "OFF\n" + std::to_string(side * side) + " 1 0\n";
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    for (int axis = 0; axis < 3; ++axis) {
+      std::array<char, 40> digits{};
+      std::snprintf(digits.data(), digits.size(), "%.17g%c", vertex[axis], axis < 2 ? ' ' : '\n');
+      off += digits.data();
+    }
+  EXPECT_EQ(parse("mesh.off", off + "3 0 1 2\n").vertices, mesh.vertices);
+}
+
+TEST_F(MeshReader, stlIsWrittenRelativeToAnOffset)
+{
+  SurfaceMesh mesh = pyramid();
+  EXPECT_TRUE(stlOffset(mesh).isZero(0));
+  for (Eigen::Vector3d& vertex : mesh.vertices)
+    vertex += Eigen::Vector3d(431000.01, -4.5e6 + .02, 100.03);
+  mesh.doublePrecision = true;
+  const Eigen::Vector3d offset = stlOffset(mesh);
+  EXPECT_LT((offset - mesh.vertices[4]).norm(), 3) << "near the mesh, whose diagonal is 3.2";
+  EXPECT_EQ(offset, offset.array().round().matrix()) << "in whole units";
+  writeMesh(mesh, path("mesh.stl").string(), "stl");
+  const SurfaceMesh again = read("mesh.stl");
+  ASSERT_EQ(again.triangles.size(), mesh.triangles.size());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      // Float holds numbers below 4 to 2.4e-7.
+      EXPECT_LT((again.vertices[static_cast<std::size_t>(again.triangles[t][corner])] -
+                 mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][corner])])
+                    .norm(),
+                1e-6);
+  // The longest numbers fit into the header.
+  for (Eigen::Vector3d& vertex : mesh.vertices)
+    vertex = Eigen::Vector3d::Constant(-1.23456789012345e-101) + 1e-109 * vertex;
+  writeMesh(mesh, path("tiny.stl").string(), "stl");
+  EXPECT_EQ(tool::readText(path("tiny.stl")).size(), 84 + 50 * mesh.triangles.size());
+}
+
+TEST_F(MeshReader, everyEncodingOfVtp)
+{
+  SurfaceMesh mesh = large();
+  mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::UnitZ());
+  const auto data = toPolyData(mesh);
+  const auto expectSame = [&](vtkXMLPolyDataWriter& writer, const std::string& trace) {
+    SCOPED_TRACE(trace);
+    writer.SetFileName(path("mesh.vtp").c_str());
+    writer.SetInputData(data);
+    ASSERT_EQ(writer.Write(), 1);
+    const SurfaceMesh again = read("mesh.vtp");
+    EXPECT_EQ(again.vertices, mesh.vertices);
+    EXPECT_EQ(again.triangles, mesh.triangles);
+  };
+  for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended})
+    for (const int compressor : {vtkXMLWriter::NONE, vtkXMLWriter::ZLIB, vtkXMLWriter::LZ4, vtkXMLWriter::LZMA})
+      for (const bool isPlain : {false, true}) {
+        vtkNew<vtkXMLPolyDataWriter> writer;
+        writer->SetDataMode(mode);
+        writer->SetCompressorType(compressor);
+        writer->SetEncodeAppendedData(!isPlain);
+        writer->SetHeaderType(isPlain ? vtkXMLWriter::UInt32 : vtkXMLWriter::UInt64);
+        writer->SetByteOrder(isPlain ? vtkXMLWriter::BigEndian : vtkXMLWriter::LittleEndian);
+        writer->SetBlockSize(1 << 12); // several blocks
+        expectSame(*writer, std::to_string(mode) + " " + std::to_string(compressor) + (isPlain ? " plain" : ""));
+      }
+}
+
+TEST_F(MeshReader, everyEncodingOfVtk)
+{
+  SurfaceMesh mesh = large();
+  mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::UnitZ());
+  mesh.colours.assign(mesh.vertices.size(), {10, 13, 32}); // bytes that are ends of lines and blanks
+  mesh.confidences.assign(mesh.vertices.size(), .5f);
+  for (const bool isBinary : {false, true})
+    for (const int version :
+         {vtkDataWriter::VTK_LEGACY_READER_VERSION_4_2, vtkDataWriter::VTK_LEGACY_READER_VERSION_5_1}) {
+      SCOPED_TRACE(version);
+      vtkNew<vtkPolyDataWriter> writer;
+      writer->SetFileName(path("mesh.vtk").c_str());
+      writer->SetFileVersion(version);
+      isBinary ? writer->SetFileTypeToBinary() : writer->SetFileTypeToASCII();
+      writer->SetInputData(toPolyData(mesh));
+      ASSERT_EQ(writer->Write(), 1);
+      const SurfaceMesh again = read("mesh.vtk");
+      EXPECT_EQ(again.vertices, mesh.vertices);
+      EXPECT_EQ(again.triangles, mesh.triangles);
+      // Half of the attributes are not all of them.
+      const std::string text = tool::readText(path("mesh.vtk"));
+      expectRefused("cut.vtk", text.substr(0, text.size() - 2000));
+    }
+}
+
+TEST_F(MeshReader, sectionsOfVtkFilesInAnyOrder)
+{
+  const std::string start = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n";
+  const std::string points = "POINTS 4 float\n0 0 0 1 0 0 0 1 0 1 1 1\n";
+  const std::string field = "FIELD FieldData 2\nTimeValue 1 1 double\n0.5\nnames 1 2 string\none name\nanother\n";
+  const std::string polygons = "POLYGONS 2 8\n3 0 1 2\n3 1 2 3\n";
+  const std::string metadata = "METADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0 1\n\n";
+  std::string zeros;
+  for (int i = 0; i < 4 * 9; ++i)
+    zeros += "0 ";
+  const std::string attributes = "CELL_DATA 2\nSCALARS a int 2\n1 2 3 4\nPOINT_DATA 4\nVECTORS v float\n"
+                                 "0 0 0 1 0 0 0 1 0 1 1 1\nTENSORS t float\n" +
+                                 zeros + "\n";
+  for (const std::string& text :
+       {field + points + polygons, points + metadata + field + polygons, polygons + points, points + polygons + field,
+        points + "LINES 1 3\n2 0 1\n" + polygons + "VERTICES 1 2\n1 3\n" + attributes + field}) {
+    const SurfaceMesh mesh = parse("mesh.vtk", start + text);
+    EXPECT_EQ(mesh.vertices.at(3), Eigen::Vector3d(1, 1, 1));
+    EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::int32_t, 3>>{{0, 1, 2}, {1, 2, 3}}));
+  }
+  for (const std::string& text :
+       {points + points + polygons, points + "SPHERES 1 2\n" + polygons, points + polygons + "NORMALS n float\n0 0 1\n",
+        points + polygons + "POINT_DATA 4\nNORMALS n float\n0 0 1\n", points + "POLYGONS 2 8\n3 0 1 2\n3 1 2 3.5\n",
+        points + "POLYGONS 2 8.5\n3 0 1 2\n3 1 2 3\n"})
+    expectRefused("mesh.vtk", start + text);
+}
+
+TEST_F(MeshReader, stlInTextIsReadToItsEnd)
+{
+  const std::string facet = "facet normal 0 0 1\nouter loop\nvertex 4500000.01 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+                            "endloop\nendfacet\n";
+  const SurfaceMesh two =
+      parse("two.stl", "solid a name\n" + facet + "endsolid a name\nsolid b\n" + facet + "endsolid\n");
+  EXPECT_EQ(two.triangles.size(), 2u);
+  EXPECT_EQ(two.vertices.size(), 3u);
+  EXPECT_EQ(two.vertices[0].x(), 4500000.01) << "text is not rounded to float";
+  for (const std::string& text : {"solid a\n" + facet, "solid a\n" + facet.substr(0, 60) + "\nendsolid a\n",
+                                  "solid a\n" + facet + "endsolid a\nwhatever\n"})
+    expectRefused("cut.stl", text);
+  // It declares 922,746,880 triangles.
+  expectRefused("huge.stl", "solid" + std::string(75, ' ') + std::string("\0\0\0\67", 4) + "endsolid");
+}
+
+TEST_F(MeshReader, inputsThatBrokeReadersBefore)
+{
+  const std::filesystem::path folder = std::filesystem::path(MRF_SOURCE_DIR) / ".." / "shared" / "data" / "bad_inputs";
+  if (!std::filesystem::exists(folder))
+    GTEST_SKIP() << "no ../shared/data/bad_inputs beside the project";
+  for (const std::string name : {"a1.vtk", "d3.vtk", "g2.vtk", "g3.vtk", "x.vtk", "s.stl"})
+    expectRefused(name, tool::readText(folder / name));
+  EXPECT_EQ(readMesh((folder / "f1.vtk").string()).triangles.size(), 2u);
+  for (const std::string name : {"p1.pcd", "p4.pcd"})
+    EXPECT_THROW(readPoints((folder / name).string()), FileError) << name;
 }
 
 TEST_F(MeshReader, offAndPolygons)
@@ -132,15 +304,7 @@ TEST(MergeVertices, equalCoordinatesBecomeOneVertex)
 
 TEST_F(MeshReader, refusesTruncatedFiles)
 {
-  // So long that its end is behind whatever a reader buffers.
-  SurfaceMesh mesh;
-  constexpr int side = 60;
-  for (int j = 0; j < side; ++j)
-    for (int i = 0; i < side; ++i)
-      mesh.vertices.emplace_back(i, j, (i * j) % 7);
-  for (int j = 0; j + 1 < side; ++j)
-    for (int i = 0; i + 1 < side; ++i)
-      mesh.triangles.push_back({i + j * side, i + 1 + j * side, i + (j + 1) * side});
+  const SurfaceMesh mesh = large();
   std::string off = "OFF\n3600 1 0\n";
   for (const Eigen::Vector3d& vertex : mesh.vertices)
     off += std::to_string(vertex.x()) + " " + std::to_string(vertex.y()) + " 0\n";

@@ -114,6 +114,8 @@ void run(const EvaluateCommand& command)
                   [&](const std::string& path) { writeMesh(mesh, path, extension(command.coloured)); });
   }
   outputs.publish();
+  if (extension(command.coloured) == "stl" && !stlOffset(mesh).isZero(0))
+    std::fprintf(stderr, "warning: %s\n", shiftWarning(command.coloured, stlOffset(mesh)).c_str());
   if (!command.quiet)
     std::fputs((command.mesh + ": " + toText(evaluation)).c_str(), stdout);
 }

@@ -10,6 +10,7 @@
 #include "support/report_json.h"
 #include "support/sensors.h"
 #include "support/surface_mesh.h"
+#include "support/temporary_files.h"
 #include "support/text_file.h"
 #include "support/tool_main.h"
 
@@ -33,7 +34,7 @@ volatile std::sig_atomic_t interrupted = 0;
 void interrupt(int signal)
 {
   interrupted = 1;
-  std::signal(signal, SIG_DFL);
+  std::signal(signal, endBySignal);
 }
 
 double secondsSince(std::chrono::steady_clock::time_point start)
@@ -54,6 +55,7 @@ struct Result {
   pcl::mrf::Report report;
   pcl::mrf::DistanceField field; ///< only if it is to be written
   Eigen::Vector3d fieldOffset = Eigen::Vector3d::Zero();
+  Eigen::Vector3d shiftOfOutput = Eigen::Vector3d::Zero(); ///< what the mesh's file leaves off the vertices
 };
 
 std::string scalarNames(const PointTable& table)
@@ -191,6 +193,8 @@ PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d
 void writeReport(const Result& result, const Command& command, const std::string& path)
 {
   nlohmann::ordered_json json = {{"input", command.input}, {"output", command.output}};
+  if (!result.shiftOfOutput.isZero(0))
+    json["offset"] = {result.shiftOfOutput.x(), result.shiftOfOutput.y(), result.shiftOfOutput.z()};
   json.update(toJson(result.report));
   writeText(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
@@ -236,8 +240,12 @@ void run(const Command& command)
   RunSummary summary = summarise(input, command);
   summary.readingSeconds = secondsSince(start);
 
-  const Result result = reconstruct(input, command, progress);
+  Result result = reconstruct(input, command, progress);
   releaseFreedMemory();
+  if (extension(command.output) == "stl")
+    result.shiftOfOutput = stlOffset(result.mesh);
+  if (!result.shiftOfOutput.isZero(0))
+    result.report.warnings.push_back(shiftWarning(command.output, result.shiftOfOutput));
 
   const auto writingStart = std::chrono::steady_clock::now();
   progress.show("writing", 0);

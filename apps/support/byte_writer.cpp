@@ -26,6 +26,8 @@ void ByteWriter::flush()
 {
   file_.write(buffer_.data(), static_cast<std::streamsize>(used_));
   used_ = 0;
+  if (!file_)
+    fail();
 }
 
 void ByteWriter::close()

@@ -13,7 +13,8 @@
 
 namespace mrf_apps {
 
-/// Replaces a file. The machine is little-endian, as everything is that PCL and Debian's VTK write here.
+/// Replaces a file. All functions throw FileError if the file cannot be written. The machine is little-endian, as
+/// everything is that PCL and Debian's VTK write here.
 class ByteWriter {
 public:
   /// \throw FileError if the file cannot be opened

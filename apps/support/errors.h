@@ -14,7 +14,19 @@ enum ExitStatus { exitDone = 0, exitFile = 1, exitUsage = 2, exitMethod = 3 };
 class FileError : public std::runtime_error {
 public:
   explicit FileError(const std::string& message) : std::runtime_error(message) {}
-  FileError(const std::string& path, const std::string& cause) : std::runtime_error("'" + path + "': " + cause) {}
+  FileError(const std::string& path, const std::string& cause)
+      : std::runtime_error("'" + path + "': " + withoutControls(cause))
+  {}
+
+private:
+  /// The cause may quote the file, which may hold anything.
+  static std::string withoutControls(std::string text)
+  {
+    for (char& c : text)
+      if ((c >= 0 && c < ' ') || c == '\x7f')
+        c = '?';
+    return text;
+  }
 };
 
 /// The command line asks for something that does not exist or does not go together.

@@ -18,6 +18,9 @@ namespace mrf_apps {
 ///        or has faces with vertices that are not there
 SurfaceMesh readMesh(const std::string& path);
 
+/// The same for the bytes of a file. \param type extension that readMesh knows, lower case \param path for messages
+SurfaceMesh parseMesh(const std::string& type, const std::string& path, const std::string& text);
+
 /// The mesh with one vertex for all of equal coordinates, numbered by the first of them; positions and triangles only.
 /// For files that give every triangle its own corners.
 SurfaceMesh mergeVertices(const SurfaceMesh& mesh);

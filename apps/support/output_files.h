@@ -10,15 +10,17 @@
 namespace mrf_apps {
 
 /// A set of files to be written. Each is written to a temporary file beside its target; `publish` renames them all.
-/// Whatever was not published is removed with the object.
+/// Whatever was not published is removed with the object. Where the file system has files without a name the temporary
+/// ones are such, and not even a crash leaves them behind.
 class OutputFiles {
 public:
-  OutputFiles() = default;
+  OutputFiles();
   ~OutputFiles();
   OutputFiles(const OutputFiles&) = delete;
   OutputFiles& operator=(const OutputFiles&) = delete;
 
   /// Declares a file, before any work: creates its temporary file to see that this can be done.
+  /// Symbolic links are followed, to files that do not exist yet as well.
   /// \throw FileError if the folder is missing or cannot be written to, or the target is not a regular file
   /// \throw UsageError if two outputs are the same file
   void add(const std::string& path);
@@ -31,9 +33,7 @@ public:
   void publish();
 
 private:
-  struct File {
-    std::string path, target, temporary;
-  };
+  class File;
   std::vector<File> files_;
 };
 

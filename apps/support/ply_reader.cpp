@@ -93,7 +93,7 @@ Header parseHeader(const std::string& path, const std::string& text)
       header.size = std::min(text.find('\n', header.size), text.size() - 1) + 1;
       return header;
     }
-    if (words[0] == "format" && words.size() == 3) {
+    if (words[0] == "format" && words.size() == 3 && header.format == Format::unknown) {
       header.format = words[1] == "ascii"                  ? Format::ascii
                       : words[1] == "binary_little_endian" ? Format::littleEndian
                       : words[1] == "binary_big_endian"    ? Format::bigEndian
@@ -156,7 +156,7 @@ public:
   std::size_t nextCount(const Property& list)
   {
     const double count = next(list.countType);
-    if (!(count >= 0) || count * static_cast<double>(leastSize(list.type)) > static_cast<double>(rest_.size()))
+    if (!isCount(count) || count * static_cast<double>(leastSize(list.type)) > static_cast<double>(rest_.size()))
       fail();
     return static_cast<std::size_t>(count);
   }
@@ -244,7 +244,7 @@ std::array<int, 3> find(const Element& element, const std::array<const char*, 3>
   std::array<int, 3> found = {-1, -1, -1};
   for (std::size_t i = 0; i < names.size(); ++i)
     for (std::size_t p = 0; p < element.properties.size(); ++p)
-      if (element.properties[p].name == names[i] && !element.properties[p].isList)
+      if (found[i] < 0 && element.properties[p].name == names[i] && !element.properties[p].isList)
         found[i] = static_cast<int>(p);
   return found;
 }
@@ -306,9 +306,8 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
         table.normals.push_back(pick(columns, row, normal).cast<float>());
     if (complete(colour))
       for (std::size_t row = 0; row < rows; ++row) {
-        const Eigen::Array3d bytes = (pick(columns, row, colour).array() * (areBytes ? 1 : 255) + .5).max(0).min(255);
-        table.colours.push_back({static_cast<std::uint8_t>(bytes.x()), static_cast<std::uint8_t>(bytes.y()),
-                                 static_cast<std::uint8_t>(bytes.z())});
+        const Eigen::Vector3d bytes = pick(columns, row, colour) * (areBytes ? 1 : 255);
+        table.colours.push_back({toByte(bytes.x()), toByte(bytes.y()), toByte(bytes.z())});
       }
     for (std::size_t p = 0; p < scalars.size(); ++p)
       if (scalars[p] != nullptr)
@@ -318,29 +317,26 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
 }
 
 /// Reads an element for its list of vertices, or, without `faces`, to see that it is all there.
-void readFaces(const Element& element, Body& body, std::vector<pcl::Vertices>* faces)
+void readFaces(const Element& element, Body& body, Polygons* faces)
 {
-  using Index = decltype(pcl::Vertices::vertices)::value_type;
   for (double f = 0; f < element.count; ++f)
     for (const Property& property : element.properties) {
       const std::size_t count = property.isList ? body.nextCount(property) : 1;
       const bool isWanted =
           faces != nullptr && property.isList && (property.name == "vertex_indices" || property.name == "vertex_index");
-      if (isWanted)
-        faces->emplace_back();
       for (std::size_t i = 0; i < count; ++i) {
         const double value = body.next(property.type);
-        // What is no index becomes one of a vertex that cannot be there.
-        const bool isIndex = value >= 0 && value < static_cast<double>(std::numeric_limits<Index>::max());
         if (isWanted)
-          faces->back().vertices.push_back(isIndex ? static_cast<Index>(value) : std::numeric_limits<Index>::max());
+          faces->corners.push_back(isCount(value) ? static_cast<std::int64_t>(value) : -1);
       }
+      if (isWanted)
+        faces->close();
     }
 }
 
 } // namespace
 
-PointTable readPly(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces)
+PointTable readPly(const std::string& path, const std::string& text, Polygons* faces)
 {
   const Header header = parseHeader(path, text);
   Body body(path, std::string_view(text).substr(header.size), header.format);

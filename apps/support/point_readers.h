@@ -4,14 +4,29 @@
 
 #include "point_table.h"
 
-#include <pcl/Vertices.h>
-
+#include <algorithm>
+#include <cstdint>
 #include <string>
+#include <vector>
 
 namespace mrf_apps {
 
-// Each is given the path, for its messages and for PCL's readers, and the whole file, which is not empty.
-// All throw FileError.
+/// The faces of a file. Flat, because a face may take a single byte of it.
+struct Polygons {
+  std::vector<std::int64_t> corners; ///< numbers of vertices, from 0; not checked
+  std::vector<std::size_t> ends;     ///< of each polygon, in `corners`
+
+  void close() { ends.push_back(corners.size()); }
+};
+
+/// A colour channel out of a file: rounded, kept within what a byte holds; 0 if it is not a number.
+inline std::uint8_t toByte(double value)
+{
+  return value > 0 ? static_cast<std::uint8_t>(std::min(value + .5, 255.)) : std::uint8_t{0};
+}
+
+// Each is given the path, for its messages, and the whole file, which is not empty. All throw FileError. None takes
+// more memory than a small multiple of what the file holds (once unpacked), whatever its header promises.
 
 /// Columns x y z [nx ny nz | r g b] [more], or x y z intensity. Lines that start with # or // are comments; one leading
 /// line may hold the number of points, one the names of the columns.
@@ -20,13 +35,12 @@ PointTable parseXyz(const std::string& path, const std::string& text);
 /// Vertices of a Wavefront OBJ file. Normals follow the indices of the faces and are averaged per vertex.
 /// Not PCL's reader: that one pairs vertices and normals by their order in the file.
 /// \param faces receives the faces, if not null
-PointTable parseObj(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces = nullptr);
+PointTable parseObj(const std::string& path, const std::string& text, Polygons* faces = nullptr);
 
-/// Points of a PCD file through pcl::PCDReader, which crashes on files without a header and takes
-/// lines of too few numbers for points; both are refused beforehand.
+/// Points of a PCD file (text, binary, binary_compressed), with all fields of one number per point.
 PointTable readPcd(const std::string& path, const std::string& text);
 
 /// Vertices of a PLY file, text or binary, with all scalar properties. \param faces receives the faces, if not null
-PointTable readPly(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces = nullptr);
+PointTable readPly(const std::string& path, const std::string& text, Polygons* faces = nullptr);
 
 } // namespace mrf_apps

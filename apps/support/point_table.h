@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct PointTable {
   std::vector<Eigen::Vector3f> normals;
   std::vector<std::array<std::uint8_t, 3>> colours;
   std::map<std::string, std::vector<float>> scalars; ///< every other column, by its name in the file
+  std::optional<Eigen::Vector3d> sensorOrigin;       ///< where the sensor was, if the file says so
   std::vector<std::string> notes;                    ///< what the user should know about how the file was understood
 
   std::size_t size() const { return positions.size(); }
@@ -29,11 +31,15 @@ struct PointTable {
 /// \throw FileError if the file is missing, unreadable, empty, truncated, or not what its extension says
 PointTable readPoints(const std::string& path);
 
+/// The same for the bytes of a file. \param type extension that readPoints knows, lower case \param path for messages
+PointTable parsePoints(const std::string& type, const std::string& path, const std::string& text);
+
 /// Extensions that readPoints knows, for messages.
 extern const char* const pointFileExtensions;
 
 /// What to subtract from the positions before they are rounded to float: zero where float holds them to 10⁻⁷ of the
-/// bounding box's diagonal, else the centre of the box (survey coordinates from text or double-precision files).
+/// diagonal of their box, else the centre of the box (survey coordinates from text or double-precision files). The box
+/// is that of the inner 98 % along each axis, so that a few strays, such as a point at zero, cost the others no digits.
 Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions);
 
 } // namespace mrf_apps

@@ -11,9 +11,8 @@ namespace {
 
 /// Calls use(values) on every row of `columns` finite numbers.
 template <typename Use>
-void forEachRow(const std::string& path, std::size_t columns, const char* what, const Use& use)
+void forEachRow(const std::string& path, const std::string& text, std::size_t columns, const char* what, const Use& use)
 {
-  const std::string text = readWholeFile(path);
   std::string_view line;
   std::vector<std::string_view> words;
   std::vector<double> values;
@@ -41,10 +40,10 @@ bool parseSensor(const std::string& text, Eigen::Vector3d& position)
   return position.allFinite();
 }
 
-std::vector<Eigen::Vector3d> readSensors(const std::string& path)
+std::vector<Eigen::Vector3d> parseSensors(const std::string& path, const std::string& text)
 {
   std::vector<Eigen::Vector3d> sensors;
-  forEachRow(path, 3, "a position x y z", [&](const std::vector<double>& values) {
+  forEachRow(path, text, 3, "a position x y z", [&](const std::vector<double>& values) {
     sensors.emplace_back(values[0], values[1], values[2]);
     return true;
   });
@@ -53,10 +52,10 @@ std::vector<Eigen::Vector3d> readSensors(const std::string& path)
   return sensors;
 }
 
-std::vector<std::int32_t> readViews(const std::string& path)
+std::vector<std::int32_t> parseViews(const std::string& path, const std::string& text)
 {
   std::vector<std::int32_t> views;
-  forEachRow(path, 1, "the number of a sensor, from 0", [&](const std::vector<double>& values) {
+  forEachRow(path, text, 1, "the number of a sensor, from 0", [&](const std::vector<double>& values) {
     const double view = values[0];
     if (view < 0 || view > std::numeric_limits<std::int32_t>::max() || view != std::floor(view))
       return false;
@@ -64,6 +63,16 @@ std::vector<std::int32_t> readViews(const std::string& path)
     return true;
   });
   return views;
+}
+
+std::vector<Eigen::Vector3d> readSensors(const std::string& path)
+{
+  return parseSensors(path, readWholeFile(path));
+}
+
+std::vector<std::int32_t> readViews(const std::string& path)
+{
+  return parseViews(path, readWholeFile(path));
 }
 
 } // namespace mrf_apps

@@ -19,4 +19,8 @@ std::vector<Eigen::Vector3d> readSensors(const std::string& path);
 /// One whole number per line: the sensor, from 0, that saw each point. Lines as in readSensors. \throw FileError
 std::vector<std::int32_t> readViews(const std::string& path);
 
+/// The same two for the bytes of a file. \param path for messages
+std::vector<Eigen::Vector3d> parseSensors(const std::string& path, const std::string& text);
+std::vector<std::int32_t> parseViews(const std::string& path, const std::string& text);
+
 } // namespace mrf_apps

@@ -3,6 +3,7 @@
 #include "byte_writer.h"
 #include "errors.h"
 #include "poly_data.h"
+#include "text_file.h"
 #include "vtk_output.h"
 
 #include <pcl/PCLPointCloud2.h>
@@ -13,11 +14,13 @@
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyDataWriter.h>
-#include <vtkSTLWriter.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkXMLPolyDataWriter.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <utility>
@@ -131,6 +134,36 @@ void writeObj(const SurfaceMesh& mesh, const std::string& path)
   file.close();
 }
 
+/// Not VTK's writer, which knows no offset.
+void writeStl(const SurfaceMesh& mesh, const std::string& path)
+{
+  const Eigen::Vector3d offset = stlOffset(mesh);
+  ByteWriter file(path);
+  std::string header = "Markov random field surface reconstruction";
+  if (!offset.isZero(0)) {
+    header = stlOffsetMark;
+    for (const double value : offset) {
+      std::array<char, 32> digits;
+      header += " ";
+      header.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
+    }
+  }
+  header.resize(80, '\0');
+  file.text(header);
+  file.value(static_cast<std::uint32_t>(mesh.triangles.size()));
+  for (const auto& triangle : mesh.triangles) {
+    std::array<Eigen::Vector3f, 3> corners;
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      corners[corner] = (mesh.vertices[static_cast<std::size_t>(triangle[corner])] - offset).cast<float>();
+    const Eigen::Vector3f normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+    for (const Eigen::Vector3f& vector : {normal, corners[0], corners[1], corners[2]})
+      for (const float value : vector)
+        file.value(value);
+    file.value(std::uint16_t{0});
+  }
+  file.close();
+}
+
 vtkSmartPointer<vtkFloatArray> namedArray(const char* name, int components, std::size_t count)
 {
   auto array = vtkSmartPointer<vtkFloatArray>::New();
@@ -235,6 +268,38 @@ vtkSmartPointer<vtkPolyData> toPolyData(const SurfaceMesh& mesh)
   return result;
 }
 
+const char* const stlOffsetMark = "MRF offset";
+
+Eigen::Vector3d stlOffset(const SurfaceMesh& mesh)
+{
+  if (!mesh.doublePrecision || mesh.vertices.empty())
+    return Eigen::Vector3d::Zero();
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    if (vertex.allFinite())
+      box.extend(vertex);
+  if (box.isEmpty())
+    return Eigen::Vector3d::Zero();
+  // Rounded to a power of ten below the mesh's size: easy to type, and found again without a loss.
+  const double step = std::pow(10., std::floor(std::log10(std::max(box.diagonal().norm(), 1e-300))));
+  Eigen::Vector3d offset = (box.center() / step).array().round() * step;
+  // Twelve digits at most, so that three fit into the header of a file.
+  for (double& value : offset) {
+    std::array<char, 32> digits;
+    std::snprintf(digits.data(), digits.size(), "%.11e", value);
+    toNumber(digits.data(), value);
+  }
+  return offset;
+}
+
+std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset)
+{
+  std::array<char, 160> position;
+  std::snprintf(position.data(), position.size(), "(%.12g, %.12g, %.12g)", offset.x(), offset.y(), offset.z());
+  return "'" + path + "' is written relative to " + position.data() +
+         ": STL holds 32-bit floats, too coarse for these coordinates; ply, obj, vtk and vtp hold them";
+}
+
 bool isMeshFormat(const std::string& extension)
 {
   return extension == "ply" || extension == "obj" || extension == "stl" || extension == "vtk" || extension == "vtp";
@@ -246,12 +311,10 @@ void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::stri
     return writePly(mesh, path);
   if (format == "obj")
     return writeObj(mesh, path);
+  if (format == "stl")
+    return writeStl(mesh, path);
   const auto data = toPolyData(mesh);
-  if (format == "stl") {
-    auto writer = vtkSmartPointer<vtkSTLWriter>::New();
-    writer->SetFileTypeToBinary();
-    writeThroughVtk(*writer, data, path);
-  } else if (format == "vtk") {
+  if (format == "vtk") {
     auto writer = vtkSmartPointer<vtkPolyDataWriter>::New();
     writer->SetFileTypeToBinary();
     // Readers before VTK 9 know nothing newer.

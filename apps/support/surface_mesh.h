@@ -39,8 +39,18 @@ bool isMeshFormat(const std::string& extension);
 /// Extensions that writeMesh knows, for messages.
 extern const char* const meshFileExtensions;
 
+/// What an STL file of this mesh leaves off the vertices, because its coordinates are floats: near the mesh's centre,
+/// in few digits, or zero unless the mesh has doublePrecision.
+Eigen::Vector3d stlOffset(const SurfaceMesh& mesh);
+
+/// What a user should know about a file that was written less such an offset.
+std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset);
+
+/// Precedes the offset at the beginning of such a file, where readMesh finds it.
+extern const char* const stlOffsetMark;
+
 /// Writes PLY (binary), OBJ, STL (binary), VTK (legacy, binary) or VTP.
-/// STL holds float coordinates and no fields; OBJ no scalars.
+/// STL holds float coordinates, less stlOffset, and no fields; OBJ no scalars.
 /// \param format extension, lower case, without the dot
 /// \throw FileError
 void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format);

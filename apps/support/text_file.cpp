@@ -3,8 +3,10 @@
 #include "byte_writer.h"
 #include "errors.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <limits>
@@ -33,6 +35,8 @@ std::string readWholeFile(const std::string& path)
     throw FileError(path, std::strerror(errno));
   if (S_ISDIR(status.st_mode))
     throw FileError(path, "is a directory");
+  if (S_ISCHR(status.st_mode) || S_ISBLK(status.st_mode)) // some of them have no end
+    throw FileError(path, "is a device");
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (!file)
     throw FileError(path, std::strerror(errno));
@@ -107,6 +111,23 @@ bool toNumber(std::string_view word, double& value)
     return true;
   }
   return result.ec == std::errc();
+}
+
+bool toCount(std::string_view word, std::int64_t& count)
+{
+  const auto result = std::from_chars(word.data(), word.data() + word.size(), count);
+  return result.ec == std::errc() && result.ptr == word.data() + word.size() && count >= 0 && word.front() != '-';
+}
+
+bool isCount(double value)
+{
+  return value >= 0 && value <= std::numeric_limits<std::int32_t>::max() && value == std::floor(value);
+}
+
+bool equalsIgnoringCase(std::string_view a, std::string_view b)
+{
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
 }
 
 bool toNumbers(std::string_view line, std::vector<std::string_view>& words, std::vector<double>& values)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,7 +13,7 @@ namespace mrf_apps {
 /// \return the extension of a path in lower case without the dot; empty if it has none
 std::string extension(const std::string& path);
 
-/// Reads a regular file. \throw FileError if it is missing, a directory, unreadable or empty
+/// Reads a file or a pipe. \throw FileError if it is missing, a directory or device, unreadable or empty
 std::string readWholeFile(const std::string& path);
 
 /// Writes a whole file. \throw FileError without the path, for OutputFiles::write
@@ -36,6 +37,15 @@ void split(std::string_view line, std::vector<std::string_view>& words);
 
 /// \return true if the whole word is a number (nan and inf are)
 bool toNumber(std::string_view word, double& value);
+
+/// \return true if the word is a whole number from 0, in digits alone
+bool toCount(std::string_view word, std::int64_t& count);
+
+/// \return true if the value is a whole number from 0 up to what std::int32_t holds, as numbers of vertices are
+bool isCount(double value);
+
+/// True if two words differ in nothing but the case of their letters a to z.
+bool equalsIgnoringCase(std::string_view a, std::string_view b);
 
 /// Splits a line into numbers. \return false if a word is none
 bool toNumbers(std::string_view line, std::vector<std::string_view>& words, std::vector<double>& values);

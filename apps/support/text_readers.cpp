@@ -1,4 +1,4 @@
-// XYZ and OBJ.
+// XYZ, which has no other reader, and OBJ: PCL's reader pairs vertices and normals by their order in the file.
 #include "errors.h"
 #include "point_readers.h"
 #include "text_file.h"
@@ -67,7 +67,7 @@ Rows parseRows(const std::string& path, std::string_view text)
       }
       failAt(path, lines.number(), "is not a row of numbers");
     }
-    if (rows.columns == 0 && values.size() == 1 && announced < 0 && values[0] >= 0) {
+    if (rows.columns == 0 && values.size() == 1 && announced < 0 && isCount(values[0])) {
       announced = values[0];
       continue;
     }
@@ -102,8 +102,7 @@ void addVectorColumns(const Rows& rows, PointTable& table)
     table.notes.emplace_back("columns 4 to 6 are whole numbers up to 255: taken for colours");
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const Eigen::Vector3d v = rows.vectorAt(i, 3);
-      table.colours.push_back(
-          {static_cast<std::uint8_t>(v.x()), static_cast<std::uint8_t>(v.y()), static_cast<std::uint8_t>(v.z())});
+      table.colours.push_back({toByte(v.x()), toByte(v.y()), toByte(v.z())});
     }
   } else if (areNormals)
     for (std::size_t i = 0; i < rows.size(); ++i)
@@ -231,7 +230,7 @@ PointTable parseXyz(const std::string& path, const std::string& text)
   return table;
 }
 
-PointTable parseObj(const std::string& path, const std::string& text, std::vector<pcl::Vertices>* faces)
+PointTable parseObj(const std::string& path, const std::string& text, Polygons* faces)
 {
   const ObjData data = parseObjLines(path, text);
   if (data.positions.empty())
@@ -239,18 +238,15 @@ PointTable parseObj(const std::string& path, const std::string& text, std::vecto
   PointTable table;
   table.positions = data.positions;
   if (data.colours.size() == data.positions.size())
-    for (const Eigen::Vector3d& colour : data.colours) {
-      const Eigen::Array3d bytes = (colour.array() * 255 + .5).max(0).min(255);
-      table.colours.push_back({static_cast<std::uint8_t>(bytes.x()), static_cast<std::uint8_t>(bytes.y()),
-                               static_cast<std::uint8_t>(bytes.z())});
-    }
+    for (const Eigen::Vector3d& colour : data.colours)
+      table.colours.push_back({toByte(255 * colour.x()), toByte(255 * colour.y()), toByte(255 * colour.z())});
   addObjNormals(data, table);
   if (faces != nullptr) {
     std::size_t corner = 0;
     for (const std::size_t end : data.faceEnds) {
-      faces->emplace_back();
       for (; corner < end; ++corner)
-        faces->back().vertices.push_back(static_cast<pcl::index_t>(data.corners[corner].vertex));
+        faces->corners.push_back(data.corners[corner].vertex);
+      faces->close();
     }
   }
   return table;

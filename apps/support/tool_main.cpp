@@ -1,6 +1,7 @@
 #include "tool_main.h"
 
 #include "errors.h"
+#include "temporary_files.h"
 
 #include <pcl/console/print.h>
 #include <pcl/surface/mrf/exceptions.h>
@@ -55,6 +56,7 @@ int toolMain(const std::string& name, const std::string& memoryAdvice, const std
   // The library's class logs its errors as well; once is enough.
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
   keepFreedMemory();
+  removeTemporaryFilesOnSignals();
   try {
     tool();
     return exitDone;

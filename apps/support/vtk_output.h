@@ -21,8 +21,12 @@ void writeThroughVtk(Writer& writer, const Data& data, const std::string& path)
   writer.Write();
   const unsigned long code = writer.GetErrorCode();
   vtkObject::GlobalWarningDisplayOn();
-  if (code != vtkErrorCode::NoError)
-    throw FileError(std::string("could not be written: ") + vtkErrorCode::GetStringFromErrorCode(code));
+  if (code == vtkErrorCode::NoError)
+    return;
+  // VTK takes the system's error of whatever was called last for its own; OutputFiles::write finds the cause.
+  const bool isOfVtk = code >= vtkErrorCode::FirstVTKErrorCode;
+  throw FileError("could not be written" +
+                  (isOfVtk ? std::string(": ") + vtkErrorCode::GetStringFromErrorCode(code) : std::string()));
 }
 
 } // namespace mrf_apps

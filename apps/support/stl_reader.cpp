@@ -1,0 +1,145 @@
+// STL. Not through VTK, whose reader takes the memory that a header asks for and half a file for the whole.
+#include "errors.h"
+#include "mesh_reader.h"
+#include "mesh_readers.h"
+#include "text_file.h"
+
+#include <cstring>
+
+namespace mrf_apps {
+namespace {
+
+constexpr std::size_t headerBytes = 80, facetBytes = 50;
+
+/// The corners of the triangles, three by three.
+using Corners = std::vector<Eigen::Vector3d>;
+
+bool isBinary(const std::string& text)
+{
+  // Binary files may start with "solid" as well; their length tells.
+  std::uint32_t count = 0;
+  if (text.size() < headerBytes + sizeof(count))
+    return false;
+  std::memcpy(&count, text.data() + headerBytes, sizeof(count));
+  return text.size() == headerBytes + sizeof(count) + std::uint64_t{count} * facetBytes;
+}
+
+/// What our writer left off the vertices, see stlOffset.
+Eigen::Vector3d offsetIn(std::string_view header)
+{
+  header = header.substr(0, header.find('\0'));
+  std::vector<std::string_view> words;
+  std::vector<double> values;
+  const std::string_view mark = stlOffsetMark;
+  if (header.substr(0, mark.size()) != mark || !toNumbers(header.substr(mark.size()), words, values) ||
+      values.size() != 3)
+    return Eigen::Vector3d::Zero();
+  return {values[0], values[1], values[2]};
+}
+
+Corners binaryCorners(const std::string& text)
+{
+  const Eigen::Vector3d offset = offsetIn(std::string_view(text).substr(0, headerBytes));
+  constexpr std::size_t normalBytes = 12;
+  Corners corners;
+  for (std::size_t facet = headerBytes + sizeof(std::uint32_t); facet < text.size(); facet += facetBytes)
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      Eigen::Vector3f vertex;
+      std::memcpy(vertex.data(), text.data() + facet + normalBytes + corner * sizeof(vertex), sizeof(vertex));
+      corners.emplace_back(vertex.cast<double>() + offset);
+    }
+  return corners;
+}
+
+/// The words of a text file, one behind the other.
+class Words {
+public:
+  Words(const std::string& path, std::string_view text) : path_(path), lines_(text) {}
+
+  /// The next word; empty at the end of the file.
+  std::string_view next()
+  {
+    while (word_ == words_.size()) {
+      std::string_view line;
+      if (!lines_.next(line))
+        return {};
+      split(line, words_);
+      word_ = 0;
+    }
+    return words_[word_++];
+  }
+
+  void expect(std::initializer_list<std::string_view> expected)
+  {
+    for (const std::string_view word : expected)
+      if (!equalsIgnoringCase(next(), word))
+        fail();
+  }
+
+  double number()
+  {
+    double value = 0;
+    if (!toNumber(next(), value))
+      fail();
+    return value;
+  }
+
+  void skipLine() { word_ = words_.size(); }
+
+  [[noreturn]] void fail() const
+  {
+    throw FileError(path_, "is a truncated or malformed STL file at line " + std::to_string(lines_.number()));
+  }
+
+private:
+  const std::string& path_;
+  Lines lines_;
+  std::vector<std::string_view> words_;
+  std::size_t word_ = 0;
+};
+
+Corners textCorners(const std::string& path, const std::string& text)
+{
+  Words words(path, text);
+  if (!equalsIgnoringCase(words.next(), "solid"))
+    throw FileError(path, "is truncated, or not an STL file");
+  Corners corners;
+  // A file may hold several solids.
+  std::string_view word = "solid";
+  for (; equalsIgnoringCase(word, "solid"); word = words.next()) {
+    words.skipLine(); // its name
+    for (word = words.next(); equalsIgnoringCase(word, "facet"); word = words.next()) {
+      words.expect({"normal"});
+      for (int axis = 0; axis < 3; ++axis)
+        words.number();
+      words.expect({"outer", "loop"});
+      for (int corner = 0; corner < 3; ++corner) {
+        words.expect({"vertex"});
+        const double x = words.number(), y = words.number(), z = words.number();
+        corners.emplace_back(x, y, z);
+      }
+      words.expect({"endloop", "endfacet"});
+    }
+    if (!equalsIgnoringCase(word, "endsolid"))
+      words.fail();
+    words.skipLine();
+  }
+  if (!word.empty())
+    words.fail();
+  return corners;
+}
+
+} // namespace
+
+SurfaceMesh parseStl(const std::string& path, const std::string& text)
+{
+  SurfaceMesh soup;
+  soup.vertices = isBinary(text) ? binaryCorners(text) : textCorners(path, text);
+  for (std::size_t corner = 0; corner < soup.vertices.size(); corner += 3) {
+    const auto first = static_cast<std::int32_t>(corner);
+    soup.triangles.push_back({first, first + 1, first + 2});
+  }
+  return mergeVertices(soup);
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,302 @@
+// Point files: digits are kept, headers are not believed.
+#include "support/errors.h"
+#include "support/field_file.h"
+#include "support/mesh_reader.h"
+#include "support/point_readers.h"
+#include "support/point_table.h"
+#include "support/point_writer.h"
+#include "support/tool.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+using namespace mrf_apps;
+
+namespace {
+
+/// A plane with steps of 1 cm in survey coordinates, which float resolves to .5 m.
+std::vector<Eigen::Vector3d> surveyPlane()
+{
+  std::vector<Eigen::Vector3d> points;
+  for (int j = 0; j < 20; ++j)
+    for (int i = 0; i < 20; ++i)
+      points.emplace_back(431000 + .01 * i, 4.5e6 + .01 * j, 100 + .01 * ((i + j) % 2));
+  return points;
+}
+
+std::string decimal(double value)
+{
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%.17g", value);
+  return text.data();
+}
+
+std::string rows(const std::vector<Eigen::Vector3d>& points, const std::string& start = {}, const std::string& end = {})
+{
+  std::string text;
+  for (const Eigen::Vector3d& p : points)
+    text += start + decimal(p.x()) + " " + decimal(p.y()) + " " + decimal(p.z()) + end + "\n";
+  return text;
+}
+
+template <typename T>
+std::string bytesOf(T value, bool isReversed = false)
+{
+  std::string bytes(sizeof(T), '\0');
+  std::memcpy(bytes.data(), &value, sizeof(T));
+  if (isReversed)
+    std::reverse(bytes.begin(), bytes.end());
+  return bytes;
+}
+
+std::string doubles(const std::vector<Eigen::Vector3d>& points, bool isReversed = false)
+{
+  std::string bytes;
+  for (const Eigen::Vector3d& p : points)
+    for (const double value : p)
+      bytes += bytesOf(value, isReversed);
+  return bytes;
+}
+
+std::string plyHeader(std::size_t count, const std::string& format)
+{
+  return "ply\nformat " + format + " 1.0\nelement vertex " + std::to_string(count) +
+         "\nproperty double x\nproperty double y\nproperty double z\nend_header\n";
+}
+
+std::string pcdHeader(std::size_t count, const std::string& size, const std::string& data)
+{
+  return "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE " + size + "\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+         std::to_string(count) + "\nHEIGHT 1\nPOINTS " + std::to_string(count) + "\nDATA " + data + "\n";
+}
+
+/// LZF without any compression: runs of up to 32 literal bytes.
+std::string lzf(const std::string& bytes)
+{
+  std::string packed;
+  for (std::size_t at = 0; at < bytes.size(); at += 32) {
+    const std::string run = bytes.substr(at, 32);
+    packed += static_cast<char>(run.size() - 1) + run;
+  }
+  return bytesOf(static_cast<std::uint32_t>(packed.size())) + bytesOf(static_cast<std::uint32_t>(bytes.size())) +
+         packed;
+}
+
+void expectRefused(const std::string& type, const std::string& text, const std::string& words = "file.")
+{
+  try {
+    parsePoints(type, "file." + type, text);
+    ADD_FAILURE() << "was read: " << text.substr(0, 200);
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+  }
+}
+
+class PointReaders : public tool::Test {};
+
+} // namespace
+
+TEST(PointReader, everyFormatKeepsTheDigits)
+{
+  const std::vector<Eigen::Vector3d> points = surveyPlane();
+  const std::size_t count = points.size();
+  std::vector<Eigen::Vector3d> columns; // x of all, then y, then z
+  std::string byField;
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    for (const Eigen::Vector3d& p : points)
+      byField += bytesOf(p[axis]);
+  const std::vector<std::pair<std::string, std::string>> files = {
+      {"xyz", rows(points)},
+      {"txt", rows(points, "", " 0 0 1")},
+      {"obj", rows(points, "v ")},
+      {"ply", plyHeader(count, "ascii") + rows(points)},
+      {"ply", plyHeader(count, "binary_little_endian") + doubles(points)},
+      {"ply", plyHeader(count, "binary_big_endian") + doubles(points, true)},
+      {"pcd", pcdHeader(count, "8 8 8", "ascii") + rows(points)},
+      {"pcd", pcdHeader(count, "4 4 4", "ascii") + rows(points)}, // what the text says counts
+      {"pcd", pcdHeader(count, "8 8 8", "binary") + doubles(points)},
+      {"pcd", pcdHeader(count, "8 8 8", "binary_compressed") + lzf(byField)}};
+  for (const auto& [type, text] : files) {
+    SCOPED_TRACE(type + text.substr(0, 60));
+    EXPECT_EQ(parsePoints(type, "plane." + type, text).positions, points);
+  }
+}
+
+TEST_F(PointReaders, writersKeepTheDigits)
+{
+  PointTable table;
+  table.positions = surveyPlane();
+  for (const std::string format : {"ply", "pcd"}) {
+    writePoints(table, path("plane." + format).string(), format);
+    EXPECT_EQ(readPoints(path("plane." + format).string()).positions, table.positions) << format;
+  }
+  // The origin of a field's image is all of its position.
+  pcl::mrf::Lattice lattice;
+  lattice.size = {3, 3, 3};
+  lattice.origin = Eigen::Vector3d(.12, .34, .56);
+  lattice.spacing = .01;
+  const Eigen::Vector3d offset(431000.01, 4500000.02, 100.03);
+  writeField(pcl::mrf::DistanceField(lattice, std::vector<float>(27, 1.f), {}), offset, path("field.vti").string());
+  const std::string text = tool::readText(path("field.vti"));
+  const std::size_t origin = text.find("Origin=\"") + 8;
+  std::istringstream numbers(text.substr(origin, text.find('"', origin) - origin));
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    double value = 0;
+    numbers >> value;
+    EXPECT_EQ(value, (lattice.origin + offset)[axis]);
+  }
+}
+
+TEST(PointReader, straysCostTheOthersNoDigits)
+{
+  std::vector<Eigen::Vector3d> points = surveyPlane();
+  EXPECT_LT((floatOffset(points) - points[200]).norm(), 1);
+  points.emplace_back(0, 0, 0);
+  points.emplace_back(Eigen::Vector3d::Constant(std::nan("")));
+  const Eigen::Vector3d offset = floatOffset(points);
+  for (std::size_t i = 0; i < 400; ++i) {
+    const Eigen::Vector3d kept = (points[i] - offset).cast<float>().cast<double>() + offset;
+    EXPECT_LT((kept - points[i]).norm(), 1e-6) << "of steps of .01"; // .2 in float have digits of 10⁻⁸
+  }
+  EXPECT_TRUE(floatOffset({{1, 2, 3}, {.5, .25, 7}}).isZero(0)) << "float holds these";
+}
+
+TEST(PointReader, coloursOfAnyValueAreBytes)
+{
+  EXPECT_EQ(toByte(std::nan("")), 0);
+  EXPECT_EQ(toByte(-1e300), 0);
+  EXPECT_EQ(toByte(1e300), 255);
+  EXPECT_EQ(toByte(254.4), 254);
+  EXPECT_EQ(toByte(254.5), 255);
+  for (const std::string value : {"nan", "1e300", "-1e300", "inf", "-inf"}) {
+    const std::uint8_t expected = value == "1e300" || value == "inf" ? 255 : 0;
+    const std::string three = value + " " + value + " " + value;
+    const auto red = [](const PointTable& table) { return static_cast<int>(table.colours.at(0)[0]); };
+    EXPECT_EQ(red(parsePoints("obj", "a.obj", "v 0 0 0 " + three + "\n")), expected) << value;
+    EXPECT_EQ(red(parsePoints("ply", "a.ply",
+                              "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty "
+                              "float z\nproperty float red\nproperty float green\nproperty float blue\nend_header\n"
+                              "0 0 0 " +
+                                  three + "\n")),
+              expected)
+        << value;
+    const std::string pcd = "FIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nPOINTS 1\nDATA ascii\n";
+    EXPECT_EQ(red(parsePoints("pcd", "a.pcd", pcd + "0 0 0 " + value + "\n")), 0) << value;
+  }
+}
+
+TEST(PcdReader, fieldsOfEveryType)
+{
+  const std::string names = "FIELDS x y z intensity rgb _ normal_x normal_y normal_z vector\n";
+  const std::string header = names +
+                             "SIZE 4 8 2 1 4 1 4 4 4 4\nTYPE F F I U F U F F F F\n"
+                             "COUNT 1 1 1 1 1 3 1 1 1 2\nWIDTH 1\nHEIGHT 2\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\n";
+  const std::uint32_t colour = 0xff102030;
+  std::string binary;
+  for (int i = 0; i < 2; ++i) {
+    binary += bytesOf(1.5f + static_cast<float>(i)) + bytesOf(.1) + bytesOf(std::int16_t{-3}) +
+              bytesOf(std::uint8_t{200}) + bytesOf(colour) + "abc" + bytesOf(0.f) + bytesOf(0.f) + bytesOf(1.f) +
+              bytesOf(7.f) + bytesOf(8.f);
+  }
+  const PointTable table = parsePoints("pcd", "all.pcd", header + "DATA binary\n" + binary);
+  ASSERT_EQ(table.size(), 2u);
+  EXPECT_EQ(table.positions[1], Eigen::Vector3d(2.5, .1, -3));
+  EXPECT_EQ(table.normals.at(1), Eigen::Vector3f(0, 0, 1));
+  EXPECT_EQ(table.scalars.at("intensity"), (std::vector<float>{200, 200}));
+  EXPECT_EQ(table.scalars.count("vector"), 0u);
+  EXPECT_EQ(table.colours.at(1), (std::array<std::uint8_t, 3>{0x10, 0x20, 0x30}));
+}
+
+TEST(PcdReader, viewpointIsTheSensor)
+{
+  const auto originOf = [](const std::string& viewpoint, int height) {
+    const std::string size = "WIDTH 2\nHEIGHT " + std::to_string(height) + "\nPOINTS " + std::to_string(2 * height);
+    std::string text = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n" + viewpoint + size + "\nDATA ascii\n";
+    for (int i = 0; i < 2 * height; ++i)
+      text += "1 2 3\n";
+    return parsePoints("pcd", "file.pcd", text).sensorOrigin;
+  };
+  EXPECT_EQ(originOf("VIEWPOINT 431000.01 4500000.02 -1 1 0 0 0\n", 1), Eigen::Vector3d(431000.01, 4500000.02, -1));
+  EXPECT_EQ(originOf("VIEWPOINT 0 0 0 1 0 0 0\n", 2), Eigen::Vector3d(0, 0, 0)) << "organized";
+  EXPECT_FALSE(originOf("VIEWPOINT 0 0 0 1 0 0 0\n", 1)) << "nobody has set it";
+  EXPECT_FALSE(originOf("VIEWPOINT nan 0 0 1 0 0 0\n", 2));
+  EXPECT_FALSE(originOf("", 2));
+  EXPECT_THROW(originOf("VIEWPOINT 0 0 0 1 0 0\n", 1), FileError);
+  EXPECT_THROW(originOf("VIEWPOINT 0 0 0 one 0 0 0\n", 1), FileError);
+}
+
+TEST(PcdReader, headersAreNotBelieved)
+{
+  const std::string good = pcdHeader(1, "4 4 4", "binary"), body(12, '\1');
+  EXPECT_NO_THROW(parsePoints("pcd", "file.pcd", good + body));
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    text.replace(text.find(from), from.size(), to);
+    return text + body;
+  };
+  expectRefused("pcd", with("POINTS 1", "POINTS 150000000x"), "line 9");
+  expectRefused("pcd", with("POINTS 1", "POINTS 150000000\nPOINTS 1"), "second line POINTS");
+  expectRefused("pcd", with("POINTS 1", "POINTS 150000000"), "truncated");
+  expectRefused("pcd", with("POINTS 1", "POINTS 4294967296"), "line 9");
+  expectRefused("pcd", with("POINTS 1", "POINTS -1"), "line 9");
+  expectRefused("pcd", with("POINTS 1", "POINTS"), "line 9");
+  expectRefused("pcd", with("WIDTH 1", "WIDTH 2"), "width and height");
+  expectRefused("pcd", with("HEIGHT 1", "HEIGHT 1e9"), "line 8");
+  expectRefused("pcd", with("SIZE 4 4 4", "SIZE 4 4"), "line 4");
+  expectRefused("pcd", with("SIZE 4 4 4", "SIZE 4 4 3"), "no type F of 3 bytes");
+  expectRefused("pcd", with("TYPE F F F", "TYPE F F X"), "no type X");
+  expectRefused("pcd", with("COUNT 1 1 1", "COUNT 1 1 99999999999999"), "line 6");
+  expectRefused("pcd", with("COUNT 1 1 1", "COUNT 1 1 0"), "line 6");
+  expectRefused("pcd", with("COUNT 1 1 1", "SHAPE round"), "line 6");
+  expectRefused("pcd", with("DATA binary", "DATA zip"), "line 10");
+  expectRefused("pcd", with("FIELDS x y z", "FIELDS x y y"), "x, y and z");
+  expectRefused("pcd", good + body.substr(1), "truncated");
+}
+
+TEST(PcdReader, compressedSizesAreNotBelieved)
+{
+  const auto file = [](std::uint32_t points, std::uint32_t packed, std::uint32_t unpacked, const std::string& data) {
+    return pcdHeader(points, "4 4 4", "binary_compressed") + bytesOf(packed) + bytesOf(unpacked) + data;
+  };
+  const std::string literals = '\13' + std::string(12, '\1'); // control 11: twelve bytes follow
+  EXPECT_EQ(parsePoints("pcd", "file.pcd", file(1, 13, 12, literals)).size(), 1u);
+  // Four bytes, then a copy of eight from four back.
+  const std::string copy = std::string("\3\0\0\200\77", 5) + std::string("\300\3", 2);
+  const PointTable copied = parsePoints("pcd", "file.pcd", file(1, 7, 12, copy));
+  EXPECT_EQ(copied.positions.at(0), Eigen::Vector3d(1, 1, 1));
+  expectRefused("pcd", file(1, 13, 24, literals));
+  expectRefused("pcd", file(1, 14, 12, literals));
+  expectRefused("pcd", file(1, 12, 12, literals));
+  expectRefused("pcd", file(2, 13, 24, literals));
+  expectRefused("pcd", file(1, 7, 12, std::string("\3\0\0\200\77", 5) + std::string("\300\4", 2)));
+  expectRefused("pcd", file(100000000, 13, 1200000000, literals), "truncated");
+  expectRefused("pcd", pcdHeader(1, "4 4 4", "binary_compressed") + "abc");
+}
+
+TEST(PlyReader, headersAreNotBelieved)
+{
+  const std::string properties = "property float x\nproperty float y\nproperty float z\n";
+  expectRefused("ply",
+                "ply\nformat ascii 1.0\nformat ascii 1.0\nelement vertex 1\n" + properties + "end_header\n0 0 0\n",
+                "line 3");
+  expectRefused("ply", "ply\nformat binary_little_endian 1.0\nelement vertex 1e18\n" + properties + "end_header\n0000");
+  expectRefused("ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int a\n" + properties +
+                           "end_header\n1.5 7 0 0 0\n");
+}
+
+TEST(XyzReader, announcedCountsAreWholeNumbers)
+{
+  expectRefused("xyz", "1e300\n0 0 0\n", "line 1");
+  expectRefused("xyz", "inf\n0 0 0\n", "line 1");
+  expectRefused("xyz", "2147483647\n0 0 0\n", "announces 2147483647 points");
+}
+
+TEST_F(PointReaders, devicesAreNoFiles)
+{
+  EXPECT_THROW(readMesh("/dev/zero"), UsageError);
+  std::filesystem::create_symlink("/dev/zero", path("endless.ply"));
+  EXPECT_THROW(readPoints(path("endless.ply").string()), FileError);
+}
