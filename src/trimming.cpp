@@ -22,10 +22,6 @@ std::size_t at(std::int32_t index)
 
 constexpr std::int64_t grain = 16384;
 
-/// Measured with 5 % of outliers: bubbles had up to six points, rarely more; the smallest objects that orientation
-/// keeps of 30,000 points, more than forty.
-constexpr std::size_t fewestPointsBehind = 12;
-
 /// Calls body(t) for all triangles, concurrently.
 template <typename Body>
 void forTriangles(const TriangleMesh& mesh, Execution& execution, const Body& body)
@@ -174,11 +170,12 @@ void measureReach(const TriangleMesh& mesh, const Unsupported& unsupported, cons
       [&](Region& region, std::size_t n) { region.squaredReach = std::max(region.squaredReach, squaredDistance[n]); });
 }
 
-/// The components that have few points behind them: fewer than fewestPointsBehind are the nearest ones of their
-/// vertices with support. An outlier stands alone in its bubble, however large that is beside a small cloud; an object
-/// has about as many points as vertices, however small it is beside a large one.
+/// The components that have fewer than `fewest` points behind them: the nearest ones of their vertices with support. An
+/// outlier stands alone in its bubble, however large that is beside a small cloud; an object has about as many points
+/// as vertices, however small it is beside a large one.
 std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const NeighbourSearch& search,
-                                             const std::vector<std::int32_t>& componentOf, std::size_t components)
+                                             const std::vector<std::int32_t>& componentOf, std::size_t components,
+                                             std::size_t fewest)
 {
   std::vector<std::vector<int>> pointsBehind(components);
   Neighbours nearest;
@@ -187,27 +184,28 @@ std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const Nei
       continue;
     std::vector<int>& points = pointsBehind[at(componentOf[t])];
     for (const std::int32_t v : mesh.triangles[t])
-      if (points.size() < fewestPointsBehind && mesh.confidences[at(v)] > 0 &&
+      if (points.size() < fewest && mesh.confidences[at(v)] > 0 &&
           search.nearest(mesh.vertices[at(v)], 1, nearest) > 0 &&
           std::find(points.begin(), points.end(), nearest.indices.front()) == points.end())
         points.push_back(nearest.indices.front());
   }
   std::vector<std::uint8_t> isPoor(components);
   std::transform(pointsBehind.begin(), pointsBehind.end(), isPoor.begin(),
-                 [](const std::vector<int>& points) { return points.size() < fewestPointsBehind ? 1 : 0; });
+                 [&](const std::vector<int>& points) { return points.size() < fewest ? 1 : 0; });
   return isPoor;
 }
 
-/// Clears the flags of the triangles in components with too little supported area or too few points; the component
-/// with the most is never dropped for its points. \return how many components
+/// Clears the flags of the triangles in components with too few points or too little supported area; the largest one,
+/// by that area, always stays. \return how many components
 /// \param isTorn receives whether the kept triangles around some vertex fall into several fans
 std::int64_t dropSmallComponents(const TriangleMesh& mesh, const NeighbourSearch& search,
                                  const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
-                                 double minShare, std::vector<std::uint8_t>& keep, bool& isTorn, Execution& execution)
+                                 const TrimmingOptions& options, std::vector<std::uint8_t>& keep, bool& isTorn,
+                                 Execution& execution)
 {
   std::vector<std::int32_t> componentOf;
   const std::int32_t components = groupTriangles(mesh, keep, execution, componentOf, isTorn);
-  if (components < 2 || minShare == 0)
+  if (components < 2)
     return 0;
   std::vector<double> area(at(components), 0);
   double total = 0;
@@ -216,11 +214,12 @@ std::int64_t dropSmallComponents(const TriangleMesh& mesh, const NeighbourSearch
       area[at(componentOf[t])] += areas[t];
       total += areas[t];
     }
-  std::vector<std::uint8_t> isDropped = findPoorComponents(mesh, search, componentOf, area.size());
-  isDropped[static_cast<std::size_t>(std::max_element(area.begin(), area.end()) - area.begin())] = 0;
+  std::vector<std::uint8_t> isDropped =
+      findPoorComponents(mesh, search, componentOf, area.size(), static_cast<std::size_t>(options.minComponentPoints));
   for (std::size_t c = 0; c < area.size(); ++c)
-    if (area[c] < minShare * total)
+    if (area[c] < options.minComponentShare * total)
       isDropped[c] = 1;
+  isDropped[static_cast<std::size_t>(std::max_element(area.begin(), area.end()) - area.begin())] = 0;
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (keep[t] && isDropped[at(componentOf[t])])
       keep[t] = 0;
@@ -250,13 +249,15 @@ bool isAllUsed(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep)
 
 void validate(const TrimmingOptions& options)
 {
-  const auto refuse = [](const char* name, float value, const char* range) {
+  const auto refuse = [](const char* name, auto value, const char* range) {
     std::ostringstream text;
     text << "trimming." << name << " = " << value << " is outside its range " << range;
     throw InvalidOption(text.str());
   };
   if (!(options.maxHole >= 0) || std::isinf(options.maxHole))
     refuse("maxHole", options.maxHole, "0 or more (0 = half the diagonal of the points' bounding box)");
+  if (options.minComponentPoints < 0 || options.minComponentPoints > 1000000)
+    refuse("minComponentPoints", options.minComponentPoints, "0..1000000");
   if (!(options.minComponentShare >= 0 && options.minComponentShare < 1))
     refuse("minComponentShare", options.minComponentShare, "[0, 1)");
 }
@@ -298,7 +299,7 @@ TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal
     result.statistics = measure(mesh, execution);
   if (!keepsAll || !isOnePiece(*result.statistics))
     result.componentsDropped =
-        dropSmallComponents(mesh, search, supported, areas, options.minComponentShare, keep, isTorn, execution);
+        dropSmallComponents(mesh, search, supported, areas, options, keep, isTorn, execution);
   if (result.statistics && (result.componentsDropped > 0 || isTorn || result.statistics->unusedVertices > 0))
     result.statistics.reset(); // not those of what is left
 

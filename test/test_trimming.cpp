@@ -43,12 +43,17 @@ struct Scene {
     setConfidences(mesh, observed, *search, static_cast<float>(reach), ConfidenceShape::linear, execution);
   }
 
-  TrimResult trim(Trimming trimming, float maxHole, float minComponentShare = .01f, int threads = 1) const
+  TrimResult trim(Trimming trimming, float maxHole, float minComponentShare = 0, int threads = 1) const
   {
     TrimmingOptions options;
     options.trimming = trimming;
     options.maxHole = maxHole;
     options.minComponentShare = minComponentShare;
+    return trim(options, threads);
+  }
+
+  TrimResult trim(const TrimmingOptions& options, int threads = 1) const
+  {
     Execution execution(threads);
     const TrimResult result = pcl::mrf::trim(mesh, *search, 2, options, execution);
     if (result.statistics)
@@ -251,7 +256,10 @@ TEST(Trimming, dropsBubblesAroundSinglePointsHoweverLarge)
   clouds::append(points, {.2f, 0, 0}, Vector3f::UnitZ());
   const Scene scene(shapes::unite(shapes::unite(large, bubble), object), points, 60);
   ASSERT_EQ(measure(scene.mesh).components, 3);
-  ASSERT_EQ(measure(scene.trim(Trimming::holes, 100, 0).mesh).components, 3) << "0 keeps all";
+  TrimmingOptions all;
+  all.maxHole = 100;
+  all.minComponentPoints = 0;
+  ASSERT_EQ(measure(scene.trim(all).mesh).components, 3);
   const TrimResult result = scene.trim(Trimming::holes, 100);
   EXPECT_EQ(result.componentsDropped, 1);
   EXPECT_EQ(measure(result.mesh).components, 2);
@@ -270,6 +278,32 @@ TEST(Trimming, theLargestComponentStaysHoweverFewItsPoints)
   EXPECT_EQ(result.componentsDropped, 1);
   ASSERT_EQ(measure(result.mesh).components, 1);
   EXPECT_LT(result.mesh.vertices.front().x(), .3f);
+  // Nor if its share is too small: the bubble around one point has a third of the area.
+  EXPECT_EQ(measure(scene.trim(Trimming::holes, 100, .9f).mesh).components, 1);
+}
+
+TEST(Trimming, theTwoRulesOfComponentsAreIndependent)
+{
+  // Beside the main surface a bubble of a quarter of the area around one point, and an object of 3 % with 20.
+  const shapes::Sdf large = shapes::sphere(.3, {-.6, 0, 0}), bubble = shapes::sphere(.17, {.2, 0, 0}),
+                    object = shapes::sphere(.06, {.7, 0, 0});
+  PointSet points = shapes::sample(shapes::unite(large, object), 1.2, .04);
+  clouds::append(points, {.2f, 0, 0}, Vector3f::UnitZ());
+  const Scene scene(shapes::unite(shapes::unite(large, bubble), object), points, 60);
+  TrimmingOptions options;
+  options.maxHole = 100;
+  const auto has = [&](float x) {
+    const TrimResult result = scene.trim(options);
+    return std::any_of(result.mesh.vertices.begin(), result.mesh.vertices.end(),
+                       [x](const Vector3f& v) { return std::abs(v.x() - x) < .2f; });
+  };
+  EXPECT_TRUE(has(-.6f) && !has(.2f) && has(.7f)) << "by default few points are too few, and no share is too small";
+  options.minComponentShare = .05f;
+  EXPECT_TRUE(has(-.6f) && !has(.2f) && !has(.7f));
+  options.minComponentPoints = 0;
+  EXPECT_TRUE(has(-.6f) && has(.2f) && !has(.7f));
+  options.minComponentShare = 0;
+  EXPECT_TRUE(has(-.6f) && has(.2f) && has(.7f));
 }
 
 TEST(Trimming, withoutAnySupportNothingIsLeft)
@@ -292,7 +326,10 @@ TEST(Trimming, staysManifoldHoweverTorn)
     std::bernoulli_distribution isSupported(share);
     for (float& confidence : scene.mesh.confidences)
       confidence = isSupported(random) ? std::uniform_real_distribution<float>(.1f, 1)(random) : 0;
-    const TrimResult result = scene.trim(Trimming::supported, 0, 0);
+    TrimmingOptions options;
+    options.trimming = Trimming::supported;
+    options.minComponentPoints = 0;
+    const TrimResult result = scene.trim(options);
     expectSound(result.mesh);
     EXPECT_FALSE(measure(result.mesh).closed());
 
@@ -347,9 +384,9 @@ TEST(Trimming, dropsTrianglesThatAreNone)
 TEST(Trimming, doesNotDependOnThreads)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
-  const TrimResult one = scene.trim(Trimming::holes, 1.3f, .01f, 1);
+  const TrimResult one = scene.trim(Trimming::holes, 1.3f, 0, 1);
   for (const int threads : {2, 4}) {
-    const TrimResult other = scene.trim(Trimming::holes, 1.3f, .01f, threads);
+    const TrimResult other = scene.trim(Trimming::holes, 1.3f, 0, threads);
     EXPECT_EQ(one.mesh.vertices, other.mesh.vertices);
     EXPECT_EQ(one.mesh.triangles, other.mesh.triangles);
     EXPECT_EQ(one.mesh.confidences, other.mesh.confidences);
