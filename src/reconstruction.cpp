@@ -426,7 +426,8 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     setConfidences(result.mesh, result.points, search, resolved.observation.maxDistance,
                    resolved.observation.confidenceShape, execution);
     report.trimming =
-        trim(std::move(result.mesh), search, static_cast<float>(report.diagonal), resolved.trimming, execution);
+        trim(std::move(result.mesh), result.points, search, static_cast<float>(report.diagonal), resolved.trimming,
+             execution);
     result.mesh = std::move(report.trimming.mesh);
     report.trimming.mesh = TriangleMesh();
   }

@@ -170,35 +170,76 @@ void measureReach(const TriangleMesh& mesh, const Unsupported& unsupported, cons
       [&](Region& region, std::size_t n) { region.squaredReach = std::max(region.squaredReach, squaredDistance[n]); });
 }
 
-/// The components that have fewer than `fewest` points behind them: the nearest ones of their vertices with support. An
-/// outlier stands alone in its bubble, however large that is beside a small cloud; an object has about as many points
-/// as vertices, however small it is beside a large one.
-std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const NeighbourSearch& search,
-                                             const std::vector<std::int32_t>& componentOf, std::size_t components,
-                                             std::size_t fewest)
+/// Vertices with support of a component that are asked for the points behind it.
+constexpr std::size_t mostAsked = 1024;
+
+/// Of each component some vertices with support, spread evenly over them.
+std::vector<std::vector<std::int32_t>> pickVertices(const TriangleMesh& mesh,
+                                                    const std::vector<std::int32_t>& componentOf,
+                                                    std::size_t components)
 {
-  std::vector<std::vector<int>> pointsBehind(components);
-  Neighbours nearest;
+  std::vector<std::vector<std::int32_t>> picked(components);
+  std::vector<std::uint8_t> isSeen(mesh.vertices.size(), 0);
   for (std::size_t t = 0; t < componentOf.size(); ++t) {
     if (componentOf[t] < 0)
       continue;
-    std::vector<int>& points = pointsBehind[at(componentOf[t])];
     for (const std::int32_t v : mesh.triangles[t])
-      if (points.size() < fewest && mesh.confidences[at(v)] > 0 &&
-          search.nearest(mesh.vertices[at(v)], 1, nearest) > 0 &&
-          std::find(points.begin(), points.end(), nearest.indices.front()) == points.end())
-        points.push_back(nearest.indices.front());
+      if (!isSeen[at(v)] && mesh.confidences[at(v)] > 0) {
+        isSeen[at(v)] = 1;
+        picked[at(componentOf[t])].push_back(v);
+      }
   }
-  std::vector<std::uint8_t> isPoor(components);
-  std::transform(pointsBehind.begin(), pointsBehind.end(), isPoor.begin(),
-                 [&](const std::vector<int>& points) { return points.size() < fewest ? 1 : 0; });
+  for (std::vector<std::int32_t>& vertices : picked) {
+    const std::size_t count = std::min(vertices.size(), mostAsked);
+    for (std::size_t n = 0; n < count; ++n)
+      vertices[n] = vertices[n * vertices.size() / count];
+    vertices.resize(count);
+  }
+  return picked;
+}
+
+/// The components that have fewer than `fewest` points behind them: the nearest ones of their vertices with support, if
+/// no other component is closer to them. An outlier stands alone in its bubble, however large that is beside a small
+/// cloud; an object has about as many points as vertices, however small it is beside a large one.
+std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const OrientedPoints& points,
+                                             const NeighbourSearch& search,
+                                             const std::vector<std::int32_t>& componentOf, std::size_t components,
+                                             std::size_t fewest, Execution& execution)
+{
+  std::vector<std::uint8_t> isPoor(components, 0);
+  if (fewest < 2)
+    return isPoor;
+  std::vector<std::int32_t> componentOfVertex(mesh.vertices.size(), noRegion);
+  for (std::size_t t = 0; t < componentOf.size(); ++t)
+    if (componentOf[t] >= 0)
+      for (const std::int32_t v : mesh.triangles[t])
+        componentOfVertex[at(v)] = componentOf[t];
+  const std::vector<std::vector<std::int32_t>> picked = pickVertices(mesh, componentOf, components);
+  const auto vertexSearch = makePointBins();
+  vertexSearch->setPoints(mesh.vertices, execution);
+  execution.forRange(static_cast<std::int64_t>(components), 1, [&](std::int64_t begin, std::int64_t end) {
+    Neighbours nearest;
+    for (auto c = static_cast<std::size_t>(begin); c < static_cast<std::size_t>(end); ++c) {
+      std::vector<int> behind;
+      for (std::size_t n = 0; n < picked[c].size() && behind.size() < fewest; ++n) {
+        if (search.nearest(mesh.vertices[at(picked[c][n])], 1, nearest) < 1)
+          continue;
+        const int point = nearest.indices.front();
+        vertexSearch->nearest(points.positions[at(point)], 1, nearest);
+        if (componentOfVertex[at(nearest.indices.front())] == static_cast<std::int32_t>(c) &&
+            std::find(behind.begin(), behind.end(), point) == behind.end())
+          behind.push_back(point);
+      }
+      isPoor[c] = behind.size() < fewest ? 1 : 0;
+    }
+  });
   return isPoor;
 }
 
 /// Clears the flags of the triangles in components with too few points or too little supported area; the largest one,
 /// by that area, always stays. \return how many components
 /// \param isTorn receives whether the kept triangles around some vertex fall into several fans
-std::int64_t dropSmallComponents(const TriangleMesh& mesh, const NeighbourSearch& search,
+std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search,
                                  const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
                                  const TrimmingOptions& options, std::vector<std::uint8_t>& keep, bool& isTorn,
                                  Execution& execution)
@@ -215,7 +256,8 @@ std::int64_t dropSmallComponents(const TriangleMesh& mesh, const NeighbourSearch
       total += areas[t];
     }
   std::vector<std::uint8_t> isDropped =
-      findPoorComponents(mesh, search, componentOf, area.size(), static_cast<std::size_t>(options.minComponentPoints));
+      findPoorComponents(mesh, points, search, componentOf, area.size(),
+                         static_cast<std::size_t>(options.minComponentPoints), execution);
   for (std::size_t c = 0; c < area.size(); ++c)
     if (area[c] < options.minComponentShare * total)
       isDropped[c] = 1;
@@ -267,8 +309,8 @@ float resolvedMaxHole(const TrimmingOptions& options, float diagonal)
   return options.maxHole > 0 ? options.maxHole : diagonal / 2;
 }
 
-TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
-                Execution& execution)
+TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search, float diagonal,
+                const TrimmingOptions& options, Execution& execution)
 {
   validate(options);
   TrimResult result;
@@ -299,7 +341,7 @@ TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal
     result.statistics = measure(mesh, execution);
   if (!keepsAll || !isOnePiece(*result.statistics))
     result.componentsDropped =
-        dropSmallComponents(mesh, search, supported, areas, options, keep, isTorn, execution);
+        dropSmallComponents(mesh, points, search, supported, areas, options, keep, isTorn, execution);
   if (result.statistics && (result.componentsDropped > 0 || isTorn || result.statistics->unusedVertices > 0))
     result.statistics.reset(); // not those of what is left
 

@@ -29,6 +29,7 @@ constexpr double reach = 3 * spacing; // confidence ends here, as with the defau
 /// A surface with its points: the mesh carries confidences that fall from 1 at a point to 0 at `reach`.
 struct Scene {
   TriangleMesh mesh;
+  OrientedPoints observed;
   std::unique_ptr<NeighbourSearch> search = makeKdTree();
 
   Scene(const shapes::Sdf& sdf, const PointSet& points, int voxels = 34)
@@ -38,7 +39,6 @@ struct Scene {
     Execution execution(1);
     mesh = polygonize(field, {}, execution);
     setNormals(mesh, field, execution);
-    OrientedPoints observed;
     observed.positions = points.positions;
     setConfidences(mesh, observed, *search, static_cast<float>(reach), ConfidenceShape::linear, execution);
   }
@@ -55,7 +55,7 @@ struct Scene {
   TrimResult trim(const TrimmingOptions& options, int threads = 1) const
   {
     Execution execution(threads);
-    const TrimResult result = pcl::mrf::trim(mesh, *search, 2, options, execution);
+    const TrimResult result = pcl::mrf::trim(mesh, observed, *search, 2, options, execution);
     if (result.statistics)
       expectSame(*result.statistics, measure(result.mesh));
     return result;
@@ -265,6 +265,21 @@ TEST(Trimming, dropsBubblesAroundSinglePointsHoweverLarge)
   EXPECT_EQ(measure(result.mesh).components, 2);
   for (const Vector3f& v : result.mesh.vertices)
     EXPECT_TRUE(v.x() < 0 || v.x() > .5f);
+}
+
+TEST(Trimming, pointsOfASurfaceBesideItDoNotStandBehindABubble)
+{
+  // The bubble around one point is half a spacing away from the plane: the nearest points of its lower half are the
+  // plane's, more than a dozen.
+  const shapes::Sdf plane = shapes::plane({0, 0, 1}), bubble = shapes::sphere(.15, {0, 0, .18});
+  PointSet points = shapes::sample(plane, 1.1, spacing);
+  clouds::append(points, {0, 0, .18f}, Vector3f::UnitZ());
+  const Scene scene(shapes::unite(plane, bubble), points, 160);
+  ASSERT_EQ(measure(scene.mesh).components, 2);
+  const TrimResult result = scene.trim(Trimming::holes, 100);
+  EXPECT_EQ(result.componentsDropped, 1);
+  for (const Vector3f& v : result.mesh.vertices)
+    EXPECT_LT(v.z(), .02f);
 }
 
 TEST(Trimming, theLargestComponentStaysHoweverFewItsPoints)

@@ -6,6 +6,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
@@ -57,16 +58,16 @@ struct TrimResult {
 /// nearest data point, exceeds maxHole; otherwise it is a hole filling. Triangles with a repeated vertex or an index
 /// out of range are dropped, unless the options ask for no trimming.
 ///
-/// What is left falls into components. A point is behind a component if it is the nearest one of a vertex with support:
-/// bubbles around outliers have few, whatever their area, and real objects many.
+/// What is left falls into components. A point is behind a component if it is the nearest one of a vertex with support,
+/// and no other component is closer to it: bubbles around outliers have few, whatever their area, and real objects many.
 /// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
-/// \param search holds the data points
+/// \param search holds points.positions
 /// \param diagonal of the points' bounding box, for the automatic maxHole
 /// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
 /// Cost: linear in the number of triangles, and one query per vertex of the regions in question.
 /// The result does not depend on the number of threads.
-TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
-                Execution& execution);
+TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search, float diagonal,
+                const TrimmingOptions& options, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl
