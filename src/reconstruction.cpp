@@ -389,6 +389,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   const BoundingBox volume = resolveVolume(result.points, search, resolved, report, execution);
   resolved.multiscale.padding = resolvedPadding(resolved.multiscale);
   report.diagonal = boundingBox(result.points.positions).diagonal();
+  resolved.trimming.maxGap = resolvedMaxGap(resolved.trimming, static_cast<float>(report.diagonal));
   resolved.trimming.maxHole = resolvedMaxHole(resolved.trimming, static_cast<float>(report.diagonal));
   report.options = resolved;
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
@@ -426,7 +427,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     setConfidences(result.mesh, result.points, search, resolved.observation.maxDistance,
                    resolved.observation.confidenceShape, execution);
     report.trimming =
-        trim(std::move(result.mesh), result.points, search, static_cast<float>(report.diagonal), resolved.trimming,
+        trim(std::move(result.mesh), result.points, search, static_cast<float>(report.diagonal), options.trimming,
              execution);
     result.mesh = std::move(report.trimming.mesh);
     report.trimming.mesh = TriangleMesh();
