@@ -26,6 +26,7 @@ Options paperPreset()
   options.solver.changeTolerance = 1e-3;
   options.solver.choleskyOnCoarsest = hasCholesky();
   options.trimming.trimming = Trimming::none;
+  options.trimming.minComponentShare = .01f; // should trimming be asked for
   options.remesher.rounds = 10;
   return options;
 }

@@ -499,6 +499,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   float largest = 0; // what lies far apart has no holes as wide as that
   for (const Piece& piece : pieces)
     largest = std::max(largest, boundingBox(piece.points->positions).diagonal());
+  resolved.trimming.maxGap = resolvedMaxGap(resolved.trimming, largest);
   resolved.trimming.maxHole = resolvedMaxHole(resolved.trimming, largest);
   warnOfDroppedPoints(report);
   chooseVolumes(pieces, resolved, report, execution);
@@ -515,24 +516,13 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   if (result.mesh.triangles.empty())
     throw InvalidInput("the field has no zero level: the normals may all point the same way around, or β = " +
                        std::to_string(options.prior.beta) + " is too small");
-  if (resolved.remesher.rounds > 0) {
-    const StageTimer timer("remesher", report, execution);
-    report.meshBeforeRemeshing = measure(result.mesh, execution);
-    RemeshResult remeshed = remesh(result.mesh, result.field, resolved.remesher, execution);
-    result.mesh = std::move(remeshed.mesh);
-    report.splits = remeshed.splits;
-    report.collapses = remeshed.collapses;
-    report.flips = remeshed.flips;
-    report.refusedOperations = remeshed.refusedOperations;
-    report.options.remesher.targetEdge = static_cast<float>(remeshed.targetEdge);
-  }
   {
     const StageTimer timer("trimming", report, execution);
     setNormals(result.mesh, result.field, execution);
     setConfidences(result.mesh, result.points, search, resolved.observation.maxDistance,
                    resolved.observation.confidenceShape, execution);
-    report.trimming =
-        trim(std::move(result.mesh), search, static_cast<float>(report.diagonal), resolved.trimming, execution);
+    report.trimming = trim(std::move(result.mesh), result.points, search, static_cast<float>(report.diagonal),
+                           options.trimming, execution);
     result.mesh = std::move(report.trimming.mesh);
     report.trimming.mesh = TriangleMesh();
   }
@@ -542,8 +532,21 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
         "larger voxel size than " +
         std::to_string(resolved.multiscale.voxelSize));
   report.mesh = report.trimming.statistics ? *report.trimming.statistics : measure(result.mesh, execution);
-  if (resolved.remesher.rounds == 0)
-    report.meshBeforeRemeshing = report.mesh;
+  report.meshBeforeRemeshing = report.mesh;
+  if (resolved.remesher.rounds > 0) {
+    const StageTimer timer("remesher", report, execution);
+    RemeshResult remeshed = remesh(result.mesh, result.field, resolved.remesher, execution);
+    result.mesh = std::move(remeshed.mesh);
+    setNormals(result.mesh, result.field, execution);
+    setConfidences(result.mesh, result.points, search, resolved.observation.maxDistance,
+                   resolved.observation.confidenceShape, execution);
+    report.splits = remeshed.splits;
+    report.collapses = remeshed.collapses;
+    report.flips = remeshed.flips;
+    report.refusedOperations = remeshed.refusedOperations;
+    report.options.remesher.targetEdge = static_cast<float>(remeshed.targetEdge);
+    report.mesh = measure(result.mesh, execution);
+  }
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report.peakBytes = peakMemory();
   report.status = Status::ok;

@@ -72,6 +72,8 @@ std::vector<Limit> limits()
       limit("coarsestSide", multiscale, &MultiscaleOptions::coarsestSide, {4, 256}, {3, -1, 257}),
       limit("denseVoxels", multiscale, &MultiscaleOptions::denseVoxels, {0, 1 << 30}, {-1}),
       limit("maxHole", trimming, &TrimmingOptions::maxHole, {0, 1}, {-1}),
+      limit("maxGap", trimming, &TrimmingOptions::maxGap, {0, 1}, {-1}),
+      limit("minComponentPoints", trimming, &TrimmingOptions::minComponentPoints, {0, 1000000}, {-1, 1000001}),
       limit("minComponentShare", trimming, &TrimmingOptions::minComponentShare, {0, .999}, {-.1, 1}),
       limit("rounds", remesher, &RemesherOptions::rounds, {0, 1000}, {-1, 1001}),
       limit("targetEdge", remesher, &RemesherOptions::targetEdge, {0, 1}, {-1}),

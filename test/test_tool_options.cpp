@@ -76,6 +76,8 @@ const std::vector<Case> cases = {
     {{"--trim", "none"}, "/options/trimming/trimming", "none"},
     {{"--trim", "supported"}, "/options/trimming/trimming", "supported"},
     {{"--max-hole", "0.5"}, "/options/trimming/maxHole", .5},
+    {{"--max-gap", "0.25"}, "/options/trimming/maxGap", .25},
+    {{"--trim-points", "0"}, "/options/trimming/minComponentPoints", 0},
     {{"--trim-component", "0.25"}, "/options/trimming/minComponentShare", .25},
     {{"--colour", "confidence"}, "/options/colours", "confidence"},
     {{"--colour", "none"}, "/options/colours", "none"},

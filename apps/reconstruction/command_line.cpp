@@ -200,10 +200,15 @@ void addMeshOptions(OptionParser& parser)
                 "invented surface: keep all, keep only fillings of holes, or keep none");
   parser.number("--max-hole", "LENGTH", length, field(&Options::trimming, &TrimmingOptions::maxHole),
                 "largest diameter of a hole that is filled", "half the bounding box's diagonal");
+  parser.number("--max-gap", "LENGTH", length, field(&Options::trimming, &TrimmingOptions::maxGap),
+                "the same for holes and bays of a surface that is open elsewhere",
+                "--max-hole if given, or 24 % of the diagonal, or 14 s where much would be invented");
   parser.number(
-      "--trim-component", "SHARE", {0, 1, false, true}, field(&Options::trimming, &TrimmingOptions::minComponentShare),
-      "drop components of the mesh with less of the supported area, and small ones with fewer than 12 points; "
-      "0 keeps all; not with --trim none");
+      "--trim-points", "N", wholeNumbers(0, 1000000), field(&Options::trimming, &TrimmingOptions::minComponentPoints),
+      "drop components of the mesh with fewer points behind them, but never the largest; not with --trim none");
+  parser.number("--trim-component", "SHARE", {0, 1, false, true},
+                field(&Options::trimming, &TrimmingOptions::minComponentShare),
+                "the same for those with less of the supported area");
   parser.choice("--colour", field(&Options::colours),
                 "colours of the mesh: blue where interpolated and skin where observed, the input's, or none");
 }

@@ -73,6 +73,8 @@ Json toJson(const Options& options)
           {"trimming",
            {{"trimming", nameOf(options.trimming.trimming)},
             {"maxHole", options.trimming.maxHole},
+            {"maxGap", options.trimming.maxGap},
+            {"minComponentPoints", options.trimming.minComponentPoints},
             {"minComponentShare", options.trimming.minComponentShare}}},
           {"remesher",
            {{"rounds", options.remesher.rounds},

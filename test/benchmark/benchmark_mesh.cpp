@@ -107,12 +107,14 @@ void trimming(benchmark::State& state)
     mesh.confidences.push_back(vertex.z() < .8f ? 1.f : 0.f);
   const PointSet points = spherePoints(1000);
   const auto search = clouds::searchOf(points);
+  OrientedPoints observed;
+  observed.positions = points.positions;
   TrimmingOptions options;
   options.trimming = Trimming::supported;
   TrimResult result;
   runOnTriangles(state, surface, [&](Execution& execution) {
     result = TrimResult();
-    result = trim(mesh, *search, 2, options, execution);
+    result = trim(mesh, observed, *search, 2, options, execution);
   });
   // A triangle that straddles the limit is supported.
   state.counters["error"] = std::abs(result.areaDropped / (4 * M_PI * .1) - 1);

@@ -66,7 +66,7 @@ struct Report {
   std::vector<PieceReport> otherPieces; ///< see pieces.h; mostly none
   TrimResult trimming;                  ///< its mesh is empty
   std::int64_t splits = 0, collapses = 0, flips = 0, refusedOperations = 0; ///< of the remesher
-  MeshStatistics meshBeforeRemeshing; ///< before trimming as well; without remeshing the same as mesh
+  MeshStatistics meshBeforeRemeshing; ///< after trimming; without remeshing the same as mesh
   MeshStatistics mesh;
 
   std::vector<StageTime> times; ///< in the order they ran

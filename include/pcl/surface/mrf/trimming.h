@@ -6,6 +6,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
@@ -16,18 +17,25 @@ namespace mrf {
 
 enum class Trimming {
   none,     ///< keep all: watertight inside the volume
-  holes,    ///< keep hole fillings up to a size, drop extrapolations and components without support
+  holes,    ///< keep hole fillings up to a size, drop extrapolation and components without support
   supported ///< keep only surface that data support
 };
 
 struct TrimmingOptions {
   Trimming trimming = Trimming::holes;
   float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the points' bbox diagonal
-  /// Components with less than this share of the supported area are dropped, [0, 1), and so are, beside the largest,
-  /// those with fewer than 12 points behind them; 0 keeps them all. The paper's 1 % of the points (Sec. 3.1), of the
-  /// area: it drops what a hole cuts off a limb; a smaller share keeps small objects beside large ones. Not with
-  /// `none`.
-  float minComponentShare = .01f;
+  /// Largest width of what is filled of an open surface, cloud's unit: of holes, also those that are joined to the
+  /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, or 14 local spacings of the points
+  /// if more than 9 % of the surface would then be invented. Where filling closes a surface, maxHole alone decides.
+  float maxGap = 0;
+  /// Components with fewer points behind them are dropped, the largest one excepted, 0..1000000; 0 or 1: none are. Not
+  /// with `none`. Measured with 5 % of outliers: bubbles had up to six points, rarely more; the smallest objects that
+  /// orientation keeps of 30,000 points, more than forty.
+  int minComponentPoints = 12;
+  /// Components with less than this share of the supported area are dropped as well, [0, 1). The paper drops those with
+  /// less than 1 % of the points (Sec. 3.1), and with them small objects beside large ones and what a hole cuts off a
+  /// limb. Not with `none`.
+  float minComponentShare = 0;
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -36,34 +44,40 @@ void validate(const TrimmingOptions& options);
 /// The option, or half the diagonal of the points' bounding box.
 float resolvedMaxHole(const TrimmingOptions& options, float diagonal);
 
+/// The option, or maxHole, or 24 % of that diagonal: the upper limit.
+float resolvedMaxGap(const TrimmingOptions& options, float diagonal);
+
 struct TrimResult {
   TriangleMesh mesh;                        ///< all per-vertex arrays follow
   std::optional<MeshStatistics> statistics; ///< of the mesh, if they had to be measured to see that all is kept
-  std::int64_t holesFilled = 0;             ///< unsupported regions that were kept
-  std::int64_t extrapolationsDropped = 0;   ///< unsupported regions that were dropped
+  std::int64_t holesFilled = 0;             ///< unsupported pieces that were kept, bays of the rim among them
+  std::int64_t extrapolationsDropped = 0;   ///< unsupported pieces that were dropped
   std::int64_t componentsDropped = 0;
   double areaFilled = 0, areaDropped = 0; ///< cloud's unit squared
-  double largestHole = 0;                 ///< diameter of the largest region that was kept, cloud's unit
+  double largestHole = 0;                 ///< diameter of the largest piece that was kept, cloud's unit
 };
 
 /// Drops surface that no data support.
 ///
 /// A triangle is unsupported if the confidence of all its vertices is 0. Edge-connected unsupported triangles form a
-/// region. A region is an extrapolation if it touches the mesh's boundary (the field's border), has no supported
-/// neighbour at all, or if its diameter, estimated as twice the largest distance from one of its vertices to the
-/// nearest data point, exceeds maxHole; otherwise it is a hole filling. Triangles with a repeated vertex or an index
-/// out of range are dropped, unless the options ask for no trimming.
+/// region. It fills a hole if it is bounded all around by supported surface and its diameter, estimated as twice the
+/// largest distance from one of its vertices to the nearest data point, does not exceed the limit: maxHole if the
+/// surface is closed with its holes filled, and at most a third of it would be filling; maxGap if it stays open.
 ///
-/// What is left falls into components. A point is behind a component if it is the nearest one of a vertex with support:
-/// bubbles around outliers have few, whatever their area, and real objects many.
-/// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
-/// \param search holds the data points
-/// \param diagonal of the points' bounding box, for the automatic maxHole
-/// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
-/// Cost: linear in the number of triangles, and one query per vertex of the regions in question.
-/// The result does not depend on the number of threads.
-TrimResult trim(TriangleMesh mesh, const NeighbourSearch& search, float diagonal, const TrimmingOptions& options,
-                Execution& execution);
+/// The rest is extrapolation, but for what a morphological closing keeps of it: the surface is dilated by maxGap / 2
+/// along the mesh, counted from the data points, and eroded by as much. So a hole near the rim of an open scan is
+/// filled although a neck joins it to the outside, and the sheet around the scan is not kept. Triangles with a repeated
+/// vertex or an index out of range are dropped, unless the options ask for no trimming.
+///
+/// What is left falls into components. A point is behind a component if it is the nearest one of a vertex with support,
+/// and no other component is closer to it: bubbles around outliers have few, whatever their area, and real objects
+/// many. \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are
+/// duplicated \param search holds points.positions \param diagonal of the points' bounding box, for the automatic
+/// maxHole \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming Cost: linear in
+/// the number of triangles, one query per vertex of the regions in question, and n log n for the n vertices of
+/// extrapolation that are closer than maxGap. The result does not depend on the number of threads.
+TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search, float diagonal,
+                const TrimmingOptions& options, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl
