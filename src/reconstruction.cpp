@@ -345,6 +345,7 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
   requirePoints(points, "normal estimation", report);
 
   report.vote = chooseVote(points, options, report);
+  report.sensorOriginUsed = report.vote == OrientationVote::sensor && points.hasSensorOrigin;
   {
     const StageTimer timer("orientation", report, execution);
     report.orientation =

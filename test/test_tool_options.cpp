@@ -80,6 +80,7 @@ const std::vector<Case> cases = {
     {{"--colour", "confidence"}, "/options/colours", "confidence"},
     {{"--colour", "none"}, "/options/colours", "none"},
     {{"--threads", "3"}, "/threads", 3},
+    {{"--sensor-origin", "off"}, "/options/orientation/sensorOrigin", false},
     {{"--sensor", "0,0,4", "--normals", "estimate"}, "/vote", "sensor", "cap.xyz"},
     {{"--sensor", "-1,0,4", "--sensor", "-.5,0,4", "--normals", "estimate"}, "/vote", "sensor", "cap.xyz"},
     {{"--sensors", "sensors.txt", "--normals", "estimate"}, "/vote", "sensor"},

@@ -53,6 +53,8 @@ void addInputOptions(OptionParser& parser, Command& command)
             "the sensor, from 0, that saw each point: one number per line; "
             "without it the nearest")
       ->needs(sensors);
+  parser.onOff("--sensor-origin", field(&Options::orientation, &OrientationOptions::sensorOrigin),
+               "without these, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the cloud is organized");
   parser.add("--confidence-field", "NAME", "field of the input with the confidence of each point, 0 to 1; default none",
              [&command](const std::string& name) { command.options.confidenceField = name; });
 }

@@ -92,7 +92,8 @@ std::string normals(const Report& report)
 {
   std::string text = report.normalsEstimated ? "normals estimated" : "normals from the input";
   if (report.vote != pcl::mrf::OrientationVote::none) {
-    const char* voters = report.vote == pcl::mrf::OrientationVote::sensor      ? "towards the sensors"
+    const char* voters = report.sensorOriginUsed                               ? "towards the file's own viewpoint"
+                         : report.vote == pcl::mrf::OrientationVote::sensor    ? "towards the sensors"
                          : report.vote == pcl::mrf::OrientationVote::reference ? "by the input's normals"
                                                                                : "outward";
     text += format(", oriented %s", voters);

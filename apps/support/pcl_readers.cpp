@@ -14,6 +14,7 @@
 #include <cstring>
 #include <exception>
 #include <limits>
+#include <optional>
 
 namespace mrf_apps {
 namespace {
@@ -159,9 +160,19 @@ struct PcdHeader {
   std::size_t fields = 0;
   double points = -1;
   double bytesPerPoint = 0;
+  Eigen::Vector3d viewpoint = Eigen::Vector3d::Zero();
+  double height = 1;
   std::string data;
   std::size_t lines = 0; ///< up to and including DATA
 };
+
+/// Where the sensor was: zero is also what no one has set, unless the cloud is an image as the sensor saw it.
+std::optional<Eigen::Vector3d> sensorOriginOf(const PcdHeader& header)
+{
+  if (!header.viewpoint.allFinite() || (header.viewpoint.isZero(0) && !(header.height > 1)))
+    return {};
+  return header.viewpoint;
+}
 
 PcdHeader parsePcdHeader(const std::string& path, const std::string& text)
 {
@@ -191,6 +202,10 @@ PcdHeader parsePcdHeader(const std::string& path, const std::string& text)
       }
     } else if (words[0] == "POINTS" && !numbers.empty())
       header.points = numbers[0];
+    else if (words[0] == "HEIGHT" && !numbers.empty())
+      header.height = numbers[0];
+    else if (words[0] == "VIEWPOINT" && numbers.size() == 7) // with a rotation, as a quaternion
+      header.viewpoint = {numbers[0], numbers[1], numbers[2]};
     else if (words[0] == "DATA" && words.size() > 1)
       header.data = words[1];
   }
@@ -242,8 +257,11 @@ PointTable readPcd(const std::string& path, const std::string& text)
     // The reader goes on after a header that it could not make sense of, and crashes.
     if (reader.readHeader(path, cloud, origin, orientation, version, dataType, dataIndex) >= 0 && isWhole(cloud) &&
         unpacksToSize(cloud, dataType, text, dataIndex) &&
-        reader.read(path, cloud, origin, orientation, version) >= 0 && isWhole(cloud))
-      return toTable(path, cloud);
+        reader.read(path, cloud, origin, orientation, version) >= 0 && isWhole(cloud)) {
+      PointTable table = toTable(path, cloud);
+      table.sensorOrigin = sensorOriginOf(header);
+      return table;
+    }
   } catch (const FileError&) {
     throw;
   } catch (const std::exception&) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct PointTable {
   std::vector<Eigen::Vector3f> normals;
   std::vector<std::array<std::uint8_t, 3>> colours;
   std::map<std::string, std::vector<float>> scalars; ///< every other column, by its name in the file
+  std::optional<Eigen::Vector3d> sensorOrigin;       ///< where the sensor was, if the file says so
   std::vector<std::string> notes;                    ///< what the user should know about how the file was understood
 
   std::size_t size() const { return positions.size(); }

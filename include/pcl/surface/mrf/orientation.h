@@ -20,6 +20,7 @@ struct OrientationOptions {
   float minComponentShare = .003f; ///< drop components with a smaller share of the points, [0, 1); the paper: 1 %,
                                    ///< which costs ends of limbs that a hole cuts off
   float lowAgreement = .75f; ///< report a warning below this agreement, [0, 1]
+  bool sensorOrigin = true;  ///< the origin that a cloud names is its sensor, if it is not zero or the cloud is organized
 };
 
 /// The option, or its automatic value, cloud's unit.
