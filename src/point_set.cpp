@@ -11,6 +11,7 @@ PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
   kept.normals = selectValues(points.normals, keep);
   kept.confidences = selectValues(points.confidences, keep);
   kept.views = selectValues(points.views, keep);
+  kept.spacings = selectValues(points.spacings, keep);
   kept.origins = selectValues(points.origins, keep);
   kept.sensors = points.sensors;
   kept.offset = points.offset;

@@ -15,9 +15,6 @@ namespace {
 /// Points per piece of parallel work.
 constexpr std::int64_t grain = 1 << 14;
 
-/// On a uniformly sampled surface the mean nearest distance is this share of the distance to the 8th neighbour.
-constexpr float nearestToEighth = 0.313f;
-
 std::vector<Eigen::Vector3f> distinct(std::vector<Eigen::Vector3f> positions)
 {
   std::sort(positions.begin(), positions.end(), [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
@@ -72,6 +69,16 @@ NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSear
                          });
   distances.hasCoincident = hasCoincident;
   return distances;
+}
+
+std::vector<float> localSpacings(const NeighbourDistances& distances)
+{
+  if (distances.eighth.size() <= measuredNeighbours)
+    return {};
+  std::vector<float> spacings(distances.eighth.size());
+  std::transform(distances.eighth.begin(), distances.eighth.end(), spacings.begin(),
+                 [](float distance) { return nearestToEighth * distance; });
+  return spacings;
 }
 
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution)

@@ -33,6 +33,7 @@ const std::vector<Case> cases = {
     {{"--noise-eigenvalue", "0.25"}, "/options/normals/maxThirdEigenvalue", .25},
     {{"--noise-distance", "0.5"}, "/options/normals/maxPlaneDistance", .5},
     {{"--orientation-distance", "0.5"}, "/options/orientation/neighbourDistance", .5},
+    {{"--local-distance", "off"}, "/options/orientation/localDistance", false},
     {{"--orientation-angle", "30"}, "/options/orientation/maxAngle", 30},
     {{"--join-creases", "off", "--orientation-angle", "60"}, "/options/orientation/joinAcrossCreases", false},
     {{"--min-component", "0.25"}, "/options/orientation/minComponentShare", .25},

@@ -123,8 +123,8 @@ pcl::mrf::PointSet gatherPoints(Input& input, const pcl::mrf::Options& options, 
   if (source == NormalSource::estimate)
     normals = {};
   const bool normalsNeeded = source == NormalSource::automatic || source == NormalSource::use;
-  pcl::mrf::PointSet points = pcl::mrf::gather(positions, normals, input.confidences, input.views, sensors,
-                                               normalsNeeded, counts, execution);
+  pcl::mrf::PointSet points =
+      pcl::mrf::gather(positions, normals, input.confidences, input.views, sensors, normalsNeeded, counts, execution);
   points.hasSensorOrigin = input.hasSensorOrigin;
   return points;
 }

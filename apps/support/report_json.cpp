@@ -34,6 +34,7 @@ Json toJson(const Options& options)
             {"maxPlaneDistance", normals.maxPlaneDistance}}},
           {"orientation",
            {{"neighbourDistance", orientation.neighbourDistance},
+            {"localDistance", orientation.localDistance},
             {"maxAngle", orientation.maxAngle},
             {"joinAcrossCreases", orientation.joinAcrossCreases},
             {"minComponentShare", orientation.minComponentShare},
@@ -105,7 +106,9 @@ Json toJson(const OrientationResult& orientation)
           {"componentsFlipped", orientation.componentsFlipped},
           {"pointsDropped", orientation.pointsDropped},
           {"pointsFlipped", orientation.pointsFlipped},
-          {"agreement", orientation.agreement}};
+          {"agreement", orientation.agreement},
+          {"openShare", orientation.openShare},
+          {"sideIsGuessed", orientation.sideIsGuessed}};
 }
 
 Json toJson(const SmoothingChoice& choice)

@@ -98,8 +98,8 @@ std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& in
   return values;
 }
 
-/// Where the sensor of a cloud was, in the cloud's frame, if the cloud says so: zero is also what no one has set, unless
-/// the cloud is organized, that is, an image as the sensor saw it.
+/// Where the sensor of a cloud was, in the cloud's frame, if the cloud says so: zero is also what no one has set,
+/// unless the cloud is organized, that is, an image as the sensor saw it.
 template <typename PointNT>
 std::optional<Eigen::Vector3d> sensorOriginOf(const PointCloud<PointNT>& cloud)
 {
@@ -184,8 +184,7 @@ void MRFReconstruction<PointNT>::gatherAndRun()
   if (const auto origin = mrf::detail::sensorOriginOf(*input_);
       origin && sensors.empty() && options_.orientation.sensorOrigin)
     sensors.push_back(*origin);
-  mrf::PointSet points =
-      mrf::gather(positions, normals, confidences, views, sensors, normalsNeeded, counts, execution);
+  mrf::PointSet points = mrf::gather(positions, normals, confidences, views, sensors, normalsNeeded, counts, execution);
   points.hasSensorOrigin = sensors.size() > sensors_.size();
   // Millions of points need the room.
   positions = {};

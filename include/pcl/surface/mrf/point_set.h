@@ -17,6 +17,7 @@ struct PointSet {
   std::vector<Eigen::Vector3f> normals; ///< from the cloud, unit length; empty: the cloud has none or they are ignored
   std::vector<float> confidences;       ///< the scanner's, 0..1; empty: 1 everywhere
   std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
+  std::vector<float> spacings;          ///< local sampling distance, see localSpacings; empty: not measured
   std::vector<std::uint32_t> origins;   ///< index of each point in the cloud it came from
   std::vector<Eigen::Vector3f> sensors; ///< sensor positions, in the same recentred frame; empty: unknown
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to a position to be back in the cloud's frame

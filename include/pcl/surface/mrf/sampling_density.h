@@ -22,6 +22,9 @@ struct SamplingDensity {
 /// Nearest others of each point that NeighbourDistances tell of.
 constexpr int measuredNeighbours = 8;
 
+/// On a randomly sampled surface the mean nearest distance is this share of the distance to the 8th neighbour.
+constexpr float nearestToEighth = .313f;
+
 /// Distances from each point to its nearest others, cloud's unit: what the sampling density and the outlier filter are
 /// made of. One entry per point.
 struct NeighbourDistances {
@@ -34,6 +37,11 @@ struct NeighbourDistances {
 /// \param search holds exactly points.positions
 /// Cost: one 9-neighbour query per point.
 NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution);
+
+/// Local sampling distances: .313 times the distance to the 8th neighbour, the mean nearest distance of random points of
+/// that density. Range data thin out with distance and angle, by factors of five in one Kinect frame.
+/// \return one per point; empty if there are too few points to tell
+std::vector<float> localSpacings(const NeighbourDistances& distances);
 
 /// Estimates the sampling density.
 ///
