@@ -161,10 +161,10 @@ OrientationVote chooseVote(const PointSet& points, const Options& options, const
 void warnOfGuess(Report& report)
 {
   std::ostringstream text;
-  text.precision(2);
-  text << "the surface is open (" << 100 * report.orientation.openShare
-       << " % of it enclose no volume) and nothing tells which side of it is the outside: the side that was taken is a "
-          "guess; give the sensor's position (--sensor, setSensorPosition), a cloud with a sensor origin, or normals";
+  text << "the surface is open (" << std::lround(100 * report.orientation.openShare)
+       << " % of it encloses no volume), and nothing tells which side is the outside: the side that was taken is a "
+          "guess; give the sensor's position (--sensor, setSensorPosition), a cloud that knows its sensor origin, or "
+          "normals";
   report.warnings.push_back(text.str());
 }
 

@@ -36,7 +36,7 @@ void addInputOptions(OptionParser& parser, Command& command)
                 "estimate anew");
   parser.number("--normal-radius", "LENGTH", length, field(&Options::normals, &NormalOptions::radius),
                 "neighbourhood of the plane fit",
-                "the 16 nearest points, more where they lie on a line, or by --noise");
+                "the 13 nearest points, more where they are rough or lie on a line, or by --noise");
   CLI::Option* sensor = parser
                             .add("--sensor", "X,Y,Z", "position of a sensor, which normals are turned to; repeatable",
                                  [&command](const std::string& text) {

@@ -98,7 +98,7 @@ std::string normals(const Report& report)
                                                                                : "outward";
     text += format(", oriented %s", voters);
     text += report.vote == pcl::mrf::OrientationVote::outward
-                ? ""
+                ? report.orientation.sideIsGuessed ? " or to one side, which is a guess" : ""
                 : format(" (agreement %.1f %%)", 100 * report.orientation.agreement);
   }
   return text + ", " + counted(report.orientation.components, "component", "components");

@@ -47,10 +47,11 @@ float resolvedRadius(const NormalOptions& options, float spacing);
 /// Fits a plane to the neighbours of each point, as pcl::NormalEstimation does and with PCL's covariance and eigenvalue
 /// functions, but in double precision.
 ///
-/// Automatic neighbourhoods are the 16 nearest points, wherever they are. They double while the points nearly lie on a
-/// line (second eigenvalue under a tenth of the first), as those of one ring of a lidar or one line of a scanner do, up
-/// to some 16,000 points; above 32 they are represented by every fourth, sixteenth, ... point. Noise widens them to
-/// four standard deviations, and to where the normal is off by about 5°.
+/// Automatic neighbourhoods are the 13 nearest points, wherever they are, twice as many where those are rough (third
+/// eigenvalue over 1/16 of the second). They double while the points nearly lie on a line (second eigenvalue under a
+/// tenth of the first), as those of one ring of a lidar or one line of a scanner do, up to some 16,000 points; above 32
+/// they are represented by every fourth, sixteenth, ... point. Noise that is known widens them to four standard
+/// deviations, and to where the normal is off by about 5°.
 ///
 /// With a radius, a point with fewer than 12 neighbours inside it, itself included, takes its 12 nearest instead:
 /// randomly sampled surfaces have 6 on average within 2.5 l̄, which is too few for a normal under noise.

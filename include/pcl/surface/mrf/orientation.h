@@ -81,11 +81,11 @@ enum class OrientationVote {
 /// whose piece of smooth surface has fewer than 50 is turned as its own view, or reference, says.
 ///
 /// The outward vote is right for components that enclose a volume; those inside an odd number of others are the walls
-/// of cavities, and are turned inward. A component is open if |Σ A n|, which its border alone decides, exceeds a
-/// quarter of Σ A; holes of a scanned object do not reach that. Open components that form one height field, as what one
-/// scanner sees does, are all turned to one side of it: to where the points lie closer in depth, as they do near a
-/// scanner, or else outward if that is decisive, or else to the positive side of its axis. All of that is a guess.
-/// Components of under 50 points follow the nearest larger one where it is close.
+/// of cavities, and are turned inward. A component is open if |Σ A n|, which its border alone decides, exceeds .18
+/// Σ A; holes of up to 22 % of an object's diagonal do not reach that. Open components that form one height field, as
+/// what one scanner sees does, are all turned to one side of it: to where the points lie closer in depth, as they do
+/// near a scanner, or else outward if that is decisive, or else to the positive side of its axis. All of that is a
+/// guess. Components of under 50 points follow the nearest larger one where it is close.
 ///
 /// Without a vote no sign is changed, and the components are those of all edges up to the neighbour distance.
 ///
