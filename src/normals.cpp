@@ -11,8 +11,30 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Neighbourhoods of fewer points, the point itself included, are extended to so many.
+/// Neighbourhoods inside a radius of fewer points, the point itself included, are extended to so many.
 constexpr int fewestNeighbours = 12;
+
+/// Automatic neighbourhoods, the point itself included, before they have to grow: as many as the search finds for all
+/// points at once.
+constexpr int nearestNeighbours = 13;
+
+/// A neighbourhood is flat if the third eigenvalue is less than this share of the second: noise of an eighth of its
+/// radius. Twice as many points average the noise of one that is not.
+constexpr double flatThird = 1.0 / 16;
+
+/// A neighbourhood is as wide as a plane needs if the second eigenvalue has this share of the first. A disc has 1, a
+/// half one at a border .28; the nearest points of a lidar's ring, of one line, have next to nothing.
+constexpr double soundSecond = .1;
+
+/// Neighbourhoods that stand for more points consist of every fourth, sixteenth, ... point, so that none costs more.
+/// Under noise the mean of many counts, else the extent alone.
+constexpr std::size_t mostToGrow = 32, mostUnderNoise = 128;
+
+/// Points that the widest neighbourhood stands for: rings of a lidar lie up to some fifty points apart.
+constexpr std::size_t widestNeighbourhood = 1 << 14;
+
+/// Points per piece of parallel work.
+constexpr std::int64_t grain = 1024;
 
 /// Neighbours lie on a line if the second eigenvalue is at most this share of the first, that is, if they are 10⁴
 /// times as long as wide: about what rounding to single precision makes of a line that is short within its cloud.
@@ -22,6 +44,12 @@ struct Plane {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero(); ///< zero if the neighbours do not span a plane
   double thirdShare = 0;
   double distance = 0;
+  double secondToFirst = 0; ///< ratio of eigenvalues
+
+  double thirdToSecond = 0;
+
+  bool isSound() const { return secondToFirst >= soundSecond; }
+  bool isFlat() const { return thirdToSecond < flatThird; }
 };
 
 /// What pcl::NormalEstimation does per point, with PCL's closed form of the eigenvalues, but in double precision: its
@@ -67,6 +95,8 @@ Plane fitPlane(const std::vector<Eigen::Vector3f>& positions, const std::uint32_
   plane.normal = normal;
   plane.thirdShare = std::max(values[0], 0.0);
   plane.distance = std::abs(normal.dot(mean));
+  plane.secondToFirst = values[1] / values[2];
+  plane.thirdToSecond = plane.thirdShare / values[1];
   return plane;
 }
 
@@ -90,45 +120,190 @@ void validate(const NormalOptions& options)
     refuse("maxPlaneDistance", options.maxPlaneDistance, ">= 0 (0 = the sampling distance)");
 }
 
+float resolvedRadius(const NormalOptions& options, float spacing)
+{
+  return options.radius == 0 && options.noiseCriteria ? 2.5f * spacing : options.radius;
+}
+
+namespace {
+
+/// Where the planes are written to.
+class Estimates {
+public:
+  Estimates(NormalEstimates& estimates, std::size_t count, const NormalOptions& options, float spacing)
+      : estimates_(estimates), options_(options),
+        maxPlaneDistance_(options.maxPlaneDistance > 0 ? options.maxPlaneDistance : spacing)
+  {
+    estimates_.normals.assign(count, Eigen::Vector3f::Zero());
+    estimates_.thirdEigenvalueShare.assign(count, 0);
+    estimates_.planeDistances.assign(count, 0);
+    estimates_.isNoise.assign(count, 0);
+  }
+
+  void set(std::size_t i, const Plane& plane)
+  {
+    estimates_.normals[i] = plane.normal.cast<float>();
+    estimates_.thirdEigenvalueShare[i] = static_cast<float>(plane.thirdShare);
+    estimates_.planeDistances[i] = static_cast<float>(plane.distance);
+    if (options_.noiseCriteria)
+      estimates_.isNoise[i] =
+          plane.thirdShare > options_.maxThirdEigenvalue || plane.distance > maxPlaneDistance_ ? 1 : 0;
+  }
+
+private:
+  NormalEstimates& estimates_;
+  const NormalOptions& options_;
+  float maxPlaneDistance_;
+};
+
+/// The number of neighbours at the front of a batch's answer that exist.
+std::size_t numberFound(const float* squared, std::size_t k)
+{
+  return static_cast<std::size_t>(std::find_if(squared, squared + k, [](float s) { return !std::isfinite(s); }) -
+                                  squared);
+}
+
+/// Planes of the neighbours inside one radius for all points, as in the paper.
+void fitWithin(const PointSet& points, const NeighbourSearch& search, float radius, Estimates& estimates,
+               Execution& execution)
+{
+  // In this order because most neighbourhoods of unevenly sampled clouds are small, and then one query is enough.
+  search.forEachPosition(points.positions, fewestNeighbours, NeighbourSearch::Answer::indicesAndDistances, execution,
+                         [&](const NeighbourBatch& batch) {
+                           Neighbours found;
+                           for (std::size_t q = 0; q < batch.size; ++q) {
+                             const std::size_t i = batch.positions[q];
+                             const Eigen::Vector3f& position = points.positions[i];
+                             const float* squared = batch.squaredDistances + q * batch.k;
+                             if (squared[batch.k - 1] < radius * radius) {
+                               const int number = search.within(position, radius, found);
+                               const std::vector<std::uint32_t> indices(found.indices.begin(),
+                                                                        found.indices.begin() + number);
+                               estimates.set(i, fitPlane(points.positions, indices.data(), indices.size(), position));
+                             } else
+                               estimates.set(i, fitPlane(points.positions, batch.indices + q * batch.k,
+                                                         numberFound(squared, batch.k), position));
+                           }
+                         });
+}
+
+/// Points that a neighbourhood needs under noise: a radius of four standard deviations, so that it is flat, and of
+/// 3.6 √(σ s), where the normal of a disc of points s apart is off by 5° (its variance is 4 σ² s² / π r⁴).
+std::size_t sizeUnderNoise(double noise, double eighthDistance)
+{
+  if (!(noise > 0) || !(eighthDistance > 0))
+    return nearestNeighbours;
+  constexpr auto pi = static_cast<double>(EIGEN_PI);
+  // A ball of eight points within the noise holds this share of those that the surface has above and below it.
+  const double share = std::min(1.0, 4 / (3 * std::sqrt(2 * pi)) * eighthDistance / noise);
+  const double squaredSpacing = share * pi / 8 * eighthDistance * eighthDistance;
+  const double squaredRadius = std::max(16 * noise * noise, 13 * noise * std::sqrt(squaredSpacing));
+  return static_cast<std::size_t>(std::clamp<double>(pi * squaredRadius / squaredSpacing, nearestNeighbours,
+                                                     static_cast<double>(widestNeighbourhood)));
+}
+
+/// A point whose neighbourhood has to be larger than the nearest points.
+struct Growing {
+  std::uint32_t point = 0;
+  std::size_t size = 0; ///< points that the next neighbourhood stands for
+  Plane best;
+};
+
+/// Planes of the nearest points; those that need more are left in `growing`, in the order of the points.
+void fitNearest(const PointSet& points, const NeighbourSearch& search, float noise, Estimates& estimates,
+                std::vector<Growing>& growing, Execution& execution)
+{
+  constexpr std::size_t eighth = 8;
+  std::vector<std::uint16_t> sizes(points.size(), 0);
+  search.forEachPosition(points.positions, nearestNeighbours, NeighbourSearch::Answer::indicesAndDistances, execution,
+                         [&](const NeighbourBatch& batch) {
+                           for (std::size_t q = 0; q < batch.size; ++q) {
+                             const std::size_t i = batch.positions[q];
+                             const float* squared = batch.squaredDistances + q * batch.k;
+                             const std::size_t number = numberFound(squared, batch.k);
+                             const Plane plane =
+                                 fitPlane(points.positions, batch.indices + q * batch.k, number, points.positions[i]);
+                             estimates.set(i, plane);
+                             std::size_t size = number > eighth ? sizeUnderNoise(noise, std::sqrt(squared[eighth])) : 0;
+                             if (size <= nearestNeighbours)
+                               size = !plane.isSound() ? nearestNeighbours : plane.isFlat() ? 0 : 2 * nearestNeighbours;
+                             sizes[i] = static_cast<std::uint16_t>(size);
+                           }
+                         });
+  for (std::uint32_t i = 0; i < sizes.size(); ++i)
+    if (sizes[i] > 0)
+      growing.push_back({i, sizes[i], {}});
+}
+
+/// Neighbourhoods that double until their planes are sound; where none is, the one with the best second eigenvalue,
+/// the nearest points' own among them, counts.
+void grow(const PointSet& points, const NeighbourSearch& search, float noise, std::vector<Growing>& growing,
+          Estimates& estimates, Execution& execution)
+{
+  const std::size_t most = noise > 0 ? mostUnderNoise : mostToGrow;
+  const std::size_t widest = std::min(widestNeighbourhood, points.size());
+  std::vector<Eigen::Vector3f> thinned;
+  std::unique_ptr<NeighbourSearch> thinnedSearch;
+  for (std::size_t share = 1; !growing.empty() && share * nearestNeighbours / 2 < widest; share *= 4) {
+    if (share > 1) {
+      thinned.clear();
+      for (std::size_t i = 0; i < points.size(); i += share)
+        thinned.push_back(points.positions[i]);
+      thinnedSearch = makePointBins();
+      thinnedSearch->setPoints(thinned, execution);
+    }
+    const std::vector<Eigen::Vector3f>& positions = share > 1 ? thinned : points.positions;
+    const NeighbourSearch& own = share > 1 ? *thinnedSearch : search;
+    execution.forRange(static_cast<std::int64_t>(growing.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+      Neighbours found;
+      std::vector<std::uint32_t> indices;
+      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+        Growing& now = growing[n];
+        const Eigen::Vector3f& position = points.positions[now.point];
+        for (; now.size <= share * most && !now.best.isSound(); now.size *= 2) {
+          const int number = own.nearest(position, static_cast<int>(now.size / share), found);
+          indices.assign(found.indices.begin(), found.indices.begin() + number);
+          const Plane plane = fitPlane(positions, indices.data(), indices.size(), position);
+          if (plane.secondToFirst > now.best.secondToFirst)
+            now.best = plane;
+          if (now.size >= widest)
+            break;
+        }
+      }
+    });
+    execution.poll();
+    const auto isDone = [&](const Growing& now) {
+      if (!now.best.isSound() && now.size < widest)
+        return false;
+      if (now.best.secondToFirst > 0)
+        estimates.set(now.point, now.best);
+      return true;
+    };
+    growing.erase(std::remove_if(growing.begin(), growing.end(), isDone), growing.end());
+  }
+  for (const Growing& now : growing)
+    if (now.best.secondToFirst > 0)
+      estimates.set(now.point, now.best);
+}
+
+} // namespace
+
 NormalEstimates estimateNormals(const PointSet& points, const NeighbourSearch& search, float spacing,
-                                const NormalOptions& options, Execution& execution)
+                                const NormalOptions& options, Execution& execution, float noise)
 {
   validate(options);
-  const float radius = options.radius > 0 ? options.radius : 2.5f * spacing;
-  const float maxPlaneDistance = options.maxPlaneDistance > 0 ? options.maxPlaneDistance : spacing;
-  NormalEstimates estimates;
-  estimates.normals.assign(points.size(), Eigen::Vector3f::Zero());
-  estimates.thirdEigenvalueShare.assign(points.size(), 0);
-  estimates.planeDistances.assign(points.size(), 0);
-  estimates.isNoise.assign(points.size(), 0);
-  // In this order because most neighbourhoods of unevenly sampled clouds are small, and then one query is enough.
-  search.forEachPosition(
-      points.positions, fewestNeighbours, NeighbourSearch::Answer::indicesAndDistances, execution,
-      [&](const NeighbourBatch& batch) {
-        Neighbours found;
-        for (std::size_t q = 0; q < batch.size; ++q) {
-          const std::size_t i = batch.positions[q];
-          const Eigen::Vector3f& position = points.positions[i];
-          const float* squared = batch.squaredDistances + q * batch.k;
-          Plane plane;
-          if (squared[batch.k - 1] < radius * radius) {
-            const int number = search.within(position, radius, found);
-            const std::vector<std::uint32_t> indices(found.indices.begin(), found.indices.begin() + number);
-            plane = fitPlane(points.positions, indices.data(), indices.size(), position);
-          } else {
-            const auto number = static_cast<std::size_t>(
-                std::find_if(squared, squared + batch.k, [](float s) { return !std::isfinite(s); }) - squared);
-            plane = fitPlane(points.positions, batch.indices + q * batch.k, number, position);
-          }
-          estimates.normals[i] = plane.normal.cast<float>();
-          estimates.thirdEigenvalueShare[i] = static_cast<float>(plane.thirdShare);
-          estimates.planeDistances[i] = static_cast<float>(plane.distance);
-          if (options.noiseCriteria)
-            estimates.isNoise[i] =
-                plane.thirdShare > options.maxThirdEigenvalue || plane.distance > maxPlaneDistance ? 1 : 0;
-        }
-      });
-  return estimates;
+  NormalEstimates result;
+  Estimates estimates(result, points.size(), options, spacing);
+  const float radius = resolvedRadius(options, spacing);
+  if (radius > 0) {
+    fitWithin(points, search, radius, estimates, execution);
+    return result;
+  }
+  std::vector<Growing> growing;
+  fitNearest(points, search, noise, estimates, growing, execution);
+  execution.poll();
+  grow(points, search, noise, growing, estimates, execution);
+  return result;
 }
 
 } // namespace mrf

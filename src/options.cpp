@@ -17,6 +17,7 @@ Options paperPreset()
   options.outliers.statistical = true;
   options.normals.noiseCriteria = true;
   options.orientation.joinAcrossCreases = false;
+  options.orientation.localDistance = false;
   options.orientation.minComponentShare = .01f;
   options.observation.estimate = Estimate::median;
   options.observation.confidenceShape = ConfidenceShape::linear;

@@ -3,6 +3,7 @@
 
 #include "disjoint_points.h"
 #include "orientation_graph.h"
+#include "orientation_sides.h"
 
 #include <Eigen/Geometry>
 
@@ -27,34 +28,18 @@ constexpr float smoothQuality = .95f;
 /// Pieces of fewer points are too small for a vote of their own.
 constexpr std::uint32_t smallestVotingPiece = 12;
 
-/// A partition of the points: the set of each, numbered by their smallest elements.
-struct Partition {
-  std::vector<std::uint32_t> set;
-  std::vector<std::uint32_t> sizes; ///< per set
+/// Pieces of fewer points, as at the edges of what a sensor sees, do not overrule what their points say.
+constexpr std::uint32_t smallestLeadingPiece = 50;
 
-  /// \param root the same for all elements of a set, some element of it
-  template <typename Root>
-  Partition(std::size_t count, const Root& root) : set(count)
-  {
-    constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-    std::vector<std::uint32_t> numbers(count, none); // at the roots
-    for (std::uint32_t i = 0; i < count; ++i) {
-      std::uint32_t& number = numbers[root(i)];
-      if (number == none) {
-        number = static_cast<std::uint32_t>(sizes.size());
-        sizes.push_back(0);
-      }
-      set[i] = number;
-      ++sizes[number];
-    }
-  }
+/// A point that its sensor saw from behind by more than this cosine has the wrong sign: 4°, as far as an estimated
+/// normal may be off.
+constexpr double decisiveCosine = .07;
 
-  /// Whether i is the smallest element of its set.
-  bool isFirst(std::size_t i, std::vector<std::uint8_t>& seen) const
-  {
-    return std::exchange(seen[set[i]], std::uint8_t{1}) == 0;
-  }
-};
+/// Trees of fewer points are too small to be taken for a side of a thin object.
+constexpr double smallestSide = 100;
+
+/// Of the automatic local distance: 2.5 /√ρ with ρ points per area.
+constexpr float reachInSpacings = 5;
 
 /// Which of the normals have to be turned for each component to be consistent; most keep the sign they came with, so
 /// that flips mean something where normals were given.
@@ -114,7 +99,7 @@ public:
     if (vote_ == OrientationVote::reference)
       return sign(normals_[i].dot(points_.normals[i]));
     if (vote_ == OrientationVote::sensor)
-      return sign(normals_[i].dot(sensorOf(points_, i) - points_.positions[i]));
+      return towardsSensor(i);
     const Eigen::Vector4d& moment = moments_[components_.set[i]];
     if (!(moment.w() > 0))
       return {};
@@ -127,6 +112,15 @@ public:
   }
 
 private:
+  /// By the cosine: a surface seen at a grazing angle hardly tells which side it shows.
+  Vote towardsSensor(std::size_t i) const
+  {
+    const Eigen::Vector3f sight = sensorOf(points_, i) - points_.positions[i];
+    const double length = sight.norm();
+    const double cosine = length > 0 ? normals_[i].dot(sight) / length : 0;
+    return {cosine, std::abs(cosine)};
+  }
+
   const PointSet& points_;
   const std::vector<Eigen::Vector3f>& normals_;
   const std::vector<float>& areas_;
@@ -164,13 +158,12 @@ std::vector<Tally> tally(const Partition& partition, const Voters& vote)
 /// nearly all of them to one component. An edge between two components ends at a point outside of the largest one, so
 /// looking at all edges of those finds the rest.
 OrientationResult findComponents(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                                 const NeighbourSearch& search, float distance, float minCosine,
+                                 const NeighbourSearch& search, const Reach& reach, float minCosine,
                                  const OrientationOptions& options, Execution& execution)
 {
   constexpr std::size_t following = 8;
   constexpr int edgesToFollowing = 2; // more cost as much as they save
   const std::size_t count = points.size();
-  const float limit = distance * distance;
   DisjointPoints joined(count), smooth(count);
   /// \return whether the normals of both agree
   const auto join = [&](std::uint32_t i, std::uint32_t j) {
@@ -193,7 +186,7 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       int edges = 0;
       for (std::size_t j = i + 1; j < std::min(i + 1 + following, count) && edges < edgesToFollowing; ++j)
-        if ((points.positions[j] - points.positions[i]).squaredNorm() <= limit &&
+        if (reach.joins(i, j, (points.positions[j] - points.positions[i]).squaredNorm()) &&
             join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)))
           ++edges;
     }
@@ -202,14 +195,15 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
 
   // Other threads' joins may make a point unwanted just before its turn: then its edges are known.
   const auto joinAllEdges = [&](const auto& isWanted) {
-    const float closed = std::nextafter(distance, std::numeric_limits<float>::max());
     execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
       Neighbours found;
       for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
         if (!normals[i].isZero() && isWanted(i)) {
-          search.within(points.positions[i], closed, found);
-          for (const int neighbour : found.indices)
-            join(i, static_cast<std::uint32_t>(neighbour));
+          search.within(points.positions[i], std::nextafter(reach.of(i), std::numeric_limits<float>::max()), found);
+          for (std::size_t n = 0; n < found.indices.size(); ++n)
+            if (const auto j = static_cast<std::uint32_t>(found.indices[n]);
+                reach.joins(i, j, found.squaredDistances[n]))
+              join(i, j);
         }
     });
     execution.poll();
@@ -243,6 +237,23 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
   result.componentsDropped = sumOver([&](std::uint32_t i) { return joined.find(i) == i && sizes[i] < smallest; });
   result.componentsAtCreases = sumOver([&](std::uint32_t i) { return smooth.find(i) == i; });
   return result;
+}
+
+/// How far the points look for neighbours.
+Reach reachOf(const PointSet& points, const NeighbourSearch& search, const SamplingDensity& density,
+              const OrientationOptions& options, Execution& execution)
+{
+  const float distance = resolvedNeighbourDistance(options, density);
+  if (options.neighbourDistance > 0 || !options.localDistance)
+    return Reach(distance);
+  std::vector<float> reaches = points.spacings.size() == points.size()
+                                   ? points.spacings
+                                   : localSpacings(points, measureNeighbours(points, search, execution), execution);
+  if (reaches.size() != points.size())
+    return Reach(distance);
+  for (float& reach : reaches)
+    reach *= reachInSpacings;
+  return Reach(std::move(reaches));
 }
 
 template <typename Value>
@@ -280,9 +291,11 @@ void validate(const OrientationOptions& options)
 
 float resolvedNeighbourDistance(const OrientationOptions& options, const SamplingDensity& density)
 {
-  return options.neighbourDistance > 0
-             ? options.neighbourDistance
-             : std::max(density.spacing + 6 * density.nearestDeviation, 2.5f * density.spacing);
+  if (options.neighbourDistance > 0)
+    return options.neighbourDistance;
+  if (options.localDistance && density.eighthMedian > 0)
+    return reachInSpacings * nearestToEighth * density.eighthMedian;
+  return std::max(density.spacing + 6 * density.nearestDeviation, 2.5f * density.spacing);
 }
 
 OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
@@ -292,18 +305,18 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   validate(options);
   checkInput(points, normals, vote);
   const std::size_t count = points.size();
-  const float distance = resolvedNeighbourDistance(options, density);
+  const Reach reach = reachOf(points, search, density, options, execution);
 
   const auto minCosine = static_cast<float>(std::cos(options.maxAngle * EIGEN_PI / 180));
   if (vote == OrientationVote::none)
-    return findComponents(points, normals, search, distance, minCosine, options, execution);
+    return findComponents(points, normals, search, reach, minCosine, options, execution);
 
   const bool knowsViews = vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1);
   const bool piecesVote = vote == OrientationVote::reference || knowsViews;
   DisjointPoints withinAngle(count), smooth(piecesVote ? count : 0);
   std::optional<OrientationGraph> graph;
   graph.emplace(
-      points, normals, search, distance, minCosine,
+      points, normals, search, reach, minCosine,
       [&](const Edge& edge) {
         if (edge.withinAngle)
           withinAngle.join(edge.a, edge.b);
@@ -318,8 +331,8 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
       [&](const Edge& edge, SignedForest& trees) {
         if (edge.acrossSheets)
           // Without a vote from outside, two sheets can only be taken for the two sides of one object.
-          return options.joinAcrossCreases && vote == OrientationVote::outward && trees.size(edge.a) >= smallest &&
-                 trees.size(edge.b) >= smallest;
+          return options.joinAcrossCreases && vote == OrientationVote::outward &&
+                 std::min(trees.size(edge.a), trees.size(edge.b)) >= std::max(smallest, smallestSide);
         return options.joinAcrossCreases || edge.withinAngle;
       },
       execution);
@@ -354,9 +367,18 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   const Voters voters(points, result.normals, areas, components, vote);
 
   const std::vector<Tally> tallies = tally(components, voters);
+  std::vector<std::uint8_t> isTurned(tallies.size());
+  std::transform(tallies.begin(), tallies.end(), isTurned.begin(),
+                 [](const Tally& own) { return own.balance < 0 ? std::uint8_t{1} : std::uint8_t{0}; });
+  if (vote == OrientationVote::outward) {
+    const Sides sides = chooseSides(points, result.normals, areas, components, isTurned, reach, search, execution);
+    isTurned = sides.isTurned;
+    result.openShare = sides.openShare;
+    result.sideIsGuessed = sides.isGuess;
+  }
   std::fill(seen.begin(), seen.end(), std::uint8_t{0});
   for (std::size_t i = 0; i < count; ++i)
-    if (tallies[components.set[i]].balance < 0) {
+    if (isTurned[components.set[i]]) {
       turn(i);
       result.componentsFlipped += components.isFirst(i, seen) && result.keep[i];
     }
@@ -370,6 +392,10 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
         turn(i);
         result.piecesFlipped += pieces.isFirst(i, seen) && result.keep[i];
       }
+    const double decisive = knowsViews ? decisiveCosine : 1;
+    for (std::size_t i = 0; i < count; ++i)
+      if (voters(i).value < (pieces.sizes[pieces.set[i]] < smallestLeadingPiece ? 0 : -decisive))
+        turn(i);
   }
 
   double agreeing = 0, total = 0;

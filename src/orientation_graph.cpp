@@ -58,29 +58,29 @@ bool SignedForest::join(std::uint32_t i, std::uint32_t j, bool opposite)
 }
 
 OrientationGraph::OrientationGraph(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                                   const NeighbourSearch& search, float distance, float minCosine,
+                                   const NeighbourSearch& search, const Reach& reach, float minCosine,
                                    const std::function<void(const Edge&)>& visit, Execution& execution)
     : positions_(points.positions), normals_(normals), minCosine_(minCosine),
       neighbours_(points.size() * maxNeighbours, noPoint), areas_(points.size(), 0)
 {
-  findNeighbours(search, distance, execution);
+  findNeighbours(search, reach, execution);
   execution.poll();
   DisjointPoints connected(points.size());
   sortIntoBuckets(visit, connected, execution);
   execution.poll();
-  connectPieces(search, distance, visit, connected, execution);
+  connectPieces(search, reach, visit, connected, execution);
 }
 
-void OrientationGraph::findNeighbours(const NeighbourSearch& search, float distance, Execution& execution)
+void OrientationGraph::findNeighbours(const NeighbourSearch& search, const Reach& reach, Execution& execution)
 {
-  const float limit = distance * distance;
   search.forEachPosition(positions_, static_cast<int>(maxNeighbours) + 1, NeighbourSearch::Answer::indicesAndDistances,
                          execution, [&](const NeighbourBatch& batch) {
                            for (std::size_t q = 0; q < batch.size; ++q) {
                              const std::size_t i = batch.positions[q];
                              std::size_t filled = 0;
                              for (std::size_t n = q * batch.k; n < (q + 1) * batch.k && filled < maxNeighbours; ++n) {
-                               if (batch.indices[n] == i || !(batch.squaredDistances[n] <= limit))
+                               if (batch.indices[n] == i ||
+                                   !reach.joins(i, batch.indices[n], batch.squaredDistances[n]))
                                  continue;
                                areas_[i] = batch.squaredDistances[n] / static_cast<float>(filled + 1);
                                neighbours_[i * maxNeighbours + filled++] = batch.indices[n];
@@ -113,7 +113,7 @@ void OrientationGraph::sortIntoBuckets(const std::function<void(const Edge&)>& v
   });
 }
 
-void OrientationGraph::connectPieces(const NeighbourSearch& search, float distance,
+void OrientationGraph::connectPieces(const NeighbourSearch& search, const Reach& reach,
                                      const std::function<void(const Edge&)>& visit, DisjointPoints& connected,
                                      Execution& execution)
 {
@@ -131,10 +131,11 @@ void OrientationGraph::connectPieces(const NeighbourSearch& search, float distan
       if (!hasNormal(i) || !isFull || connected.find(i) == largest)
         continue;
       reached.assign(1, connected.find(i));
-      const int number = search.within(positions_[i], distance, around);
+      const int number = search.within(positions_[i], reach.of(i), around);
       for (int n = 0; n < number; ++n) {
         const auto j = static_cast<std::uint32_t>(around.indices[static_cast<std::size_t>(n)]);
-        if (!hasNormal(j) || std::find(reached.begin(), reached.end(), connected.find(j)) != reached.end())
+        if (!hasNormal(j) || !reach.joins(i, j, around.squaredDistances[static_cast<std::size_t>(n)]) ||
+            std::find(reached.begin(), reached.end(), connected.find(j)) != reached.end())
           continue;
         reached.push_back(connected.find(j));
         found[static_cast<std::size_t>(begin / grain)].emplace_back(i, j);

@@ -8,6 +8,7 @@
 
 #include "disjoint_points.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -21,6 +22,29 @@ namespace mrf {
 
 /// An edge this close to both normals (cosine) leads from one sheet to another, not along a surface.
 constexpr float alongNormals = .9f;
+
+/// How far each point looks for neighbours: two of them are neighbours if each is within the other's reach.
+class Reach {
+public:
+  /// The same for all points.
+  explicit Reach(float distance) : distance_(distance) {}
+  /// One for each point.
+  explicit Reach(std::vector<float> distances) : distances_(std::move(distances)) {}
+
+  float of(std::size_t i) const { return distances_.empty() ? distance_ : distances_[i]; }
+
+  bool isLocal() const { return !distances_.empty(); }
+
+  bool joins(std::size_t i, std::size_t j, float squaredDistance) const
+  {
+    // In this order: a neighbour that does not exist is infinitely far.
+    return squaredDistance <= of(i) * of(i) && squaredDistance <= of(j) * of(j);
+  }
+
+private:
+  float distance_ = 0;
+  std::vector<float> distances_;
+};
 
 /// Union-find that also keeps the sign of each element relative to its root.
 class SignedForest {
@@ -71,7 +95,7 @@ public:
   /// \param normals unit length; points with a zero normal have no edges \param minCosine of Edge::withinAngle
   /// \param visit is shown each edge once, concurrently and in any order
   OrientationGraph(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighbourSearch& search,
-                   float distance, float minCosine, const std::function<void(const Edge&)>& visit,
+                   const Reach& reach, float minCosine, const std::function<void(const Edge&)>& visit,
                    Execution& execution);
 
   /// About the area that each point stands for, up to one common factor; taken out of the graph.
@@ -90,9 +114,9 @@ private:
   Edge grade(std::uint32_t a, std::uint32_t b) const;
   static std::uint8_t bucketOf(const Edge& edge);
 
-  void findNeighbours(const NeighbourSearch& search, float distance, Execution& execution);
+  void findNeighbours(const NeighbourSearch& search, const Reach& reach, Execution& execution);
   void sortIntoBuckets(const std::function<void(const Edge&)>& visit, DisjointPoints& connected, Execution& execution);
-  void connectPieces(const NeighbourSearch& search, float distance, const std::function<void(const Edge&)>& visit,
+  void connectPieces(const NeighbourSearch& search, const Reach& reach, const std::function<void(const Edge&)>& visit,
                      DisjointPoints& connected, Execution& execution);
   std::vector<std::uint64_t> collect(int first, int last, const SignedForest& forest, Execution& execution) const;
 

@@ -15,6 +15,7 @@ PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
   kept.origins = selectValues(points.origins, keep);
   kept.sensors = points.sensors;
   kept.offset = points.offset;
+  kept.hasSensorOrigin = points.hasSensorOrigin;
   return kept;
 }
 

@@ -139,7 +139,8 @@ std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& option
   if (given && !options.normals.noiseCriteria)
     return std::move(points.normals);
 
-  NormalEstimates estimates = estimateNormals(points, search, report.density.spacing, options.normals, execution);
+  NormalEstimates estimates =
+      estimateNormals(points, search, report.density.spacing, options.normals, execution, options.observation.noise);
   std::vector<std::uint8_t> keep = flags(points.size());
   report.points.noiseByPlaneFit = dropWhere(
       keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); },
@@ -159,8 +160,21 @@ OrientationVote chooseVote(const PointSet& points, const Options& options, const
   return points.sensors.empty() ? OrientationVote::outward : OrientationVote::sensor;
 }
 
+void warnOfGuess(Report& report)
+{
+  std::ostringstream text;
+  text << "the surface is open (" << std::lround(100 * report.orientation.openShare)
+       << " % of it encloses no volume), and nothing tells which side is the outside: the side that was taken is a "
+          "guess; give the sensor's position (--sensor, setSensorPosition), a cloud that knows its sensor origin, or "
+          "normals";
+  report.warnings.push_back(text.str());
+}
+
 void warnOfDisagreement(const Options& options, Report& report)
 {
+  // Where the side is a guess, votes on it mean nothing.
+  if (report.orientation.sideIsGuessed)
+    return warnOfGuess(report);
   if (report.vote == OrientationVote::none || report.orientation.agreement >= options.orientation.lowAgreement)
     return;
   std::ostringstream text;
@@ -240,7 +254,7 @@ Options resolve(const Options& requested, const SamplingDensity& density)
   derive(options.observation.maxDistance,
          resolvedMaxDistance(options.observation, spacing, options.multiscale.voxelSize));
   options.orientation.neighbourDistance = resolvedNeighbourDistance(options.orientation, density);
-  derive(options.normals.radius, 2.5f * spacing);
+  options.normals.radius = resolvedRadius(options.normals, spacing);
   derive(options.normals.maxPlaneDistance, spacing);
   return options;
 }
@@ -446,6 +460,7 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
   requirePoints(points, "normal estimation", report);
 
   report.vote = chooseVote(points, options, report);
+  report.sensorOriginUsed = report.vote == OrientationVote::sensor && points.hasSensorOrigin;
   {
     const StageTimer timer("orientation", report, execution);
     report.orientation =

@@ -15,9 +15,6 @@ namespace {
 /// Points per piece of parallel work.
 constexpr std::int64_t grain = 1 << 14;
 
-/// Of random points of density ρ the median distance to the 8th neighbour is 1.562/√ρ, the mean nearest one .5/√ρ.
-constexpr float nearestToEighth = .32f;
-
 std::vector<Eigen::Vector3f> distinct(std::vector<Eigen::Vector3f> positions)
 {
   std::sort(positions.begin(), positions.end(), [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {

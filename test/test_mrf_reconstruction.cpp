@@ -355,6 +355,47 @@ TEST(Sensors, TurnNormalsTowardsThem)
   }
 }
 
+TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
+{
+  // Far from zero, so that an origin in another frame than the points' would be on the other side.
+  pcl::mrf::PointSet points = patch();
+  points.offset = {0, 0, -50};
+  const auto run = [&](const Eigen::Vector3f& origin, bool organized, const auto& change) {
+    const auto cloud = conversion::make<pcl::PointXYZ>(points);
+    cloud->sensor_origin_.head<3>() = origin;
+    if (organized) {
+      cloud->push_back((*cloud)[0]); // an image has rows of equal length
+      cloud->resize(cloud->size() / 2 * 2);
+      cloud->width = static_cast<std::uint32_t>(cloud->size() / 2);
+      cloud->height = 2;
+    }
+    pcl::MRFReconstruction<pcl::PointXYZ> mrf;
+    mrf.setInputCloud(cloud);
+    change(mrf);
+    pcl::PolygonMesh output;
+    mrf.reconstruct(output);
+    EXPECT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+    const pcl::mrf::TriangleMesh mesh = conversion::plain(output);
+    // Which of the two sides the mesh faces, where the sensor decided it.
+    const bool isSeen = mrf.getReport().vote == pcl::mrf::OrientationVote::sensor;
+    return std::make_pair(isSeen ? std::lround(mesh.normals.at(0).z()) : 0, mrf.getReport().sensorOriginUsed);
+  };
+  const auto asIs = [](auto&) {};
+  const Eigen::Vector3f zero = Eigen::Vector3f::Zero(), below(0, 0, -55), above(0, 0, -45);
+  EXPECT_EQ(run(below, false, asIs), std::make_pair(-1L, true));
+  EXPECT_EQ(run(above, false, asIs), std::make_pair(1L, true));
+  EXPECT_EQ(run(zero, true, asIs), std::make_pair(1L, true)) << "organized: zero is above the patch";
+  EXPECT_EQ(run(zero, false, asIs), std::make_pair(0L, false)) << "nobody set it";
+  EXPECT_EQ(run({NAN, 0, 0}, true, asIs), std::make_pair(0L, false));
+  EXPECT_EQ(run(below, false, [](auto& mrf) { mrf.setUseSensorOrigin(false); }), std::make_pair(0L, false));
+  EXPECT_EQ(run(below, true, [](auto& mrf) { mrf.setSensorPosition({0, 0, -45}); }), std::make_pair(1L, false))
+      << "a given position wins";
+  pcl::MRFReconstruction<pcl::PointXYZ> mrf;
+  EXPECT_TRUE(mrf.getUseSensorOrigin());
+  mrf.setUseSensorOrigin(false);
+  EXPECT_FALSE(mrf.getUseSensorOrigin());
+}
+
 TEST(Sensors, ViewsAreOfTheCloudNotOfTheIndices)
 {
   // Two parallel patches seen from between them, and indices that drop every other point.

@@ -21,12 +21,12 @@ using namespace pcl::mrf;
 
 namespace {
 
-NormalEstimates normalsOf(const PointSet& points, const NormalOptions& options = {}, int threads = 1)
+NormalEstimates normalsOf(const PointSet& points, const NormalOptions& options = {}, int threads = 1, float noise = 0)
 {
   Execution execution(threads);
   const auto search = clouds::searchOf(points);
   const float spacing = estimateSamplingDensity(points, *search, execution).spacing;
-  return estimateNormals(points, *search, spacing, options, execution);
+  return estimateNormals(points, *search, spacing, options, execution, noise);
 }
 
 /// Angles between the estimates and the points' normals up to sign, degrees, ascending.
@@ -192,6 +192,47 @@ TEST(Normals, SparseRegionsTakeTheirNearestNeighbours)
   const NormalEstimates estimates = normalsOf(points);
   for (std::size_t i = dense; i < points.size(); ++i)
     EXPECT_GT(std::abs(estimates.normals[i].x()), .9999f);
+}
+
+TEST(Normals, NeighbourhoodsReachTheNextRingOfALidar)
+{
+  const PointSet points = clouds::lidar();
+  const std::vector<double> errors = errorsOf(points, normalsOf(points));
+  EXPECT_LT(errors[errors.size() / 2], 2);
+  EXPECT_LT(errors[errors.size() * 9 / 10], 5); // edges of the boxes, and single rings of far walls, are beyond
+  // The nearest points alone are of one ring, and say nothing of the ground between the rings.
+  NormalOptions nearest;
+  nearest.radius = 1e-3f; // so that the 12 nearest count
+  const std::vector<double> ofOneRing = errorsOf(points, normalsOf(points, nearest));
+  EXPECT_GT(ofOneRing[ofOneRing.size() * 9 / 10], 20) << "the case is too easy";
+}
+
+TEST(Normals, NeighbourhoodsGrowTheSameForAnyNumberOfThreads)
+{
+  const PointSet points = clouds::lidar();
+  const NormalEstimates one = normalsOf(points, {}, 1, .05f);
+  EXPECT_EQ(normalsOf(points, {}, 3, .05f).normals, one.normals);
+}
+
+TEST(Normals, NoiseWidensTheNeighbourhoods)
+{
+  PointSet points = clouds::randomSquare(40000, 1); // .01 = 1/√ρ
+  for (const float noise : {.02f, .1f}) {
+    PointSet noisy = points;
+    shapes::addNoise(noisy, noise);
+    const auto medianOf = [&](float known) {
+      const std::vector<double> errors = errorsOf(noisy, normalsOf(noisy, {}, 1, known));
+      return errors[errors.size() / 2];
+    };
+    // 200 points, and up to 128 that stand for 5,000: 2° and 4° in theory, in the middle of the noise.
+    EXPECT_LT(medianOf(noise), 8) << noise;
+    EXPECT_GT(medianOf(0), 25) << "the nearest points are a ball";
+  }
+  // Less noise than spacing changes little.
+  PointSet sphere = shapes::sample(shapes::sphere(1), 1.2, .05);
+  const std::vector<double> known = errorsOf(sphere, normalsOf(sphere, {}, 1, .005f)),
+                            unknown = errorsOf(sphere, normalsOf(sphere));
+  EXPECT_LT(known[known.size() / 2], 1.2 * unknown[unknown.size() / 2]);
 }
 
 TEST(Normals, LinesAndSinglePositionsHaveNone)

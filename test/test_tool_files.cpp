@@ -70,6 +70,43 @@ protected:
   }
 };
 
+TEST_F(ToolFiles, PcdTellsWhereItsSensorWas)
+{
+  // A cap, seen from its inner or its outer side, in coordinates that float does not hold.
+  const auto report = [&](const char* height, const char* viewpoint, std::vector<std::string> options = {}) {
+    std::ostringstream text;
+    text.precision(12);
+    int count = 0;
+    for (const Eigen::Vector3d& p : tool::spherePoints(1000))
+      if (p.z() > .3 && ++count <= 340)
+        text << p.x() << ' ' << p.y() + 4.5e6 << ' ' << p.z() << '\n';
+    write("cap.pcd", "VERSION .7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+                         std::to_string(340 / std::stoi(height)) + "\nHEIGHT " + height + "\n" + viewpoint +
+                         "POINTS 340\nDATA ascii\n" + text.str());
+    options.insert(options.begin(), {"cap.pcd", "out.ply", "--report", "report.json"});
+    const tool::Outcome outcome = run(options);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    json result = json::parse(tool::readText(path("report.json")));
+    EXPECT_EQ(outcome.out.find("the file's own viewpoint") != std::string::npos, result["sensorOriginUsed"]);
+    return result;
+  };
+  /// Of the cap that the sensor sees: one sign from outside, the other from inside.
+  const auto side = [](const json& result) {
+    return result["vote"] == "sensor" ? (result["mesh"]["volume"] > 0 ? 1 : -1) : 0;
+  };
+  const json above = report("1", "VIEWPOINT 0 4500000 9 1 0 0 0\n");
+  EXPECT_EQ(above["sensorOriginUsed"], true);
+  EXPECT_GT(above["orientation"]["agreement"], .99);
+  EXPECT_EQ(side(report("1", "VIEWPOINT 0 4500000 .4 1 0 0 0\n")), -side(above)) << "seen from inside";
+  EXPECT_EQ(report("1", "VIEWPOINT 0 0 0 1 0 0 0\n")["vote"], "outward");
+  EXPECT_EQ(report("1", "")["vote"], "outward");
+  EXPECT_EQ(report("2", "VIEWPOINT 0 0 0 1 0 0 0\n")["vote"], "sensor") << "organized";
+  EXPECT_EQ(report("1", "VIEWPOINT 0 4500000 9 1 0 0 0\n", {"--sensor-origin", "off"})["vote"], "outward");
+  const json given = report("1", "VIEWPOINT 0 4500000 .4 1 0 0 0\n", {"--sensor", "0,4500000,9"});
+  EXPECT_EQ(given["sensorOriginUsed"], false);
+  EXPECT_EQ(side(given), side(above));
+}
+
 TEST_F(ToolFiles, PcdInEveryEncoding)
 {
   const auto cloud = colouredSphere();

@@ -35,7 +35,8 @@ void addInputOptions(OptionParser& parser, Command& command)
                 "normals of the input: use them if there are any, use, take as reference for the orientation, or "
                 "estimate anew");
   parser.number("--normal-radius", "LENGTH", length, field(&Options::normals, &NormalOptions::radius),
-                "neighbourhood of the plane fit", "2.5 s");
+                "neighbourhood of the plane fit",
+                "the 13 nearest points, more where they are rough or lie on a line, or by --noise");
   CLI::Option* sensor = parser
                             .add("--sensor", "X,Y,Z", "position of a sensor, which normals are turned to; repeatable",
                                  [&command](const std::string& text) {
@@ -53,6 +54,8 @@ void addInputOptions(OptionParser& parser, Command& command)
             "the sensor, from 0, that saw each point: one number per line; "
             "without it the nearest")
       ->needs(sensors);
+  parser.onOff("--sensor-origin", field(&Options::orientation, &OrientationOptions::sensorOrigin),
+               "without these, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the cloud is organized");
   parser.add("--confidence-field", "NAME", "field of the input with the confidence of each point, 0 to 1; default none",
              [&command](const std::string& name) { command.options.confidenceField = name; });
 }
@@ -90,7 +93,10 @@ void addPreprocessingOptions(OptionParser& parser)
   parser.group("Orientation");
   parser.number("--orientation-distance", "LENGTH", length,
                 field(&Options::orientation, &OrientationOptions::neighbourDistance),
-                "points closer than this are neighbours", "s + 6 standard deviations, at least 2.5 s");
+                "points closer than this are neighbours", "by --local-distance");
+  parser.onOff("--local-distance", field(&Options::orientation, &OrientationOptions::localDistance),
+               "or, without a length, than five times their own spacing; off: s + 6 standard deviations, at least "
+               "2.5 s, for all");
   parser.number("--orientation-angle", "DEGREES", {0, 90, true},
                 field(&Options::orientation, &OrientationOptions::maxAngle), "and their normals within this angle");
   parser.onOff("--join-creases", field(&Options::orientation, &OrientationOptions::joinAcrossCreases),

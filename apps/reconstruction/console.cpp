@@ -94,12 +94,13 @@ std::string normals(const Report& report)
 {
   std::string text = report.normalsEstimated ? "normals estimated" : "normals from the input";
   if (report.vote != pcl::mrf::OrientationVote::none) {
-    const char* voters = report.vote == pcl::mrf::OrientationVote::sensor      ? "towards the sensors"
+    const char* voters = report.sensorOriginUsed                               ? "towards the file's own viewpoint"
+                         : report.vote == pcl::mrf::OrientationVote::sensor    ? "towards the sensors"
                          : report.vote == pcl::mrf::OrientationVote::reference ? "by the input's normals"
                                                                                : "outward";
     text += format(", oriented %s", voters);
     text += report.vote == pcl::mrf::OrientationVote::outward
-                ? ""
+                ? report.orientation.sideIsGuessed ? " or to one side, which is a guess" : ""
                 : format(" (agreement %.1f %%)", 100 * report.orientation.agreement);
   }
   return text + ", " + counted(report.orientation.components, "component", "components");

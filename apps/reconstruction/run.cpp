@@ -48,6 +48,7 @@ struct Input {
   std::vector<float> confidences;                   ///< empty: none
   std::vector<Eigen::Vector3d> sensors;             ///< in the table's frame
   std::vector<std::int32_t> views;
+  bool hasSensorOrigin = false; ///< the sensor is the one that the file names
 };
 
 struct Result {
@@ -83,6 +84,10 @@ Input readInput(const Command& command)
     input.confidences = found->second;
   }
   input.sensors = command.sensorsFile.empty() ? command.sensors : readSensors(command.sensorsFile);
+  if (input.sensors.empty() && input.table.sensorOrigin && command.options.orientation.sensorOrigin) {
+    input.sensors.push_back(*input.table.sensorOrigin);
+    input.hasSensorOrigin = true;
+  }
   if (!command.viewsFile.empty()) {
     input.views = readViews(command.viewsFile);
     if (input.views.size() != input.table.size())
@@ -120,8 +125,10 @@ pcl::mrf::PointSet gatherPoints(Input& input, const pcl::mrf::Options& options, 
   if (source == NormalSource::estimate)
     normals = {};
   const bool normalsNeeded = source == NormalSource::automatic || source == NormalSource::use;
-  return pcl::mrf::gather(positions, normals, input.confidences, input.views, sensors, normalsNeeded, counts,
-                          execution);
+  pcl::mrf::PointSet points =
+      pcl::mrf::gather(positions, normals, input.confidences, input.views, sensors, normalsNeeded, counts, execution);
+  points.hasSensorOrigin = input.hasSensorOrigin;
+  return points;
 }
 
 /// Colours of the input at the vertices, 3 channels each, or its intensities if it has no colours; empty: neither.
@@ -211,7 +218,7 @@ RunSummary summarise(const Input& input, const Command& command)
   for (const auto& scalar : input.table.scalars)
     summary.fields.push_back(scalar.first);
   summary.notes = input.table.notes;
-  if (!input.sensors.empty())
+  if (!input.sensors.empty() && !input.hasSensorOrigin)
     summary.notes.push_back(std::to_string(input.sensors.size()) + " sensors" +
                             (input.views.empty() ? "" : ", one known for each point"));
   return summary;

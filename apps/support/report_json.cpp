@@ -36,10 +36,12 @@ Json toJson(const Options& options)
             {"maxPlaneDistance", normals.maxPlaneDistance}}},
           {"orientation",
            {{"neighbourDistance", orientation.neighbourDistance},
+            {"localDistance", orientation.localDistance},
             {"maxAngle", orientation.maxAngle},
             {"joinAcrossCreases", orientation.joinAcrossCreases},
             {"minComponentShare", orientation.minComponentShare},
-            {"lowAgreement", orientation.lowAgreement}}},
+            {"lowAgreement", orientation.lowAgreement},
+            {"sensorOrigin", orientation.sensorOrigin}}},
           {"observation",
            {{"estimate", nameOf(observation.estimate)},
             {"smoothing", observation.smoothing},
@@ -110,7 +112,9 @@ Json toJson(const OrientationResult& orientation)
           {"componentsFlipped", orientation.componentsFlipped},
           {"pointsDropped", orientation.pointsDropped},
           {"pointsFlipped", orientation.pointsFlipped},
-          {"agreement", orientation.agreement}};
+          {"agreement", orientation.agreement},
+          {"openShare", orientation.openShare},
+          {"sideIsGuessed", orientation.sideIsGuessed}};
 }
 
 Json toJson(const SmoothingChoice& choice)
@@ -204,6 +208,7 @@ Json toJson(const Report& report)
           {"points", toJson(report.points)},
           {"normalsEstimated", report.normalsEstimated},
           {"vote", nameOf(report.vote)},
+          {"sensorOriginUsed", report.sensorOriginUsed},
           {"orientation", toJson(report.orientation)},
           {"levels", toJson(report.levels)},
           {"otherPieces", otherPieces},

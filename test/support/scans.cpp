@@ -28,6 +28,25 @@ std::vector<Eigen::Vector3d> positionsOf(const pcl::PointCloud<pcl::PointNormal>
   return positions;
 }
 
+/// Positions and normals, not recentred.
+pcl::mrf::PointSet pointsOf(const pcl::PointCloud<pcl::PointNormal>& cloud)
+{
+  pcl::mrf::PointSet points;
+  for (const pcl::PointNormal& point : cloud) {
+    points.origins.push_back(static_cast<std::uint32_t>(points.size()));
+    points.positions.push_back(point.getVector3fMap());
+    points.normals.push_back(point.getNormalVector3fMap());
+  }
+  return points;
+}
+
+void readSensors(const std::string& path, pcl::mrf::PointSet& points)
+{
+  std::ifstream file(path);
+  for (Eigen::Vector3f sensor; file >> sensor.x() >> sensor.y() >> sensor.z();)
+    points.sensors.push_back(sensor);
+}
+
 } // namespace
 
 bool available()
@@ -47,21 +66,34 @@ Scan load(const std::string& name)
   scan.diagonal = diagonals.at(name);
   const std::string path = folder + name + "/";
   const auto input = readCloud(path + "input.ply");
-  for (const pcl::PointNormal& point : input) {
-    scan.points.origins.push_back(static_cast<std::uint32_t>(scan.points.size()));
-    scan.points.positions.push_back(point.getVector3fMap());
-    scan.points.normals.push_back(point.getNormalVector3fMap());
-  }
+  scan.points = pointsOf(input);
   scan.heldOut = positionsOf(readCloud(path + "heldout.ply"));
   scan.clean = positionsOf(name == "igea_noise" ? readCloud(path + "clean.ply") : input);
 
-  std::ifstream cameras(path + "cameras.txt");
-  for (Eigen::Vector3f sensor; cameras >> sensor.x() >> sensor.y() >> sensor.z();)
-    scan.points.sensors.push_back(sensor);
+  readSensors(path + "cameras.txt", scan.points);
   std::ifstream views(path + "views.txt");
   for (std::int32_t view; views >> view;)
     scan.points.views.push_back(view);
   return scan;
+}
+
+pcl::mrf::PointSet loadReal(const std::string& name)
+{
+  const std::string path = folder + "real/" + name + "/";
+  pcl::mrf::PointSet points = pointsOf(readCloud(path + "input.ply"));
+  readSensors(path + "sensors.txt", points);
+  return points;
+}
+
+pcl::mrf::PointSet loadReference(const std::string& name)
+{
+  pcl::PointCloud<pcl::PointXYZ> cloud;
+  if (pcl::io::loadPLYFile(folder + "reference/" + name + ".ply", cloud) < 0)
+    throw std::runtime_error("cannot read the reference " + name);
+  pcl::mrf::PointSet points;
+  for (const pcl::PointXYZ& point : cloud)
+    points.positions.push_back(point.getVector3fMap());
+  return points;
 }
 
 } // namespace scans

@@ -23,4 +23,11 @@ bool available();
 /// Reads igea_clean, igea_noise, nefertiti, bunny or bunny_raw.
 Scan load(const std::string& name);
 
+/// Reads kinect_table, kinect_office, samp11 or dragon_one: open clouds, with normals, and the sensor where it is
+/// known.
+pcl::mrf::PointSet loadReal(const std::string& name);
+
+/// The vertices of a mesh of the folder reference, without normals.
+pcl::mrf::PointSet loadReference(const std::string& name);
+
 } // namespace scans

@@ -100,6 +100,11 @@ public:
   }
   const std::vector<Eigen::Vector3d>& getSensorPositions() const { return sensors_; }
 
+  /// Whether the cloud's sensor_origin_ is its sensor (on by default) if setSensorPositions names none: an origin that
+  /// is not zero, or any of an organized cloud (height > 1). It votes on the signs of estimated normals only.
+  void setUseSensorOrigin(bool use) { options_.orientation.sensorOrigin = use; }
+  bool getUseSensorOrigin() const { return options_.orientation.sensorOrigin; }
+
   /// All options, one struct per stage.
   void setOptions(const mrf::Options& options) { options_ = options; }
   const mrf::Options& getOptions() const { return options_; }

@@ -15,6 +15,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <optional>
 #include <utility>
 
 namespace pcl {
@@ -97,6 +98,17 @@ std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& in
   return values;
 }
 
+/// Where the sensor of a cloud was, in the cloud's frame, if the cloud says so: zero is also what no one has set,
+/// unless the cloud is organized, that is, an image as the sensor saw it.
+template <typename PointNT>
+std::optional<Eigen::Vector3d> sensorOriginOf(const PointCloud<PointNT>& cloud)
+{
+  const Eigen::Vector3f origin = cloud.sensor_origin_.template head<3>();
+  if (!origin.allFinite() || (origin.isZero(0) && !cloud.isOrganized()))
+    return {};
+  return origin.cast<double>();
+}
+
 /// Adds a float32 field to a packed cloud layout that is being built. \return its offset
 inline std::size_t addField(PCLPointCloud2& cloud, const char* name, PCLPointField::PointFieldTypes type)
 {
@@ -168,8 +180,12 @@ void MRFReconstruction<PointNT>::gatherAndRun()
   const bool normalsNeeded = source == mrf::NormalSource::automatic || source == mrf::NormalSource::use;
   mrf::PointCounts counts;
   mrf::Execution execution(options_.threads, callback_);
-  mrf::PointSet points =
-      mrf::gather(positions, normals, confidences, views, sensors_, normalsNeeded, counts, execution);
+  std::vector<Eigen::Vector3d> sensors = sensors_;
+  if (const auto origin = mrf::detail::sensorOriginOf(*input_);
+      origin && sensors.empty() && options_.orientation.sensorOrigin)
+    sensors.push_back(*origin);
+  mrf::PointSet points = mrf::gather(positions, normals, confidences, views, sensors, normalsNeeded, counts, execution);
+  points.hasSensorOrigin = sensors.size() > sensors_.size();
   // Millions of points need the room.
   positions = {};
   normals = {};

@@ -14,15 +14,19 @@ namespace pcl {
 namespace mrf {
 
 struct OrientationOptions {
-  float neighbourDistance = 0;   ///< two points are neighbours if closer, cloud's unit; 0 = max(l̄ + 6 σ_l, 2.5 l̄)
+  float neighbourDistance = 0;   ///< two points are neighbours if closer, cloud's unit; 0 = by localDistance
+  bool localDistance = true;     ///< the automatic distance is five local spacings of each of the two points; false:
+                                 ///< the paper's, max(l̄ + 6 σ_l, 2.5 l̄) for all
   float maxAngle = 15;           ///< and their normals within this angle, degrees, (0, 90]
   bool joinAcrossCreases = true; ///< join components over edges that fail the angle, most parallel first
-  float minComponentShare = .003f; ///< drop components with a smaller share of the points, [0, 1); the paper: 1 %,
-                                   ///< which costs ends of limbs that a hole cuts off
-  float lowAgreement = .75f;       ///< report a warning below this agreement, [0, 1]
+  float minComponentShare = 0;   ///< drop components with a smaller share of the points, [0, 1); the paper: 1 %,
+                                 ///< which costs what few points reach: pockets, ends of limbs, small objects
+  float lowAgreement = .75f;     ///< report a warning below this agreement, [0, 1]
+  bool sensorOrigin =
+      true; ///< the origin that a cloud names is its sensor, if it is not zero or the cloud is organized
 };
 
-/// The option, or its automatic value, cloud's unit.
+/// The option, or its automatic value, cloud's unit; of local distances the median.
 float resolvedNeighbourDistance(const OrientationOptions& options, const SamplingDensity& density);
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -42,6 +46,9 @@ struct OrientationResult {
   /// Share of the kept points' votes that agree with the normals, 1 without a vote. An outward vote counts by its
   /// contribution to the volume: 1 for a convex component, about ½ for one without inside and outside.
   double agreement = 1;
+  double openShare = 0; ///< without sensor or reference: share of the surface in components that enclose no volume
+  /// The surface is open, and nothing tells which side of it is the outside: the side that was taken is a guess.
+  bool sideIsGuessed = false;
 };
 
 /// Which votes decide the sign of a component.
@@ -49,7 +56,8 @@ enum class OrientationVote {
   none,      ///< keep the normals' signs as they are; only the components are computed
   reference, ///< the majority of dot(normal, reference normal)
   sensor,    ///< the majority of dot(normal, sensor - position); where a view is unknown, the nearest sensor counts
-  outward    ///< positive signed volume, Σ A (p - centroid)·n > 0 with A the area that a point stands for
+  outward    ///< positive signed volume, Σ A (p - centroid)·n > 0 with A the area that a point stands for, where a
+             ///< component encloses a volume; see below
 };
 
 /// Makes normals consistent inside each connected component and decides the sign of each component by a vote.
@@ -68,6 +76,16 @@ enum class OrientationVote {
 /// along both normals join nothing unless the vote is outward, so that two sheets vote on their own; and where the view
 /// of each point, or a reference, is known, a piece of smooth surface (joined by good edges alone) whose own vote is
 /// decisive, three quarters or more, is not outvoted by the component it belongs to.
+///
+/// Where views are known, a normal that looks away from its sensor by more than 4° is turned on its own; and a point
+/// whose piece of smooth surface has fewer than 50 is turned as its own view, or reference, says.
+///
+/// The outward vote is right for components that enclose a volume; those inside an odd number of others are the walls
+/// of cavities, and are turned inward. A component is open if |Σ A n|, which its border alone decides, exceeds .18
+/// Σ A; holes of up to 22 % of an object's diagonal do not reach that. Open components that form one height field, as
+/// what one scanner sees does, are all turned to one side of it: to where the points lie closer in depth, as they do
+/// near a scanner, or else outward if that is decisive, or else to the positive side of its axis. All of that is a
+/// guess. Components of under 50 points follow the nearest larger one where it is close.
 ///
 /// Without a vote no sign is changed, and the components are those of all edges up to the neighbour distance.
 ///

@@ -21,6 +21,7 @@ struct PointSet {
   std::vector<std::uint32_t> origins;   ///< index of each point in the cloud it came from
   std::vector<Eigen::Vector3f> sensors; ///< sensor positions, in the same recentred frame; empty: unknown
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to a position to be back in the cloud's frame
+  bool hasSensorOrigin = false; ///< the one sensor is the cloud's own origin, which nobody gave explicitly
 
   std::size_t size() const { return positions.size(); }
 };

@@ -60,6 +60,7 @@ struct Report {
   PointCounts points;
   bool normalsEstimated = false;
   OrientationVote vote = OrientationVote::none;
+  bool sensorOriginUsed = false; ///< the sensor that voted is the origin that the cloud names
   OrientationResult orientation; ///< counts and agreement; its arrays are empty
 
   std::vector<LevelReport> levels;      ///< coarsest first; of a cloud in pieces those of the one with most points

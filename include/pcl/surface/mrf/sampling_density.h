@@ -28,6 +28,9 @@ struct SamplingDensity {
 /// Nearest others of each point that NeighbourDistances tell of.
 constexpr int measuredNeighbours = 8;
 
+/// Of random points of density ρ the median distance to the 8th neighbour is 1.562/√ρ, the mean nearest one .5/√ρ.
+constexpr float nearestToEighth = .32f;
+
 /// Distances from each point to its nearest others, cloud's unit: what the sampling density and the outlier filter are
 /// made of. One entry per point.
 struct NeighbourDistances {
