@@ -386,6 +386,15 @@ DistanceField regularise(const std::vector<Piece>& pieces, const Options& option
   return DistanceField::ofPieces(std::move(fields));
 }
 
+void setVertexFields(Reconstruction& result, const NeighbourSearch& search, const Options& options,
+                     Execution& execution)
+{
+  setNormals(result.mesh, result.field, execution);
+  const bool isLocal = options.unit == LengthUnit::density; // the paper has one reach for all points
+  setConfidences(result.mesh, result.points, search, options.observation.maxDistance,
+                 options.observation.confidenceShape, execution, isLocal ? result.report.density.spacing : 0);
+}
+
 } // namespace
 
 PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
@@ -533,9 +542,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
                        std::to_string(options.prior.beta) + " is too small");
   {
     const StageTimer timer("trimming", report, execution);
-    setNormals(result.mesh, result.field, execution);
-    setConfidences(result.mesh, result.points, search, resolved.observation.maxDistance,
-                   resolved.observation.confidenceShape, execution);
+    setVertexFields(result, search, resolved, execution);
     report.trimming = trim(std::move(result.mesh), result.points, search, static_cast<float>(report.diagonal),
                            options.trimming, execution);
     result.mesh = std::move(report.trimming.mesh);
@@ -552,9 +559,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     const StageTimer timer("remesher", report, execution);
     RemeshResult remeshed = remesh(result.mesh, result.field, resolved.remesher, execution);
     result.mesh = std::move(remeshed.mesh);
-    setNormals(result.mesh, result.field, execution);
-    setConfidences(result.mesh, result.points, search, resolved.observation.maxDistance,
-                   resolved.observation.confidenceShape, execution);
+    setVertexFields(result, search, resolved, execution);
     report.splits = remeshed.splits;
     report.collapses = remeshed.collapses;
     report.flips = remeshed.flips;

@@ -55,15 +55,22 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
 }
 
 void setConfidences(TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search, float maxDistance,
-                    ConfidenceShape shape, Execution& execution)
+                    ConfidenceShape shape, Execution& execution, float spacing)
 {
+  constexpr float farthest = 4;
+  const bool isLocal = spacing > 0 && !points.spacings.empty();
+  const auto reach = [&](std::size_t point) {
+    return isLocal ? maxDistance * std::clamp(points.spacings[point] / spacing, 1.f, farthest) : maxDistance;
+  };
+  const auto confidenceOf = [&](std::size_t point, float squaredDistance) {
+    return confidenceAt(std::sqrt(squaredDistance) / reach(point), shape) * points.confidence(point);
+  };
   mesh.confidences.assign(mesh.vertices.size(), 0);
   execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
     Neighbours nearest;
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
       if (search.nearest(mesh.vertices[v], 1, nearest) > 0)
-        mesh.confidences[v] = confidenceAt(std::sqrt(nearest.squaredDistances[0]) / maxDistance, shape) *
-                              points.confidence(static_cast<std::size_t>(nearest.indices[0]));
+        mesh.confidences[v] = confidenceOf(static_cast<std::size_t>(nearest.indices[0]), nearest.squaredDistances[0]);
   });
 }
 

@@ -223,7 +223,7 @@ TEST(OrientationGraph, BestTreeIsThatOfAllEdgesSorted)
   std::vector<Edge> edges;
   std::mutex mutex;
   const OrientationGraph graph(
-      points, points.normals, *search, .05f, .9f,
+      points, points.normals, *search, Reach(.05f), .9f,
       [&](const Edge& edge) {
         const std::lock_guard<std::mutex> lock(mutex);
         edges.push_back(edge);

@@ -135,10 +135,13 @@ TEST(GradientWeight, cleanPointsKeepTheWeakOne)
 
 TEST(GradientWeight, exactNormalsOfNoisyPointsCountMore)
 {
-  // Positions with noise of a spacing, normals without: what discs that are left out look like is in the normals.
+  // A curved surface with noise of .3 spacings and normals without: what a disc that is left out looks like is in the
+  // normals around it.
+  PointSet points = shapes::sample(shapes::torus(1, .25), 1.6, spacing);
+  shapes::addNoise(points, .3 * spacing);
   Execution execution(2);
-  EXPECT_EQ(chooseGradientWeight(shapes::oriented(noisyTorus(1. * spacing)), spacing, 2. * spacing, 1.5 * spacing,
-                                 1. * spacing, Prior::triharmonic, {}, execution),
+  EXPECT_EQ(chooseGradientWeight(shapes::oriented(points), spacing, 2. * spacing, 1. * spacing, .3 * spacing,
+                                 Prior::triharmonic, {}, execution),
             4.f);
 }
 

@@ -17,7 +17,7 @@ namespace mrf {
 /// report, with the rule's name.
 struct OutlierOptions {
   bool alone = true;             ///< no coherent neighbours, and far from them beside their own or the cloud's spacing
-  float aloneFactor = 3;         ///< so many times as far, > 1
+  float aloneFactor = 2.7f;      ///< so many times as far, > 1; 2 drops 1 to 3 % of real clouds
   bool spacing = false;          ///< mean distance to the neighbours against a multiple of its median over all points
   int spacingNeighbours = 8;     ///< number of neighbours, 1..1000
   float spacingFactor = 3;       ///< multiple of the median, > 1
@@ -41,9 +41,9 @@ struct OutlierResult {
 ///
 /// A point is alone (ours) if two things speak against it. It is far from its 8 nearest neighbours: their mean distance
 /// exceeds aloneFactor times the median of theirs (a local outlier factor), or of all points'. And no surface goes
-/// through it: fewer than four of the eight lie in its tangent plane with normals like its own or, where the points
-/// have no normals, the eight do not lie on a plane that it lies on as well. So a wall that is scanned sparsely, the
-/// bottom of a pocket that few rays reach and a patch of five points stay, however small they are beside the cloud; a
+/// through it: fewer than five of the eight lie in its tangent plane with normals like its own or, where the points
+/// have no normals, the eight do not lie around it in a plane. So a wall that is scanned sparsely, the
+/// bottom of a pocket that few rays reach and a patch of six points stay, however small they are beside the cloud; a
 /// share of the cloud, or a spacing beside its median alone, is no evidence against a point.
 ///
 /// The spacing criterion (ours) is robust where the mean and standard deviation of PCL's are not: a few far outliers

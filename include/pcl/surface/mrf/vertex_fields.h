@@ -30,9 +30,11 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
 
 /// Sets the confidences (paper Sec. 3.3.3): α by the distance to the nearest point, times that point's own confidence.
 /// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
+/// \param spacing l̄, cloud's unit, if dEmax is to grow up to four times where the points' own spacing is larger than
+/// that: a wall at six metres is as much surface as a cup at one; 0: the same everywhere
 /// Cost: one query per vertex.
 void setConfidences(TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search, float maxDistance,
-                    ConfidenceShape shape, Execution& execution);
+                    ConfidenceShape shape, Execution& execution, float spacing = 0);
 
 /// Interpolates attributes of the data points at the vertices: mean of the 4 nearest points with weights 1/d², the
 /// nearest one's value where it coincides.
