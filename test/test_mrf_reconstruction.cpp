@@ -388,7 +388,11 @@ TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
   EXPECT_EQ(run(zero, false, asIs), std::make_pair(0L, false)) << "nobody set it";
   EXPECT_EQ(run({NAN, 0, 0}, true, asIs), std::make_pair(0L, false));
   EXPECT_EQ(run(below, false, [](auto& mrf) { mrf.setUseSensorOrigin(false); }), std::make_pair(0L, false));
-  EXPECT_EQ(run(below, true, [](auto& mrf) { mrf.setSensorPosition({0, 0, -45}); }), std::make_pair(1L, false))
+  EXPECT_EQ(run(below, true,
+                [](auto& mrf) {
+                  mrf.setSensorPosition({0, 0, -45});
+                }),
+            std::make_pair(1L, false))
       << "a given position wins";
   pcl::MRFReconstruction<pcl::PointXYZ> mrf;
   EXPECT_TRUE(mrf.getUseSensorOrigin());

@@ -193,11 +193,13 @@ TEST(Orientation, SheetsOfGivenNormalsAreTwoSidesOfOneObject)
   clouds::append(points, below);
   points.sensors = {{0, 0, 100}};
   const std::vector<Vector3f> normals = scrambled(points);
-  const OrientationResult outward = orient(points, normals, OrientationVote::outward);
+  OrientationOptions options;
+  options.neighbourDistance = 2.3f; // an automatic one reaches farther at the lattice's border
+  const OrientationResult outward = orient(points, normals, OrientationVote::outward, options);
   EXPECT_EQ(outward.components, 1);
   EXPECT_EQ(shareRight(points, outward), 1);
   // A sensor above takes them for two surfaces that it sees.
-  const OrientationResult seen = orient(points, normals, OrientationVote::sensor);
+  const OrientationResult seen = orient(points, normals, OrientationVote::sensor, options);
   EXPECT_EQ(seen.components, 2);
   EXPECT_EQ(seen.agreement, 1);
   for (const Vector3f& normal : seen.normals)

@@ -30,7 +30,7 @@ TEST(SamplingDensity, OfALatticeIsItsSpacing)
   EXPECT_NEAR(density.nearestMean, .5, 1e-5);
   EXPECT_NEAR(density.nearestDeviation, 0, 1e-5);
   EXPECT_NEAR(density.eighthMedian, .5 * std::sqrt(2.0), 1e-5);
-  EXPECT_FLOAT_EQ(density.spacing, .32f * density.eighthMedian);
+  EXPECT_FLOAT_EQ(density.spacing, .323f * density.eighthMedian);
 }
 
 TEST(SamplingDensity, OfRandomPointsIsTheExpectationOfAPoissonProcess)
@@ -57,7 +57,7 @@ TEST(SamplingDensity, OverlappingScansDoNotShrinkTheSpacing)
   const SamplingDensity density = densityOf(points);
   EXPECT_NEAR(density.nearestMean, .01, 1e-4);
   EXPECT_NEAR(density.eighthMedian, 1.0, .02); // one of the four pairs at distance 1
-  EXPECT_FLOAT_EQ(density.spacing, .32f * density.eighthMedian);
+  EXPECT_FLOAT_EQ(density.spacing, .323f * density.eighthMedian);
 }
 
 TEST(SamplingDensity, EvenAndRandomPointsOfOneDensityHaveOneSpacing)
@@ -91,10 +91,10 @@ TEST(SamplingDensity, LocalSpacingsFollowTheDensity)
   const std::vector<float> spacings = localSpacings(points, distances, execution);
   ASSERT_EQ(spacings.size(), points.size());
   for (std::size_t i = 0; i < spacings.size(); ++i) {
-    // .32 √2 of the lattice's constant, up to .32 · √8 at its corners.
+    // .323 √2 of the lattice's constant, up to .323 · √8 at its corners.
     const float constant = i < dense ? .1f : .3f;
-    EXPECT_GE(spacings[i], .999f * .32f * std::sqrt(2.f) * constant) << i;
-    EXPECT_LE(spacings[i], 1.001f * .32f * std::sqrt(8.f) * constant) << i;
+    EXPECT_GE(spacings[i], .999f * .323f * std::sqrt(2.f) * constant) << i;
+    EXPECT_LE(spacings[i], 1.001f * .323f * std::sqrt(8.f) * constant) << i;
   }
 }
 

@@ -135,12 +135,12 @@ TEST(GradientWeight, cleanPointsKeepTheWeakOne)
 
 TEST(GradientWeight, exactNormalsOfNoisyPointsCountMore)
 {
-  // A curved surface with noise of .3 spacings and normals without: what a disc that is left out looks like is in the
-  // normals around it.
+  // A curved surface with noise of half a spacing and normals without: what a disc that is left out looks like is in
+  // the normals around it.
   PointSet points = shapes::sample(shapes::torus(1, .25), 1.6, spacing);
-  shapes::addNoise(points, .3 * spacing);
+  shapes::addNoise(points, .5 * spacing);
   Execution execution(2);
-  EXPECT_EQ(chooseGradientWeight(shapes::oriented(points), spacing, 2. * spacing, 1. * spacing, .3 * spacing,
+  EXPECT_EQ(chooseGradientWeight(shapes::oriented(points), spacing, 2. * spacing, 1. * spacing, .5 * spacing,
                                  Prior::triharmonic, {}, execution),
             4.f);
 }

@@ -71,12 +71,14 @@ Eigen::Array3f growth(const PointSet& points, float maxHole)
 
 Reconstruction run(const PointSet& cloud)
 {
+  Options options;
+  options.multiscale.voxelSize = 2 * spacing; // so smooth a shape would get larger ones
   Execution execution(1);
   PointCounts counts;
   PointSet points = gather(cloud.positions, cloud.normals, {}, {}, {}, true, counts, execution);
   const auto search = makePointBins();
   Reconstruction result;
-  reconstruct(std::move(points), counts, {}, *search, execution, result);
+  reconstruct(std::move(points), counts, options, *search, execution, result);
   return result;
 }
 
@@ -131,7 +133,7 @@ TEST(Volume, DoesNotDependOnHowADishLiesInItsBox)
   for (const Eigen::Quaternionf& rotation : rotations()) {
     const Dish dish(rotation);
     const Reconstruction result = run(dish.points);
-    EXPECT_EQ(result.report.trimming.holesFilled, 1);
+    EXPECT_GE(result.report.trimming.holesFilled, 1);
     unknowns.push_back(static_cast<double>(result.report.levels.back().unknowns));
     std::vector<double> offsets;
     for (const Eigen::Vector3f& p : dish.hole.positions) {

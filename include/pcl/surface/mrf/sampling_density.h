@@ -28,8 +28,9 @@ struct SamplingDensity {
 /// Nearest others of each point that NeighbourDistances tell of.
 constexpr int measuredNeighbours = 8;
 
-/// Of random points of density ρ the median distance to the 8th neighbour is 1.562/√ρ, the mean nearest one .5/√ρ.
-constexpr float nearestToEighth = .32f;
+/// The mean nearest distance of random points of density ρ, .5/√ρ, in distances to the 8th neighbour: .320 of its median
+/// where the points are random, .354 on a square lattice; scans are spread a little more evenly than at random.
+constexpr float nearestToEighth = .323f;
 
 /// Distances from each point to its nearest others, cloud's unit: what the sampling density and the outlier filter are
 /// made of. One entry per point.
@@ -44,7 +45,7 @@ struct NeighbourDistances {
 /// Cost: one 9-neighbour query per point.
 NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution);
 
-/// Local sampling distances: .32 times the distance to the 8th neighbour, the mean nearest distance of random points of
+/// Local sampling distances: .323 times the distance to the 8th neighbour, the mean nearest distance of random points of
 /// that density, averaged over what lies close by in memory as well as in space. Range data thin out with distance and
 /// angle, by factors of five in one Kinect frame.
 /// \return one per point, cloud's unit; empty if there are too few points to tell
@@ -54,7 +55,7 @@ std::vector<float> localSpacings(const PointSet& points, const NeighbourDistance
 ///
 /// The mean nearest distance tells of pairs, not of density: evenly spread points have twice that of random ones, and
 /// overlapping scans almost none. The distance to the 8th neighbour is about √(8/πρ) in all of them, hence the unit
-/// .32 times its median (not in the paper). Fewer than nine points have their mean nearest distance.
+/// .323 times its median (not in the paper). Fewer than nine points have their mean nearest distance.
 /// \param points at least 2 distinct positions; coincident ones count once
 /// \param search holds exactly points.positions
 /// \throw InvalidInput if fewer than two positions are distinct
