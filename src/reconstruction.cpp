@@ -161,7 +161,7 @@ void requireRange(const char* what, double length)
   text.precision(3);
   text << "the points' " << what << " is " << length << ", outside the range of single precision from "
        << shortestSpacing << " to " << longestDiagonal << "; multiply the coordinates by 1e"
-       << -std::lround(std::log10(length)) << ", or drop points far away";
+       << -std::lround(std::log10(length)) << (length > 1 ? ", or drop points far away" : "");
   throw InvalidInput(text.str());
 }
 

@@ -53,8 +53,8 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
 /// \param result replaced; after an error its report has what was done so far and the rest is empty or partial
 /// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled; and whatever the search or the progress
 /// callback throw
-/// Points nearer than 1e-8 to each other on average, or in a box with a diagonal above 1e9, are refused as InvalidInput.
-/// The result is the same bytes for any number of threads.
+/// Points nearer than 1e-8 to each other on average, or in a box with a diagonal above 1e9, are refused as
+/// InvalidInput. The result is the same bytes for any number of threads.
 void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
                  Execution& execution, Reconstruction& result);
 
