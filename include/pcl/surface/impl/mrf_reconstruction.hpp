@@ -16,6 +16,7 @@
 #include <exception>
 #include <limits>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -190,6 +191,8 @@ void MRFReconstruction<PointNT>::gatherAndRun()
     throw mrf::InvalidInput("the input cloud is missing or empty; call setInputCloud with a cloud that has points");
   if (!this->initCompute())
     throw mrf::InvalidInput("the indices do not fit the input cloud");
+  if (this->fake_indices_ && indices_->size() != input_->size())
+    throw std::bad_alloc(); // which initCompute keeps to itself
   for (const auto index : *indices_)
     if (index < 0 || static_cast<std::size_t>(index) >= input_->size())
       throw mrf::InvalidInput("index " + std::to_string(index) + " is outside the cloud of " +
