@@ -3,9 +3,15 @@
 
 #include <pcl/search/kdtree.h>
 
+#include "memory.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <new>
@@ -190,7 +196,7 @@ void failAllocations(const pcl::mrf::Options& options, bool allOfThem)
     if (testing::Test::HasFailure())
       return;
   }
-  EXPECT_GT(failed, 100);
+  EXPECT_GT(failed, runs / 4) << "the rest are buffers that sorting can do without";
 }
 
 } // namespace
@@ -230,6 +236,25 @@ TEST(Memory, TheOriginalExceptionLeavesOnRequest)
   expectCleared(outputs.mesh);
   EXPECT_EQ(mrf.getReport().status, Status::resourceLimit);
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // they reserve terabytes of addresses
+TEST(Memory, ThatIsFreeIsNotMoreThanTheProcessMayHave)
+{
+  const std::size_t before = pcl::mrf::availableMemory();
+  EXPECT_GT(before, std::size_t{1} << 20);
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  rlimit unlimited{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &unlimited), 0);
+  rlimit limited = unlimited;
+  constexpr std::size_t room = std::size_t{32} << 20;
+  limited.rlim_cur = pages * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE)) + room;
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &limited), 0);
+  const std::size_t after = pcl::mrf::availableMemory();
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &unlimited), 0);
+  EXPECT_LE(after, room);
+}
+#endif
 
 TEST(Callbacks, WhatTheyThrowIsReportedOrLeavesOnRequest)
 {
