@@ -21,6 +21,17 @@ std::size_t numberIn(const std::string& path, std::size_t otherwise)
   return std::ifstream(path) >> number ? number : otherwise;
 }
 
+/// Bytes in use that the kernel cannot drop: usage as such counts cached files as well.
+std::size_t residentIn(const std::string& statistics, const std::string& name)
+{
+  std::ifstream file(statistics);
+  std::string key;
+  for (std::size_t bytes = 0; file >> key >> bytes;)
+    if (key == name)
+      return bytes;
+  return 0;
+}
+
 /// What is left of a limit.
 std::size_t left(std::size_t limit, std::size_t used)
 {
@@ -55,7 +66,7 @@ std::size_t leftOfGroups()
     for (std::string path = line.substr(second + 1);; path.erase(path.find_last_of('/'))) {
       const std::string folder = root + (isSecond ? "" : "/memory") + path + "/memory.";
       least = std::min(least, left(numberIn(folder + (isSecond ? "max" : "limit_in_bytes"), unlimited),
-                                   numberIn(folder + (isSecond ? "current" : "usage_in_bytes"), 0)));
+                                   residentIn(folder + "stat", isSecond ? "anon" : "total_rss")));
       if (path.find('/') == std::string::npos)
         break;
     }
