@@ -31,9 +31,10 @@ struct Cell {
     place(x.z(), lattice.size.z, k, w);
   }
 
+  /// Beyond the lattice the values of its border count. NaN, for which all comparisons are false, becomes 0.
   static void place(double coordinate, int size, int& index, float& fraction)
   {
-    const double clamped = std::clamp(coordinate, 0.0, static_cast<double>(size - 1));
+    const double clamped = std::min(std::max(0.0, coordinate), static_cast<double>(size - 1));
     index = std::min(static_cast<int>(clamped), size - 2);
     fraction = static_cast<float>(clamped - index);
   }

@@ -27,6 +27,8 @@ const char* toString(Status status)
     return "solver failure";
   case Status::cancelled:
     return "cancelled";
+  case Status::internalError:
+    return "internal error";
   }
   return "unknown";
 }
@@ -45,10 +47,14 @@ struct Execution::Workers {
   std::atomic<std::int64_t> next{0};
   std::exception_ptr error;
 
-  explicit Workers(int number)
+  /// A thread that cannot be started (a limit of the system or of memory) is done without, and so are those after it.
+  explicit Workers(int number) noexcept
   {
-    for (int i = 0; i < number; ++i)
-      threads.emplace_back([this] { serve(); });
+    try {
+      for (int i = 0; i < number; ++i)
+        threads.emplace_back([this] { serve(); });
+    } catch (...) {
+    }
   }
 
   ~Workers()
@@ -118,8 +124,10 @@ Execution::Execution(int threads, ProgressCallback progress) : threads_(threads)
 {
   if (threads_ <= 0)
     threads_ = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  if (threads_ > 1)
+  if (threads_ > 1) {
     workers_ = std::make_unique<Workers>(threads_ - 1);
+    threads_ = 1 + static_cast<int>(workers_->threads.size());
+  }
 }
 
 Execution::~Execution() = default;

@@ -1,5 +1,5 @@
 /// \file
-/// \brief What the machine has left and what the process has taken.
+/// \brief What the process may still have and what it has taken.
 #pragma once
 
 #include <cstddef>
@@ -7,7 +7,9 @@
 namespace pcl {
 namespace mrf {
 
-/// Bytes that can be allocated without swapping; the physical memory where the system does not tell.
+/// Bytes that this process can allocate without swapping: what the machine has (the physical memory where the system
+/// does not tell), the limit of addresses leaves and the limits of control groups (version 1 and 2) leave, whichever is
+/// least.
 std::size_t availableMemory();
 
 /// Peak resident bytes of this process so far.

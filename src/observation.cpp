@@ -25,7 +25,8 @@ struct PointsByPlane {
   {
     std::vector<int> plane(positions.size());
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      plane[i] = std::clamp(static_cast<int>(std::lround(lattice.toVoxels(positions[i]).z())), 0, lattice.size.z - 1);
+      const double z = std::clamp(lattice.toVoxels(positions[i]).z(), 0., lattice.size.z - 1.);
+      plane[i] = static_cast<int>(std::lround(z));
       ++first[static_cast<std::size_t>(plane[i]) + 1];
     }
     for (std::size_t z = 1; z < first.size(); ++z)
@@ -39,11 +40,12 @@ struct PointsByPlane {
 /// Lowers the squared distances (in voxels) of the planes [zBegin, zEnd) to those of one point within `reach` voxels.
 void splat(const Eigen::Vector3d& centre, double reach, const GridSize& size, int zBegin, int zEnd, float* squared)
 {
-  const auto lower = [&](double c) { return static_cast<int>(std::ceil(c - reach)); };
-  const auto upper = [&](double c) { return static_cast<int>(std::floor(c + reach)); };
-  const int x0 = std::max(lower(centre.x()), 0), x1 = std::min(upper(centre.x()), size.x - 1);
-  const int y0 = std::max(lower(centre.y()), 0), y1 = std::min(upper(centre.y()), size.y - 1);
-  const int z0 = std::max(lower(centre.z()), zBegin), z1 = std::min(upper(centre.z()), zEnd - 1);
+  // Clamped first: a reach of any size may not overflow an index.
+  const auto lower = [&](double c, double first) { return static_cast<int>(std::max(std::ceil(c - reach), first)); };
+  const auto upper = [&](double c, double last) { return static_cast<int>(std::min(std::floor(c + reach), last)); };
+  const int x0 = lower(centre.x(), 0), x1 = upper(centre.x(), size.x - 1);
+  const int y0 = lower(centre.y(), 0), y1 = upper(centre.y(), size.y - 1);
+  const int z0 = lower(centre.z(), zBegin), z1 = upper(centre.z(), zEnd - 1);
   for (int z = z0; z <= z1; ++z)
     for (int y = y0; y <= y1; ++y) {
       const double dz = z - centre.z(), dy = y - centre.y();
@@ -76,7 +78,7 @@ ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice
     for (std::int64_t slab = begin; slab < end; ++slab) {
       const int zBegin = static_cast<int>(slab) * slabPlanes, zEnd = std::min(zBegin + slabPlanes, size.z);
       std::vector<float> squared(static_cast<std::size_t>(size.planeCount() * (zEnd - zBegin)), limit);
-      const int margin = static_cast<int>(std::ceil(reach)) + 1;
+      const int margin = static_cast<int>(std::min<double>(std::ceil(reach), size.z)) + 1;
       const int from = std::max(zBegin - margin, 0), to = std::min(zEnd + margin, size.z);
       for (std::size_t e = byPlane.first[static_cast<std::size_t>(from)];
            e < byPlane.first[static_cast<std::size_t>(to)]; ++e)

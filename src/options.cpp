@@ -1,8 +1,22 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/options.h>
 
+#include <type_traits>
+
 namespace pcl {
 namespace mrf {
+namespace {
+
+/// Enumerations may hold anything: they come from casts, or from memory that was never set.
+template <typename Enum>
+void checkEnum(const char* name, Enum value, Enum last)
+{
+  const auto number = static_cast<std::underlying_type_t<Enum>>(value);
+  if (number < 0 || number > static_cast<std::underlying_type_t<Enum>>(last))
+    throw InvalidOption(std::string(name) + " = " + std::to_string(number) + " is none of its named values");
+}
+
+} // namespace
 
 Options defaultPreset()
 {
@@ -34,6 +48,14 @@ Options paperPreset()
 
 void validate(const Options& options)
 {
+  checkEnum("unit", options.unit, LengthUnit::nearest);
+  checkEnum("normals.source", options.normals.source, NormalSource::estimate);
+  checkEnum("observation.estimate", options.observation.estimate, Estimate::trapezoid);
+  checkEnum("observation.confidenceShape", options.observation.confidenceShape, ConfidenceShape::quadratic);
+  checkEnum("multiscale.quality", options.multiscale.quality, Quality::fine);
+  checkEnum("polygonizer.decomposition", options.polygonizer.decomposition, CellDecomposition::tetrahedra);
+  checkEnum("trimming.trimming", options.trimming.trimming, Trimming::supported);
+  checkEnum("colours", options.colours, ColourMode::confidence);
   validate(options.outliers);
   validate(options.normals);
   validate(options.orientation);

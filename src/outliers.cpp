@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <sstream>
 
 namespace pcl {
@@ -148,6 +149,10 @@ std::vector<std::uint8_t> keptByStatistics(const PointSet& points, const Outlier
 
   StatisticalOutlierRemoval<PointXYZ> filter(true);
   filter.setInputCloud(cloud);
+  // Left to itself PCL goes on without any if there is no memory for them.
+  auto indices = std::make_shared<Indices>(points.size());
+  std::iota(indices->begin(), indices->end(), 0);
+  filter.setIndices(indices);
   // PCL reads past the end of its results when there are fewer neighbours than it was told to average over.
   filter.setMeanK(std::min(options.statisticalNeighbours, static_cast<int>(points.size()) - 1));
   filter.setStddevMulThresh(options.statisticalDeviations);

@@ -28,6 +28,10 @@ constexpr std::size_t brickCells = 64;
 /// Cells of a side of so many median distances to the 8th neighbour: measured, flat from .9 to 1.2.
 constexpr double sidePerEighth = 1.05;
 
+/// Squares near the smallest float are rounded to multiples of it. A squared distance, the sum of three, may be off by
+/// this much in all: down to zero for points that differ.
+constexpr double underflow = 4 * double{std::numeric_limits<float>::denorm_min()};
+
 /// Cells with more points are arranged for the tree.
 constexpr std::size_t crowded = 16;
 
@@ -323,7 +327,7 @@ float PointBins::squaredClearance(const Eigen::Vector3f& query, const CellBox& c
       result = std::min(result, origin_[axis] + (cells.upper[axis] + 1) * side_ - query[axis]);
   }
   const double clear = std::max(0., .999999 * (result - rounding_));
-  return static_cast<float>(clear * clear);
+  return static_cast<float>(std::max(0., clear * clear - underflow));
 }
 
 template <typename Visit>
@@ -359,7 +363,7 @@ void PointBins::forEachRun(const CellBox& cells, const Visit& visit) const
 bool PointBins::findBounded(const Eigen::Vector3f& query, float bound, Nearest& nearest) const
 {
   constexpr double mostCells = 2.5; // farther, the tree is faster
-  const double reach = 1.000001 * std::sqrt(double{bound});
+  const double reach = 1.000001 * std::sqrt(double{bound} + underflow);
   if (!(reach < mostCells * side_))
     return false;
   const Eigen::Array3d position = query.array().cast<double>();
@@ -453,7 +457,7 @@ int PointBins::within(const Eigen::Vector3f& query, float radius, Neighbours& re
   constexpr double mostCells = 2; // from the centre; farther, the tree is faster
   if (hasBins() && radius < mostCells * side_) {
     const Eigen::Array3d position = query.array().cast<double>();
-    const double reach = 1.000001 * radius;
+    const double reach = 1.000001 * std::sqrt(double{radius} * radius + underflow);
     forEachRun({cellOf(position - reach), cellOf(position + reach)}, [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) {
         const float distance = points_[n].squaredDistanceTo(query);

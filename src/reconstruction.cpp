@@ -11,9 +11,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <iterator>
 #include <limits>
 #include <memory>
+#include <new>
 #include <sstream>
 #include <utility>
 
@@ -23,19 +25,42 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Names the running stage and adds its wall-clock time to the report when it goes out of scope.
+double secondsSince(Clock::time_point start)
+{
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Names the running stage and adds it to the report, with its wall-clock time when it goes out of scope.
 class StageTimer {
 public:
-  StageTimer(const char* stage, Report& report, Execution& execution) : stage_(stage), report_(report)
+  StageTimer(const char* stage, Report& report, Execution& execution) : times_(report.times), entry_(times_.size())
   {
     execution.beginStage(stage);
+    times_.push_back({stage, 0}); // here and not in the destructor, which may not throw
   }
-  ~StageTimer() { report_.times.push_back({stage_, std::chrono::duration<double>(Clock::now() - start_).count()}); }
+  ~StageTimer() { times_[entry_].seconds = secondsSince(start_); }
   StageTimer(const StageTimer&) = delete;
   StageTimer& operator=(const StageTimer&) = delete;
 
 private:
-  const char* stage_;
+  std::vector<StageTime>& times_;
+  std::size_t entry_;
+  Clock::time_point start_ = Clock::now();
+};
+
+/// Completes the report however the run ends.
+class RunTimer {
+public:
+  explicit RunTimer(Report& report) : report_(report) {}
+  ~RunTimer()
+  {
+    report_.seconds = secondsSince(start_);
+    report_.peakBytes = peakMemory();
+  }
+  RunTimer(const RunTimer&) = delete;
+  RunTimer& operator=(const RunTimer&) = delete;
+
+private:
   Report& report_;
   Clock::time_point start_ = Clock::now();
 };
@@ -78,6 +103,18 @@ std::int64_t dropRepeated(PointSet& points)
   return static_cast<std::int64_t>(dropped);
 }
 
+/// \throw InvalidInput if the direction to a sensor cannot be computed in single precision
+void requireSensor(const Eigen::Vector3d& sensor, std::size_t number)
+{
+  constexpr double farthest = 1e18;
+  if (sensor.cwiseAbs().maxCoeff() <= farthest && sensor.allFinite())
+    return;
+  std::ostringstream text;
+  text << "sensor " << number << " (counted from 0) is not finite, or farther than " << farthest
+       << " from the cloud; give a position of the cloud's own frame";
+  throw InvalidInput(text.str());
+}
+
 /// Keeps the flagged points and hands them to the search; both stay as they are if all are kept.
 /// \return whether some were dropped
 bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighbourSearch& search, Execution& execution)
@@ -104,6 +141,30 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
   throw InvalidInput(text.str());
 }
 
+/// Between these lengths a cloud scaled by a power of two gives the same bytes, scaled. Outside of them areas and their
+/// squares, the fourth powers of lengths, leave the range of single precision.
+constexpr double shortestSpacing = 1e-8, longestDiagonal = 1e9;
+
+/// Of the box around the points, also where its square would overflow.
+double diagonalOf(const PointSet& points)
+{
+  const BoundingBox box = boundingBox(points.positions);
+  return (box.upper.cast<double>() - box.lower.cast<double>()).norm();
+}
+
+/// \throw InvalidInput if a length of the cloud is outside of that range, with a factor that brings it into its middle
+void requireRange(const char* what, double length)
+{
+  if (length >= shortestSpacing && length <= longestDiagonal)
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "the points' " << what << " is " << length << ", outside the range of single precision from "
+       << shortestSpacing << " to " << longestDiagonal << "; multiply the coordinates by 1e"
+       << -std::lround(std::log10(length)) << (length > 1 ? ", or drop points far away" : "");
+  throw InvalidInput(text.str());
+}
+
 /// Hands the points to the search first, drops outliers, and measures the density of what is left: from the same
 /// distances, as the few outliers hardly count among eight neighbours.
 void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
@@ -125,6 +186,7 @@ void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& s
   requirePoints(points, "outlier removal", report);
   const StageTimer timer("sampling density", report, execution);
   report.density = estimateSamplingDensity(points, distances, execution, options.unit);
+  requireRange("spacing", report.density.spacing);
   points.spacings = localSpacings(points, distances, execution);
 }
 
@@ -455,8 +517,10 @@ PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector
     if (!views.empty())
       points.views[n] = views[origin];
   });
-  for (const Eigen::Vector3d& sensor : sensors)
+  for (const Eigen::Vector3d& sensor : sensors) {
+    requireSensor(sensor - points.offset, points.sensors.size());
     points.sensors.push_back((sensor - points.offset).cast<float>());
+  }
   return points;
 }
 
@@ -464,6 +528,7 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
                           Execution& execution)
 {
   requirePoints(points, "gathering", report);
+  requireRange("diagonal", diagonalOf(points));
   removeOutliers(points, options, search, report, execution);
   std::vector<Eigen::Vector3f> normals = findNormals(points, options, search, report, execution);
   requirePoints(points, "normal estimation", report);
@@ -498,9 +563,9 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
 void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
                  Execution& execution, Reconstruction& result)
 {
-  const Clock::time_point start = Clock::now();
   result = Reconstruction();
   Report& report = result.report;
+  const RunTimer whole(report);
   report.options = options;
   report.points = counts;
   report.threads = execution.threads();
@@ -567,10 +632,32 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     report.options.remesher.targetEdge = static_cast<float>(remeshed.targetEdge);
     report.mesh = measure(result.mesh, execution);
   }
-  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  report.peakBytes = peakMemory();
   report.status = Status::ok;
   report.message = "ok";
+}
+
+void setFailure(const std::exception_ptr& error, Report& report) noexcept
+{
+  // Telling what happened takes memory, of which there may be none left.
+  try {
+    try {
+      std::rethrow_exception(error);
+    } catch (const Error& caught) {
+      report.status = caught.status();
+      report.message = caught.message();
+    } catch (const std::bad_alloc&) {
+      report.status = Status::resourceLimit;
+      report.message = "out of memory; choose a larger voxel size";
+    } catch (const std::exception& caught) {
+      report.status = Status::internalError;
+      report.message = std::string("unexpected error: ") + caught.what();
+    } catch (...) {
+      report.status = Status::internalError;
+      report.message = "unexpected error of an unknown type";
+    }
+  } catch (...) {
+    report.message = "out of memory"; // short enough for a string without memory of its own
+  }
 }
 
 } // namespace mrf

@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <cmath>
+#include <fstream>
 #include <stdexcept>
 #include <vector>
 
@@ -77,6 +81,34 @@ TEST(Execution, ReportsStagesAndCancels)
   EXPECT_EQ(calls[0], std::make_pair(std::string("first"), 0.0));
   EXPECT_EQ(calls[1], std::make_pair(std::string("first"), .5));
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // they reserve terabytes of addresses
+TEST(Execution, GoesOnWithTheThreadsThatStart)
+{
+  rlimit unlimited{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &unlimited), 0);
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  ASSERT_GT(pages, 0u);
+  // Room for the stacks of a few threads, which are megabytes each.
+  rlimit limited = unlimited;
+  limited.rlim_cur = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + (std::size_t{64} << 20);
+  constexpr int wanted = 200;
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &limited), 0);
+  std::atomic<int> visited{0};
+  int threads = 0;
+  {
+    Execution execution(wanted);
+    threads = execution.threads();
+    execution.forRange(1000, 1, [&](std::int64_t, std::int64_t) { ++visited; });
+  }
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &unlimited), 0);
+  EXPECT_GE(threads, 1);
+  EXPECT_LT(threads, wanted);
+  EXPECT_EQ(visited, 1000);
+  EXPECT_EQ(Execution(3).threads(), 3);
+}
+#endif
 
 TEST(Execution, TakesOneThreadPerHardwareThreadByDefault)
 {

@@ -125,6 +125,10 @@ const Cloud hardClouds[] = {
        return positions;
      }},
     {"tiny", [] { return onSphere(500, 1e-18f, 12); }},
+    {"squares without full precision", [] { return onSphere(500, 1e-20f, 13); }},
+    {"squares of few bits", [] { return onSphere(500, 4e-22f, 14); }},
+    {"squares that are zero", [] { return onSphere(500, 1e-30f, 15); }},
+    {"coordinates without full precision", [] { return onSphere(500, 1e-40f, 16); }},
 };
 
 class HardClouds : public testing::TestWithParam<Cloud> {};

@@ -393,6 +393,35 @@ TEST_F(ToolFiles, ReportHoldsEverything)
   EXPECT_LE(sum, 1.01 * report.at("seconds").get<double>() + .01);
 }
 
+TEST_F(ToolFiles, AFailureIsReportedAsWell)
+{
+  write("in.xyz", tool::sphereRows(pointCount));
+  write("two.xyz", "0 0 0\n1 0 0\n");
+  const auto reported = [&](std::vector<std::string> arguments, int status) {
+    for (const char* argument : {"--report", "r.json", "--field", "f.vti"})
+      arguments.emplace_back(argument);
+    const tool::Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, status) << outcome.err;
+    EXPECT_EQ(files(), (std::vector<std::string>{"in.xyz", "r.json", "two.xyz"}));
+    const json report = json::parse(tool::readText(path("r.json")));
+    EXPECT_NE(outcome.err.find(report.at("message").get<std::string>()), std::string::npos) << report.at("message");
+    std::filesystem::remove(path("r.json"));
+    return report;
+  };
+  const json large = reported({"in.xyz", "out.ply", "--voxel-size", "0.001", "--max-memory", "16"}, 3);
+  EXPECT_EQ(large.at("status"), "resource limit");
+  EXPECT_EQ(large.at("schema"), 1);
+  EXPECT_EQ(large.at("tool"), "pcl_mrf_reconstruction");
+  EXPECT_FALSE(large.at("version").get<std::string>().empty());
+  EXPECT_EQ(large.at("/points/used"_json_pointer), pointCount) << "what was done up to there";
+  EXPECT_GT(large.at("seconds"), 0);
+  EXPECT_GT(large.at("peakBytes"), 0);
+  EXPECT_EQ(reported({"two.xyz", "out.ply"}, 1).at("status"), "invalid input");
+  EXPECT_EQ(reported({"absent.xyz", "out.ply", "--max-hole", ".5"}, 1).at("/options/trimming/maxHole"_json_pointer),
+            .5);
+  EXPECT_EQ(reported({"two.xyz", "out.ply", "--normals", "use"}, 2).at("status"), "invalid option");
+}
+
 TEST_F(ToolFiles, OnlyTheFilesAskedForAppear)
 {
   write("in.xyz", tool::sphereRows(pointCount));

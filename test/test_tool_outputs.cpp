@@ -102,7 +102,7 @@ TEST_F(ToolOutputs, AFileThatCannotGrowSaysWhy)
       EXPECT_EQ(outcome.err, "pcl_mrf_reconstruction: '" + name + "': could not be written: File too large\n");
       EXPECT_EQ(results(), std::vector<std::string>{});
     }
-  const tool::Outcome field = shell("ulimit -f 20; exec $TOOL sphere.xyz out.ply --field field.vti -q");
+  const tool::Outcome field = shell("ulimit -f 80; exec $TOOL sphere.xyz out.ply --field field.vti -q");
   EXPECT_EQ(field.err, "pcl_mrf_reconstruction: 'field.vti': could not be written: File too large\n");
   EXPECT_EQ(results(), std::vector<std::string>{});
 }

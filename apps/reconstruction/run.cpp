@@ -21,6 +21,9 @@
 
 #include <chrono>
 #include <csignal>
+#include <exception>
+#include <functional>
+#include <memory>
 #include <utility>
 
 namespace mrf_apps {
@@ -149,7 +152,8 @@ std::vector<float> attributesAt(const std::vector<Eigen::Vector3f>& vertices, co
 }
 
 /// The stages without the class for PCL's clouds and meshes, which would hold everything twice.
-Result reconstruct(Input& input, const Command& command, ProgressDisplay& progress)
+/// \param report has what was done also if that throws
+Result reconstruct(Input& input, const Command& command, ProgressDisplay& progress, pcl::mrf::Report& report)
 {
   pcl::mrf::Execution execution(command.options.threads, [&](const std::string& stage, double fraction) {
     progress.show(stage, fraction);
@@ -159,7 +163,12 @@ Result reconstruct(Input& input, const Command& command, ProgressDisplay& progre
   pcl::mrf::PointSet points = gatherPoints(input, command.options, counts, execution);
   const auto search = pcl::mrf::makePointBins();
   pcl::mrf::Reconstruction reconstruction;
-  pcl::mrf::reconstruct(std::move(points), counts, command.options, *search, execution, reconstruction);
+  try {
+    pcl::mrf::reconstruct(std::move(points), counts, command.options, *search, execution, reconstruction);
+  } catch (...) {
+    report = std::move(reconstruction.report);
+    throw;
+  }
 
   Result result;
   result.report = std::move(reconstruction.report);
@@ -197,13 +206,51 @@ PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d
   return sensors.size() == 1 ? pictureFrom(sensors.front(), mesh) : PictureOptions();
 }
 
-void writeReport(const Result& result, const Command& command, const std::string& path)
+/// To be raised when a name in the report changes its meaning or goes.
+constexpr int reportSchema = 1;
+
+void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfOutput, const Command& command,
+                 const std::string& path)
 {
-  nlohmann::ordered_json json = {{"input", command.input}, {"output", command.output}};
-  if (!result.shiftOfOutput.isZero(0))
-    json["offset"] = {result.shiftOfOutput.x(), result.shiftOfOutput.y(), result.shiftOfOutput.z()};
-  json.update(toJson(result.report));
+  nlohmann::ordered_json json = {{"schema", reportSchema},
+                                 {"tool", "pcl_mrf_reconstruction"},
+                                 {"version", MRF_VERSION},
+                                 {"input", command.input},
+                                 {"output", command.output}};
+  if (!shiftOfOutput.isZero(0))
+    json["offset"] = {shiftOfOutput.x(), shiftOfOutput.y(), shiftOfOutput.z()};
+  json.update(toJson(report));
   writeText(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+/// Sets status and message by the exception that is being handled.
+void describeFailure(pcl::mrf::Report& report)
+{
+  try {
+    throw;
+  } catch (const FileError& error) {
+    report.status = pcl::mrf::Status::invalidInput;
+    report.message = error.what();
+  } catch (const UsageError& error) {
+    report.status = pcl::mrf::Status::invalidOption;
+    report.message = error.what();
+  } catch (...) {
+    setFailure(std::current_exception(), report);
+  }
+}
+
+/// Writes the report of a run that failed, the only file it leaves.
+void writeFailure(pcl::mrf::Report& report, const Command& command)
+{
+  try {
+    describeFailure(report);
+    OutputFiles outputs;
+    outputs.add(command.report);
+    outputs.write(command.report,
+                  [&](const std::string& path) { writeReport(report, Eigen::Vector3d::Zero(), command, path); });
+    outputs.publish();
+  } catch (...) { // what it was to tell is told on standard error, and matters more
+  }
 }
 
 RunSummary summarise(const Input& input, const Command& command)
@@ -224,22 +271,9 @@ RunSummary summarise(const Input& input, const Command& command)
   return summary;
 }
 
-} // namespace
-
-void run(const Command& command)
+/// Reads, reconstructs, and publishes the declared outputs. \param report has what was done also if that throws
+void produce(const Command& command, OutputFiles& outputs, pcl::mrf::Report& report)
 {
-  refuseInputAsOutput({command.input, command.sensorsFile, command.viewsFile},
-                      {command.output, command.report, command.field, command.picture});
-  if (!command.picture.empty())
-    requireDisplay();
-  // From here on there are temporary files to remove.
-  std::signal(SIGINT, interrupt);
-  std::signal(SIGTERM, interrupt);
-  OutputFiles outputs;
-  for (const std::string& path : {command.output, command.report, command.field, command.picture})
-    if (!path.empty())
-      outputs.add(path);
-
   const auto start = std::chrono::steady_clock::now();
   ProgressDisplay progress(command.verbosity);
   progress.show("reading", 0);
@@ -247,7 +281,7 @@ void run(const Command& command)
   RunSummary summary = summarise(input, command);
   summary.readingSeconds = secondsSince(start);
 
-  Result result = reconstruct(input, command, progress);
+  Result result = reconstruct(input, command, progress, report);
   releaseFreedMemory();
   if (extension(command.output) == "stl")
     result.shiftOfOutput = stlOffset(result.mesh);
@@ -272,13 +306,42 @@ void run(const Command& command)
     }
   write(command.picture,
         [&](const std::string& path) { writePicture(result.mesh, viewOf(result.mesh, input.sensors), path); });
-  write(command.report, [&](const std::string& path) { writeReport(result, command, path); });
+  write(command.report,
+        [&](const std::string& path) { writeReport(result.report, result.shiftOfOutput, command, path); });
   if (interrupted != 0)
     throw pcl::mrf::Cancelled("interrupted");
   outputs.publish();
   summary.writingSeconds = secondsSince(writingStart);
   progress.clear();
   printSummary(summary, result.report, command.verbosity);
+}
+
+} // namespace
+
+void run(const Command& command)
+{
+  refuseInputAsOutput({command.input, command.sensorsFile, command.viewsFile},
+                      {command.output, command.report, command.field, command.picture});
+  if (!command.picture.empty())
+    requireDisplay();
+  // From here on there are temporary files to remove.
+  std::signal(SIGINT, interrupt);
+  std::signal(SIGTERM, interrupt);
+  auto outputs = std::make_unique<OutputFiles>();
+  for (const std::string& path : {command.output, command.report, command.field, command.picture})
+    if (!path.empty())
+      outputs->add(path);
+
+  pcl::mrf::Report report;
+  report.options = command.options;
+  try {
+    produce(command, *outputs, report);
+  } catch (...) {
+    outputs.reset();
+    if (interrupted == 0 && !command.report.empty()) // who interrupts wants nothing
+      writeFailure(report, command);
+    throw;
+  }
 }
 
 } // namespace mrf_apps

@@ -32,12 +32,15 @@ namespace pcl {
 /// Every length left at 0 is derived from the sampling density of the cloud. Setters only store; `reconstruct`
 /// validates everything once, so their order never matters.
 ///
-/// On failure the output is cleared, one PCL_ERROR is logged, and the report has status and message; see setThrowing.
-/// The mesh's cloud carries x y z, normal_x normal_y normal_z, confidence (α, 0..1) and rgb or intensity where the
-/// input had them (mean of the 4 nearest points, weights 1/d²). The result does not depend on the number of threads.
+/// On failure the output is cleared but for its header and fields, one PCL_ERROR is logged, and the report has status
+/// and message; nothing is thrown, whatever a callback or a search object throw (Status::internalError); see
+/// setThrowing. Each warning of the report is logged as a PCL_WARN. The mesh's cloud carries x y z, normal_x normal_y
+/// normal_z, confidence (α, 0..1) and rgb or intensity where the input had them (mean of the 4 nearest points, weights
+/// 1/d²). The result does not depend on the number of threads.
 ///
-/// The search object of setSearchMethod is used for every query; it is handed clouds in a recentred frame. Without one,
-/// the library searches in sorted bins.
+/// The search object of setSearchMethod is used for every query; it is handed clouds in a recentred frame. An answer
+/// with indices that are none of the cloud's, or with distances that are none, ends the run as invalid input. Without
+/// one, the library searches in sorted bins.
 ///
 /// Compiled for PointXYZ, PointXYZI, PointXYZRGB, PointNormal, PointXYZINormal and PointXYZRGBNormal. For another type
 /// include pcl/surface/impl/mrf_reconstruction.hpp.
@@ -112,7 +115,8 @@ public:
   /// Called with stage and fraction; returning false cancels.
   void setProgressCallback(const mrf::ProgressCallback& callback) { callback_ = callback; }
 
-  /// True: reconstruct rethrows errors (pcl::mrf::Error) after clearing the output.
+  /// True: reconstruct rethrows what was thrown (pcl::mrf::Error, std::bad_alloc, or an exception of the user's own
+  /// callback or search object) after clearing the output.
   void setThrowing(bool throwing) { throwing_ = throwing; }
   /// @}
 
@@ -145,10 +149,19 @@ protected:
 private:
   /// Gathers the cloud and runs the stages into result_ and attributes_. \throw mrf::Error
   void gatherAndRun();
-  /// The same, with every error logged once and kept in the report. \return true if result_ is valid
-  bool run();
+  /// The same, and `fill` with what is there then. Whatever is thrown is logged once and kept in the report, with
+  /// nothing left of the result, and `clear` called.
+  template <typename Fill, typename Clear>
+  void run(const Fill& fill, const Clear& clear);
   void checkViews() const;
   void interpolateAttributes(const mrf::NeighbourSearch& search, mrf::Execution& execution);
+  static void log(const mrf::Report& report) noexcept;
+  bool isColoured() const;
+  bool isIntense() const;
+  /// Empty, with header and fields.
+  void clear(pcl::PolygonMesh& output) const;
+  void write(pcl::PolygonMesh& output) const;
+  void write(PointCloud& points, std::vector<pcl::Vertices>& polygons) const;
   void writePolygons(std::vector<pcl::Vertices>& polygons) const;
 
   mrf::Options options_;

@@ -10,12 +10,16 @@
 #include <pcl/search/search.h>
 #include <pcl/type_traits.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <new>
 #include <optional>
+#include <string>
+#include <tuple>
 #include <utility>
 
 namespace pcl {
@@ -35,19 +39,43 @@ public:
     for (const Eigen::Vector3f& position : positions)
       cloud->push_back(toPoint(position));
     search_->setInputCloud(cloud);
+    count_ = positions.size();
   }
 
   int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override
   {
-    return search_->nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances);
+    return checked(search_->nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances), k, result);
   }
 
   int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override
   {
-    return search_->radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances);
+    const int found = search_->radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances);
+    return checked(found, std::numeric_limits<int>::max(), result);
   }
 
 private:
+  /// The stages use the indices as they are: what they ask for is checked here, once.
+  int checked(int found, int most, Neighbours& result) const
+  {
+    const auto fail = [](const std::string& what) {
+      throw InvalidInput("the object of setSearchMethod answered with " + what);
+    };
+    if (found < 0 || found > most || static_cast<std::size_t>(found) > result.indices.size() ||
+        static_cast<std::size_t>(found) > result.squaredDistances.size())
+      fail(std::to_string(found) + " neighbors, and holds " + std::to_string(result.indices.size()));
+    result.indices.resize(static_cast<std::size_t>(found));
+    result.squaredDistances.resize(static_cast<std::size_t>(found));
+    for (const auto index : result.indices)
+      if (index < 0 || static_cast<std::size_t>(index) >= count_)
+        fail("index " + std::to_string(index) + ", and has " + std::to_string(count_) + " points");
+    for (const float distance : result.squaredDistances)
+      if (!(distance >= 0))
+        fail("a squared distance of " + std::to_string(distance));
+    if (!std::is_sorted(result.squaredDistances.begin(), result.squaredDistances.end()))
+      sort(result);
+    return found;
+  }
+
   static PointNT toPoint(const Eigen::Vector3f& position)
   {
     PointNT point;
@@ -55,7 +83,19 @@ private:
     return point;
   }
 
+  /// An octree answers in the order of its cells.
+  static void sort(Neighbours& result)
+  {
+    std::vector<std::pair<float, int>> entries;
+    for (std::size_t n = 0; n < result.indices.size(); ++n)
+      entries.emplace_back(result.squaredDistances[n], result.indices[n]);
+    std::sort(entries.begin(), entries.end());
+    for (std::size_t n = 0; n < entries.size(); ++n)
+      std::tie(result.squaredDistances[n], result.indices[n]) = entries[n];
+  }
+
   typename search::Search<PointNT>::Ptr search_;
+  std::size_t count_ = 0;
 };
 
 /// Colour and intensity of a point as floats, where its type has them.
@@ -140,7 +180,7 @@ MRFReconstruction<PointNT>::MRFReconstruction()
 template <typename PointNT>
 void MRFReconstruction<PointNT>::gatherAndRun()
 {
-  result_ = mrf::Reconstruction();
+  result_.report.options = options_;
   mrf::validate(options_);
   constexpr bool hasNormals = traits::has_normal<PointNT>::value;
   const mrf::NormalSource source = options_.normals.source;
@@ -151,6 +191,8 @@ void MRFReconstruction<PointNT>::gatherAndRun()
     throw mrf::InvalidInput("the input cloud is missing or empty; call setInputCloud with a cloud that has points");
   if (!this->initCompute())
     throw mrf::InvalidInput("the indices do not fit the input cloud");
+  if (this->fake_indices_ && indices_->size() != input_->size())
+    throw std::bad_alloc(); // which initCompute keeps to itself
   for (const auto index : *indices_)
     if (index < 0 || static_cast<std::size_t>(index) >= input_->size())
       throw mrf::InvalidInput("index " + std::to_string(index) + " is outside the cloud of " +
@@ -227,49 +269,55 @@ void MRFReconstruction<PointNT>::interpolateAttributes(const mrf::NeighbourSearc
 }
 
 template <typename PointNT>
-bool MRFReconstruction<PointNT>::run()
+void MRFReconstruction<PointNT>::log(const mrf::Report& report) noexcept
 {
-  const auto fail = [this](mrf::Status status, const std::string& message) {
-    mrf::Report report = std::move(result_.report);
-    report.status = status;
-    report.message = message;
-    result_ = mrf::Reconstruction();
-    result_.report = std::move(report);
-    attributes_.clear();
-    PCL_ERROR("[pcl::%s::reconstruct] %s: %s\n", this->getClassName().c_str(), mrf::toString(status), message.c_str());
-  };
+  try {
+    for (const std::string& warning : report.warnings)
+      PCL_WARN("[pcl::MRFReconstruction::reconstruct] %s\n", warning.c_str());
+    if (report.status != mrf::Status::ok)
+      PCL_ERROR("[pcl::MRFReconstruction::reconstruct] %s: %s\n", mrf::toString(report.status), report.message.c_str());
+  } catch (...) { // PCL's console takes memory, of which there may be none left; the report has it all
+  }
+}
+
+template <typename PointNT>
+template <typename Fill, typename Clear>
+void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
+{
   std::exception_ptr error;
   try {
+    result_ = mrf::Reconstruction();
+    attributes_.clear();
+    clear();
     gatherAndRun();
-  } catch (const mrf::Error& caught) {
-    fail(caught.status(), caught.message());
+    fill();
+  } catch (...) {
     error = std::current_exception();
-  } catch (const std::bad_alloc&) {
-    fail(mrf::Status::resourceLimit, "out of memory; choose a larger voxel size");
-    error = std::make_exception_ptr(mrf::ResourceLimit(result_.report.message));
+    mrf::Report report = std::move(result_.report);
+    result_ = mrf::Reconstruction();
+    result_.report = std::move(report);
+    attributes_ = {};
+    mrf::setFailure(error, result_.report);
+    try {
+      clear();
+    } catch (...) { // without the memory for a name in its header; what it held is gone
+    }
   }
   this->deinitCompute();
+  log(result_.report);
   if (error && throwing_)
     std::rethrow_exception(error);
-  return !error;
 }
 
 template <typename PointNT>
 void MRFReconstruction<PointNT>::reconstruct(pcl::PolygonMesh& output)
 {
-  output = pcl::PolygonMesh();
-  if (input_)
-    output.header = input_->header;
   performReconstruction(output);
 }
 
 template <typename PointNT>
 void MRFReconstruction<PointNT>::reconstruct(PointCloud& points, std::vector<pcl::Vertices>& polygons)
 {
-  points = PointCloud();
-  polygons.clear();
-  if (input_)
-    points.header = input_->header;
   performReconstruction(points, polygons);
 }
 
@@ -284,39 +332,73 @@ void MRFReconstruction<PointNT>::writePolygons(std::vector<pcl::Vertices>& polyg
 template <typename PointNT>
 void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
 {
-  if (!run())
-    return;
-  using Attributes = mrf::detail::Attributes<PointNT>;
-  const mrf::TriangleMesh& mesh = result_.mesh;
-  const bool coloured = options_.colours == mrf::ColourMode::confidence || (Attributes::hasRgb && !attributes_.empty());
-  const bool intense = !Attributes::hasRgb && !attributes_.empty();
+  run([&] { write(output); }, [&] { clear(output); });
+}
 
+template <typename PointNT>
+void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::vector<pcl::Vertices>& polygons)
+{
+  const auto clear = [&] {
+    points = PointCloud();
+    polygons.clear();
+    if (input_)
+      points.header = input_->header;
+  };
+  run([&] { write(points, polygons); }, clear);
+}
+
+template <typename PointNT>
+bool MRFReconstruction<PointNT>::isColoured() const
+{
+  return options_.colours == mrf::ColourMode::confidence ||
+         (mrf::detail::Attributes<PointNT>::hasRgb && options_.colours == mrf::ColourMode::input);
+}
+
+template <typename PointNT>
+bool MRFReconstruction<PointNT>::isIntense() const
+{
+  return mrf::detail::Attributes<PointNT>::hasIntensity && !mrf::detail::Attributes<PointNT>::hasRgb &&
+         options_.colours == mrf::ColourMode::input;
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::clear(pcl::PolygonMesh& output) const
+{
+  output = pcl::PolygonMesh();
+  if (input_)
+    output.header = input_->header;
   pcl::PCLPointCloud2& cloud = output.cloud;
   cloud.header = output.header;
+  cloud.height = 1;
+  cloud.is_dense = 1;
   for (const char* name : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "confidence"})
     mrf::detail::addField(cloud, name, PCLPointField::FLOAT32);
-  if (coloured)
+  if (isColoured())
     mrf::detail::addField(cloud, "rgb", PCLPointField::FLOAT32);
-  if (intense)
+  if (isIntense())
     mrf::detail::addField(cloud, "intensity", PCLPointField::FLOAT32);
-  cloud.height = 1;
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::write(pcl::PolygonMesh& output) const
+{
+  const mrf::TriangleMesh& mesh = result_.mesh;
+  pcl::PCLPointCloud2& cloud = output.cloud;
   cloud.width = static_cast<std::uint32_t>(mesh.vertices.size());
   cloud.row_step = cloud.point_step * cloud.width;
-  cloud.is_dense = 1;
   cloud.data.resize(std::size_t{cloud.point_step} * cloud.width);
-
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const Eigen::Vector3f position = (mesh.vertices[v].template cast<double>() + getOffset()).template cast<float>();
     const Eigen::Vector3f& normal = mesh.normals[v];
     std::array<float, 8> values = {position.x(), position.y(), position.z(),        normal.x(),
                                    normal.y(),   normal.z(),   mesh.confidences[v], 0};
-    if (coloured) {
+    if (isColoured()) {
       mrf::Rgb rgb = mrf::confidenceColour(mesh.confidences[v]);
       if (options_.colours == mrf::ColourMode::input)
         rgb = mrf::toRgb(&attributes_[3 * v]);
       const std::uint32_t packed = mrf::detail::packRgb(rgb[0], rgb[1], rgb[2]);
       std::memcpy(&values[7], &packed, sizeof(packed));
-    } else if (intense)
+    } else if (isIntense())
       values[7] = attributes_[v];
     std::memcpy(cloud.data.data() + v * cloud.point_step, values.data(), cloud.point_step);
   }
@@ -324,10 +406,8 @@ void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
 }
 
 template <typename PointNT>
-void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::vector<pcl::Vertices>& polygons)
+void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vertices>& polygons) const
 {
-  if (!run())
-    return;
   using Attributes = mrf::detail::Attributes<PointNT>;
   const mrf::TriangleMesh& mesh = result_.mesh;
   points.resize(mesh.vertices.size());

@@ -10,7 +10,8 @@ namespace pcl {
 namespace mrf {
 
 /// How a reconstruction ended. Anything but `ok` comes with a message that names the value and the remedy.
-enum class Status { ok, invalidInput, invalidOption, resourceLimit, solverFailure, cancelled };
+/// internalError: an exception that is not the module's own, such as one of a callback or a search object of the user.
+enum class Status { ok, invalidInput, invalidOption, resourceLimit, solverFailure, cancelled, internalError };
 
 /// \return the status as a word for reports: "ok", "invalid input", ...
 const char* toString(Status status);

@@ -23,7 +23,8 @@ using ProgressCallback = std::function<bool(const std::string& stage, double fra
 /// An Execution runs one parallel loop at a time; loops must not be nested.
 class Execution {
 public:
-  /// \param threads number of threads, the calling one included; 0 = one per hardware thread
+  /// \param threads number of threads, the calling one included; 0 = one per hardware thread. Where the system does not
+  /// let so many start, there are fewer.
   explicit Execution(int threads = 1, ProgressCallback progress = {});
   ~Execution();
   Execution(const Execution&) = delete;

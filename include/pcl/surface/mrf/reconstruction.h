@@ -10,6 +10,8 @@
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include <exception>
+
 namespace pcl {
 namespace mrf {
 
@@ -25,6 +27,7 @@ struct Reconstruction {
 /// \param normals empty or one per position; \param confidences, views likewise
 /// \param sensors positions in the cloud's frame
 /// \param counts receives input, notFinite, duplicates, zeroNormals, zeroConfidence
+/// \throw InvalidInput if a sensor is not finite, or farther than 1e18 from the cloud
 /// Zero normals are dropped only if `normalsNeeded`; of equal positions the first is kept.
 /// \return the points along a space-filling curve, so that the stages find neighbours close in memory; neither their
 /// positions nor their order depend on the order they came in
@@ -48,10 +51,16 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
 /// \param points as gather gives them, with the counts it gave
 /// \param search is used for every query; see makePointBins
 /// \param result replaced; after an error its report has what was done so far and the rest is empty or partial
-/// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled
-/// The result is the same bytes for any number of threads.
+/// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled; and whatever the search or the progress
+/// callback throw
+/// Points nearer than 1e-8 to each other on average, or in a box with a diagonal above 1e9, are refused as
+/// InvalidInput. The result is the same bytes for any number of threads.
 void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
                  Execution& execution, Reconstruction& result);
+
+/// Sets status and message of the report by what was thrown: the module's errors as they are, std::bad_alloc as a
+/// resource limit, all others as internal errors.
+void setFailure(const std::exception_ptr& error, Report& report) noexcept;
 
 } // namespace mrf
 } // namespace pcl

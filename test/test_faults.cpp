@@ -1,0 +1,531 @@
+// What goes wrong outside of the method: memory, threads, the user's own objects. Always a clean error.
+#include "support/contract.h"
+
+#include <pcl/search/kdtree.h>
+
+#include "memory.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <new>
+#include <stdexcept>
+#include <thread>
+
+using namespace contract;
+using conversion::sameBytes;
+using pcl::mrf::Status;
+
+namespace {
+
+/// Allocations are counted while `counting`; the one numbered `failing` fails, and with `forGood` all after it.
+std::atomic<bool> counting{false}, forGood{false};
+std::atomic<std::int64_t> allocations{0}, failing{-1};
+
+bool mayAllocate()
+{
+  if (!counting)
+    return true;
+  const std::int64_t number = allocations++;
+  return forGood ? number < failing : number != failing;
+}
+
+void* allocate(std::size_t bytes, std::size_t alignment) noexcept
+{
+  if (!mayAllocate())
+    return nullptr;
+  const std::size_t whole = (std::max<std::size_t>(bytes, 1) + alignment - 1) / alignment * alignment;
+  return std::aligned_alloc(alignment, whole);
+}
+
+void* allocateOrThrow(std::size_t bytes, std::size_t alignment)
+{
+  if (void* memory = allocate(bytes, alignment))
+    return memory;
+  throw std::bad_alloc();
+}
+
+constexpr std::size_t natural = alignof(std::max_align_t);
+
+} // namespace
+
+void* operator new(std::size_t bytes)
+{
+  return allocateOrThrow(bytes, natural);
+}
+void* operator new[](std::size_t bytes)
+{
+  return allocateOrThrow(bytes, natural);
+}
+void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept
+{
+  return allocate(bytes, natural);
+}
+void* operator new[](std::size_t bytes, const std::nothrow_t&) noexcept
+{
+  return allocate(bytes, natural);
+}
+void* operator new(std::size_t bytes, std::align_val_t a)
+{
+  return allocateOrThrow(bytes, std::size_t(a));
+}
+void* operator new[](std::size_t bytes, std::align_val_t a)
+{
+  return allocateOrThrow(bytes, std::size_t(a));
+}
+void operator delete(void* memory) noexcept
+{
+  std::free(memory);
+}
+void operator delete[](void* memory) noexcept
+{
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept
+{
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept
+{
+  std::free(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept
+{
+  std::free(memory);
+}
+void operator delete[](void* memory, std::align_val_t) noexcept
+{
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
+{
+  std::free(memory);
+}
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept
+{
+  std::free(memory);
+}
+void operator delete(void* memory, const std::nothrow_t&) noexcept
+{
+  std::free(memory);
+}
+void operator delete[](void* memory, const std::nothrow_t&) noexcept
+{
+  std::free(memory);
+}
+
+namespace {
+
+/// About a hundred points, so that a run takes milliseconds.
+Cloud::Ptr smallCloud()
+{
+  const auto cloud = conversion::make<pcl::PointNormal>(shapes::sample(shapes::sphere(1), 1.2, .35));
+  cloud->header.frame_id = "a name that is too long for a string without memory of its own";
+  return cloud;
+}
+
+pcl::mrf::Options smallOptions(int threads)
+{
+  pcl::mrf::Options options;
+  options.threads = threads;
+  options.remesher.rounds = 1;
+  return options;
+}
+
+/// Counts the allocations of a call, with those from `first` on failing.
+template <typename Call>
+std::int64_t countAllocations(std::int64_t first, bool allOfThem, const Call& call)
+{
+  allocations = 0;
+  failing = first;
+  forGood = allOfThem;
+  counting = true;
+  call();
+  counting = false;
+  return allocations;
+}
+
+void expectCleared(const pcl::PolygonMesh& mesh)
+{
+  EXPECT_TRUE(mesh.polygons.empty());
+  EXPECT_TRUE(mesh.cloud.data.empty());
+  EXPECT_EQ(mesh.cloud.width, 0u);
+}
+
+/// Fails allocations of a run: each, or as many as a test has time for.
+void failAllocations(const pcl::mrf::Options& options, bool allOfThem)
+{
+  const Cloud::Ptr cloud = smallCloud();
+  Mrf undisturbed;
+  undisturbed.setOptions(options);
+  undisturbed.setInputCloud(cloud);
+  pcl::mrf::TriangleMesh expected;
+  const std::int64_t total = countAllocations(-1, false, [&] { expected = run(undisturbed); });
+  ASSERT_GT(total, 500);
+  const char* every = std::getenv("MRF_EVERY_ALLOCATION");
+  constexpr std::int64_t runs = 150;
+  const std::int64_t step = every != nullptr ? 1 : total / runs + 1;
+  std::int64_t failed = 0;
+  for (std::int64_t n = 0; n < total; n += step) {
+    SCOPED_TRACE(n);
+    Mrf mrf;
+    mrf.setOptions(options);
+    mrf.setInputCloud(cloud);
+    Outputs<pcl::PointNormal> outputs;
+    EXPECT_NO_THROW(countAllocations(n, allOfThem, [&] { mrf.reconstruct(outputs.mesh); }));
+    counting = false;
+    const Status status = mrf.getReport().status;
+    if (status == Status::ok) { // some of the standard library's can be done without
+      EXPECT_TRUE(sameBytes(conversion::plain(outputs.mesh), expected));
+      continue;
+    }
+    ++failed;
+    EXPECT_EQ(status, Status::resourceLimit) << mrf.getReport().message;
+    EXPECT_NE(mrf.getReport().message.find("out of memory"), std::string::npos) << mrf.getReport().message;
+    expectCleared(outputs.mesh);
+    EXPECT_TRUE(mrf.getDistanceField().empty());
+    if (failed == 1) {
+      EXPECT_TRUE(sameBytes(run(mrf), expected)) << "the object works after its failure";
+    }
+    if (testing::Test::HasFailure())
+      return;
+  }
+  EXPECT_GT(failed, runs / 4) << "the rest are buffers that sorting can do without";
+}
+
+} // namespace
+
+class Memory : public testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Threads, Memory, testing::Values(1, 2));
+
+TEST_P(Memory, OneAllocationThatFailsEndsTheRunInGoodOrder)
+{
+  failAllocations(smallOptions(GetParam()), false);
+}
+
+TEST_P(Memory, NoneIsNeededToEndTheRunInGoodOrder)
+{
+  failAllocations(smallOptions(GetParam()), true);
+}
+
+TEST(Memory, ThePapersSettingsEndInGoodOrderAsWell)
+{
+  pcl::mrf::Options options = pcl::mrf::paperPreset();
+  options.threads = 2;
+  // FLANN allocates inside an OpenMP region, out of which no exception can come.
+  options.outliers.statistical = false;
+  options.solver.maxIterations = 20;
+  failAllocations(options, false);
+}
+
+TEST(Memory, TheOriginalExceptionLeavesOnRequest)
+{
+  Mrf mrf;
+  mrf.setOptions(smallOptions(1));
+  mrf.setInputCloud(smallCloud());
+  mrf.setThrowing(true);
+  Outputs<pcl::PointNormal> outputs;
+  EXPECT_THROW(countAllocations(100, false, [&] { mrf.reconstruct(outputs.mesh); }), std::bad_alloc);
+  counting = false;
+  expectCleared(outputs.mesh);
+  EXPECT_EQ(mrf.getReport().status, Status::resourceLimit);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) // they reserve terabytes of addresses
+TEST(Memory, ThatIsFreeIsNotMoreThanTheProcessMayHave)
+{
+  const std::size_t before = pcl::mrf::availableMemory();
+  EXPECT_GT(before, std::size_t{1} << 20);
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  rlimit unlimited{};
+  ASSERT_EQ(getrlimit(RLIMIT_AS, &unlimited), 0);
+  rlimit limited = unlimited;
+  constexpr std::size_t room = std::size_t{32} << 20;
+  limited.rlim_cur = pages * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE)) + room;
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &limited), 0);
+  const std::size_t after = pcl::mrf::availableMemory();
+  ASSERT_EQ(setrlimit(RLIMIT_AS, &unlimited), 0);
+  EXPECT_LE(after, room);
+}
+#endif
+
+TEST(Callbacks, WhatTheyThrowIsReportedOrLeavesOnRequest)
+{
+  Mrf mrf;
+  mrf.setOptions(smallOptions(2));
+  mrf.setInputCloud(smallCloud());
+  const pcl::mrf::TriangleMesh expected = run(mrf);
+  mrf.setProgressCallback([](const std::string& stage, double) -> bool {
+    return stage != "polygonizer" ? true : throw std::length_error("the caller's own");
+  });
+  EXPECT_NE(expectFailure(mrf, Status::internalError).find("the caller's own"), std::string::npos);
+  EXPECT_FALSE(mrf.getReport().levels.empty()) << "the report has what was done";
+  EXPECT_GT(mrf.getReport().seconds, 0);
+  EXPECT_GT(mrf.getReport().peakBytes, 0u);
+  EXPECT_EQ(mrf.getReport().times.back().stage, "regularisation");
+
+  Outputs<pcl::PointNormal> outputs;
+  mrf.setThrowing(true);
+  EXPECT_THROW(mrf.reconstruct(outputs.mesh), std::length_error);
+  expectCleared(outputs.mesh);
+  mrf.setProgressCallback([](const std::string&, double) -> bool { throw 42; });
+  EXPECT_THROW(mrf.reconstruct(outputs.points, outputs.polygons), int);
+  EXPECT_TRUE(outputs.points.empty() && outputs.polygons.empty());
+
+  mrf.setThrowing(false);
+  expectFailure(mrf, Status::internalError);
+  mrf.setProgressCallback({});
+  EXPECT_TRUE(sameBytes(run(mrf), expected));
+}
+
+TEST(Callbacks, EveryStageCanBeCancelled)
+{
+  Mrf mrf;
+  mrf.setOptions(smallOptions(2));
+  mrf.setInputCloud(smallCloud());
+  std::vector<std::string> stages;
+  mrf.setProgressCallback([&](const std::string& stage, double) {
+    if (std::find(stages.begin(), stages.end(), stage) == stages.end())
+      stages.push_back(stage);
+    return true;
+  });
+  const pcl::mrf::TriangleMesh expected = run(mrf);
+  ASSERT_GE(stages.size(), 8u);
+  for (const std::string& last : stages) {
+    SCOPED_TRACE(last);
+    mrf.setProgressCallback([&](const std::string& stage, double) { return stage != last; });
+    EXPECT_NE(expectFailure(mrf, Status::cancelled).find(last), std::string::npos);
+  }
+  mrf.setProgressCallback({});
+  EXPECT_TRUE(sameBytes(run(mrf), expected));
+}
+
+namespace {
+
+/// A search whose answers are changed before they are given.
+struct ChangedSearch : pcl::search::KdTree<pcl::PointNormal> {
+  using Change = std::function<int(int found, pcl::Indices& indices, std::vector<float>& distances)>;
+  Change change;
+  using pcl::search::KdTree<pcl::PointNormal>::nearestKSearch;
+  using pcl::search::KdTree<pcl::PointNormal>::radiusSearch;
+
+  int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
+                     std::vector<float>& distances) const override
+  {
+    return change(pcl::search::KdTree<pcl::PointNormal>::nearestKSearch(point, k, indices, distances), indices,
+                  distances);
+  }
+  int radiusSearch(const pcl::PointNormal& point, double radius, pcl::Indices& indices, std::vector<float>& distances,
+                   unsigned int limit) const override
+  {
+    return change(pcl::search::KdTree<pcl::PointNormal>::radiusSearch(point, radius, indices, distances, limit),
+                  indices, distances);
+  }
+};
+
+} // namespace
+
+TEST(Searches, NonsenseIsRefused)
+{
+  using Indices = pcl::Indices;
+  using Distances = std::vector<float>;
+  const std::pair<const char*, ChangedSearch::Change> changes[] = {
+      {"index -1", [](int found, Indices& indices, Distances&) { return indices[0] = -1, found; }},
+      {"index 1000000", [](int found, Indices& indices, Distances&) { return indices[0] = 1000000, found; }},
+      {"-1 neighbors", [](int, Indices&, Distances&) { return -1; }},
+      {"neighbors", [](int found, Indices&, Distances&) { return found + 1; }},
+      {"neighbors", [](int found, Indices&, Distances& distances) { return distances.clear(), found; }},
+      {"distance of nan",
+       [](int found, Indices&, Distances& distances) {
+         return distances[0] = std::numeric_limits<float>::quiet_NaN(), found;
+       }},
+      {"distance of -1", [](int found, Indices&, Distances& distances) { return distances[0] = -1, found; }}};
+  for (const auto& [words, change] : changes) {
+    SCOPED_TRACE(words);
+    Mrf mrf;
+    mrf.setOptions(smallOptions(2));
+    mrf.setInputCloud(smallCloud());
+    const pcl::shared_ptr<ChangedSearch> search(new ChangedSearch);
+    search->change = change;
+    mrf.setSearchMethod(search);
+    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find(words), std::string::npos) << mrf.getReport().message;
+  }
+}
+
+TEST(Searches, WhatTheyThrowIsReported)
+{
+  Mrf mrf;
+  mrf.setOptions(smallOptions(2));
+  mrf.setInputCloud(smallCloud());
+  const pcl::shared_ptr<ChangedSearch> search(new ChangedSearch);
+  search->change = [](int, pcl::Indices&, std::vector<float>&) -> int { throw std::runtime_error("no such tree"); };
+  mrf.setSearchMethod(search);
+  EXPECT_NE(expectFailure(mrf, Status::internalError).find("no such tree"), std::string::npos);
+}
+
+TEST(Searches, MayAnswerOutOfOrder)
+{
+  Mrf mrf;
+  mrf.setOptions(smallOptions(2));
+  mrf.setInputCloud(smallCloud());
+  const pcl::mrf::TriangleMesh expected = run(mrf);
+  const pcl::shared_ptr<ChangedSearch> search(new ChangedSearch);
+  search->change = [](int found, pcl::Indices& indices, std::vector<float>& distances) {
+    std::reverse(indices.begin(), indices.end());
+    std::reverse(distances.begin(), distances.end());
+    return found;
+  };
+  mrf.setSearchMethod(search);
+  EXPECT_TRUE(sameBytes(run(mrf), expected));
+}
+
+TEST(Options, EnumerationsOutOfRange)
+{
+  const std::function<void(pcl::mrf::Options&)> changes[] = {
+      [](auto& o) { o.unit = static_cast<pcl::mrf::LengthUnit>(2); },
+      [](auto& o) { o.normals.source = static_cast<pcl::mrf::NormalSource>(-1); },
+      [](auto& o) { o.observation.estimate = static_cast<pcl::mrf::Estimate>(77); },
+      [](auto& o) { o.observation.confidenceShape = static_cast<pcl::mrf::ConfidenceShape>(2); },
+      [](auto& o) { o.prior.prior = static_cast<pcl::mrf::Prior>(0); },
+      [](auto& o) { o.prior.energy = static_cast<pcl::mrf::Energy>(2); },
+      [](auto& o) { o.solver.method = static_cast<pcl::mrf::SolverMethod>(4); },
+      [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },
+      [](auto& o) { o.polygonizer.decomposition = static_cast<pcl::mrf::CellDecomposition>(2); },
+      [](auto& o) { o.trimming.trimming = static_cast<pcl::mrf::Trimming>(3); },
+      [](auto& o) { o.colours = static_cast<pcl::mrf::ColourMode>(3); }};
+  for (const auto& change : changes) {
+    Mrf mrf;
+    mrf.setInputCloud(smallCloud());
+    pcl::mrf::Options options = smallOptions(1);
+    change(options);
+    mrf.setOptions(options);
+    expectFailure(mrf, Status::invalidOption);
+  }
+}
+
+TEST(Options, AReachBeyondAllVoxelsIsNoIndex)
+{
+  Mrf mrf;
+  mrf.setInputCloud(smallCloud());
+  for (const float reach : {1e6f, 1e30f, std::numeric_limits<float>::max()}) {
+    pcl::mrf::Options options = smallOptions(2);
+    options.observation.estimate = pcl::mrf::Estimate::plane;
+    options.observation.maxDistance = reach;
+    mrf.setOptions(options);
+    EXPECT_FALSE(run(mrf).triangles.empty()) << reach;
+  }
+}
+
+TEST(Sensors, ThatAreNowhere)
+{
+  Mrf mrf;
+  mrf.setInputCloud(smallCloud());
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
+    mrf.setSensorPosition({0, bad, 0});
+    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("sensor 0"), std::string::npos);
+  }
+}
+
+TEST(Scale, PowersOfTwoGiveTheSameBytesOrAClearError)
+{
+  const pcl::mrf::PointSet points =
+      shapes::filter(shapes::sample(shapes::sphere(1), 1.2, .25), [](const auto& p) { return p.z() < .5f; });
+  pcl::mrf::TriangleMesh expected;
+  int same = 0;
+  for (int exponent : {0, -149, -130, -100, -60, -40, -30, -22, -16, 16, 28, 32, 40, 63, 64, 100, 127}) {
+    SCOPED_TRACE(exponent);
+    const auto cloud = conversion::make<pcl::PointXYZ>(points);
+    for (pcl::PointXYZ& point : *cloud)
+      for (float& coordinate : point.data)
+        coordinate = std::ldexp(coordinate, exponent);
+    pcl::MRFReconstruction<pcl::PointXYZ> mrf;
+    mrf.setOptions(smallOptions(2));
+    mrf.setInputCloud(cloud);
+    Outputs<pcl::PointXYZ> outputs;
+    mrf.reconstruct(outputs.mesh);
+    if (mrf.getReport().status != Status::ok) {
+      EXPECT_EQ(mrf.getReport().status, Status::invalidInput);
+      continue;
+    }
+    ++same;
+    const pcl::mrf::TriangleMesh mesh = conversion::plain(outputs.mesh);
+    if (exponent == 0)
+      expected = mesh;
+    ASSERT_EQ(mesh.triangles, expected.triangles);
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+      ASSERT_EQ(mesh.vertices[v], expected.vertices[v] * std::ldexp(1.f, exponent));
+  }
+  EXPECT_GE(same, 5) << "from 2⁻²² to 2²⁸";
+}
+
+TEST(Output, KeepsItsFieldsAfterAFailure)
+{
+  pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;
+  mrf.setInputCloud(conversion::make<pcl::PointXYZRGBNormal>(sphere()));
+  pcl::PolygonMesh whole, failed;
+  mrf.reconstruct(whole);
+  ASSERT_EQ(mrf.getReport().status, Status::ok);
+  mrf.setProgressCallback([](const std::string&, double) { return false; });
+  mrf.reconstruct(failed);
+  ASSERT_EQ(failed.cloud.fields.size(), whole.cloud.fields.size());
+  for (std::size_t f = 0; f < whole.cloud.fields.size(); ++f)
+    EXPECT_EQ(failed.cloud.fields[f].name, whole.cloud.fields[f].name);
+  EXPECT_EQ(failed.cloud.point_step, whole.cloud.point_step);
+  pcl::PointCloud<pcl::PointXYZRGBNormal> points;
+  pcl::fromPCLPointCloud2(failed.cloud, points);
+  EXPECT_TRUE(points.empty());
+}
+
+TEST(Warnings, AreLoggedOnce)
+{
+  // An open patch without a sensor: which side is the outside is a guess.
+  pcl::MRFReconstruction<pcl::PointXYZ> mrf;
+  mrf.setInputCloud(conversion::make<pcl::PointXYZ>(patch()));
+  pcl::PolygonMesh mesh;
+  pcl::console::setVerbosityLevel(pcl::console::L_WARN);
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  mrf.reconstruct(mesh);
+  const std::string logged = testing::internal::GetCapturedStdout() + testing::internal::GetCapturedStderr();
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  ASSERT_EQ(mrf.getReport().status, Status::ok);
+  ASSERT_FALSE(mrf.getReport().warnings.empty());
+  for (const std::string& warning : mrf.getReport().warnings) {
+    const std::size_t found = logged.find(warning);
+    ASSERT_NE(found, std::string::npos) << logged;
+    EXPECT_EQ(logged.find(warning, found + 1), std::string::npos) << "once";
+  }
+}
+
+TEST(Threads, TwoObjectsAtOnceGiveWhatEachGivesAlone)
+{
+  const Cloud::Ptr clouds[] = {smallCloud(), sphereCloud()};
+  pcl::mrf::TriangleMesh expected[2], found[2];
+  Mrf alone;
+  alone.setOptions(smallOptions(2));
+  for (int n = 0; n < 2; ++n) {
+    alone.setInputCloud(clouds[n]);
+    expected[n] = run(alone);
+  }
+  for (int repetition = 0; repetition < 5; ++repetition) {
+    std::thread threads[2];
+    for (int n = 0; n < 2; ++n)
+      threads[n] = std::thread([&, n] {
+        Mrf mrf;
+        mrf.setOptions(smallOptions(2));
+        mrf.setInputCloud(clouds[n]);
+        found[n] = run(mrf);
+      });
+    for (std::thread& thread : threads)
+      thread.join();
+    for (int n = 0; n < 2; ++n)
+      EXPECT_TRUE(sameBytes(found[n], expected[n])) << n;
+  }
+}
