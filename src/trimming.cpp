@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -440,9 +441,98 @@ pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componen
   return picked;
 }
 
-/// The components that have fewer than `fewest` points behind them: the nearest ones of their vertices with support, if
-/// no other component is closer to them. An outlier stands alone in its bubble, however large that is beside a small
-/// cloud; an object has about as many points as vertices, however small it is beside a large one.
+/// Counts the points that speak for a component of the mesh. A point stands behind it if no other component is closer;
+/// it is coherent if the normals of a third of its neighbours that stand there, and of two at least, agree with its
+/// own, which outliers' do not. It is apart if those two are closer than any other component: no other surface accounts
+/// for it.
+class Witnesses {
+public:
+  Witnesses(const TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search,
+            const std::vector<std::int32_t>& componentOf, Execution& execution)
+      : mesh_(mesh), points_(points), search_(search), vertexSearch_(makePointBins()),
+        componentOfVertex_(mesh.vertices.size(), noRegion)
+  {
+    for (std::size_t t = 0; t < componentOf.size(); ++t)
+      if (componentOf[t] >= 0)
+        for (const std::int32_t v : mesh.triangles[t])
+          componentOfVertex_[at(v)] = componentOf[t];
+    vertexSearch_->setPoints(mesh.vertices, execution);
+  }
+
+  /// True if `fewest` coherent points are found at the vertices, or `fewestApart` of them apart.
+  bool suffice(std::int32_t component, const std::vector<std::int32_t>& vertices, std::size_t fewest,
+               std::size_t fewestApart) const
+  {
+    std::vector<int> asked;
+    std::size_t coherent = 0, apart = 0;
+    Neighbours nearest;
+    for (const std::int32_t v : vertices) {
+      if (search_.nearest(mesh_.vertices[at(v)], 1, nearest) < 1)
+        continue;
+      const int point = nearest.indices.front();
+      if (std::find(asked.begin(), asked.end(), point) != asked.end())
+        continue;
+      asked.push_back(point);
+      if (componentBehind(point, nearest) != component)
+        continue;
+      const float reach = reachOfFellows(point, component, nearest);
+      if (!(reach > 0))
+        continue;
+      ++coherent;
+      apart += isAlone(point, component, reach, nearest) ? 1 : 0;
+      if (coherent >= fewest || apart >= fewestApart)
+        return true;
+    }
+    return false;
+  }
+
+private:
+  std::int32_t componentBehind(int point, Neighbours& scratch) const
+  {
+    vertexSearch_->nearest(points_.positions[at(point)], 1, scratch);
+    return componentOfVertex_[at(scratch.indices.front())];
+  }
+
+  /// Distance of the second fellow that agrees; 0 if there are not two, or not a third of them.
+  float reachOfFellows(int point, std::int32_t component, Neighbours& scratch) const
+  {
+    constexpr int around = 8;
+    Neighbours neighbours;
+    search_.nearest(points_.positions[at(point)], around + 1, neighbours);
+    int fellows = 0, agreeing = 0;
+    float reach = 0;
+    for (std::size_t n = 0; n < neighbours.indices.size(); ++n) {
+      const int other = neighbours.indices[n];
+      if (neighbours.squaredDistances[n] == 0 || componentBehind(other, scratch) != component)
+        continue;
+      ++fellows;
+      if (points_.normals[at(other)].dot(points_.normals[at(point)]) > minAgreement && ++agreeing == 2)
+        reach = std::sqrt(neighbours.squaredDistances[n]);
+    }
+    return 3 * agreeing >= fellows ? reach : 0;
+  }
+
+  bool isAlone(int point, std::int32_t component, float reach, Neighbours& scratch) const
+  {
+    vertexSearch_->within(points_.positions[at(point)], reach, scratch);
+    return std::all_of(scratch.indices.begin(), scratch.indices.end(),
+                       [&](int v) { return componentOfVertex_[at(v)] == component; });
+  }
+
+  /// Cosine of 40°: one in nine pairs of random directions agrees, one in 70 triples.
+  static constexpr float minAgreement = .766f;
+
+  const TriangleMesh& mesh_;
+  const OrientedPoints& points_;
+  const NeighbourSearch& search_;
+  const std::unique_ptr<NeighbourSearch> vertexSearch_;
+  std::vector<std::int32_t> componentOfVertex_;
+};
+
+/// As few coherent points make a surface where there is no other: a lone corner of a range scan, a strip of one line.
+constexpr std::size_t fewestApart = 3;
+
+/// The components that too few points speak for, however large they are.
 std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const OrientedPoints& points,
                                              const NeighbourSearch& search,
                                              const std::vector<std::int32_t>& componentOf, std::size_t components,
@@ -451,36 +541,21 @@ std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const Ori
   std::vector<std::uint8_t> isPoor(components, 0);
   if (fewest < 2)
     return isPoor;
-  std::vector<std::int32_t> componentOfVertex(mesh.vertices.size(), noRegion);
-  for (std::size_t t = 0; t < componentOf.size(); ++t)
-    if (componentOf[t] >= 0)
-      for (const std::int32_t v : mesh.triangles[t])
-        componentOfVertex[at(v)] = componentOf[t];
   const std::vector<std::vector<std::int32_t>> picked = pickVertices(mesh, componentOf, components);
-  const auto vertexSearch = makePointBins();
-  vertexSearch->setPoints(mesh.vertices, execution);
+  const Witnesses witnesses(mesh, points, search, componentOf, execution);
   execution.forRange(static_cast<std::int64_t>(components), 1, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours nearest;
-    for (auto c = static_cast<std::size_t>(begin); c < static_cast<std::size_t>(end); ++c) {
-      std::vector<int> behind;
-      for (std::size_t n = 0; n < picked[c].size() && behind.size() < fewest; ++n) {
-        if (search.nearest(mesh.vertices[at(picked[c][n])], 1, nearest) < 1)
-          continue;
-        const int point = nearest.indices.front();
-        vertexSearch->nearest(points.positions[at(point)], 1, nearest);
-        if (componentOfVertex[at(nearest.indices.front())] == static_cast<std::int32_t>(c) &&
-            std::find(behind.begin(), behind.end(), point) == behind.end())
-          behind.push_back(point);
-      }
-      isPoor[c] = behind.size() < fewest ? 1 : 0;
+    for (std::int64_t c = begin; c < end; ++c) {
+      const auto component = static_cast<std::size_t>(c);
+      isPoor[component] =
+          witnesses.suffice(static_cast<std::int32_t>(c), picked[component], fewest, fewestApart) ? 0 : 1;
     }
   });
   return isPoor;
 }
 
-/// Clears the flags of the triangles in components with too few points or too little supported area; the largest one,
-/// by that area, always stays. \return how many components
-/// \param isTorn receives whether the kept triangles around some vertex fall into several fans
+/// Clears the flags of the triangles in components that too few points speak for or with too little supported area; the
+/// largest one, by that area, always stays. \return how many components \param isTorn receives whether the kept
+/// triangles around some vertex fall into several fans
 std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search,
                                  const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
                                  const TrimmingOptions& options, std::vector<std::uint8_t>& keep, bool& isTorn,

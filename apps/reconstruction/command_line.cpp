@@ -211,7 +211,8 @@ void addMeshOptions(OptionParser& parser)
                 "--max-hole if given, or 24 % of the diagonal, or 14 s where much would be invented");
   parser.number(
       "--trim-points", "N", wholeNumbers(0, 1000000), field(&Options::trimming, &TrimmingOptions::minComponentPoints),
-      "drop components of the mesh with fewer points behind them, but never the largest; not with --trim none");
+      "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "
+      "near), but never the largest; not with --trim none");
   parser.number("--trim-component", "SHARE", {0, 1, false, true},
                 field(&Options::trimming, &TrimmingOptions::minComponentShare),
                 "the same for those with less of the supported area");
