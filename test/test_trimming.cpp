@@ -264,6 +264,29 @@ TEST(Trimming, theClosingDoesNotFillAWideBay)
   EXPECT_FALSE(covers(scene.trim(options).mesh, {1.1f, 0, 0})) << "the sheet goes on to the border, and is no bay";
 }
 
+TEST(Trimming, aStepInDepthIsNoHole)
+{
+  // The same gap of a whole across in a plane, and across a ramp of 63 degrees that nobody saw.
+  const auto isFilled = [](float slope, float maxGap) {
+    const shapes::Sdf ramp = [=](const Vector3d& x) {
+      return (x.z() - std::min(std::max(slope * x.x(), -.5), .5)) / std::hypot(1, slope);
+    };
+    PointSet points = shapes::filter(shapes::sample(shapes::plane({0, 0, 1}), 1.1, spacing),
+                                     [](const Vector3f& x) { return std::abs(x.x()) > .5f; });
+    for (Vector3f& x : points.positions)
+      x.z() += std::min(std::max(slope * x.x(), -.5f), .5f);
+    const Scene scene(ramp, points);
+    TrimmingOptions options;
+    options.maxGap = maxGap;
+    Execution execution(1);
+    const float diagonal = 12; // gaps of up to 2.88
+    return covers(trim(scene.mesh, scene.observed, *scene.search, diagonal, options, execution).mesh, {0, 0, 0});
+  };
+  EXPECT_TRUE(isFilled(0, 0));
+  EXPECT_FALSE(isFilled(2, 0));
+  EXPECT_TRUE(isFilled(2, 2.88f)) << "unless it is asked for";
+}
+
 TEST(Trimming, theBackOfWhatWasSeenFromOneSideIsNoHole)
 {
   TrimmingOptions options;

@@ -25,8 +25,9 @@ struct TrimmingOptions {
   Trimming trimming = Trimming::holes;
   float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the points' bbox diagonal
   /// Largest width of what is filled of an open surface, cloud's unit: of holes, also those that are joined to the
-  /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, or 14 local spacings of the points
-  /// if more than 9 % of the surface would then be invented. Where filling closes a surface, maxHole alone decides.
+  /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, but 14 local spacings of the points
+  /// where the filling would turn away from the surface around it, as it does behind a step in depth: the mean cosine
+  /// of its normals to those of the nearest points is below .6. Where filling closes a surface, maxHole alone decides.
   float maxGap = 0;
   /// Components with fewer coherent points behind them are dropped, the largest one excepted, 0..1000000; 0 or 1: none
   /// are. Three are enough where no other surface is as close as they are to each other. Not with `none`. Measured with
