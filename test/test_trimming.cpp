@@ -40,6 +40,7 @@ struct Scene {
     mesh = polygonize(field, {}, execution);
     setNormals(mesh, field, execution);
     observed.positions = points.positions;
+    observed.normals = points.normals;
     setConfidences(mesh, observed, *search, static_cast<float>(reach), ConfidenceShape::linear, execution);
   }
 
@@ -263,6 +264,29 @@ TEST(Trimming, theClosingDoesNotFillAWideBay)
   EXPECT_FALSE(covers(scene.trim(options).mesh, {1.1f, 0, 0})) << "the sheet goes on to the border, and is no bay";
 }
 
+TEST(Trimming, aStepInDepthIsNoHole)
+{
+  // The same gap of a whole across in a plane, and across a ramp of 63 degrees that nobody saw.
+  const auto isFilled = [](float slope, float maxGap) {
+    const shapes::Sdf ramp = [=](const Vector3d& x) {
+      return (x.z() - std::min(std::max(slope * x.x(), -.5), .5)) / std::hypot(1, slope);
+    };
+    PointSet points = shapes::filter(shapes::sample(shapes::plane({0, 0, 1}), 1.1, spacing),
+                                     [](const Vector3f& x) { return std::abs(x.x()) > .5f; });
+    for (Vector3f& x : points.positions)
+      x.z() += std::min(std::max(slope * x.x(), -.5f), .5f);
+    const Scene scene(ramp, points);
+    TrimmingOptions options;
+    options.maxGap = maxGap;
+    Execution execution(1);
+    const float diagonal = 12; // gaps of up to 2.88
+    return covers(trim(scene.mesh, scene.observed, *scene.search, diagonal, options, execution).mesh, {0, 0, 0});
+  };
+  EXPECT_TRUE(isFilled(0, 0));
+  EXPECT_FALSE(isFilled(2, 0));
+  EXPECT_TRUE(isFilled(2, 2.88f)) << "unless it is asked for";
+}
+
 TEST(Trimming, theBackOfWhatWasSeenFromOneSideIsNoHole)
 {
   TrimmingOptions options;
@@ -324,6 +348,32 @@ TEST(Trimming, dropsBubblesAroundSinglePointsHoweverLarge)
   EXPECT_EQ(measure(result.mesh).components, 2);
   for (const Vector3f& v : result.mesh.vertices)
     EXPECT_TRUE(v.x() < 0 || v.x() > .5f);
+}
+
+TEST(Trimming, aFewCoherentPointsAreASurfaceAndManyThatDisagreeAreNone)
+{
+  // Two bubbles as large: at the left 20 points whose normals point anywhere, at the right four in a row that agree.
+  const shapes::Sdf large = shapes::sphere(.3, {0, -.6, 0}), left = shapes::sphere(.17, {-.5, .5, 0}),
+                    right = shapes::sphere(.17, {.5, .5, 0});
+  PointSet points = shapes::sample(large, 1.2, spacing);
+  std::mt19937 random(1);
+  const auto uniform = [&] { return static_cast<float>(random()) / 2147483648.f - 1; };
+  const auto anywhere = [&] { return Vector3f(uniform(), uniform(), uniform()).normalized(); };
+  for (int n = 0; n < 20; ++n) {
+    const Vector3f position = Vector3f(-.5f, .5f, 0) + .17f * anywhere();
+    clouds::append(points, position, anywhere());
+  }
+  for (int n = 0; n < 4; ++n) {
+    const auto angle = .3f * static_cast<float>(n);
+    const Vector3f normal(std::sin(angle), 0, std::cos(angle));
+    clouds::append(points, Vector3f(.5f, .5f, 0) + .17f * normal, normal);
+  }
+  const Scene scene(shapes::unite(shapes::unite(large, left), right), points, 60);
+  ASSERT_EQ(measure(scene.mesh).components, 3);
+  const TrimResult result = scene.trim(Trimming::holes, 100);
+  EXPECT_EQ(result.componentsDropped, 1);
+  EXPECT_TRUE(covers(result.mesh, {.5f, .5f, .17f}));
+  EXPECT_FALSE(covers(result.mesh, {-.5f, .5f, .17f}));
 }
 
 TEST(Trimming, pointsOfASurfaceBesideItDoNotStandBehindABubble)

@@ -240,7 +240,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
   printLine("surface", counted(report.mesh.vertices, "vertex", "vertices") + ", " +
                            counted(report.mesh.triangles, "triangle", "triangles") + ", " + topology(report.mesh));
   if (report.trimming.holesFilled + report.trimming.extrapolationsDropped > 0)
-    printLine("", counted(report.trimming.holesFilled, "hole", "holes") + " filled" +
+    printLine("", counted(report.trimming.holesFilled, "hole or bay", "holes and bays") + " filled" +
                       (report.trimming.holesFilled > 0 ? format(" (largest %.4g)", report.trimming.largestHole) : "") +
                       ", " + counted(report.trimming.extrapolationsDropped, "extrapolation", "extrapolations") +
                       " dropped");
