@@ -61,7 +61,8 @@ void setConfidences(TriangleMesh& mesh, const OrientedPoints& points, const Neig
   constexpr float atBorder = 1.5f; // the 8th neighbour of a point at the rim is √2 as far as in the middle
   const bool isLocal = spacing > 0 && !points.spacings.empty();
   const auto reach = [&](std::size_t point) {
-    return isLocal ? maxDistance * std::clamp(points.spacings[point] / (atBorder * spacing), 1.f, farthest) : maxDistance;
+    return isLocal ? maxDistance * std::clamp(points.spacings[point] / (atBorder * spacing), 1.f, farthest)
+                   : maxDistance;
   };
   const auto confidenceOf = [&](std::size_t point, float squaredDistance) {
     return confidenceAt(std::sqrt(squaredDistance) / reach(point), shape) * points.confidence(point);

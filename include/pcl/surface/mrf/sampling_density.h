@@ -28,8 +28,8 @@ struct SamplingDensity {
 /// Nearest others of each point that NeighbourDistances tell of.
 constexpr int measuredNeighbours = 8;
 
-/// The mean nearest distance of random points of density ρ, .5/√ρ, in distances to the 8th neighbour: .320 of its median
-/// where the points are random, .354 on a square lattice; scans are spread a little more evenly than at random.
+/// The mean nearest distance of random points of density ρ, .5/√ρ, in distances to the 8th neighbour: .320 of its
+/// median where the points are random, .354 on a square lattice; scans are spread a little more evenly than at random.
 constexpr float nearestToEighth = .323f;
 
 /// Distances from each point to its nearest others, cloud's unit: what the sampling density and the outlier filter are
@@ -45,10 +45,10 @@ struct NeighbourDistances {
 /// Cost: one 9-neighbour query per point.
 NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution);
 
-/// Local sampling distances: .323 times the distance to the 8th neighbour, the mean nearest distance of random points of
-/// that density, averaged over what lies close by in memory as well as in space. Range data thin out with distance and
-/// angle, by factors of five in one Kinect frame.
-/// \return one per point, cloud's unit; empty if there are too few points to tell
+/// Local sampling distances: .323 times the distance to the 8th neighbour, the mean nearest distance of random points
+/// of that density, averaged over what lies close by in memory as well as in space. Range data thin out with distance
+/// and angle, by factors of five in one Kinect frame. \return one per point, cloud's unit; empty if there are too few
+/// points to tell
 std::vector<float> localSpacings(const PointSet& points, const NeighbourDistances& distances, Execution& execution);
 
 /// Estimates the sampling density.
