@@ -206,8 +206,8 @@ TEST(Noise, peersOnOurPointsGetNoOutliers)
   const std::size_t outliers = far;
   peerOnOurPoints(probe).run(scan, execution);
   EXPECT_GE(counts.back(), scan.clean.size() * 99 / 100);
-  // The few that are left have neighbours in a plane with them, by chance.
-  EXPECT_LE(20 * far, outliers);
+  // The few that are left have neighbours in a plane with them, by chance: there are no normals to tell.
+  EXPECT_LE(10 * far, outliers);
 }
 
 TEST(NoiseSection, showsResultsAndFailures)

@@ -18,7 +18,7 @@ struct Case {
 };
 
 const std::vector<Case> cases = {
-    {{"--preset", "paper"}, "/options/solver/method", "icm"},
+    {{"--preset", "paper", "--statistical-deviations", "6"}, "/options/solver/method", "icm"},
     {{"--normals", "use"}, "/options/normals/source", "use"},
     {{"--normals", "reference"}, "/vote", "reference"},
     {{"--normals", "estimate"}, "/normalsEstimated", true},
@@ -182,9 +182,9 @@ TEST_F(ToolOptions, HelpIsTrueAboutDefaults)
 
 TEST_F(ToolOptions, ExplicitOptionsChangeAPreset)
 {
-  const json paper = reportWith({"--preset", "paper"});
+  const json paper = reportWith({"--preset", "paper", "--statistical-deviations", "6"});
   // The preset comes first wherever it stands.
-  const json changed = reportWith({"--remesh", "2", "--preset", "paper"});
+  const json changed = reportWith({"--remesh", "2", "--preset", "paper", "--statistical-deviations", "6"});
   EXPECT_EQ(changed.at("/options/remesher/rounds"_json_pointer), 2);
   EXPECT_NE(paper.at("/options/remesher/rounds"_json_pointer), 2);
   EXPECT_EQ(changed.at("/options/observation"_json_pointer), paper.at("/options/observation"_json_pointer));
