@@ -12,11 +12,6 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-std::size_t at(std::int32_t index)
-{
-  return static_cast<std::size_t>(index);
-}
-
 /// Calls visit(neighbour) for the ends of all edges of a vertex; inner edges come twice.
 template <typename Visit>
 void forNeighbours(const TriangleMesh& mesh, const VertexCorners& corners, std::int32_t vertex, const Visit& visit)

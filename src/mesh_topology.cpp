@@ -13,11 +13,6 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-std::size_t at(std::int32_t index)
-{
-  return static_cast<std::size_t>(index);
-}
-
 constexpr std::int64_t vertexGrain = 8192, triangleGrain = 16384;
 
 } // namespace

@@ -13,6 +13,12 @@
 namespace pcl {
 namespace mrf {
 
+/// A vertex, triangle or corner number as an index of an array.
+inline std::size_t at(std::int32_t number)
+{
+  return static_cast<std::size_t>(number);
+}
+
 /// Disjoint sets of 0..count-1 whose representative is the smallest member, so that it depends on nothing else.
 class DisjointSets {
 public:
@@ -47,6 +53,18 @@ inline bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle)
   const Triangle& t = mesh.triangles[triangle];
   const auto inside = [&](std::int32_t v) { return v >= 0 && static_cast<std::size_t>(v) < mesh.vertices.size(); };
   return inside(t[0]) && inside(t[1]) && inside(t[2]) && t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+}
+
+/// Calls body(t) for all triangles, concurrently.
+template <typename Body>
+void forTriangles(const TriangleMesh& mesh, Execution& execution, const Body& body)
+{
+  constexpr std::int64_t grain = 16384;
+  execution.forRange(static_cast<std::int64_t>(mesh.triangles.size()), grain,
+                     [&](std::int64_t begin, std::int64_t end) {
+                       for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
+                         body(t);
+                     });
 }
 
 /// The corners at each vertex: corner 3 t + i is the i-th of triangle t.

@@ -5,6 +5,7 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/sampling_density.h>
 #include <pcl/surface/mrf/trimming.h>
 #include <pcl/surface/mrf/vertex_fields.h>
 
@@ -41,6 +42,7 @@ struct Scene {
     setNormals(mesh, field, execution);
     observed.positions = points.positions;
     observed.normals = points.normals;
+    observed.spacings = localSpacings(points, measureNeighbours(points, *search, execution), execution);
     setConfidences(mesh, observed, *search, static_cast<float>(reach), ConfidenceShape::linear, execution);
   }
 

@@ -208,7 +208,7 @@ void addMeshOptions(OptionParser& parser)
                 "largest diameter of a hole that is filled", "half the bounding box's diagonal");
   parser.number("--max-gap", "LENGTH", length, field(&Options::trimming, &TrimmingOptions::maxGap),
                 "the same for holes and bays of a surface that is open elsewhere",
-                "--max-hole if given, or 24 % of the diagonal, but 14 s across steps in depth");
+                "--max-hole if given, or 24 % of the diagonal, but 28 local spacings across steps in depth");
   parser.number(
       "--trim-points", "N", wholeNumbers(0, 1000000), field(&Options::trimming, &TrimmingOptions::minComponentPoints),
       "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "

@@ -23,9 +23,9 @@ enum class Trimming {
 
 struct TrimmingOptions {
   Trimming trimming = Trimming::holes;
-  float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the points' bbox diagonal
+  float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the diagonal, see trim
   /// Largest width of what is filled of an open surface, cloud's unit: of holes, also those that are joined to the
-  /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, but 14 local spacings of the points
+  /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, but 28 local spacings of the points
   /// where the filling would turn away from the surface around it, as it does behind a step in depth: the mean cosine
   /// of its normals to those of the nearest points is below .6. Where filling closes a surface, maxHole alone decides.
   float maxGap = 0;
@@ -43,7 +43,7 @@ struct TrimmingOptions {
 /// \throw InvalidOption naming the first field that is out of range
 void validate(const TrimmingOptions& options);
 
-/// The option, or half the diagonal of the points' bounding box.
+/// The option, or half of that diagonal, see trim.
 float resolvedMaxHole(const TrimmingOptions& options, float diagonal);
 
 /// The option, or maxHole, or 24 % of that diagonal: the upper limit.
@@ -76,10 +76,12 @@ struct TrimResult {
 /// are behind that component, too, and two at least have normals within 40° of its own. Bubbles around outliers have no
 /// such points, whatever their area and however many outliers they hold; real patches consist of them, however small.
 /// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
-/// \param points with normals \param search holds points.positions \param diagonal of the points' bounding box, for the
-/// automatic maxHole \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming Cost:
-/// linear in the number of triangles, one query per vertex of the regions in question, and n log n for the n vertices
-/// of extrapolation that are closer than maxGap. The result does not depend on the number of threads.
+/// \param points with normals; without spacings, steps in depth are closed like other gaps \param search holds
+/// points.positions \param diagonal for the automatic limits: of the points' bounding box or, where they lie in pieces
+/// far apart, of the largest piece's
+/// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
+/// Cost: linear in the number of triangles, one query per vertex of the regions in question, and n log n for the n
+/// vertices of extrapolation that are closer than maxGap. The result does not depend on the number of threads.
 TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search, float diagonal,
                 const TrimmingOptions& options, Execution& execution);
 
