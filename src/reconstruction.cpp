@@ -608,8 +608,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   {
     const StageTimer timer("trimming", report, execution);
     setVertexFields(result, search, resolved, execution);
-    report.trimming = trim(std::move(result.mesh), result.points, search, static_cast<float>(report.diagonal),
-                           options.trimming, execution);
+    report.trimming = trim(std::move(result.mesh), result.points, search, largest, options.trimming, execution);
     result.mesh = std::move(report.trimming.mesh);
     report.trimming.mesh = TriangleMesh();
   }

@@ -1,4 +1,5 @@
 // Clouds in pieces far apart, and what their fields and meshes are.
+#include "support/clouds.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/pieces.h>
@@ -30,17 +31,6 @@ PointSet spheres(const std::vector<Eigen::Vector3f>& centers, double spacing = .
   for (const Eigen::Vector3f& center : centers)
     append(points, shapes::sample(shapes::sphere(1), 1.2, spacing, ++seed), center);
   return points;
-}
-
-Reconstruction run(const PointSet& cloud, const Options& options = {}, int threads = 1)
-{
-  Execution execution(threads);
-  PointCounts counts;
-  PointSet points = gather(cloud.positions, cloud.normals, {}, {}, {}, true, counts, execution);
-  const auto search = makePointBins();
-  Reconstruction result;
-  reconstruct(std::move(points), counts, options, *search, execution, result);
-  return result;
 }
 
 } // namespace
@@ -101,7 +91,7 @@ TEST(Pieces, AreReconstructedOnTheirOwn)
 {
   const std::vector<Eigen::Vector3f> centers = {{-300, 20, 0}, {300, 0, 100}, {0, -4000, 0}};
   const PointSet cloud = spheres(centers);
-  const Reconstruction result = run(cloud);
+  const Reconstruction result = clouds::reconstruct(cloud);
   EXPECT_EQ(result.report.points.used, static_cast<std::int64_t>(cloud.size()));
   ASSERT_EQ(result.report.otherPieces.size(), 2u);
   std::int64_t unknowns = result.report.levels.back().unknowns;
@@ -135,7 +125,8 @@ TEST(Pieces, GiveWhatEachWouldGiveAlone)
   const PointSet one = spheres({{0, 0, 0}});
   Options options;
   options.multiscale.voxelSize = .3f; // left to the data, twice as many points may choose another one
-  const Reconstruction alone = run(one, options), together = run(spheres({{0, 0, 0}, {1024, 0, 0}}), options);
+  const Reconstruction alone = clouds::reconstruct(one, options),
+                       together = clouds::reconstruct(spheres({{0, 0, 0}, {1024, 0, 0}}), options);
   // The spacing is that of both spheres, sampled with different seeds: smoothing lengths differ a little.
   EXPECT_NEAR(together.report.mesh.volume, 2 * alone.report.mesh.volume, .01 * alone.report.mesh.volume);
   EXPECT_NEAR(static_cast<double>(together.report.mesh.triangles),
@@ -151,7 +142,7 @@ TEST(Pieces, PointsAloneAreDroppedAndCounted)
   const std::size_t count = cloud.size();
   cloud.positions.emplace_back(0, 3000, 0);
   cloud.normals.emplace_back(0, 0, 1);
-  const Reconstruction result = run(cloud, options);
+  const Reconstruction result = clouds::reconstruct(cloud, options);
   EXPECT_EQ(result.report.points.alone, 1);
   EXPECT_EQ(result.report.points.used, static_cast<std::int64_t>(count));
   EXPECT_EQ(result.points.size(), count);
@@ -164,13 +155,26 @@ TEST(Pieces, HolesAsWideAsTheGapKeepThemTogether)
   Options options;
   options.trimming.maxHole = 2000;
   options.multiscale.voxelSize = 1;
-  EXPECT_TRUE(run(spheres({{0, 0, 0}, {200, 0, 0}}), options).report.otherPieces.empty());
+  EXPECT_TRUE(clouds::reconstruct(spheres({{0, 0, 0}, {200, 0, 0}}), options).report.otherPieces.empty());
 }
 
 TEST(Pieces, DoNotDependOnTheNumberOfThreads)
 {
   const PointSet cloud = spheres({{-300, 20, 0}, {300, 0, 100}});
-  const Reconstruction one = run(cloud), four = run(cloud, {}, 4);
+  const Reconstruction one = clouds::reconstruct(cloud), four = clouds::reconstruct(cloud, {}, 4);
   EXPECT_EQ(one.mesh.vertices, four.mesh.vertices);
   EXPECT_EQ(one.mesh.triangles, four.mesh.triangles);
+}
+
+TEST(Pieces, DoNotWidenTheHolesThatAreFilled)
+{
+  // Diagonal 4.24: gaps up to 1.02 are filled, and those of a cloud 1,000 wide would be all there are.
+  const PointSet sheet =
+      shapes::filter(clouds::lattice(61, .05f), [](const Eigen::Vector3f& x) { return x.norm() > .7f; });
+  PointSet two = sheet;
+  append(two, sheet, {1000, 0, 0});
+  const MeshStatistics alone = clouds::reconstruct(sheet).report.mesh, together = clouds::reconstruct(two).report.mesh;
+  EXPECT_EQ(alone.boundaryLoops, 2);
+  EXPECT_EQ(together.boundaryLoops, 4);
+  EXPECT_NEAR(together.area, 2 * alone.area, .01 * alone.area);
 }

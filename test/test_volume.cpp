@@ -1,4 +1,5 @@
 // How much room the field gets beside openings.
+#include "support/clouds.h"
 #include "support/shapes.h"
 #include "support/statistics.h"
 
@@ -69,17 +70,12 @@ Eigen::Array3f growth(const PointSet& points, float maxHole)
   return ((box.lower - volume.lower).array()).max((volume.upper - box.upper).array());
 }
 
-Reconstruction run(const PointSet& cloud)
+/// With voxels of two spacings: so smooth a shape would get larger ones.
+Options fixedVoxels()
 {
   Options options;
-  options.multiscale.voxelSize = 2 * spacing; // so smooth a shape would get larger ones
-  Execution execution(1);
-  PointCounts counts;
-  PointSet points = gather(cloud.positions, cloud.normals, {}, {}, {}, true, counts, execution);
-  const auto search = makePointBins();
-  Reconstruction result;
-  reconstruct(std::move(points), counts, options, *search, execution, result);
-  return result;
+  options.multiscale.voxelSize = 2 * spacing;
+  return options;
 }
 
 } // namespace
@@ -121,7 +117,7 @@ TEST(Volume, CorridorsTakeWhatTheirSurfaceTakes)
                                  Eigen::Vector3f(spacing * static_cast<float>(ring), 0, 0));
     }
   EXPECT_LE(growth(points, 30).maxCoeff(), 20 * 2 * spacing + 1e-3f);
-  const Reconstruction result = run(points);
+  const Reconstruction result = clouds::reconstruct(points, fixedVoxels());
   EXPECT_EQ(result.report.mesh.components, 1);
   // The tube, ten voxels per face of .1; what goes on behind its ends is a strip.
   EXPECT_LT(static_cast<double>(result.report.levels.back().unknowns), 1.5 * 10 * 60 * 2 * M_PI * .3 / .01);
@@ -132,7 +128,7 @@ TEST(Volume, DoesNotDependOnHowADishLiesInItsBox)
   std::vector<double> errors, unknowns;
   for (const Eigen::Quaternionf& rotation : rotations()) {
     const Dish dish(rotation);
-    const Reconstruction result = run(dish.points);
+    const Reconstruction result = clouds::reconstruct(dish.points, fixedVoxels());
     EXPECT_GE(result.report.trimming.holesFilled, 1);
     unknowns.push_back(static_cast<double>(result.report.levels.back().unknowns));
     std::vector<double> offsets;

@@ -146,4 +146,15 @@ void append(PointSet& points, const PointSet& more)
     append(points, more.positions[i], more.normals[i]);
 }
 
+pcl::mrf::Reconstruction reconstruct(const PointSet& cloud, const pcl::mrf::Options& options, int threads)
+{
+  pcl::mrf::Execution execution(threads);
+  pcl::mrf::PointCounts counts;
+  PointSet points = pcl::mrf::gather(cloud.positions, cloud.normals, {}, {}, {}, true, counts, execution);
+  const auto search = pcl::mrf::makePointBins();
+  pcl::mrf::Reconstruction result;
+  pcl::mrf::reconstruct(std::move(points), counts, options, *search, execution, result);
+  return result;
+}
+
 } // namespace clouds

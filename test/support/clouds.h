@@ -4,6 +4,7 @@
 
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/reconstruction.h>
 
 #include <cstdint>
 #include <memory>
@@ -40,6 +41,10 @@ void append(pcl::mrf::PointSet& points, const Eigen::Vector3f& position, const E
 
 /// Appends all points of `more`.
 void append(pcl::mrf::PointSet& points, const pcl::mrf::PointSet& more);
+
+/// What `reconstruct` makes of a cloud with normals, gathered first.
+pcl::mrf::Reconstruction reconstruct(const pcl::mrf::PointSet& cloud, const pcl::mrf::Options& options = {},
+                                     int threads = 1);
 
 /// The message that the call's pcl::mrf::Error of this type carries; empty if it did not throw one.
 template <typename ErrorType, typename Call>
