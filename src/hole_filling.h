@@ -2,7 +2,7 @@
 /// \brief What of a mesh fills holes and gaps of the surface that data support, and what is extrapolation (trimming).
 #pragma once
 
-#include "mesh_topology.h"
+#include "closing.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbour_search.h>
@@ -10,83 +10,91 @@
 #include <pcl/surface/mrf/triangle_mesh.h>
 #include <pcl/surface/mrf/trimming.h>
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
 namespace pcl {
 namespace mrf {
 
-/// The triangles without support and their vertices, ascending: most meshes have few, and none of the rest is visited.
-struct Unsupported {
-  std::vector<std::int32_t> triangles, vertices;
-
-  Unsupported(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported);
-};
-
-/// Distances to the nearest data point, measured where they are asked for, each once.
-class DataDistances {
-public:
-  DataDistances(const TriangleMesh& mesh, const Unsupported& unsupported, const NeighbourSearch& search,
-                Execution& execution)
-      : mesh_(mesh), vertices_(unsupported.vertices), search_(search), execution_(execution),
-        squared_(vertices_.size(), unknown)
-  {}
-
-  /// Squared distance of a vertex of an unsupported triangle. \pre it was measured
-  float squared(std::int32_t vertex) const { return squared_[placeOf(vertex)]; }
-
-  /// Measures the vertices of those triangles for which `needs` holds.
-  template <typename Needs>
-  void measure(const std::vector<std::int32_t>& triangles, const Needs& needs)
-  {
-    std::vector<std::uint8_t> isNeeded(vertices_.size(), 0);
-    for (const std::int32_t t : triangles)
-      if (needs(t))
-        for (const std::int32_t v : mesh_.triangles[at(t)])
-          isNeeded[placeOf(v)] = 1;
-    execution_.forRange(static_cast<std::int64_t>(isNeeded.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
-      Neighbours nearest;
-      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
-        if (isNeeded[n] && squared_[n] == unknown && search_.nearest(mesh_.vertices[at(vertices_[n])], 1, nearest) > 0)
-          squared_[n] = nearest.squaredDistances.front();
-    });
-  }
-
-private:
-  static constexpr float unknown = -1;
-
-  std::size_t placeOf(std::int32_t vertex) const
-  {
-    return static_cast<std::size_t>(std::lower_bound(vertices_.begin(), vertices_.end(), vertex) - vertices_.begin());
-  }
-
-  const TriangleMesh& mesh_;
-  const std::vector<std::int32_t>& vertices_;
-  const NeighbourSearch& search_;
-  Execution& execution_;
-  std::vector<float> squared_; ///< of unsupported.vertices
-};
-
 /// How wide what is filled may be, cloud's unit.
 struct FillingLimits {
   double hole; ///< where filling closes the surface
   double gap;  ///< elsewhere
+  /// What turns away from the surface around it is closed like the rest. Else, if the points have spacings, only up to
+  /// 28 of those.
+  bool closesBridges;
 };
 
-/// The supported triangles and those that fill a hole or a gap, as trim describes it.
-/// \param closesBridges what turns away from the surface around it is closed like the rest; else, if the points have
-/// spacings, only up to 28 of those
-/// \return one flag per triangle
-std::vector<std::uint8_t> keepFillings(const TriangleMesh& mesh, const Unsupported& unsupported,
-                                       const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
-                                       const OrientedPoints& points, const NeighbourSearch& search,
-                                       const FillingLimits& limits, bool closesBridges, DataDistances& distances,
-                                       Execution& execution);
+/// The nearest data points of vertices, each searched for once.
+class NearestPoints {
+public:
+  NearestPoints(const TriangleMesh& mesh, const NeighbourSearch& search, Execution& execution)
+      : mesh_(mesh), search_(search), execution_(execution)
+  {}
 
-/// Counts and measures what became of the unsupported triangles.
-void describeFillings(const TriangleMesh& mesh, const Unsupported& unsupported, const std::vector<std::uint8_t>& keep,
-                      const std::vector<double>& areas, DataDistances& distances, TrimResult& result,
-                      Execution& execution);
+  /// Searches for those that are not known yet.
+  void find(const std::vector<std::int32_t>& vertices);
+
+  /// \pre the vertex was searched for, and there are points
+  std::size_t point(std::int32_t vertex) const;
+  float squaredDistance(std::int32_t vertex) const;
+
+private:
+  const TriangleMesh& mesh_;
+  const NeighbourSearch& search_;
+  Execution& execution_;
+  std::vector<float> squared_; ///< by vertex; empty until the first search
+  std::vector<std::int32_t> points_;
+};
+
+/// Tells fillings of holes from extrapolation, as trim describes it. All arrays go by the mesh's triangles.
+class HoleFinder {
+public:
+  /// \param supported triangles that data support \pre the arguments outlive this
+  HoleFinder(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
+             const OrientedPoints& points, const NeighbourSearch& search, Execution& execution);
+
+  /// Flags of the supported triangles and of those that fill a hole or a gap.
+  std::vector<std::uint8_t> keepFillings(const FillingLimits& limits);
+
+  /// Counts and measures what became of the unsupported triangles.
+  void describe(const std::vector<std::uint8_t>& keep, TrimResult& result);
+
+private:
+  /// An edge-connected set of unsupported triangles.
+  struct Region {
+    bool touchesBoundary = false;
+    bool hasSupportedNeighbour = false;
+    double area = 0;
+    float squaredReach = 0; ///< largest squared distance of a vertex to the nearest data point
+
+    bool isBounded() const { return hasSupportedNeighbour && !touchesBoundary; }
+    double diameter() const { return 2 * std::sqrt(static_cast<double>(squaredReach)); }
+    bool fits(double limit) const { return isBounded() && diameter() <= limit; }
+  };
+
+  std::int32_t group(const std::vector<std::int32_t>& triangles, std::vector<std::int32_t>& groupOf) const;
+  template <typename Needs>
+  void measureReach(const std::vector<std::int32_t>& regionOf, const Needs& needs, std::vector<Region>& regions);
+  void findRegions();
+  void findOpenRegions(double maxHole);
+  void keepGaps(double gap, double spacings, std::vector<std::uint8_t>& keep);
+  std::vector<RimVertex> describeRim(const std::vector<std::int32_t>& vertices, double gap, double spacings);
+  std::vector<std::int32_t> findBridges(const std::vector<std::uint8_t>& keep);
+
+  const TriangleMesh& mesh_;
+  const std::vector<std::uint8_t>& supported_;
+  const std::vector<double>& areas_;
+  const OrientedPoints& points_;
+  Execution& execution_;
+  NearestPoints nearest_;
+  std::vector<std::int32_t> unsupported_; ///< triangles, ascending: most meshes have few, and the rest is not visited
+  std::vector<Region> regions_;
+  std::vector<std::int32_t> regionOf_;     ///< of the triangles, negative where they are supported
+  std::vector<std::uint8_t> isOnBoundary_; ///< by vertex, of unsupported triangles: the mesh ends there
+  std::vector<std::uint8_t> isOpen_;       ///< regions on components that filling does not close
+};
 
 } // namespace mrf
 } // namespace pcl

@@ -106,14 +106,11 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const Neighbour
 
   const std::vector<std::uint8_t> supported = findSupported(mesh, execution);
   const std::vector<double> areas = findAreas(mesh, execution);
-  const Unsupported unsupported(mesh, supported);
-  DataDistances distances(mesh, unsupported, search, execution);
+  HoleFinder holes(mesh, supported, areas, points, search, execution);
   std::vector<std::uint8_t> keep(supported);
-  if (options.trimming == Trimming::holes && !unsupported.triangles.empty()) {
-    const FillingLimits limits{resolvedMaxHole(options, diagonal), resolvedMaxGap(options, diagonal)};
+  if (options.trimming == Trimming::holes) {
     const bool isAutomatic = options.maxGap == 0 && options.maxHole == 0;
-    keep =
-        keepFillings(mesh, unsupported, supported, areas, points, search, limits, !isAutomatic, distances, execution);
+    keep = holes.keepFillings({resolvedMaxHole(options, diagonal), resolvedMaxGap(options, diagonal), !isAutomatic});
   }
   bool isTorn = false;
   const bool keepsAll = std::all_of(keep.begin(), keep.end(), [](std::uint8_t flag) { return flag != 0; });
@@ -128,8 +125,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const Neighbour
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (!keep[t])
       result.areaDropped += areas[t];
-  if (!unsupported.triangles.empty())
-    describeFillings(mesh, unsupported, keep, areas, distances, result, execution);
+  holes.describe(keep, result);
   result.mesh = result.statistics || isAllUsed(mesh, keep) ? std::move(mesh) : select(mesh, keep);
   if (isTorn)
     splitFans(result.mesh);
