@@ -223,7 +223,7 @@ float resolvedMaxDistance(const ObservationOptions& options, float spacing, floa
   const bool isPapers = options.estimate == Estimate::median || options.estimate == Estimate::mean ||
                         options.estimate == Estimate::nearest;
   const float reach = (isPapers ? 3.f : 3.25f) * spacing;
-  return options.scaleWithLevel ? std::max(reach, 1.5f * voxelSize) : reach;
+  return options.scaleWithLevel && !options.atPoints() ? std::max(reach, 1.5f * voxelSize) : reach;
 }
 
 float resolvedSmoothing(const ObservationOptions& options, float spacing)

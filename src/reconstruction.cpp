@@ -448,13 +448,16 @@ DistanceField regularise(const std::vector<Piece>& pieces, const Options& option
   return DistanceField::ofPieces(std::move(fields));
 }
 
-void setVertexFields(Reconstruction& result, const NeighbourSearch& search, const Options& options,
-                     Execution& execution)
+Support supportOf(const Reconstruction& result, const NeighbourSearch& search, const Options& options)
+{
+  const bool isLocal = options.unit == LengthUnit::density; // the paper has one reach for all points
+  return {result.points, search, options.observation.maxDistance, isLocal ? result.report.density.spacing : 0};
+}
+
+void setVertexFields(Reconstruction& result, const Support& support, const Options& options, Execution& execution)
 {
   setNormals(result.mesh, result.field, execution);
-  const bool isLocal = options.unit == LengthUnit::density; // the paper has one reach for all points
-  setConfidences(result.mesh, result.points, search, options.observation.maxDistance,
-                 options.observation.confidenceShape, execution, isLocal ? result.report.density.spacing : 0);
+  setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
 }
 
 } // namespace
@@ -605,12 +608,16 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   if (result.mesh.triangles.empty())
     throw InvalidInput("the field has no zero level: the normals may all point the same way around, or β = " +
                        std::to_string(options.prior.beta) + " is too small");
+  const Support support = supportOf(result, search, resolved);
   {
     const StageTimer timer("trimming", report, execution);
-    setVertexFields(result, search, resolved, execution);
+    setVertexFields(result, support, resolved, execution);
     report.trimming = trim(std::move(result.mesh), result.points, search, largest, options.trimming, execution);
     result.mesh = std::move(report.trimming.mesh);
     report.trimming.mesh = TriangleMesh();
+    const bool isCut = resolved.trimming.trimming != Trimming::none && !report.trimming.statistics;
+    if (isCut && tightenBorders(result.mesh, support, execution) > 0 && resolved.remesher.rounds == 0)
+      setVertexFields(result, support, resolved, execution);
   }
   if (result.mesh.triangles.empty())
     throw InvalidInput(
@@ -623,7 +630,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     const StageTimer timer("remesher", report, execution);
     RemeshResult remeshed = remesh(result.mesh, result.field, resolved.remesher, execution);
     result.mesh = std::move(remeshed.mesh);
-    setVertexFields(result, search, resolved, execution);
+    setVertexFields(result, support, resolved, execution);
     report.splits = remeshed.splits;
     report.collapses = remeshed.collapses;
     report.flips = remeshed.flips;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace pcl {
@@ -54,25 +55,36 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
   }
 }
 
-void setConfidences(TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search, float maxDistance,
-                    ConfidenceShape shape, Execution& execution, float spacing)
+float Support::reach(std::size_t point) const
 {
   constexpr float farthest = 4;
   constexpr float atBorder = 1.5f; // the 8th neighbour of a point at the rim is √2 as far as in the middle
-  const bool isLocal = spacing > 0 && !points.spacings.empty();
-  const auto reach = [&](std::size_t point) {
-    return isLocal ? maxDistance * std::clamp(points.spacings[point] / (atBorder * spacing), 1.f, farthest)
-                   : maxDistance;
-  };
-  const auto confidenceOf = [&](std::size_t point, float squaredDistance) {
-    return confidenceAt(std::sqrt(squaredDistance) / reach(point), shape) * points.confidence(point);
-  };
+  return spacing_ > 0 ? maxDistance_ * std::clamp(points_.spacings[point] / (atBorder * spacing_), 1.f, farthest)
+                      : maxDistance_;
+}
+
+float Support::margin(const Eigen::Vector3f& position, Neighbours& scratch) const
+{
+  if (search_.nearest(position, 1, scratch) < 1)
+    return -std::numeric_limits<float>::infinity();
+  return reach(static_cast<std::size_t>(scratch.indices[0])) - std::sqrt(scratch.squaredDistances[0]);
+}
+
+float Support::confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbours& scratch) const
+{
+  if (search_.nearest(position, 1, scratch) < 1)
+    return 0;
+  const auto point = static_cast<std::size_t>(scratch.indices[0]);
+  return confidenceAt(std::sqrt(scratch.squaredDistances[0]) / reach(point), shape) * points_.confidence(point);
+}
+
+void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape, Execution& execution)
+{
   mesh.confidences.assign(mesh.vertices.size(), 0);
   execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
     Neighbours nearest;
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
-      if (search.nearest(mesh.vertices[v], 1, nearest) > 0)
-        mesh.confidences[v] = confidenceOf(static_cast<std::size_t>(nearest.indices[0]), nearest.squaredDistances[0]);
+      mesh.confidences[v] = support.confidence(mesh.vertices[v], shape, nearest);
   });
 }
 

@@ -152,7 +152,7 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighbourSearch& se
   rough.changeTolerance = std::max(rough.changeTolerance, pilotTolerance);
   const DistanceField field = regularise(points, search, spacing, box, coarse, prior, rough, pilot, execution).field;
   TriangleMesh mesh = polygonize(field, {}, execution);
-  setConfidences(mesh, points, search, coarse.maxDistance, coarse.confidenceShape, execution);
+  setConfidences(mesh, {points, search, coarse.maxDistance, 0}, coarse.confidenceShape, execution);
 
   setNormals(mesh, field, execution);
 

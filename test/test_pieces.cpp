@@ -176,5 +176,6 @@ TEST(Pieces, DoNotWidenTheHolesThatAreFilled)
   const MeshStatistics alone = clouds::reconstruct(sheet).report.mesh, together = clouds::reconstruct(two).report.mesh;
   EXPECT_EQ(alone.boundaryLoops, 2);
   EXPECT_EQ(together.boundaryLoops, 4);
-  EXPECT_NEAR(together.area, 2 * alone.area, .01 * alone.area);
+  // Along rims of 16 each, what is filled at them differs by a fifth of a voxel of .13; the holes are 1.5 each.
+  EXPECT_NEAR(together.area, 2 * alone.area, 2 * 16 * .2 * .13);
 }

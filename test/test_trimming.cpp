@@ -14,8 +14,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 using namespace pcl::mrf;
 using Eigen::Vector3d;
@@ -43,7 +46,7 @@ struct Scene {
     observed.positions = points.positions;
     observed.normals = points.normals;
     observed.spacings = localSpacings(points, measureNeighbours(points, *search, execution), execution);
-    setConfidences(mesh, observed, *search, static_cast<float>(reach), ConfidenceShape::linear, execution);
+    setConfidences(mesh, {observed, *search, static_cast<float>(reach), 0}, ConfidenceShape::linear, execution);
   }
 
   TrimResult trim(Trimming trimming, float maxHole, float minComponentShare = 0, int threads = 1) const
@@ -519,6 +522,74 @@ TEST(Trimming, doesNotDependOnThreads)
     EXPECT_EQ(one.areaDropped, other.areaDropped);
     EXPECT_EQ(one.largestHole, other.largestHole);
   }
+}
+
+/// Support at the vertices where a mesh ends; ends of edges with one triangle, each twice.
+std::vector<float> marginsAtBorder(const TriangleMesh& mesh, const Support& support)
+{
+  std::set<std::pair<std::int32_t, std::int32_t>> edges;
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t i = 0; i < 3; ++i)
+      if (edges.erase({t[(i + 1) % 3], t[i]}) == 0)
+        edges.insert({t[i], t[(i + 1) % 3]});
+  std::vector<float> margins;
+  Neighbours scratch;
+  for (const auto& edge : edges)
+    for (const std::int32_t v : {edge.first, edge.second})
+      margins.push_back(support.margin(mesh.vertices[static_cast<std::size_t>(v)], scratch));
+  return margins;
+}
+
+TEST(TightenBorders, endsTheSurfaceWhereSupportEnds)
+{
+  // Voxels about as wide as the support reaches.
+  const Scene scene(shapes::sphere(1), cappedSphere(.8, .6), 14);
+  const Support support(scene.observed, *scene.search, static_cast<float>(reach), 0);
+  const TriangleMesh cut = scene.trim(Trimming::supported, 100).mesh;
+  TriangleMesh mesh = cut;
+  Execution execution(1);
+  EXPECT_GT(tightenBorders(mesh, support, execution), 0);
+  EXPECT_EQ(mesh.triangles, cut.triangles);
+  expectSound(mesh);
+  const auto farthest = [&](const TriangleMesh& of) {
+    const std::vector<float> margins = marginsAtBorder(of, support);
+    return -*std::min_element(margins.begin(), margins.end());
+  };
+  const auto mean = [&](const TriangleMesh& of) {
+    const std::vector<float> margins = marginsAtBorder(of, support);
+    return std::accumulate(margins.begin(), margins.end(), 0.) / static_cast<double>(margins.size());
+  };
+  const double edge = measure(cut).meanEdge, longest = measure(cut).maxEdge;
+  EXPECT_GT(farthest(cut), .5 * edge) << "else there is nothing to see";
+  EXPECT_LT(farthest(mesh), .4 * edge);
+  EXPECT_NEAR(mean(mesh), 0, .1 * edge);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    EXPECT_NEAR(mesh.vertices[v].norm(), 1, longest * longest / 8 + 1e-3) << "chords of the sphere";
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto corner = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][i])]; };
+    EXPECT_GT((corner(1) - corner(0)).cross(corner(2) - corner(0)).dot(corner(0)), 0);
+  }
+}
+
+TEST(TightenBorders, leavesBordersOfFillingsAndClosedMeshes)
+{
+  const Scene scene(shapes::sphere(1), cappedSphere(.6, 0));
+  Execution execution(1);
+  const Support support(scene.observed, *scene.search, static_cast<float>(reach), 0);
+  TriangleMesh closed = scene.mesh;
+  EXPECT_EQ(tightenBorders(closed, support, execution), 0);
+  EXPECT_EQ(closed.vertices, scene.mesh.vertices);
+  // Half of the filling is cut away by hand, far from the points.
+  TriangleMesh holed = scene.mesh;
+  const auto isTop = [&](const Triangle& t) {
+    return std::all_of(t.begin(), t.end(),
+                       [&](std::int32_t v) { return holed.vertices[static_cast<std::size_t>(v)].z() > .98f; });
+  };
+  holed.triangles.erase(std::remove_if(holed.triangles.begin(), holed.triangles.end(), isTop), holed.triangles.end());
+  ASSERT_LT(holed.triangles.size(), scene.mesh.triangles.size());
+  const std::vector<Vector3f> before = holed.vertices;
+  EXPECT_EQ(tightenBorders(holed, support, execution), 0);
+  EXPECT_EQ(holed.vertices, before);
 }
 
 TEST(Trimming, refusesBadOptionsByName)

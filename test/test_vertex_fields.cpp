@@ -54,12 +54,12 @@ TEST(VertexFields, confidencesFallWithTheDistanceFromTheNearestPoint)
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 3, 0}, {0, 0, 4.5f}, {10, 1, 0}};
   Execution execution(1);
-  setConfidences(mesh, points, *search, 4, ConfidenceShape::linear, execution);
+  setConfidences(mesh, {points, *search, 4, 0}, ConfidenceShape::linear, execution);
   const std::vector<float> linear = {1, .75f, .25f, 0, .5f * .75f};
   ASSERT_EQ(mesh.confidences.size(), linear.size());
   for (std::size_t v = 0; v < linear.size(); ++v)
     EXPECT_FLOAT_EQ(mesh.confidences[v], linear[v]);
-  setConfidences(mesh, points, *search, 4, ConfidenceShape::quadratic, execution);
+  setConfidences(mesh, {points, *search, 4, 0}, ConfidenceShape::quadratic, execution);
   EXPECT_FLOAT_EQ(mesh.confidences[1], 1 - 1.f / 16);
   EXPECT_EQ(mesh.confidences[3], 0);
 }

@@ -43,7 +43,7 @@ struct ObservationOptions {
 
   // Of observations at the voxels.
   int neighbours = 5;         ///< points per voxel, 1..100
-  bool scaleWithLevel = true; ///< coarser levels, and an automatic dEmax, reach at least 1.5 h of the level
+  bool scaleWithLevel = true; ///< coarser levels, and their automatic dEmax, reach at least 1.5 h of the level
 
   // Of the confidence: of voxels, and of the surface in colours and trimming.
   float maxDistance =

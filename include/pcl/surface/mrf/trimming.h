@@ -8,6 +8,7 @@
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
+#include <pcl/surface/mrf/vertex_fields.h>
 
 #include <cstdint>
 #include <optional>
@@ -84,6 +85,13 @@ struct TrimResult {
 /// vertices of extrapolation that are closer than maxGap. The result does not depend on the number of threads.
 TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search, float diagonal,
                 const TrimmingOptions& options, Execution& execution);
+
+/// Pulls the vertices of borders that no point supports back to where support ends: trimming cuts along edges, up to an
+/// edge beyond it. A vertex moves along the edge on which support ends soonest, less far where a triangle around it
+/// would turn over; where a border runs through fillings it stays.
+/// \return how many vertices moved; their normals and confidences are those of before
+/// Cost: linear, and some queries per vertex of a border.
+std::int64_t tightenBorders(TriangleMesh& mesh, const Support& support, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

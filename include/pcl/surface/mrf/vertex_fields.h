@@ -28,13 +28,33 @@ using Rgb = std::array<std::uint8_t, 3>;
 /// Sets the normals: the normalised gradient of the field; the mean triangle normal where it vanishes.
 void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
 
-/// Sets the confidences (paper Sec. 3.3.3): α by the distance to the nearest point, times that point's own confidence.
-/// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
-/// \param spacing l̄, cloud's unit, if dEmax is to grow up to four times where the points' own spacing is larger than
-/// that: a wall at six metres is as much surface as a cup at one; 0: the same everywhere
-/// Cost: one query per vertex.
-void setConfidences(TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search, float maxDistance,
-                    ConfidenceShape shape, Execution& execution, float spacing = 0);
+/// How far each point supports a surface around it: dEmax, and up to four times as far where the points lie farther
+/// apart than on average: a wall at six metres is as much surface as a cup at one.
+class Support {
+public:
+  /// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
+  /// \param spacing l̄, cloud's unit; 0, or points without spacings: dEmax is the same everywhere
+  /// \pre the arguments outlive this
+  Support(const OrientedPoints& points, const NeighbourSearch& search, float maxDistance, float spacing)
+      : points_(points), search_(search), maxDistance_(maxDistance), spacing_(points.spacings.empty() ? 0 : spacing)
+  {}
+
+  /// What the nearest point leaves of its reach at a position: ≤ 0 without support, −inf without points.
+  float margin(const Eigen::Vector3f& position, Neighbours& scratch) const;
+
+  /// Paper Sec. 3.3.3: α by the distance to the nearest point, times that point's own confidence.
+  float confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbours& scratch) const;
+
+private:
+  float reach(std::size_t point) const;
+
+  const OrientedPoints& points_;
+  const NeighbourSearch& search_;
+  float maxDistance_, spacing_;
+};
+
+/// Sets the confidences. Cost: one query per vertex.
+void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape, Execution& execution);
 
 /// Interpolates attributes of the data points at the vertices: mean of the 4 nearest points with weights 1/d², the
 /// nearest one's value where it coincides.
