@@ -410,8 +410,7 @@ TEST(Invariance, OrderOfThePoints)
 
 TEST(Scans, GiveOneManifoldComponent)
 {
-  if (!scans::available())
-    GTEST_SKIP() << "no ../shared/data beside the project";
+  SKIP_WITHOUT_SCANS();
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   const std::vector<std::string> names = {"bunny"};
 #else

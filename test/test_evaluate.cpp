@@ -715,8 +715,7 @@ TEST(VertexErrors, toReferenceOrNearestPoint)
 
 TEST(Scans, rmsAgreesWithCgal)
 {
-  if (!scans::available())
-    GTEST_SKIP() << "no ../shared/data beside the project";
+  SKIP_WITHOUT_SCANS();
   const scans::Scan scan = scans::load("bunny");
   // Distances of all sizes: to a sphere around the middle. A part of the points, because far ones take long.
   Points input;

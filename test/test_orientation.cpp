@@ -740,8 +740,7 @@ TEST(OrientationOfScans, StanfordBunnyWithoutNormalsOrSensors)
 
 TEST(OrientationOfScans, WithAndWithoutSensors)
 {
-  if (!scans::available())
-    GTEST_SKIP() << "no ../shared/data beside the source directory";
+  SKIP_WITHOUT_SCANS();
   for (const char* name : {"nefertiti", "bunny_raw", "igea_noise"}) {
     PointSet points = scans::load(name).points;
     // A part of the raw scans, for the time it takes; they come shuffled.
@@ -762,8 +761,7 @@ TEST(OrientationOfScans, WithAndWithoutSensors)
 
 TEST(OrientationOfScans, OpenOnesFaceTheirSensor)
 {
-  if (!scans::available())
-    GTEST_SKIP() << "no ../shared/data beside the source directory";
+  SKIP_WITHOUT_SCANS();
   for (const char* name : {"kinect_table", "kinect_office"}) {
     const PointSet points = scans::loadReal(name);
     const OrientationResult result = estimateAndOrient(points, OrientationVote::sensor);
@@ -780,8 +778,7 @@ TEST(OrientationOfScans, OpenOnesFaceTheirSensor)
 
 TEST(OrientationOfScans, WarnOfAGuessIfOpen)
 {
-  if (!scans::available())
-    GTEST_SKIP() << "no ../shared/data beside the source directory";
+  SKIP_WITHOUT_SCANS();
   for (const char* name : {"kinect_table", "kinect_office", "samp11", "dragon_one"})
     EXPECT_TRUE(estimateAndOrient(scans::loadReal(name), OrientationVote::outward).sideIsGuessed) << name;
   EXPECT_TRUE(estimateAndOrient(scans::loadReference("fran_cut"), OrientationVote::outward).sideIsGuessed);

@@ -73,8 +73,7 @@ class CleanScan : public testing::TestWithParam<Bar> {
 protected:
   void SetUp() override
   {
-    if (!scans::available())
-      GTEST_SKIP() << "the folder ../shared/data with the scans is not there";
+    SKIP_WITHOUT_SCANS();
   }
 };
 

@@ -213,17 +213,19 @@ struct TriangleTree::Ray {
   }
 };
 
-bool TriangleTree::isHit(const Vector3d& origin, const Vector3d& direction, double tMin, std::int64_t excluded) const
+template <typename Visit>
+void TriangleTree::traverse(const Vector3d& origin, const Vector3d& direction, const Visit& visit) const
 {
   if (nodes_.empty())
-    return false;
+    return;
   const Ray ray(origin, direction);
+  double end = 1;
   std::array<std::int32_t, maxDepth + 4> stack;
   std::size_t top = 0;
   stack[top++] = 0;
-  while (top > 0) {
+  while (top > 0 && end > 0) {
     const Node& node = nodes_[static_cast<std::size_t>(stack[--top])];
-    if (!ray.meets(node, 1))
+    if (!ray.meets(node, end))
       continue;
     if (node.count == 0) {
       stack[top++] = node.first;
@@ -232,41 +234,29 @@ bool TriangleTree::isHit(const Vector3d& origin, const Vector3d& direction, doub
     }
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
       const Facet& facet = facets_[static_cast<std::size_t>(i)];
-      if (facet.triangle == excluded)
-        continue;
-      const double t = meets(facet, origin, direction);
-      if (t > tMin && t < 1)
-        return true;
+      end = std::min(end, visit(facet.triangle, meets(facet, origin, direction)));
     }
   }
-  return false;
+}
+
+bool TriangleTree::isHit(const Vector3d& origin, const Vector3d& direction, double tMin, std::int64_t excluded) const
+{
+  bool isHit = false;
+  traverse(origin, direction, [&](std::int64_t triangle, double t) {
+    isHit = isHit || (triangle != excluded && t > tMin && t < 1);
+    return isHit ? 0. : 1.;
+  });
+  return isHit;
 }
 
 TriangleTree::Hit TriangleTree::firstHit(const Vector3d& origin, const Vector3d& direction) const
 {
   Hit first;
-  if (nodes_.empty())
-    return first;
-  const Ray ray(origin, direction);
-  std::array<std::int32_t, maxDepth + 4> stack;
-  std::size_t top = 0;
-  stack[top++] = 0;
-  while (top > 0) {
-    const Node& node = nodes_[static_cast<std::size_t>(stack[--top])];
-    if (!ray.meets(node, first.t))
-      continue;
-    if (node.count == 0) {
-      stack[top++] = node.first;
-      stack[top++] = node.first + 1;
-      continue;
-    }
-    for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
-      const Facet& facet = facets_[static_cast<std::size_t>(i)];
-      const double t = meets(facet, origin, direction);
-      if (t > 0 && (t < first.t || (t == first.t && facet.triangle < first.triangle)))
-        first = {t, facet.triangle};
-    }
-  }
+  traverse(origin, direction, [&](std::int64_t triangle, double t) {
+    if (t > 0 && (t < first.t || (t == first.t && triangle < first.triangle)))
+      first = {t, triangle};
+    return first.t;
+  });
   return first;
 }
 

@@ -46,6 +46,11 @@ private:
 
   struct Ray;
 
+  /// Calls visit(triangle, t) for triangles that the segment may meet at t, and for others with t ≥ 1 or t ≤ 0; it
+  /// returns up to where the segment still matters, 0 to end.
+  template <typename Visit>
+  void traverse(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const Visit& visit) const;
+
   /// Where the segment meets the facet; 1 or more: it does not.
   static double meets(const Facet& facet, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
 

@@ -4,6 +4,8 @@
 
 #include <pcl/surface/mrf/point_set.h>
 
+#include <gtest/gtest.h>
+
 #include <string>
 #include <vector>
 
@@ -31,3 +33,8 @@ pcl::mrf::PointSet loadReal(const std::string& name);
 pcl::mrf::PointSet loadReference(const std::string& name);
 
 } // namespace scans
+
+/// Skips a test that needs the scans where they are not: users have the sources without them.
+#define SKIP_WITHOUT_SCANS()                                                                                           \
+  if (!scans::available())                                                                                             \
+  GTEST_SKIP() << "no ../shared/data beside the source directory"
