@@ -56,6 +56,7 @@ const std::vector<Case> cases = {
     {{"--prior", "thin-plate"}, "/options/prior/prior", "thin-plate"},
     {{"--beta", "0.5", "--observation", "plane"}, "/options/prior/beta", .5},
     {{"--energy", "weighted", "--observation", "plane"}, "/options/prior/energy", "weighted"},
+    {{"--unit", "nearest"}, "/options/unit", "nearest"},
     {{"--quality", "draft"}, "/options/multiscale/quality", "draft"},
     {{"--quality", "fine"}, "/options/multiscale/quality", "fine"},
     {{"--voxel-size", "0.125"}, "/options/multiscale/voxelSize", .125},

@@ -158,6 +158,9 @@ void addModelOptions(OptionParser& parser)
       .number("--voxel-size", "LENGTH", length, field(&Options::multiscale, &MultiscaleOptions::voxelSize),
               "the same as a length", "by the quality")
       ->excludes(quality);
+  parser.choice("--unit", field(&Options::unit),
+                "s, the unit of automatic lengths: half the side of the square that a point stands for, or the mean "
+                "distance to the nearest point (the paper's)");
   parser.number("--padding", "VOXELS", wholeNumbers(2, 1000), field(&Options::multiscale, &MultiscaleOptions::padding),
                 "voxels of the finest level around the points", "6, more beside openings");
   parser.number("--coarsest-side", "VOXELS", wholeNumbers(4, 256),
@@ -277,7 +280,7 @@ Command parseCommandLine(int argc, const char* const* argv)
   CLI::App app("Reconstructs a surface from points by a Markov random field of signed distances (Paulsen et al. 2010).",
                "pcl_mrf_reconstruction");
   app.get_formatter()->column_width(34);
-  app.footer("s is the sampling distance of the points (their mean distance to the nearest other one). Lengths are in "
+  app.footer("s is the sampling distance of the points, see --unit. Lengths are in "
              "the unit of INPUT.\nExit status: 0 done, 1 a file cannot be read or written or holds nothing to "
              "reconstruct, 2 wrong usage, 3 the method failed.");
   app.add_option("INPUT", command.input,

@@ -5,6 +5,13 @@ namespace mrf_apps {
 using namespace pcl::mrf;
 
 template <>
+const Names<LengthUnit>& names()
+{
+  static const Names<LengthUnit> all = {{"density", LengthUnit::density}, {"nearest", LengthUnit::nearest}};
+  return all;
+}
+
+template <>
 const Names<Prior>& names()
 {
   static const Names<Prior> all = {

@@ -18,6 +18,8 @@ template <typename Enum>
 const Names<Enum>& names();
 
 template <>
+const Names<pcl::mrf::LengthUnit>& names();
+template <>
 const Names<pcl::mrf::Prior>& names();
 template <>
 const Names<pcl::mrf::Energy>& names();

@@ -82,6 +82,7 @@ Json toJson(const Options& options)
            {{"rounds", options.remesher.rounds},
             {"targetEdge", options.remesher.targetEdge},
             {"relaxation", options.remesher.relaxation}}},
+          {"unit", nameOf(options.unit)},
           {"colours", nameOf(options.colours)},
           {"confidenceField", options.confidenceField},
           {"threads", options.threads}};
