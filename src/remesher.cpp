@@ -81,30 +81,37 @@ Vector3f normalOf(const DistanceField& field, const Vector3f& position, const Ve
 
 /// |d| / |∇d| in voxels up to which a position counts as on the zero level.
 constexpr float onLevel = 1e-3f;
+/// |d| / |∇d| in voxels up to which a straight step is as good as one of four stages: the gradient hardly turns on the
+/// way, and what is left is a part of it for the next step.
+constexpr float straightStep = .25f;
 
-bool trace(const DistanceField& field, const Vector3f& start, float maxStep, Vector3f& result)
+/// Follows the gradient to the zero level. \param end what is reached, with its unit normal
+bool trace(const DistanceField& field, const Vector3f& start, float maxStep, Corner& end)
 {
-  const float tolerance = onLevel * static_cast<float>(field.lattice().spacing);
-  const auto slope = [&](const Vector3f& x) -> Vector3f {
-    const Vector3f gradient = field.sampleGradient(x);
-    return gradient / gradient.squaredNorm();
-  };
+  const auto spacing = static_cast<float>(field.lattice().spacing);
+  const auto slopeOf = [](const Vector3f& gradient) -> Vector3f { return gradient / gradient.squaredNorm(); };
+  const auto slopeAt = [&](const Vector3f& x) { return slopeOf(field.sampleGradient(x)); };
   Vector3f x = start;
   // Each step integrates dx/dd = ∇d/|∇d|² from d to 0. The gradient is that of a smoother interpolation than the
-  // distance's, so that a second step may be needed; more than a few do not converge.
-  for (int step = 0; step < 6; ++step) {
+  // distance's, so that a few more may be needed; many do not converge.
+  for (int step = 0; step < 8; ++step) {
     const float d = field.sampleDistance(x);
-    const Vector3f k1 = slope(x);
+    const Vector3f gradient = field.sampleGradient(x), k1 = slopeOf(gradient);
     if (!k1.allFinite())
       return false;
-    if (std::abs(d) * k1.norm() <= tolerance) {
-      result = x;
+    const float distance = std::abs(d) * k1.norm();
+    if (distance <= onLevel * spacing) {
+      end = {x, gradient.normalized()};
       return true;
     }
-    const Vector3f k2 = slope(x - .5f * d * k1);
-    const Vector3f k3 = slope(x - .5f * d * k2);
-    const Vector3f k4 = slope(x - d * k3);
-    x -= d / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    if (distance <= straightStep * spacing) {
+      x -= d * k1;
+    } else {
+      const Vector3f k2 = slopeAt(x - .5f * d * k1);
+      const Vector3f k3 = slopeAt(x - .5f * d * k2);
+      const Vector3f k4 = slopeAt(x - d * k3);
+      x -= d / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    }
     if (!((x - start).squaredNorm() <= squared(maxStep)))
       return false;
   }
@@ -311,7 +318,7 @@ private:
     const Corner a = corner(mesh_.origin[h]), b = corner(mesh_.target(h));
     const Vector3f middle = .5f * (a.position + b.position);
     Corner m;
-    if (!trace(field_, middle, maxStep_, m.position))
+    if (!trace(field_, middle, maxStep_, m))
       return refused();
     if (g < 0) {
       // The boundary keeps its course; where it cuts a corner so much that its middle is off the surface, it stays
@@ -320,7 +327,6 @@ private:
         return refused();
       m.position = middle;
     }
-    m.normal = normalOf(field_, m.position, (a.normal + b.normal).normalized());
 
     const auto halvesFit = [&](std::int32_t side, const Corner& from, const Corner& to) {
       const Corner apex = corner(mesh_.opposite(side));
@@ -374,11 +380,8 @@ private:
     if (fixed(a))
       return collapse(h, corner(a));
     Corner middle;
-    if (trace(field_, .5f * (mesh_.positions[a] + mesh_.positions[b]), maxStep_, middle.position)) {
-      middle.normal = normalOf(field_, middle.position, (mesh_.normals[a] + mesh_.normals[b]).normalized());
-      if (collapse(h, middle))
-        return true;
-    }
+    if (trace(field_, .5f * (mesh_.positions[a] + mesh_.positions[b]), maxStep_, middle) && collapse(h, middle))
+      return true;
     return collapse(h, corner(a)) || collapse(h, corner(b)) || refused();
   }
 
@@ -456,10 +459,7 @@ private:
   /// Where a vertex is to go: part of the way to its tangential target, then to the zero level.
   bool propose(std::int32_t v, const Vector3f& step, Corner& moved) const
   {
-    if (!trace(field_, mesh_.positions[v] + step, maxStep_, moved.position))
-      return false;
-    moved.normal = normalOf(field_, moved.position, mesh_.normals[v]);
-    return true;
+    return trace(field_, mesh_.positions[v] + step, maxStep_, moved);
   }
 
   bool mayMove(std::int32_t v, const Corner& moved) const
@@ -603,8 +603,8 @@ RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const 
 
 Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position, float maxStep)
 {
-  Eigen::Vector3f reached;
-  return trace(field, position, maxStep, reached) ? reached : position;
+  Corner reached;
+  return trace(field, position, maxStep, reached) ? reached.position : position;
 }
 
 } // namespace mrf
