@@ -106,6 +106,8 @@ std::int32_t HalfEdgeMesh::split(std::int32_t h, const Eigen::Vector3f& position
   positions.push_back(position);
   normals.push_back(normal);
   pinned.push_back(0);
+  if (!places.empty())
+    places.push_back(-1);
   valence.push_back(3);
   outgoing.push_back(-1);
 
@@ -146,9 +148,21 @@ bool HalfEdgeMesh::mayCollapse(std::int32_t h) const
     return false;
   if (valence[a] <= 3 && valence[b] <= 3)
     return false; // a tetrahedron, or a disc of which a single triangle would remain
+  return commonNeighbours(a, b) == 2;
+}
+
+int HalfEdgeMesh::commonNeighbours(std::int32_t v, std::int32_t w) const
+{
   int common = 0;
-  forNeighbours(b, [&](std::int32_t neighbour) { common += adjacent(a, neighbour) ? 1 : 0; });
-  return common == 2;
+  forNeighbours(w, [&](std::int32_t neighbour) { common += adjacent(v, neighbour) ? 1 : 0; });
+  return common;
+}
+
+std::int32_t HalfEdgeMesh::previousOnBorder(std::int32_t vertex) const
+{
+  std::int32_t last = -1;
+  forOutgoing(vertex, [&](std::int32_t h) { last = h; });
+  return opposite(last);
 }
 
 void HalfEdgeMesh::collapse(std::int32_t h)
@@ -176,6 +190,32 @@ void HalfEdgeMesh::collapse(std::int32_t h)
   turnToStart(a, ac >= 0 ? ac : next(cb));
   turnToStart(c, cb >= 0 ? cb : next(ac));
   turnToStart(d, da >= 0 ? da : next(bd));
+}
+
+bool HalfEdgeMesh::mayCollapseBorder(std::int32_t h) const
+{
+  const bool isLone = twin[next(h)] < 0 && twin[previous(h)] < 0;
+  return !isLone && commonNeighbours(origin[h], target(h)) == 1;
+}
+
+void HalfEdgeMesh::collapseBorder(std::int32_t h)
+{
+  const std::int32_t a = origin[h], b = target(h), c = opposite(h);
+  const std::int32_t cb = twin[next(h)], ac = twin[previous(h)];
+  for (std::int32_t spoke = outgoing[b], following; spoke >= 0; spoke = following) {
+    following = twin[previous(spoke)]; // −1 in the triangle of h, the last one
+    origin[spoke] = a;
+  }
+  valence[a] += valence[b] - 3;
+  --valence[c];
+  outgoing[b] = -1;
+  for (const std::int32_t gone : {h, next(h), previous(h)}) {
+    origin[gone] = -1;
+    twin[gone] = -1;
+  }
+  link(cb, ac);
+  turnToStart(a, ac >= 0 ? ac : next(cb));
+  turnToStart(c, cb >= 0 ? cb : next(ac));
 }
 
 void HalfEdgeMesh::flip(std::int32_t h)
@@ -266,6 +306,8 @@ void HalfEdgeMesh::compact(Execution& execution)
   reorder(positions, same);
   reorder(normals, same);
   reorder(pinned, same);
+  if (!places.empty())
+    reorder(places, same);
   reorder(valence, same);
   reorder(outgoing, renumber);
 }

@@ -30,6 +30,7 @@ struct HalfEdgeMesh {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Vector3f> normals; ///< of the field, unit
   std::vector<std::uint8_t> pinned;     ///< vertices that must stay as they are
+  std::vector<double> places;           ///< on the BorderCurves; empty if there are none
   std::vector<std::int32_t> outgoing;   ///< −1: removed, or in no triangle
   std::vector<std::int32_t> valence;    ///< edges of a vertex
   std::vector<std::int32_t> origin;     ///< −1 in removed triangles
@@ -78,6 +79,10 @@ struct HalfEdgeMesh {
 
   bool adjacent(std::int32_t v, std::int32_t w) const;
 
+  /// \pre the vertex is on the boundary
+  std::int32_t nextOnBorder(std::int32_t vertex) const { return target(outgoing[vertex]); }
+  std::int32_t previousOnBorder(std::int32_t vertex) const;
+
   /// Puts a vertex on the edge of h and cuts the triangles beside it in two. \return the new vertex
   std::int32_t split(std::int32_t h, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
 
@@ -88,6 +93,14 @@ struct HalfEdgeMesh {
   /// boundary
   void collapse(std::int32_t h);
 
+  /// The same for merging the ends of the border edge of h, which has no twin: neither may its border loop close, nor a
+  /// lone triangle go.
+  bool mayCollapseBorder(std::int32_t h) const;
+
+  /// Merges the target of the border edge of h into its origin; the triangle beside it goes.
+  /// \pre mayCollapseBorder(h)
+  void collapseBorder(std::int32_t h);
+
   /// Turns the inner edge of h to join the two opposite vertices. \pre they are not adjacent
   void flip(std::int32_t h);
 
@@ -95,9 +108,11 @@ struct HalfEdgeMesh {
   /// few edges leave a range of vertices. \pre positions are finite
   void compact(Execution& execution);
 
+  Triangle triangle(std::int32_t t) const { return {origin[3 * t], origin[3 * t + 1], origin[3 * t + 2]}; }
   TriangleMesh toTriangles() const;
 
 private:
+  int commonNeighbours(std::int32_t v, std::int32_t w) const;
   void link(std::int32_t g, std::int32_t h);
   void replaceOutgoing(std::int32_t vertex, std::int32_t former, std::int32_t h);
   void turnToStart(std::int32_t vertex, std::int32_t h);

@@ -1,5 +1,8 @@
+#include "border_curves.h"
+#include "crowded_space.h"
 #include "half_edge_mesh.h"
 #include "spatial_sort.h"
+#include "triangle_shape.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/remesher.h>
@@ -11,6 +14,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <sstream>
 
 namespace pcl {
@@ -19,56 +23,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Below this share of the equilateral triangle's shape, or this cosine to the field's normal, an operation is refused
-/// unless it makes things no worse. Marching cubes leaves slivers and crooked triangles: they must be free to improve.
-constexpr float minShape = .1f;
-constexpr float minCosine = .6f;
-/// Cosine of the largest angle by which a sound triangle may turn in one operation.
-constexpr float minTurnCosine = .5f;
-
 constexpr float squared(float value)
 {
   return value * value;
-}
-
-/// What decides whether a triangle may replace another one.
-struct Shape {
-  Vector3f cross = Vector3f::Zero(); ///< normal, twice the area long
-  float shape = 1;                   ///< 4√3 area / sum of squared sides: 1 for equilateral, 0 for degenerate
-  float cosine = 1;                  ///< to the field's normal
-
-  /// The worse of both, with the sum of the normals.
-  Shape operator&(const Shape& other) const
-  {
-    return {cross + other.cross, std::min(shape, other.shape), std::min(cosine, other.cosine)};
-  }
-
-  bool sound() const { return shape >= minShape && cosine >= minCosine; }
-
-  bool mayReplace(const Shape& former) const
-  {
-    if (!(shape >= std::min(minShape, former.shape) && cosine >= std::min(minCosine, former.cosine) && shape > 1e-4f))
-      return false;
-    return !former.sound() || cross.dot(former.cross) >= minTurnCosine * cross.norm() * former.cross.norm();
-  }
-};
-
-struct Corner {
-  Vector3f position, normal;
-};
-
-Shape shapeOf(const Corner& a, const Corner& b, const Corner& c)
-{
-  const Vector3f u = b.position - a.position, v = c.position - a.position, w = c.position - b.position;
-  Shape result;
-  result.cross = u.cross(v);
-  const float doubleArea = result.cross.norm();
-  const float sides = u.squaredNorm() + v.squaredNorm() + w.squaredNorm();
-  const Vector3f normal = a.normal + b.normal + c.normal;
-  result.shape = sides > 0 ? 3.46410162f * doubleArea / sides : 0;
-  const float lengths = doubleArea * normal.norm();
-  result.cosine = lengths > 0 ? result.cross.dot(normal) / lengths : -1;
-  return result;
 }
 
 /// Unit normal of the field, or the fallback where its gradient vanishes.
@@ -121,7 +78,9 @@ bool trace(const DistanceField& field, const Vector3f& start, float maxStep, Cor
 /// One remeshing run: the mesh, the lengths and the counts that the passes share.
 class Remesher {
 public:
-  Remesher(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options, Execution& execution)
+  /// \param watchAll look for intersections everywhere after each round, not only where they are to be expected
+  Remesher(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options, bool watchAll,
+           Execution& execution)
       : mesh_(mesh), field_(field), options_(options), execution_(execution),
         maxStep_(.5f * static_cast<float>(field.lattice().spacing))
   {
@@ -129,16 +88,33 @@ public:
     checkSize();
     mesh_.compact(execution_);
     setNormals();
+    if (!watchAll)
+      crowded_.emplace(mesh_.positions, mesh_.normals, 1.5f * target_, execution_);
+    counts_.intersectingBefore = static_cast<std::int64_t>(intersectingTriangles().size());
+    partBorders();
+    curves_ = BorderCurves(mesh_, maxStep_, [&](Vector3f& position) {
+      Corner reached;
+      const bool isReached = trace(field_, position, maxStep_, reached);
+      if (isReached)
+        position = reached.position;
+      return isReached;
+    });
   }
 
-  RemeshResult run()
+  /// \return nothing if triangles intersect where they were not expected to
+  std::optional<RemeshResult> run()
   {
     int round = 0;
     while (round < options_.rounds && runRound()) {
       ++round;
       execution_.progress(static_cast<double>(round) / options_.rounds);
     }
-    counts_.mesh = mesh_.toTriangles();
+    const TriangleMesh triangles = mesh_.toTriangles();
+    const std::vector<std::int32_t> intersecting = selfIntersectingTriangles(triangles, execution_);
+    if (crowded_ && !changedOf(intersecting).empty())
+      return {};
+    counts_.intersecting = static_cast<std::int64_t>(intersecting.size());
+    counts_.mesh = triangles;
     counts_.targetEdge = target_;
     return std::move(counts_);
   }
@@ -146,9 +122,9 @@ public:
 private:
   Corner corner(std::int32_t vertex) const { return {mesh_.positions[vertex], mesh_.normals[vertex]}; }
 
-  Shape shape(std::int32_t h) const
+  TriangleShape shape(std::int32_t h) const
   {
-    return shapeOf(corner(mesh_.origin[h]), corner(mesh_.target(h)), corner(mesh_.opposite(h)));
+    return TriangleShape(corner(mesh_.origin[h]), corner(mesh_.target(h)), corner(mesh_.opposite(h)));
   }
 
   /// Normal of the triangle of h, twice the area long. Reads positions only: normals may be in the making.
@@ -163,7 +139,6 @@ private:
     return (mesh_.positions[mesh_.target(h)] - mesh_.positions[mesh_.origin[h]]).squaredNorm();
   }
 
-  bool fixed(std::int32_t vertex) const { return mesh_.pinned[vertex] || mesh_.onBoundary(vertex); }
   bool edgePinned(std::int32_t h) const { return mesh_.pinned[mesh_.origin[h]] && mesh_.pinned[mesh_.target(h)]; }
 
   bool oppositesPinned(std::int32_t h) const
@@ -217,13 +192,49 @@ private:
     });
   }
 
-  /// One round of all passes; where it made triangles intersect, it is repeated with the mesh around them left as it
-  /// was. \return false if no round can be made any more
+  /// Vertices of different parts of the border at one place, where trimming left two fans that touch: each moves a
+  /// little into its own.
+  void partBorders()
+  {
+    std::vector<std::int32_t> border;
+    for (std::int32_t v = 0; v < mesh_.vertexCount(); ++v)
+      if (mesh_.onBoundary(v))
+        border.push_back(v);
+    const auto before = [&](std::int32_t v, std::int32_t w) {
+      const Vector3f &p = mesh_.positions[v], &q = mesh_.positions[w];
+      return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+    };
+    std::stable_sort(border.begin(), border.end(), before);
+    for (auto first = border.begin(), last = first; first != border.end(); first = last) {
+      last = std::upper_bound(first, border.end(), *first, before);
+      if (last - first > 1)
+        for (auto v = first; v != last; ++v)
+          retreat(*v);
+    }
+  }
+
+  void retreat(std::int32_t v)
+  {
+    Vector3f sum = Vector3f::Zero();
+    mesh_.forNeighbours(v, [&](std::int32_t w) { sum += mesh_.positions[w] - mesh_.positions[v]; });
+    const Vector3f inwards = sum / static_cast<float>(mesh_.valence[v]);
+    for (const float share : {.3f, .15f, .05f}) {
+      Corner moved;
+      if (!trace(field_, mesh_.positions[v] + share * inwards, maxStep_, moved) || !mayMove(v, moved))
+        continue;
+      mesh_.positions[v] = moved.position;
+      mesh_.normals[v] = moved.normal;
+      return;
+    }
+  }
+
+  /// One round of all passes. Moves that made triangles intersect are taken back; where that does not help, the round
+  /// is repeated with the mesh around them left as it was. \return false if no round can be made any more
   bool runRound()
   {
-    const HalfEdgeMesh before = mesh_;
+    before_ = mesh_;
     const RemeshResult countsBefore = counts_;
-    std::vector<std::uint8_t> pinned = before.pinned;
+    std::vector<std::uint8_t> pinned = before_.pinned;
     float radius = .5f * target_;
     for (int attempt = 0; attempt < maxAttempts; ++attempt, radius *= 2) {
       splitLongEdges();
@@ -231,11 +242,14 @@ private:
       flipEdges();
       mesh_.compact(execution_);
       relax();
-      const std::vector<Vector3f> intersecting = newIntersections();
+      const std::vector<std::int32_t> intersecting = withoutMovesThatIntersect();
       if (intersecting.empty())
         return true; // what was pinned stays so: the next round would run into the same trouble
-      pinAround(intersecting, radius, before.positions, pinned);
-      mesh_ = before;
+      std::vector<Vector3f> centres;
+      for (const std::int32_t v : intersecting)
+        centres.push_back(mesh_.positions[v]);
+      pinAround(centres, radius, before_.positions, pinned);
+      mesh_ = before_;
       mesh_.pinned = pinned;
       const std::int64_t refusals = counts_.refusedOperations;
       counts_ = countsBefore;
@@ -244,21 +258,84 @@ private:
     return false;
   }
 
-  /// Corners of the intersecting triangles that this round changed. No operation makes or removes an edge between
-  /// pinned vertices, so a triangle with three pinned corners is the same as before the round; what intersects it has
-  /// changed, or the intersection is the input's own.
-  std::vector<Vector3f> newIntersections() const
+  /// The first half-edge divided by three of the triangles that intersect others, of those that are watched: with a
+  /// vertex on the border, where two parts of it may come to overlap, or where it is crowded.
+  std::vector<std::int32_t> intersectingTriangles() const
   {
-    const TriangleMesh triangles = mesh_.toTriangles();
-    std::vector<Vector3f> corners;
-    for (const std::int32_t t : selfIntersectingTriangles(triangles, execution_)) {
-      const Triangle& vertices = triangles.triangles[t];
-      if (std::all_of(vertices.begin(), vertices.end(), [&](std::int32_t v) { return mesh_.pinned[v] != 0; }))
-        continue;
-      for (const std::int32_t v : vertices)
-        corners.push_back(triangles.vertices[v]);
+    std::vector<std::uint8_t> watched(mesh_.positions.size(), 1);
+    if (crowded_)
+      execution_.forRange(mesh_.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
+        for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
+          watched[v] = mesh_.onBoundary(v) || crowded_->contains(mesh_.positions[v]) ? 1 : 0;
+      });
+    TriangleMesh part;
+    std::vector<std::int32_t> own;
+    for (std::int32_t t = 0; t < mesh_.halfEdgeCount() / 3; ++t) {
+      const Triangle vertices = mesh_.triangle(t);
+      if (std::any_of(vertices.begin(), vertices.end(), [&](std::int32_t v) { return watched[v] != 0; })) {
+        part.triangles.push_back(vertices);
+        own.push_back(t);
+      }
+    }
+    part.vertices = mesh_.positions;
+    std::vector<std::int32_t> result = selfIntersectingTriangles(part, execution_);
+    for (std::int32_t& t : result)
+      t = own[t];
+    return result;
+  }
+
+  /// Corners of those of the triangles that operations may have changed: none makes or removes an edge between pinned
+  /// vertices, so one with three pinned corners is the same as before. What intersects it has changed, or the
+  /// intersection is the input's own.
+  std::vector<std::int32_t> changedOf(const std::vector<std::int32_t>& triangles) const
+  {
+    std::vector<std::int32_t> corners;
+    for (const std::int32_t t : triangles) {
+      const Triangle vertices = mesh_.triangle(t);
+      if (!std::all_of(vertices.begin(), vertices.end(), [&](std::int32_t v) { return mesh_.pinned[v] != 0; }))
+        corners.insert(corners.end(), vertices.begin(), vertices.end());
     }
     return corners;
+  }
+
+  /// Takes vertices of intersecting triangles back to where they were before relaxing, and what would be a bad triangle
+  /// then as well, until no triangles intersect.
+  /// \return the corners of those that do and did not move
+  std::vector<std::int32_t> withoutMovesThatIntersect()
+  {
+    while (true) {
+      const std::vector<std::int32_t> corners = changedOf(intersectingTriangles());
+      if (corners.empty())
+        return {};
+      std::vector<std::int32_t> toReturn;
+      for (const std::int32_t v : corners)
+        if (hasMoved(v))
+          toReturn.push_back(v);
+      if (toReturn.empty())
+        return corners;
+      while (!toReturn.empty()) {
+        const std::int32_t v = toReturn.back();
+        toReturn.pop_back();
+        if (!hasMoved(v))
+          continue;
+        takeBack(v);
+        mesh_.forOutgoing(v, [&](std::int32_t h) {
+          if (!shape(h).sound())
+            toReturn.insert(toReturn.end(), {mesh_.target(h), mesh_.opposite(h)});
+        });
+      }
+    }
+  }
+
+  bool hasMoved(std::int32_t v) const { return mesh_.positions[v] != formerPositions_[v]; }
+
+  void takeBack(std::int32_t v)
+  {
+    mesh_.positions[v] = formerPositions_[v];
+    mesh_.normals[v] = formerNormals_[v];
+    if (!mesh_.places.empty())
+      mesh_.places[v] = formerPlaces_[v];
+    ++counts_.refusedOperations;
   }
 
   static void pinAround(const std::vector<Vector3f>& centres, float radius, const std::vector<Vector3f>& positions,
@@ -316,34 +393,34 @@ private:
   {
     const std::int32_t g = mesh_.twin[h];
     const Corner a = corner(mesh_.origin[h]), b = corner(mesh_.target(h));
-    const Vector3f middle = .5f * (a.position + b.position);
+    double place = -1;
+    Vector3f middle = .5f * (a.position + b.position);
+    if (g < 0) {
+      place = curves_.between(mesh_.places[mesh_.origin[h]], mesh_.places[mesh_.target(h)], .5);
+      middle = curves_.at(place);
+    }
     Corner m;
     if (!trace(field_, middle, maxStep_, m))
       return refused();
-    if (g < 0) {
-      // The boundary keeps its course; where it cuts a corner so much that its middle is off the surface, it stays
-      // whole.
-      if ((m.position - middle).norm() > .05f * static_cast<float>(field_.lattice().spacing))
-        return refused();
-      m.position = middle;
-    }
 
     const auto halvesFit = [&](std::int32_t side, const Corner& from, const Corner& to) {
       const Corner apex = corner(mesh_.opposite(side));
-      Shape former = shape(side);
+      TriangleShape former = shape(side);
       former.shape *= .5f; // half a needle is a thinner one, and yet the way to get rid of it
-      return shapeOf(from, m, apex).mayReplace(former) && shapeOf(m, to, apex).mayReplace(former);
+      return TriangleShape(from, m, apex).mayReplace(former) && TriangleShape(m, to, apex).mayReplace(former);
     };
     if (!halvesFit(h, a, b) || (g >= 0 && !halvesFit(g, b, a)))
       return refused();
-    mesh_.split(h, m.position, m.normal);
+    const std::int32_t vertex = mesh_.split(h, m.position, m.normal);
+    if (g < 0)
+      mesh_.places[vertex] = place;
     ++counts_.splits;
     return true;
   }
 
   bool isShort(std::int32_t h) const
   {
-    return mesh_.represents(h) && mesh_.twin[h] >= 0 && squaredLength(h) < squared(4 * target_ / 5);
+    return mesh_.represents(h) && squaredLength(h) < squared(4 * target_ / 5);
   }
 
   /// The shortest ones first: those next to them may then be long enough. In the order of memory, one vertex would
@@ -356,8 +433,12 @@ private:
     sortByUpperHalf(edges, execution_);
     for (const std::uint64_t edge : edges) {
       const auto h = static_cast<std::int32_t>(edge & 0xffffffff);
-      if (isShort(h))
-        collapse(fixed(mesh_.target(h)) ? mesh_.twin[h] : h);
+      if (!isShort(h))
+        continue;
+      if (mesh_.twin[h] < 0)
+        collapseBorder(h);
+      else
+        collapse(mesh_.onBoundary(mesh_.target(h)) ? mesh_.twin[h] : h);
     }
   }
 
@@ -369,16 +450,17 @@ private:
     return std::uint64_t{bits} << 32 | static_cast<std::uint32_t>(h);
   }
 
-  /// Merges the target into the origin: on the surface half way between them, else where one of them is.
+  /// Merges the target into the origin: on the surface half way between them, else where one of them is; on the border
+  /// if one of them is there.
   bool collapse(std::int32_t h)
   {
     const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
-    if (fixed(b) || mesh_.pinned[a])
+    if (mesh_.pinned[a] || mesh_.pinned[b])
       return false;
     if (!mesh_.mayCollapse(h))
       return refused();
-    if (fixed(a))
-      return collapse(h, corner(a));
+    if (mesh_.onBoundary(a))
+      return collapse(h, corner(a)) || refused();
     Corner middle;
     if (trace(field_, .5f * (mesh_.positions[a] + mesh_.positions[b]), maxStep_, middle) && collapse(h, middle))
       return true;
@@ -387,9 +469,22 @@ private:
 
   bool collapse(std::int32_t h, const Corner& merged)
   {
-    const std::int32_t g = mesh_.twin[h], a = mesh_.origin[h], b = mesh_.target(h);
+    const std::int32_t a = mesh_.origin[h];
+    if (!mergedFits(h, merged))
+      return false;
+    mesh_.collapse(h);
+    mesh_.positions[a] = merged.position;
+    mesh_.normals[a] = merged.normal;
+    ++counts_.collapses;
+    return true;
+  }
+
+  /// True if the triangles of both ends may have them merged.
+  bool mergedFits(std::int32_t h, const Corner& merged) const
+  {
+    const std::int32_t g = mesh_.twin[h];
     bool fits = true;
-    for (const std::int32_t end : {a, b}) {
+    for (const std::int32_t end : {mesh_.origin[h], mesh_.target(h)}) {
       mesh_.forNeighbours(end, [&](std::int32_t w) {
         // Edges that are too long already must not keep a needle's short one from going.
         const float former = 1.21f * (mesh_.positions[w] - mesh_.positions[end]).squaredNorm();
@@ -397,22 +492,53 @@ private:
             fits && (mesh_.positions[w] - merged.position).squaredNorm() <= std::max(squared(4 * target_ / 3), former);
       });
       mesh_.forOutgoing(end, [&](std::int32_t spoke) {
-        if (!fits || spoke / 3 == h / 3 || spoke / 3 == g / 3)
+        if (!fits || spoke / 3 == h / 3 || (g >= 0 && spoke / 3 == g / 3))
           return;
-        Shape former = shape(spoke);
+        TriangleShape former = shape(spoke);
         // Three needles around a tiny triangle: the first collapse thins two of them, the next one takes them away.
-        if (former.shape < minShape)
+        if (former.shape < TriangleShape::minShape)
           former.shape *= .5f;
-        fits = shapeOf(merged, corner(mesh_.target(spoke)), corner(mesh_.opposite(spoke))).mayReplace(former);
+        fits = TriangleShape(merged, corner(mesh_.target(spoke)), corner(mesh_.opposite(spoke))).mayReplace(former);
       });
     }
-    if (!fits)
+    return fits;
+  }
+
+  /// The same on the border: half way along its curve, else where one of the ends is.
+  bool collapseBorder(std::int32_t h)
+  {
+    const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
+    if (mesh_.pinned[a] || mesh_.pinned[b])
       return false;
-    mesh_.collapse(h);
+    if (!mesh_.mayCollapseBorder(h))
+      return refused();
+    const double middle = curves_.between(mesh_.places[a], mesh_.places[b], .5);
+    Corner merged;
+    if (trace(field_, curves_.at(middle), maxStep_, merged) && collapseBorder(h, merged, middle))
+      return true;
+    return collapseBorder(h, corner(a), mesh_.places[a]) || collapseBorder(h, corner(b), mesh_.places[b]) || refused();
+  }
+
+  bool collapseBorder(std::int32_t h, const Corner& merged, double place)
+  {
+    const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
+    if (!followsBorder(mesh_.previousOnBorder(a), merged.position, place, mesh_.nextOnBorder(b)) ||
+        !mergedFits(h, merged))
+      return false;
+    mesh_.collapseBorder(h);
     mesh_.positions[a] = merged.position;
     mesh_.normals[a] = merged.normal;
+    mesh_.places[a] = place;
     ++counts_.collapses;
     return true;
+  }
+
+  /// True if the border from one vertex over a position to another vertex cuts off no more of its curve than it may.
+  bool followsBorder(std::int32_t previous, const Vector3f& position, double place, std::int32_t next) const
+  {
+    const float distance = .5f * maxStep_;
+    return curves_.isNear(mesh_.places[previous], place, mesh_.positions[previous], position, distance) &&
+           curves_.isNear(place, mesh_.places[next], position, mesh_.positions[next], distance);
   }
 
   bool isToFlip(std::int32_t h) const
@@ -446,10 +572,10 @@ private:
     const int leastA = mesh_.onBoundary(a) ? 2 : 3, leastB = mesh_.onBoundary(b) ? 2 : 3;
     if (mesh_.valence[a] <= leastA || mesh_.valence[b] <= leastB || mesh_.adjacent(c, d))
       return refused();
-    const Shape former = shape(h) & shape(g);
+    const TriangleShape former = shape(h) & shape(g);
     const Corner cornerC = corner(c), cornerD = corner(d);
-    if (!shapeOf(corner(a), cornerD, cornerC).mayReplace(former) ||
-        !shapeOf(cornerD, corner(b), cornerC).mayReplace(former))
+    if (!TriangleShape(corner(a), cornerD, cornerC).mayReplace(former) ||
+        !TriangleShape(cornerD, corner(b), cornerC).mayReplace(former))
       return refused();
     mesh_.flip(h);
     ++counts_.flips;
@@ -467,7 +593,7 @@ private:
     bool fits = true;
     mesh_.forOutgoing(v, [&](std::int32_t h) {
       if (fits)
-        fits = shapeOf(moved, corner(mesh_.target(h)), corner(mesh_.opposite(h))).mayReplace(shape(h));
+        fits = TriangleShape(moved, corner(mesh_.target(h)), corner(mesh_.opposite(h))).mayReplace(shape(h));
     });
     return fits;
   }
@@ -477,6 +603,9 @@ private:
   void relax()
   {
     const std::int32_t count = mesh_.vertexCount();
+    formerPositions_ = mesh_.positions;
+    formerNormals_ = mesh_.normals;
+    formerPlaces_ = mesh_.places;
     areas_.resize(count);
     steps_.resize(count);
     moved_.resize(count);
@@ -489,7 +618,7 @@ private:
     });
     execution_.forRange(count, vertexGrain, [&](std::int64_t begin, std::int64_t end) {
       for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
-        if (fixed(v))
+        if (mesh_.pinned[v] || mesh_.onBoundary(v))
           continue;
         Vector3f sum = Vector3f::Zero();
         float weight = 0;
@@ -515,7 +644,7 @@ private:
     std::vector<std::int64_t> refusals(static_cast<std::size_t>((count + moveGrain - 1) / moveGrain), 0);
     execution_.forRange(count, moveGrain, [&](std::int64_t begin, std::int64_t end) {
       for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
-        if (fixed(v))
+        if (mesh_.pinned[v])
           continue;
         bool isInside = true;
         mesh_.forNeighbours(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
@@ -535,13 +664,39 @@ private:
   /// Takes what fits of the vertex's step. \return false if nothing tangential did
   bool move(std::int32_t v)
   {
+    if (mesh_.onBoundary(v))
+      return moveAlongBorder(v);
     bool reached = reached_[v] != 0;
     for (const float share : {1.0f, .5f, .25f, 0.0f}) { // the last: to the zero level and no more
       if (share < 1)
         reached = propose(v, share * steps_[v], moved_[v]);
       if (reached && mayMove(v, moved_[v])) {
-        mesh_.positions[v] = moved_[v].position;
-        mesh_.normals[v] = moved_[v].normal;
+        moveTo(v, moved_[v]);
+        return share > 0;
+      }
+    }
+    return false;
+  }
+
+  void moveTo(std::int32_t v, const Corner& moved)
+  {
+    mesh_.positions[v] = moved.position;
+    mesh_.normals[v] = moved.normal;
+  }
+
+  /// Towards the middle between its neighbors along the border's curve.
+  bool moveAlongBorder(std::int32_t v)
+  {
+    const std::int32_t previous = mesh_.previousOnBorder(v), next = mesh_.nextOnBorder(v);
+    const double start = mesh_.places[previous], end = mesh_.places[next];
+    const double own = curves_.share(start, mesh_.places[v], end);
+    for (const float share : {1.0f, .5f, .25f, 0.0f}) {
+      const double place = curves_.between(start, end, own + static_cast<double>(share * options_.relaxation) * (.5 - own));
+      Corner moved;
+      if (propose(v, share * (curves_.at(place) - mesh_.positions[v]), moved) && mayMove(v, moved) &&
+          followsBorder(previous, moved.position, place, next)) {
+        moveTo(v, moved);
+        mesh_.places[v] = place;
         return share > 0;
       }
     }
@@ -553,7 +708,7 @@ private:
   static constexpr std::int64_t moveGrain = 32768; ///< large: vertices at its ends have to wait
   static constexpr int maxAttempts = 8;
 
-  HalfEdgeMesh mesh_;
+  HalfEdgeMesh mesh_, before_;
   const DistanceField& field_;
   const RemesherOptions& options_;
   Execution& execution_;
@@ -564,6 +719,10 @@ private:
   std::vector<Vector3f> steps_;
   std::vector<Corner> moved_;
   std::vector<std::uint8_t> reached_;
+  std::vector<Vector3f> formerPositions_, formerNormals_; ///< before relaxing
+  std::vector<double> formerPlaces_;
+  BorderCurves curves_;
+  std::optional<CrowdedSpace> crowded_; ///< without: everywhere
 };
 
 template <typename Value>
@@ -598,7 +757,8 @@ RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const 
   }
   if (field.empty())
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
-  return Remesher(mesh, field, options, execution).run();
+  std::optional<RemeshResult> result = Remesher(mesh, field, options, false, execution).run();
+  return result ? *std::move(result) : *Remesher(mesh, field, options, true, execution).run();
 }
 
 Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position, float maxStep)

@@ -9,7 +9,7 @@
 
 #include <algorithm>
 #include <array>
-
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -75,8 +75,12 @@ void shake(HalfEdgeMesh& mesh, unsigned seed, int operations)
       break;
     case 1:
     case 2: // twice as often, or the mesh would only grow
-      if (g >= 0 && !mesh.onBoundary(b) && mesh.mayCollapse(h))
+      if (g < 0) {
+        if (mesh.mayCollapseBorder(h))
+          mesh.collapseBorder(h);
+      } else if (!mesh.onBoundary(b) && mesh.mayCollapse(h)) {
         mesh.collapse(h);
+      }
       break;
     default:
       if (g >= 0 && mesh.valence[a] > 3 && mesh.valence[b] > 3 && !mesh.adjacent(mesh.opposite(h), mesh.opposite(g)))
@@ -126,6 +130,50 @@ TEST(HalfEdgeMesh, CollapsesATetrahedronNoFurther)
   EXPECT_EQ(census.triangles, 4);
   EXPECT_EQ(census.vertices, 4);
   EXPECT_EQ(census.nonManifoldEdges + census.nonManifoldVertices, 0);
+}
+
+TEST(HalfEdgeMesh, CollapsesBordersToThreeEdgesAndNoFurther)
+{
+  // Two rings of six vertices around nothing: a disc with a hole.
+  TriangleMesh ring;
+  for (const float radius : {1.f, 2.f})
+    for (int n = 0; n < 6; ++n) {
+      const double angle = M_PI / 3 * n;
+      ring.vertices.push_back(radius *
+                              Vector3f(static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0));
+    }
+  for (int n = 0; n < 6; ++n) {
+    const int next = (n + 1) % 6;
+    ring.triangles.push_back({n, n + 6, next});
+    ring.triangles.push_back({next, n + 6, next + 6});
+  }
+  for (const bool isHole : {true, false}) {
+    SCOPED_TRACE(isHole);
+    HalfEdgeMesh mesh(ring);
+    if (!isHole) {
+      TriangleMesh disc = ring;
+      disc.vertices.push_back({0, 0, 0});
+      for (int n = 0; n < 6; ++n)
+        disc.triangles.push_back({12, n, (n + 1) % 6});
+      mesh = HalfEdgeMesh(disc);
+    }
+    for (int pass = 0; pass < 3; ++pass)
+      for (std::int32_t h = 0; h < mesh.halfEdgeCount(); ++h) {
+        if (mesh.origin[h] < 0)
+          continue;
+        if (mesh.twin[h] < 0 ? mesh.mayCollapseBorder(h) : !mesh.onBoundary(mesh.target(h)) && mesh.mayCollapse(h))
+          mesh.twin[h] < 0 ? mesh.collapseBorder(h) : mesh.collapse(h);
+      }
+    expectConsistent(mesh);
+    Execution execution(1);
+    mesh.compact(execution);
+    const MeshStatistics census = measure(mesh.toTriangles());
+    EXPECT_EQ(census.nonManifoldEdges + census.nonManifoldVertices, 0);
+    EXPECT_EQ(census.eulerCharacteristic, isHole ? 0 : 1);
+    EXPECT_EQ(census.boundaryLoops, isHole ? 2 : 1);
+    EXPECT_EQ(census.boundaryEdges, isHole ? 6 : 3);
+    EXPECT_EQ(census.triangles, isHole ? 6 : 3) << "around the vertex in the middle";
+  }
 }
 
 TEST(HalfEdgeMesh, CompactingRenumbersAlongACurveAndNoMore)

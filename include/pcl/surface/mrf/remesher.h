@@ -23,7 +23,8 @@ struct RemeshResult {
   TriangleMesh mesh; ///< vertices and triangles only
   std::int64_t splits = 0, collapses = 0, flips = 0;
   std::int64_t refusedOperations = 0; ///< that would have flipped a triangle, broken the topology or left the surface
-  double targetEdge = 0;              ///< that was used
+  std::int64_t intersectingBefore = 0, intersecting = 0; ///< triangles that meet others where they should not
+  double targetEdge = 0;                                 ///< that was used
 };
 
 /// Makes triangles nearly equilateral and of one size without leaving the zero level.

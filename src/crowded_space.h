@@ -1,0 +1,54 @@
+/// \file
+/// \brief Where sheets of a surface are so close to each other, or one so folded, that its triangles may meet.
+#pragma once
+
+#include <pcl/surface/mrf/execution.h>
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Cells of a grid around which the normals of a surface differ much.
+///
+/// Two sheets of a zero level that are close to each other either face opposite ways or have a third one between them
+/// that does. So where all normals within a cell's side of a cell are within 60° of their mean there is one sheet, the
+/// graph of a function above a plane, and triangles that follow it do not meet.
+class CrowdedSpace {
+public:
+  /// \param normals unit, one per position \param side of the cells, cloud's unit
+  /// Cost: linear in the number of positions. The result does not depend on the number of threads.
+  CrowdedSpace(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals, float side,
+               Execution& execution);
+
+  bool contains(const Eigen::Vector3f& position) const;
+
+private:
+  using Index = Eigen::Array<std::int64_t, 3, 1>;
+  using Key = std::uint64_t;
+  struct Cell {
+    Key key;
+    Eigen::Vector3f axis = Eigen::Vector3f::Zero(); ///< unit, mean of the normals
+    float cosine = 1;                               ///< to it, the smallest
+    bool isCrowded = false;
+  };
+
+  Index indexOf(const Eigen::Vector3f& position) const;
+  static Key keyOf(const Index& index);
+  std::size_t slotOf(Key key) const;
+  bool isCrowdedAround(const Index& index) const;
+
+  static constexpr std::uint32_t none = ~std::uint32_t{0};
+  static constexpr int bits = 21; ///< of a key per axis
+
+  Eigen::Array3d origin_ = Eigen::Array3d::Zero();
+  double side_ = 1;
+  std::vector<std::uint32_t> slots_; ///< cells by hashed key
+  std::vector<Cell> cells_;
+};
+
+} // namespace mrf
+} // namespace pcl

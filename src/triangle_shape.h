@@ -1,0 +1,65 @@
+/// \file
+/// \brief What decides whether the remesher may replace a triangle by another one.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+
+namespace pcl {
+namespace mrf {
+
+/// A vertex of the remesher: position and unit normal of the field.
+struct Corner {
+  Eigen::Vector3f position, normal;
+};
+
+/// Shape and direction of a triangle, or of two: the worse of both, with the sum of their normals.
+struct TriangleShape {
+  /// Below this share of the equilateral triangle's shape, or this cosine to the field's normal, an operation is
+  /// refused unless it makes things no worse. Marching cubes leaves slivers and crooked triangles: they must be free to
+  /// improve.
+  static constexpr float minShape = .1f, minCosine = .6f;
+  /// Cosine of the largest angle by which a sound triangle may turn in one operation.
+  static constexpr float minTurnCosine = .5f;
+
+  Eigen::Vector3f cross = Eigen::Vector3f::Zero(); ///< normal, twice the area long
+  float shape = 1;                                 ///< 4√3 area / sum of squared sides: 1 equilateral, 0 degenerate
+  float cosine = 1;                                ///< to the field's normal
+
+  TriangleShape() = default;
+
+  TriangleShape(const Corner& a, const Corner& b, const Corner& c)
+  {
+    const Eigen::Vector3f u = b.position - a.position, v = c.position - a.position, w = c.position - b.position;
+    cross = u.cross(v);
+    const float doubleArea = cross.norm();
+    const float sides = u.squaredNorm() + v.squaredNorm() + w.squaredNorm();
+    const Eigen::Vector3f normal = a.normal + b.normal + c.normal;
+    shape = sides > 0 ? 3.46410162f * doubleArea / sides : 0;
+    const float lengths = doubleArea * normal.norm();
+    cosine = lengths > 0 ? cross.dot(normal) / lengths : -1;
+  }
+
+  TriangleShape operator&(const TriangleShape& other) const
+  {
+    TriangleShape both;
+    both.cross = cross + other.cross;
+    both.shape = std::min(shape, other.shape);
+    both.cosine = std::min(cosine, other.cosine);
+    return both;
+  }
+
+  bool sound() const { return shape >= minShape && cosine >= minCosine; }
+
+  bool mayReplace(const TriangleShape& former) const
+  {
+    if (!(shape >= std::min(minShape, former.shape) && cosine >= std::min(minCosine, former.cosine) && shape > 1e-4f))
+      return false;
+    return !former.sound() || cross.dot(former.cross) >= minTurnCosine * cross.norm() * former.cross.norm();
+  }
+};
+
+} // namespace mrf
+} // namespace pcl
