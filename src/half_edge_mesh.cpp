@@ -5,6 +5,7 @@
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <type_traits>
 
@@ -153,8 +154,20 @@ bool HalfEdgeMesh::mayCollapse(std::int32_t h) const
 
 int HalfEdgeMesh::commonNeighbours(std::int32_t v, std::int32_t w) const
 {
+  std::array<std::int32_t, 16> around; // of v: it is gone around once, unless there are more
+  std::size_t count = 0;
+  forNeighbours(v, [&](std::int32_t neighbour) {
+    if (count < around.size())
+      around[count] = neighbour;
+    ++count;
+  });
   int common = 0;
-  forNeighbours(w, [&](std::int32_t neighbour) { common += adjacent(v, neighbour) ? 1 : 0; });
+  forNeighbours(w, [&](std::int32_t neighbour) {
+    const bool isCommon = count <= around.size()
+                              ? std::find(around.begin(), around.begin() + count, neighbour) != around.begin() + count
+                              : adjacent(v, neighbour);
+    common += isCommon ? 1 : 0;
+  });
   return common;
 }
 
