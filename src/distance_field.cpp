@@ -242,11 +242,21 @@ float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
 
 Eigen::Vector3f DistanceField::sampleGradient(const Eigen::Vector3f& position) const
 {
-  const DistanceField& piece = pieceAt(position);
-  return piece.axes_.fromStored(piece.storedGradient(piece.axes_.toStored(position)));
+  Eigen::Vector3f gradient;
+  sampleDistance(position, gradient);
+  return gradient;
 }
 
-Eigen::Vector3f DistanceField::storedGradient(const Eigen::Vector3f& position) const
+float DistanceField::sampleDistance(const Eigen::Vector3f& position, Eigen::Vector3f& gradient) const
+{
+  const DistanceField& piece = pieceAt(position);
+  Eigen::Vector3f stored;
+  const float distance = piece.storedSample(piece.axes_.toStored(position), stored);
+  gradient = piece.axes_.fromStored(stored);
+  return distance;
+}
+
+float DistanceField::storedSample(const Eigen::Vector3f& position, Eigen::Vector3f& result) const
 {
   const GridSize size = stored_.size;
   const Cell cell(stored_, position);
@@ -276,7 +286,8 @@ Eigen::Vector3f DistanceField::storedGradient(const Eigen::Vector3f& position) c
             difference(j0, j1, around[at(i, j0, k)], around[at(i, j1, k)]),
             difference(k0, k1, around[at(i, j, k0)], around[at(i, j, k1)])};
   };
-  return cell.interpolate<Eigen::Vector3f>(gradient);
+  result = cell.interpolate<Eigen::Vector3f>(gradient);
+  return cell.interpolate<float>([&](int i, int j, int k) { return around[at(i, j, k)]; });
 }
 
 } // namespace mrf

@@ -51,8 +51,9 @@ bool trace(const DistanceField& field, const Vector3f& start, float maxStep, Cor
   // Each step integrates dx/dd = ∇d/|∇d|² from d to 0. The gradient is that of a smoother interpolation than the
   // distance's, so that a few more may be needed; many do not converge.
   for (int step = 0; step < 8; ++step) {
-    const float d = field.sampleDistance(x);
-    const Vector3f gradient = field.sampleGradient(x), k1 = slopeOf(gradient);
+    Vector3f gradient;
+    const float d = field.sampleDistance(x, gradient);
+    const Vector3f k1 = slopeOf(gradient);
     if (!k1.allFinite())
       return false;
     const float distance = std::abs(d) * k1.norm();

@@ -74,6 +74,9 @@ public:
   /// Trilinear interpolation of central differences: continuous, not of unit length, points outward.
   Eigen::Vector3f sampleGradient(const Eigen::Vector3f& position) const;
 
+  /// Both at once, for less than the two.
+  float sampleDistance(const Eigen::Vector3f& position, Eigen::Vector3f& gradient) const;
+
   /// Bytes held, other pieces included.
   std::size_t bytes() const;
 
@@ -90,7 +93,7 @@ private:
   float storedDistance(int i, int j, int k) const;
   void distancesOfRow(int i, int j, int k, int count,
                       float* out) const; ///< of the voxels (i, j, k) .. (i + count − 1, j, k)
-  Eigen::Vector3f storedGradient(const Eigen::Vector3f& position) const;
+  float storedSample(const Eigen::Vector3f& position, Eigen::Vector3f& gradient) const;
   Lattice stored_;
   /// @}
 
