@@ -213,18 +213,26 @@ private:
     }
   }
 
+  /// Straight, for that cannot fail where a fan is a single triangle; relaxing takes it to the zero level.
   void retreat(std::int32_t v)
   {
     Vector3f sum = Vector3f::Zero();
     mesh_.forNeighbours(v, [&](std::int32_t w) { sum += mesh_.positions[w] - mesh_.positions[v]; });
     const Vector3f inwards = sum / static_cast<float>(mesh_.valence[v]);
     for (const float share : {.3f, .15f, .05f}) {
-      Corner moved;
-      if (!trace(field_, mesh_.positions[v] + share * inwards, maxStep_, moved) || !mayMove(v, moved))
-        continue;
-      mesh_.positions[v] = moved.position;
-      mesh_.normals[v] = moved.normal;
-      return;
+      const Vector3f position = mesh_.positions[v] + share * inwards;
+      const Corner moved{position, normalOf(field_, position, mesh_.normals[v])};
+      bool fits = true;
+      mesh_.forOutgoing(v, [&](std::int32_t h) {
+        // Thinner for now, and yet the way to get rid of it; not turned over, whatever the field's normals do.
+        const TriangleShape former = shape(h);
+        const TriangleShape changed(moved, corner(mesh_.target(h)), corner(mesh_.opposite(h)));
+        fits = fits && changed.shape > .5f * former.shape && changed.turnsLittle(former);
+      });
+      if (fits) {
+        moveTo(v, moved);
+        return;
+      }
     }
   }
 

@@ -57,7 +57,12 @@ struct TriangleShape {
   {
     if (!(shape >= std::min(minShape, former.shape) && cosine >= std::min(minCosine, former.cosine) && shape > 1e-4f))
       return false;
-    return !former.sound() || cross.dot(former.cross) >= minTurnCosine * cross.norm() * former.cross.norm();
+    return !former.sound() || turnsLittle(former);
+  }
+
+  bool turnsLittle(const TriangleShape& former) const
+  {
+    return cross.dot(former.cross) >= minTurnCosine * cross.norm() * former.cross.norm();
   }
 };
 
