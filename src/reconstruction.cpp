@@ -2,6 +2,7 @@
 #include <pcl/surface/mrf/pieces.h>
 #include <pcl/surface/mrf/reconstruction.h>
 #include <pcl/surface/mrf/robust.h>
+#include <pcl/surface/mrf/self_intersection.h>
 #include <pcl/surface/mrf/volume.h>
 
 #include "memory.h"
@@ -635,8 +636,13 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     report.collapses = remeshed.collapses;
     report.flips = remeshed.flips;
     report.refusedOperations = remeshed.refusedOperations;
+    report.intersectingBeforeRemeshing = remeshed.intersectingBefore;
+    report.intersecting = remeshed.intersecting;
     report.options.remesher.targetEdge = static_cast<float>(remeshed.targetEdge);
     report.mesh = measure(result.mesh, execution);
+  } else if (!report.mesh.closed()) {
+    report.intersecting = static_cast<std::int64_t>(selfIntersectingTriangles(result.mesh, execution).size());
+    report.intersectingBeforeRemeshing = report.intersecting;
   }
   report.status = Status::ok;
   report.message = "ok";

@@ -110,6 +110,8 @@ void expectClosed(const Outcome& run, int components, int eulerCharacteristic)
   EXPECT_EQ(statistics.components, components);
   EXPECT_EQ(statistics.eulerCharacteristic, eulerCharacteristic);
   EXPECT_TRUE(pcl::mrf::selfIntersectingTriangles(run.mesh).empty());
+  EXPECT_EQ(run.report.intersectingBeforeRemeshing, 0);
+  EXPECT_EQ(run.report.intersecting, 0);
   EXPECT_GT(statistics.meanQuality, .9) << "remeshed";
 }
 

@@ -146,6 +146,8 @@ void printDetails(const Report& report)
                               report.mesh.meanEdge, 100 * report.mesh.regularShare()));
   printLine("remesher", grouped(report.splits) + " splits, " + grouped(report.collapses) + " collapses, " +
                             grouped(report.flips) + " flips, " + grouped(report.refusedOperations) + " refused");
+  printLine("", grouped(report.intersectingBeforeRemeshing) + " triangles that intersect others before, " +
+                    grouped(report.intersecting) + " after");
   const nlohmann::ordered_json options = toJson(report)["options"];
   bool first = true;
   for (const auto& [stage, values] : options.items()) {

@@ -225,6 +225,8 @@ Json toJson(const Report& report)
             {"collapses", report.collapses},
             {"flips", report.flips},
             {"refusedOperations", report.refusedOperations}}},
+          {"intersectingTriangles",
+           {{"beforeRemeshing", report.intersectingBeforeRemeshing}, {"mesh", report.intersecting}}},
           {"meshBeforeRemeshing", toJson(report.meshBeforeRemeshing)},
           {"mesh", toJson(report.mesh)},
           {"times", times},
