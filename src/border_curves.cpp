@@ -123,13 +123,14 @@ bool BorderCurves::isNear(double from, double to, const Vector3f& start, const V
   const Loop loop = loopOf(from);
   const double length = lengthOn(loop, from, to);
   std::size_t node = nodeBefore(from);
-  while (true) {
+  for (std::size_t n = loop.first; n < loop.last; ++n) {
     node = node + 1 < loop.last ? node + 1 : loop.first; // the last node is the first one
     if (lengthOn(loop, from, starts_[node]) >= length)
-      return true;
+      break;
     if (!(squaredDistance(nodes_[node], start, end) <= distance * distance))
       return false;
   }
+  return true;
 }
 
 } // namespace mrf

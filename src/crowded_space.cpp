@@ -49,9 +49,9 @@ CrowdedSpace::CrowdedSpace(const std::vector<Vector3f>& positions, const std::ve
     const Key mask = (Key{1} << bits) - 1;
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
       const Key key = cells_[n].key;
-      cells_[n].isCrowded = isCrowdedAround(Index(static_cast<std::int64_t>(key & mask),
-                                                  static_cast<std::int64_t>(key >> bits & mask),
-                                                  static_cast<std::int64_t>(key >> 2 * bits)));
+      cells_[n].isCrowded =
+          isCrowdedAround(Index(static_cast<std::int64_t>(key & mask), static_cast<std::int64_t>(key >> bits & mask),
+                                static_cast<std::int64_t>(key >> 2 * bits)));
     }
   });
 }
@@ -101,9 +101,8 @@ bool CrowdedSpace::isCrowdedAround(const Index& index) const
     sum += cells_[cell].axis;
   }
   const Vector3f axis = sum.normalized();
-  return !std::all_of(around.begin(), around.begin() + static_cast<std::ptrdiff_t>(count), [&](const Cell* cell) {
-    return cell->cosine >= minCosine && cell->axis.dot(axis) >= minCosine;
-  });
+  return !std::all_of(around.begin(), around.begin() + static_cast<std::ptrdiff_t>(count),
+                      [&](const Cell* cell) { return cell->cosine >= minCosine && cell->axis.dot(axis) >= minCosine; });
 }
 
 } // namespace mrf

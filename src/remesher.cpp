@@ -266,8 +266,8 @@ private:
     return false;
   }
 
-  /// The first half-edge divided by three of the triangles that intersect others, of those that are watched: with a
-  /// vertex on the border, where two parts of it may come to overlap, or where it is crowded.
+  /// Numbers of the triangles that intersect others, of those that are watched: with a vertex on the border, where two
+  /// parts of it may come to overlap, or where it is crowded.
   std::vector<std::int32_t> intersectingTriangles() const
   {
     std::vector<std::uint8_t> watched(mesh_.positions.size(), 1);
@@ -426,14 +426,11 @@ private:
     return true;
   }
 
-  bool isShort(std::int32_t h) const
-  {
-    return mesh_.represents(h) && squaredLength(h) < squared(4 * target_ / 5);
-  }
+  bool isShort(std::int32_t h) const { return mesh_.represents(h) && squaredLength(h) < squared(4 * target_ / 5); }
 
   /// The shortest ones first: those next to them may then be long enough. In the order of memory, one vertex would
-  /// swallow its neighbours one after the other. In classes of a factor √2, each in the order of memory, because what is
-  /// taken from all over the memory costs twice the time.
+  /// swallow its neighbours one after the other. In classes of a factor √2, each in the order of memory, because what
+  /// is taken from all over the memory costs twice the time.
   void collapseShortEdges()
   {
     std::vector<std::uint64_t> edges;
@@ -702,7 +699,8 @@ private:
     const double start = mesh_.places[previous], end = mesh_.places[next];
     const double own = curves_.share(start, mesh_.places[v], end);
     for (const float share : {1.0f, .5f, .25f, 0.0f}) {
-      const double place = curves_.between(start, end, own + static_cast<double>(share * options_.relaxation) * (.5 - own));
+      const double place =
+          curves_.between(start, end, own + static_cast<double>(share * options_.relaxation) * (.5 - own));
       Corner moved;
       if (propose(v, share * (curves_.at(place) - mesh_.positions[v]), moved) && mayMove(v, moved) &&
           followsBorder(previous, moved.position, place, next)) {

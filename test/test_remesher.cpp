@@ -280,8 +280,8 @@ TEST(Remesher, OpenPatchKeepsItsCourseAndLosesItsTeeth)
     EXPECT_LT(farthest(raw, formerBorder, result.mesh, border), spacing);
     // What is gained and lost at teeth cancels out but for their mean.
     EXPECT_NEAR(after.area, before.area, .2 * spacing * lengthOf(raw, formerBorder));
-    EXPECT_LT(lengthOf(result.mesh, border), (before.triangles == measure(whole).triangles ? 1 : .9) *
-                                                 lengthOf(raw, formerBorder));
+    EXPECT_LT(lengthOf(result.mesh, border),
+              (before.triangles == measure(whole).triangles ? 1 : .9) * lengthOf(raw, formerBorder));
   }
 }
 

@@ -22,22 +22,29 @@ void validate(const RemesherOptions& options);
 struct RemeshResult {
   TriangleMesh mesh; ///< vertices and triangles only
   std::int64_t splits = 0, collapses = 0, flips = 0;
-  std::int64_t refusedOperations = 0; ///< that would have flipped a triangle, broken the topology or left the surface
-  std::int64_t intersectingBefore = 0, intersecting = 0; ///< triangles that meet others where they should not
-  double targetEdge = 0;                                 ///< that was used
+  std::int64_t refusedOperations = 0;  ///< that would have flipped a triangle, broken the topology or left the surface
+  std::int64_t intersectingBefore = 0; ///< triangles that meet others, as far as sheets are close there, or on a border
+  std::int64_t intersecting = 0;       ///< those of the result, all of them
+  double targetEdge = 0;               ///< that was used
 };
 
 /// Makes triangles nearly equilateral and of one size without leaving the zero level.
 ///
 /// A round: split edges longer than 4/3 l, collapse edges shorter than 4/5 l, flip edges towards valence 6 (4 on the
 /// boundary), relax each vertex to the area-weighted centroid of its neighbours in its tangent plane (normal from the
-/// field), trace it back to d = 0 by a Runge–Kutta integration along ∇d / |∇d|².
-/// An operation that would turn a triangle over, create a non-manifold edge or vertex, a duplicate triangle or a
-/// self-intersection is refused: every operation is checked against the former triangles and the field's normals, and a
-/// round after which triangles intersect is repeated with the mesh around them left alone. What intersects in the input
-/// may remain. Boundary vertices stay where they are; a long boundary edge is split in its middle if that is on the
-/// surface, none is collapsed or flipped. The topology (components, genus, boundary loops) is kept.
-/// \param mesh oriented and manifold, as polygonize gives it
+/// field), trace it back to d = 0 along ∇d / |∇d|². Steps of less than 2 % of l are not taken.
+///
+/// Borders are remeshed as curves: the border of the input, smoothed within half a voxel, which takes away the teeth
+/// that a cut along voxels leaves. Its edges are split and collapsed, its vertices slide to the middle between their
+/// neighbors along it; what is cut off at its bends stays below a quarter of a voxel.
+///
+/// An operation that would turn a triangle over, create a non-manifold edge or vertex, or a duplicate triangle is
+/// refused: every operation is checked against the former triangles and the field's normals. No self-intersection is
+/// created: after each round triangles are tested where sheets are close, where the surface is folded and along
+/// borders; moves that made triangles meet are taken back and, if that does not help, the round is repeated with the
+/// mesh around them left alone. In the end all triangles are tested; if some meet elsewhere, all is done again with
+/// tests everywhere. What intersects in the input may remain, but borders that touch at a vertex come apart. The
+/// topology (components, genus, boundary loops) is kept. \param mesh oriented and manifold, as polygonize gives it
 /// \throw InvalidInput if the mesh is not oriented and manifold, or the field is empty
 /// \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than can be indexed; Cancelled
 /// Vertices and triangles come out in the order of a space-filling curve.
@@ -46,7 +53,8 @@ struct RemeshResult {
 RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
                     Execution& execution);
 
-/// Traces a position to the zero level along the (not unit-length) gradient, fourth-order Runge–Kutta.
+/// Traces a position to the zero level along the (not unit-length) gradient: fourth-order Runge–Kutta, straight for the
+/// last quarter of a voxel.
 /// \param maxStep the result is at most this far from the position
 /// \return the position unchanged if the zero level is not reached
 Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position, float maxStep);

@@ -67,8 +67,8 @@ struct Report {
   std::vector<PieceReport> otherPieces; ///< see pieces.h; mostly none
   TrimResult trimming;                  ///< its mesh is empty
   std::int64_t splits = 0, collapses = 0, flips = 0, refusedOperations = 0; ///< of the remesher
-  /// Triangles that intersect others, of the zero level and of the mesh: by remeshing none are added. A closed zero level
-  /// has none; where a cut runs through one vertex twice, trimming leaves some, which remeshing takes apart.
+  /// Triangles that intersect others, of the zero level and of the mesh: by remeshing none are added. A closed zero
+  /// level has none; where a cut runs through one vertex twice, trimming leaves some, which remeshing takes apart.
   std::int64_t intersectingBeforeRemeshing = 0, intersecting = 0;
   MeshStatistics meshBeforeRemeshing; ///< after trimming; without remeshing the same as mesh
   MeshStatistics mesh;
