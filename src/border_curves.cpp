@@ -9,16 +9,20 @@ namespace {
 
 using Eigen::Vector3f;
 
-/// Enough to halve a tooth of two edges' length five times over, and its next longer one of four edges' twice.
-constexpr int smoothingSteps = 5;
+/// Each step goes towards the middle between both neighbors and a little farther back, so that what is long keeps its
+/// size (Taubin, A signal processing approach to fair surface design, 1995). Waves of 2, 4 and 8 edges keep 0, 7 and 87
+/// % of their height, a circle of 12 edges 99 % of its radius.
+constexpr int smoothingSteps = 10;
+constexpr float forth = .5f, back = -.5263f;
 
 std::vector<Vector3f> smoothed(const std::vector<Vector3f>& loop, float maxShift)
 {
   const std::size_t count = loop.size();
   std::vector<Vector3f> nodes = loop, next(count);
-  for (int step = 0; step < smoothingSteps; ++step) {
+  for (int step = 0; step < 2 * smoothingSteps; ++step) {
+    const float share = step % 2 == 0 ? forth : back;
     for (std::size_t n = 0; n < count; ++n)
-      next[n] = .25f * (nodes[(n + count - 1) % count] + nodes[(n + 1) % count]) + .5f * nodes[n];
+      next[n] = nodes[n] + share * (.5f * (nodes[(n + count - 1) % count] + nodes[(n + 1) % count]) - nodes[n]);
     nodes.swap(next);
   }
   for (std::size_t n = 0; n < count; ++n) {

@@ -16,8 +16,7 @@ namespace mrf {
 /// The border loops of a mesh, smoothed.
 ///
 /// Where a surface is cut off along the triangles of voxel cells, its border has teeth of a voxel's size. A few steps
-/// of averaging with both neighbours take them away and leave what is longer than a few edges: a smooth border of
-/// radius R shrinks by about the squared edge length over R.
+/// of averaging with both neighbors take them away and leave what is longer than a few edges.
 ///
 /// A place is an arc length, counted on through all loops; it grows along the directed border edges.
 class BorderCurves {

