@@ -41,7 +41,7 @@ constexpr bool isSanitized = false;
 constexpr rlim_t bytesLimit = rlim_t{2} << 30;
 
 /// How a case ended, as the child says it in one line.
-constexpr const char* meshPrefix = "mesh", * errorPrefix = "error";
+constexpr const char *meshPrefix = "mesh", *errorPrefix = "error";
 
 float toFloat(double value)
 {
@@ -315,8 +315,7 @@ int main(int argc, char** argv)
   std::printf("%llu cases: %llu meshes, %llu of them with intersections, %llu clear errors, %llu failures\n"
               "  most CPU seconds: %s\n  most MB: %s\n",
               static_cast<unsigned long long>(cases), static_cast<unsigned long long>(meshes),
-              static_cast<unsigned long long>(intersecting),
-              static_cast<unsigned long long>(cases - meshes - failures), static_cast<unsigned long long>(failures),
-              slowest.text().c_str(), largest.text().c_str());
+              static_cast<unsigned long long>(intersecting), static_cast<unsigned long long>(cases - meshes - failures),
+              static_cast<unsigned long long>(failures), slowest.text().c_str(), largest.text().c_str());
   return failures == 0 ? 0 : 1;
 }
