@@ -147,7 +147,7 @@ const std::vector<Change>& changes()
       number("maxFactorBytes", solver, &SolverOptions::maxFactorBytes, 1e5, 1e8, 1, 1e19),
       choice("quality", multiscale, &MultiscaleOptions::quality, 0, 2),
       length("voxelSize", multiscale, &MultiscaleOptions::voxelSize, -.5, 1),
-      number("padding", multiscale, &MultiscaleOptions::padding, 2, 20, 2, 1000),
+      number("padding", multiscale, &MultiscaleOptions::padding, 2, 20, 2, 100),
       number("coarsestSide", multiscale, &MultiscaleOptions::coarsestSide, 4, 64, 4, 256),
       number("maxMemory", multiscale, &MultiscaleOptions::maxMemory, 1e6, 1e9, 1, 1e19),
       number("denseVoxels", multiscale, &MultiscaleOptions::denseVoxels, 0, 1e5, 0, 1e18),
@@ -201,6 +201,12 @@ Options drawOptions(const Cloud& cloud, Random& random, std::string& description
   for (std::size_t left = random.oneIn(4) ? 0 : 1 + random.index(most); left > 0; --left) {
     const Change& change = changes()[random.index(changes().size())];
     description += std::string(" ") + change.name + "=" + change.draw(options, random, unit);
+  }
+  // These solve everywhere and slowly: seconds for what takes multigrid in bands milliseconds.
+  if ((options.solver.method != SolverMethod::multigrid || options.prior.energy == Energy::weighted) &&
+      options.multiscale.voxelSize == 0 && !random.oneIn(20)) {
+    options.multiscale.voxelSize = static_cast<float>(std::min(4 * unit, 1e30));
+    description += " voxelSize=" + text(options.multiscale.voxelSize);
   }
   return options;
 }
