@@ -112,7 +112,7 @@ void addPreprocessingOptions(OptionParser& parser)
 std::function<void(Options&)> smoothingLength(const std::string& text)
 {
   double value = 0;
-  if (text != "auto" && (!toNumber(text, value) || !positive.contains(value)))
+  if (text != "auto" && (!toNumber(text, value) || !positive.contains(value) || !isStorable<float>(value, positive)))
     throw CLI::ValidationError("--smoothing", "'" + text + "' is neither auto nor a number " + positive.text());
   return [value](Options& options) { options.observation.smoothing = static_cast<float>(value); };
 }
