@@ -204,7 +204,7 @@ Options drawOptions(const Cloud& cloud, Random& random, std::string& description
   }
   // These solve everywhere and slowly: seconds for what takes multigrid in bands milliseconds.
   if ((options.solver.method != SolverMethod::multigrid || options.prior.energy == Energy::weighted) &&
-      options.multiscale.voxelSize == 0 && !random.oneIn(20)) {
+      options.multiscale.voxelSize < 4 * unit && !random.oneIn(20)) {
     options.multiscale.voxelSize = static_cast<float>(std::min(4 * unit, 1e30));
     description += " voxelSize=" + text(options.multiscale.voxelSize);
   }
