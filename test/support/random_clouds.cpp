@@ -16,7 +16,7 @@ constexpr double pi = 3.14159265358979323846;
 /// Enough for a surface, few enough for milliseconds.
 std::size_t count(Random& random)
 {
-  return static_cast<std::size_t>(random.decades(1.5, 3.3));
+  return static_cast<std::size_t>(random.decades(1.5, 3.2));
 }
 
 void add(Cloud& cloud, const Vector3d& position, const Vector3d& normal)
