@@ -157,7 +157,7 @@ const std::vector<Change>& changes()
       length("maxGap", trimming, &TrimmingOptions::maxGap, -1, 3),
       number("minComponentPoints", trimming, &TrimmingOptions::minComponentPoints, 0, 100, 0, 1000000),
       number("trimming.minComponentShare", trimming, &TrimmingOptions::minComponentShare, 0, .2, 0, .9999),
-      number("rounds", remesher, &RemesherOptions::rounds, 0, 12, 0, 1000),
+      number("rounds", remesher, &RemesherOptions::rounds, 0, 12, 0, 50), // a thousand would take a minute indeed
       length("targetEdge", remesher, &RemesherOptions::targetEdge, -.5, 1.5),
       number("relaxation", remesher, &RemesherOptions::relaxation, .1, 1, 1e-30, 1),
       {"colours",
