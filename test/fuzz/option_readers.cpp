@@ -85,7 +85,7 @@ void requireSound(Options options)
     using Member = decltype(member);
     if constexpr (std::is_floating_point_v<Member>)
       require(std::isfinite(member) && member >= 0, "a number that is none, or below zero, is valid");
-    else if constexpr (std::is_enum_v<Member> && !std::is_same_v<Member, LengthUnit>) // which has no names
+    else if constexpr (std::is_enum_v<Member>)
       require(mrf_apps::nameOf(member) != "?", "an enumeration without a name is valid");
     else if constexpr (std::is_integral_v<Member> && std::is_signed_v<Member>)
       require(member >= 0, "a number below zero is valid");
