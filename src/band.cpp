@@ -423,40 +423,45 @@ MRF_ALWAYS_INLINE float sumOfNeighbours(std::int64_t i, std::int64_t stride, con
 
 } // namespace
 
-MRF_MULTIVERSION void clear(Runs runs, float* window)
+MRF_MULTIVERSION(void, clear, (Runs runs, float* window), (runs, window))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t) { window[i] = 0; });
 }
 
-MRF_MULTIVERSION void fill(Runs runs, float value, float* window)
+MRF_MULTIVERSION(void, fill, (Runs runs, float value, float* window), (runs, value, window))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t) { window[i] = value; });
 }
 
-MRF_MULTIVERSION void load(Runs runs, const float* packed, float* __restrict window)
+MRF_MULTIVERSION(void, load, (Runs runs, const float* packed, float* __restrict window), (runs, packed, window))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] = packed[v]; });
 }
 
-MRF_MULTIVERSION void store(Runs runs, const float* window, float* __restrict packed)
+MRF_MULTIVERSION(void, store, (Runs runs, const float* window, float* __restrict packed), (runs, window, packed))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { packed[v] = window[i]; });
 }
 
-MRF_MULTIVERSION void addToWindow(Runs runs, float a, const float* packed, float* __restrict window)
+MRF_MULTIVERSION(void, addToWindow, (Runs runs, float a, const float* packed, float* __restrict window),
+                 (runs, a, packed, window))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] += a * packed[v]; });
 }
 
-MRF_MULTIVERSION void sumNeighbours(Runs runs, int stride, const float* below, const float* centre, const float* above,
-                                    float* __restrict packed)
+MRF_MULTIVERSION(void, sumNeighbours,
+                 (Runs runs, int stride, const float* below, const float* centre, const float* above,
+                  float* __restrict packed),
+                 (runs, stride, below, centre, above, packed))
 {
   forEachVoxel(runs,
                [=](std::int64_t i, std::int64_t v) { packed[v] = sumOfNeighbours(i, stride, below, centre, above); });
 }
 
-MRF_MULTIVERSION void bandLaplacian(Runs runs, const float* degrees, int stride, const float* below,
-                                    const float* centre, const float* above, float* __restrict out)
+MRF_MULTIVERSION(void, bandLaplacian,
+                 (Runs runs, const float* degrees, int stride, const float* below, const float* centre,
+                  const float* above, float* __restrict out),
+                 (runs, degrees, stride, below, centre, above, out))
 {
   if (degrees)
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
@@ -468,8 +473,10 @@ MRF_MULTIVERSION void bandLaplacian(Runs runs, const float* degrees, int stride,
     });
 }
 
-MRF_MULTIVERSION void addBandLaplacian(Runs runs, const float* degrees, int stride, const float* below,
-                                       const float* centre, const float* above, float* __restrict out)
+MRF_MULTIVERSION(void, addBandLaplacian,
+                 (Runs runs, const float* degrees, int stride, const float* below, const float* centre,
+                  const float* above, float* __restrict out),
+                 (runs, degrees, stride, below, centre, above, out))
 {
   if (degrees)
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
@@ -481,19 +488,22 @@ MRF_MULTIVERSION void addBandLaplacian(Runs runs, const float* degrees, int stri
     });
 }
 
-MRF_MULTIVERSION void addWindow(Runs runs, float a, const float* x, float* __restrict out)
+MRF_MULTIVERSION(void, addWindow, (Runs runs, float a, const float* x, float* __restrict out), (runs, a, x, out))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t) { out[i] += a * x[i]; });
 }
 
-MRF_MULTIVERSION void startBand(Runs runs, float g, const float* b, const float* inverseD, float* __restrict z,
-                                float* __restrict x)
+MRF_MULTIVERSION(void, startBand,
+                 (Runs runs, float g, const float* b, const float* inverseD, float* __restrict z, float* __restrict x),
+                 (runs, g, b, inverseD, z, x))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { x[i] = z[v] = g * inverseD[v] * b[v]; });
 }
 
-MRF_MULTIVERSION void smoothBand(Runs runs, float f, float g, const float* product, const float* b,
-                                 const float* inverseD, float* __restrict z, float* __restrict x)
+MRF_MULTIVERSION(void, smoothBand,
+                 (Runs runs, float f, float g, const float* product, const float* b, const float* inverseD,
+                  float* __restrict z, float* __restrict x),
+                 (runs, f, g, product, b, inverseD, z, x))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
     const float step = f * z[v] + g * inverseD[v] * (b[v] - product[i]);
@@ -502,12 +512,13 @@ MRF_MULTIVERSION void smoothBand(Runs runs, float f, float g, const float* produ
   });
 }
 
-MRF_MULTIVERSION void residual(Runs runs, const float* product, const float* b, float* r)
+MRF_MULTIVERSION(void, residual, (Runs runs, const float* product, const float* b, float* r), (runs, product, b, r))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { r[v] = b[v] - product[i]; });
 }
 
-MRF_MULTIVERSION void addWeighted(Runs runs, const float* w, const float* x, float* __restrict product)
+MRF_MULTIVERSION(void, addWeighted, (Runs runs, const float* w, const float* x, float* __restrict product),
+                 (runs, w, x, product))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { product[i] += w[v] * x[i]; });
 }

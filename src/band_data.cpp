@@ -111,8 +111,10 @@ struct SampleLayer {
   }
 };
 
-MRF_MULTIVERSION void addSampleProducts(const SampleLayer& layer, float value, float gradient, const float* x,
-                                        const float* xAbove, float* y, float* yAbove)
+MRF_MULTIVERSION(void, addSampleProducts,
+                 (const SampleLayer& layer, float value, float gradient, const float* x, const float* xAbove, float* y,
+                  float* yAbove),
+                 (layer, value, gradient, x, xAbove, y, yAbove))
 {
   layer.forEach([&](const PointSample& s, const EdgeWeights& edges, float u, std::int64_t at) {
     const CellValues in = gather(at, layer.stride, x, xAbove);

@@ -12,15 +12,18 @@ namespace mrf {
 namespace {
 
 /// Sum of four rows; all arrays start at the first of `count` voxels.
-MRF_MULTIVERSION void combineFour(int count, const float* a, float wa, const float* b, float wb, const float* c,
-                                  float wc, const float* d, float wd, float* __restrict out)
+MRF_MULTIVERSION(void, combineFour,
+                 (int count, const float* a, float wa, const float* b, float wb, const float* c, float wc,
+                  const float* d, float wd, float* __restrict out),
+                 (count, a, wa, b, wb, c, wc, d, wd, out))
 {
   for (int i = 0; i < count; ++i)
     out[i] = (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
 }
 
 /// Cubic values of consecutive fine voxels; row[n] belongs to coarse voxel n relative to the first fine one's parent.
-MRF_MULTIVERSION void cubicRow(int count, bool startsWithSecond, const float* row, float* __restrict out)
+MRF_MULTIVERSION(void, cubicRow, (int count, bool startsWithSecond, const float* row, float* __restrict out),
+                 (count, startsWithSecond, row, out))
 {
   int i = 0;
   const auto second = [=](const float* r) {
@@ -42,7 +45,8 @@ MRF_MULTIVERSION void cubicRow(int count, bool startsWithSecond, const float* ro
 }
 
 /// window += linear interpolation of consecutive fine voxels.
-MRF_MULTIVERSION void addLinearRow(int count, bool startsWithSecond, const float* row, float* __restrict out)
+MRF_MULTIVERSION(void, addLinearRow, (int count, bool startsWithSecond, const float* row, float* __restrict out),
+                 (count, startsWithSecond, row, out))
 {
   int i = 0;
   const auto second = [=](const float* r) { return .75f * r[0] + .25f * r[1]; };
@@ -60,7 +64,8 @@ MRF_MULTIVERSION void addLinearRow(int count, bool startsWithSecond, const float
 }
 
 /// out[j] = scale · Σ of the fine values around coarse voxel j; fine[2 j] is its first child.
-MRF_MULTIVERSION void restrictRow(int count, float scale, const float* fine, float* __restrict out)
+MRF_MULTIVERSION(void, restrictRow, (int count, float scale, const float* fine, float* __restrict out),
+                 (count, scale, fine, out))
 {
   for (int j = 0; j < count; ++j)
     out[j] = scale * (.75f * (fine[2 * j] + fine[2 * j + 1]) + .25f * (fine[2 * j - 1] + fine[2 * j + 2]));

@@ -431,8 +431,8 @@ void validate(const MultiscaleOptions& options)
 {
   if (!(options.voxelSize >= 0) || !std::isfinite(options.voxelSize))
     refuse("voxelSize", options.voxelSize, "[0, inf), 0 = by the quality");
-  if (options.padding != 0 && (options.padding < 2 || options.padding > 1000))
-    refuse("padding", options.padding, "2..1000, 0 = chosen by a coarse solution");
+  if (options.padding != 0 && (options.padding < 2 || options.padding > 100))
+    refuse("padding", options.padding, "2..100, 0 = chosen by a coarse solution");
   if (options.denseVoxels < 0)
     refuse("denseVoxels", options.denseVoxels, "[0, inf)");
   if (options.coarsestSide < 4 || options.coarsestSide > 256)

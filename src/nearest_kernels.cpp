@@ -44,25 +44,35 @@ MRF_ALWAYS_INLINE void nearestBody(std::size_t count, const float* cx, const flo
   }
 }
 
-#define MRF_NEAREST(target, Lanes, k)                                                                                  \
-  target void nearest##k(std::size_t count, const float* cx, const float* cy, const float* cz, const float* x,         \
-                         const float* y, const float* z, float* result)                                                \
-  {                                                                                                                    \
-    nearestBody<Lanes, k>(count, cx, cy, cz, x, y, z, result);                                                         \
-  }
 #ifdef MRF_HAS_MULTIVERSIONING
-#define MRF_NEAREST_VERSIONS(k)                                                                                        \
-  MRF_NEAREST(__attribute__((target("avx512f"))), Lanes16, k)                                                          \
-  MRF_NEAREST(__attribute__((target("avx2"))), Lanes8, k)                                                              \
-  MRF_NEAREST(__attribute__((target("default"))), Lanes4, k)
-#else
-#define MRF_NEAREST_VERSIONS(k) MRF_NEAREST(, Lanes4, k)
+template <std::size_t k>
+__attribute__((target("avx512f"))) void nearestAvx512(std::size_t count, const float* cx, const float* cy,
+                                                      const float* cz, const float* x, const float* y, const float* z,
+                                                      float* result)
+{
+  nearestBody<Lanes16, k>(count, cx, cy, cz, x, y, z, result);
+}
+
+template <std::size_t k>
+__attribute__((target("avx2"))) void nearestAvx2(std::size_t count, const float* cx, const float* cy, const float* cz,
+                                                 const float* x, const float* y, const float* z, float* result)
+{
+  nearestBody<Lanes8, k>(count, cx, cy, cz, x, y, z, result);
+}
 #endif
-MRF_NEAREST_VERSIONS(5)
-MRF_NEAREST_VERSIONS(9)
-MRF_NEAREST_VERSIONS(13)
-#undef MRF_NEAREST_VERSIONS
-#undef MRF_NEAREST
+
+template <std::size_t k>
+void nearest(std::size_t count, const float* cx, const float* cy, const float* cz, const float* x, const float* y,
+             const float* z, float* result)
+{
+#ifdef MRF_HAS_MULTIVERSIONING
+  if (instructionSet() == InstructionSet::avx512)
+    return nearestAvx512<k>(count, cx, cy, cz, x, y, z, result);
+  if (instructionSet() == InstructionSet::avx2)
+    return nearestAvx2<k>(count, cx, cy, cz, x, y, z, result);
+#endif
+  nearestBody<Lanes4, k>(count, cx, cy, cz, x, y, z, result);
+}
 
 } // namespace
 
@@ -72,17 +82,19 @@ void nearestDistances(std::size_t count, const float* cx, const float* cy, const
   static_assert(mostNearest == 13, "the largest kernel");
   float all[mostNearest * queryLanes];
   if (k <= 5)
-    nearest5(count, cx, cy, cz, x, y, z, all);
+    nearest<5>(count, cx, cy, cz, x, y, z, all);
   else if (k <= 9)
-    nearest9(count, cx, cy, cz, x, y, z, all);
+    nearest<9>(count, cx, cy, cz, x, y, z, all);
   else
-    nearest13(count, cx, cy, cz, x, y, z, all);
+    nearest<13>(count, cx, cy, cz, x, y, z, all);
   for (std::size_t n = 0; n < k * queryLanes; ++n)
     result[n] = all[n];
 }
 
-MRF_MULTIVERSION void distances(std::size_t count, const float* cx, const float* cy, const float* cz, float x, float y,
-                                float z, float* __restrict result)
+MRF_MULTIVERSION(void, distances,
+                 (std::size_t count, const float* cx, const float* cy, const float* cz, float x, float y, float z,
+                  float* __restrict result),
+                 (count, cx, cy, cz, x, y, z, result))
 {
   for (std::size_t c = 0; c < count; ++c) {
     const float dx = x - cx[c], dy = y - cy[c], dz = z - cz[c];

@@ -124,83 +124,98 @@ MRF_ALWAYS_INLINE double dotBody(std::int64_t count, const Real* x, const Real* 
 } // namespace
 
 #define MRF_DEFINE_PLANE_KERNELS(Real)                                                                                 \
-  MRF_MULTIVERSION void laplacian(int nx, int ny, const Real* below, const Real* centre, const Real* above, Real* out) \
+  MRF_MULTIVERSION(void, laplacian,                                                                                    \
+                   (int nx, int ny, const Real* below, const Real* centre, const Real* above, Real* out),              \
+                   (nx, ny, below, centre, above, out))                                                                \
   {                                                                                                                    \
     laplacianBody(nx, ny, below, centre, above, out);                                                                  \
   }                                                                                                                    \
-  MRF_MULTIVERSION void weightedLaplacian(int nx, int ny, const Real* below, const Real* centre, const Real* above,    \
-                                          const Real* weightBelow, const Real* weight, const Real* weightAbove,        \
-                                          Real* out)                                                                   \
+  MRF_MULTIVERSION(void, weightedLaplacian,                                                                            \
+                   (int nx, int ny, const Real* below, const Real* centre, const Real* above, const Real* weightBelow, \
+                    const Real* weight, const Real* weightAbove, Real* out),                                           \
+                   (nx, ny, below, centre, above, weightBelow, weight, weightAbove, out))                              \
   {                                                                                                                    \
     weightedLaplacianBody(nx, ny, below, centre, above, weightBelow, weight, weightAbove, out);                        \
   }                                                                                                                    \
-  MRF_MULTIVERSION void multiply(std::int64_t count, const Real* v, Real* __restrict y)                                \
+  MRF_MULTIVERSION(void, multiply, (std::int64_t count, const Real* v, Real* __restrict y), (count, v, y))             \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i)                                                                           \
       y[i] *= v[i];                                                                                                    \
   }                                                                                                                    \
-  MRF_MULTIVERSION void addProduct(std::int64_t count, const Real* v, const Real* x, Real* __restrict y)               \
+  MRF_MULTIVERSION(void, addProduct, (std::int64_t count, const Real* v, const Real* x, Real* __restrict y),           \
+                   (count, v, x, y))                                                                                   \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i)                                                                           \
       y[i] += v[i] * x[i];                                                                                             \
   }                                                                                                                    \
-  MRF_MULTIVERSION void smoothZero(std::int64_t count, Real g, const Real* b, const Real* inverseD,                    \
-                                   Real* __restrict z, Real* __restrict x)                                             \
+  MRF_MULTIVERSION(                                                                                                    \
+      void, smoothZero,                                                                                                \
+      (std::int64_t count, Real g, const Real* b, const Real* inverseD, Real* __restrict z, Real* __restrict x),       \
+      (count, g, b, inverseD, z, x))                                                                                   \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i)                                                                           \
       x[i] = z[i] = g * inverseD[i] * b[i];                                                                            \
   }                                                                                                                    \
-  MRF_MULTIVERSION void smoothFirst(std::int64_t count, Real g, const Real* product, const Real* b,                    \
-                                    const Real* inverseD, Real* __restrict z, Real* __restrict x)                      \
+  MRF_MULTIVERSION(void, smoothFirst,                                                                                  \
+                   (std::int64_t count, Real g, const Real* product, const Real* b, const Real* inverseD,              \
+                    Real* __restrict z, Real* __restrict x),                                                           \
+                   (count, g, product, b, inverseD, z, x))                                                             \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i) {                                                                         \
       z[i] = g * inverseD[i] * (b[i] - product[i]);                                                                    \
       x[i] += z[i];                                                                                                    \
     }                                                                                                                  \
   }                                                                                                                    \
-  MRF_MULTIVERSION void smooth(std::int64_t count, Real f, Real g, const Real* product, const Real* b,                 \
-                               const Real* inverseD, Real* __restrict z, Real* __restrict x)                           \
+  MRF_MULTIVERSION(void, smooth,                                                                                       \
+                   (std::int64_t count, Real f, Real g, const Real* product, const Real* b, const Real* inverseD,      \
+                    Real* __restrict z, Real* __restrict x),                                                           \
+                   (count, f, g, product, b, inverseD, z, x))                                                          \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i) {                                                                         \
       z[i] = f * z[i] + g * inverseD[i] * (b[i] - product[i]);                                                         \
       x[i] += z[i];                                                                                                    \
     }                                                                                                                  \
   }                                                                                                                    \
-  MRF_MULTIVERSION void residual(std::int64_t count, const Real* product, const Real* b, Real* __restrict r)           \
+  MRF_MULTIVERSION(void, residual, (std::int64_t count, const Real* product, const Real* b, Real* __restrict r),       \
+                   (count, product, b, r))                                                                             \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i)                                                                           \
       r[i] = b[i] - product[i];                                                                                        \
   }                                                                                                                    \
-  MRF_MULTIVERSION void blend(std::int64_t count, const Real* a, const Real* b, Real* __restrict out)                  \
+  MRF_MULTIVERSION(void, blend, (std::int64_t count, const Real* a, const Real* b, Real* __restrict out),              \
+                   (count, a, b, out))                                                                                 \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i)                                                                           \
       out[i] = Real(.75) * a[i] + Real(.25) * b[i];                                                                    \
   }                                                                                                                    \
-  MRF_MULTIVERSION void prolongRow(int n, const Real* coarse, const Real* in, Real* out)                               \
+  MRF_MULTIVERSION(void, prolongRow, (int n, const Real* coarse, const Real* in, Real* out), (n, coarse, in, out))     \
   {                                                                                                                    \
     prolongRowBody(n, coarse, in, out);                                                                                \
   }                                                                                                                    \
-  MRF_MULTIVERSION void restrictRow(int n, Real scale, const Real* fine, Real* coarse)                                 \
+  MRF_MULTIVERSION(void, restrictRow, (int n, Real scale, const Real* fine, Real* coarse), (n, scale, fine, coarse))   \
   {                                                                                                                    \
     restrictRowBody(n, scale, fine, coarse);                                                                           \
   }                                                                                                                    \
-  MRF_MULTIVERSION void combine(std::int64_t count, const Real* a, Real wa, const Real* b, Real wb, const Real* c,     \
-                                Real wc, const Real* d, Real wd, Real* __restrict out)                                 \
+  MRF_MULTIVERSION(void, combine,                                                                                      \
+                   (std::int64_t count, const Real* a, Real wa, const Real* b, Real wb, const Real* c, Real wc,        \
+                    const Real* d, Real wd, Real* __restrict out),                                                     \
+                   (count, a, wa, b, wb, c, wc, d, wd, out))                                                           \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i)                                                                           \
       out[i] = (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);                                                      \
   }                                                                                                                    \
-  MRF_MULTIVERSION void addScaled(std::int64_t count, Real a, const Real* x, Real* __restrict y)                       \
+  MRF_MULTIVERSION(void, addScaled, (std::int64_t count, Real a, const Real* x, Real* __restrict y), (count, a, x, y)) \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i)                                                                           \
       y[i] += a * x[i];                                                                                                \
   }                                                                                                                    \
-  MRF_MULTIVERSION void scaleAndAdd(std::int64_t count, Real a, const Real* x, Real* __restrict y)                     \
+  MRF_MULTIVERSION(void, scaleAndAdd, (std::int64_t count, Real a, const Real* x, Real* __restrict y),                 \
+                   (count, a, x, y))                                                                                   \
   {                                                                                                                    \
     for (std::int64_t i = 0; i < count; ++i)                                                                           \
       y[i] = x[i] + a * y[i];                                                                                          \
   }                                                                                                                    \
-  MRF_MULTIVERSION double dot(std::int64_t count, const Real* x, const Real* y)                                        \
+  MRF_MULTIVERSION(double, dot, (std::int64_t count, const Real* x, const Real* y), (count, x, y))                     \
   {                                                                                                                    \
     return dotBody(count, x, y);                                                                                       \
   }

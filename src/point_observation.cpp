@@ -192,9 +192,10 @@ MRF_ALWAYS_INLINE Real rowOfThree(const Real* c, const Real* x)
 }
 
 #define MRF_ADD_ROWS(Real)                                                                                             \
-  MRF_MULTIVERSION void addRows(std::size_t rows, const std::int32_t* voxels, const Real* coefficients,                \
-                                std::int64_t stride, const Real* below, const Real* centre, const Real* above,         \
-                                Real* y)                                                                               \
+  MRF_MULTIVERSION(void, addRows,                                                                                      \
+                   (std::size_t rows, const std::int32_t* voxels, const Real* coefficients, std::int64_t stride,       \
+                    const Real* below, const Real* centre, const Real* above, Real* y),                                \
+                   (rows, voxels, coefficients, stride, below, centre, above, y))                                      \
   {                                                                                                                    \
     for (std::size_t row = 0; row < rows; ++row) {                                                                     \
       const std::int64_t i = voxels[row];                                                                              \

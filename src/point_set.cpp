@@ -16,6 +16,7 @@ PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
   kept.sensors = points.sensors;
   kept.offset = points.offset;
   kept.hasSensorOrigin = points.hasSensorOrigin;
+  kept.hadOnlyZeroNormals = points.hadOnlyZeroNormals;
   return kept;
 }
 

@@ -89,6 +89,24 @@ std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects, 
   return static_cast<std::int64_t>(dropped);
 }
 
+bool isUsable(const Eigen::Vector3f& normal)
+{
+  return normal.allFinite() && normal.cast<double>().norm() > 1e-6;
+}
+
+/// \return whether one of the flagged points has a normal
+bool hasUsableNormals(const std::vector<Eigen::Vector3f>& normals, const std::vector<std::uint8_t>& keep,
+                      Execution& execution)
+{
+  constexpr std::int64_t grain = 1 << 14;
+  return execution.sum(static_cast<std::int64_t>(normals.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      if (keep[i] && isUsable(normals[i]))
+        return 1.;
+    return 0.;
+  }) > 0;
+}
+
 /// Drops all but the first of equal positions, which follow each other, with their origins. \return how many it dropped
 std::int64_t dropRepeated(PointSet& points)
 {
@@ -191,6 +209,18 @@ void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& s
   points.spacings = localSpacings(points, distances, execution);
 }
 
+/// A cloud whose type has room for normals, which nobody has estimated yet.
+/// \throw InvalidInput if these are to be used as they are
+void warnOfZeroNormals(const PointSet& points, const Options& options, Report& report)
+{
+  if (!points.hadOnlyZeroNormals)
+    return;
+  if (options.normals.source == NormalSource::use)
+    throw InvalidInput("all normals of the cloud are zero or not finite, and normals.source = use wants them as they "
+                       "are; have them estimated (automatic)");
+  report.warnings.push_back("all normals of the cloud are zero or not finite: they were estimated instead");
+}
+
 /// The normals to be oriented, taken from the points if they are theirs; points without one are dropped.
 std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighbourSearch& search,
                                          Report& report, Execution& execution)
@@ -218,7 +248,7 @@ OrientationVote chooseVote(const PointSet& points, const Options& options, const
 {
   if (!report.normalsEstimated)
     return OrientationVote::none;
-  if (options.normals.source == NormalSource::reference)
+  if (options.normals.source == NormalSource::reference && !points.normals.empty())
     return OrientationVote::reference;
   return points.sensors.empty() ? OrientationVote::outward : OrientationVote::sensor;
 }
@@ -481,14 +511,16 @@ PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector
   std::vector<std::uint8_t> keep = flags(positions.size());
   counts.notFinite = dropWhere(
       keep, [&](std::size_t i) { return !positions[i].allFinite(); }, execution);
-  if (normalsNeeded && !normals.empty())
+  const bool hasNormals = hasUsableNormals(normals, keep, execution);
+  if (normalsNeeded && hasNormals)
     counts.zeroNormals = dropWhere(
-        keep, [&](std::size_t i) { return !normals[i].allFinite() || !(normals[i].norm() > 1e-6f); }, execution);
+        keep, [&](std::size_t i) { return !isUsable(normals[i]); }, execution);
   if (!confidences.empty())
     counts.zeroConfidence = dropWhere(
         keep, [&](std::size_t i) { return !std::isfinite(confidences[i]) || !(confidences[i] > 0); }, execution);
 
   PointSet points;
+  points.hadOnlyZeroNormals = !normals.empty() && !hasNormals;
   points.origins = spatialOrder(positions, keep, execution);
   // From here on what is read lies in the order it is read in.
   constexpr std::int64_t grain = 1 << 14;
@@ -506,15 +538,16 @@ PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector
 
   const BoundingBox box = boundingBox(points.positions);
   points.offset = .5 * (box.lower.cast<double>() + box.upper.cast<double>());
-  points.normals.resize(normals.empty() ? 0 : points.origins.size());
+  points.normals.resize(hasNormals ? points.origins.size() : 0);
   points.confidences.resize(confidences.empty() ? 0 : points.origins.size());
   points.views.resize(views.empty() ? 0 : points.origins.size());
   forPoints([&](std::size_t n, std::uint32_t origin) {
     points.positions[n] = (points.positions[n].cast<double>() - points.offset).cast<float>();
-    if (!normals.empty()) {
-      const float length = normals[origin].norm();
+    if (hasNormals) {
+      const Eigen::Vector3d normal = normals[origin].cast<double>(); // whose square single precision may not hold
+      const double length = normal.norm();
       const bool usable = std::isfinite(length) && length > 0;
-      points.normals[n] = usable ? Eigen::Vector3f(normals[origin] / length) : Eigen::Vector3f::Zero();
+      points.normals[n] = usable ? Eigen::Vector3f((normal / length).cast<float>()) : Eigen::Vector3f::Zero();
     }
     if (!confidences.empty())
       points.confidences[n] = std::min(confidences[origin], 1.0f);
@@ -532,6 +565,7 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
                           Execution& execution)
 {
   requirePoints(points, "gathering", report);
+  warnOfZeroNormals(points, options, report);
   requireRange("diagonal", diagonalOf(points));
   removeOutliers(points, options, search, report, execution);
   std::vector<Eigen::Vector3f> normals = findNormals(points, options, search, report, execution);

@@ -67,20 +67,6 @@ TEST(BadInput, NothingFinite)
   expectInvalidCloud<pcl::PointNormal>(cloud);
 }
 
-TEST(BadInput, OnlyZeroNormals)
-{
-  Cloud::Ptr cloud = sphereCloud();
-  for (pcl::PointNormal& point : *cloud)
-    point.getNormalVector3fMap().setZero();
-  const std::string message = expectInvalidCloud<pcl::PointNormal>(cloud);
-  EXPECT_NE(message.find("normal"), std::string::npos);
-
-  Mrf mrf;
-  mrf.setInputCloud(cloud);
-  mrf.setNormalSource(pcl::mrf::NormalSource::estimate);
-  EXPECT_TRUE(pcl::mrf::measure(run(mrf)).closed()) << "the cloud's normals do not matter when they are ignored";
-}
-
 TEST(BadInput, UnusablePointsAreCountedAndDropped)
 {
   Cloud::Ptr cloud = sphereCloud();
@@ -122,6 +108,48 @@ TEST(BadInput, UnusablePointsAreCountedAndDropped)
                 counts.smallComponents,
             counts.input);
   EXPECT_TRUE(sameBytes(mesh, clean)) << "what is left are the same points in the same order";
+}
+
+TEST(BadInput, NormalsThatAreAllZeroAreEstimated)
+{
+  for (const float nothing : {0.f, std::numeric_limits<float>::quiet_NaN()}) {
+    const Cloud::Ptr cloud = sphereCloud();
+    for (pcl::PointNormal& point : *cloud)
+      point.getNormalVector3fMap().setConstant(nothing);
+    Mrf mrf;
+    mrf.setInputCloud(cloud);
+    const pcl::mrf::TriangleMesh mesh = run(mrf);
+    EXPECT_TRUE(mrf.getReport().normalsEstimated);
+    EXPECT_EQ(mrf.getReport().points.zeroNormals, 0);
+    ASSERT_EQ(mrf.getReport().warnings.size(), 1u);
+    EXPECT_NE(mrf.getReport().warnings[0].find("all normals"), std::string::npos);
+    // What a cloud gives whose type has no room for normals.
+    pcl::MRFReconstruction<pcl::PointXYZ> bare;
+    bare.setInputCloud(conversion::make<pcl::PointXYZ>(sphere()));
+    pcl::PolygonMesh expected;
+    bare.reconstruct(expected);
+    EXPECT_TRUE(sameBytes(mesh, conversion::plain(expected)));
+    EXPECT_TRUE(bare.getReport().warnings.empty());
+
+    mrf.setNormalSource(pcl::mrf::NormalSource::estimate);
+    EXPECT_TRUE(sameBytes(run(mrf), mesh));
+    EXPECT_TRUE(mrf.getReport().warnings.empty()) << "nobody asked for them";
+    mrf.setNormalSource(pcl::mrf::NormalSource::reference);
+    EXPECT_TRUE(sameBytes(run(mrf), mesh)) << "there is nothing to refer to";
+    mrf.setNormalSource(pcl::mrf::NormalSource::use);
+    EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("normals.source = use"), std::string::npos);
+  }
+}
+
+TEST(BadInput, LongNormalsAreDirectionsAsWell)
+{
+  const Cloud::Ptr cloud = sphereCloud();
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  const pcl::mrf::TriangleMesh expected = run(mrf);
+  for (pcl::PointNormal& point : *cloud)
+    point.getNormalVector3fMap() *= 0x1p100f; // its square is infinite
+  EXPECT_TRUE(sameBytes(run(mrf), expected));
 }
 
 TEST(BadInput, IndicesOutsideTheCloud)

@@ -496,6 +496,25 @@ TEST(Errors, AreRethrownOnRequest)
   EXPECT_THROW(mrf.reconstruct(outputs.mesh), pcl::mrf::Cancelled);
 }
 
+TEST(Padding, IsUsableUpToItsLimit)
+{
+  pcl::mrf::Options options;
+  options.multiscale.padding = 100;
+  options.trimming.trimming = pcl::mrf::Trimming::none; // what is far away is looked at as well
+  Mrf mrf;
+  mrf.setOptions(options);
+  mrf.setInputCloud(sphereCloud());
+  EXPECT_TRUE(pcl::mrf::measure(run(mrf)).closed());
+  const pcl::mrf::GridSize size = mrf.getDistanceField().lattice().size;
+  EXPECT_GE(std::min({size.x, size.y, size.z}), 200);
+  // Few points, whose surface goes on to the end of the volume.
+  pcl::mrf::PointSet few = patch();
+  few.positions.resize(20);
+  few.normals.resize(20);
+  mrf.setInputCloud(conversion::make<pcl::PointNormal>(few));
+  EXPECT_GT(run(mrf).triangles.size(), 1000u);
+}
+
 TEST(Errors, MemoryLimitNamesTheVoxelSizeThatFits)
 {
   Mrf mrf;

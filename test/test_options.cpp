@@ -68,7 +68,7 @@ std::vector<Limit> limits()
       limit("changeTolerance", solver, &SolverOptions::changeTolerance, {0, 1}, {-1}),
       limit("smootherDegree", solver, &SolverOptions::smootherDegree, {0, 50}, {-1, 51}),
       limit("voxelSize", multiscale, &MultiscaleOptions::voxelSize, {0, 1}, {-1}),
-      limit("padding", multiscale, &MultiscaleOptions::padding, {2, 1000}, {1, -1, 1001}),
+      limit("padding", multiscale, &MultiscaleOptions::padding, {2, 100}, {1, -1, 101}),
       limit("coarsestSide", multiscale, &MultiscaleOptions::coarsestSide, {4, 256}, {3, -1, 257}),
       limit("denseVoxels", multiscale, &MultiscaleOptions::denseVoxels, {0, 1 << 30}, {-1}),
       limit("maxHole", trimming, &TrimmingOptions::maxHole, {0, 1}, {-1}),

@@ -151,6 +151,14 @@ TEST_F(ToolErrors, BadValues)
     expectFailure({"sphere.xyz", "out.ply", option, value}, 2, option);
   // The message says what would be right.
   expectFailure({"sphere.xyz", "out.ply", "--beta", "3"}, 2, "'3' is not a number in the range [0, 1)");
+  expectFailure({"sphere.xyz", "out.ply", "--colour", "gr\ney"}, 2, "'gr?ey' is none of");
+  // Single precision has no such numbers: they are infinite, 1, and 0.
+  for (const auto& [option, value] : {std::pair<const char*, const char*>{"--max-distance", "1e39"},
+                                      {"--min-component", ".999999999"},
+                                      {"--relaxation", "1e-50"},
+                                      {"--smoothing", "1e39"},
+                                      {"--max-memory", "1e30"}})
+    expectFailure({"sphere.xyz", "out.ply", option, value}, 2, std::string(option) + ": '" + value + "'");
   expectFailure({"sphere.xyz", "out.ply", "--prior", "flat"}, 2, "membrane, thin-plate, triharmonic");
 }
 

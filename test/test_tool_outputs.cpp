@@ -57,6 +57,13 @@ TEST_F(ToolOutputs, SignalsLeaveNothing)
   }
 }
 
+TEST_F(ToolOutputs, AreTheSameBytesWithEachInstructionSet)
+{
+  const tool::Outcome outcome = shell("for set in baseline avx2 avx512; do MRF_SIMD=$set $TOOL sphere.xyz $set.ply -q "
+                                      "|| exit 1; cmp baseline.ply $set.ply || exit 2; done");
+  EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+}
+
 TEST_F(ToolOutputs, NotEvenACrashLeavesFilesWithoutNames)
 {
   const int descriptor = open(path("").c_str(), O_WRONLY | O_TMPFILE, 0600);

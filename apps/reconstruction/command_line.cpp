@@ -112,7 +112,7 @@ void addPreprocessingOptions(OptionParser& parser)
 std::function<void(Options&)> smoothingLength(const std::string& text)
 {
   double value = 0;
-  if (text != "auto" && (!toNumber(text, value) || !positive.contains(value)))
+  if (text != "auto" && (!toNumber(text, value) || !positive.contains(value) || !isStorable<float>(value, positive)))
     throw CLI::ValidationError("--smoothing", "'" + text + "' is neither auto nor a number " + positive.text());
   return [value](Options& options) { options.observation.smoothing = static_cast<float>(value); };
 }
@@ -161,7 +161,7 @@ void addModelOptions(OptionParser& parser)
   parser.choice("--unit", field(&Options::unit),
                 "s, the unit of automatic lengths: half the side of the square that a point stands for, or the mean "
                 "distance to the nearest point (the paper's)");
-  parser.number("--padding", "VOXELS", wholeNumbers(2, 1000), field(&Options::multiscale, &MultiscaleOptions::padding),
+  parser.number("--padding", "VOXELS", wholeNumbers(2, 100), field(&Options::multiscale, &MultiscaleOptions::padding),
                 "voxels of the finest level around the points", "6, more beside openings");
   parser.number("--coarsest-side", "VOXELS", wholeNumbers(4, 256),
                 field(&Options::multiscale, &MultiscaleOptions::coarsestSide),

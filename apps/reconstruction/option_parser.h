@@ -30,6 +30,17 @@ struct Range {
   std::string text() const;
 };
 
+/// Whether a number of the range is in it still when it has the type of its member: in single precision 1e39 is
+/// infinite, and .99999999 is 1. \param factor the member's unit in the number's
+template <typename Value>
+bool isStorable(double number, const Range& range, double factor = 1)
+{
+  if (!(number * factor < static_cast<double>(std::numeric_limits<Value>::max())))
+    return false;
+  const double stored = static_cast<double>(static_cast<Value>(number * factor)) / factor;
+  return !(range.lowerOpen && stored <= range.lower) && !(range.upperOpen && stored >= range.upper);
+}
+
 /// Shortest decimal text of a number.
 std::string decimal(double value);
 
@@ -71,9 +82,13 @@ public:
                [this, name, range, member, factor](const std::string& text) {
                  double parsed = 0;
                  constexpr bool whole = std::is_integral_v<Value>;
-                 if (!toNumber(text, parsed) || !range.contains(parsed) || (whole && parsed != std::floor(parsed)))
+                 const bool isNumber = toNumber(text, parsed);
+                 if (!isNumber || !range.contains(parsed) || (whole && parsed != std::floor(parsed)))
                    throw CLI::ValidationError(name, "'" + text + "' is not a " + (whole ? "whole " : "") +
                                                         "number in the range " + range.text());
+                 if (!isStorable<Value>(parsed, range, factor))
+                   throw CLI::ValidationError(name, "'" + text + "' cannot be stored as a number in the range " +
+                                                        range.text());
                  changes_.push_back([=](Options& o) { member(o) = static_cast<Value>(parsed * factor); });
                });
   }

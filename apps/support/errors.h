@@ -10,6 +10,15 @@ namespace mrf_apps {
 /// Exit statuses of all tools.
 enum ExitStatus { exitDone = 0, exitFile = 1, exitUsage = 2, exitMethod = 3 };
 
+/// A message in one line: what it quotes, a file or a word of the command line, may hold anything.
+inline std::string withoutControls(std::string text)
+{
+  for (char& c : text)
+    if ((c >= 0 && c < ' ') || c == '\x7f')
+      c = '?';
+  return text;
+}
+
 /// Something about a file or the display; the message names the file and the cause in one line.
 class FileError : public std::runtime_error {
 public:
@@ -17,22 +26,12 @@ public:
   FileError(const std::string& path, const std::string& cause)
       : std::runtime_error("'" + path + "': " + withoutControls(cause))
   {}
-
-private:
-  /// The cause may quote the file, which may hold anything.
-  static std::string withoutControls(std::string text)
-  {
-    for (char& c : text)
-      if ((c >= 0 && c < ' ') || c == '\x7f')
-        c = '?';
-    return text;
-  }
 };
 
-/// The command line asks for something that does not exist or does not go together.
+/// The command line asks for something that does not exist or does not go together; the message is one line.
 class UsageError : public std::runtime_error {
 public:
-  explicit UsageError(const std::string& message) : std::runtime_error(message) {}
+  explicit UsageError(const std::string& message) : std::runtime_error(withoutControls(message)) {}
 };
 
 } // namespace mrf_apps

@@ -102,7 +102,9 @@ Header parseHeader(const std::string& path, const std::string& text)
     } else if (words[0] == "element" && words.size() == 3) {
       Element element;
       element.name = words[1];
-      good = toNumber(words[2], element.count) && element.count >= 0 && element.count == std::floor(element.count);
+      const auto isTheSame = [&](const Element& other) { return other.name == element.name; };
+      good = toNumber(words[2], element.count) && element.count >= 0 && element.count == std::floor(element.count) &&
+             std::none_of(header.elements.begin(), header.elements.end(), isTheSame);
       header.elements.push_back(element);
     } else if (words[0] == "property" && words.size() >= 3 && !header.elements.empty()) {
       Property property;

@@ -1,9 +1,12 @@
 #include "fuzz/readers.h"
 
+#include "fuzz/option_readers.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"
 #include "support/sensors.h"
+
+#include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -16,12 +19,10 @@ using namespace mrf_apps;
 
 const std::string path = "file";
 
-void require(bool condition, const char* what)
+void requireLine(const std::string& message)
 {
-  if (condition)
-    return;
-  std::fprintf(stderr, "%s\n", what);
-  std::abort();
+  require(!message.empty() && std::none_of(message.begin(), message.end(), [](char c) { return c >= 0 && c < ' '; }),
+          "the message is not one line of text");
 }
 
 void readPointsAs(const char* type, const std::string& bytes)
@@ -45,6 +46,14 @@ void readMeshAs(const char* type, const std::string& bytes)
 
 } // namespace
 
+void require(bool condition, const char* what)
+{
+  if (condition)
+    return;
+  std::fprintf(stderr, "%s\n", what);
+  std::abort();
+}
+
 const std::vector<Reader>& readers()
 {
   // 100: a face of PLY may take a byte of the file and eight of memory, in arrays that double while they grow and live
@@ -61,13 +70,17 @@ const std::vector<Reader>& readers()
       {"mesh-vtk", [](const std::string& bytes) { readMeshAs("vtk", bytes); }, 100},
       {"mesh-vtp", [](const std::string& bytes) { readMeshAs("vtp", bytes); }, 1032 * 20},
       {"sensors", [](const std::string& bytes) { parseSensors(path, bytes); }, 100},
-      {"views", [](const std::string& bytes) { parseViews(path, bytes); }, 100}};
+      {"views", [](const std::string& bytes) { parseViews(path, bytes); }, 100},
+      {"command-reconstruction", readReconstructionCommand, 1000}, // CLI11 keeps words several times, in lists
+      {"command-evaluation", readEvaluationCommand, 1000},
+      {"command-scan", readScanCommand, 1000},
+      {"options", readOptions, 100}};
   return all;
 }
 
 bool runReader(const Reader& reader, const std::string& bytes)
 {
-  if (bytes.empty()) // refused before it is read
+  if (bytes.empty()) // a file is refused before it is read
     return false;
   try {
     reader.read(bytes);
@@ -75,8 +88,13 @@ bool runReader(const Reader& reader, const std::string& bytes)
   } catch (const FileError& error) {
     const std::string message = error.what();
     require(message.rfind("'" + path + "': ", 0) == 0, "the message does not name the file");
-    require(std::none_of(message.begin(), message.end(), [](char c) { return c >= 0 && c < ' '; }),
-            "the message is not one line of text");
+    requireLine(message);
+    return false;
+  } catch (const UsageError& error) {
+    requireLine(error.what());
+    return false;
+  } catch (const pcl::mrf::InvalidOption& error) {
+    requireLine(error.message());
     return false;
   }
 }

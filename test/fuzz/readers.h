@@ -1,5 +1,5 @@
 /// \file
-/// \brief Every reader of files as a function of bytes, for fuzzers and for replaying what they found.
+/// \brief Every reader of files and of options as a function of bytes, for fuzzers and for replaying what they found.
 #pragma once
 
 #include <cstddef>
@@ -16,12 +16,15 @@ struct Reader {
   std::size_t largestRatio; ///< of memory to the file's size; those that unpack have what they unpack
 };
 
-/// All readers: points-xyz, mesh-vtk, and so on.
+/// All readers: points-xyz, mesh-vtk, options, and so on.
 const std::vector<Reader>& readers();
 
-/// Runs a reader. What it throws must be a FileError of one line that names the file, and what it returns must be
-/// consistent; ends the process otherwise.
-/// \return true if the file was read
+/// Ends the process, with a message, if the condition does not hold.
+void require(bool condition, const char* what);
+
+/// Runs a reader. What it throws must be an error of one line, a FileError that names the file, or of usage, and what
+/// it returns must be consistent; ends the process otherwise.
+/// \return true if the bytes were read
 bool runReader(const Reader& reader, const std::string& bytes);
 
 } // namespace fuzz

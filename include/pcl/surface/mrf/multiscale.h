@@ -32,7 +32,7 @@ inline float spacingsPerVoxel(Quality quality)
 struct MultiscaleOptions {
   Quality quality = Quality::normal;
   float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = by the quality
-  int padding = 0;           ///< voxels of the finest level around the points' box, 2..1000; 0 = the least, 6, around a
+  int padding = 0;           ///< voxels of the finest level around the points' box, 2..100; 0 = the least, 6, around a
                              ///< box with room beside openings, see volume.h
   int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
   std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free

@@ -28,7 +28,8 @@ struct Reconstruction {
 /// \param sensors positions in the cloud's frame
 /// \param counts receives input, notFinite, duplicates, zeroNormals, zeroConfidence
 /// \throw InvalidInput if a sensor is not finite, or farther than 1e18 from the cloud
-/// Zero normals are dropped only if `normalsNeeded`; of equal positions the first is kept.
+/// Points with a normal that is zero or not finite are dropped only if `normalsNeeded`. If all normals are, they are
+/// left out instead, as of a cloud that has none yet. Of equal positions the first is kept.
 /// \return the points along a space-filling curve, so that the stages find neighbours close in memory; neither their
 /// positions nor their order depend on the order they came in
 PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
