@@ -19,6 +19,10 @@ constexpr int crossesNearData = 1, crossesFarFromData = 5, crossesOfDense = 4;
 /// What is this close to an observed voxel of the coarser level is near data.
 constexpr int nearData = 2;
 
+/// Voxels around what is wanted of a level's surface that finer levels still solve: trimming closes gaps by 7 voxels of
+/// the finest level from either side even where the coarser ones see no surface to be kept.
+constexpr int nearWanted = 4;
+
 /// Voxels around the unknowns of a level that the interpolation to the next one reaches: half of what that one's
 /// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
 constexpr int interpolationReach = 4, interpolationReachX = 11;
@@ -465,6 +469,20 @@ BandField bandOfDense(const Lattice& lattice, const std::vector<float>& values, 
       },
       0, execution);
   return field;
+}
+
+void keepNear(const Band& surface, BandField& field, Execution& execution)
+{
+  const Band near = dilated(united(surface, field.observed, execution), nearWanted, nearWanted, execution);
+  field.unknowns = Band(
+      field.unknowns.size(),
+      [&](int z, MaskPlane& mask) {
+        MaskPlane unknown(near.size());
+        near.rasterise(z, mask);
+        field.unknowns.rasterise(z, unknown);
+        mask.intersect(unknown);
+      },
+      0, execution);
 }
 
 BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level, const BandField& coarse,

@@ -430,15 +430,38 @@ void chooseVolumes(std::vector<Piece>& pieces, const Options& options, Report& r
                                 options.prior, options.solver, options.multiscale, maxHole, execution);
 }
 
+/// What trimming may keep of a zero level, as a coarser level shows it. Its limits are wider here, and what turns away
+/// from the surface around it is not told apart: the finest level's mesh decides that.
+SurfaceFilter trimmedGenerously(const Piece& piece, const Options& options, TrimmingOptions trimming, float diagonal,
+                                float spacing, Execution& execution)
+{
+  if (trimming.trimming == Trimming::none)
+    return {};
+  constexpr float wider = 1.25f;
+  trimming.maxHole = wider * resolvedMaxHole(trimming, diagonal);
+  trimming.maxGap = wider * resolvedMaxGap(trimming, diagonal);
+  trimming.minComponentPoints = 0;
+  trimming.minComponentShare = 0;
+  return [&piece, &options, trimming, diagonal, spacing, &execution](TriangleMesh mesh, float voxelSize) {
+    const float reach = std::max(options.observation.maxDistance, 1.5f * voxelSize);
+    setConfidences(mesh, *piece.points, *piece.search, reach, options.observation.confidenceShape, execution,
+                   options.unit == LengthUnit::density ? spacing : 0);
+    return trim(std::move(mesh), *piece.points, *piece.search, diagonal, trimming, execution).mesh;
+  };
+}
+
 /// The fields of all pieces; the report gets their levels.
-DistanceField regularise(const std::vector<Piece>& pieces, const Options& options, Report& report, Execution& execution)
+/// \param trimming as it was asked for \param diagonal that its limits follow
+DistanceField regularise(const std::vector<Piece>& pieces, const Options& options, const TrimmingOptions& trimming,
+                         float diagonal, Report& report, Execution& execution)
 {
   const StageTimer timer("regularisation", report, execution);
   std::vector<DistanceField> fields;
   for (const Piece& piece : pieces) {
     MultiscaleResult result =
         regularise(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
-                   options.prior, options.solver, options.multiscale, execution);
+                   options.prior, options.solver, options.multiscale, execution,
+                   trimmedGenerously(piece, options, trimming, diagonal, report.density.spacing, execution));
     if (fields.empty())
       report.levels = std::move(result.levels);
     else
@@ -600,7 +623,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
   warnOfCoarseInput(resolution, resolved.multiscale.voxelSize, report);
-  result.field = regularise(pieces, resolved, report, execution);
+  result.field = regularise(pieces, resolved, options.trimming, largest, report, execution);
   {
     const StageTimer timer("polygonizer", report, execution);
     result.mesh = polygonize(result.field, resolved.polygonizer, execution);
