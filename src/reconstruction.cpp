@@ -16,6 +16,7 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -339,41 +340,49 @@ void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Option
 }
 
 /// Replaces an automatic smoothing length, and weight of the normals, by what the data choose.
-void resolveSmoothing(const OrientedPoints& points, Options& options, Report& report, Execution& execution)
+void resolveSmoothing(HoldOut& holdOut, ObservationOptions& observation, Report& report, Execution& execution)
+{
+  const StageTimer timer("smoothing length", report, execution);
+  report.smoothing = holdOut.chooseSmoothing();
+  observation.smoothing = static_cast<float>(report.smoothing.smoothing);
+  if (observation.gradientWeight == 0)
+    observation.gradientWeight = holdOut.chooseGradientWeight(report.smoothing.smoothing, report.smoothing.noise);
+}
+
+/// Replaces an automatic voxel size by the coarsest one that the data bear, and the reach that follows from it.
+void resolveResolution(HoldOut& holdOut, const ObservationOptions& requested, Options& options, Report& report,
+                       Execution& execution)
+{
+  const StageTimer timer("resolution", report, execution);
+  const bool isChosen = report.smoothing.smoothing > 0; // the same number: what was solved with it is known
+  report.resolution = holdOut.chooseResolution(isChosen ? report.smoothing.smoothing
+                                                        : static_cast<double>(options.observation.smoothing),
+                                               options.observation.gradientWeight, report.smoothing.noise);
+  options.multiscale.voxelSize = static_cast<float>(report.resolution.voxelSize);
+  options.observation.maxDistance =
+      resolvedMaxDistance(requested, report.density.spacing, options.multiscale.voxelSize);
+}
+
+/// Replaces what the data choose by leaving points out, as far as it was left automatic.
+void resolveByData(const OrientedPoints& points, const Options& requested, Options& options, Report& report,
+                   Execution& execution)
 {
   ObservationOptions& observation = options.observation;
   if (!observation.atPoints())
     return;
-  if (observation.smoothing == 0 && observation.noise > 0) {
-    observation.smoothing = resolvedSmoothing(observation, report.density.spacing);
-  } else if (observation.smoothing == 0) {
-    const StageTimer timer("smoothing length", report, execution);
-    report.smoothing = chooseSmoothing(points, report.density.spacing, options.multiscale.voxelSize,
-                                       options.prior.prior, observation, execution);
-    observation.smoothing = static_cast<float>(report.smoothing.smoothing);
-    if (observation.gradientWeight == 0)
-      observation.gradientWeight =
-          chooseGradientWeight(points, report.density.spacing, options.multiscale.voxelSize, report.smoothing.smoothing,
-                               report.smoothing.noise, options.prior.prior, observation, execution);
-  }
+  const bool choosesSmoothing = observation.smoothing == 0 && !(observation.noise > 0),
+             choosesVoxels = !(requested.multiscale.voxelSize > 0) && requested.multiscale.quality == Quality::normal;
+  std::optional<HoldOut> holdOut;
+  if (choosesSmoothing || choosesVoxels)
+    holdOut.emplace(points, report.density.spacing, options.multiscale.voxelSize, options.prior.prior, observation,
+                    execution);
+  if (choosesSmoothing)
+    resolveSmoothing(*holdOut, observation, report, execution);
+  observation.smoothing = resolvedSmoothing(observation, report.density.spacing);
   observation.gradientWeight = resolvedGradientWeight(observation);
   report.smoothingLength = observation.smoothing;
-}
-
-/// Replaces an automatic voxel size by the coarsest one that the data bear, and the reach that follows from it.
-void resolveResolution(const OrientedPoints& points, const Options& requested, Options& options, Report& report,
-                       Execution& execution)
-{
-  if (requested.multiscale.voxelSize > 0 || requested.multiscale.quality != Quality::normal ||
-      !options.observation.atPoints())
-    return;
-  const StageTimer timer("resolution", report, execution);
-  report.resolution =
-      chooseResolution(points, report.density.spacing, options.multiscale.voxelSize, options.observation.smoothing,
-                       options.prior.prior, options.observation, execution);
-  options.multiscale.voxelSize = static_cast<float>(report.resolution.voxelSize);
-  options.observation.maxDistance =
-      resolvedMaxDistance(requested.observation, report.density.spacing, options.multiscale.voxelSize);
+  if (choosesVoxels)
+    resolveResolution(*holdOut, requested.observation, options, report, execution);
 }
 
 /// A part of the points that is solved on its own, and what answers for it.
@@ -602,8 +611,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   requireVoxelsWithinCloud(options.multiscale.voxelSize, boundingBox(result.points.positions).diagonal());
   Options resolved = resolve(options, report.density);
   rejectByField(result.points, search, resolved, report, execution);
-  resolveSmoothing(result.points, resolved, report, execution);
-  resolveResolution(result.points, options, resolved, report, execution);
+  resolveByData(result.points, options, resolved, report, execution);
   const OwnedPieces owned = split(result.points, search, resolved, report, execution);
   std::vector<Piece> pieces;
   for (std::size_t n = 0; n < owned.points.size(); ++n)

@@ -345,8 +345,8 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
   bool wereMirrored = false, wereNot = false;
   for (const Eigen::Vector3d& half : {Eigen::Vector3d(.35, .8, 1.8), Eigen::Vector3d(.8, .35, 1.8)}) {
     const shapes::Sdf brick = shapes::box(half, .3);
-    const PointSet points = shapes::filter(shapes::sample(brick, 2, spacing),
-                                           [](const Eigen::Vector3f& p) { return std::abs(p.z()) > 1; });
+    const PointSet points =
+        shapes::filter(shapes::sample(brick, 2, spacing), [](const Eigen::Vector3f& p) { return std::abs(p.z()) > 1; });
     const auto isMiddle = [](const Eigen::Vector3f& p) { return std::abs(p.z()) < .9f; };
     int asked = 0;
     const auto dropMiddle = [&](TriangleMesh mesh, float voxelSize) {
@@ -365,8 +365,7 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
                            part = solve(points, spacing, fewVoxels, {}, Estimate::points, 2, dropMiddle);
     (part.field.axes().isMirrored() ? wereMirrored : wereNot) = true;
     EXPECT_GE(asked, 1);
-    EXPECT_LT(static_cast<double>(part.levels.back().unknowns),
-              .9 * static_cast<double>(whole.levels.back().unknowns));
+    EXPECT_LT(static_cast<double>(part.levels.back().unknowns), .9 * static_cast<double>(whole.levels.back().unknowns));
     // Four voxels of the coarser level and some beside what is wanted are left.
     Execution execution(1);
     const auto innermost = [&](const DistanceField& field) {

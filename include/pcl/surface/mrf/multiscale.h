@@ -21,7 +21,7 @@ namespace mrf {
 /// The finest voxels beside the sampling: each step down costs about 2.5 times the time and memory.
 enum class Quality {
   draft,  ///< h = 3 l̄
-  normal, ///< as fine as the data carry: h = 2 l̄ or coarser, see chooseResolution
+  normal, ///< as fine as the data carry: h = 2 l̄ or coarser, see HoldOut
   fine    ///< h = 1.5 l̄
 };
 
@@ -93,11 +93,11 @@ using SurfaceFilter = std::function<TriangleMesh(TriangleMesh zeroLevel, float v
 /// Each level starts from the tensor-cubic interpolation of the coarser one.
 /// \param search holds points.positions \param spacing l̄, cloud's unit
 /// \param volume that the field covers, with the padding around it; contains the points
-/// \param wanted asked about the zero level of the first band and of those after it, but for the last two: what it drops
-/// the finer levels leave out, but for what is observed. Without it all is solved.
-/// \throw InvalidInput if nothing is observed; SolverFailure; Cancelled
-/// \throw ResourceLimit if the levels would take more memory than the limit, as the box or the surface in it foretells,
-/// or if the surface would take millions of voxels that are out of proportion to the points: thousands of each
+/// \param wanted asked about the zero level of the first band and of those after it, but for the last two: what it
+/// drops the finer levels leave out, but for what is observed. Without it all is solved. \throw InvalidInput if nothing
+/// is observed; SolverFailure; Cancelled \throw ResourceLimit if the levels would take more memory than the limit, as
+/// the box or the surface in it foretells, or if the surface would take millions of voxels that are out of proportion
+/// to the points: thousands of each
 MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
                             const BoundingBox& volume, const ObservationOptions& observation, const PriorOptions& prior,
                             const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution,
