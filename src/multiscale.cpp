@@ -404,10 +404,13 @@ private:
     banded->background = DistanceField(lattices_[denseLevels_ - 1], distances_, {});
     banded->band = std::move(band_.support);
     banded->values = std::move(band_.values);
-    const TriangleMesh mesh =
-        wanted_(polygonize(DistanceField(lattice, banded, axes_), {}, execution_), static_cast<float>(lattice.spacing));
+    TriangleMesh mesh = polygonize(DistanceField(lattice, banded, axes_), {}, execution_);
+    const std::size_t triangles = mesh.triangles.size();
+    mesh = wanted_(std::move(mesh), static_cast<float>(lattice.spacing));
     band_.support = std::move(banded->band);
     band_.values = std::move(banded->values);
+    if (mesh.triangles.size() == triangles)
+      return;
 
     std::vector<std::int64_t> voxels;
     const Eigen::Array3d last = Eigen::Array3d(lattice.size.x, lattice.size.y, lattice.size.z) - 1;

@@ -455,6 +455,8 @@ SurfaceFilter trimmedGenerously(const Piece& piece, const Options& options, Trim
     const float reach = std::max(options.observation.maxDistance, 1.5f * voxelSize);
     setConfidences(mesh, *piece.points, *piece.search, reach, options.observation.confidenceShape, execution,
                    options.unit == LengthUnit::density ? spacing : 0);
+    if (std::all_of(mesh.confidences.begin(), mesh.confidences.end(), [](float value) { return value > 0; }))
+      return mesh;
     return trim(std::move(mesh), *piece.points, *piece.search, diagonal, trimming, execution).mesh;
   };
 }
@@ -575,13 +577,13 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
     report.orientation =
         orientNormals(points, normals, search, report.density, report.vote, options.orientation, execution);
   }
-  normals = {};
+  normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
   warnOfDisagreement(options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
   points.normals = std::move(report.orientation.normals);
   reduce(points, report.orientation.keep, search, execution);
   report.orientation.normals.clear();
-  report.orientation.keep.clear();
+  report.orientation.keep = std::vector<std::uint8_t>();
   requirePoints(points, "dropping small components", report);
   report.points.used = static_cast<std::int64_t>(points.size());
 

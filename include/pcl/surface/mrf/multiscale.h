@@ -94,10 +94,10 @@ using SurfaceFilter = std::function<TriangleMesh(TriangleMesh zeroLevel, float v
 /// \param search holds points.positions \param spacing l̄, cloud's unit
 /// \param volume that the field covers, with the padding around it; contains the points
 /// \param wanted asked about the zero level of the first band and of those after it, but for the last two: what it
-/// drops the finer levels leave out, but for what is observed. Without it all is solved. \throw InvalidInput if nothing
-/// is observed; SolverFailure; Cancelled \throw ResourceLimit if the levels would take more memory than the limit, as
-/// the box or the surface in it foretells, or if the surface would take millions of voxels that are out of proportion
-/// to the points: thousands of each
+/// drops the finer levels leave out, unless it is observed. Without it all is solved.
+/// \throw InvalidInput if nothing is observed; SolverFailure; Cancelled
+/// \throw ResourceLimit if the levels would take more memory than the limit, as the box or the surface in it foretells,
+/// or if the surface would take millions of voxels that are out of proportion to the points: thousands of each
 MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
                             const BoundingBox& volume, const ObservationOptions& observation, const PriorOptions& prior,
                             const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution,
