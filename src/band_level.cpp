@@ -19,6 +19,10 @@ constexpr int crossesNearData = 1, crossesFarFromData = 5, crossesOfDense = 4;
 /// What is this close to an observed voxel of the coarser level is near data.
 constexpr int nearData = 2;
 
+/// Voxels around what is wanted of a level's surface that finer levels still solve: trimming closes gaps by 7 voxels of
+/// the finest level from either side even where the coarser ones see no surface to be kept.
+constexpr int nearWanted = 4;
+
 /// Voxels around the unknowns of a level that the interpolation to the next one reaches: half of what that one's
 /// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
 constexpr int interpolationReach = 4, interpolationReachX = 11;
@@ -169,6 +173,15 @@ PackedValues interpolated(const BandField& coarse, const Refinement& refinement,
       cubic.evaluatePlane(fine, z, values.data() + fine.planeFirst(z), scratch);
   });
   return values;
+}
+
+/// Where the interpolation of a coarser level changes sign, as far as that level's unknowns reach.
+Band predictedZeroLevel(const BandField& coarse, const Refinement& refinement, const GridSize& size,
+                        Execution& execution)
+{
+  const Band predicted(
+      size, [&](int z, MaskPlane& mask) { rasteriseChildren(coarse.unknowns, refinement, z, mask); }, 0, execution);
+  return crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
 }
 
 Band united(const Band& a, const Band& b, Execution& execution)
@@ -336,19 +349,6 @@ std::vector<BandGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_
   return grids;
 }
 
-/// A part of a field's values.
-PackedValues valuesOn(const Band& band, const Band& support, const PackedValues& values, Execution& execution)
-{
-  PackedValues result(static_cast<std::size_t>(band.count()));
-  execution.forRange(band.size().z, 4, [&](std::int64_t begin, std::int64_t end) {
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-      forEachPair(band, support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
-        std::copy_n(values.data() + outer, count, result.data() + inner);
-      });
-  });
-  return result;
-}
-
 /// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
 /// closest voxel that has one. \param guess what the unknowns were
 void extendChange(const Band& unknowns, const Band& support, const PackedValues& guess, PackedValues& values,
@@ -467,6 +467,20 @@ BandField bandOfDense(const Lattice& lattice, const std::vector<float>& values, 
   return field;
 }
 
+void keepNear(const Band& surface, BandField& field, Execution& execution)
+{
+  const Band near = dilated(united(surface, field.observed, execution), nearWanted, nearWanted, execution);
+  field.unknowns = Band(
+      field.unknowns.size(),
+      [&](int z, MaskPlane& mask) {
+        MaskPlane unknown(near.size());
+        near.rasterise(z, mask);
+        field.unknowns.rasterise(z, unknown);
+        mask.intersect(unknown);
+      },
+      0, execution);
+}
+
 BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level, const BandField& coarse,
                          const BandObservation& observation, Prior prior, const BandPlan& plan,
                          const SolverOptions& solver, bool isFinest, LevelReport& report, Execution& execution)
@@ -480,9 +494,7 @@ BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level
                                        : bandOfVoxels(observation.voxels.voxels, lattice.size, size, execution);
   report.observed = field.observed.count();
 
-  const Band predicted(
-      size, [&](int z, MaskPlane& mask) { rasteriseChildren(coarse.unknowns, refinement, z, mask); }, 0, execution);
-  Band zeroLevel = crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
+  Band zeroLevel = predictedZeroLevel(coarse, refinement, size, execution);
   const Band nearObserved = dilated(coarse.observed, nearData, nearData, execution);
   const int reach = isFinest ? order(prior) : interpolationReach;
   const int reachX = isFinest ? order(prior) : interpolationReachX;
@@ -494,13 +506,14 @@ BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level
         makeGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
     report.unknowns = grids[0].band.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
-    const PackedValues guess = valuesOn(grids[0].band, field.support, field.values, execution);
     const SolveReport solve = solveOnBand(grids, prior, field.support, plan.steps, plan.threads, solver,
                                           lattice.spacing, field.values, execution);
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;
     field.unknowns = std::move(grids[0].band);
+    // Found again: kept while the level is solved, the guess would add to the peak of memory.
+    const PackedValues guess = interpolated(coarse, refinement, field.unknowns, execution);
     extendChange(field.unknowns, field.support, guess, field.values, execution);
     if (round + 1 == mostRounds)
       break;

@@ -27,6 +27,10 @@ struct BandField {
 /// A dense level as the coarsest of the bands; it is continued beyond its border. \param observed on its bands' grid
 BandField bandOfDense(const Lattice& lattice, const std::vector<float>& values, Band observed, Execution& execution);
 
+/// Drops what is neither near a surface nor near an observed voxel from the unknowns, as the next level sees them.
+/// \param surface voxels at it
+void keepNear(const Band& surface, BandField& field, Execution& execution);
+
 /// What a level in a band observes: samples at points, or voxels.
 struct BandObservation {
   const std::vector<std::vector<PointSample>>* samples = nullptr; ///< of all levels, ordered by cells

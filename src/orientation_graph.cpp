@@ -213,7 +213,7 @@ std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const 
   edges.reserve(total);
   for (std::vector<std::uint64_t>& part : parts) {
     edges.insert(edges.end(), part.begin(), part.end());
-    part = {};
+    part = std::vector<std::uint64_t>(); // {} would keep its memory
   }
   sortByUpperHalf(edges, execution);
   return edges;

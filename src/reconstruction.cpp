@@ -17,6 +17,7 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -370,41 +371,49 @@ void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Option
 }
 
 /// Replaces an automatic smoothing length, and weight of the normals, by what the data choose.
-void resolveSmoothing(const OrientedPoints& points, Options& options, Report& report, Execution& execution)
+void resolveSmoothing(HoldOut& holdOut, ObservationOptions& observation, Report& report, Execution& execution)
+{
+  const StageTimer timer("smoothing length", report, execution);
+  report.smoothing = holdOut.chooseSmoothing();
+  observation.smoothing = static_cast<float>(report.smoothing.smoothing);
+  if (observation.gradientWeight == 0)
+    observation.gradientWeight = holdOut.chooseGradientWeight(report.smoothing.smoothing, report.smoothing.noise);
+}
+
+/// Replaces an automatic voxel size by the coarsest one that the data bear, and the reach that follows from it.
+void resolveResolution(HoldOut& holdOut, const ObservationOptions& requested, Options& options, Report& report,
+                       Execution& execution)
+{
+  const StageTimer timer("resolution", report, execution);
+  const bool isChosen = report.smoothing.smoothing > 0; // the same number: what was solved with it is known
+  report.resolution = holdOut.chooseResolution(isChosen ? report.smoothing.smoothing
+                                                        : static_cast<double>(options.observation.smoothing),
+                                               options.observation.gradientWeight, report.smoothing.noise);
+  options.multiscale.voxelSize = static_cast<float>(report.resolution.voxelSize);
+  options.observation.maxDistance =
+      resolvedMaxDistance(requested, report.density.spacing, options.multiscale.voxelSize);
+}
+
+/// Replaces what the data choose by leaving points out, as far as it was left automatic.
+void resolveByData(const OrientedPoints& points, const Options& requested, Options& options, Report& report,
+                   Execution& execution)
 {
   ObservationOptions& observation = options.observation;
   if (!observation.atPoints())
     return;
-  if (observation.smoothing == 0 && observation.noise > 0) {
-    observation.smoothing = resolvedSmoothing(observation, report.density.spacing);
-  } else if (observation.smoothing == 0) {
-    const StageTimer timer("smoothing length", report, execution);
-    report.smoothing = chooseSmoothing(points, report.density.spacing, options.multiscale.voxelSize,
-                                       options.prior.prior, observation, execution);
-    observation.smoothing = static_cast<float>(report.smoothing.smoothing);
-    if (observation.gradientWeight == 0)
-      observation.gradientWeight =
-          chooseGradientWeight(points, report.density.spacing, options.multiscale.voxelSize, report.smoothing.smoothing,
-                               report.smoothing.noise, options.prior.prior, observation, execution);
-  }
+  const bool choosesSmoothing = observation.smoothing == 0 && !(observation.noise > 0),
+             choosesVoxels = !(requested.multiscale.voxelSize > 0) && requested.multiscale.quality == Quality::normal;
+  std::optional<HoldOut> holdOut;
+  if (choosesSmoothing || choosesVoxels)
+    holdOut.emplace(points, report.density.spacing, options.multiscale.voxelSize, options.prior.prior, observation,
+                    execution);
+  if (choosesSmoothing)
+    resolveSmoothing(*holdOut, observation, report, execution);
+  observation.smoothing = resolvedSmoothing(observation, report.density.spacing);
   observation.gradientWeight = resolvedGradientWeight(observation);
   report.smoothingLength = observation.smoothing;
-}
-
-/// Replaces an automatic voxel size by the coarsest one that the data bear, and the reach that follows from it.
-void resolveResolution(const OrientedPoints& points, const Options& requested, Options& options, Report& report,
-                       Execution& execution)
-{
-  if (requested.multiscale.voxelSize > 0 || requested.multiscale.quality != Quality::normal ||
-      !options.observation.atPoints())
-    return;
-  const StageTimer timer("resolution", report, execution);
-  report.resolution =
-      chooseResolution(points, report.density.spacing, options.multiscale.voxelSize, options.observation.smoothing,
-                       options.prior.prior, options.observation, execution);
-  options.multiscale.voxelSize = static_cast<float>(report.resolution.voxelSize);
-  options.observation.maxDistance =
-      resolvedMaxDistance(requested.observation, report.density.spacing, options.multiscale.voxelSize);
+  if (choosesVoxels)
+    resolveResolution(*holdOut, requested.observation, options, report, execution);
 }
 
 /// A part of the points that is solved on its own, and what answers for it.
@@ -461,15 +470,40 @@ void chooseVolumes(std::vector<Piece>& pieces, const Options& options, Report& r
                                 options.prior, options.solver, options.multiscale, maxHole, execution);
 }
 
+/// What trimming may keep of a zero level, as a coarser level shows it. Its limits are wider here, and what turns away
+/// from the surface around it is not told apart: the finest level's mesh decides that.
+SurfaceFilter trimmedGenerously(const Piece& piece, const Options& options, TrimmingOptions trimming, float diagonal,
+                                float spacing, Execution& execution)
+{
+  if (trimming.trimming == Trimming::none)
+    return {};
+  constexpr float wider = 1.25f;
+  trimming.maxHole = wider * resolvedMaxHole(trimming, diagonal);
+  trimming.maxGap = wider * resolvedMaxGap(trimming, diagonal);
+  trimming.minComponentPoints = 0;
+  trimming.minComponentShare = 0;
+  return [&piece, &options, trimming, diagonal, spacing, &execution](TriangleMesh mesh, float voxelSize) {
+    const float reach = std::max(options.observation.maxDistance, 1.5f * voxelSize);
+    setConfidences(mesh, *piece.points, *piece.search, reach, options.observation.confidenceShape, execution,
+                   options.unit == LengthUnit::density ? spacing : 0);
+    if (std::all_of(mesh.confidences.begin(), mesh.confidences.end(), [](float value) { return value > 0; }))
+      return mesh;
+    return trim(std::move(mesh), *piece.points, *piece.search, diagonal, trimming, execution).mesh;
+  };
+}
+
 /// The fields of all pieces; the report gets their levels.
-DistanceField regularise(const std::vector<Piece>& pieces, const Options& options, Report& report, Execution& execution)
+/// \param trimming as it was asked for \param diagonal that its limits follow
+DistanceField regularise(const std::vector<Piece>& pieces, const Options& options, const TrimmingOptions& trimming,
+                         float diagonal, Report& report, Execution& execution)
 {
   const StageTimer timer("regularisation", report, execution);
   std::vector<DistanceField> fields;
   for (const Piece& piece : pieces) {
     MultiscaleResult result =
         regularise(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
-                   options.prior, options.solver, options.multiscale, execution);
+                   options.prior, options.solver, options.multiscale, execution,
+                   trimmedGenerously(piece, options, trimming, diagonal, report.density.spacing, execution));
     if (fields.empty())
       report.levels = std::move(result.levels);
     else
@@ -578,13 +612,13 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
     report.orientation =
         orientNormals(points, normals, search, report.density, report.vote, options.orientation, execution);
   }
-  normals = {};
+  normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
   warnOfDisagreement(options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
   points.normals = std::move(report.orientation.normals);
   reduce(points, report.orientation.keep, search, execution);
   report.orientation.normals.clear();
-  report.orientation.keep.clear();
+  report.orientation.keep = std::vector<std::uint8_t>();
   requirePoints(points, "dropping small components", report);
   report.points.used = static_cast<std::int64_t>(points.size());
 
@@ -614,8 +648,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   requireVoxelsWithinCloud(options.multiscale.voxelSize, boundingBox(result.points.positions).diagonal());
   Options resolved = resolve(options, report.density);
   rejectByField(result.points, search, resolved, report, execution);
-  resolveSmoothing(result.points, resolved, report, execution);
-  resolveResolution(result.points, options, resolved, report, execution);
+  resolveByData(result.points, options, resolved, report, execution);
   const OwnedPieces owned = split(result.points, search, resolved, report, execution);
   std::vector<Piece> pieces;
   for (std::size_t n = 0; n < owned.points.size(); ++n)
@@ -635,7 +668,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
   warnOfCoarseInput(resolution, resolved.multiscale.voxelSize, report);
-  result.field = regularise(pieces, resolved, report, execution);
+  result.field = regularise(pieces, resolved, options.trimming, largest, report, execution);
   {
     const StageTimer timer("polygonizer", report, execution);
     result.mesh = polygonize(result.field, resolved.polygonizer, execution);

@@ -12,6 +12,7 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <tuple>
 
 namespace pcl {
 namespace mrf {
@@ -20,7 +21,7 @@ namespace {
 constexpr std::size_t mostCubes = 32;
 constexpr std::size_t firstCubes = 8; ///< that tell a clean scan, which needs no others
 constexpr std::size_t glance = 3;     ///< cubes that tell a very clean one
-constexpr int cubeSide = 24;          ///< voxels
+constexpr int cubeSide = 24;          ///< voxels of the finest size
 constexpr double margin = 4;     ///< voxels at a cube's border where the field is not what it would be inside the cloud
 constexpr int heldOutShare = 10; ///< one point in so many
 constexpr std::int64_t fewest = 50; ///< held-out points that say something
@@ -49,6 +50,9 @@ std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& position
     for (std::size_t n = 0; n < candidates.size(); ++n)
       nearest[n] = std::min(nearest[n], (candidates[n] - chosen.back()).squaredNorm());
   }
+  // The first ones lie at the cloud's ends; any few shall stand for all.
+  for (std::size_t n = chosen.size(); n > 1; --n)
+    std::swap(chosen[n - 1], chosen[random() % n]);
   return chosen;
 }
 
@@ -82,6 +86,19 @@ private:
   std::vector<Eigen::AlignedBox3f> boxes_;
 };
 
+/// What is tried on all cubes alike.
+struct Trial {
+  double voxelSize;
+  float gradientWeight;
+  double discRadius; ///< 0: one point in ten is left out; else all this close to a cube's centre, cloud's unit
+
+  bool operator<(const Trial& other) const
+  {
+    return std::tie(voxelSize, gradientWeight, discRadius) <
+           std::tie(other.voxelSize, other.gradientWeight, other.discRadius);
+  }
+};
+
 /// One of the cubes: a lattice, the points in it that the field sees, and those that judge it.
 struct Cube {
   Lattice lattice;
@@ -90,22 +107,22 @@ struct Cube {
   std::vector<float> field;                     ///< of the ℓ tried last: the start for the next
   std::map<double, std::vector<double>> errors; ///< by the ℓ that were tried
 
-  /// \param core side of the cube around the centre whose points judge
-  /// \param discRadius 0: one point in ten is left out; else all this close to the centre, cloud's unit
-  Cube(const OrientedPoints& points, const Runs& runs, const Eigen::Vector3f& centre, double voxelSize, double core,
-       double discRadius)
+  /// \param core side of the cube around the centre whose points judge: the same for all that are compared
+  Cube(const OrientedPoints& points, const Runs& runs, const Eigen::Vector3f& centre, const Trial& trial, double core)
   {
-    lattice.size = {cubeSide, cubeSide, cubeSide};
-    lattice.spacing = voxelSize;
-    lattice.origin = centre.cast<double>() - Eigen::Vector3d::Constant(voxelSize * (cubeSide - 1) / 2);
-    const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(voxelSize * cubeSide / 2));
+    const int side = static_cast<int>(std::ceil(core / trial.voxelSize + 2 * margin - 1e-6)) + 1;
+    lattice.size = {side, side, side};
+    lattice.spacing = trial.voxelSize;
+    lattice.origin = centre.cast<double>() - Eigen::Vector3d::Constant(trial.voxelSize * (side - 1) / 2);
+    const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(trial.voxelSize * side / 2));
     runs.forEachNear({centre - reach, centre + reach}, [&](std::size_t i) {
       const Eigen::Vector3d voxel = lattice.toVoxels(points.positions[i]);
-      const bool isWithheld = discRadius > 0 ? (points.positions[i] - centre).norm() < discRadius : isHeldOut(i);
+      const bool isWithheld =
+          trial.discRadius > 0 ? (points.positions[i] - centre).norm() < trial.discRadius : isHeldOut(i);
       if (isWithheld) {
         if (2 * (points.positions[i] - centre).cwiseAbs().maxCoeff() <= core)
           judges.push_back(points.positions[i]);
-      } else if ((voxel.array() >= 0).all() && (voxel.array() <= cubeSide - 1).all()) {
+      } else if ((voxel.array() >= 0).all() && (voxel.array() <= side - 1).all()) {
         seen.positions.push_back(points.positions[i]);
         seen.normals.push_back(points.normals[i]);
         if (!points.confidences.empty())
@@ -114,12 +131,16 @@ struct Cube {
           seen.spacings.push_back(points.spacings[i]);
       }
     });
+    if (seen.size() == 0)
+      judges.clear();
     field.assign(static_cast<std::size_t>(lattice.size.count()), 0);
   }
 
   /// Solves for one ℓ: the errors are the first-order distances of the judges from the field's zero level.
   void judge(double smoothing, double spacing, const PointWeights& weights, Prior prior, double tolerance)
   {
+    if (judges.empty())
+      return;
     const auto [known, isNew] = errors.try_emplace(smoothing);
     if (!isNew)
       return;
@@ -155,75 +176,65 @@ double parabolaMinimum(double before, double middle, double after)
 
 /// What the judges say of one ℓ.
 struct Verdict {
-  SmoothingScore score;
+  double error = 0; ///< mean
   double noise = 0;
-};
+  std::vector<double> sums; ///< of the errors in each cube
+  std::vector<std::int64_t> judges;
 
-class Judgement {
-public:
-  /// \param finest voxel size of all that are compared: what is judged does not depend on the one that is tried
-  Judgement(const OrientedPoints& points, double spacing, double voxelSize, double finest, Prior prior,
-            const ObservationOptions& observation, Execution& execution, double discRadius = 0)
-      : points_(points), runs_(points.positions, execution), spacing_(spacing), voxelSize_(voxelSize),
-        discRadius_(discRadius), core_((cubeSide - 1 - 2 * margin) * finest), prior_(prior),
-        gradientWeight_(resolvedGradientWeight(observation)),
-        centres_(spread(points.positions, (cubeSide - 2 * margin) * finest))
-  {}
-
-  /// Judges by up to so many cubes from now on: those that have points to judge and to be judged by.
-  /// \return the number of points that judge
-  std::int64_t useCubes(std::size_t most)
+  /// \param errors cube by cube
+  explicit Verdict(const std::vector<std::vector<double>>& errors)
   {
-    for (; used_ < std::min(most, centres_.size()); ++used_) {
-      cubes_.emplace_back(points_, runs_, centres_[used_], voxelSize_, core_, discRadius_);
-      if (cubes_.back().judges.empty() || cubes_.back().seen.size() == 0)
-        cubes_.pop_back();
-    }
-    std::int64_t judges = 0;
-    for (const Cube& cube : cubes_)
-      judges += static_cast<std::int64_t>(cube.judges.size());
-    return judges;
-  }
-
-  /// \param noise of the points, as far as it is known: the field need not be exact beneath it
-  Verdict verdict(double smoothing, double noise, Execution& execution)
-  {
-    // In voxels, of a step near the zero level; what is left after it is about twice as much.
-    const double tolerance = std::max(2e-3, .02 * noise / voxelSize_);
-    std::vector<double> errors = judge(smoothing, tolerance, execution);
-    const double mean = std::accumulate(errors.begin(), errors.end(), 0.) / static_cast<double>(errors.size());
-    std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
-    constexpr double deviationPerMedian = 1.4826; // of a Gaussian's absolute value
-    return {{smoothing, mean}, deviationPerMedian * errors[errors.size() / 2]};
-  }
-
-private:
-  /// The errors of all judges, cube by cube.
-  std::vector<double> judge(double smoothing, double tolerance, Execution& execution)
-  {
-    const PointWeights weights = pointWeights(prior_, smoothing, spacing_, voxelSize_, gradientWeight_);
-    execution.forRange(static_cast<std::int64_t>(cubes_.size()), 1, [&](std::int64_t begin, std::int64_t end) {
-      for (auto c = static_cast<std::size_t>(begin); c < static_cast<std::size_t>(end); ++c)
-        cubes_[c].judge(smoothing, spacing_, weights, prior_, tolerance);
-    });
-    execution.poll();
     std::vector<double> all;
-    for (const Cube& cube : cubes_) {
-      const std::vector<double>& errors = cube.errors.at(smoothing);
-      all.insert(all.end(), errors.begin(), errors.end());
+    for (const std::vector<double>& ofCube : errors) {
+      sums.push_back(std::accumulate(ofCube.begin(), ofCube.end(), 0.));
+      judges.push_back(static_cast<std::int64_t>(ofCube.size()));
+      all.insert(all.end(), ofCube.begin(), ofCube.end());
     }
-    return all;
+    if (all.empty())
+      return;
+    error = std::accumulate(all.begin(), all.end(), 0.) / static_cast<double>(all.size());
+    std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
+    constexpr double deviationPerMedian = 1.4826; // of a Gaussian's absolute value
+    noise = deviationPerMedian * all[all.size() / 2];
   }
 
-  const OrientedPoints& points_;
-  Runs runs_;
-  double spacing_, voxelSize_, discRadius_, core_;
-  Prior prior_;
-  double gradientWeight_;
-  std::vector<Eigen::Vector3f> centres_; ///< of the cubes
-  std::size_t used_ = 0;                 ///< centres whose cubes were made
-  std::vector<Cube> cubes_;
+  std::int64_t heldOut() const { return std::accumulate(judges.begin(), judges.end(), std::int64_t{0}); }
 };
+
+/// By how many of its standard deviations the sum over the cubes is above zero.
+double deviationsAboveZero(const std::vector<double>& values)
+{
+  const auto count = static_cast<double>(values.size());
+  const double sum = std::accumulate(values.begin(), values.end(), 0.), mean = sum / count;
+  double squares = 0;
+  for (const double value : values)
+    squares += (value - mean) * (value - mean);
+  const double deviation = std::sqrt(squares * count / std::max(1., count - 1));
+  return deviation > 0 ? sum / deviation : sum > 0 ? std::numeric_limits<double>::infinity() : 0;
+}
+
+/// The errors of two trials at the same points, so that what is common to them does not count: above zero if the first
+/// ones are larger than `factor` times the second.
+double compare(const Verdict& first, double factor, const Verdict& second)
+{
+  std::vector<double> differences;
+  for (std::size_t c = 0; c < first.sums.size(); ++c)
+    if (first.judges[c] > 0 && first.judges[c] == second.judges[c])
+      differences.push_back(first.sums[c] - factor * second.sums[c]);
+  return deviationsAboveZero(differences);
+}
+
+/// The same with a fixed error.
+double compare(const Verdict& verdict, double error)
+{
+  std::vector<double> differences;
+  for (std::size_t c = 0; c < verdict.sums.size(); ++c)
+    differences.push_back(verdict.sums[c] - error * static_cast<double>(verdict.judges[c]));
+  return deviationsAboveZero(differences);
+}
+
+/// What so few as eight cubes say is believed from here on: by chance once in fifty times.
+constexpr double decisive = 2.5;
 
 /// The lengths that are tried: the shortest times powers of √2.
 constexpr int longest = 6;
@@ -238,7 +249,7 @@ enum class Cleanness { clean, unclear, noisy };
 
 Cleanness cleanness(const Verdict& shortest, const Verdict& second, double spacing, bool isGlance)
 {
-  const double gain = second.score.error / shortest.score.error, noise = shortest.noise / spacing;
+  const double gain = second.error / shortest.error, noise = shortest.noise / spacing;
   constexpr double worthwhile = .95, clean = .1;
   if (!isGlance)
     return gain > worthwhile && noise < clean ? Cleanness::clean : Cleanness::noisy;
@@ -248,56 +259,213 @@ Cleanness cleanness(const Verdict& shortest, const Verdict& second, double spaci
   return gain < .8 || noise > 1.5 * clean ? Cleanness::noisy : Cleanness::unclear;
 }
 
-/// The lengths around the one that the noise asks for, until the score rises on both sides.
-void search(Judgement& judgement, double spacing, SmoothingChoice& choice, Execution& execution)
+} // namespace
+
+/// Cubes are made and judged once, whatever asks for them.
+class HoldOut::Judgement {
+public:
+  Judgement(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
+            Execution& execution)
+      : points_(points), spacing_(spacing), finest_(finest), prior_(prior), gradientWeight_(gradientWeight),
+        execution_(execution), core_((cubeSide - 1 - 2 * margin) * finest), runs_(points.positions, execution)
+  {
+    if (points.size() > 0)
+      centres_ = spread(points.positions, (cubeSide - 2 * margin) * finest);
+  }
+
+  SmoothingChoice chooseSmoothing()
+  {
+    SmoothingChoice choice;
+    choice.smoothing = shortestSmoothing(spacing_);
+    for (const std::size_t cubes : {glance, firstCubes}) {
+      const Verdict shortest = verdict(finest(), cubes, length(0, spacing_), 0);
+      choice.heldOut = shortest.heldOut();
+      if (choice.heldOut < fewest)
+        continue;
+      const Verdict second = verdict(finest(), cubes, length(1, spacing_), 0);
+      choice.noise = shortest.noise;
+      choice.curve = {{length(0, spacing_), shortest.error}, {length(1, spacing_), second.error}};
+      const Cleanness seen = cleanness(shortest, second, spacing_, cubes == glance);
+      if (seen == Cleanness::clean)
+        return choice;
+      if (seen == Cleanness::noisy)
+        break;
+    }
+    if (choice.heldOut < fewest)
+      return choice;
+    choice.curve.clear();
+    search(choice);
+    return choice;
+  }
+
+  float chooseGradientWeight(double smoothing, double noise)
+  {
+    constexpr float weaker = .4f, stronger = 4;
+    // Beneath so much noise positions are worth more than normals everywhere.
+    constexpr double noisy = .2, fewer = .92;
+    if (noise < noisy * spacing_)
+      return weaker;
+    const auto isBetter = [&](double factor, double discRadius) {
+      for (std::size_t cubes = firstCubes;; cubes *= 2) {
+        const Verdict strong = verdict({finest_, stronger, discRadius}, cubes, smoothing, noise),
+                      weak = verdict({finest_, weaker, discRadius}, cubes, smoothing, noise);
+        const double worse = compare(strong, factor, weak);
+        const bool isDecisive = worse > decisive || (worse < -decisive && 2 * cubes >= mostCubes);
+        if (strong.heldOut() >= fewest && (isDecisive || cubes >= mostCubes))
+          return worse < 0;
+        if (cubes >= mostCubes)
+          return false;
+      }
+    };
+    return isBetter(fewer, 6. * spacing_) && isBetter(1, 0) ? stronger : weaker;
+  }
+
+  ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise)
+  {
+    constexpr int steps = 4;
+    ResolutionChoice choice;
+    choice.voxelSize = finest_;
+    std::size_t cubes = firstCubes;
+    for (int step = 1; step < steps; ++step) {
+      const double voxelSize = finest_ * std::pow(1.4142135623730951, step);
+      const auto at = [&](double size) { return verdict({size, gradientWeight, 0}, cubes, smoothing, noise); };
+      Verdict fine = at(finest_), coarse = at(voxelSize);
+      double worse = excess(coarse, fine);
+      // A loss that few cubes see is one; an edge that suffers may be in none of them.
+      while ((worse <= decisive || fine.heldOut() < fewest) && cubes < mostCubes) {
+        cubes *= 2;
+        fine = at(finest_);
+        coarse = at(voxelSize);
+        worse = excess(coarse, fine);
+      }
+      choice.heldOut = fine.heldOut();
+      if (choice.heldOut < fewest)
+        return choice;
+      choice.curve.resize(1);
+      choice.curve.front() = {finest_, fine.error};
+      choice.curve.push_back({voxelSize, coarse.error});
+      if (worse > 0)
+        break;
+      choice.voxelSize = voxelSize;
+    }
+    return choice;
+  }
+
+private:
+  Trial finest() const { return {finest_, gradientWeight_, 0}; }
+
+  /// Judges by up to so many cubes: those that have points to judge and to be judged by.
+  /// \param noise of the points, as far as it is known: the field need not be exact beneath it
+  Verdict verdict(const Trial& trial, std::size_t cubes, double smoothing, double noise)
+  {
+    const std::size_t used = std::min(cubes, centres_.size());
+    std::vector<Cube>& made = cubes_[trial];
+    while (made.size() < used)
+      made.emplace_back(points_, runs_, centres_[made.size()], trial, core_);
+    // In voxels, of a step near the zero level; what is left after it is about twice as much.
+    const double tolerance = std::max(2e-3, .02 * noise / trial.voxelSize);
+    const PointWeights weights = pointWeights(prior_, smoothing, spacing_, trial.voxelSize, trial.gradientWeight);
+    execution_.forRange(static_cast<std::int64_t>(used), 1, [&](std::int64_t begin, std::int64_t end) {
+      for (auto c = static_cast<std::size_t>(begin); c < static_cast<std::size_t>(end); ++c)
+        made[c].judge(smoothing, spacing_, weights, prior_, tolerance);
+    });
+    execution_.poll();
+    std::vector<std::vector<double>> errors;
+    for (std::size_t c = 0; c < used; ++c)
+      errors.push_back(made[c].errors[smoothing]);
+    return Verdict(errors);
+  }
+
+  /// compare, of the voxel sizes: negative if the larger ones are good enough.
+  double excess(const Verdict& coarse, const Verdict& fine) const
+  {
+    constexpr double worse = 1.01, invisible = .04;
+    return std::min(compare(coarse, worse, fine), compare(coarse, invisible * spacing_));
+  }
+
+  /// The lengths around the one that the noise asks for, until the score rises on both sides.
+  void search(SmoothingChoice& choice)
+  {
+    // Long enough that no noise is followed, so that what is left is the noise.
+    constexpr int reliable = 4;
+    constexpr double rise = 1.01;
+    const double noise = verdict(finest(), firstCubes, length(reliable, spacing_), .25 * spacing_).noise;
+    const double guess = 2 * std::log2(smoothingForNoise(noise, spacing_) / shortestSmoothing(spacing_));
+
+    std::map<int, double> errors;
+    const auto judge = [&](int steps) {
+      errors[steps] = verdict(finest(), mostCubes, length(steps, spacing_), noise).error;
+    };
+    int best = std::clamp(static_cast<int>(std::lround(guess)), 0, longest);
+    judge(best);
+    for (int up = best + 1; up <= longest; ++up) {
+      judge(up);
+      if (errors.at(up) > errors.at(best))
+        break;
+      best = up;
+    }
+    // Downwards past a rise within the scores' own noise.
+    for (int down = errors.begin()->first - 1; down >= 0; --down) {
+      if (errors.at(down + 1) > rise * errors.at(best))
+        break;
+      judge(down);
+      if (errors.at(down) < errors.at(best))
+        best = down;
+    }
+
+    for (const auto& [steps, error] : errors)
+      choice.curve.push_back({length(steps, spacing_), error});
+    choice.smoothing = length(best, spacing_);
+    const Verdict chosen = verdict(finest(), mostCubes, choice.smoothing, noise);
+    choice.noise = chosen.noise;
+    choice.heldOut = chosen.heldOut();
+    const double atBest = errors.at(best);
+    if (errors.count(best - 1) != 0 && errors.count(best + 1) != 0)
+      choice.smoothing *= std::exp2(.5 * parabolaMinimum(errors.at(best - 1), atBest, errors.at(best + 1)));
+    // Under strong noise the score has its accidental minimum at a short ℓ, a shallow one. Where a longer ℓ is much
+    // worse, what the field misses is no noise but edges and depths that it would smooth away.
+    constexpr double shallow = 1.1;
+    double longestAllowed = choice.smoothing;
+    for (const auto& [steps, error] : errors)
+      if (error <= shallow * atBest)
+        longestAllowed = std::max(longestAllowed, length(steps, spacing_));
+    choice.smoothing = std::max(choice.smoothing, std::min(longestAllowed, smoothingForNoise(choice.noise, spacing_)));
+  }
+
+  const OrientedPoints& points_;
+  const float spacing_;
+  const double finest_;
+  const Prior prior_;
+  const float gradientWeight_;
+  Execution& execution_;
+  const double core_; ///< side of the cubes whose points judge: does not depend on the voxel size that is tried
+  const Runs runs_;
+  std::vector<Eigen::Vector3f> centres_; ///< of the cubes
+  std::map<Trial, std::vector<Cube>> cubes_;
+};
+
+HoldOut::HoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
+                 const ObservationOptions& observation, Execution& execution)
+    : judgement_(std::make_unique<Judgement>(points, spacing, voxelSize, prior, resolvedGradientWeight(observation),
+                                             execution))
+{}
+
+HoldOut::~HoldOut() = default;
+
+SmoothingChoice HoldOut::chooseSmoothing()
 {
-  // Long enough that no noise is followed, so that what is left is the noise.
-  constexpr int reliable = 4;
-  constexpr double rise = 1.01;
-  const double noise = judgement.verdict(length(reliable, spacing), .25 * spacing, execution).noise;
-  const double guess = 2 * std::log2(smoothingForNoise(noise, spacing) / shortestSmoothing(spacing));
-  choice.heldOut = judgement.useCubes(mostCubes);
-
-  std::map<int, Verdict> verdicts;
-  const auto judge = [&](int steps) {
-    verdicts.emplace(steps, judgement.verdict(length(steps, spacing), noise, execution));
-  };
-  const auto error = [&](int steps) { return verdicts.at(steps).score.error; };
-  int best = std::clamp(static_cast<int>(std::lround(guess)), 0, longest);
-  judge(best);
-  for (int up = best + 1; up <= longest; ++up) {
-    judge(up);
-    if (error(up) > error(best))
-      break;
-    best = up;
-  }
-  // Downwards past a rise within the scores' own noise.
-  for (int down = verdicts.begin()->first - 1; down >= 0; --down) {
-    if (error(down + 1) > rise * error(best))
-      break;
-    judge(down);
-    if (error(down) < error(best))
-      best = down;
-  }
-
-  for (const auto& [steps, verdict] : verdicts)
-    choice.curve.push_back(verdict.score);
-  choice.smoothing = length(best, spacing);
-  choice.noise = verdicts.at(best).noise;
-  const double atBest = error(best);
-  if (verdicts.count(best - 1) != 0 && verdicts.count(best + 1) != 0)
-    choice.smoothing *= std::exp2(.5 * parabolaMinimum(error(best - 1), error(best), error(best + 1)));
-  // Under strong noise the score has its accidental minimum at a short ℓ, a shallow one. Where a longer ℓ is much
-  // worse, what the field misses is no noise but edges and depths that it would smooth away.
-  constexpr double shallow = 1.1;
-  double longestAllowed = choice.smoothing;
-  for (const auto& [steps, verdict] : verdicts)
-    if (verdict.score.error <= shallow * atBest)
-      longestAllowed = std::max(longestAllowed, length(steps, spacing));
-  choice.smoothing = std::max(choice.smoothing, std::min(longestAllowed, smoothingForNoise(choice.noise, spacing)));
+  return judgement_->chooseSmoothing();
 }
 
-} // namespace
+float HoldOut::chooseGradientWeight(double smoothing, double noise)
+{
+  return judgement_->chooseGradientWeight(smoothing, noise);
+}
+
+ResolutionChoice HoldOut::chooseResolution(double smoothing, float gradientWeight, double noise)
+{
+  return judgement_->chooseResolution(smoothing, gradientWeight, noise);
+}
 
 double shortestSmoothing(double spacing)
 {
@@ -307,89 +475,6 @@ double shortestSmoothing(double spacing)
 double smoothingForNoise(double noise, double spacing)
 {
   return std::max(shortestSmoothing(spacing), 1.5 * spacing * std::pow(noise / spacing, .4));
-}
-
-SmoothingChoice chooseSmoothing(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
-                                const ObservationOptions& observation, Execution& execution)
-{
-  SmoothingChoice choice;
-  choice.smoothing = shortestSmoothing(spacing);
-  if (points.size() == 0)
-    return choice;
-  Judgement judgement(points, spacing, voxelSize, voxelSize, prior, observation, execution);
-  for (const std::size_t cubes : {glance, firstCubes}) {
-    choice.heldOut = judgement.useCubes(cubes);
-    if (choice.heldOut < fewest)
-      continue;
-    const Verdict shortest = judgement.verdict(length(0, spacing), 0, execution);
-    const Verdict second = judgement.verdict(length(1, spacing), 0, execution);
-    choice.noise = shortest.noise;
-    choice.curve = {shortest.score, second.score};
-    const Cleanness seen = cleanness(shortest, second, spacing, cubes == glance);
-    if (seen == Cleanness::clean)
-      return choice;
-    if (seen == Cleanness::noisy)
-      break;
-  }
-  if (choice.heldOut < fewest)
-    return choice;
-  choice.curve.clear();
-  search(judgement, spacing, choice, execution);
-  return choice;
-}
-
-float chooseGradientWeight(const OrientedPoints& points, float spacing, double voxelSize, double smoothing,
-                           double noise, Prior prior, const ObservationOptions& observation, Execution& execution)
-{
-  constexpr float weaker = .4f, stronger = 4;
-  // Beneath so much noise positions are worth more than normals everywhere.
-  constexpr double noisy = .2, fewer = .92;
-  if (noise < noisy * spacing)
-    return weaker;
-  const auto error = [&](float weight, double discRadius) {
-    ObservationOptions tried = observation;
-    tried.gradientWeight = weight;
-    Judgement judgement(points, spacing, voxelSize, voxelSize, prior, tried, execution, discRadius);
-    if (judgement.useCubes(mostCubes) < fewest)
-      return 0.;
-    return judgement.verdict(smoothing, noise, execution).score.error;
-  };
-  const double radius = 6. * spacing;
-  return error(stronger, radius) < fewer * error(weaker, radius) && error(stronger, 0) <= error(weaker, 0) ? stronger
-                                                                                                           : weaker;
-}
-
-ResolutionChoice chooseResolution(const OrientedPoints& points, float spacing, double finest, double smoothing,
-                                  Prior prior, const ObservationOptions& observation, Execution& execution)
-{
-  constexpr int steps = 4;
-  constexpr double worse = 1.01, invisible = .04;
-  // The mean of a hundred judged points is known to a tenth.
-  constexpr double muchWorse = 1.25, visible = 1.5 * invisible;
-  ResolutionChoice choice;
-  choice.voxelSize = finest;
-  if (points.size() == 0)
-    return choice;
-  for (const std::size_t cubes : {firstCubes, mostCubes}) {
-    choice.curve.clear();
-    choice.voxelSize = finest;
-    for (int step = 0; step < steps; ++step) {
-      const double voxelSize = finest * std::pow(1.4142135623730951, step);
-      Judgement judgement(points, spacing, voxelSize, finest, prior, observation, execution);
-      choice.heldOut = judgement.useCubes(cubes);
-      if (choice.heldOut < fewest)
-        break;
-      choice.curve.push_back({voxelSize, judgement.verdict(smoothing, 0, execution).score.error});
-      const double error = choice.curve.back().error, least = choice.curve.front().error;
-      if (error > std::max(worse * least, invisible * spacing))
-        break;
-      choice.voxelSize = voxelSize;
-    }
-    if (choice.curve.size() == 2 &&
-        choice.curve[1].error > std::max(muchWorse * choice.curve[0].error, visible * spacing))
-      break;
-  }
-  return choice;
 }
 
 } // namespace mrf

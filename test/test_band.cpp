@@ -63,7 +63,7 @@ void forAll(const Body& body)
 }
 
 MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t denseVoxels, const PriorOptions& prior,
-                       Estimate estimate = Estimate::points, int threads = 1)
+                       Estimate estimate = Estimate::points, int threads = 1, const SurfaceFilter& wanted = {})
 {
   Execution execution(threads);
   const auto search = makeKdTree();
@@ -73,7 +73,7 @@ MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t dense
   MultiscaleOptions multiscale;
   multiscale.denseVoxels = denseVoxels;
   return regularise(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior, {},
-                    multiscale, execution);
+                    multiscale, execution, wanted);
 }
 
 constexpr std::int64_t everything = std::numeric_limits<std::int64_t>::max(), fewVoxels = 5000;
@@ -334,6 +334,55 @@ TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
             }
         }
     }
+  }
+  EXPECT_TRUE(wereMirrored && wereNot);
+}
+
+TEST(BandedLevels, LeaveOutWhatIsNotWanted)
+{
+  // Bricks without their middles, which the field fills; stored in another order of axes, mirrored and not.
+  constexpr float spacing = .025f;
+  bool wereMirrored = false, wereNot = false;
+  for (const Eigen::Vector3d& half : {Eigen::Vector3d(.35, .8, 1.8), Eigen::Vector3d(.8, .35, 1.8)}) {
+    const shapes::Sdf brick = shapes::box(half, .3);
+    const PointSet points =
+        shapes::filter(shapes::sample(brick, 2, spacing), [](const Eigen::Vector3f& p) { return std::abs(p.z()) > 1; });
+    const auto isMiddle = [](const Eigen::Vector3f& p) { return std::abs(p.z()) < .9f; };
+    int asked = 0;
+    const auto dropMiddle = [&](TriangleMesh mesh, float voxelSize) {
+      ++asked;
+      EXPECT_GT(voxelSize, 3 * spacing) << "the finest level's mesh is not asked about";
+      for (const Eigen::Vector3f& vertex : mesh.vertices)
+        if (std::abs(vertex.z()) > 1) {
+          EXPECT_NEAR(brick(vertex.cast<double>()), 0, .5 * voxelSize) << "in the axes of the cloud";
+        }
+      std::vector<std::uint8_t> keep;
+      for (const Triangle& t : mesh.triangles)
+        keep.push_back(isMiddle(mesh.vertices[static_cast<std::size_t>(t[0])]) ? 0 : 1);
+      return select(mesh, keep);
+    };
+    const MultiscaleResult whole = solve(points, spacing, fewVoxels, {}),
+                           part = solve(points, spacing, fewVoxels, {}, Estimate::points, 2, dropMiddle);
+    (part.field.axes().isMirrored() ? wereMirrored : wereNot) = true;
+    EXPECT_GE(asked, 1);
+    EXPECT_LT(static_cast<double>(part.levels.back().unknowns), .9 * static_cast<double>(whole.levels.back().unknowns));
+    // Four voxels of the coarser level and some beside what is wanted are left.
+    Execution execution(1);
+    const auto innermost = [&](const DistanceField& field) {
+      float result = std::numeric_limits<float>::max();
+      for (const Eigen::Vector3f& vertex : polygonize(field, {}, execution).vertices)
+        result = std::min(result, std::abs(vertex.z()));
+      return result;
+    };
+    EXPECT_LT(innermost(whole.field), .05f);
+    EXPECT_GT(innermost(part.field), .1f);
+    // What is wanted is what it was.
+    std::vector<double> moved;
+    for (const Eigen::Vector3f& vertex : polygonize(part.field, {}, execution).vertices)
+      if (!isMiddle(vertex))
+        moved.push_back(whole.field.sampleDistance(vertex) / (2 * spacing));
+    EXPECT_GT(moved.size(), 2000u);
+    EXPECT_LT(rootMeanSquare(moved), .01);
   }
   EXPECT_TRUE(wereMirrored && wereNot);
 }

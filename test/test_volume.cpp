@@ -147,3 +147,24 @@ TEST(Volume, DoesNotDependOnHowADishLiesInItsBox)
   for (const double count : unknowns)
     EXPECT_LT(count, 3 * unknowns.front()) << "the box of a tilted dish holds more of the sheet around it";
 }
+
+TEST(Volume, WhatWillBeDroppedIsNotSolved)
+{
+  // With so wide a padding the sheet around the dish is most of the surface.
+  const Dish dish(Eigen::Quaternionf::Identity());
+  Options options = fixedVoxels();
+  options.multiscale.padding = 30;
+  const Reconstruction everywhere = clouds::reconstruct(dish.points, options);
+  options.multiscale.denseVoxels = 20000;
+  const Reconstruction trimmed = clouds::reconstruct(dish.points, options);
+  options.trimming.trimming = Trimming::none;
+  const Reconstruction whole = clouds::reconstruct(dish.points, options);
+  EXPECT_LT(static_cast<double>(trimmed.report.levels.back().unknowns),
+            .5 * static_cast<double>(whole.report.levels.back().unknowns));
+  EXPECT_LT(trimmed.report.trimming.areaDropped, .5 * everywhere.report.trimming.areaDropped);
+  // What is kept is the same: the surface to a twentieth of a voxel, and the rim to less than half of its 75 voxels.
+  for (const Eigen::Vector3f& vertex : trimmed.mesh.vertices)
+    ASSERT_NEAR(everywhere.field.sampleDistance(vertex), 0, .05 * 2 * spacing);
+  EXPECT_NEAR(trimmed.report.mesh.area, everywhere.report.mesh.area, 35 * .01);
+  EXPECT_EQ(trimmed.report.mesh.components, 1);
+}

@@ -122,11 +122,11 @@ pcl::mrf::PointSet gatherPoints(Input& input, const pcl::mrf::Options& options, 
   for (Eigen::Vector3d& sensor : sensors)
     sensor -= input.offset;
   const std::vector<Eigen::Vector3f> positions = toFloat(input.table.positions, input.offset);
-  input.table.positions = {};
+  input.table.positions = std::vector<Eigen::Vector3d>(); // {} would keep their memory
   std::vector<Eigen::Vector3f> normals = std::move(input.table.normals);
   const NormalSource source = options.normals.source;
   if (source == NormalSource::estimate)
-    normals = {};
+    normals = std::vector<Eigen::Vector3f>();
   const bool normalsNeeded = source == NormalSource::automatic || source == NormalSource::use;
   pcl::mrf::PointSet points =
       pcl::mrf::gather(positions, normals, input.confidences, input.views, sensors, normalsNeeded, counts, execution);

@@ -228,9 +228,9 @@ void MRFReconstruction<PointNT>::gatherAndRun()
     sensors.push_back(*origin);
   mrf::PointSet points = mrf::gather(positions, normals, confidences, views, sensors, normalsNeeded, counts, execution);
   points.hasSensorOrigin = sensors.size() > sensors_.size();
-  // Millions of points need the room.
-  positions = {};
-  normals = {};
+  // Millions of points need the room; {} would keep it.
+  positions = std::vector<Eigen::Vector3f>();
+  normals = std::vector<Eigen::Vector3f>();
   std::unique_ptr<mrf::NeighbourSearch> search;
   if (tree_)
     search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_);
@@ -296,7 +296,7 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
     mrf::Report report = std::move(result_.report);
     result_ = mrf::Reconstruction();
     result_.report = std::move(report);
-    attributes_ = {};
+    attributes_ = decltype(attributes_)();
     mrf::setFailure(error, result_.report);
     try {
       clear();

@@ -9,8 +9,10 @@
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/prior.h>
 #include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace pcl {
@@ -19,7 +21,7 @@ namespace mrf {
 /// The finest voxels beside the sampling: each step down costs about 2.5 times the time and memory.
 enum class Quality {
   draft,  ///< h = 3 l̄
-  normal, ///< as fine as the data carry: h = 2 l̄ or coarser, see chooseResolution
+  normal, ///< as fine as the data carry: h = 2 l̄ or coarser, see HoldOut
   fine    ///< h = 1.5 l̄
 };
 
@@ -82,17 +84,24 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double 
 int affordableThreads(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options,
                       int threads);
 
+/// Selects what is worth refining of a coarser level's zero level, which tells where the finer ones' will be.
+/// \param voxelSize of that level, cloud's unit \return the part of the mesh
+using SurfaceFilter = std::function<TriangleMesh(TriangleMesh zeroLevel, float voxelSize)>;
+
 /// Regularises the observed distances, coarse to fine.
 ///
 /// Each level starts from the tensor-cubic interpolation of the coarser one.
 /// \param search holds points.positions \param spacing l̄, cloud's unit
 /// \param volume that the field covers, with the padding around it; contains the points
+/// \param wanted asked about the zero level of the first band and of those after it, but for the last two: what it
+/// drops the finer levels leave out, unless it is observed. Without it all is solved.
 /// \throw InvalidInput if nothing is observed; SolverFailure; Cancelled
 /// \throw ResourceLimit if the levels would take more memory than the limit, as the box or the surface in it foretells,
 /// or if the surface would take millions of voxels that are out of proportion to the points: thousands of each
 MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
                             const BoundingBox& volume, const ObservationOptions& observation, const PriorOptions& prior,
-                            const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution);
+                            const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution,
+                            const SurfaceFilter& wanted = {});
 
 } // namespace mrf
 } // namespace pcl

@@ -8,6 +8,7 @@
 #include <pcl/surface/mrf/prior.h>
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace pcl {
@@ -34,34 +35,6 @@ double shortestSmoothing(double spacing);
 /// The exponent is that of the balance between τ ∝ ℓ^(2k−1) and σ² for k = 3; the factor is measured.
 double smoothingForNoise(double noise, double spacing);
 
-/// Chooses ℓ by leaving points out.
-///
-/// Every tenth point is left out of up to 32 cubes of 24 voxels, spread over the cloud; in each, the field is solved at
-/// the finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at the points left out. Lengths are
-/// tried in steps of √2 from .5 l̄ to 4 l̄: first the one that the noise asks for, as it is seen at a long ℓ, then longer
-/// ones until the score rises, then shorter ones until it has risen by 1 %. The choice is the minimum of the parabola
-/// through the best three, or the length that the noise found there asks for, if that is longer. Not from the short
-/// end, because noise makes the shortest ℓ flatten the field, which scores well by accident. Where 8 cubes see no noise
-/// at .5 l̄, and .71 l̄ does not do much better, the scan is clean and that is all; 3 cubes are enough where that is
-/// plain. Distances to the mesh would not do as the score: a bumpy surface is close to everything.
-///
-/// \param spacing l̄, cloud's unit, > 0 \param voxelSize h of the finest level, cloud's unit, > 0
-/// The cost does not grow with the cloud, but for one pass over its positions. The result does not depend on the number
-/// of threads.
-SmoothingChoice chooseSmoothing(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
-                                const ObservationOptions& observation, Execution& execution);
-
-/// Chooses the weight of the normals, g²/ℓ², for the noise (ours): .4 or 4.
-///
-/// A filling leans on the normals at its rim, so discs that are left out, of 6 l̄ around the cubes' centres, tell what
-/// they are worth. 4 is chosen where it brings discs nearer by 8 % and scattered points no farther, on clouds with
-/// noise of .2 l̄ and more. On clean ones the positions are worth more: 4 makes the surface's distance from the points
-/// a third larger, on three head scans.
-/// \param smoothing ℓ, \param noise as chooseSmoothing gives them, cloud's unit
-/// Cost: as chooseSmoothing's. The result does not depend on the number of threads.
-float chooseGradientWeight(const OrientedPoints& points, float spacing, double voxelSize, double smoothing,
-                           double noise, Prior prior, const ObservationOptions& observation, Execution& execution);
-
 /// What points that a field has not seen say about a voxel size.
 struct ResolutionScore {
   double voxelSize = 0; ///< h, cloud's unit
@@ -74,18 +47,59 @@ struct ResolutionChoice {
   std::int64_t heldOut = 0;           ///< points that were scored
 };
 
-/// Chooses the voxel size: as fine as the data carry (ours).
+/// What is left to the data: chosen by leaving points out (ours).
 ///
-/// Oversampled and noisy clouds have more points than surface to tell of. The same points as for ℓ are left out, and
-/// scored on voxels of h, √2 h, 2 h and 2.8 h, all at the same places; the coarsest is chosen whose mean distance is
-/// within 1 % of the finest one's, or below .04 l̄, beneath which nobody sees it. Most of a noisy cloud's distance is
-/// the noise, hence so little.
+/// In up to 32 cubes of 24 voxels, spread over the cloud, some points are left out; the field is solved in each at the
+/// finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at those points. Distances to the mesh
+/// would not do as the score: a bumpy surface is close to everything. Alternatives are scored at the same points: what
+/// makes 8 or 16 cubes worse by 2.5 times the deviation between them is given up without asking the others. Nothing is
+/// solved twice if one object makes all choices.
 ///
-/// \param finest h to start from, \param smoothing ℓ, cloud's unit, > 0
-/// The cost does not grow with the cloud, but for one pass over its positions. The result does not depend on the number
+/// The cost does not grow with the cloud, but for one pass over its positions. The results do not depend on the number
 /// of threads.
-ResolutionChoice chooseResolution(const OrientedPoints& points, float spacing, double finest, double smoothing,
-                                  Prior prior, const ObservationOptions& observation, Execution& execution);
+class HoldOut {
+public:
+  /// \param points must outlive the object, as the execution must \param spacing l̄, cloud's unit, > 0
+  /// \param voxelSize h of the finest level, cloud's unit, > 0
+  /// \param observation its weight of the normals is used in choosing ℓ
+  HoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
+          const ObservationOptions& observation, Execution& execution);
+  ~HoldOut();
+  HoldOut(const HoldOut&) = delete;
+  HoldOut& operator=(const HoldOut&) = delete;
+
+  /// Chooses ℓ: every tenth point is left out.
+  ///
+  /// Lengths are tried in steps of √2 from .5 l̄ to 4 l̄: first the one that the noise asks for, as it is seen at a long
+  /// ℓ, then longer ones until the score rises, then shorter ones until it has risen by 1 %. The choice is the minimum
+  /// of the parabola through the best three, or the length that the noise found there asks for, if that is longer. Not
+  /// from the short end, because noise makes the shortest ℓ flatten the field, which scores well by accident. Where 8
+  /// cubes see no noise at .5 l̄, and .71 l̄ does not do much better, the scan is clean and that is all; 3 cubes are
+  /// enough where that is plain.
+  SmoothingChoice chooseSmoothing();
+
+  /// Chooses the weight of the normals, g²/ℓ², for the noise: .4 or 4.
+  ///
+  /// A filling leans on the normals at its rim, so discs that are left out, of 6 l̄ around the cubes' centres, tell what
+  /// they are worth. 4 is chosen where it brings discs nearer by 8 % and scattered points no farther, on clouds with
+  /// noise of .2 l̄ and more. On clean ones the positions are worth more: 4 makes the surface's distance from the points
+  /// a third larger, on three head scans.
+  /// \param smoothing ℓ, \param noise as chooseSmoothing gives them, cloud's unit
+  float chooseGradientWeight(double smoothing, double noise);
+
+  /// Chooses the voxel size: as fine as the data carry.
+  ///
+  /// Oversampled and noisy clouds have more points than surface to tell of. The same points as for ℓ are left out, and
+  /// scored on voxels of h, √2 h, 2 h and 2.8 h, all at the same places; the coarsest is chosen whose mean distance is
+  /// within 1 % of the finest one's, or below .04 l̄, beneath which nobody sees it. Most of a noisy cloud's distance is
+  /// the noise, hence so little.
+  /// \param smoothing ℓ, cloud's unit, > 0 \param noise as chooseSmoothing gives it, or 0, cloud's unit
+  ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise);
+
+private:
+  class Judgement;
+  std::unique_ptr<Judgement> judgement_;
+};
 
 } // namespace mrf
 } // namespace pcl
