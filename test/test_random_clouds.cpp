@@ -216,7 +216,7 @@ void setLimits()
   setrlimit(RLIMIT_CORE, &core);
   if (!isSanitized)
     setrlimit(RLIMIT_AS, &memory);
-  alarm(10 * secondsLimit); // for what waits without working
+  alarm(20 * secondsLimit); // for what waits without working, on a busy machine
 }
 
 Outcome runInChild(std::uint64_t seed)
