@@ -484,8 +484,8 @@ SurfaceFilter trimmedGenerously(const Piece& piece, const Options& options, Trim
   trimming.minComponentShare = 0;
   return [&piece, &options, trimming, diagonal, spacing, &execution](TriangleMesh mesh, float voxelSize) {
     const float reach = std::max(options.observation.maxDistance, 1.5f * voxelSize);
-    setConfidences(mesh, *piece.points, *piece.search, reach, options.observation.confidenceShape, execution,
-                   options.unit == LengthUnit::density ? spacing : 0);
+    const Support support(*piece.points, *piece.search, reach, options.unit == LengthUnit::density ? spacing : 0);
+    setConfidences(mesh, support, options.observation.confidenceShape, execution);
     if (std::all_of(mesh.confidences.begin(), mesh.confidences.end(), [](float value) { return value > 0; }))
       return mesh;
     return trim(std::move(mesh), *piece.points, *piece.search, diagonal, trimming, execution).mesh;
