@@ -57,8 +57,10 @@ public:
     band_ = &band;
     planes_ = planes;
     const std::size_t needed = band.windowCount() * static_cast<std::size_t>(planes);
-    if (values_.size() < needed)
+    if (values_.size() < needed) {
+      values_ = std::vector<float>(); // growing keeps up to twice as much, and both while it copies
       values_.resize(needed, 0);
+    }
     held_.assign(static_cast<std::size_t>(planes), none);
   }
 
@@ -313,8 +315,10 @@ void GridSolver::runSlab(const Sweep& sweep, const Band& support, const Band* co
   }
   const std::size_t largest = static_cast<std::size_t>(unknowns.largestPlane());
   if (steps > 0 || fromZero)
-    if (workspace.directions.size() < largest * static_cast<std::size_t>(ring))
-      workspace.directions = PackedValues(largest * static_cast<std::size_t>(ring)); // most of it is never touched
+    if (workspace.directions.size() < largest * static_cast<std::size_t>(ring)) {
+      workspace.directions = PackedValues();
+      workspace.directions.resize(largest * static_cast<std::size_t>(ring)); // most of it is never touched
+    }
   const auto direction = [&](int z) {
     return workspace.directions.data() + largest * static_cast<std::size_t>((z + 1000 * ring) % ring);
   };

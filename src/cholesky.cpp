@@ -1,6 +1,7 @@
 #include "cholesky.h"
 
 #include "linear_system.h"
+#include "uninitialised.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -88,7 +89,7 @@ private:
   std::vector<std::int32_t> nodeOf_;  ///< by places
   std::vector<Supernode> nodes_;      ///< in the order of elimination
   std::vector<std::int32_t> rows_;    ///< of all supernodes: places, ascending
-  std::vector<double> values_;        ///< of all supernodes: rows × columns, by columns
+  std::vector<double, UninitialisedAllocator<double>> values_; ///< of all supernodes: rows × columns, by columns
   std::vector<std::int32_t> rowAt_;   ///< by places: row of the supernode at work
 };
 
@@ -117,7 +118,7 @@ Factor::Factor(const GridSize& size, const Coupling& coupling)
     nodes_.push_back(node);
   });
   rows_.reserve(static_cast<std::size_t>(rows));
-  values_.assign(static_cast<std::size_t>(values), 0);
+  values_.resize(static_cast<std::size_t>(values));
   std::size_t at = 0;
   dissect(size, coupling, [&](const Front& front) {
     const Supernode& node = nodes_[at++];
@@ -138,6 +139,12 @@ void Factor::assemble(const LinearSystem<Real>& system, Execution& execution)
   PriorOperator<double> prior{size_, system.prior.prior, {}};
   prior.voxelWeights.assign(system.prior.voxelWeights.begin(), system.prior.voxelWeights.end());
   const std::size_t count = placeOf_.size();
+  // Gigabytes are cleared in pieces: the system takes its time to hand them out.
+  constexpr std::size_t piece = std::size_t{1} << 24;
+  for (std::size_t first = 0; first < values_.size(); first += piece) {
+    std::fill_n(values_.begin() + static_cast<std::ptrdiff_t>(first), std::min(piece, values_.size() - first), 0.);
+    execution.poll();
+  }
   std::vector<double> ones(count, 0), priorProduct(count);
   std::vector<Real> dataOnes(count, 0), dataProduct(count);
   const int period = 2 * reach_ + 1;

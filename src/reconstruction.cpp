@@ -504,6 +504,7 @@ DistanceField regularise(const std::vector<Piece>& pieces, const Options& option
         regularise(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
                    options.prior, options.solver, options.multiscale, execution,
                    trimmedGenerously(piece, options, trimming, diagonal, report.density.spacing, execution));
+    report.predictedBytes = std::max(report.predictedBytes, result.predictedBytes);
     if (fields.empty())
       report.levels = std::move(result.levels);
     else

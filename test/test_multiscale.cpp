@@ -24,6 +24,13 @@ BoundingBox box(const Eigen::Vector3f& lower, const Eigen::Vector3f& upper)
   return result;
 }
 
+Workload ofArea(double area)
+{
+  Workload workload;
+  workload.area = area;
+  return workload;
+}
+
 MultiscaleResult regularisePoints(const PointSet& points, float spacing, const PriorOptions& prior = {},
                                   const MultiscaleOptions& options = {}, const SolverOptions& solver = {},
                                   int threads = 1, const ObservationOptions& observation = {})
@@ -50,7 +57,7 @@ TEST(PlanLevels, AreNestedAndPadded)
 {
   const BoundingBox object = box({-1, -2, .5f}, {3, 1, 9});
   MultiscaleOptions options;
-  const auto levels = planLevels(object, .05f, 1, options);
+  const auto levels = planLevels(object, .05f, ofArea(1), options);
   ASSERT_GT(levels.size(), 3u);
   for (std::size_t l = 0; l < levels.size(); ++l) {
     const Lattice& level = levels[l];
@@ -83,7 +90,7 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
   options.maxMemory = std::size_t{64} << 20;
   std::string message;
   try {
-    planLevels(object, .002f, 1, options);
+    planLevels(object, .002f, ofArea(1), options);
   } catch (const ResourceLimit& error) {
     message = error.message();
   }
@@ -91,7 +98,7 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
   ASSERT_NE(message.find(phrase), std::string::npos) << message;
   const float fitting = std::stof(message.substr(message.find(phrase) + phrase.size()));
   EXPECT_GT(fitting, .002f);
-  EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, 1, options));
+  EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, ofArea(1), options));
 }
 
 TEST(PlanLevels, AsManyThreadsSweepAsFit)
@@ -99,7 +106,7 @@ TEST(PlanLevels, AsManyThreadsSweepAsFit)
   const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
   MultiscaleOptions options;
   options.maxMemory = std::size_t{4} << 30;
-  const auto threads = [&](int wanted) { return affordableThreads(object, .001f, 6, options, wanted); };
+  const auto threads = [&](int wanted) { return affordableThreads(object, .001f, ofArea(6), options, wanted); };
   EXPECT_EQ(threads(2), 2);
   const int most = threads(1000);
   EXPECT_GT(most, 2);
@@ -141,17 +148,17 @@ TEST(PlanLevels, MemoryFollowsTheSurfaceOfTerrainsAndCorridors)
     options.maxMemory = static_cast<std::size_t>(1.05 * 285 * area);
     for (const Eigen::Vector3f& turned :
          {sides, Eigen::Vector3f(sides[1], sides[2], sides[0]), Eigen::Vector3f(sides[2], sides[0], sides[1])}) {
-      EXPECT_NO_THROW(planLevels(box({0, 0, 0}, turned), 1, area, options)) << turned.transpose();
-      EXPECT_EQ(affordableThreads(box({0, 0, 0}, turned), 1, area, options, 2), 2);
+      EXPECT_NO_THROW(planLevels(box({0, 0, 0}, turned), 1, ofArea(area), options)) << turned.transpose();
+      EXPECT_EQ(affordableThreads(box({0, 0, 0}, turned), 1, ofArea(area), options, 2), 2);
     }
   }
-  EXPECT_THROW(planLevels(box({0, 0, 0}, {3e6f, 1, 1}), 1, 100, options), ResourceLimit) << "too long to be counted";
+  EXPECT_THROW(planLevels(box({0, 0, 0}, {3e6f, 1, 1}), 1, ofArea(100), options), ResourceLimit) << "too long to be counted";
 }
 
 TEST(PlanLevels, ChecksItsOptions)
 {
   const auto refuses = [](const MultiscaleOptions& options) {
-    EXPECT_THROW(planLevels(box({0, 0, 0}, {1, 1, 1}), .1f, 1, options), InvalidOption);
+    EXPECT_THROW(planLevels(box({0, 0, 0}, {1, 1, 1}), .1f, ofArea(1), options), InvalidOption);
   };
   MultiscaleOptions options;
   options.padding = 1;
