@@ -63,8 +63,7 @@ private:
   Block block(const Supernode& node, std::int32_t row, std::int32_t column, std::int32_t rows, std::int32_t columns)
   {
     const auto stride = static_cast<std::ptrdiff_t>(node.rows);
-    return Block(values_.data() + node.valuesAt + row + stride * column, rows, columns,
-                 Eigen::OuterStride<>(stride));
+    return Block(values_.data() + node.valuesAt + row + stride * column, rows, columns, Eigen::OuterStride<>(stride));
   }
   /// Rows of a supernode, of all its columns; a const object, as Eigen's triangular views want it.
   const ConstBlock rowsFrom(const Supernode& node, std::int32_t row, std::int32_t rows) const
@@ -85,17 +84,17 @@ private:
 
   GridSize size_;
   int reach_;
-  std::vector<std::int32_t> placeOf_; ///< by voxels
-  std::vector<std::int32_t> nodeOf_;  ///< by places
-  std::vector<Supernode> nodes_;      ///< in the order of elimination
-  std::vector<std::int32_t> rows_;    ///< of all supernodes: places, ascending
+  std::vector<std::int32_t> placeOf_;                          ///< by voxels
+  std::vector<std::int32_t> nodeOf_;                           ///< by places
+  std::vector<Supernode> nodes_;                               ///< in the order of elimination
+  std::vector<std::int32_t> rows_;                             ///< of all supernodes: places, ascending
   std::vector<double, UninitialisedAllocator<double>> values_; ///< of all supernodes: rows × columns, by columns
-  std::vector<std::int32_t> rowAt_;   ///< by places: row of the supernode at work
+  std::vector<std::int32_t> rowAt_;                            ///< by places: row of the supernode at work
 };
 
 Factor::Factor(const GridSize& size, const Coupling& coupling)
-    : size_(size), reach_(coupling.steps), placeOf_(static_cast<std::size_t>(size.count())),
-      nodeOf_(placeOf_.size()), rowAt_(placeOf_.size())
+    : size_(size), reach_(coupling.steps), placeOf_(static_cast<std::size_t>(size.count())), nodeOf_(placeOf_.size()),
+      rowAt_(placeOf_.size())
 {
   std::int32_t place = 0;
   std::int64_t rows = 0, values = 0;
@@ -208,8 +207,8 @@ void Factor::update(const Supernode& node, const std::vector<Descendant>& descen
     if (from == to)
       continue;
     Eigen::Map<Eigen::MatrixXd> part(product.data(), to - from, last - first);
-    part.noalias() =
-        block(other, from, 0, to - from, other.columns) * block(other, first, 0, last - first, other.columns).transpose();
+    part.noalias() = block(other, from, 0, to - from, other.columns) *
+                     block(other, first, 0, last - first, other.columns).transpose();
     const std::int32_t* places = rowsOf(other);
     for (std::int32_t j = first; j < last; ++j) {
       double* const out = target.col(places[j] - node.first - column).data() - row;
@@ -229,8 +228,8 @@ void Factor::factorise(const Supernode& node, const std::vector<Descendant>& des
     const std::int32_t columns = std::min(panelColumns, node.columns - column), below = column + columns;
     const auto forTasks = [&](std::int32_t firstRow, double perTask, const auto& body) {
       const std::int64_t tasks = (node.rows - firstRow + taskRows - 1) / taskRows;
-      const auto batch = static_cast<std::int64_t>(
-          execution.threads() * std::max(1., std::min(flopsPerPoll / perTask, 1e6)));
+      const auto batch =
+          static_cast<std::int64_t>(execution.threads() * std::max(1., std::min(flopsPerPoll / perTask, 1e6)));
       for (std::int64_t first = 0; first < tasks; first += batch) {
         execution.forRange(std::min(batch, tasks - first), 1, [&](std::int64_t task, std::int64_t) {
           const auto row = static_cast<std::int32_t>(firstRow + taskRows * (first + task));
@@ -330,20 +329,25 @@ FactorCost choleskyCost(const GridSize& size, Prior prior, bool pointwise)
   return factorCost(size, couplingOf(prior, pointwise));
 }
 
+void requireFactorFits(const GridSize& size, Prior prior, bool pointwise, const SolverOptions& options)
+{
+  const double bytes = choleskyCost(size, prior, pointwise).bytes;
+  if (bytes > static_cast<double>(options.maxFactorBytes) || size.count() > std::numeric_limits<std::int32_t>::max()) {
+    std::ostringstream message;
+    message << "cholesky: the factor of " << size.count() << " unknowns would take " << std::ceil(bytes / (1 << 20))
+            << " MiB, more than maxFactorBytes (" << (options.maxFactorBytes >> 20)
+            << " MiB); use the solver multigrid or larger voxels, or raise the limit";
+    throw ResourceLimit(message.str());
+  }
+}
+
 template <typename Real>
 SolveReport solveCholesky(const LinearSystem<Real>& system, const SolverOptions& options, std::vector<Real>& d,
                           Execution& execution)
 {
   const GridSize size = system.size();
   const bool pointwise = !system.data->isDiagonal();
-  const double bytes = choleskyCost(size, system.prior.prior, pointwise).bytes;
-  if (bytes > static_cast<double>(options.maxFactorBytes) || size.count() > std::numeric_limits<std::int32_t>::max()) {
-    std::ostringstream message;
-    message << "cholesky: the factor of " << size.count() << " unknowns would take " << std::ceil(bytes / (1 << 20))
-            << " MiB, more than maxFactorBytes (" << (options.maxFactorBytes >> 20)
-            << " MiB); use the solver multigrid, or raise the limit";
-    throw ResourceLimit(message.str());
-  }
+  requireFactorFits(size, system.prior.prior, pointwise, options);
   Factor factor(size, couplingOf(system.prior.prior, pointwise));
   factor.assemble(system, execution);
   factor.factorise(execution);

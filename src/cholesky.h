@@ -13,6 +13,9 @@ namespace mrf {
 /// \param pointwise the data couple the voxels of a cell, as observations at points do
 FactorCost choleskyCost(const GridSize& size, Prior prior, bool pointwise);
 
+/// \throw ResourceLimit if the factor would exceed SolverOptions::maxFactorBytes
+void requireFactorFits(const GridSize& size, Prior prior, bool pointwise, const SolverOptions& options);
+
 /// Bytes per voxel besides the factor: places, the right-hand side, and vectors to find the entries with.
 constexpr double choleskyBytesPerVoxel = 36;
 

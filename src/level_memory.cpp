@@ -1,5 +1,6 @@
 #include "level_memory.h"
 
+#include "band_solver.h"
 #include "cholesky.h"
 #include "multigrid.h"
 
@@ -13,16 +14,25 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Peak bytes of a band, per face of a voxel that the surface covers, and per voxel of a plane for the windows of each
-/// thread. With the points and what was made of them before: the peaks of 1, 3 and 30 million points on two threads,
-/// and of 3 million on one, came within a tenth.
-constexpr double bytesPerFace = 285, bytesPerWindowVoxel = 250;
+/// Peak bytes of a band per face of a voxel that the surface covers, besides what follows. With it the prediction came
+/// within 4 % of what spheres of 1, 2, 4 and 8 points per face took, 10⁵ to 3·10⁶ points on one thread and on two.
+constexpr double bytesPerFace = 357;
 
-/// The dense levels beneath the bands, per voxel that they may have: a level's own and its coarser ones'.
-constexpr double bytesPerDenseVoxel = 72;
+/// The first two bands take several steps, which keeps a direction, with more coarse grids.
+constexpr double moreBytesPerFace = 50;
+constexpr int bandsOfSeveralSteps = 2;
+
+/// Voxels of a band per face.
+constexpr double unknownsPerFace = 7.7;
+
+/// Of the last dense level while bands are solved.
+constexpr double bytesPerBackground = 8;
 
 /// Of each band one entry per row of the box; about ten bands exist at a time.
 constexpr double bytesPerRow = 40;
+
+/// Bytes per observed voxel of a band: the observation, packed weights and targets of all grids, confidences.
+constexpr double bytesPerObservedInBand = 53;
 
 /// Voxels along an axis: positions are counted in voxels in single precision, to a sixteenth.
 constexpr double mostVoxelsAlongAxis = 1 << 20;
@@ -47,9 +57,9 @@ double count(const GridSize& size)
 
 /// What points or observed voxels take on a level.
 struct DataBytes {
-  double samples = 0;  ///< kept for all levels
-  double system = 0;   ///< beside the arrays of one value per voxel
-  double coarse = 0;   ///< of the same on the coarser grids of a solver
+  double samples = 0; ///< kept for all levels
+  double system = 0;  ///< beside the arrays of one value per voxel
+  double coarse = 0;  ///< of the same on the coarser grids of a solver
 };
 
 DataBytes dataBytes(const GridSize& size, double side, const Workload& workload)
@@ -60,7 +70,8 @@ DataBytes dataBytes(const GridSize& size, double side, const Workload& workload)
     return {bytesPerObserved * observed, 0, 0};
   }
   const auto occupied = [&](double surface) {
-    return occupiedPerFace * surface * (1 - std::exp(-occupiedPerPoint * workload.points / (occupiedPerFace * surface)));
+    return occupiedPerFace * surface *
+           (1 - std::exp(-occupiedPerPoint * workload.points / (occupiedPerFace * surface)));
   };
   const double samples = sizeof(PointSample) * workload.points;
   if (!(faces > 0))
@@ -91,13 +102,25 @@ double denseBytes(const GridSize& size, double side, const Workload& workload, b
   if (factorises)
     solver = choleskyCost(size, prior, pointwise).bytes + choleskyBytesPerVoxel * count(size);
   if (workload.solver.method == SolverMethod::multigrid)
-    solver = std::max(solver, data.coarse + 2 * sizeof(float) * count(size) +
-                                  MultigridPreconditioner<float>::predictedBytes(
-                                      size, prior, weighted, pointwise, smootherDegree(workload.solver, prior),
-                                      threads));
+    solver =
+        std::max(solver, data.coarse + 2 * sizeof(float) * count(size) +
+                             MultigridPreconditioner<float>::predictedBytes(
+                                 size, prior, weighted, pointwise, smootherDegree(workload.solver, prior), threads));
   else // the product, the diagonal and one more; the residual, the direction and its product
     solver = std::max(solver, 3 * sizeof(float) * count(size));
   return system + solver;
+}
+
+/// Peak bytes while the finest level is solved in a band. \param bands up to it
+double bandBytes(const GridSize& lattice, double side, const Workload& workload, int bands, int threads)
+{
+  const GridSize size = bandAxes(lattice).toStored(lattice);
+  const double faces = workload.area / (side * side), unknowns = unknownsPerFace * faces;
+  const double data = workload.reach > 0 ? bytesPerObservedInBand * 2 * workload.reach / side * faces
+                                         : sizeof(PointSample) * workload.points;
+  const double perFace = bytesPerFace + (bands <= bandsOfSeveralSteps ? moreBytesPerFace : 0);
+  return data + perFace * faces + bytesPerRow * size.y * size.z +
+         bandWindowBytes(bandSize(size), unknowns, workload.prior.prior, workload.solver, threads);
 }
 
 GridSize wholeVoxels(const Eigen::Array3d& voxels)
@@ -108,8 +131,10 @@ GridSize wholeVoxels(const Eigen::Array3d& voxels)
 
 } // namespace
 
-/// The bytes per face, shared out to the voxels of a band: 7.5 per face.
-const double bytesPerUnknown = bytesPerFace / 7.5;
+double bytesPerUnknown()
+{
+  return bytesPerFace / unknownsPerFace;
+}
 
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
                       int threads)
@@ -119,24 +144,21 @@ double predictedBytes(const BoundingBox& box, double side, const Workload& workl
   constexpr double infinite = std::numeric_limits<double>::infinity();
   if (!(voxels.maxCoeff() <= mostVoxelsAlongAxis))
     return infinite;
+  // Factors grow with voxels to the power of 4/3: what is beyond any memory is not worth being dissected.
+  if (workload.solver.method == SolverMethod::cholesky && voxels.prod() > mostVoxelsOfFactor)
+    return infinite;
   GridSize size = wholeVoxels(voxels);
-  if (voxels.prod() > static_cast<double>(options.denseVoxels)) {
-    const Eigen::Array3d stored = bandAxes(size).toStored(voxels);
-    const double windows = bytesPerWindowVoxel * threads * stored.x() * stored.y(),
-                 rows = bytesPerRow * stored.y() * stored.z();
-    return bytesPerDenseVoxel * static_cast<double>(options.denseVoxels) + windows + rows +
-           workload.area / (side * side) * bytesPerFace;
-  }
-  double most = 0;
-  for (double voxelSide = side;; voxelSide *= 2) {
-    const bool isCoarsest = std::max({size.x, size.y, size.z}) <= options.coarsestSide;
-    // Factors grow with voxels to the power of 4/3: what is beyond any memory is not worth being dissected.
-    if (workload.solver.method == SolverMethod::cholesky && count(size) > mostVoxelsOfFactor)
-      return infinite;
-    most = std::max(most, denseBytes(size, voxelSide, workload, isCoarsest, threads));
-    if (isCoarsest)
-      return most;
+  const GridSize finest = size;
+  const auto isCoarsest = [&] { return std::max({size.x, size.y, size.z}) <= options.coarsestSide; };
+  double voxelSide = side;
+  int bands = 0;
+  for (; !isCoarsest() && size.count() > options.denseVoxels; ++bands, voxelSide *= 2)
     size = size.coarsened();
+  double most = bands == 0 ? 0 : bandBytes(finest, side, workload, bands, threads) + bytesPerBackground * count(size);
+  for (;; voxelSide *= 2, size = size.coarsened()) {
+    most = std::max(most, denseBytes(size, voxelSide, workload, isCoarsest(), threads));
+    if (isCoarsest())
+      return most;
   }
 }
 

@@ -7,14 +7,15 @@
 namespace pcl {
 namespace mrf {
 
-/// Bytes of a level in a band per unknown, with what the finest level's share of all that the run holds comes to.
-extern const double bytesPerUnknown;
+/// Peak bytes of a level in a band per unknown.
+double bytesPerUnknown();
 
 /// Area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
 constexpr double areaPerPoint = 4;
 
-/// Peak bytes of solving a box with voxels of this side at the finest level; infinite if it has too many voxels to be
-/// counted. Parameters as for planLevels; the options' denseVoxels decide between dense levels and bands.
+/// Peak bytes of solving a box with voxels of this side at the finest level, beside what is held before; infinite if it
+/// has too many voxels to be counted. Parameters as for planLevels; the options' denseVoxels decide between dense
+/// levels and bands.
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
                       int threads);
 

@@ -5,6 +5,7 @@
 
 #include "band_level.h"
 #include "banded_distances.h"
+#include "cholesky.h"
 #include "interpolation.h"
 #include "level_memory.h"
 #include "memory.h"
@@ -155,7 +156,7 @@ void checkMemory(const BoundingBox& box, float voxelSize, const Workload& worklo
 /// \throw ResourceLimit if they take more memory than the limit, or are out of proportion to the points
 void checkSurface(double unknowns, std::size_t points, double voxelSize, const MultiscaleOptions& options)
 {
-  const double affordable = memoryLimit(options) / bytesPerUnknown,
+  const double affordable = memoryLimit(options) / bytesPerUnknown(),
                sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
   if (unknowns <= std::min(affordable, sound))
     return;
@@ -163,8 +164,8 @@ void checkSurface(double unknowns, std::size_t points, double voxelSize, const M
   text.precision(3);
   text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
   if (affordable < sound)
-    text << ", " << unknowns * bytesPerUnknown / (1 << 30) << " GiB, the limit is " << memoryLimit(options) / (1 << 30)
-         << " GiB";
+    text << ", " << unknowns * bytesPerUnknown() / (1 << 30) << " GiB, the limit is "
+         << memoryLimit(options) / (1 << 30) << " GiB";
   else
     text << " through " << points << " points, which say nothing about most of it";
   // Faces grow with the square of the voxel size; a tenth more for what coarser levels see otherwise.
@@ -510,6 +511,11 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
     voxels.upper = halved(voxels.upper).ceil().cast<int>();
   }
   std::reverse(levels.begin(), levels.end());
+  requireCountable(bandSize(bandAxes(levels.back().size).toStored(levels.back().size)));
+  const SolverOptions& solver = workload.solver;
+  if (solver.method == SolverMethod::cholesky || solver.choleskyOnCoarsest)
+    requireFactorFits((solver.method == SolverMethod::cholesky ? levels.back() : levels.front()).size,
+                      workload.prior.prior, workload.reach == 0, solver);
   return levels;
 }
 

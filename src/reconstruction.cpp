@@ -541,6 +541,7 @@ PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector
                 const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts,
                 Execution& execution)
 {
+  requireCountable(positions.size());
   counts = PointCounts();
   counts.input = static_cast<std::int64_t>(positions.size());
   std::vector<std::uint8_t> keep = flags(positions.size());

@@ -84,8 +84,8 @@ struct Workload {
   SolverOptions solver;
 };
 
-/// Bytes that the levels are going to take at their peak: in bands with the points and what was made of them before, in
-/// dense levels (few voxels, or a solver or an energy that bands do not have) beside what is held before.
+/// Bytes that the levels are going to take at their peak, beside what is held before them. Solvers and energies that
+/// bands do not have make every level dense.
 /// \param box, voxelSize, workload as for planLevels
 double predictedMemory(const BoundingBox& box, float voxelSize, const Workload& workload,
                        const MultiscaleOptions& options, int threads);
