@@ -3,11 +3,14 @@
 #include "disjoint_points.h"
 #include "multiversioning.h"
 
+#include <pcl/surface/mrf/exceptions.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <limits>
-#include <stdexcept>
+#include <sstream>
 
 namespace pcl {
 namespace mrf {
@@ -16,6 +19,9 @@ namespace {
 /// Runs are lengthened to multiples of this many voxels, which one vector holds. (Half of it saves 3 % of the memory
 /// and no time, and leaves two in three scans' holes 1 to 6 % worse.)
 constexpr int runUnit = 8;
+
+/// Of the numbers that rows and runs have.
+constexpr std::uint32_t mostNumbers = std::numeric_limits<std::uint32_t>::max();
 
 /// Planes per piece of parallel work.
 constexpr int grainPlanes = 8;
@@ -57,6 +63,21 @@ void growInStrides(int steps, const Grow& grow)
 }
 
 } // namespace
+
+void requireCountable(const GridSize& size)
+{
+  const double window = static_cast<double>(size.x + 2. * windowMargin) * (size.y + 2.),
+               rows = static_cast<double>(size.y) * size.z;
+  const double excess = std::max(window / std::numeric_limits<std::int32_t>::max(), rows / mostNumbers);
+  if (excess <= 1)
+    return;
+  std::ostringstream text;
+  text.precision(2);
+  text << "a grid of " << size.x << " x " << size.y << " x " << size.z
+       << " voxels has planes or rows that 32-bit numbers cannot count; choose voxels " << 1.01 * std::sqrt(excess)
+       << " times as large";
+  throw ResourceLimit(text.str());
+}
 
 void MaskPlane::setRange(int begin, int end, int y)
 {
@@ -227,8 +248,7 @@ void Band::build(GridSize size, const std::function<Fill()>& makeFill, int round
 {
   size_ = size;
   const auto rows = static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
-  if (rows > 0xffffffffu)
-    throw std::length_error("Band: too many rows");
+  requireCountable(size);
   std::vector<std::vector<Run>> planes(static_cast<std::size_t>(size.z));
   std::vector<std::uint32_t> runsInRow(rows, 0);
   planeFirst_.assign(static_cast<std::size_t>(size.z) + 1, 0);
@@ -274,6 +294,9 @@ void Band::build(GridSize size, const std::function<Fill()>& makeFill, int round
     largestPlane_ = std::max(largestPlane_, planeFirst_[z + 1]);
     planeFirst_[z + 1] += planeFirst_[z];
   }
+  if (total > mostNumbers)
+    throw ResourceLimit("a band of " + std::to_string(planeFirst_.back()) + " voxels has " + std::to_string(total) +
+                        " runs, more than 32-bit numbers count; choose a larger voxel size");
   runs_.reserve(total);
   for (std::vector<Run>& plane : planes) {
     runs_.insert(runs_.end(), plane.begin(), plane.end());

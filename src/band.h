@@ -20,6 +20,12 @@
 namespace pcl {
 namespace mrf {
 
+/// Voxels beside the rows of windows.
+constexpr int windowMargin = 8;
+
+/// \throw ResourceLimit if 32-bit numbers cannot count the voxels of a window plane of this grid, or its rows
+void requireCountable(const GridSize& size);
+
 /// Bits of one plane of voxels, 64 along x per word.
 class MaskPlane {
 public:
@@ -113,6 +119,7 @@ public:
   Band() = default;
 
   /// \param fill called concurrently
+  /// \throw ResourceLimit if the grid or its runs are too many for 32-bit numbers
   /// \param roundUpTo runs are lengthened to whole vectors, but not to this x and beyond; 0: they stay as they are
   Band(GridSize size, const Fill& fill, int roundUpTo, Execution& execution);
 
@@ -162,13 +169,13 @@ public:
     return {row(0, z).begins, row(size_.y - 1, z).ends, 0};
   }
 
-  /// Windows have a margin of one row and of at least one voxel on all sides.
-  int windowStride() const { return size_.x + 2 * margin; }
+  /// Windows have a margin of one row on two sides.
+  int windowStride() const { return size_.x + 2 * windowMargin; }
   std::size_t windowCount() const
   {
     return static_cast<std::size_t>(windowStride()) * static_cast<std::size_t>(size_.y + 2);
   }
-  std::int32_t windowIndex(int x, int y) const { return (y + 1) * windowStride() + x + margin; }
+  std::int32_t windowIndex(int x, int y) const { return (y + 1) * windowStride() + x + windowMargin; }
   int xOf(const Run& run, int y) const { return run.at - windowIndex(0, y); }
 
   /// Sets the bits of plane z.
@@ -179,8 +186,6 @@ public:
 private:
   /// \param pieceSize planes that one fill gets
   void build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize, Execution& execution);
-
-  static constexpr int margin = 8;
 
   GridSize size_;
   std::vector<Run> runs_;

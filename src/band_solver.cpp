@@ -15,7 +15,7 @@ namespace {
 
 /// What the windows of one sweep may take of the last-level cache, counting the voxels in runs of a mean plane: that a
 /// few planes along flat parts of the surface do not fit costs less than another sweep over all.
-constexpr std::size_t windowBytes = std::size_t{12} << 20;
+constexpr double windowBytes = 12 << 20;
 
 /// Planes per piece of the passes without stencils.
 constexpr int grainPlanes = 4;
@@ -49,6 +49,18 @@ constexpr double finestTautness(int order)
   return order == 2 ? .35 : .25;
 }
 
+/// Steps of the smoother that one sweep takes.
+/// \param unknowns of the band
+int stepsPerSweep(const GridSize& size, double unknowns, int order, int slabs)
+{
+  const double planeBytes = std::floor(unknowns / size.z) * sizeof(float);
+  const double stepBytes = planeBytes * (2 * (order + 1) + 3 * (order - 1) + 2);
+  const int inCache = static_cast<int>(std::min(windowBytes / std::max(stepBytes, 1.), 100.));
+  // Each step needs k planes more around a slab: with thin slabs most of the work would be done twice.
+  const int inSlab = slabs > 1 ? size.z / slabs / (2 * order) : inCache;
+  return std::max(1, std::min(inCache, inSlab));
+}
+
 /// Windows of consecutive planes; what is not in a run of the plane that a slot holds is zero.
 class WindowRing {
 public:
@@ -57,8 +69,10 @@ public:
     band_ = &band;
     planes_ = planes;
     const std::size_t needed = band.windowCount() * static_cast<std::size_t>(planes);
-    if (values_.size() < needed)
+    if (values_.size() < needed) {
+      values_ = std::vector<float>(); // growing keeps up to twice as much, and both while it copies
       values_.resize(needed, 0);
+    }
     held_.assign(static_cast<std::size_t>(planes), none);
   }
 
@@ -219,12 +233,7 @@ private:
 
   int stepsPerSweep(int slabs) const
   {
-    const std::size_t planeBytes = static_cast<std::size_t>(band().count() / band().size().z) * sizeof(float);
-    const std::size_t stepBytes = planeBytes * static_cast<std::size_t>(2 * (order_ + 1) + 3 * (order_ - 1) + 2);
-    const int inCache = static_cast<int>(std::min<std::size_t>(windowBytes / std::max<std::size_t>(stepBytes, 1), 100));
-    // Each step needs k planes more around a slab: with thin slabs most of the work would be done twice.
-    const int inSlab = slabs > 1 ? band().size().z / slabs / (2 * order_) : inCache;
-    return std::max(1, std::min(inCache, inSlab));
+    return pcl::mrf::stepsPerSweep(band().size(), static_cast<double>(band().count()), order_, slabs);
   }
 
   /// Packed values of what the layers add up to.
@@ -313,8 +322,10 @@ void GridSolver::runSlab(const Sweep& sweep, const Band& support, const Band* co
   }
   const std::size_t largest = static_cast<std::size_t>(unknowns.largestPlane());
   if (steps > 0 || fromZero)
-    if (workspace.directions.size() < largest * static_cast<std::size_t>(ring))
-      workspace.directions = PackedValues(largest * static_cast<std::size_t>(ring)); // most of it is never touched
+    if (workspace.directions.size() < largest * static_cast<std::size_t>(ring)) {
+      workspace.directions = PackedValues();
+      workspace.directions.resize(largest * static_cast<std::size_t>(ring)); // most of it is never touched
+    }
   const auto direction = [&](int z) {
     return workspace.directions.data() + largest * static_cast<std::size_t>((z + 1000 * ring) % ring);
   };
@@ -501,6 +512,18 @@ struct StepSums {
 };
 
 } // namespace
+
+double bandWindowBytes(const GridSize& size, double unknowns, Prior prior, const SolverOptions& options, int threads)
+{
+  const int k = order(prior), delay = k == 1 ? 1 : 0;
+  const int degree = options.smootherDegree > 0 ? options.smootherDegree : defaultDegree(k);
+  const int steps = stepsPerSweep(size, unknowns, k, threads), sweeps = (degree + steps - 1) / steps;
+  const int products = (degree + sweeps - 1) / sweeps + (sweeps > 1 ? 1 : 0);
+  // Of each product three planes of each power below and those that it adds up in; the iterate spans all of them.
+  const double planes = products * (k + delay) + k + 3 + products * (3 * (k - 1) + 2 + delay);
+  const double window = static_cast<double>(size.x + 2 * windowMargin) * (size.y + 2);
+  return sizeof(float) * (planes * threads * window + (sweeps > 1 ? 3 * unknowns : 0));
+}
 
 SolveReport solveOnBand(const std::vector<BandGrid>& grids, Prior prior, const Band& support, int steps, int threads,
                         const SolverOptions& options, double unit, PackedValues& values, Execution& execution)

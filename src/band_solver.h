@@ -22,6 +22,10 @@ struct BandGrid {
   Refinement refinement; ///< of the next coarser grid into this one
 };
 
+/// Bytes of the windows that threads sweep with, and of what is kept between sweeps where one does not do.
+/// \param size of the band's grid \param unknowns of the band
+double bandWindowBytes(const GridSize& size, double unknowns, Prior prior, const SolverOptions& options, int threads);
+
 /// Corrects a field on the band of the finest grid so that (P + C) d = b holds there; outside it keeps its values.
 ///
 /// The correction solves (L_B^k + C) e = b − (L^k + C) d, L_B being the Laplacian of the band's own graph, missing

@@ -60,7 +60,7 @@ void forEachProductPlane(const LinearSystem<Real>& system, const Real* x, Execut
   const GridSize size = system.size();
   const std::int64_t plane = size.planeCount();
   const auto planeOf = [&](int z) { return x + plane * z; };
-  execution.forRange(size.z, slabThickness(size, execution), [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(size.z, slabThickness(size, execution.threads()), [&](std::int64_t begin, std::int64_t end) {
     PriorPipeline<Real> pipeline(system.prior);
     pipeline.restart(static_cast<int>(begin));
     for (int z = static_cast<int>(begin); z < end; ++z) {
@@ -164,11 +164,11 @@ std::vector<Real> meanOfChildren(const GridSize& size, const std::vector<Real>& 
   return result;
 }
 
-int slabThickness(const GridSize& size, const Execution& execution)
+int slabThickness(const GridSize& size, int threads)
 {
-  if (size.count() < serialVoxels || execution.threads() == 1)
+  if (size.count() < serialVoxels || threads == 1)
     return size.z;
-  return (size.z + execution.threads() - 1) / execution.threads();
+  return (size.z + threads - 1) / threads;
 }
 
 template <typename Real>

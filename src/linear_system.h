@@ -29,7 +29,7 @@ Real coarseDamping(int order, bool dataAreDiagonal)
 
 /// Planes per slab: one slab per thread, one in all on small grids. Planes are computed alike whatever the slab, so
 /// this may depend on the number of threads.
-int slabThickness(const GridSize& size, const Execution& execution);
+int slabThickness(const GridSize& size, int threads);
 
 /// The mean of the up to 8 children of each voxel of the grid size.coarsened(), times `scale`.
 template <typename Real>

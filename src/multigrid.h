@@ -32,8 +32,10 @@ public:
   /// A vector of the finest grid that is free between calls of apply.
   std::vector<Real>& spare();
 
-  /// Bytes held beside the system itself.
-  std::size_t bytes() const;
+  /// Bytes that the preconditioner of a system comes to hold, but for the points on its coarse grids.
+  /// \param weighted, pointwise the system has voxel weights; its data couple voxels
+  static double predictedBytes(const GridSize& size, Prior prior, bool weighted, bool pointwise, int degree,
+                               int threads);
 
 private:
   struct Level {
@@ -50,6 +52,9 @@ private:
   std::vector<std::unique_ptr<Level>> levels_;
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
 };
+
+/// Chebyshev degree before and after: the option, or its default.
+int smootherDegree(const SolverOptions& options, Prior prior);
 
 /// Conjugate gradients preconditioned by one V-cycle. Stops on SolverOptions::residualTolerance or ::changeTolerance,
 /// whichever is reached first.

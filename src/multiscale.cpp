@@ -5,7 +5,9 @@
 
 #include "band_level.h"
 #include "banded_distances.h"
+#include "cholesky.h"
 #include "interpolation.h"
+#include "level_memory.h"
 #include "memory.h"
 
 #include <algorithm>
@@ -20,29 +22,9 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Peak bytes per voxel of the finest level while it is solved: the solver's vectors, its hierarchy, system and field.
-constexpr double bytesPerVoxel = 72;
-
-/// The same in a band, per face of a voxel that the surface covers, and per voxel of a plane for the windows of each
-/// thread. With the points and what was made of them before: the peaks of 1, 3 and 30 million points on two threads,
-/// and of 3 million on one, came within a tenth.
-constexpr double bytesPerFace = 285, bytesPerWindowVoxel = 250;
-
-/// Of each band one entry per row of the box; about ten bands exist at a time.
-constexpr double bytesPerRow = 40;
-
-/// Voxels along an axis: positions are counted in voxels in single precision, to a sixteenth.
-constexpr double mostVoxelsAlongAxis = 1 << 20;
-
-/// The bytes per face, shared out to the voxels of a band: 7.5 per face.
-constexpr double bytesPerUnknown = bytesPerFace / 7.5;
-
 /// Voxels of the finest band that a run may take whatever it has points, some seconds of work, and for each of them:
 /// surfaces have about ten, open ones with all of the sheet around them twenty-five.
 constexpr double unknownsOfAnyRun = 4e6, unknownsPerPoint = 2000;
-
-/// Area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
-constexpr double areaPerPoint = 4;
 
 using Clock = std::chrono::steady_clock;
 
@@ -136,33 +118,25 @@ template <typename Value>
   throw InvalidOption(text.str());
 }
 
-/// Peak bytes of solving a box with voxels of this side at the finest level.
-double predictedBytes(const BoundingBox& box, double side, double area, const MultiscaleOptions& options, int threads)
-{
-  const double padding = 2. * resolvedPadding(options) + 2;
-  const Eigen::Array3d voxels = (box.upper - box.lower).cast<double>().array() / side + padding;
-  if (!(voxels.maxCoeff() <= mostVoxelsAlongAxis))
-    return std::numeric_limits<double>::infinity();
-  if (voxels.prod() <= static_cast<double>(options.denseVoxels))
-    return voxels.prod() * bytesPerVoxel * 8 / 7;
-  const Eigen::Array3i whole = voxels.cast<int>();
-  const Eigen::Array3d stored = bandAxes({whole.x(), whole.y(), whole.z()}).toStored(voxels);
-  const double windows = bytesPerWindowVoxel * threads * stored.x() * stored.y(),
-               rows = bytesPerRow * stored.y() * stored.z();
-  return static_cast<double>(options.denseVoxels) * bytesPerVoxel + windows + rows +
-         area / (side * side) * bytesPerFace;
-}
-
 double memoryLimit(const MultiscaleOptions& options)
 {
   return static_cast<double>(options.maxMemory > 0 ? options.maxMemory : availableMemory() / 10 * 8);
 }
 
+/// Levels that only multigrid and the joint energy can solve in bands are dense for the others.
+MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Workload& workload)
+{
+  MultiscaleOptions own = options;
+  if (workload.solver.method != SolverMethod::multigrid || workload.prior.energy != Energy::joint)
+    own.denseVoxels = std::numeric_limits<std::int64_t>::max();
+  return own;
+}
+
 /// \throw ResourceLimit if a box of this size cannot be solved within the limit, by one thread
-void checkMemory(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options)
+void checkMemory(const BoundingBox& box, float voxelSize, const Workload& workload, const MultiscaleOptions& options)
 {
   const double limit = memoryLimit(options);
-  const auto bytesFor = [&](double side) { return predictedBytes(box, side, area, options, 1); };
+  const auto bytesFor = [&](double side) { return predictedBytes(box, side, workload, options, 1); };
   const double predicted = bytesFor(voxelSize);
   if (predicted <= limit)
     return;
@@ -173,6 +147,8 @@ void checkMemory(const BoundingBox& box, float voxelSize, double area, const Mul
   text.precision(3);
   text << "voxel size " << voxelSize << " would take " << predicted / (1 << 30) << " GiB, the limit is "
        << limit / (1 << 30) << " GiB; a voxel size of " << fitting << " would fit";
+  if (workload.solver.method == SolverMethod::cholesky || workload.solver.choleskyOnCoarsest)
+    text << ", and so may another solver";
   throw ResourceLimit(text.str());
 }
 
@@ -180,7 +156,7 @@ void checkMemory(const BoundingBox& box, float voxelSize, double area, const Mul
 /// \throw ResourceLimit if they take more memory than the limit, or are out of proportion to the points
 void checkSurface(double unknowns, std::size_t points, double voxelSize, const MultiscaleOptions& options)
 {
-  const double affordable = memoryLimit(options) / bytesPerUnknown,
+  const double affordable = memoryLimit(options) / bytesPerUnknown(),
                sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
   if (unknowns <= std::min(affordable, sound))
     return;
@@ -188,8 +164,8 @@ void checkSurface(double unknowns, std::size_t points, double voxelSize, const M
   text.precision(3);
   text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
   if (affordable < sound)
-    text << ", " << unknowns * bytesPerUnknown / (1 << 30) << " GiB, the limit is " << memoryLimit(options) / (1 << 30)
-         << " GiB";
+    text << ", " << unknowns * bytesPerUnknown() / (1 << 30) << " GiB, the limit is "
+         << memoryLimit(options) / (1 << 30) << " GiB";
   else
     text << " through " << points << " points, which say nothing about most of it";
   // Faces grow with the square of the voxel size; a tenth more for what coarser levels see otherwise.
@@ -478,12 +454,13 @@ int resolvedPadding(const MultiscaleOptions& options)
   return options.padding > 0 ? options.padding : leastPadding;
 }
 
-int affordableThreads(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options,
-                      int threads)
+int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& workload,
+                      const MultiscaleOptions& options, int threads)
 {
+  const MultiscaleOptions own = withDenseLevels(options, workload);
   const double limit = memoryLimit(options);
   int affordable = threads;
-  while (affordable > 1 && predictedBytes(box, voxelSize, area, options, affordable) > limit)
+  while (affordable > 1 && predictedBytes(box, voxelSize, workload, own, affordable) > limit)
     --affordable;
   return affordable;
 }
@@ -504,12 +481,19 @@ AxisOrder bandAxes(const GridSize& size)
   return order;
 }
 
-std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options)
+double predictedMemory(const BoundingBox& box, float voxelSize, const Workload& workload,
+                       const MultiscaleOptions& options, int threads)
+{
+  return predictedBytes(box, voxelSize, workload, withDenseLevels(options, workload), threads);
+}
+
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const Workload& workload,
+                                const MultiscaleOptions& options)
 {
   validate(options);
   if (!(voxelSize > 0))
     refuse("voxelSize", voxelSize, "(0, inf)");
-  checkMemory(box, voxelSize, area, options);
+  checkMemory(box, voxelSize, workload, withDenseLevels(options, workload));
 
   const Eigen::Vector3d corner = box.lower.cast<double>();
   const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
@@ -527,6 +511,11 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double 
     voxels.upper = halved(voxels.upper).ceil().cast<int>();
   }
   std::reverse(levels.begin(), levels.end());
+  requireCountable(bandSize(bandAxes(levels.back().size).toStored(levels.back().size)));
+  const SolverOptions& solver = workload.solver;
+  if (solver.method == SolverMethod::cholesky || solver.choleskyOnCoarsest)
+    requireFactorFits((solver.method == SolverMethod::cholesky ? levels.back() : levels.front()).size,
+                      workload.prior.prior, workload.reach == 0, solver);
   return levels;
 }
 
@@ -541,16 +530,21 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
   const float voxelSize = options.voxelSize > 0 ? options.voxelSize : spacingsPerVoxel(options.quality) * spacing;
   const float maxDistance = resolvedMaxDistance(observationOptions, spacing, voxelSize);
 
-  MultiscaleOptions own = options;
-  if (solver.method != SolverMethod::multigrid || prior.energy != Energy::joint)
-    own.denseVoxels = std::numeric_limits<std::int64_t>::max();
-  const double area = areaPerPoint * spacing * spacing * static_cast<double>(points.size());
-  std::vector<Lattice> lattices = planLevels(volume, voxelSize, area, own);
-  const int bandThreads = affordableThreads(volume, voxelSize, area, own, execution.threads());
+  Workload workload;
+  workload.points = static_cast<double>(points.size());
+  workload.area = areaPerPoint * spacing * spacing * workload.points;
+  workload.reach = observationOptions.atPoints() ? 0 : maxDistance;
+  workload.prior = prior;
+  workload.solver = solver;
+  const MultiscaleOptions own = withDenseLevels(options, workload);
+  std::vector<Lattice> lattices = planLevels(volume, voxelSize, workload, own);
+  const int bandThreads = affordableThreads(volume, voxelSize, workload, own, execution.threads());
   const auto solve = [&](const OrientedPoints& stored, const NeighbourSearch& asked, AxisOrder axes) {
-    return LevelSolver(stored, asked, spacing, std::move(lattices), axes, bandThreads, maxDistance, observationOptions,
-                       prior, solver, own, wanted, execution)
-        .run();
+    MultiscaleResult result = LevelSolver(stored, asked, spacing, std::move(lattices), axes, bandThreads, maxDistance,
+                                          observationOptions, prior, solver, own, wanted, execution)
+                                  .run();
+    result.predictedBytes = static_cast<std::size_t>(predictedBytes(volume, voxelSize, workload, own, bandThreads));
+    return result;
   };
   const GridSize finest = lattices.back().size;
   const AxisOrder axes = finest.count() > own.denseVoxels ? bandAxes(finest) : AxisOrder();

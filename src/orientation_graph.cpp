@@ -2,10 +2,13 @@
 
 #include "spatial_sort.h"
 
+#include <pcl/surface/mrf/exceptions.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <string>
 
 namespace pcl {
 namespace mrf {
@@ -23,6 +26,11 @@ std::uint32_t bitsOf(float value)
 }
 
 } // namespace
+
+std::uint64_t edge_key::of(float quality, std::size_t place)
+{
+  return std::uint64_t{bitsOf(1 - quality)} << placeBits | place;
+}
 
 std::uint32_t SignedForest::root(std::uint32_t i)
 {
@@ -60,15 +68,27 @@ bool SignedForest::join(std::uint32_t i, std::uint32_t j, bool opposite)
 OrientationGraph::OrientationGraph(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
                                    const NeighbourSearch& search, const Reach& reach, float minCosine,
                                    const std::function<void(const Edge&)>& visit, Execution& execution)
-    : positions_(points.positions), normals_(normals), minCosine_(minCosine),
-      neighbours_(points.size() * maxNeighbours, noPoint), areas_(points.size(), 0)
+    : positions_(points.positions), normals_(normals), minCosine_(minCosine)
 {
+  requireRoom(points.size());
+  neighbours_.assign(points.size() * maxNeighbours, noPoint);
+  areas_.assign(points.size(), 0);
   findNeighbours(search, reach, execution);
   execution.poll();
   DisjointPoints connected(points.size());
   sortIntoBuckets(visit, connected, execution);
   execution.poll();
   connectPieces(search, reach, visit, connected, execution);
+}
+
+void OrientationGraph::requireRoom(std::size_t points, std::size_t moreEdges)
+{
+  constexpr std::size_t most = std::size_t{1} << edge_key::placeBits;
+  if (points <= most / maxNeighbours && moreEdges <= most - points * maxNeighbours)
+    return;
+  throw ResourceLimit("the normals of " + std::to_string(points) + " points cannot be oriented, at most " +
+                      std::to_string(most / maxNeighbours) +
+                      " can; thin the cloud out, split it, or give it normals that are used as they are");
 }
 
 void OrientationGraph::findNeighbours(const NeighbourSearch& search, const Reach& reach, Execution& execution)
@@ -142,6 +162,10 @@ void OrientationGraph::connectPieces(const NeighbourSearch& search, const Reach&
       }
     }
   });
+  std::size_t more = 0;
+  for (const auto& part : found)
+    more += part.size();
+  requireRoom(count, more);
   for (const auto& part : found)
     more_.insert(more_.end(), part.begin(), part.end());
   for (const auto& [a, b] : more_) {
@@ -203,7 +227,7 @@ std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const 
         continue;
       const auto [a, b] = ends(place);
       if (forest.rootOf(a) != forest.rootOf(b))
-        part.push_back(std::uint64_t{bitsOf(1 - grade(a, b).quality)} << 32 | place);
+        part.push_back(edge_key::of(grade(a, b).quality, place));
     }
   });
   std::size_t total = 0;
@@ -215,6 +239,7 @@ std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const 
     edges.insert(edges.end(), part.begin(), part.end());
     part = std::vector<std::uint64_t>(); // {} would keep its memory
   }
+  // By badness and the place's first bits; the places come in their order, and equals keep it.
   sortByUpperHalf(edges, execution);
   return edges;
 }
@@ -237,7 +262,7 @@ SignedForest OrientationGraph::bestTree(const std::function<bool(const Edge&, Si
       continue;
     portion *= 2;
     for (const std::uint64_t entry : collect(first, last, forest, execution)) {
-      const auto place = static_cast<std::size_t>(entry & 0xffffffff);
+      const auto place = edge_key::placeOf(entry);
       const auto [a, b] = ends(place);
       if (forest.root(a) == forest.root(b))
         continue;

@@ -86,6 +86,21 @@ struct Edge {
   bool acrossSheets; ///< leads along the normals, not along the surface
 };
 
+/// The badness of an edge and its place in the graph in one number, which sorts by badness, then by place. The badness,
+/// a float from 0 to 1, has 30 bits; the place has the other 34.
+namespace edge_key {
+
+constexpr int placeBits = 34;
+
+std::uint64_t of(float quality, std::size_t place);
+
+inline std::size_t placeOf(std::uint64_t key)
+{
+  return key & ((std::uint64_t{1} << placeBits) - 1);
+}
+
+} // namespace edge_key
+
 /// Edges between points that are among the nearest neighbours of each other, and what connectivity needs besides.
 ///
 /// An edge is a place in the table of neighbours; its grade is computed whenever it is asked for, and only a byte of it
@@ -94,9 +109,13 @@ class OrientationGraph {
 public:
   /// \param normals unit length; points with a zero normal have no edges \param minCosine of Edge::withinAngle
   /// \param visit is shown each edge once, concurrently and in any order
+  /// \throw ResourceLimit above 1.4 thousand million points
   OrientationGraph(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighbourSearch& search,
                    const Reach& reach, float minCosine, const std::function<void(const Edge&)>& visit,
                    Execution& execution);
+
+  /// \throw ResourceLimit if the edges of so many points, and some more, have more places than a key holds
+  static void requireRoom(std::size_t points, std::size_t moreEdges = 0);
 
   /// About the area that each point stands for, up to one common factor; taken out of the graph.
   std::vector<float> takeAreas() { return std::move(areas_); }

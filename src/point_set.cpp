@@ -2,8 +2,22 @@
 
 #include "select_values.h"
 
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <limits>
+#include <string>
+
 namespace pcl {
 namespace mrf {
+
+void requireCountable(std::size_t points)
+{
+  constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
+  if (points > most)
+    throw ResourceLimit("the cloud has " + std::to_string(points) + " points, at most " + std::to_string(most) +
+                        " can be numbered; thin it out, or reconstruct it in parts");
+}
+
 PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
 {
   PointSet kept;

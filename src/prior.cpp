@@ -73,13 +73,15 @@ void apply(const PriorOperator<Real>& prior, const Real* x, Real* y, Execution& 
   const auto plane = static_cast<std::size_t>(prior.size.planeCount());
   if (!prior.voxelWeights.empty() && prior.voxelWeights.size() != static_cast<std::size_t>(prior.size.count()))
     throw std::invalid_argument("apply: voxelWeights must be empty or hold one value per voxel");
-  execution.forRange(prior.size.z, slabThickness(prior.size, execution), [&](std::int64_t begin, std::int64_t end) {
-    PriorPipeline<Real> pipeline(prior);
-    pipeline.restart(static_cast<int>(begin));
-    for (int z = static_cast<int>(begin); z < end; ++z)
-      pipeline.produce(
-          z, [&](int at) { return x + plane * static_cast<std::size_t>(at); }, y + plane * static_cast<std::size_t>(z));
-  });
+  execution.forRange(prior.size.z, slabThickness(prior.size, execution.threads()),
+                     [&](std::int64_t begin, std::int64_t end) {
+                       PriorPipeline<Real> pipeline(prior);
+                       pipeline.restart(static_cast<int>(begin));
+                       for (int z = static_cast<int>(begin); z < end; ++z)
+                         pipeline.produce(
+                             z, [&](int at) { return x + plane * static_cast<std::size_t>(at); },
+                             y + plane * static_cast<std::size_t>(z));
+                     });
 }
 
 template <typename Real>

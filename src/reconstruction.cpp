@@ -504,6 +504,7 @@ DistanceField regularise(const std::vector<Piece>& pieces, const Options& option
         regularise(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
                    options.prior, options.solver, options.multiscale, execution,
                    trimmedGenerously(piece, options, trimming, diagonal, report.density.spacing, execution));
+    report.predictedBytes = std::max(report.predictedBytes, result.predictedBytes);
     if (fields.empty())
       report.levels = std::move(result.levels);
     else
@@ -540,6 +541,7 @@ PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector
                 const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts,
                 Execution& execution)
 {
+  requireCountable(positions.size());
   counts = PointCounts();
   counts.input = static_cast<std::int64_t>(positions.size());
   std::vector<std::uint8_t> keep = flags(positions.size());

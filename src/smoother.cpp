@@ -76,6 +76,19 @@ std::vector<Real> inverseScaling(const LinearSystem<Real>& system, Execution& ex
   return result;
 }
 
+template <typename Real>
+SlabPlan planSlabs(const GridSize& size, int order, int threads)
+{
+  SlabPlan plan{slabThickness(size, threads), 0};
+  // Per step: k + 1 planes of five arrays, and the powers of L.
+  const std::size_t stepBytes = static_cast<std::size_t>(size.planeCount()) * sizeof(Real) *
+                                static_cast<std::size_t>(5 * (order + 1) + 3 * order - 1);
+  plan.stepsPerSweep = std::max(1, static_cast<int>(std::min<std::size_t>(windowBytes / stepBytes, 100)));
+  if (plan.thickness < size.z)
+    plan.stepsPerSweep = std::max(1, std::min(plan.stepsPerSweep, plan.thickness / (2 * order)));
+  return plan;
+}
+
 } // namespace
 
 /// What a slab keeps from sweep to sweep, so that nothing is allocated while solving.
@@ -88,20 +101,28 @@ struct Smoother<Real>::Workspace {
 template <typename Real>
 Smoother<Real>::Smoother(const LinearSystem<Real>& system, int degree, Execution& execution)
     : system_(&system), degree_(degree), order_(order(system.prior.prior)),
-      thickness_(slabThickness(system.size(), execution)), inverseD_(inverseScaling(system, execution))
+      plan_(planSlabs<Real>(system.size(), order_, execution.threads())), inverseD_(inverseScaling(system, execution))
 {
   const double largest = std::pow(12.0, order_) / centreCoefficient(system.prior.prior);
   bound_ = static_cast<Real>(1.01 * std::max(largest, static_cast<double>(system.data->spectralBound())));
 
-  const GridSize size = system.size();
-  const int slabs = (size.z + thickness_ - 1) / thickness_;
-  workspaces_.resize(static_cast<std::size_t>(slabs));
-  // Per step: k + 1 planes of five arrays, and the powers of L.
-  const std::size_t stepBytes = static_cast<std::size_t>(size.planeCount()) * sizeof(Real) *
-                                static_cast<std::size_t>(5 * (order_ + 1) + 3 * order_ - 1);
-  stepsPerSweep_ = std::max(1, static_cast<int>(std::min<std::size_t>(windowBytes / stepBytes, 100)));
-  if (slabs > 1)
-    stepsPerSweep_ = std::max(1, std::min(stepsPerSweep_, thickness_ / (2 * order_)));
+  workspaces_.resize(static_cast<std::size_t>((system.size().z + plan_.thickness - 1) / plan_.thickness));
+}
+
+template <typename Real>
+double Smoother<Real>::predictedBytes(const GridSize& size, Prior prior, int degree, int threads)
+{
+  const int k = order(prior);
+  const SlabPlan plan = planSlabs<Real>(size, k, threads);
+  const int slabs = (size.z + plan.thickness - 1) / plan.thickness;
+  const int sweeps = std::max(1, (degree + plan.stepsPerSweep - 1) / plan.stepsPerSweep),
+            steps = (degree + sweeps - 1) / sweeps, products = steps + (sweeps > 1 ? 1 : 0);
+  const int halo = std::min(size.z - plan.thickness, 2 * k * products);
+  const int ring = std::min(plan.thickness + halo, blockPlanes + steps * (k + 1) + 2);
+  const double planes = halo + ring + 2 * products + .25 + 3. * products * (k - 1);
+  const double arrays = sweeps > 1 ? 4 : 1;
+  return static_cast<double>(sizeof(Real)) *
+         (arrays * static_cast<double>(size.count()) + planes * slabs * static_cast<double>(size.planeCount()));
 }
 
 template <typename Real>
@@ -138,7 +159,7 @@ void Smoother<Real>::smooth(const Sweep& whole, Execution& execution)
 {
   // The residual costs as much as a step; the first step from zero costs nothing.
   const int costs = degree_ + (whole.residual ? 1 : 0) - (whole.source == Source::zero ? 1 : 0);
-  const int sweeps = std::max(1, (costs + stepsPerSweep_ - 1) / stepsPerSweep_);
+  const int sweeps = std::max(1, (costs + plan_.stepsPerSweep - 1) / plan_.stepsPerSweep);
   const int steps = (degree_ + sweeps - 1) / sweeps;
   if (sweeps > 1) {
     iterate_.resize(inverseD_.size());
@@ -160,9 +181,9 @@ void Smoother<Real>::smooth(const Sweep& whole, Execution& execution)
     sweep.out = (used - 1 - n) % 2 == 0 ? whole.out : iterate_.data();
     sweep.directionOut = isLast ? nullptr : directions_[n % 2].data();
     sweep.residual = isLast ? whole.residual : nullptr;
-    execution.forRange(system_->size().z, thickness_, [&](std::int64_t begin, std::int64_t end) {
+    execution.forRange(system_->size().z, plan_.thickness, [&](std::int64_t begin, std::int64_t end) {
       runSlab(sweep, static_cast<int>(begin), static_cast<int>(end),
-              workspaces_[static_cast<std::size_t>(begin / thickness_)]);
+              workspaces_[static_cast<std::size_t>(begin / plan_.thickness)]);
     });
   }
 }
@@ -184,8 +205,10 @@ void Smoother<Real>::runSlab(const Sweep& sweep, int zBegin, int zEnd, Workspace
   const GridSize coarse = size.coarsened();
   const std::int64_t prolongation = sweep.source == Source::corrected ? coarse.planeCount() + coarse.x : 0;
   const auto needed = static_cast<std::size_t>(plane * (halo + ring + 2 * products) + prolongation);
-  if (workspace.planes.size() < needed)
+  if (workspace.planes.size() < needed) {
+    workspace.planes = std::vector<Real>(); // growing keeps up to twice as much, and both while it copies
     workspace.planes.resize(needed);
+  }
   while (static_cast<int>(workspace.pipelines.size()) < products)
     workspace.pipelines.emplace_back(system_->prior);
 
@@ -301,7 +324,7 @@ void Smoother<Real>::restrictTo(const Real* fine, Real* coarse, Execution& execu
   const int children = (size.x > 1 ? 2 : 1) * (size.y > 1 ? 2 : 1) * (size.z > 1 ? 2 : 1);
   const Real scale = coarseDamping<Real>(order_, system_->data->isDiagonal()) * static_cast<Real>(1 << (2 * order_)) /
                      static_cast<Real>(children);
-  execution.forRange(coarseSize.z, (thickness_ + 1) / 2, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(coarseSize.z, (plan_.thickness + 1) / 2, [&](std::int64_t begin, std::int64_t end) {
     std::vector<Real> inZ(static_cast<std::size_t>(plane)), inY(static_cast<std::size_t>(size.x));
     for (std::int64_t z = begin; z < end; ++z) {
       const Children<Real> planes(static_cast<int>(z), size.z);
@@ -317,20 +340,6 @@ void Smoother<Real>::restrictTo(const Real* fine, Real* coarse, Execution& execu
       }
     }
   });
-}
-
-template <typename Real>
-std::size_t Smoother<Real>::bytes() const
-{
-  std::size_t count =
-      inverseD_.capacity() + iterate_.capacity() + directions_[0].capacity() + directions_[1].capacity();
-  std::size_t result = count * sizeof(Real);
-  for (const Workspace& workspace : workspaces_) {
-    result += workspace.planes.capacity() * sizeof(Real);
-    for (const PriorPipeline<Real>& pipeline : workspace.pipelines)
-      result += pipeline.bytes();
-  }
-  return result;
 }
 
 template class Smoother<float>;

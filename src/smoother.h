@@ -11,6 +11,12 @@
 namespace pcl {
 namespace mrf {
 
+/// How a grid is cut for sweeps.
+struct SlabPlan {
+  int thickness;     ///< planes per slab
+  int stepsPerSweep; ///< of the smoother
+};
+
 /// Chebyshev smoother of the 4th kind for one system (DESIGN: z₁ = 4/(3λ) D⁻¹r, z_i = (2i−3)/(2i+1) z_{i−1} +
 /// (8i−4)/((2i+1)λ) D⁻¹r_i), and the transfers to the next coarser grid that go with it.
 ///
@@ -35,7 +41,8 @@ public:
   /// coarse = scale · Pᵀ fine, the scale being 4^k over the number of children, damped for k = 3.
   void restrictTo(const Real* fine, Real* coarse, Execution& execution) const;
 
-  std::size_t bytes() const;
+  /// Bytes that a smoother of a grid comes to hold.
+  static double predictedBytes(const GridSize& size, Prior prior, int degree, int threads);
 
 private:
   enum class Source { zero, corrected, iterate };
@@ -61,8 +68,7 @@ private:
   const LinearSystem<Real>* system_;
   int degree_;
   int order_;
-  int thickness_;
-  int stepsPerSweep_;
+  SlabPlan plan_;
   Real bound_; ///< λ
   std::vector<Real> inverseD_;
   std::vector<Workspace> workspaces_;         ///< per slab

@@ -1,3 +1,4 @@
+#include "orientation_graph.h"
 #include "support/clouds.h"
 #include "support/scans.h"
 #include "support/shapes.h"
@@ -784,4 +785,37 @@ TEST(OrientationOfScans, WarnOfAGuessIfOpen)
   EXPECT_TRUE(estimateAndOrient(scans::loadReference("fran_cut"), OrientationVote::outward).sideIsGuessed);
   for (const char* name : {"igea_clean", "igea_noise", "nefertiti", "bunny", "bunny_raw"})
     EXPECT_FALSE(estimateAndOrient(scans::load(name).points, OrientationVote::outward).sideIsGuessed) << name;
+}
+
+TEST(OrientationGraph, NumbersTheEdgesOfMoreThan357MillionPoints)
+{
+  // Twelve places per point: from 358 million points on their numbers have more than 32 bits.
+  constexpr std::size_t far = 12 * std::size_t{400000000};
+  static_assert(far > 0xffffffff, "the case that used to overflow");
+  EXPECT_NO_THROW(OrientationGraph::requireRoom(400000000, 1000));
+  for (const float quality : {0.f, .5f, std::nextafter(1.f, 0.f), 1.f})
+    for (const std::size_t place : {std::size_t{0}, far, (std::size_t{1} << edge_key::placeBits) - 1})
+      EXPECT_EQ(edge_key::placeOf(edge_key::of(quality, place)), place) << quality;
+  EXPECT_LT(edge_key::of(1, far), edge_key::of(.999f, 0)) << "the best edges first";
+  EXPECT_LT(edge_key::of(.5f, far), edge_key::of(.5f, far + 1));
+}
+
+TEST(OrientationGraph, RefusesMorePointsThanItCanNumber)
+{
+  for (const auto& [points, edges] :
+       {std::pair<std::size_t, std::size_t>(1500000000, 0),
+        std::pair<std::size_t, std::size_t>(std::numeric_limits<std::size_t>::max(), 0),
+        std::pair<std::size_t, std::size_t>(1400000000, 400000000),
+        std::pair<std::size_t, std::size_t>(0, std::numeric_limits<std::size_t>::max())}) {
+    const std::string message =
+        clouds::messageOf<ResourceLimit>([&, p = points, e = edges] { OrientationGraph::requireRoom(p, e); });
+    EXPECT_NE(message.find(std::to_string(points) + " points"), std::string::npos) << message;
+  }
+}
+
+TEST(PointSet, RefusesMorePointsThanIndicesCount)
+{
+  EXPECT_NO_THROW(requireCountable(2147483647));
+  EXPECT_NE(clouds::messageOf<ResourceLimit>([] { requireCountable(3000000000); }).find("3000000000 points"),
+            std::string::npos);
 }

@@ -125,7 +125,7 @@ Problem makeProblem(Prior prior, Laboratory& laboratory)
   pcl::mrf::MultiscaleOptions multiscale;
   const int side = laboratory.options().quick ? 36 : 48;
   multiscale.voxelSize = (box.upper - box.lower).maxCoeff() / static_cast<float>(side - 2 * multiscale.padding);
-  const std::vector<Lattice> lattices = planLevels(box, multiscale.voxelSize, 0, multiscale);
+  const std::vector<Lattice> lattices = planLevels(box, multiscale.voxelSize, {}, multiscale);
 
   pcl::mrf::PriorOptions priorOptions;
   priorOptions.prior = prior;

@@ -231,6 +231,7 @@ Json toJson(const Report& report)
           {"mesh", toJson(report.mesh)},
           {"times", times},
           {"seconds", report.seconds},
+          {"predictedBytes", report.predictedBytes},
           {"peakBytes", report.peakBytes},
           {"threads", report.threads}};
 }

@@ -2,10 +2,9 @@
 
 #include <malloc.h>
 
-#include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <cstdlib>
-#include <new>
 
 namespace {
 
@@ -14,7 +13,7 @@ std::atomic<std::int64_t> held{0}, peak{0};
 void* counted(void* memory)
 {
   if (memory == nullptr)
-    throw std::bad_alloc();
+    return memory;
   const std::int64_t now = held += static_cast<std::int64_t>(malloc_usable_size(memory));
   std::int64_t known = peak;
   while (known < now && !peak.compare_exchange_weak(known, now)) {
@@ -22,10 +21,10 @@ void* counted(void* memory)
   return memory;
 }
 
-void release(void* memory)
+void discount(void* memory)
 {
-  held -= static_cast<std::int64_t>(malloc_usable_size(memory));
-  std::free(memory);
+  if (memory != nullptr)
+    held -= static_cast<std::int64_t>(malloc_usable_size(memory));
 }
 
 } // namespace
@@ -49,34 +48,50 @@ void resetPeak()
 
 } // namespace benchmarks
 
-// The other forms of new and delete call these.
-void* operator new(std::size_t size)
+// What glibc defines them with. Everything that allocates calls one of these: operator new, Eigen, C libraries.
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_realloc(void* memory, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
+void __libc_free(void* memory);
+
+void* malloc(std::size_t size)
 {
-  return counted(std::malloc(std::max<std::size_t>(size, 1)));
+  return counted(__libc_malloc(size));
 }
 
-void* operator new(std::size_t size, std::align_val_t alignment)
+void* calloc(std::size_t count, std::size_t size)
 {
-  const auto side = static_cast<std::size_t>(alignment);
-  return counted(std::aligned_alloc(side, (std::max<std::size_t>(size, 1) + side - 1) / side * side));
+  return counted(__libc_calloc(count, size));
 }
 
-void operator delete(void* memory) noexcept
+void* realloc(void* memory, std::size_t size)
 {
-  release(memory);
+  discount(memory);
+  void* const result = __libc_realloc(memory, size);
+  return counted(result != nullptr || size == 0 ? result : memory) == result ? result : nullptr;
 }
 
-void operator delete(void* memory, std::size_t) noexcept
+void* memalign(std::size_t alignment, std::size_t size)
 {
-  release(memory);
+  return counted(__libc_memalign(alignment, size));
 }
 
-void operator delete(void* memory, std::align_val_t) noexcept
+void* aligned_alloc(std::size_t alignment, std::size_t size)
 {
-  release(memory);
+  return memalign(alignment, size);
 }
 
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
+int posix_memalign(void** result, std::size_t alignment, std::size_t size)
 {
-  release(memory);
+  *result = memalign(alignment, size);
+  return *result != nullptr ? 0 : ENOMEM;
+}
+
+void free(void* memory)
+{
+  discount(memory);
+  __libc_free(memory);
+}
 }

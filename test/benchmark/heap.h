@@ -6,7 +6,7 @@
 
 namespace benchmarks {
 
-/// Bytes that operator new has given and not got back, of all threads. What C libraries allocate is not counted.
+/// Bytes that the heap has given and not got back, of all threads.
 std::int64_t heapBytes();
 
 /// The largest heapBytes() since the last call of resetPeak.

@@ -67,6 +67,7 @@ struct LevelReport {
 struct MultiscaleResult {
   DistanceField field;
   std::vector<LevelReport> levels; ///< coarsest first
+  std::size_t predictedBytes = 0;  ///< predictedMemory
 };
 
 /// The order in which levels in bands of this size are stored: as it is, or the longest axis as z and the shortest as y
@@ -74,15 +75,32 @@ struct MultiscaleResult {
 /// few at a time, and one entry per row along x.
 AxisOrder bandAxes(const GridSize& size);
 
+/// What the memory of a run depends on besides the box and the voxel size.
+struct Workload {
+  double area = 0;   ///< of the surface, cloud's unit²
+  double points = 0; ///< that are observed
+  double reach = 0;  ///< dEmax where voxels are observed, cloud's unit; 0: observed at the points
+  PriorOptions prior;
+  SolverOptions solver;
+};
+
+/// Bytes that the levels are going to take at their peak, beside what is held before them. Solvers and energies that
+/// bands do not have make every level dense.
+/// \param box, voxelSize, workload as for planLevels
+double predictedMemory(const BoundingBox& box, float voxelSize, const Workload& workload,
+                       const MultiscaleOptions& options, int threads);
+
 /// The nested lattices of the levels, coarsest first. Voxel sides double from level to level and voxel faces coincide.
-/// \param box that they cover, with the padding around it \param area of the surface: what levels in bands cost
-/// \throw ResourceLimit if a single thread would take more than the limit; names the voxel size that would fit
-std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options);
+/// \param box that they cover, with the padding around it
+/// \throw ResourceLimit if a single thread would take more than the limit, or a factor more than its own; names the
+/// voxel size that would fit
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const Workload& workload,
+                                const MultiscaleOptions& options);
 
 /// How many of the threads can sweep over a level in a band at the same time: each takes memory for some whole planes.
 /// \return 1 to `threads`: as many as fit into the limit; parameters as for planLevels
-int affordableThreads(const BoundingBox& box, float voxelSize, double area, const MultiscaleOptions& options,
-                      int threads);
+int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& workload,
+                      const MultiscaleOptions& options, int threads);
 
 /// Selects what is worth refining of a coarser level's zero level, which tells where the finer ones' will be.
 /// \param voxelSize of that level, cloud's unit \return the part of the mesh

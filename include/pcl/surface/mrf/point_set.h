@@ -27,6 +27,9 @@ struct PointSet {
   std::size_t size() const { return positions.size(); }
 };
 
+/// \throw ResourceLimit for more points than the indices of searches and of PCL count, 2³¹ − 1
+void requireCountable(std::size_t points);
+
 /// The points of `points` whose flag in `keep` is set, in their order; all per-point arrays follow, the rest is copied.
 /// \pre keep.size() == points.size()
 PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep);

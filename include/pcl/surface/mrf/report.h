@@ -73,9 +73,10 @@ struct Report {
   MeshStatistics meshBeforeRemeshing; ///< after trimming; without remeshing the same as mesh
   MeshStatistics mesh;
 
-  std::vector<StageTime> times; ///< in the order they ran
-  double seconds = 0;           ///< wall clock of the whole run
-  std::size_t peakBytes = 0;    ///< peak resident memory of the process
+  std::vector<StageTime> times;   ///< in the order they ran
+  double seconds = 0;             ///< wall clock of the whole run
+  std::size_t predictedBytes = 0; ///< what the levels were expected to take, see predictedMemory; of pieces the most
+  std::size_t peakBytes = 0;      ///< peak resident memory of the process
   int threads = 1;
 };
 

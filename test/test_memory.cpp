@@ -1,0 +1,147 @@
+#include "benchmark/heap.h"
+#include "support/clouds.h"
+#include "support/shapes.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/multiscale.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <tuple>
+
+using namespace pcl::mrf;
+
+namespace {
+
+constexpr double radius = 1, area = 4 * M_PI * radius * radius;
+
+/// Points on a sphere about as far apart as the voxels are large.
+struct SphereRun {
+  OrientedPoints points;
+  std::unique_ptr<NeighbourSearch> search = makePointBins();
+  float spacing = 0;
+  ObservationOptions observation;
+  PriorOptions prior;
+  SolverOptions solver;
+  MultiscaleOptions options;
+  int threads = 1;
+
+  explicit SphereRun(double voxelsPerDiameter)
+  {
+    options.voxelSize = static_cast<float>(2 * radius / voxelsPerDiameter);
+    points =
+        shapes::oriented(shapes::sample(shapes::sphere(radius), 1.2 * radius, static_cast<double>(options.voxelSize)));
+    spacing = static_cast<float>(.5 * std::sqrt(area / static_cast<double>(points.size())));
+    observation.smoothing = spacing / 2;
+    search->setPoints(points.positions);
+    solver.maxIterations = 2; // memory is the same for any number
+  }
+
+  double predicted() const
+  {
+    Workload workload;
+    workload.area = area;
+    workload.points = static_cast<double>(points.size());
+    const float reach = resolvedMaxDistance(observation, spacing, options.voxelSize);
+    workload.reach = observation.atPoints() ? 0 : reach;
+    workload.prior = prior;
+    workload.solver = solver;
+    return predictedMemory(boundingBox(points.positions), options.voxelSize, workload, options, threads);
+  }
+
+  /// Peak bytes of the heap, beside what was taken before.
+  double measured(const ProgressCallback& progress = {}) const
+  {
+    Execution execution(threads, progress);
+    const std::int64_t before = benchmarks::heapBytes();
+    benchmarks::resetPeak();
+    try {
+      regularise(points, *search, spacing, boundingBox(points.positions), observation, prior, solver, options,
+                 execution);
+    } catch (const Cancelled&) {
+    }
+    return static_cast<double>(benchmarks::peakBytes() - before);
+  }
+
+  std::string name() const
+  {
+    return "method " + std::to_string(static_cast<int>(solver.method)) + ", k = " + std::to_string(order(prior.prior)) +
+           ", energy " + std::to_string(static_cast<int>(prior.energy)) + ", " + std::to_string(threads) +
+           " threads, " + (observation.atPoints() ? "points" : "voxels");
+  }
+};
+
+/// What is promised. The arrays are counted; how many voxels are occupied or observed is estimated from the area.
+constexpr double tolerance = .15;
+
+void expectPredicted(const SphereRun& run)
+{
+  const double predicted = run.predicted();
+  ProgressCallback leave;
+  if (run.solver.method == SolverMethod::cholesky) // minutes of work: it is left when its memory is there
+    leave = [&, before = benchmarks::heapBytes()](const std::string&, double) {
+      return static_cast<double>(benchmarks::peakBytes() - before) < .9 * predicted;
+    };
+  const double measured = run.measured(leave);
+  EXPECT_NEAR(predicted / measured, 1, tolerance) << run.name() << ": " << measured / 1e6 << " MB";
+}
+
+} // namespace
+
+class EverySolver : public testing::TestWithParam<std::tuple<SolverMethod, Prior, int>> {};
+
+TEST_P(EverySolver, TakesWhatWasPredictedOn100000Voxels)
+{
+  SphereRun run(35);
+  run.options.denseVoxels = std::int64_t{1} << 40;
+  std::tie(run.solver.method, run.prior.prior, run.threads) = GetParam();
+  for (const auto& [estimate, energy] :
+       {std::pair(Estimate::points, Energy::joint), std::pair(Estimate::median, Energy::joint),
+        std::pair(Estimate::plane, Energy::weighted)}) {
+    run.observation.estimate = estimate;
+    run.prior.energy = energy;
+    expectPredicted(run);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Memory, EverySolver,
+                         testing::Combine(testing::Values(SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg,
+                                                          SolverMethod::cholesky),
+                                          testing::Values(Prior::membrane, Prior::thinPlate, Prior::triharmonic),
+                                          testing::Values(1, 2)));
+
+TEST(Memory, BandsTakeWhatWasPredicted)
+{
+  SphereRun run(178); // 100,000 points
+  for (const Prior prior : {Prior::membrane, Prior::thinPlate, Prior::triharmonic})
+    for (const Estimate estimate : {Estimate::points, Estimate::plane}) {
+      run.threads = prior == Prior::thinPlate ? 2 : 1;
+      run.prior.prior = prior;
+      run.observation.estimate = estimate;
+      expectPredicted(run);
+    }
+}
+
+TEST(Memory, WhatDoesNotFitIsRefusedBeforeItIsTaken)
+{
+  SphereRun run(60);
+  run.options.denseVoxels = std::int64_t{1} << 40;
+  for (const SolverMethod method :
+       {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg, SolverMethod::cholesky}) {
+    run.solver.method = method;
+    run.options.maxMemory = static_cast<std::size_t>(.9 * run.predicted());
+    const std::int64_t before = benchmarks::heapBytes();
+    benchmarks::resetPeak();
+    const std::string message = clouds::messageOf<ResourceLimit>([&] { run.measured(); });
+    EXPECT_NE(message.find("a voxel size of"), std::string::npos) << message;
+    EXPECT_LT(benchmarks::peakBytes() - before, 1 << 20) << run.name();
+    run.options.maxMemory = 0;
+  }
+  run.solver.method = SolverMethod::cholesky;
+  run.solver.maxFactorBytes = 1 << 30;
+  const std::string message = clouds::messageOf<ResourceLimit>([&] { run.measured(); });
+  EXPECT_NE(message.find("maxFactorBytes (1024 MiB)"), std::string::npos) << message;
+}
