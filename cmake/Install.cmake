@@ -20,16 +20,10 @@ endforeach()
 
 # What a static library leaves to its users to link; a shared one has it inside.
 get_target_property(MRF_LIBRARY_TYPE pcl_mrf TYPE)
-set(MRF_NEEDS_CHOLMOD OFF)
 set(MRF_NEEDS_THREADS OFF)
 set(MRF_PKG_CONFIG_LIBS)
 if(MRF_LIBRARY_TYPE STREQUAL "STATIC_LIBRARY")
   set(MRF_NEEDS_THREADS ON)
-  if(MRF_WITH_CHOLMOD)
-    set(MRF_NEEDS_CHOLMOD ON)
-    string(APPEND MRF_PKG_CONFIG_LIBS " -lcholmod")
-    install(FILES ${PROJECT_SOURCE_DIR}/cmake/FindCHOLMOD.cmake DESTINATION ${MRF_CMAKE_DIR})
-  endif()
   string(APPEND MRF_PKG_CONFIG_LIBS " -pthread")
 endif()
 

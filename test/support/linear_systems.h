@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -17,7 +18,6 @@ namespace systems {
 
 using pcl::mrf::Energy;
 using pcl::mrf::GridSize;
-using pcl::mrf::hasCholesky;
 using pcl::mrf::LinearSystem;
 using pcl::mrf::Observation;
 using pcl::mrf::Prior;
@@ -108,16 +108,7 @@ inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4,
   return options;
 }
 
-/// Without Cholesky under the thread sanitizer, which cannot see how the OpenMP inside CHOLMOD synchronises its
-/// threads.
-inline std::vector<SolverMethod> availableMethods()
-{
-  std::vector<SolverMethod> methods = {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg};
-#ifndef __SANITIZE_THREAD__
-  if (hasCholesky())
-    methods.push_back(SolverMethod::cholesky);
-#endif
-  return methods;
-}
+constexpr std::array<SolverMethod, 4> allMethods = {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg,
+                                                    SolverMethod::cholesky};
 
 } // namespace systems
