@@ -39,7 +39,7 @@ Options paperPreset()
   options.prior.beta = .9f;
   options.solver.method = SolverMethod::icm;
   options.solver.changeTolerance = 1e-3;
-  options.solver.choleskyOnCoarsest = hasCholesky();
+  options.solver.choleskyOnCoarsest = true;
   options.trimming.trimming = Trimming::none;
   options.trimming.minComponentShare = .01f; // should trimming be asked for
   options.remesher.rounds = 10;

@@ -109,15 +109,6 @@ double relativeResidual(const LinearSystem<Real>& system, const std::vector<Real
   return norm > 0 ? std::sqrt(squared) / norm : std::sqrt(squared);
 }
 
-bool hasCholesky()
-{
-#ifdef MRF_HAVE_CHOLMOD
-  return true;
-#else
-  return false;
-#endif
-}
-
 #define MRF_INSTANTIATE(Real)                                                                                          \
   template SolveReport solve(const LinearSystem<Real>&, const SolverOptions&, double, std::vector<Real>&, Execution&); \
   template double energy(const LinearSystem<Real>&, const std::vector<Real>&, Execution&);                             \

@@ -166,7 +166,7 @@ TEST(DataTerm, blocksThatCoupleVoxelsWorkWithEveryMethod)
                 1e-11);
 
     const auto expected = directSolution(system);
-    for (const SolverMethod method : availableMethods()) {
+    for (const SolverMethod method : allMethods) {
       const bool isIcm = method == SolverMethod::icm;
       auto d = zeros(system);
       EXPECT_TRUE(solve(system, solverOptions(method, isIcm ? 1e-9 : 1e-12, 50000), 1, d, execution).converged);

@@ -18,7 +18,7 @@ if [ "$mode" = subdirectory ]; then
   configure "$scratch/build" -DCONSUMER_SOURCE="$tree" -DMRF_WITH_CHOLMOD=OFF
   cmake --build "$scratch/build" >"$scratch/log" || { cat "$scratch/log"; exit 1; }
   "$scratch/build/consumer" multigrid
-  "$scratch/build/consumer" cholesky without
+  "$scratch/build/consumer" cholesky
   exit
 fi
 
@@ -26,8 +26,6 @@ cmake --install "$tree" --prefix "$scratch/first" >/dev/null
 # Moved after installing: nothing in it may depend on where it was.
 mv "$scratch/first" "$scratch/prefix"
 prefix=$scratch/prefix
-cholmod=with
-grep -q '^MRF_WITH_CHOLMOD:BOOL=OFF' "$tree/CMakeCache.txt" && cholmod=without
 
 if grep -rIn --exclude=\*.h --exclude=\*.hpp -e "$tree" -e "$scratch/first" "$prefix"; then
   echo "consumer: the installed files name the build directory" >&2
@@ -37,7 +35,7 @@ fi
 configure "$scratch/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release
 cmake --build "$scratch/build" >"$scratch/log" || { cat "$scratch/log"; exit 1; }
 "$scratch/build/consumer" multigrid
-"$scratch/build/consumer" cholesky $cholmod
+"$scratch/build/consumer" cholesky
 
 pkgconfig=$(dirname "$(find "$prefix" -name pcl_mrf_reconstruction.pc)")
 export PKG_CONFIG_PATH=$pkgconfig

@@ -17,7 +17,6 @@ namespace systems {
 
 using pcl::mrf::Energy;
 using pcl::mrf::GridSize;
-using pcl::mrf::hasCholesky;
 using pcl::mrf::LinearSystem;
 using pcl::mrf::Observation;
 using pcl::mrf::Prior;
@@ -108,16 +107,7 @@ inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4,
   return options;
 }
 
-/// Without Cholesky under the thread sanitizer, which cannot see how the OpenMP inside CHOLMOD synchronises its
-/// threads.
-inline std::vector<SolverMethod> availableMethods()
-{
-  std::vector<SolverMethod> methods = {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg};
-#ifndef __SANITIZE_THREAD__
-  if (hasCholesky())
-    methods.push_back(SolverMethod::cholesky);
-#endif
-  return methods;
-}
+constexpr SolverMethod allMethods[] = {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg,
+                                       SolverMethod::cholesky};
 
 } // namespace systems

@@ -133,15 +133,15 @@ const std::vector<Change>& changes()
       choice("prior", prior, &PriorOptions::prior, 1, 3),
       number("beta", prior, &PriorOptions::beta, .1, .999, 0, 1 - 1e-7),
       choice("energy", prior, &PriorOptions::energy, 0, 1),
-      choice("method", solver, &SolverOptions::method, 0, hasCholesky() ? 3 : 2),
+      choice("method", solver, &SolverOptions::method, 0, 3),
       number("maxIterations", solver, &SolverOptions::maxIterations, 1, 50, 1, most),
       number("residualTolerance", solver, &SolverOptions::residualTolerance, 1e-8, .1, 1e-300, .999999),
       number("changeTolerance", solver, &SolverOptions::changeTolerance, 1e-4, .1, 0, 1e300),
       number("smootherDegree", solver, &SolverOptions::smootherDegree, 1, 10, 0, 50),
       {"choleskyOnCoarsest",
        [](Options& o, Random&, double) {
-         o.solver.choleskyOnCoarsest = hasCholesky();
-         return text(hasCholesky());
+         o.solver.choleskyOnCoarsest = true;
+         return text(true);
        }},
       number("seed", solver, &SolverOptions::seed, 0, 100, 0, 1e19),
       number("maxFactorBytes", solver, &SolverOptions::maxFactorBytes, 1e5, 1e8, 1, 1e19),

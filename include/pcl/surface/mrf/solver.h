@@ -15,7 +15,7 @@ enum class SolverMethod {
   multigrid, ///< conjugate gradients preconditioned by one multigrid V-cycle; see multigrid.h
   icm,       ///< the paper's iterated conditional modes; see icm.h
   cg,        ///< Fletcher–Reeves conjugate gradients on the energy; see conjugate_gradients.h
-  cholesky   ///< sparse Cholesky factorisation through CHOLMOD; see cholesky.h
+  cholesky   ///< sparse Cholesky factorisation; see cholesky.h
 };
 
 struct SolverOptions {
@@ -53,7 +53,6 @@ struct SolveReport {
 /// \param d in: initial guess, size().count() values; out: the solution
 /// \throw SolverFailure if no voxel is observed, the result is not finite, or the factorisation fails
 /// \throw ResourceLimit if cholesky's factor would exceed maxFactorBytes
-/// \throw InvalidOption if cholesky is asked for in a build without CHOLMOD
 /// The result does not depend on the number of threads. Instantiated for float and double.
 template <typename Real>
 SolveReport solve(const LinearSystem<Real>& system, const SolverOptions& options, double unit, std::vector<Real>& d,
@@ -66,9 +65,6 @@ double energy(const LinearSystem<Real>& system, const std::vector<Real>& d, Exec
 /// ‖b − (P + C) d‖ / ‖b‖.
 template <typename Real>
 double relativeResidual(const LinearSystem<Real>& system, const std::vector<Real>& d, Execution& execution);
-
-/// False if the build has no CHOLMOD.
-bool hasCholesky();
 
 } // namespace mrf
 } // namespace pcl
