@@ -270,6 +270,7 @@ private:
       const auto s = static_cast<std::size_t>(slab);
       runSlab(sweep, support, coarseBand, bounds[s], bounds[s + 1], workspaces[s]);
     });
+    execution.poll(); // a V-cycle of a large band takes seconds
   }
 
   void runSlab(const Sweep& sweep, const Band& support, const Band* coarseBand, int zBegin, int zEnd,

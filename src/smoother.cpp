@@ -185,6 +185,7 @@ void Smoother<Real>::smooth(const Sweep& whole, Execution& execution)
       runSlab(sweep, static_cast<int>(begin), static_cast<int>(end),
               workspaces_[static_cast<std::size_t>(begin / plan_.thickness)]);
     });
+    execution.poll(); // on ten million voxels a V-cycle takes seconds
   }
 }
 
