@@ -341,8 +341,8 @@ public:
       choice.heldOut = fine.heldOut();
       if (choice.heldOut < fewest)
         return choice;
-      choice.curve.resize(1);
-      choice.curve.front() = {finest_, fine.error};
+      choice.curve.resize(static_cast<std::size_t>(step));
+      choice.curve.front() = {finest_, fine.error}; // as more cubes may see it now
       choice.curve.push_back({voxelSize, coarse.error});
       if (worse > 0)
         break;

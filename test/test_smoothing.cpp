@@ -108,6 +108,11 @@ TEST(Resolution, anOversampledSmoothSurfaceGetsLargerVoxels)
   EXPECT_GT(choice.voxelSize, 1.4 * .04);
   EXPECT_GT(choice.curve.size(), 1u);
   EXPECT_FLOAT_EQ(static_cast<float>(choice.curve.front().voxelSize), .04f);
+  // All that was tried is told, in steps of √2, the chosen one among them.
+  for (std::size_t n = 1; n < choice.curve.size(); ++n)
+    EXPECT_NEAR(choice.curve[n].voxelSize, std::sqrt(2.) * choice.curve[n - 1].voxelSize, 1e-6);
+  EXPECT_TRUE(std::any_of(choice.curve.begin(), choice.curve.end(),
+                          [&](const ResolutionScore& score) { return score.voxelSize == choice.voxelSize; }));
 }
 
 TEST(Resolution, detailsKeepTheFinestVoxels)
