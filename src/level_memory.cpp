@@ -15,8 +15,8 @@ namespace mrf {
 namespace {
 
 /// Peak bytes of a band per face of a voxel that the surface covers, besides what follows. With it the prediction came
-/// within 4 % of what spheres of 1, 2, 4 and 8 points per face took, 10⁵ to 3·10⁶ points on one thread and on two.
-constexpr double bytesPerFace = 357;
+/// within 6 % of what spheres of 1, 2, 4 and 8 points per face took, 10⁵ to 3·10⁶ points on one thread and on two.
+constexpr double bytesPerFace = 310;
 
 /// The first two bands take several steps, which keeps a direction, with more coarse grids.
 constexpr double moreBytesPerFace = 50;

@@ -365,9 +365,9 @@ TEST(Cholesky, itsStructureHoldsEveryGridAndCoupling)
 
 TEST(Cholesky, canBeLeftWithinASecond)
 {
-  // 28³ voxels take seconds to factorise on a slow machine; between two chances to leave lies a fraction of one.
+  // 24³ voxels take seconds to factorise on a slow machine; between two chances to leave lies a fraction of one.
   using Clock = std::chrono::steady_clock;
-  const auto system = assemble<float>(observeSphere({28, 28, 28}), priorOptions(Prior::triharmonic));
+  const auto system = assemble<float>(observeSphere({24, 24, 24}), priorOptions(Prior::triharmonic));
   Clock::time_point last = Clock::now();
   double longest = 0, fraction = 0;
   int calls = 0;
