@@ -55,6 +55,8 @@ void regularisation(benchmark::State& state, Estimate estimate, std::int64_t cou
     result = MultiscaleResult();
     result = regularise(scan.points, *scan.search, scan.spacing, box, observation, prior, {}, options, execution);
   });
+  state.counters["predicted/taken"] =
+      static_cast<double>(result.predictedBytes) / (state.counters["bytes/point"].value * static_cast<double>(count));
   Execution execution(0);
   state.counters["voxels"] = static_cast<double>(result.levels.back().size.count());
   state.counters["error_voxels"] =
@@ -130,7 +132,8 @@ void smoother(benchmark::State& state)
 void sizes(benchmark::internal::Benchmark* benchmark)
 {
   configure(benchmark);
-  benchmark->ArgNames({"points", "k", "threads"})->ArgsProduct({{10000, 100000, 1000000}, {1, 2, 3}, {1, 2, 4}});
+  benchmark->ArgNames({"points", "k", "threads"})
+      ->ArgsProduct({{10000, 100000, 1000000, 3000000}, {1, 2, 3}, {1, 2, 4}});
 }
 
 } // namespace
