@@ -140,8 +140,12 @@ void checkMemory(const BoundingBox& box, float voxelSize, const Workload& worklo
   const double predicted = bytesFor(voxelSize);
   if (predicted <= limit)
     return;
+  // What is named must not be refused for its factor next.
+  const double fits = workload.solver.method == SolverMethod::cholesky
+                          ? std::min(limit, static_cast<double>(workload.solver.maxFactorBytes))
+                          : limit;
   double fitting = voxelSize;
-  while (bytesFor(fitting) > limit && fitting < box.diagonal())
+  while (bytesFor(fitting) > fits && fitting < box.diagonal())
     fitting *= 1.05;
   std::ostringstream text;
   text.precision(3);

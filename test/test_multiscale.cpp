@@ -103,6 +103,21 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
   EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, ofArea(1), options));
 }
 
+TEST(PlanLevels, TheVoxelSizeThatWouldFitSuitsTheFactorAsWell)
+{
+  const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
+  MultiscaleOptions options;
+  options.maxMemory = std::size_t{8} << 30;
+  Workload workload = ofArea(1);
+  workload.solver.method = SolverMethod::cholesky;
+  workload.solver.maxFactorBytes = std::size_t{64} << 20;
+  const std::string message = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .01f, workload, options); });
+  const std::string phrase = "a voxel size of ";
+  ASSERT_NE(message.find(phrase), std::string::npos) << message;
+  const float fitting = std::stof(message.substr(message.find(phrase) + phrase.size()));
+  EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, workload, options)) << message;
+}
+
 TEST(PlanLevels, AsManyThreadsSweepAsFit)
 {
   const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
