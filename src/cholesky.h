@@ -23,7 +23,7 @@ constexpr double choleskyBytesPerVoxel = 36;
 ///
 /// The voxels are ordered by nested dissection of the grid, so that the factor's structure follows from the grid alone:
 /// its size and the work are known beforehand. Supernodes are factorised one after the other, their dense blocks in
-/// pieces between which the run can be cancelled. Measured on 32³ voxels, k = 1, 2, 3: 1.6, 1.2 and 1.2 times the
+/// pieces between which the run can be cancelled. Measured on 32³ voxels, k = 1, 2, 3: 1.5, 1.2 and 1.2 times the
 /// numbers that METIS's ordering leaves (the corners' share is what counts), known without its second of analysis.
 /// \throw ResourceLimit if the factor would exceed SolverOptions::maxFactorBytes
 template <typename Real>
