@@ -360,8 +360,18 @@ void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Option
   if (!options.outliers.robust)
     return;
   const StageTimer timer("robust field", report, execution);
-  const std::vector<std::uint8_t> keep =
-      keptByField(points, search, report.density.spacing, options.multiscale.voxelSize, execution);
+  // At twice the voxel size a surface has a quarter of the voxels: what takes more belongs to a run that will not fit.
+  const std::size_t limit =
+      options.multiscale.maxMemory > 0 ? options.multiscale.maxMemory : availableMemory() / 10 * 8;
+  std::vector<std::uint8_t> keep;
+  try {
+    keep = keptByField(points, search, report.density.spacing, options.multiscale.voxelSize,
+                       std::max<std::size_t>(limit / 4, 1), execution);
+  } catch (const ResourceLimit& error) {
+    throw ResourceLimit(
+        "the robust field (outliers.robust), at twice the voxel size and with a quarter of the memory: " +
+        error.message());
+  }
   report.points.outliersByField = std::count(keep.begin(), keep.end(), std::uint8_t{0});
   report.points.used -= report.points.outliersByField;
   if (report.points.outliersByField == 0)

@@ -45,7 +45,7 @@ float deviation(const std::vector<float>& absolute)
 } // namespace
 
 std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
-                                      double voxelSize, Execution& execution)
+                                      double voxelSize, std::size_t maxMemory, Execution& execution)
 {
   const auto side = static_cast<float>(2 * voxelSize);
   PriorOptions prior;
@@ -53,6 +53,7 @@ std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const Neighb
   ObservationOptions observation;
   MultiscaleOptions multiscale;
   multiscale.voxelSize = side;
+  multiscale.maxMemory = maxMemory;
   const BoundingBox box = boundingBox(points.positions);
 
   OrientedPoints weighted = points;

@@ -527,6 +527,19 @@ TEST(Errors, MemoryLimitNamesTheVoxelSizeThatFits)
   EXPECT_NE(message.find("voxel"), std::string::npos) << message;
 }
 
+TEST(Errors, MemoryLimitHoldsForTheRobustField)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  pcl::mrf::Options options;
+  options.outliers.robust = true;
+  options.multiscale.maxMemory = 1000;
+  mrf.setOptions(options);
+  const std::string message = expectFailure(mrf, Status::resourceLimit);
+  EXPECT_NE(message.find("outliers.robust"), std::string::npos) << message;
+  EXPECT_EQ(mrf.getReport().times.back().stage, "robust field") << "before five solutions are made for nothing";
+}
+
 TEST(Errors, ReportOfAFailureHasWhatWasDone)
 {
   Mrf mrf;

@@ -20,7 +20,7 @@ std::vector<std::uint8_t> kept(const OrientedPoints& points, int threads = 2)
   Execution execution(threads);
   const auto search = makeKdTree();
   search->setPoints(points.positions);
-  return keptByField(points, *search, spacing, 2 * spacing, execution);
+  return keptByField(points, *search, spacing, 2 * spacing, 0, execution);
 }
 
 std::size_t dropped(const std::vector<std::uint8_t>& keep, std::size_t begin, std::size_t end)

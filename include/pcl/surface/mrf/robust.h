@@ -11,6 +11,7 @@
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -20,10 +21,11 @@ namespace mrf {
 /// Flags the points to keep: those closer to the robust field's zero level than five standard deviations of the points
 /// (by their median) or 1.1 h, whichever is more.
 /// \param spacing l̄, \param voxelSize h of the finest level, cloud's unit, > 0
-/// \param search holds points.positions
+/// \param search holds points.positions \param maxMemory as MultiscaleOptions::maxMemory, of a solution
+/// \throw ResourceLimit if a solution takes more, or is out of proportion to the points
 /// Cost: five solutions of the thin-plate prior at twice the voxel size, an eighth of the voxels.
 std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
-                                      double voxelSize, Execution& execution);
+                                      double voxelSize, std::size_t maxMemory, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl
