@@ -15,5 +15,11 @@ std::size_t availableMemory();
 /// Peak resident bytes of this process so far.
 std::size_t peakMemory();
 
+/// Bytes that a run may take: the option, or 80 % of what is free if it is 0.
+inline double memoryLimit(std::size_t maxMemory)
+{
+  return static_cast<double>(maxMemory > 0 ? maxMemory : availableMemory() / 10 * 8);
+}
+
 } // namespace mrf
 } // namespace pcl

@@ -118,11 +118,6 @@ template <typename Value>
   throw InvalidOption(text.str());
 }
 
-double memoryLimit(const MultiscaleOptions& options)
-{
-  return static_cast<double>(options.maxMemory > 0 ? options.maxMemory : availableMemory() / 10 * 8);
-}
-
 /// Levels that only multigrid and the joint energy can solve in bands are dense for the others.
 MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Workload& workload)
 {
@@ -135,7 +130,7 @@ MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Worklo
 /// \throw ResourceLimit if a box of this size cannot be solved within the limit, by one thread
 void checkMemory(const BoundingBox& box, float voxelSize, const Workload& workload, const MultiscaleOptions& options)
 {
-  const double limit = memoryLimit(options);
+  const double limit = memoryLimit(options.maxMemory);
   const auto bytesFor = [&](double side) { return predictedBytes(box, side, workload, options, 1); };
   const double predicted = bytesFor(voxelSize);
   if (predicted <= limit)
@@ -160,7 +155,7 @@ void checkMemory(const BoundingBox& box, float voxelSize, const Workload& worklo
 /// \throw ResourceLimit if they take more memory than the limit, or are out of proportion to the points
 void checkSurface(double unknowns, std::size_t points, double voxelSize, const MultiscaleOptions& options)
 {
-  const double affordable = memoryLimit(options) / bytesPerUnknown(),
+  const double affordable = memoryLimit(options.maxMemory) / bytesPerUnknown(),
                sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
   if (unknowns <= std::min(affordable, sound))
     return;
@@ -169,7 +164,7 @@ void checkSurface(double unknowns, std::size_t points, double voxelSize, const M
   text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
   if (affordable < sound)
     text << ", " << unknowns * bytesPerUnknown() / (1 << 30) << " GiB, the limit is "
-         << memoryLimit(options) / (1 << 30) << " GiB";
+         << memoryLimit(options.maxMemory) / (1 << 30) << " GiB";
   else
     text << " through " << points << " points, which say nothing about most of it";
   // Faces grow with the square of the voxel size; a tenth more for what coarser levels see otherwise.
@@ -462,7 +457,7 @@ int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& w
                       const MultiscaleOptions& options, int threads)
 {
   const MultiscaleOptions own = withDenseLevels(options, workload);
-  const double limit = memoryLimit(options);
+  const double limit = memoryLimit(options.maxMemory);
   int affordable = threads;
   while (affordable > 1 && predictedBytes(box, voxelSize, workload, own, affordable) > limit)
     --affordable;

@@ -6,11 +6,9 @@
 #include <pcl/surface/mrf/volume.h>
 
 #include "memory.h"
-#include "select_values.h"
-#include "spatial_sort.h"
+#include "stage_timer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <exception>
 #include <iterator>
@@ -24,261 +22,6 @@
 namespace pcl {
 namespace mrf {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start)
-{
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// Names the running stage and adds it to the report, with its wall-clock time when it goes out of scope.
-class StageTimer {
-public:
-  StageTimer(const char* stage, Report& report, Execution& execution) : times_(report.times), entry_(times_.size())
-  {
-    execution.beginStage(stage);
-    times_.push_back({stage, 0}); // here and not in the destructor, which may not throw
-  }
-  ~StageTimer() { times_[entry_].seconds = secondsSince(start_); }
-  StageTimer(const StageTimer&) = delete;
-  StageTimer& operator=(const StageTimer&) = delete;
-
-private:
-  std::vector<StageTime>& times_;
-  std::size_t entry_;
-  Clock::time_point start_ = Clock::now();
-};
-
-/// Completes the report however the run ends.
-class RunTimer {
-public:
-  explicit RunTimer(Report& report) : report_(report) {}
-  ~RunTimer()
-  {
-    report_.seconds = secondsSince(start_);
-    report_.peakBytes = peakMemory();
-  }
-  RunTimer(const RunTimer&) = delete;
-  RunTimer& operator=(const RunTimer&) = delete;
-
-private:
-  Report& report_;
-  Clock::time_point start_ = Clock::now();
-};
-
-std::vector<std::uint8_t> flags(std::size_t count)
-{
-  return std::vector<std::uint8_t>(count, 1);
-}
-
-/// Clears flags by a criterion. \return how many it cleared
-template <typename Rejects>
-std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects, Execution& execution)
-{
-  constexpr std::int64_t grain = 1 << 14;
-  const double dropped =
-      execution.sum(static_cast<std::int64_t>(keep.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-        std::int64_t count = 0;
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-          if (keep[i] && rejects(i)) {
-            keep[i] = 0;
-            ++count;
-          }
-        return static_cast<double>(count);
-      });
-  return static_cast<std::int64_t>(dropped);
-}
-
-bool isUsable(const Eigen::Vector3f& normal)
-{
-  return normal.allFinite() && normal.cast<double>().norm() > 1e-6;
-}
-
-/// \return whether one of the flagged points has a normal
-bool hasUsableNormals(const std::vector<Eigen::Vector3f>& normals, const std::vector<std::uint8_t>& keep,
-                      Execution& execution)
-{
-  constexpr std::int64_t grain = 1 << 14;
-  return execution.sum(static_cast<std::int64_t>(normals.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      if (keep[i] && isUsable(normals[i]))
-        return 1.;
-    return 0.;
-  }) > 0;
-}
-
-/// Drops all but the first of equal positions, which follow each other, with their origins. \return how many it dropped
-std::int64_t dropRepeated(PointSet& points)
-{
-  std::size_t kept = 0;
-  for (std::size_t n = 0; n < points.positions.size(); ++n)
-    if (n == 0 || points.positions[n] != points.positions[kept - 1]) {
-      points.positions[kept] = points.positions[n];
-      points.origins[kept++] = points.origins[n];
-    }
-  const std::size_t dropped = points.positions.size() - kept;
-  points.positions.resize(kept);
-  points.origins.resize(kept);
-  return static_cast<std::int64_t>(dropped);
-}
-
-/// \throw InvalidInput if the direction to a sensor cannot be computed in single precision
-void requireSensor(const Eigen::Vector3d& sensor, std::size_t number)
-{
-  constexpr double farthest = 1e18;
-  if (sensor.cwiseAbs().maxCoeff() <= farthest && sensor.allFinite())
-    return;
-  std::ostringstream text;
-  text << "sensor " << number << " (counted from 0) is not finite, or farther than " << farthest
-       << " from the cloud; give a position of the cloud's own frame";
-  throw InvalidInput(text.str());
-}
-
-/// Keeps the flagged points and hands them to the search; both stay as they are if all are kept.
-/// \return whether some were dropped
-bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighbourSearch& search, Execution& execution)
-{
-  if (std::find(keep.begin(), keep.end(), std::uint8_t{0}) == keep.end())
-    return false;
-  points = select(points, keep);
-  if (points.size() > 0)
-    search.dropPoints(points.positions, keep, execution);
-  return true;
-}
-
-void requirePoints(const PointSet& points, const char* after, const Report& report)
-{
-  if (points.size() >= fewestPoints)
-    return;
-  const PointCounts& counts = report.points;
-  std::ostringstream text;
-  text << points.size() << " of " << counts.input << " points are left after " << after << ", at least " << fewestPoints
-       << " are needed (dropped: " << counts.notFinite << " not finite, " << counts.duplicates << " duplicates, "
-       << counts.zeroNormals << " zero normals, " << counts.zeroConfidence << " without confidence, "
-       << counts.outliersAlone + counts.outliersBySpacing + counts.outliersByStatistics << " outliers, "
-       << counts.noiseByPlaneFit << " without a plane, " << counts.smallComponents << " in small components)";
-  throw InvalidInput(text.str());
-}
-
-/// Between these lengths a cloud scaled by a power of two gives the same bytes, scaled. Outside of them areas and their
-/// squares, the fourth powers of lengths, leave the range of single precision.
-constexpr double shortestSpacing = 1e-8, longestDiagonal = 1e9;
-
-/// Of the box around the points, also where its square would overflow.
-double diagonalOf(const PointSet& points)
-{
-  const BoundingBox box = boundingBox(points.positions);
-  return (box.upper.cast<double>() - box.lower.cast<double>()).norm();
-}
-
-/// \throw InvalidInput if a length of the cloud is outside of that range, with a factor that brings it into its middle
-void requireRange(const char* what, double length)
-{
-  if (length >= shortestSpacing && length <= longestDiagonal)
-    return;
-  std::ostringstream text;
-  text.precision(3);
-  text << "the points' " << what << " is " << length << ", outside the range of single precision from "
-       << shortestSpacing << " to " << longestDiagonal << "; multiply the coordinates by 1e"
-       << -std::lround(std::log10(length)) << (length > 1 ? ", or drop points far away" : "");
-  throw InvalidInput(text.str());
-}
-
-/// Hands the points to the search first, drops outliers, and measures the density of what is left: from the same
-/// distances, as the few outliers hardly count among eight neighbours.
-void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
-                    Execution& execution)
-{
-  NeighbourDistances distances;
-  {
-    const StageTimer timer("outliers", report, execution);
-    search.setPoints(points.positions, execution);
-    distances = measureNeighbours(points, search, execution);
-    const OutlierResult outliers = findOutliers(points, distances, search, options.outliers, execution);
-    report.points.outliersAlone = outliers.droppedAlone;
-    report.points.outliersBySpacing = outliers.droppedBySpacing;
-    report.points.outliersByStatistics = outliers.droppedByStatistics;
-    if (reduce(points, outliers.keep, search, execution))
-      for (std::vector<float>* values : {&distances.nearest, &distances.eighth, &distances.mean})
-        *values = selectValues(*values, outliers.keep);
-  }
-  requirePoints(points, "outlier removal", report);
-  const StageTimer timer("sampling density", report, execution);
-  report.density = estimateSamplingDensity(points, distances, execution, options.unit);
-  requireRange("spacing", report.density.spacing);
-  points.spacings = localSpacings(points, distances, execution);
-}
-
-/// A cloud whose type has room for normals, which nobody has estimated yet.
-/// \throw InvalidInput if these are to be used as they are
-void warnOfZeroNormals(const PointSet& points, const Options& options, Report& report)
-{
-  if (!points.hadOnlyZeroNormals)
-    return;
-  if (options.normals.source == NormalSource::use)
-    throw InvalidInput("all normals of the cloud are zero or not finite, and normals.source = use wants them as they "
-                       "are; have them estimated (automatic)");
-  report.warnings.push_back("all normals of the cloud are zero or not finite: they were estimated instead");
-}
-
-/// The normals to be oriented, taken from the points if they are theirs; points without one are dropped.
-std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighbourSearch& search,
-                                         Report& report, Execution& execution)
-{
-  const StageTimer timer("normals", report, execution);
-  const bool given = !points.normals.empty() &&
-                     (options.normals.source == NormalSource::automatic || options.normals.source == NormalSource::use);
-  report.normalsEstimated = !given;
-  if (given && !options.normals.noiseCriteria)
-    return std::move(points.normals);
-
-  NormalEstimates estimates =
-      estimateNormals(points, search, report.density.spacing, options.normals, execution, options.observation.noise);
-  std::vector<std::uint8_t> keep = flags(points.size());
-  report.points.noiseByPlaneFit = dropWhere(
-      keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); },
-      execution);
-  std::vector<Eigen::Vector3f> normals = given ? points.normals : std::move(estimates.normals);
-  if (reduce(points, keep, search, execution))
-    normals = given ? points.normals : selectValues(normals, keep);
-  return normals;
-}
-
-OrientationVote chooseVote(const PointSet& points, const Options& options, const Report& report)
-{
-  if (!report.normalsEstimated)
-    return OrientationVote::none;
-  if (options.normals.source == NormalSource::reference && !points.normals.empty())
-    return OrientationVote::reference;
-  return points.sensors.empty() ? OrientationVote::outward : OrientationVote::sensor;
-}
-
-void warnOfGuess(Report& report)
-{
-  std::ostringstream text;
-  text << "the surface is open (" << std::lround(100 * report.orientation.openShare)
-       << " % of it encloses no volume), and nothing tells which side is the outside: the side that was taken is a "
-          "guess; give the sensor's position (--sensor, setSensorPosition), a cloud that knows its sensor origin, or "
-          "normals";
-  report.warnings.push_back(text.str());
-}
-
-void warnOfDisagreement(const Options& options, Report& report)
-{
-  // Where the side is a guess, votes on it mean nothing.
-  if (report.orientation.sideIsGuessed)
-    return warnOfGuess(report);
-  if (report.vote == OrientationVote::none || report.orientation.agreement >= options.orientation.lowAgreement)
-    return;
-  std::ostringstream text;
-  text.precision(3);
-  text << "only " << 100 * report.orientation.agreement
-       << " % of the normals agree with the vote on their orientation ("
-       << "lowAgreement = " << options.orientation.lowAgreement
-       << "); give sensor positions, or normals that point outward";
-  report.warnings.push_back(text.str());
-}
 
 /// Names the rules that dropped more points than an everyday scan has outliers.
 void warnOfDroppedPoints(Report& report)
@@ -361,12 +104,11 @@ void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Option
     return;
   const StageTimer timer("robust field", report, execution);
   // At twice the voxel size a surface has a quarter of the voxels: what takes more belongs to a run that will not fit.
-  const std::size_t limit =
-      options.multiscale.maxMemory > 0 ? options.multiscale.maxMemory : availableMemory() / 10 * 8;
+  const auto limit = static_cast<std::size_t>(memoryLimit(options.multiscale.maxMemory) / 4);
   std::vector<std::uint8_t> keep;
   try {
     keep = keptByField(points, search, report.density.spacing, options.multiscale.voxelSize,
-                       std::max<std::size_t>(limit / 4, 1), execution);
+                       std::max<std::size_t>(limit, 1), execution);
   } catch (const ResourceLimit& error) {
     throw ResourceLimit(
         "the robust field (outliers.robust), at twice the voxel size and with a quarter of the memory: " +
@@ -455,7 +197,7 @@ OwnedPieces split(OrientedPoints& points, NeighbourSearch& search, const Options
       owned.searches.back()->setPoints(owned.points.back().positions, execution);
     }
   if (!pieces.alone.empty()) {
-    std::vector<std::uint8_t> keep = flags(points.size());
+    std::vector<std::uint8_t> keep(points.size(), 1);
     for (const std::uint32_t i : pieces.alone)
       keep[i] = 0;
     points = select(points, keep);
@@ -480,6 +222,12 @@ void chooseVolumes(std::vector<Piece>& pieces, const Options& options, Report& r
                                 options.prior, options.solver, options.multiscale, maxHole, execution);
 }
 
+Support supportOf(const OrientedPoints& points, const NeighbourSearch& search, float reach, float spacing,
+                  const Options& options)
+{
+  return {points, search, reach, options.unit == LengthUnit::density ? spacing : 0}; // the paper has one for all points
+}
+
 /// What trimming may keep of a zero level, as a coarser level shows it. Its limits are wider here, and what turns away
 /// from the surface around it is not told apart: the finest level's mesh decides that.
 SurfaceFilter trimmedGenerously(const Piece& piece, const Options& options, TrimmingOptions trimming, float diagonal,
@@ -494,8 +242,8 @@ SurfaceFilter trimmedGenerously(const Piece& piece, const Options& options, Trim
   trimming.minComponentShare = 0;
   return [&piece, &options, trimming, diagonal, spacing, &execution](TriangleMesh mesh, float voxelSize) {
     const float reach = std::max(options.observation.maxDistance, 1.5f * voxelSize);
-    const Support support(*piece.points, *piece.search, reach, options.unit == LengthUnit::density ? spacing : 0);
-    setConfidences(mesh, support, options.observation.confidenceShape, execution);
+    setConfidences(mesh, supportOf(*piece.points, *piece.search, reach, spacing, options),
+                   options.observation.confidenceShape, execution);
     if (std::all_of(mesh.confidences.begin(), mesh.confidences.end(), [](float value) { return value > 0; }))
       return mesh;
     return trim(std::move(mesh), *piece.points, *piece.search, diagonal, trimming, execution).mesh;
@@ -524,12 +272,6 @@ DistanceField regularise(const std::vector<Piece>& pieces, const Options& option
   return DistanceField::ofPieces(std::move(fields));
 }
 
-Support supportOf(const Reconstruction& result, const NeighbourSearch& search, const Options& options)
-{
-  const bool isLocal = options.unit == LengthUnit::density; // the paper has one reach for all points
-  return {result.points, search, options.observation.maxDistance, isLocal ? result.report.density.spacing : 0};
-}
-
 void setVertexFields(Reconstruction& result, const Support& support, const Options& options, Execution& execution)
 {
   setNormals(result.mesh, result.field, execution);
@@ -537,112 +279,6 @@ void setVertexFields(Reconstruction& result, const Support& support, const Optio
 }
 
 } // namespace
-
-PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
-                const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
-                const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts)
-{
-  Execution serial(1);
-  return gather(positions, normals, confidences, views, sensors, normalsNeeded, counts, serial);
-}
-
-PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
-                const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
-                const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts,
-                Execution& execution)
-{
-  requireCountable(positions.size());
-  counts = PointCounts();
-  counts.input = static_cast<std::int64_t>(positions.size());
-  std::vector<std::uint8_t> keep = flags(positions.size());
-  counts.notFinite = dropWhere(
-      keep, [&](std::size_t i) { return !positions[i].allFinite(); }, execution);
-  const bool hasNormals = hasUsableNormals(normals, keep, execution);
-  if (normalsNeeded && hasNormals)
-    counts.zeroNormals = dropWhere(
-        keep, [&](std::size_t i) { return !isUsable(normals[i]); }, execution);
-  if (!confidences.empty())
-    counts.zeroConfidence = dropWhere(
-        keep, [&](std::size_t i) { return !std::isfinite(confidences[i]) || !(confidences[i] > 0); }, execution);
-
-  PointSet points;
-  points.hadOnlyZeroNormals = !normals.empty() && !hasNormals;
-  points.origins = spatialOrder(positions, keep, execution);
-  // From here on what is read lies in the order it is read in.
-  constexpr std::int64_t grain = 1 << 14;
-  const auto forPoints = [&](const auto& body) {
-    execution.forRange(static_cast<std::int64_t>(points.origins.size()), grain,
-                       [&](std::int64_t begin, std::int64_t end) {
-                         for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
-                           body(n, points.origins[n]);
-                       });
-  };
-  points.positions.resize(points.origins.size());
-  forPoints([&](std::size_t n, std::uint32_t origin) { points.positions[n] = positions[origin]; });
-  counts.duplicates = dropRepeated(points);
-  counts.used = static_cast<std::int64_t>(points.origins.size());
-
-  const BoundingBox box = boundingBox(points.positions);
-  points.offset = .5 * (box.lower.cast<double>() + box.upper.cast<double>());
-  points.normals.resize(hasNormals ? points.origins.size() : 0);
-  points.confidences.resize(confidences.empty() ? 0 : points.origins.size());
-  points.views.resize(views.empty() ? 0 : points.origins.size());
-  forPoints([&](std::size_t n, std::uint32_t origin) {
-    points.positions[n] = (points.positions[n].cast<double>() - points.offset).cast<float>();
-    if (hasNormals) {
-      const Eigen::Vector3d normal = normals[origin].cast<double>(); // whose square single precision may not hold
-      const double length = normal.norm();
-      const bool usable = std::isfinite(length) && length > 0;
-      points.normals[n] = usable ? Eigen::Vector3f((normal / length).cast<float>()) : Eigen::Vector3f::Zero();
-    }
-    if (!confidences.empty())
-      points.confidences[n] = std::min(confidences[origin], 1.0f);
-    if (!views.empty())
-      points.views[n] = views[origin];
-  });
-  for (const Eigen::Vector3d& sensor : sensors) {
-    requireSensor(sensor - points.offset, points.sensors.size());
-    points.sensors.push_back((sensor - points.offset).cast<float>());
-  }
-  return points;
-}
-
-OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSearch& search, Report& report,
-                          Execution& execution)
-{
-  requirePoints(points, "gathering", report);
-  warnOfZeroNormals(points, options, report);
-  requireRange("diagonal", diagonalOf(points));
-  removeOutliers(points, options, search, report, execution);
-  std::vector<Eigen::Vector3f> normals = findNormals(points, options, search, report, execution);
-  requirePoints(points, "normal estimation", report);
-
-  report.vote = chooseVote(points, options, report);
-  report.sensorOriginUsed = report.vote == OrientationVote::sensor && points.hasSensorOrigin;
-  {
-    const StageTimer timer("orientation", report, execution);
-    report.orientation =
-        orientNormals(points, normals, search, report.density, report.vote, options.orientation, execution);
-  }
-  normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
-  warnOfDisagreement(options, report);
-  report.points.smallComponents = report.orientation.pointsDropped;
-  points.normals = std::move(report.orientation.normals);
-  reduce(points, report.orientation.keep, search, execution);
-  report.orientation.normals.clear();
-  report.orientation.keep = std::vector<std::uint8_t>();
-  requirePoints(points, "dropping small components", report);
-  report.points.used = static_cast<std::int64_t>(points.size());
-
-  OrientedPoints oriented;
-  oriented.positions = std::move(points.positions);
-  oriented.normals = std::move(points.normals);
-  oriented.confidences = std::move(points.confidences);
-  oriented.spacings = std::move(points.spacings);
-  oriented.origins = std::move(points.origins);
-  oriented.offset = points.offset;
-  return oriented;
-}
 
 void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
                  Execution& execution, Reconstruction& result)
@@ -688,7 +324,8 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   if (result.mesh.triangles.empty())
     throw InvalidInput("the field has no zero level: the normals may all point the same way around, or β = " +
                        std::to_string(options.prior.beta) + " is too small");
-  const Support support = supportOf(result, search, resolved);
+  const Support support =
+      supportOf(result.points, search, resolved.observation.maxDistance, report.density.spacing, resolved);
   {
     const StageTimer timer("trimming", report, execution);
     setVertexFields(result, support, resolved, execution);

@@ -37,5 +37,23 @@ inline float median(std::vector<float> values)
 /// The same without a copy, for many values. \pre not negative, not NaN
 float median(const std::vector<float>& values, Execution& execution);
 
+/// Clears flags by a criterion. \return how many it cleared
+template <typename Rejects>
+std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects, Execution& execution)
+{
+  constexpr std::int64_t grain = 1 << 14;
+  const double dropped =
+      execution.sum(static_cast<std::int64_t>(keep.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+        std::int64_t count = 0;
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+          if (keep[i] && rejects(i)) {
+            keep[i] = 0;
+            ++count;
+          }
+        return static_cast<double>(count);
+      });
+  return static_cast<std::int64_t>(dropped);
+}
+
 } // namespace mrf
 } // namespace pcl
