@@ -1,5 +1,6 @@
 #include "mesh_topology.h"
 
+#include <pcl/surface/mrf/self_intersection.h>
 #include <pcl/surface/mrf/trimming.h>
 
 #include <Eigen/Geometry>
@@ -21,18 +22,19 @@ constexpr float minTurn = .5f, minShrink = .1f;
 
 class BorderTightener {
 public:
-  BorderTightener(TriangleMesh& mesh, const Support& support) : mesh_(mesh), support_(support) {}
+  BorderTightener(TriangleMesh& mesh, const Support& support) : mesh_(mesh), support_(support), before_(mesh.vertices)
+  {}
 
   std::int64_t run(Execution& execution)
   {
     const std::vector<std::uint8_t> isNear = findRing();
     corners_ = groupCorners(mesh_, isNear);
     measureMargins(execution);
-    std::int64_t moved = 0;
     for (const std::int32_t v : border_)
-      if (margins_[at(v)] < 0 && pull(v))
-        ++moved;
-    return moved;
+      if (margins_[at(v)] < 0)
+        pull(v);
+    takeBackWhatIntersects(isNear, execution);
+    return std::count_if(border_.begin(), border_.end(), [&](std::int32_t v) { return hasMoved(v); });
   }
 
 private:
@@ -73,10 +75,10 @@ private:
   }
 
   /// The neighbor in whose direction support begins soonest; the vertex itself if there is none with support.
-  std::int32_t nearestWithSupport(std::int32_t vertex, float& distance) const
+  std::int32_t nearestWithSupport(std::int32_t vertex) const
   {
     std::int32_t best = vertex;
-    distance = std::numeric_limits<float>::infinity();
+    float distance = std::numeric_limits<float>::infinity();
     for (std::int32_t c = corners_.begin[at(vertex)]; c < corners_.begin[at(vertex) + 1]; ++c)
       for (const std::int32_t other : mesh_.triangles[at(corners_.corners[at(c)] / 3)]) {
         if (!(margins_[at(other)] > 0))
@@ -97,12 +99,11 @@ private:
     return margins_[at(without)] / (margins_[at(without)] - margins_[at(with)]);
   }
 
-  bool pull(std::int32_t vertex)
+  void pull(std::int32_t vertex)
   {
-    float distance;
-    const std::int32_t goal = nearestWithSupport(vertex, distance);
+    const std::int32_t goal = nearestWithSupport(vertex);
     if (goal == vertex)
-      return false;
+      return;
     const Eigen::Vector3f start = mesh_.vertices[at(vertex)], way = mesh_.vertices[at(goal)] - start;
     constexpr int tries = 6;
     float part = std::min(share(vertex, goal), mostOfEdge);
@@ -112,9 +113,8 @@ private:
         continue;
       mesh_.vertices[at(vertex)] = position;
       margins_[at(vertex)] = 0;
-      return true;
+      return;
     }
-    return false;
   }
 
   bool keepsTriangles(std::int32_t vertex, const Eigen::Vector3f& position) const
@@ -132,8 +132,33 @@ private:
     return true;
   }
 
+  bool hasMoved(std::int32_t vertex) const { return mesh_.vertices[at(vertex)] != before_[at(vertex)]; }
+
+  /// Until none of the triangles at the border intersect, or those that do did so before.
+  void takeBackWhatIntersects(const std::vector<std::uint8_t>& isNear, Execution& execution)
+  {
+    TriangleMesh ring;
+    for (std::size_t t = 0; t < isNear.size(); ++t)
+      if (isNear[t])
+        ring.triangles.push_back(mesh_.triangles[t]);
+    bool isTakenBack = true;
+    while (isTakenBack) {
+      isTakenBack = false;
+      ring.vertices.swap(mesh_.vertices);
+      const std::vector<std::int32_t> intersecting = selfIntersectingTriangles(ring, execution);
+      ring.vertices.swap(mesh_.vertices);
+      for (const std::int32_t t : intersecting)
+        for (const std::int32_t v : ring.triangles[at(t)])
+          if (hasMoved(v)) {
+            mesh_.vertices[at(v)] = before_[at(v)];
+            isTakenBack = true;
+          }
+    }
+  }
+
   TriangleMesh& mesh_;
   const Support& support_;
+  const std::vector<Eigen::Vector3f> before_;
   VertexCorners corners_; ///< of the triangles around the border
   std::vector<std::int32_t> border_;
   std::vector<float> margins_; ///< by vertex

@@ -6,6 +6,7 @@
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/polygonizer.h>
 #include <pcl/surface/mrf/sampling_density.h>
+#include <pcl/surface/mrf/self_intersection.h>
 #include <pcl/surface/mrf/trimming.h>
 #include <pcl/surface/mrf/vertex_fields.h>
 
@@ -590,6 +591,38 @@ TEST(TightenBorders, leavesBordersOfFillingsAndClosedMeshes)
   const std::vector<Vector3f> before = holed.vertices;
   EXPECT_EQ(tightenBorders(holed, support, execution), 0);
   EXPECT_EQ(holed.vertices, before);
+}
+
+TEST(TightenBorders, makesNoTrianglesIntersect)
+{
+  // A point at the second vertex supports that alone. Towards it the first vertex, which is on the border, would drag
+  // the third triangle over the splinter, another surface below it.
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {.5f, -.8f, 0}, {.5f, .8f, 0}, {-.5f, .8f, .5f}};
+  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 4}};
+  OrientedPoints observed;
+  observed.positions = {mesh.vertices[1]};
+  observed.normals = {Vector3f::UnitZ()};
+  const auto search = makeKdTree();
+  search->setPoints(observed.positions);
+  const Support support(observed, *search, .6f, 0);
+  Execution execution(1);
+  TriangleMesh alone = mesh;
+  ASSERT_GT(tightenBorders(alone, support, execution), 0);
+  ASSERT_NE(alone.vertices[0], mesh.vertices[0]);
+
+  const auto middleOf = [](const TriangleMesh& of, std::size_t t) -> Vector3f {
+    const auto corner = [&](std::size_t i) { return of.vertices[static_cast<std::size_t>(of.triangles[t][i])]; };
+    return (corner(0) + corner(1) + corner(2)) / 3;
+  };
+  const Vector3f between = middleOf(alone, 2);
+  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+  for (const Vector3f& corner : {Vector3f(0, 0, -.02f), Vector3f(.02f, 0, .02f), Vector3f(0, .02f, .02f)})
+    mesh.vertices.push_back(between + corner);
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  ASSERT_TRUE(selfIntersectingTriangles(mesh).empty());
+  tightenBorders(mesh, support, execution);
+  EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
 }
 
 TEST(Trimming, refusesBadOptionsByName)

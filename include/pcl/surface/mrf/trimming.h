@@ -88,7 +88,8 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const Neighbour
 
 /// Pulls the vertices of borders that no point supports back to where support ends: trimming cuts along edges, up to an
 /// edge beyond it. A vertex moves along the edge on which support ends soonest, less far where a triangle around it
-/// would turn over; where a border runs through fillings it stays.
+/// would turn over, and not at all where triangles at borders would intersect; where a border runs through fillings it
+/// stays.
 /// \return how many vertices moved; their normals and confidences are those of before
 /// Cost: linear, and some queries per vertex of a border.
 std::int64_t tightenBorders(TriangleMesh& mesh, const Support& support, Execution& execution);
