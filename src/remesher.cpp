@@ -3,6 +3,7 @@
 #include "half_edge_mesh.h"
 #include "spatial_sort.h"
 #include "triangle_shape.h"
+#include "zero_level.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/remesher.h>
@@ -27,62 +28,14 @@ constexpr float squared(float value)
   return value * value;
 }
 
-/// Unit normal of the field, or the fallback where its gradient vanishes.
-Vector3f normalOf(const DistanceField& field, const Vector3f& position, const Vector3f& fallback)
-{
-  const Vector3f gradient = field.sampleGradient(position);
-  const float norm = gradient.norm();
-  return norm > 1e-6f ? Vector3f(gradient / norm) : fallback;
-}
-
-/// |d| / |∇d| in voxels up to which a position counts as on the zero level.
-constexpr float onLevel = 1e-3f;
-/// |d| / |∇d| in voxels up to which a straight step is as good as one of four stages: the gradient hardly turns on the
-/// way, and what is left is a part of it for the next step.
-constexpr float straightStep = .25f;
-
-/// Follows the gradient to the zero level. \param end what is reached, with its unit normal
-bool trace(const DistanceField& field, const Vector3f& start, float maxStep, Corner& end)
-{
-  const auto spacing = static_cast<float>(field.lattice().spacing);
-  const auto slopeOf = [](const Vector3f& gradient) -> Vector3f { return gradient / gradient.squaredNorm(); };
-  const auto slopeAt = [&](const Vector3f& x) { return slopeOf(field.sampleGradient(x)); };
-  Vector3f x = start;
-  // Each step integrates dx/dd = ∇d/|∇d|² from d to 0. The gradient is that of a smoother interpolation than the
-  // distance's, so that a few more may be needed; many do not converge.
-  for (int step = 0; step < 8; ++step) {
-    Vector3f gradient;
-    const float d = field.sampleDistance(x, gradient);
-    const Vector3f k1 = slopeOf(gradient);
-    if (!k1.allFinite())
-      return false;
-    const float distance = std::abs(d) * k1.norm();
-    if (distance <= onLevel * spacing) {
-      end = {x, gradient.normalized()};
-      return true;
-    }
-    if (distance <= straightStep * spacing) {
-      x -= d * k1;
-    } else {
-      const Vector3f k2 = slopeAt(x - .5f * d * k1);
-      const Vector3f k3 = slopeAt(x - .5f * d * k2);
-      const Vector3f k4 = slopeAt(x - d * k3);
-      x -= d / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
-    }
-    if (!((x - start).squaredNorm() <= squared(maxStep)))
-      return false;
-  }
-  return false;
-}
-
 /// One remeshing run: the mesh, the lengths and the counts that the passes share.
 class Remesher {
 public:
   /// \param watchAll look for intersections everywhere after each round, not only where they are to be expected
   Remesher(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options, bool watchAll,
            Execution& execution)
-      : mesh_(mesh), field_(field), options_(options), execution_(execution),
-        maxStep_(.5f * static_cast<float>(field.lattice().spacing))
+      : mesh_(mesh), level_(field, .5f * static_cast<float>(field.lattice().spacing)), options_(options),
+        execution_(execution)
   {
     target_ = options.targetEdge > 0 ? options.targetEdge : medianEdge();
     checkSize();
@@ -92,12 +45,11 @@ public:
       crowded_.emplace(mesh_.positions, mesh_.normals, 1.5f * target_, execution_);
     counts_.intersectingBefore = static_cast<std::int64_t>(intersectingTriangles().size());
     partBorders();
-    curves_ = BorderCurves(mesh_, maxStep_, [&](Vector3f& position) {
-      Corner reached;
-      const bool isReached = trace(field_, position, maxStep_, reached);
-      if (isReached)
-        position = reached.position;
-      return isReached;
+    curves_ = BorderCurves(mesh_, level_.maxStep(), [&](Vector3f& position) {
+      const std::optional<Corner> reached = level_.trace(position);
+      if (reached)
+        position = reached->position;
+      return reached.has_value();
     });
   }
 
@@ -187,7 +139,7 @@ private:
           continue;
         Vector3f sum = Vector3f::Zero();
         mesh_.forOutgoing(v, [&](std::int32_t h) { sum += cross(h); });
-        mesh_.normals[v] = normalOf(field_, mesh_.positions[v], sum.normalized());
+        mesh_.normals[v] = level_.normalAt(mesh_.positions[v], sum.normalized());
       }
     });
   }
@@ -221,7 +173,7 @@ private:
     const Vector3f inwards = sum / static_cast<float>(mesh_.valence[v]);
     for (const float share : {.3f, .15f, .05f}) {
       const Vector3f position = mesh_.positions[v] + share * inwards;
-      const Corner moved{position, normalOf(field_, position, mesh_.normals[v])};
+      const Corner moved{position, level_.normalAt(position, mesh_.normals[v])};
       bool fits = true;
       mesh_.forOutgoing(v, [&](std::int32_t h) {
         // Thinner for now, and yet the way to get rid of it; not turned over, whatever the field's normals do.
@@ -407,19 +359,19 @@ private:
       place = curves_.between(mesh_.places[mesh_.origin[h]], mesh_.places[mesh_.target(h)], .5);
       middle = curves_.at(place);
     }
-    Corner m;
-    if (!trace(field_, middle, maxStep_, m))
+    const std::optional<Corner> m = level_.trace(middle);
+    if (!m)
       return refused();
 
     const auto halvesFit = [&](std::int32_t side, const Corner& from, const Corner& to) {
       const Corner apex = corner(mesh_.opposite(side));
       TriangleShape former = shape(side);
       former.shape *= .5f; // half a needle is a thinner one, and yet the way to get rid of it
-      return TriangleShape(from, m, apex).mayReplace(former) && TriangleShape(m, to, apex).mayReplace(former);
+      return TriangleShape(from, *m, apex).mayReplace(former) && TriangleShape(*m, to, apex).mayReplace(former);
     };
     if (!halvesFit(h, a, b) || (g >= 0 && !halvesFit(g, b, a)))
       return refused();
-    const std::int32_t vertex = mesh_.split(h, m.position, m.normal);
+    const std::int32_t vertex = mesh_.split(h, m->position, m->normal);
     if (g < 0)
       mesh_.places[vertex] = place;
     ++counts_.splits;
@@ -466,8 +418,8 @@ private:
       return refused();
     if (mesh_.onBoundary(a))
       return collapse(h, corner(a)) || refused();
-    Corner middle;
-    if (trace(field_, .5f * (mesh_.positions[a] + mesh_.positions[b]), maxStep_, middle) && collapse(h, middle))
+    const std::optional<Corner> middle = level_.trace(.5f * (mesh_.positions[a] + mesh_.positions[b]));
+    if (middle && collapse(h, *middle))
       return true;
     return collapse(h, corner(a)) || collapse(h, corner(b)) || refused();
   }
@@ -518,8 +470,8 @@ private:
     if (!mesh_.mayCollapseBorder(h))
       return refused();
     const double middle = curves_.between(mesh_.places[a], mesh_.places[b], .5);
-    Corner merged;
-    if (trace(field_, curves_.at(middle), maxStep_, merged) && collapseBorder(h, merged, middle))
+    const std::optional<Corner> merged = level_.trace(curves_.at(middle));
+    if (merged && collapseBorder(h, *merged, middle))
       return true;
     return collapseBorder(h, corner(a), mesh_.places[a]) || collapseBorder(h, corner(b), mesh_.places[b]) || refused();
   }
@@ -541,7 +493,7 @@ private:
   /// True if the border from one vertex over a position to another vertex cuts off no more of its curve than it may.
   bool followsBorder(std::int32_t previous, const Vector3f& position, double place, std::int32_t next) const
   {
-    const float distance = .5f * maxStep_;
+    const float distance = .5f * level_.maxStep();
     return curves_.isNear(mesh_.places[previous], place, mesh_.positions[previous], position, distance) &&
            curves_.isNear(place, mesh_.places[next], position, mesh_.positions[next], distance);
   }
@@ -588,9 +540,9 @@ private:
   }
 
   /// Where a vertex is to go: part of the way to its tangential target, then to the zero level.
-  bool propose(std::int32_t v, const Vector3f& step, Corner& moved) const
+  std::optional<Corner> propose(std::int32_t v, const Vector3f& step) const
   {
-    return trace(field_, mesh_.positions[v] + step, maxStep_, moved);
+    return level_.trace(mesh_.positions[v] + step);
   }
 
   bool mayMove(std::int32_t v, const Corner& moved) const
@@ -613,8 +565,7 @@ private:
     formerPlaces_ = mesh_.places;
     areas_.resize(count);
     steps_.resize(count);
-    moved_.resize(count);
-    reached_.assign(count, 0);
+    moved_.assign(count, {});
     settled_.assign(count, 0);
     execution_.forRange(count, vertexGrain, [&](std::int64_t begin, std::int64_t end) {
       for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
@@ -637,7 +588,7 @@ private:
         steps_[v] = options_.relaxation * (towards - n * n.dot(towards));
         settled_[v] = steps_[v].squaredNorm() < squared(minStep * target_) ? 1 : 0;
         if (!settled_[v])
-          reached_[v] = propose(v, steps_[v], moved_[v]) ? 1 : 0;
+          moved_[v] = propose(v, steps_[v]);
       }
     });
     moveAll();
@@ -674,12 +625,10 @@ private:
   {
     if (mesh_.onBoundary(v))
       return moveAlongBorder(v);
-    bool reached = reached_[v] != 0;
     for (const float share : {1.0f, .5f, .25f, 0.0f}) { // the last: to the zero level and no more
-      if (share < 1)
-        reached = propose(v, share * steps_[v], moved_[v]);
-      if (reached && mayMove(v, moved_[v])) {
-        moveTo(v, moved_[v]);
+      const std::optional<Corner> moved = share < 1 ? propose(v, share * steps_[v]) : moved_[v];
+      if (moved && mayMove(v, *moved)) {
+        moveTo(v, *moved);
         return share > 0;
       }
     }
@@ -701,10 +650,9 @@ private:
     for (const float share : {1.0f, .5f, .25f, 0.0f}) {
       const double place =
           curves_.between(start, end, own + static_cast<double>(share * options_.relaxation) * (.5 - own));
-      Corner moved;
-      if (propose(v, share * (curves_.at(place) - mesh_.positions[v]), moved) && mayMove(v, moved) &&
-          followsBorder(previous, moved.position, place, next)) {
-        moveTo(v, moved);
+      const std::optional<Corner> moved = propose(v, share * (curves_.at(place) - mesh_.positions[v]));
+      if (moved && mayMove(v, *moved) && followsBorder(previous, moved->position, place, next)) {
+        moveTo(v, *moved);
         mesh_.places[v] = place;
         return share > 0;
       }
@@ -720,16 +668,15 @@ private:
   static constexpr int maxAttempts = 8;
 
   HalfEdgeMesh mesh_, before_;
-  const DistanceField& field_;
+  ZeroLevel level_;
   const RemesherOptions& options_;
   Execution& execution_;
-  float maxStep_;
   float target_ = 0;
   RemeshResult counts_;
   std::vector<float> areas_;
   std::vector<Vector3f> steps_;
-  std::vector<Corner> moved_;
-  std::vector<std::uint8_t> reached_, settled_;
+  std::vector<std::optional<Corner>> moved_;
+  std::vector<std::uint8_t> settled_;
   std::vector<Vector3f> formerPositions_, formerNormals_; ///< before relaxing
   std::vector<double> formerPlaces_;
   BorderCurves curves_;
@@ -770,12 +717,6 @@ RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const 
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
   std::optional<RemeshResult> result = Remesher(mesh, field, options, false, execution).run();
   return result ? *std::move(result) : *Remesher(mesh, field, options, true, execution).run();
-}
-
-Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position, float maxStep)
-{
-  Corner reached;
-  return trace(field, position, maxStep, reached) ? reached.position : position;
 }
 
 } // namespace mrf
