@@ -1,6 +1,6 @@
 #include "border_curves.h"
-#include "crowded_space.h"
 #include "half_edge_mesh.h"
+#include "intersection_watch.h"
 #include "spatial_sort.h"
 #include "triangle_shape.h"
 #include "zero_level.h"
@@ -12,7 +12,6 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -31,9 +30,9 @@ constexpr float squared(float value)
 /// One remeshing run: the mesh, the lengths and the counts that the passes share.
 class Remesher {
 public:
-  /// \param watchAll look for intersections everywhere after each round, not only where they are to be expected
-  Remesher(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options, bool watchAll,
-           Execution& execution)
+  /// \param watched where to look for intersections after each round
+  Remesher(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
+           IntersectionWatch::Place watched, Execution& execution)
       : mesh_(mesh), level_(field, .5f * static_cast<float>(field.lattice().spacing)), options_(options),
         execution_(execution)
   {
@@ -41,9 +40,8 @@ public:
     checkSize();
     mesh_.compact(execution_);
     setNormals();
-    if (!watchAll)
-      crowded_.emplace(mesh_.positions, mesh_.normals, 1.5f * target_, execution_);
-    counts_.intersectingBefore = static_cast<std::int64_t>(intersectingTriangles().size());
+    watch_.emplace(watched, mesh_, target_, execution_);
+    counts_.intersectingBefore = static_cast<std::int64_t>(watch_->intersectingTriangles(mesh_, execution_).size());
     partBorders();
     curves_ = BorderCurves(mesh_, level_.maxStep(), [&](Vector3f& position) {
       const std::optional<Corner> reached = level_.trace(position);
@@ -63,7 +61,7 @@ public:
     }
     const TriangleMesh triangles = mesh_.toTriangles();
     const std::vector<std::int32_t> intersecting = selfIntersectingTriangles(triangles, execution_);
-    if (crowded_ && !changedOf(intersecting).empty())
+    if (watch_->place() == IntersectionWatch::Place::expected && !changeableCorners(mesh_, intersecting).empty())
       return {};
     counts_.intersecting = static_cast<std::int64_t>(intersecting.size());
     counts_.mesh = triangles;
@@ -218,53 +216,14 @@ private:
     return false;
   }
 
-  /// Numbers of the triangles that intersect others, of those that are watched: with a vertex on the border, where two
-  /// parts of it may come to overlap, or where it is crowded.
-  std::vector<std::int32_t> intersectingTriangles() const
-  {
-    std::vector<std::uint8_t> watched(mesh_.positions.size(), 1);
-    if (crowded_)
-      execution_.forRange(mesh_.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
-        for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
-          watched[v] = mesh_.onBoundary(v) || crowded_->contains(mesh_.positions[v]) ? 1 : 0;
-      });
-    TriangleMesh part;
-    std::vector<std::int32_t> own;
-    for (std::int32_t t = 0; t < mesh_.halfEdgeCount() / 3; ++t) {
-      const Triangle vertices = mesh_.triangle(t);
-      if (std::any_of(vertices.begin(), vertices.end(), [&](std::int32_t v) { return watched[v] != 0; })) {
-        part.triangles.push_back(vertices);
-        own.push_back(t);
-      }
-    }
-    part.vertices = mesh_.positions;
-    std::vector<std::int32_t> result = selfIntersectingTriangles(part, execution_);
-    for (std::int32_t& t : result)
-      t = own[t];
-    return result;
-  }
-
-  /// Corners of those of the triangles that operations may have changed: none makes or removes an edge between pinned
-  /// vertices, so one with three pinned corners is the same as before. What intersects it has changed, or the
-  /// intersection is the input's own.
-  std::vector<std::int32_t> changedOf(const std::vector<std::int32_t>& triangles) const
-  {
-    std::vector<std::int32_t> corners;
-    for (const std::int32_t t : triangles) {
-      const Triangle vertices = mesh_.triangle(t);
-      if (!std::all_of(vertices.begin(), vertices.end(), [&](std::int32_t v) { return mesh_.pinned[v] != 0; }))
-        corners.insert(corners.end(), vertices.begin(), vertices.end());
-    }
-    return corners;
-  }
-
   /// Takes vertices of intersecting triangles back to where they were before relaxing, and what would be a bad triangle
   /// then as well, until no triangles intersect.
   /// \return the corners of those that do and did not move
   std::vector<std::int32_t> withoutMovesThatIntersect()
   {
     while (true) {
-      const std::vector<std::int32_t> corners = changedOf(intersectingTriangles());
+      const std::vector<std::int32_t> corners =
+          changeableCorners(mesh_, watch_->intersectingTriangles(mesh_, execution_));
       if (corners.empty())
         return {};
       std::vector<std::int32_t> toReturn;
@@ -296,27 +255,6 @@ private:
     if (!mesh_.places.empty())
       mesh_.places[v] = formerPlaces_[v];
     ++counts_.refusedOperations;
-  }
-
-  static void pinAround(const std::vector<Vector3f>& centres, float radius, const std::vector<Vector3f>& positions,
-                        std::vector<std::uint8_t>& pinned)
-  {
-    using Cell = std::array<std::int64_t, 3>;
-    const auto cellOf = [&](const Vector3f& p) -> Cell {
-      const auto along = [&](float x) { return static_cast<std::int64_t>(std::floor(x / radius)); };
-      return {along(p.x()), along(p.y()), along(p.z())};
-    };
-    std::vector<Cell> cells; // all within a cell's side of a centre
-    for (const Vector3f& centre : centres)
-      for (std::int64_t i = 0; i < 27; ++i) {
-        const Cell cell = cellOf(centre);
-        cells.push_back({cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1});
-      }
-    std::sort(cells.begin(), cells.end());
-    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-    for (std::size_t v = 0; v < positions.size(); ++v)
-      if (std::binary_search(cells.begin(), cells.end(), cellOf(positions[v])))
-        pinned[v] = 1;
   }
 
   /// Half-edges that fulfil a condition, ascending: looked for in parallel, to be worked on one by one, which few are.
@@ -680,7 +618,7 @@ private:
   std::vector<Vector3f> formerPositions_, formerNormals_; ///< before relaxing
   std::vector<double> formerPlaces_;
   BorderCurves curves_;
-  std::optional<CrowdedSpace> crowded_; ///< without: everywhere
+  std::optional<IntersectionWatch> watch_;
 };
 
 template <typename Value>
@@ -715,8 +653,9 @@ RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const 
   }
   if (field.empty())
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
-  std::optional<RemeshResult> result = Remesher(mesh, field, options, false, execution).run();
-  return result ? *std::move(result) : *Remesher(mesh, field, options, true, execution).run();
+  using Place = IntersectionWatch::Place;
+  std::optional<RemeshResult> result = Remesher(mesh, field, options, Place::expected, execution).run();
+  return result ? *std::move(result) : *Remesher(mesh, field, options, Place::everywhere, execution).run();
 }
 
 } // namespace mrf
