@@ -1,5 +1,7 @@
 #include "crowded_space.h"
 
+#include "polling.h"
+
 #include <algorithm>
 #include <array>
 
@@ -28,7 +30,9 @@ CrowdedSpace::CrowdedSpace(const std::vector<Vector3f>& positions, const std::ve
   slots_.assign(count, none);
 
   std::vector<std::uint32_t> cellOf(positions.size());
+  Poller poll(execution);
   for (std::size_t v = 0; v < positions.size(); ++v) {
+    poll();
     const Key key = keyOf(indexOf(positions[v]));
     std::uint32_t& cell = slots_[slotOf(key)];
     if (cell == none) {
@@ -45,7 +49,7 @@ CrowdedSpace::CrowdedSpace(const std::vector<Vector3f>& positions, const std::ve
     Cell& cell = cells_[cellOf[v]];
     cell.cosine = std::min(cell.cosine, normals[v].dot(cell.axis));
   }
-  execution.forRange(static_cast<std::int64_t>(cells_.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution, static_cast<std::int64_t>(cells_.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
     const Key mask = (Key{1} << bits) - 1;
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
       const Key key = cells_[n].key;

@@ -1,5 +1,6 @@
 #include "edge_operations.h"
 
+#include "polling.h"
 #include "spatial_sort.h"
 
 #include <algorithm>
@@ -21,7 +22,7 @@ std::vector<std::int32_t> halfEdgesWhere(const RemeshedSurface& surface, const C
 {
   const std::int64_t count = surface.mesh.halfEdgeCount();
   std::vector<std::vector<std::int32_t>> found(static_cast<std::size_t>((count + edgeGrain - 1) / edgeGrain));
-  execution.forRange(count, edgeGrain, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution, count, edgeGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto h = static_cast<std::int32_t>(begin); h < end; ++h)
       if (holds(surface, h))
         found[begin / edgeGrain].push_back(h);
@@ -188,18 +189,21 @@ using Operation = bool(RemeshedSurface&, std::int32_t h); ///< \return false if 
 
 /// Half-edges by what comes before may not want the operation any more. \param done counts what was not refused
 void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdges, IsWanted& isWanted,
-             Operation& operation, std::int64_t& done)
+             Operation& operation, std::int64_t& done, Execution& execution)
 {
-  for (const std::int32_t h : halfEdges)
+  Poller poll(execution);
+  for (const std::int32_t h : halfEdges) {
+    poll();
     if (isWanted(surface, h))
       ++(operation(surface, h) ? done : surface.result.refusedOperations);
+  }
 }
 
 } // namespace
 
 void splitLongEdges(RemeshedSurface& surface, Execution& execution)
 {
-  operate(surface, halfEdgesWhere(surface, isLong, execution), isLong, split, surface.result.splits);
+  operate(surface, halfEdgesWhere(surface, isLong, execution), isLong, split, surface.result.splits, execution);
 }
 
 void collapseShortEdges(RemeshedSurface& surface, Execution& execution)
@@ -211,12 +215,12 @@ void collapseShortEdges(RemeshedSurface& surface, Execution& execution)
   sortByUpperHalf(keys, execution);
   std::transform(keys.begin(), keys.end(), halfEdges.begin(),
                  [](std::uint64_t key) { return static_cast<std::int32_t>(key & 0xffffffff); });
-  operate(surface, halfEdges, isShort, collapse, surface.result.collapses);
+  operate(surface, halfEdges, isShort, collapse, surface.result.collapses, execution);
 }
 
 void flipEdges(RemeshedSurface& surface, Execution& execution)
 {
-  operate(surface, halfEdgesWhere(surface, isToFlip, execution), isToFlip, flip, surface.result.flips);
+  operate(surface, halfEdgesWhere(surface, isToFlip, execution), isToFlip, flip, surface.result.flips, execution);
 }
 
 } // namespace mrf

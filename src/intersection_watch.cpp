@@ -1,5 +1,7 @@
 #include "intersection_watch.h"
 
+#include "polling.h"
+
 #include <pcl/surface/mrf/self_intersection.h>
 
 #include <algorithm>
@@ -32,7 +34,7 @@ std::vector<std::uint8_t> IntersectionWatch::watchedVertices(const HalfEdgeMesh&
 {
   std::vector<std::uint8_t> watched(mesh.positions.size(), 1);
   if (crowded_)
-    execution.forRange(mesh.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
+    forRangePolling(execution, mesh.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
       for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
         watched[v] = mesh.onBoundary(v) || crowded_->contains(mesh.positions[v]) ? 1 : 0;
     });
@@ -52,6 +54,7 @@ std::vector<std::int32_t> IntersectionWatch::intersectingTriangles(const HalfEdg
     }
   }
   part.vertices = mesh.positions;
+  execution.poll();
   std::vector<std::int32_t> result = selfIntersectingTriangles(part, execution);
   for (std::int32_t& t : result)
     t = own[t];

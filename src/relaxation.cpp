@@ -1,5 +1,7 @@
 #include "relaxation.h"
 
+#include "polling.h"
+
 namespace pcl {
 namespace mrf {
 namespace {
@@ -31,7 +33,7 @@ std::vector<float> Relaxation::areas() const
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
   std::vector<float> areas(mesh.positions.size(), 0);
-  execution_.forRange(mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution_, mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
       mesh.forOutgoing(v, [&](std::int32_t h) { areas[v] += surface_.cross(h).norm(); });
   });
@@ -42,7 +44,7 @@ void Relaxation::computeSteps()
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
   const std::vector<float> areas = this->areas();
-  execution_.forRange(mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution_, mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
       if (mesh.pinned[v] || mesh.onBoundary(v))
         continue;
@@ -68,7 +70,7 @@ void Relaxation::moveInRanges()
   const HalfEdgeMesh& mesh = surface_.mesh;
   const std::int64_t count = mesh.vertexCount();
   std::vector<std::int64_t> refusals(static_cast<std::size_t>((count + moveGrain - 1) / moveGrain), 0);
-  execution_.forRange(count, moveGrain, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution_, count, moveGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
       if (mesh.pinned[v] || steps_[v].isSettled)
         continue;
@@ -86,9 +88,12 @@ void Relaxation::moveInRanges()
 
 void Relaxation::moveWaiting()
 {
-  for (std::int32_t v = 0; v < surface_.mesh.vertexCount(); ++v)
+  Poller poll(execution_);
+  for (std::int32_t v = 0; v < surface_.mesh.vertexCount(); ++v) {
+    poll();
     if (isWaiting_[v] && !move(v))
       ++surface_.result.refusedOperations;
+  }
 }
 
 /// Takes what fits of the vertex's step. \return false if nothing tangential did
@@ -154,6 +159,7 @@ bool Relaxation::mayMove(std::int32_t v, const Corner& moved) const
 std::vector<std::int32_t> Relaxation::takeBackWhatIntersects(const IntersectionWatch& watch)
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
+  Poller poll(execution_);
   while (true) {
     const std::vector<std::int32_t> corners = changeableCorners(mesh, watch.intersectingTriangles(mesh, execution_));
     if (corners.empty())
@@ -167,6 +173,7 @@ std::vector<std::int32_t> Relaxation::takeBackWhatIntersects(const IntersectionW
     while (!toReturn.empty()) {
       const std::int32_t v = toReturn.back();
       toReturn.pop_back();
+      poll();
       if (!hasMoved(v))
         continue;
       takeBack(v);

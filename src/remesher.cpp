@@ -1,6 +1,7 @@
 #include "border_parting.h"
 #include "edge_operations.h"
 #include "intersection_watch.h"
+#include "polling.h"
 #include "relaxation.h"
 #include "remeshed_surface.h"
 
@@ -55,7 +56,7 @@ void checkSize(const RemeshedSurface& surface)
 void setNormals(RemeshedSurface& surface, Execution& execution)
 {
   HalfEdgeMesh& mesh = surface.mesh;
-  execution.forRange(mesh.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution, mesh.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
       Vector3f sum = Vector3f::Zero();
       mesh.forOutgoing(v, [&](std::int32_t h) { sum += surface.cross(h); });
@@ -69,9 +70,12 @@ RemeshedSurface prepared(const TriangleMesh& mesh, const DistanceField& field, c
                          Execution& execution)
 {
   RemeshedSurface surface(mesh, field);
+  execution.poll();
   surface.targetEdge = options.targetEdge > 0 ? options.targetEdge : medianEdge(surface);
   checkSize(surface);
+  execution.poll();
   surface.mesh.compact(execution);
+  execution.poll();
   setNormals(surface, execution);
   return surface;
 }
@@ -105,7 +109,9 @@ private:
 
   void smoothBorders()
   {
+    Poller poll(execution_);
     surface_.curves = BorderCurves(surface_.mesh, surface_.level.maxStep(), [&](Vector3f& position) {
+      poll();
       const std::optional<Corner> reached = surface_.level.trace(position);
       if (reached)
         position = reached->position;
@@ -145,6 +151,7 @@ private:
     collapseShortEdges(surface_, execution_);
     flipEdges(surface_, execution_);
     surface_.mesh.compact(execution_);
+    execution_.poll();
     Relaxation relaxation(surface_, options_.relaxation, execution_);
     relaxation.moveAll();
     return relaxation.takeBackWhatIntersects(watch_);

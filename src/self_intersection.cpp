@@ -1,3 +1,4 @@
+#include "polling.h"
 #include "predicates.h"
 
 #include <pcl/surface/mrf/self_intersection.h>
@@ -290,7 +291,7 @@ private:
     };
     const auto triangles = static_cast<std::int64_t>(mesh_.triangles.size());
     std::vector<Part> parts(static_cast<std::size_t>((triangles + grain - 1) / grain));
-    execution.forRange(triangles, grain, [&](std::int64_t begin, std::int64_t end) {
+    forRangePolling(execution, triangles, grain, [&](std::int64_t begin, std::int64_t end) {
       Part& part = parts[static_cast<std::size_t>(begin / grain)];
       for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
         if (!isFinite(t))
@@ -350,11 +351,12 @@ private:
     // The bins of each triangle, in parallel; then one pass in order that sorts them.
     std::vector<std::int64_t> first(triangles + 1, 0);
     const auto forRange = [&](const auto& body) {
-      execution.forRange(static_cast<std::int64_t>(triangles), grain, [&](std::int64_t begin, std::int64_t end) {
-        for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
-          if (isFinite(t))
-            body(t, cellsOf(t));
-      });
+      forRangePolling(execution, static_cast<std::int64_t>(triangles), grain,
+                      [&](std::int64_t begin, std::int64_t end) {
+                        for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
+                          if (isFinite(t))
+                            body(t, cellsOf(t));
+                      });
     };
     forRange([&](std::size_t t, const Cells& cells) { first[t + 1] = cells.count(); });
     for (std::size_t t = 0; t < triangles; ++t)
@@ -381,12 +383,15 @@ private:
       begin_[bin + 1] += begin_[bin];
     entries_.resize(total);
     offsets_.resize(total);
-    for (std::size_t t = 0; t < triangles; ++t)
+    Poller poll(execution);
+    for (std::size_t t = 0; t < triangles; ++t) {
+      poll();
       for (auto entry = static_cast<std::size_t>(first[t]); entry < static_cast<std::size_t>(first[t + 1]); ++entry) {
         const std::int32_t place = begin_[binOfEntry[entry] + 1]++;
         entries_[place] = static_cast<std::int32_t>(t);
         offsets_[place] = offsetOfEntry[entry];
       }
+    }
     begin_.pop_back();
   }
 
@@ -440,7 +445,7 @@ std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Ex
   const Bins bins(mesh, execution);
   constexpr std::int64_t grain = 4096;
   std::vector<std::vector<std::int32_t>> found(static_cast<std::size_t>((bins.count() + grain - 1) / grain));
-  execution.forRange(bins.count(), grain, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution, bins.count(), grain, [&](std::int64_t begin, std::int64_t end) {
     std::vector<std::int32_t>& hits = found[static_cast<std::size_t>(begin / grain)];
     bins.forPairs(begin, end, [&](std::int32_t s, std::int32_t t) {
       if (s != t && intersect(mesh, mesh.triangles[s], mesh.triangles[t]))

@@ -1,5 +1,7 @@
 #include "crowded_space.h"
 
+#include "support/cancelling.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -105,4 +107,15 @@ TEST(CrowdedSpace, HugeExtentsAndNoPositionsDoNoHarm)
   const CrowdedSpace space(positions, {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}, 1e-3f, execution);
   for (const Vector3f& p : positions)
     EXPECT_FALSE(space.contains(p));
+}
+
+TEST(CrowdedSpace, AsksOnTheWayWhetherToGoOn)
+{
+  Surface sheets;
+  for (int n = 0; n < 10; ++n)
+    addSheet(sheets, static_cast<float>(n), {0, 0, 1});
+  const auto make = [&](Execution& execution) { CrowdedSpace(sheets.positions, sheets.normals, 1, execution); };
+  // Positions are sorted into cells one by one, a tenth of a microsecond each.
+  EXPECT_GE(callsDuring(make), static_cast<std::int64_t>(sheets.positions.size()) / 10000);
+  expectCancelledWhereverItAsks(make);
 }

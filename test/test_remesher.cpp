@@ -1,4 +1,7 @@
+#include "edge_operations.h"
 #include "mesh_topology.h"
+#include "relaxation.h"
+#include "support/cancelling.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -648,6 +651,42 @@ TEST(Remesher, CanBeCancelled)
   EXPECT_THROW(remesh(zeroLevel(field), field, {}, execution), Cancelled);
   ASSERT_FALSE(fractions.empty());
   EXPECT_NEAR(fractions.back(), .3, 1e-9); // the third of ten rounds
+}
+
+TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
+{
+  // Edges of a third of a voxel, so that one round has as many operations as ten of the raw mesh have.
+  const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, 2 * voxels);
+  RemeshedSurface surface(zeroLevel(field), field);
+  HalfEdgeMesh& mesh = surface.mesh;
+  for (std::int32_t v = 0; v < mesh.vertexCount(); ++v)
+    mesh.normals[v] = surface.level.normalAt(mesh.positions[v], Vector3f::UnitZ());
+  surface.targetEdge = static_cast<float>(spacing / 6);
+  // Each operation takes some microseconds; no more than these may pass without a call.
+  constexpr std::int64_t operations = 5000;
+  const auto expectAsked = [&](const auto& pass, const std::int64_t& done) {
+    const std::int64_t before = done, calls = callsDuring(pass);
+    ASSERT_GT(done - before, 2 * operations) << "too few to tell";
+    EXPECT_GE(calls, (done - before) / operations);
+  };
+  const RemeshResult& result = surface.result;
+  for (int round = 0; round < 2; ++round)
+    expectAsked([&](Execution& execution) { splitLongEdges(surface, execution); }, result.splits);
+  expectAsked([&](Execution& execution) { flipEdges(surface, execution); }, result.flips);
+  EXPECT_GE(callsDuring([&](Execution& execution) { Relaxation(surface, 1, execution).moveAll(); }),
+            mesh.vertexCount() / operations);
+  surface.targetEdge *= 2;
+  expectAsked([&](Execution& execution) { collapseShortEdges(surface, execution); }, result.collapses);
+}
+
+TEST(Remesher, StopsWhereverItAsks)
+{
+  // Open, so that borders are gone along as well.
+  const DistanceField field = shapes::field(shapes::plane({.1, .2, 1}), halfSide, voxels);
+  const TriangleMesh raw = zeroLevel(field);
+  RemesherOptions options;
+  options.rounds = 2;
+  expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, options, execution); });
 }
 
 TEST(TraceToZeroLevel, ReachesALinearFieldsLevelWhateverTheSlope)

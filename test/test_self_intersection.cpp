@@ -1,4 +1,5 @@
 #include "exact/self_intersections.h"
+#include "support/cancelling.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/polygonizer.h>
@@ -183,4 +184,14 @@ TEST(SelfIntersection, EmptyAndNotFinite)
   mesh.vertices[0].x() = std::numeric_limits<float>::quiet_NaN();
   mesh.vertices[1].y() = std::numeric_limits<float>::infinity();
   EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
+}
+
+TEST(SelfIntersection, AsksOnTheWayWhetherToGoOn)
+{
+  const TriangleMesh mesh = zeroLevel(shapes::field(shapes::torus(.6, .25), 1, 128));
+  ASSERT_GT(mesh.triangles.size(), 50000u);
+  const auto search = [&](Execution& execution) { selfIntersectingTriangles(mesh, execution); };
+  // About a microsecond per triangle, half of it in the pass that sorts them into bins one by one.
+  EXPECT_GE(callsDuring(search), static_cast<std::int64_t>(mesh.triangles.size()) / 10000);
+  expectCancelledWhereverItAsks(search);
 }
