@@ -210,6 +210,7 @@ void collapseShortEdges(RemeshedSurface& surface, Execution& execution)
 {
   std::vector<std::int32_t> halfEdges = halfEdgesWhere(surface, isShort, execution);
   std::vector<std::uint64_t> keys;
+  keys.reserve(halfEdges.size());
   for (const std::int32_t h : halfEdges)
     keys.push_back(keyOf(surface, h));
   sortByUpperHalf(keys, execution);

@@ -161,7 +161,7 @@ std::vector<std::int32_t> Relaxation::takeBackWhatIntersects(const IntersectionW
   const HalfEdgeMesh& mesh = surface_.mesh;
   Poller poll(execution_);
   while (true) {
-    const std::vector<std::int32_t> corners = changeableCorners(mesh, watch.intersectingTriangles(mesh, execution_));
+    std::vector<std::int32_t> corners = changeableCorners(mesh, watch.intersectingTriangles(mesh, execution_));
     if (corners.empty())
       return {};
     std::vector<std::int32_t> toReturn;

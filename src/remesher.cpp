@@ -132,6 +132,7 @@ private:
       if (intersecting.empty())
         return true; // what was pinned stays so: the next round would run into the same trouble
       std::vector<Vector3f> centres;
+      centres.reserve(intersecting.size());
       for (const std::int32_t v : intersecting)
         centres.push_back(surface_.mesh.positions[v]);
       pinAround(centres, radius, before.positions, pinned);
