@@ -151,6 +151,25 @@ void checkMemory(const BoundingBox& box, float voxelSize, const Workload& worklo
   throw ResourceLimit(text.str());
 }
 
+/// Voxels that a method which visits each of them thousands of times takes on, and for each point of a larger cloud:
+/// four million take conjugate gradients about a minute.
+constexpr double slowVoxels = 4e6, slowVoxelsPerPoint = 100;
+
+/// \throw ResourceLimit if ICM or conjugate gradients would go on for hours over a volume that hardly holds points
+void checkPatience(const GridSize& finest, const Workload& workload)
+{
+  const SolverMethod method = workload.solver.method;
+  const double voxels = static_cast<double>(finest.count());
+  if ((method != SolverMethod::icm && method != SolverMethod::cg) ||
+      voxels <= std::max(slowVoxels, slowVoxelsPerPoint * workload.points))
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "solver " << (method == SolverMethod::icm ? "icm" : "cg") << " would visit " << voxels << " voxels around "
+       << workload.points << " points thousands of times; take multigrid, larger voxels or less padding";
+  throw ResourceLimit(text.str());
+}
+
 /// \param unknowns of the finest level, as a coarser one in a band foretells them from the surface that it has found
 /// \throw ResourceLimit if they take more memory than the limit, or are out of proportion to the points
 void checkSurface(double unknowns, std::size_t points, double voxelSize, const MultiscaleOptions& options)
@@ -511,6 +530,7 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
   }
   std::reverse(levels.begin(), levels.end());
   requireCountable(bandSize(bandAxes(levels.back().size).toStored(levels.back().size)));
+  checkPatience(levels.back().size, workload);
   const SolverOptions& solver = workload.solver;
   if (solver.method == SolverMethod::cholesky || solver.choleskyOnCoarsest)
     requireFactorFits((solver.method == SolverMethod::cholesky ? levels.back() : levels.front()).size,

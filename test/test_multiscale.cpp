@@ -118,6 +118,24 @@ TEST(PlanLevels, TheVoxelSizeThatWouldFitSuitsTheFactorAsWell)
   EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, workload, options)) << message;
 }
 
+TEST(PlanLevels, RefusesVolumesThatSlowSolversNeedHoursFor)
+{
+  const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
+  MultiscaleOptions options;
+  options.padding = 100;
+  Workload workload = ofArea(1);
+  workload.points = 324;
+  EXPECT_NO_THROW(planLevels(object, .1f, workload, options));
+  for (const SolverMethod method : {SolverMethod::icm, SolverMethod::cg}) {
+    workload.solver.method = method;
+    workload.points = 324;
+    const std::string message = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .1f, workload, options); });
+    EXPECT_NE(message.find("take multigrid"), std::string::npos) << message;
+    workload.points = 1e5;
+    EXPECT_NO_THROW(planLevels(object, .1f, workload, options));
+  }
+}
+
 TEST(PlanLevels, AsManyThreadsSweepAsFit)
 {
   const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
