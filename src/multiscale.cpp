@@ -191,20 +191,21 @@ void checkSurface(double unknowns, std::size_t points, double voxelSize, const M
   throw ResourceLimit(text.str());
 }
 
-/// The first band, the second, and those after it. A guess is right but for what the coarser grid could not resolve:
-/// measured on three scans, points are met after two steps on the first band, holes come no closer to the truth after
-/// the fourth, and where scans contradict each other sheets would go on creeping. On a million points (three bands)
-/// another step on the last one made points 1 % more accurate and took a third more time, with three coarse grids each.
+/// The first band, those after it, and the last of several. A guess is right but for what the coarser grid could not
+/// resolve: measured on three scans, points are met after two steps on the first band, holes come no closer to the
+/// truth after the fourth, and where scans contradict each other sheets would go on creeping. On a million points
+/// another step on the last band made points 1 % more accurate and took a third more time, with three coarse grids
+/// each; on three million creeping sheets left the band, so that two steps took six times as long.
 ///
 /// A single step weighs short and long waves alike; the long ones are right already and would be spoilt. On one and
 /// three million points holes are off by .034 and .054 % of the diagonal with one coarse grid on the last bands, by
 /// .052 and .076 % with three; without any nothing improves, and twice the smoothing takes the time saved.
-constexpr std::array<BandPlan, 3> bandPlans = {{{4, 3}, {2, 3}, {1, 1}}};
+constexpr BandPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
 
-/// Multigrid stops earlier, by this factor on the change, where a level only gives a finer one its start. Measured on
-/// five scans observed at points: accuracy and holes the same to 1 %, a sixth less time; with 40 the holes of a raw
-/// scan were a quarter worse. Observed at voxels, holes get worse at once.
-constexpr double guessTolerance = 8;
+/// Dense levels that observe points stop this much earlier, by the change. On a hundred holes of twenty scans the
+/// finest level, dense, is then within 1 % of one solved to the solver's own tolerance, as accurate, and takes three
+/// quarters of the time; with 20 holes are off by 3 %. Observed at voxels, holes get worse at once.
+constexpr double pointTolerance = 8;
 
 /// The points as a level stored in another order of axes sees them.
 OrientedPoints inOrder(const AxisOrder& axes, const OrientedPoints& points)
@@ -345,8 +346,8 @@ private:
       SolverOptions levelSolver = solver_;
       if (level == 0 && solver_.choleskyOnCoarsest)
         levelSolver.method = SolverMethod::cholesky;
-      if (!isFinest(level) && levelSolver.method == SolverMethod::multigrid && observation_.atPoints())
-        levelSolver.changeTolerance *= guessTolerance;
+      if (levelSolver.method == SolverMethod::multigrid && observation_.atPoints())
+        levelSolver.changeTolerance *= pointTolerance;
       report.solve = solve(system, levelSolver, lattice.spacing, distances_, execution_);
     }
     report.solverSeconds = secondsSince(solverStart);
@@ -367,8 +368,10 @@ private:
     }
     // The first band shapes what fills holes, and feels the sheets around: left out there, the discs of a Kinect frame
     // came out a tenth worse. The last mesh but one is worth its cost only if there is none before it.
-    if (wanted_ && level > denseLevels_ && (level == denseLevels_ + 1 || !isFinest(level)))
+    if (wanted_ && (level > denseLevels_ ? level == denseLevels_ + 1 || !isFinest(level) : isFinest(level)))
       keepWanted(level - 1);
+    if (level == denseLevels_ && isFinest(level)) // a band is half as wide at least as what a dense level hands on
+      checkUnknowns(level - 1, .5 * static_cast<double>(band_.unknowns.count()));
     BandObservation observation;
     if (observation_.atPoints()) {
       observation.samples = &samples_;
@@ -379,15 +382,21 @@ private:
     }
     report.observationSeconds = secondsSince(start);
     const Clock::time_point solverStart = Clock::now();
-    BandPlan plan = bandPlans[std::min(level - denseLevels_, bandPlans.size() - 1)];
+    BandPlan plan = level == denseLevels_ ? firstPlan : isFinest(level) ? lastPlan : middlePlan;
     plan.threads = bandThreads_;
     band_ = solveBandLevel(lattices_, level, band_, observation, prior_.prior, plan, solver_, isFinest(level), report,
                            execution_);
     report.solverSeconds = secondsSince(solverStart);
     if (!isFinest(level))
-      checkSurface(std::ldexp(static_cast<double>(report.unknowns), 2 * static_cast<int>(lattices_.size() - 1 - level)),
-                   points_.size(), lattices_.back().spacing, options_);
+      checkUnknowns(level, static_cast<double>(report.unknowns));
     return report;
+  }
+
+  /// \throw ResourceLimit if what a level's unknowns foretell of the finest one's is too much
+  void checkUnknowns(std::size_t level, double unknowns) const
+  {
+    checkSurface(std::ldexp(unknowns, 2 * static_cast<int>(lattices_.size() - 1 - level)), points_.size(),
+                 lattices_.back().spacing, options_);
   }
 
   /// Takes what is not wanted of a level's zero level from the voxels that are refined.

@@ -17,7 +17,7 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-constexpr double pilotTolerance = .01; ///< of its solution, voxels
+constexpr double pilotTolerance = 1.25e-3; ///< SolverOptions::changeTolerance of its solution
 
 constexpr int pilotSide = 20; ///< voxels of the coarse solution along the points' longest side
 

@@ -177,7 +177,7 @@ TEST_P(BandedScan, ThinPlateIsThatOfTheDenseSolution)
     options.solver.changeTolerance = tolerance;
     return run(GetParam().name, options).reconstruction.field;
   };
-  const DistanceField banded = fieldOf(MultiscaleOptions().denseVoxels, SolverOptions().changeTolerance);
+  const DistanceField banded = fieldOf(std::int64_t{1} << 18, SolverOptions().changeTolerance);
   const DistanceField dense = fieldOf(1 << 30, 1e-6);
   const std::vector<double> offsets = zeroLevelOffsets(banded, dense);
   const double largest = *std::max_element(offsets.begin(), offsets.end());

@@ -181,8 +181,8 @@ void addModelOptions(OptionParser& parser)
                 field(&Options::solver, &SolverOptions::residualTolerance),
                 "multigrid and cg stop at this relative residual");
   parser.number("--change-tolerance", "VOXELS", length, field(&Options::solver, &SolverOptions::changeTolerance),
-                "icm and multigrid stop when a step changes less (RMS), 8 times that on levels that only start a "
-                "finer one; 0 = never");
+                "icm and multigrid stop when a step changes less (RMS), 8 times that where points are observed; "
+                "0 = never");
   parser.number("--smoother-degree", "N", wholeNumbers(0, 50), field(&Options::solver, &SolverOptions::smootherDegree),
                 "of multigrid's Chebyshev smoother",
                 "2, 5, 10 by the order of the prior, near the surface only 2, 4, 5");
