@@ -41,10 +41,16 @@ struct Options {
 /// The settings that our measurements recommend; the same as Options().
 Options defaultPreset();
 
-/// The paper's own settings: statistical and PCA outlier criteria, median of 5 planes, linear α, Laplacian prior (k =
-/// 2) solved by ICM over all levels with Cholesky on the coarsest, no trimming, remeshing. One thing differs: coarse
-/// levels observe with a reach that grows with their voxels. With the paper's fixed dEmax they see next to nothing, and
-/// sheets appear far from the data that ICM takes thousands of sweeps to remove.
+/// The paper's own settings: PCA outlier criteria, median of 5 planes, linear α, Laplacian prior (k = 2) solved by ICM
+/// over all levels, no trimming, remeshing. What differs from it:
+/// - Coarse levels observe with a reach that grows with their voxels. With the paper's fixed dEmax they see next to
+///   nothing, and sheets appear far from the data that ICM takes thousands of sweeps to remove.
+/// - A level starts from the cubic interpolation of the coarser one, the paper's from the linear one; the coarsest is
+///   solved by Cholesky.
+/// - PCL's statistical filter comes before the PCA criteria, and normals that come with the cloud are kept
+///   (normals.source).
+/// - The volume grows beside openings, unless multiscale.padding says how far it reaches.
+/// - The data weigh c_2 W = 42 W against the prior, as in the paper's program; its text for Eq. 6 gives 36/7 W.
 Options paperPreset();
 
 /// Validates every stage's options at once.

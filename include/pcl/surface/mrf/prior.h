@@ -12,7 +12,7 @@ namespace mrf {
 
 /// Order k of the prior; the system's operator is L^k.
 enum class Prior {
-  membrane = 1,   ///< differences of neighbours (paper Eq. 4, 9, 13)
+  membrane = 1,   ///< differences of neighbours (paper Eq. 5, 9, 13)
   thinPlate = 2,  ///< the fixed point of the paper's ICM for its Laplacian prior (Eq. 6)
   triharmonic = 3 ///< the exact minimiser of the sum of Eq. 6 over all voxels
 };
