@@ -23,7 +23,7 @@ constexpr std::int64_t renumberingGrain = 16384;
 
 } // namespace
 
-HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh)
+HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
     : positions(mesh.vertices), normals(mesh.vertices.size(), Eigen::Vector3f::Zero()), pinned(mesh.vertices.size(), 0),
       outgoing(mesh.vertices.size(), -1), valence(mesh.vertices.size(), 0), origin(3 * mesh.triangles.size()),
       twin(3 * mesh.triangles.size(), -1)
@@ -41,11 +41,13 @@ HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh)
       refuse(h / 3, "has a vertex that is not finite");
     ++begin[origin[h] + 1];
   }
+  execution.poll();
   for (std::size_t v = 0; v < positions.size(); ++v)
     begin[v + 1] += begin[v];
   std::vector<std::int32_t> starting(origin.size()), end(begin.begin(), begin.end() - 1);
   for (std::int32_t h = 0; h < halfEdgeCount(); ++h)
     starting[end[origin[h]]++] = h;
+  execution.poll();
 
   for (std::int32_t h = 0; h < halfEdgeCount(); ++h) {
     const std::int32_t from = origin[h], to = target(h);
@@ -56,6 +58,7 @@ HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh)
       if (starting[i] != h && target(starting[i]) == to)
         refuse(h / 3, "shares a directed edge with another one");
   }
+  execution.poll();
   for (std::int32_t v = 0; v < vertexCount(); ++v) {
     const std::int32_t triangles = begin[v + 1] - begin[v];
     if (triangles == 0)
@@ -293,6 +296,7 @@ void HalfEdgeMesh::compact(Execution& execution)
     if (origin[3 * t] >= 0)
       newTriangle[t] = place[firstVertex(t)]++;
 
+  execution.poll();
   const auto renumber = [&](std::int32_t h) { return h < 0 ? -1 : 3 * newTriangle[h / 3] + h % 3; };
   std::vector<std::int32_t> newOrigin(3 * count), newTwin(3 * count);
   execution.forRange(triangles, renumberingGrain, [&](std::int64_t begin, std::int64_t end) {

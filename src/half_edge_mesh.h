@@ -37,7 +37,7 @@ struct HalfEdgeMesh {
   std::vector<std::int32_t> twin;
 
   /// \throw InvalidInput if the triangles are not an oriented manifold
-  explicit HalfEdgeMesh(const TriangleMesh& mesh);
+  HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution);
   HalfEdgeMesh() = default;
 
   std::int32_t vertexCount() const { return static_cast<std::int32_t>(positions.size()); }

@@ -37,8 +37,8 @@ struct RemeshedSurface {
   RemeshResult result;  ///< counts so far; the mesh comes in the end
 
   /// \param field must outlive this
-  RemeshedSurface(const TriangleMesh& triangles, const DistanceField& field)
-      : mesh(triangles), level(field, .5f * static_cast<float>(field.lattice().spacing))
+  RemeshedSurface(const TriangleMesh& triangles, const DistanceField& field, Execution& execution)
+      : mesh(triangles, execution), level(field, .5f * static_cast<float>(field.lattice().spacing))
   {}
 
   Corner corner(std::int32_t vertex) const { return {mesh.positions[vertex], mesh.normals[vertex]}; }

@@ -69,7 +69,7 @@ void setNormals(RemeshedSurface& surface, Execution& execution)
 RemeshedSurface prepared(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
                          Execution& execution)
 {
-  RemeshedSurface surface(mesh, field);
+  RemeshedSurface surface(mesh, field, execution);
   execution.poll();
   surface.targetEdge = options.targetEdge > 0 ? options.targetEdge : medianEdge(surface);
   checkSize(surface);

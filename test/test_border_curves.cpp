@@ -11,6 +11,8 @@ using Eigen::Vector3f;
 
 namespace {
 
+Execution serial(1);
+
 constexpr int count = 60;
 constexpr float tooth = .03f, radius = 1, maxShift = .05f;
 
@@ -39,7 +41,7 @@ TEST(BorderCurves, TeethGoAndTheCourseStays)
   TriangleMesh discs;
   appendDisc(discs, 0);
   appendDisc(discs, 5);
-  HalfEdgeMesh mesh(discs);
+  HalfEdgeMesh mesh(discs, serial);
   const BorderCurves curves(mesh, maxShift, leave);
   double place = -1;
   for (std::int32_t v = 0; v < mesh.vertexCount(); ++v) {
@@ -61,7 +63,7 @@ TEST(BorderCurves, NoVertexMovesFartherThanItMay)
 {
   TriangleMesh disc;
   appendDisc(disc, 0);
-  HalfEdgeMesh mesh(disc);
+  HalfEdgeMesh mesh(disc, serial);
   const BorderCurves curves(mesh, .01f, leave);
   for (std::int32_t v = 1; v < mesh.vertexCount(); ++v)
     EXPECT_NEAR((curves.at(mesh.places[v]) - mesh.positions[v]).norm(), .01f, 1e-5f);
@@ -72,7 +74,7 @@ TEST(BorderCurves, PlacesGoAroundTheLoop)
   TriangleMesh discs;
   appendDisc(discs, 0);
   appendDisc(discs, 5);
-  HalfEdgeMesh mesh(discs);
+  HalfEdgeMesh mesh(discs, serial);
   const BorderCurves curves(mesh, maxShift, leave);
   for (const std::int32_t first : {1, count + 2}) {
     // From the last vertex of a loop to its second one, over the first.
@@ -95,7 +97,7 @@ TEST(BorderCurves, ClosedMeshesHaveNone)
   TriangleMesh tetrahedron;
   tetrahedron.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   tetrahedron.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  HalfEdgeMesh mesh(tetrahedron);
+  HalfEdgeMesh mesh(tetrahedron, serial);
   const BorderCurves curves(mesh, maxShift, leave);
   EXPECT_TRUE(mesh.places.empty());
 }

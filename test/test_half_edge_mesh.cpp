@@ -18,6 +18,8 @@ using Eigen::Vector3f;
 
 namespace {
 
+Execution serial(1);
+
 TriangleMesh zeroLevel(const DistanceField& field)
 {
   Execution execution(1);
@@ -97,7 +99,7 @@ TEST(HalfEdgeMesh, KeepsItsInvariantsAndTheTopologyUnderRandomOperations)
   for (std::size_t s = 0; s < sdfs.size(); ++s) {
     const TriangleMesh raw = zeroLevel(shapes::field(sdfs[s], 1, 10));
     const std::int64_t euler = measure(raw).eulerCharacteristic;
-    HalfEdgeMesh mesh(raw);
+    HalfEdgeMesh mesh(raw, serial);
     Execution execution(1);
     expectConsistent(mesh);
     for (unsigned seed = 1; seed <= 8; ++seed) {
@@ -119,7 +121,7 @@ TEST(HalfEdgeMesh, CollapsesATetrahedronNoFurther)
   TriangleMesh octahedron;
   octahedron.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   octahedron.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
-  HalfEdgeMesh mesh(octahedron);
+  HalfEdgeMesh mesh(octahedron, serial);
   Execution execution(1);
   for (std::int32_t h = 0; h < mesh.halfEdgeCount(); ++h)
     if (mesh.origin[h] >= 0 && mesh.mayCollapse(h))
@@ -149,13 +151,13 @@ TEST(HalfEdgeMesh, CollapsesBordersToThreeEdgesAndNoFurther)
   }
   for (const bool isHole : {true, false}) {
     SCOPED_TRACE(isHole);
-    HalfEdgeMesh mesh(ring);
+    HalfEdgeMesh mesh(ring, serial);
     if (!isHole) {
       TriangleMesh disc = ring;
       disc.vertices.push_back({0, 0, 0});
       for (int n = 0; n < 6; ++n)
         disc.triangles.push_back({12, n, (n + 1) % 6});
-      mesh = HalfEdgeMesh(disc);
+      mesh = HalfEdgeMesh(disc, serial);
     }
     for (int pass = 0; pass < 3; ++pass)
       for (std::int32_t h = 0; h < mesh.halfEdgeCount(); ++h) {
@@ -200,7 +202,7 @@ TEST(HalfEdgeMesh, CompactingRenumbersAlongACurveAndNoMore)
   std::vector<std::vector<Triangle>> triangles;
   for (const int threads : {1, 2, 4}) {
     Execution execution(threads);
-    HalfEdgeMesh mesh(raw);
+    HalfEdgeMesh mesh(raw, serial);
     mesh.compact(execution);
     expectConsistent(mesh);
     EXPECT_EQ(cornersOf(mesh.toTriangles()), cornersOf(raw));

@@ -657,7 +657,8 @@ TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
 {
   // Edges of a third of a voxel, so that one round has as many operations as ten of the raw mesh have.
   const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, 2 * voxels);
-  RemeshedSurface surface(zeroLevel(field), field);
+  Execution serial(1);
+  RemeshedSurface surface(zeroLevel(field), field, serial);
   HalfEdgeMesh& mesh = surface.mesh;
   for (std::int32_t v = 0; v < mesh.vertexCount(); ++v)
     mesh.normals[v] = surface.level.normalAt(mesh.positions[v], Vector3f::UnitZ());
