@@ -338,13 +338,14 @@ TEST(Regularise, DoesNotDependOnTheNumberOfThreads)
 
 TEST(Regularise, RefusesSurfacesThatNoPointsTellOf)
 {
-  // A plane through a dozen points, four thousand spacings apart.
+  // A plane through a dozen points, a thousand spacings apart.
   PointSet points;
   for (int n = 0; n < 12; ++n) {
-    points.positions.emplace_back(4000.f * static_cast<float>(n % 4), 4000.f * static_cast<float>(n / 4), 0.f);
+    points.positions.emplace_back(1000.f * static_cast<float>(n % 4), 1000.f * static_cast<float>(n / 4), 0.f);
     points.normals.push_back(Eigen::Vector3f::UnitZ());
   }
   MultiscaleOptions options;
+  options.denseVoxels = 1 << 18;
   const auto refusal = [&](float voxelSize) -> std::string {
     options.voxelSize = voxelSize;
     try {
@@ -360,7 +361,7 @@ TEST(Regularise, RefusesSurfacesThatNoPointsTellOf)
   EXPECT_GT(fitting, 2);
   EXPECT_EQ(refusal(fitting), "");
   // Beside its points the surface takes more memory than they foretell.
-  options.maxMemory = std::size_t{96} << 20;
+  options.maxMemory = std::size_t{64} << 20;
   EXPECT_NE(refusal(2).find("along the surface, "), std::string::npos) << refusal(2);
 }
 
