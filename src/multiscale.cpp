@@ -9,10 +9,10 @@
 #include "interpolation.h"
 #include "level_memory.h"
 #include "memory.h"
+#include "stage_timer.h"
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -25,13 +25,6 @@ namespace {
 /// Voxels of the finest band that a run may take whatever it has points, some seconds of work, and for each of them:
 /// surfaces have about ten, open ones with all of the sheet around them twenty-five.
 constexpr double unknownsOfAnyRun = 4e6, unknownsPerPoint = 2000;
-
-using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start)
-{
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Voxels [lower, upper) of a level, in multiples of its voxel side from the corner shared by all levels.
 struct IndexBox {
@@ -152,10 +145,10 @@ void checkMemory(const BoundingBox& box, float voxelSize, const Workload& worklo
 }
 
 /// Voxels that a method which visits each of them thousands of times takes on, and for each point of a larger cloud:
-/// four million take conjugate gradients about a minute.
+/// eight million kept conjugate gradients busy for more than a minute.
 constexpr double slowVoxels = 4e6, slowVoxelsPerPoint = 100;
 
-/// \throw ResourceLimit if ICM or conjugate gradients would go on for hours over a volume that hardly holds points
+/// \throw ResourceLimit if ICM or conjugate gradients would go on and on over a volume that hardly holds points
 void checkPatience(const GridSize& finest, const Workload& workload)
 {
   const SolverMethod method = workload.solver.method;

@@ -6,7 +6,6 @@
 #include <pcl/surface/mrf/reconstruction.h>
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 #include <utility>
 

@@ -118,7 +118,7 @@ TEST(PlanLevels, TheVoxelSizeThatWouldFitSuitsTheFactorAsWell)
   EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, workload, options)) << message;
 }
 
-TEST(PlanLevels, RefusesVolumesThatSlowSolversNeedHoursFor)
+TEST(PlanLevels, RefusesEmptyVolumesForSlowSolvers)
 {
   const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
   MultiscaleOptions options;
