@@ -1,6 +1,5 @@
 #include "cholesky.h"
 
-#include "linear_system.h"
 #include "uninitialised.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -47,8 +46,7 @@ class Factor {
 public:
   Factor(const GridSize& size, const Coupling& coupling);
 
-  template <typename Real>
-  void assemble(const LinearSystem<Real>& system, Execution& execution);
+  void assemble(const LinearSystem& system, Execution& execution);
 
   /// \throw SolverFailure if the matrix is not positive definite
   void factorise(Execution& execution);
@@ -131,12 +129,9 @@ Factor::Factor(const GridSize& size, const Coupling& coupling)
 }
 
 /// Voxels that share no neighbour are set to one together; what the system makes of them are columns of its matrix. In
-/// double precision but for the data: the prior's rows add up to zero.
-template <typename Real>
-void Factor::assemble(const LinearSystem<Real>& system, Execution& execution)
+/// double precision: the prior's rows add up to zero.
+void Factor::assemble(const LinearSystem& system, Execution& execution)
 {
-  PriorOperator<double> prior{size_, system.prior.prior, {}};
-  prior.voxelWeights.assign(system.prior.voxelWeights.begin(), system.prior.voxelWeights.end());
   const std::size_t count = placeOf_.size();
   // Gigabytes are cleared in pieces: the system takes its time to hand them out.
   constexpr std::size_t piece = std::size_t{1} << 24;
@@ -144,8 +139,8 @@ void Factor::assemble(const LinearSystem<Real>& system, Execution& execution)
     std::fill_n(values_.begin() + static_cast<std::ptrdiff_t>(first), std::min(piece, values_.size() - first), 0.);
     execution.poll();
   }
-  std::vector<double> ones(count, 0), priorProduct(count);
-  std::vector<Real> dataOnes(count, 0), dataProduct(count);
+  std::vector<double> ones(count, 0), product(count);
+  SystemProduct times(system);
   const int period = 2 * reach_ + 1;
   const auto forColour = [&](int colour, const auto& body) {
     const int cx = colour % period, cy = colour / period % period, cz = colour / (period * period);
@@ -158,19 +153,12 @@ void Factor::assemble(const LinearSystem<Real>& system, Execution& execution)
   };
   const auto setOnes = [&](int colour, int value) {
     forColour(colour, [&](int x, int y, int z) {
-      const auto i = static_cast<std::size_t>(size_.index(x, y, z));
-      ones[i] = value;
-      dataOnes[i] = static_cast<Real>(value);
+      ones[static_cast<std::size_t>(size_.index(x, y, z))] = value;
     });
   };
   for (int colour = 0; colour < period * period * period; ++colour) {
     setOnes(colour, 1);
-    apply(prior, ones.data(), priorProduct.data(), execution);
-    execution.forRange(size_.z, 16, [&](std::int64_t begin, std::int64_t end) {
-      const std::int64_t plane = size_.planeCount();
-      std::fill(dataProduct.begin() + plane * begin, dataProduct.begin() + plane * end, Real(0));
-      system.data->addProduct(dataOnes.data(), dataProduct.data(), static_cast<int>(begin), static_cast<int>(end));
-    });
+    times.apply(ones, product, execution);
     setOnes(colour, 0);
     forColour(colour, [&](int x, int y, int z) {
       const std::int32_t column = placeOf_[static_cast<std::size_t>(size_.index(x, y, z))];
@@ -179,7 +167,7 @@ void Factor::assemble(const LinearSystem<Real>& system, Execution& execution)
         for (int b = std::max(y - reach_, 0); b <= std::min(y + reach_, size_.y - 1); ++b)
           for (int a = std::max(x - reach_, 0); a <= std::min(x + reach_, size_.x - 1); ++a) {
             const auto j = static_cast<std::size_t>(size_.index(a, b, c));
-            const double value = priorProduct[j] + static_cast<double>(dataProduct[j]);
+            const double value = product[j];
             if (value != 0 && placeOf_[j] >= column)
               block(node, lowerRow(node, 0, placeOf_[j]), column - node.first, 1, 1)(0, 0) = value;
           }
@@ -341,21 +329,17 @@ void requireFactorFits(const GridSize& size, Prior prior, bool pointwise, const 
   }
 }
 
-template <typename Real>
-SolveReport solveCholesky(const LinearSystem<Real>& system, const SolverOptions& options, std::vector<Real>& d,
+SolveReport solveCholesky(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
                           Execution& execution)
 {
   const GridSize size = system.size();
-  const bool pointwise = !system.data->isDiagonal();
+  const bool pointwise = !system.isDiagonal();
   requireFactorFits(size, system.prior.prior, pointwise, options);
   Factor factor(size, couplingOf(system.prior.prior, pointwise));
   factor.assemble(system, execution);
   factor.factorise(execution);
-  const std::vector<Real>& b = system.data->rightHandSide();
-  std::vector<double> x(b.begin(), b.end());
-  factor.solve(x, execution);
-  for (std::size_t i = 0; i < d.size(); ++i)
-    d[i] = static_cast<Real>(x[i]);
+  d = system.rightHandSide;
+  factor.solve(d, execution);
 
   SolveReport report;
   report.method = SolverMethod::cholesky;
@@ -364,9 +348,6 @@ SolveReport solveCholesky(const LinearSystem<Real>& system, const SolverOptions&
   report.converged = true;
   return report;
 }
-
-template SolveReport solveCholesky(const LinearSystem<float>&, const SolverOptions&, std::vector<float>&, Execution&);
-template SolveReport solveCholesky(const LinearSystem<double>&, const SolverOptions&, std::vector<double>&, Execution&);
 
 } // namespace mrf
 } // namespace pcl

@@ -2,9 +2,8 @@
 /// \brief Sparse Cholesky factorisation (paper Sec. 3.4).
 #pragma once
 
+#include "linear_system.h"
 #include "nested_dissection.h"
-
-#include <pcl/surface/mrf/solver.h>
 
 namespace pcl {
 namespace mrf {
@@ -26,8 +25,7 @@ constexpr double choleskyBytesPerVoxel = 36;
 /// pieces between which the run can be cancelled. Measured on 32³ voxels, k = 1, 2, 3: 1.5, 1.2 and 1.2 times the
 /// numbers that METIS's ordering leaves (the corners' share is what counts), known without its second of analysis.
 /// \throw ResourceLimit if the factor would exceed SolverOptions::maxFactorBytes
-template <typename Real>
-SolveReport solveCholesky(const LinearSystem<Real>& system, const SolverOptions& options, std::vector<Real>& d,
+SolveReport solveCholesky(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
                           Execution& execution);
 
 } // namespace mrf

@@ -1,4 +1,4 @@
-#include "band_transfer.h"
+#include "grid_transfer.h"
 #include "banded_distances.h"
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -66,7 +66,7 @@ DistanceField::DistanceField(const Lattice& lattice, std::shared_ptr<const Bande
 {
   const auto count = static_cast<std::size_t>(banded_->band.count());
   if (banded_->values.size() != count || (!banded_->confidences.empty() && banded_->confidences.size() != count) ||
-      banded_->band.size() != bandSize(stored_.size) || banded_->background.empty())
+      banded_->band.size() != withMargin(stored_.size) || banded_->background.empty())
     throw std::invalid_argument("DistanceField: needs one value of each kind per voxel of the band, and a background");
 }
 
@@ -135,7 +135,7 @@ bool DistanceField::hasConfidences() const
 
 std::int64_t DistanceField::packedIndex(int i, int j, int k) const
 {
-  const Eigen::Array3i at = axes_.toStored(Eigen::Array3i(i, j, k)) + bandMargin;
+  const Eigen::Array3i at = axes_.toStored(Eigen::Array3i(i, j, k)) + gridMargin;
   return banded_->band.find(at.x(), at.y(), at.z());
 }
 
@@ -157,14 +157,14 @@ float DistanceField::storedDistance(int i, int j, int k) const
 {
   if (!banded_)
     return distances_[static_cast<std::size_t>(stored_.size.index(i, j, k))];
-  const std::int64_t at = banded_->band.find(i + bandMargin, j + bandMargin, k + bandMargin);
+  const std::int64_t at = banded_->band.find(i + gridMargin, j + gridMargin, k + gridMargin);
   return at < 0 ? banded_->background.sampleDistance(stored_.position(i, j, k))
                 : banded_->values[static_cast<std::size_t>(at)];
 }
 
 bool DistanceField::bandHasCell(int i, int j, int k) const
 {
-  const Eigen::Array3i at = axes_.toStored(Eigen::Array3i(i, j, k)) + bandMargin;
+  const Eigen::Array3i at = axes_.toStored(Eigen::Array3i(i, j, k)) + gridMargin;
   const auto hasEdge = [&](int y, int z) {
     return banded_->band.contains(at.x(), y, z) && banded_->band.contains(at.x() + 1, y, z);
   };
@@ -191,12 +191,12 @@ void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
     }
     return;
   }
-  const Band& band = banded_->band;
+  const VoxelSet& band = banded_->band;
   int done = 0;
   bool isNegative = banded_->background.sampleDistance(lattice_.position(0, j, k)) < 0;
-  for (const Run& run : band.row(j + bandMargin, k + bandMargin)) {
-    const int first = band.xOf(run, j + bandMargin) - bandMargin;
-    const float* values = banded_->values.data() + band.planeFirst(k + bandMargin) + run.first;
+  for (const Run& run : band.row(j + gridMargin, k + gridMargin)) {
+    const int first = band.xOf(run, j + gridMargin) - gridMargin;
+    const float* values = banded_->values.data() + band.planeFirst(k + gridMargin) + run.first;
     const int begin = std::max(first, 0), end = std::min(first + run.count, count);
     if (isNegative)
       setBits(words, done, begin);
@@ -225,9 +225,9 @@ void DistanceField::distancesOfRow(int i, int j, int k, int count, float* out) c
     std::copy_n(distances_.data() + stored_.size.index(i, j, k), count, out);
     return;
   }
-  const Band& band = banded_->band;
-  const int y = j + bandMargin, z = k + bandMargin;
-  const std::int64_t first = band.findInRow(band.windowIndex(i + bandMargin, y), count, y, z);
+  const VoxelSet& band = banded_->band;
+  const int y = j + gridMargin, z = k + gridMargin;
+  const std::int64_t first = band.findInRow(band.windowIndex(i + gridMargin, y), count, y, z);
   for (int n = 0; n < count; ++n)
     out[n] = first >= 0 ? banded_->values[static_cast<std::size_t>(first + n)] : storedDistance(i + n, j, k);
 }

@@ -1,6 +1,6 @@
 #include "icm.h"
 
-#include "linear_system.h"
+#include "grid_operator.h"
 
 #include <algorithm>
 #include <array>
@@ -54,20 +54,19 @@ double sumOverColour(const GridSize& size, const Colouring& colouring, int colou
 
 /// The diagonal of P + C. Voxels of one colour do not interact: what the system makes of ones on all of them is the
 /// diagonal there.
-template <typename Real>
-std::vector<Real> diagonalOf(const LinearSystem<Real>& system, const Colouring& colouring, std::vector<Real>& product,
-                             Execution& execution)
+std::vector<double> diagonalOf(const LinearSystem& system, const Colouring& colouring, SystemProduct& times,
+                               std::vector<double>& product, Execution& execution)
 {
-  std::vector<Real> diagonal(product.size()), ones(product.size(), 0);
+  std::vector<double> diagonal(product.size()), ones(product.size(), 0);
   for (int colour = 0; colour < colouring.count; ++colour) {
-    const auto setOnes = [&](Real value) {
+    const auto setOnes = [&](double value) {
       sumOverColour(system.size(), colouring, colour, execution, [&](std::size_t i) {
         ones[i] = value;
         return 0;
       });
     };
     setOnes(1);
-    applySystem(system, ones.data(), product.data(), execution);
+    times.apply(ones, product, execution);
     setOnes(0);
     sumOverColour(system.size(), colouring, colour, execution, [&](std::size_t i) {
       diagonal[i] = product[i];
@@ -87,17 +86,17 @@ void shuffle(std::vector<int>& order, std::mt19937_64& random)
 
 } // namespace
 
-template <typename Real>
-SolveReport solveIcm(const LinearSystem<Real>& system, const SolverOptions& options, double unit, std::vector<Real>& d,
+SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                      Execution& execution)
 {
   const GridSize size = system.size();
-  const std::vector<Real>& b = system.data->rightHandSide();
+  const std::vector<double>& b = system.rightHandSide;
   const int maxSweeps = options.maxIterations > 0 ? options.maxIterations : 1000;
   // Data that couple a voxel with its 26 neighbours reach as far as L³.
-  const Colouring colouring(system.data->isDiagonal() ? order(system.prior.prior) : 3);
-  std::vector<Real> product(d.size());
-  const std::vector<Real> diagonal = diagonalOf(system, colouring, product, execution);
+  const Colouring colouring(system.isDiagonal() ? order(system.prior.prior) : 3);
+  SystemProduct times(system);
+  std::vector<double> product(d.size());
+  const std::vector<double> diagonal = diagonalOf(system, colouring, times, product, execution);
 
   SolveReport report;
   report.method = SolverMethod::icm;
@@ -109,13 +108,12 @@ SolveReport solveIcm(const LinearSystem<Real>& system, const SolverOptions& opti
     double squaredChange = 0;
     for (const int colour : colours) {
       // Whole products cost less than the rows of one colour do: they run along memory, and share powers of L.
-      applySystem(system, d.data(), product.data(), execution);
+      times.apply(d, product, execution);
       squaredChange += sumOverColour(size, colouring, colour, execution, [&](std::size_t i) {
         if (!(diagonal[i] > 0))
           return 0.;
-        const double change =
-            (static_cast<double>(b[i]) - static_cast<double>(product[i])) / static_cast<double>(diagonal[i]);
-        d[i] = static_cast<Real>(static_cast<double>(d[i]) + change);
+        const double change = (b[i] - product[i]) / diagonal[i];
+        d[i] += change;
         return change * change;
       });
       execution.poll();
@@ -131,11 +129,6 @@ SolveReport solveIcm(const LinearSystem<Real>& system, const SolverOptions& opti
   report.relativeResidual = relativeResidual(system, d, execution);
   return report;
 }
-
-template SolveReport solveIcm(const LinearSystem<float>&, const SolverOptions&, double, std::vector<float>&,
-                              Execution&);
-template SolveReport solveIcm(const LinearSystem<double>&, const SolverOptions&, double, std::vector<double>&,
-                              Execution&);
 
 } // namespace mrf
 } // namespace pcl

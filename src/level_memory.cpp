@@ -1,8 +1,7 @@
 #include "level_memory.h"
 
-#include "band_solver.h"
 #include "cholesky.h"
-#include "multigrid.h"
+#include "grid_solver.h"
 
 #include <pcl/surface/mrf/point_observation.h>
 
@@ -41,8 +40,11 @@ constexpr double mostVoxelsAlongAxis = 1 << 20;
 /// like; a lone point occupies eight. (Measured on spheres with .25 to 16 points per face.)
 constexpr double occupiedPerFace = 2.6, occupiedPerPoint = 8;
 
-/// Of each of them the row that couples it with its neighbours, and its number.
-constexpr double bytesPerOccupied = 27 * sizeof(float) + sizeof(std::int32_t);
+/// Of each of them the row of the plain system that couples it with its neighbours.
+constexpr double bytesPerOccupied = 27 * (sizeof(double) + sizeof(std::int64_t));
+
+/// Of each of them the matrices of the cells on whole levels, 288 bytes for each of .4 cells, with all coarser grids.
+constexpr double blockBytesPerOccupied = 155;
 
 /// Voxels of which a factor takes some tens of terabytes, whatever the prior.
 constexpr double mostVoxelsOfFactor = 1e9;
@@ -55,37 +57,52 @@ double count(const GridSize& size)
   return static_cast<double>(size.count());
 }
 
-/// What points or observed voxels take on a level.
-struct DataBytes {
-  double samples = 0; ///< kept for all levels
-  double system = 0;  ///< beside the arrays of one value per voxel
-  double coarse = 0;  ///< of the same on the coarser grids of a solver
-};
+/// Values per voxel of a whole level: the field, the residual and the direction; and of each of its grids: the iterate
+/// before and after, the right-hand side, the scaling, neighbours and shares.
+constexpr double valuesPerVoxel = 3, valuesPerGridVoxel = 6;
 
-DataBytes dataBytes(const GridSize& size, double side, const Workload& workload)
+/// Of voxels that are observed: weights and targets.
+constexpr double valuesPerObservedGridVoxel = 2;
+
+/// A plain system in double precision: the field twice, the right-hand side, where rows begin, the product and its
+/// scratch, and two more of the solver.
+constexpr double bytesPerPlainVoxel = 60;
+
+/// The voxels that points occupy on a level.
+double occupiedVoxels(const GridSize& size, double side, const Workload& workload)
+{
+  const double surface = occupiedPerFace * workload.area / (side * side);
+  return surface > 0 ? std::min(count(size), surface * (1 - std::exp(-occupiedPerPoint * workload.points / surface)))
+                     : 0;
+}
+
+/// What is kept of the data for all levels.
+double dataBytes(const GridSize& size, double side, const Workload& workload)
 {
   const double faces = workload.area / (side * side);
-  if (workload.reach > 0) {
-    const double observed = std::min(2 * workload.reach / side * faces, count(size));
-    return {bytesPerObserved * observed, 0, 0};
-  }
-  const auto occupied = [&](double surface) {
-    return occupiedPerFace * surface *
-           (1 - std::exp(-occupiedPerPoint * workload.points / (occupiedPerFace * surface)));
-  };
-  const double samples = sizeof(PointSample) * workload.points;
-  if (!(faces > 0))
-    return {samples, 0, 0};
-  DataBytes bytes;
-  bytes.samples = samples;
-  bytes.system = bytesPerOccupied * std::min(occupied(faces), count(size)) + samples;
+  if (workload.reach > 0)
+    return bytesPerObserved * std::min(2 * workload.reach / side * faces, count(size));
+  double samples = workload.points;
   // Coarser levels, and the grids of a solver, merge the points: about one is left per occupied cell.
-  for (double surface = faces / 4; surface > 1; surface /= 4) {
-    const double merged = sizeof(PointSample) * std::min(workload.points, 1.5 * surface);
-    bytes.samples += merged;
-    bytes.coarse += bytesPerOccupied * occupied(surface) + merged;
+  for (double surface = faces / 4; surface > 1; surface /= 4)
+    samples += std::min(workload.points, 1.5 * surface);
+  return sizeof(PointSample) * samples;
+}
+
+/// Of the grids of a whole level and the windows that sweep over them.
+double gridBytes(const GridSize& size, const Workload& workload, int threads)
+{
+  const Prior prior = workload.prior.prior;
+  const double values = valuesPerGridVoxel + (workload.reach > 0 ? valuesPerObservedGridVoxel : 0);
+  double bytes = 0;
+  const int degree = smootherDegree(workload.solver, prior, true);
+  for (GridSize grid = size;; grid = grid.coarsened()) {
+    bytes += sizeof(float) * values * count(grid);
+    if (grid == size)
+      bytes += GridOperator::sweepBytes(withMargin(grid), count(grid), order(prior), degree, threads);
+    if (grid.coarsened() == grid)
+      return bytes;
   }
-  return bytes;
 }
 
 /// Peak bytes while a dense level is solved.
@@ -93,22 +110,18 @@ double denseBytes(const GridSize& size, double side, const Workload& workload, b
 {
   const Prior prior = workload.prior.prior;
   const bool pointwise = workload.reach == 0, weighted = workload.prior.energy == Energy::weighted;
-  const DataBytes data = dataBytes(size, side, workload);
-  // The field, the diagonal of the data term and its right-hand side, the voxels' weights.
-  const double system = data.samples + data.system + sizeof(float) * count(size) * (3 + (weighted ? 1 : 0));
   const bool factorises =
       workload.solver.method == SolverMethod::cholesky || (isCoarsest && workload.solver.choleskyOnCoarsest);
-  double solver = 0;
+  const bool usesGrids = workload.solver.method == SolverMethod::multigrid;
+  const double occupied = pointwise ? occupiedVoxels(size, side, workload) : 0;
+  double bytes = dataBytes(size, side, workload) + sizeof(float) * valuesPerVoxel * count(size);
+  if (usesGrids)
+    bytes += gridBytes(size, workload, threads) + blockBytesPerOccupied * occupied;
+  if (!usesGrids || weighted || factorises)
+    bytes += (bytesPerPlainVoxel + (weighted ? sizeof(double) : 0)) * count(size) + bytesPerOccupied * occupied;
   if (factorises)
-    solver = choleskyCost(size, prior, pointwise).bytes + choleskyBytesPerVoxel * count(size);
-  if (workload.solver.method == SolverMethod::multigrid)
-    solver =
-        std::max(solver, data.coarse + 2 * sizeof(float) * count(size) +
-                             MultigridPreconditioner<float>::predictedBytes(
-                                 size, prior, weighted, pointwise, smootherDegree(workload.solver, prior), threads));
-  else // the product, the diagonal and one more; the residual, the direction and its product
-    solver = std::max(solver, 3 * sizeof(float) * count(size));
-  return system + solver;
+    bytes += choleskyCost(size, prior, pointwise).bytes + choleskyBytesPerVoxel * count(size);
+  return bytes;
 }
 
 /// Peak bytes while the finest level is solved in a band. \param bands up to it
@@ -120,7 +133,8 @@ double bandBytes(const GridSize& lattice, double side, const Workload& workload,
                                          : sizeof(PointSample) * workload.points;
   const double perFace = bytesPerFace + (bands <= bandsOfSeveralSteps ? moreBytesPerFace : 0);
   return data + perFace * faces + bytesPerRow * size.y * size.z +
-         bandWindowBytes(bandSize(size), unknowns, workload.prior.prior, workload.solver, threads);
+         GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.prior),
+                                  smootherDegree(workload.solver, workload.prior.prior, false), threads);
 }
 
 GridSize wholeVoxels(const Eigen::Array3d& voxels)

@@ -1,9 +1,14 @@
 /// \file
-/// \brief What the solvers share: products with the whole system, dot products, slabs, the explicit matrix.
+/// \brief The system of one level in its plain form, in double precision: what ICM, conjugate gradients and Cholesky
+/// solve, and what the grids of the multigrid solver are tested against.
 #pragma once
 
-#include <pcl/surface/mrf/data_term.h>
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/lattice.h>
+#include <pcl/surface/mrf/observation.h>
+#include <pcl/surface/mrf/point_observation.h>
+#include <pcl/surface/mrf/prior.h>
+#include <pcl/surface/mrf/solver.h>
 
 #include <Eigen/SparseCore>
 
@@ -12,59 +17,79 @@
 namespace pcl {
 namespace mrf {
 
-/// Below this size the overhead of waking threads exceeds what they gain.
-constexpr std::int64_t serialVoxels = 100000;
+/// The operator of the prior: L^k, or with voxel weights v (Energy::weighted)
+/// k = 1: L_v, k = 2: L V L, k = 3: L L_v L, where L_v = Σ over edges (i,j) of ½(v_i+v_j)(e_i−e_j)(e_i−e_j)ᵀ.
+/// Borders are clamped: missing neighbours are dropped. Symmetric, positive semidefinite, annihilates constants.
+struct PriorOperator {
+  GridSize size;
+  Prior prior = Prior::triharmonic;
+  std::vector<double> voxelWeights; ///< v, one per voxel, ≥ 0; empty: 1 everywhere
+};
 
-/// Voxels per partial sum of a dot product; fewer are added before another thread is awake.
-constexpr std::int64_t sumGrain = 1 << 18;
+/// y = P x. \pre x and y hold size.count() values and do not overlap \param scratch of the same size, from k = 2 on
+void apply(const PriorOperator& prior, const double* x, double* y, std::vector<double>& scratch, Execution& execution);
 
-/// Share of the coarse correction that is taken. The rediscretised L³ overcorrects: measured on a head of 1.2 million
-/// voxels, .3 to .5 needs half the iterations of 1; with observations at points, which come with weaker coarse weights,
-/// .6 to .8 does. Lower orders want all of it.
-template <typename Real>
-Real coarseDamping(int order, bool dataAreDiagonal)
-{
-  return order < 3 ? Real(1) : dataAreDiagonal ? Real(.4) : Real(.7);
-}
+using DataMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, std::int64_t>;
 
-/// Planes per slab: one slab per thread, one in all on small grids. Planes are computed alike whatever the slab, so
-/// this may depend on the number of threads.
-int slabThickness(const GridSize& size, int threads);
+/// (P + C) d = b on all voxels of a grid, symmetric positive definite as soon as one voxel is observed.
+struct LinearSystem {
+  PriorOperator prior;
+  DataMatrix data; ///< C
+  std::vector<double> rightHandSide;
+  std::vector<PointSample> samples; ///< that C was made of; none: of voxels, and it is diagonal
+  PointWeights weights;             ///< of the samples
+  double unit = 1;                  ///< of the field, per voxel, with samples
 
-/// The mean of the up to 8 children of each voxel of the grid size.coarsened(), times `scale`.
-template <typename Real>
-std::vector<Real> meanOfChildren(const GridSize& size, const std::vector<Real>& values, Real scale);
+  GridSize size() const { return prior.size; }
+  bool isDiagonal() const { return samples.empty(); }
+};
 
-/// y = (P + C) x.
-template <typename Real>
-void applySystem(const LinearSystem<Real>& system, const Real* x, Real* y, Execution& execution);
+/// w = a/(1 − a), a = αβ clamped to 1 − 10⁻⁶: an infinite weight would leave a voxel without any prior.
+double dataWeight(double confidence, double beta);
 
-/// y = (P + C) x. \return xᵀ(P + C)x
-template <typename Real>
-double applySystemAndDot(const LinearSystem<Real>& system, const Real* x, Real* y, Execution& execution);
+/// The voxel-wise system of the paper. a_i = α_i β.
+/// Energy::joint: (L^k + c_k W) d = c_k W d°, w_i = a_i / (1 − a_i) with a_i clamped to 1 − 10⁻⁶.
+/// Energy::weighted: (P_v + c_k A) d = c_k A d° with v_i = 1 − a_i; for constant a the same as joint.
+LinearSystem assemble(const Observation& observation, const PriorOptions& options);
 
-/// r = b − (P + C) x. \return ‖r‖²
-template <typename Real>
-double systemResidual(const LinearSystem<Real>& system, const Real* b, const Real* x, Real* r, Execution& execution);
+/// The system of observations at points: C = Σ ρ (value · ccᵀ + gradient · GᵀG), b = unit · Σ ρ · gradient · Gᵀn, blocks
+/// of 27 voxels on the occupied cells. Points beyond the outermost voxel centres observe the linear continuation of the
+/// field. \param samples on the grid, in any order
+LinearSystem assembleAtPoints(const GridSize& size, Prior prior, std::vector<PointSample> samples,
+                              const PointWeights& weights, double unit, Execution& execution);
 
-/// xᵀy in double precision; the same for any number of threads.
-template <typename Real>
-double dotProduct(std::size_t count, const Real* x, const Real* y, Execution& execution);
+/// Products with a system; keeps its scratch memory from one to the next.
+class SystemProduct {
+public:
+  /// \pre the system outlives it
+  explicit SystemProduct(const LinearSystem& system);
 
-/// The same of two vectors.
-template <typename Vector>
-double dotProduct(const Vector& x, const Vector& y, Execution& execution)
-{
-  return dotProduct(x.size(), x.data(), y.data(), execution);
-}
+  /// y = (P + C) x
+  void apply(const std::vector<double>& x, std::vector<double>& y, Execution& execution);
 
-/// P as an explicit matrix.
-template <typename Real>
-Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t> priorMatrix(const PriorOperator<Real>& prior);
+  /// r = b − (P + C) x. \return ‖r‖²
+  double residual(const std::vector<double>& x, std::vector<double>& r, Execution& execution);
 
-/// P + C as an explicit matrix, both triangles. About 7, 25 or 63 entries per voxel for k = 1, 2, 3.
-template <typename Real>
-Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t> systemMatrix(const LinearSystem<Real>& system);
+private:
+  const LinearSystem& system_;
+  std::vector<double> scratch_;
+};
+
+/// Solves (P + C) d = b.
+/// \param system at least one voxel must be observed
+/// \param unit length of one voxel side in the unit of d; scales changeTolerance only
+/// \param d in: initial guess, size().count() values; out: the solution
+/// \throw SolverFailure if no voxel is observed, the result is not finite, or the factorisation fails
+/// \throw ResourceLimit if cholesky's factor would exceed maxFactorBytes
+/// The result does not depend on the number of threads.
+SolveReport solve(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
+                  Execution& execution);
+
+/// ½ dᵀ(P + C)d − bᵀd per voxel: what every solver lowers.
+double energy(const LinearSystem& system, const std::vector<double>& d, Execution& execution);
+
+/// ‖b − (P + C) d‖ / ‖b‖.
+double relativeResidual(const LinearSystem& system, const std::vector<double>& d, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -3,12 +3,15 @@
 #include <pcl/surface/mrf/point_observation.h>
 #include <pcl/surface/mrf/polygonizer.h>
 
-#include "band_level.h"
 #include "banded_distances.h"
 #include "cholesky.h"
+#include "grid_solver.h"
+#include "grids.h"
 #include "interpolation.h"
 #include "level_memory.h"
+#include "linear_system.h"
 #include "memory.h"
+#include "narrow_band.h"
 #include "stage_timer.h"
 
 #include <algorithm>
@@ -49,37 +52,13 @@ Eigen::Array3d halved(const Eigen::Array3i& index)
 /// Voxel sides, in spacings of the points, from which on the finest level merges them, too.
 constexpr float mergedFrom = 10;
 
-/// Samples of one lattice as those of another.
-std::vector<PointSample> moved(const std::vector<PointSample>& samples, const Lattice& from, const Lattice& to,
-                               Execution& execution)
+LevelSamples samplesOfLevels(const OrientedPoints& points, const std::vector<Lattice>& lattices, float spacing,
+                             Execution& execution)
 {
-  const double ratio = from.spacing / to.spacing;
-  const Eigen::Vector3d shift = (from.origin - to.origin) / to.spacing;
-  std::vector<PointSample> result(samples.size());
-  execution.forRange(static_cast<std::int64_t>(samples.size()), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
-    for (auto s = static_cast<std::size_t>(begin); s < static_cast<std::size_t>(end); ++s) {
-      result[s] = samples[s];
-      result[s].position = (ratio * samples[s].position.cast<double>() + shift).cast<float>();
-    }
-  });
-  return result;
-}
-
-/// The points as each level sees them, coarsest first, by cells; on all but the finest one per cell, which is what a
-/// grid's interpolant can tell apart.
-std::vector<std::vector<PointSample>>
-samplesOfLevels(const OrientedPoints& points, const std::vector<Lattice>& lattices, float spacing, Execution& execution)
-{
-  std::vector<std::vector<PointSample>> result(lattices.size());
+  const std::vector<PointSample> finest = toSamples(points, lattices.back(), spacing, execution);
   // Voxels that hold dozens of points, as a pilot's, need not see each of them.
   const bool isCoarse = lattices.back().spacing > mergedFrom * spacing;
-  {
-    const std::vector<PointSample> finest = toSamples(points, lattices.back(), spacing, execution);
-    result.back() = isCoarse ? merge(finest, 1, execution) : sortedByCells(finest, execution);
-  }
-  for (std::size_t level = lattices.size() - 1; level > 0; --level)
-    result[level - 1] = merge(moved(result[level], lattices[level], lattices[level - 1], execution), 1, execution);
-  return result;
+  return LevelSamples(isCoarse ? merge(finest, 1, execution) : sortedByCells(finest, execution), lattices, execution);
 }
 
 std::vector<float> denseConfidences(const Observation& observation)
@@ -91,12 +70,12 @@ std::vector<float> denseConfidences(const Observation& observation)
 }
 
 /// Local confidences of observed voxels, packed on a band.
-std::vector<float> bandConfidences(const Observation& observation, const Band& band)
+std::vector<float> bandConfidences(const Observation& observation, const VoxelSet& band)
 {
   const GridSize size = observation.lattice.size;
   std::vector<float> confidences(static_cast<std::size_t>(band.count()), 0);
   for (std::size_t v = 0; v < observation.voxels.size(); ++v) {
-    const Eigen::Array3i voxel = size.voxel(observation.voxels[v]) + bandMargin;
+    const Eigen::Array3i voxel = size.voxel(observation.voxels[v]) + gridMargin;
     if (const std::int64_t at = band.find(voxel.x(), voxel.y(), voxel.z()); at >= 0)
       confidences[static_cast<std::size_t>(at)] = observation.confidences[v];
   }
@@ -193,7 +172,7 @@ void checkSurface(double unknowns, std::size_t points, double voxelSize, const M
 /// A single step weighs short and long waves alike; the long ones are right already and would be spoilt. On one and
 /// three million points holes are off by .034 and .054 % of the diagonal with one coarse grid on the last bands, by
 /// .052 and .076 % with three; without any nothing improves, and twice the smoothing takes the time saved.
-constexpr BandPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
+constexpr LevelPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
 
 /// Dense levels that observe points stop this much earlier, by the change. On a hundred holes of twenty scans the
 /// finest level, dense, is then within 1 % of one solved to the solver's own tolerance, as accurate, and takes three
@@ -245,8 +224,10 @@ public:
         axes_(axes), bandThreads_(bandThreads), observation_(observation), prior_(prior), solver_(solver),
         options_(options), wanted_(wanted), execution_(execution)
   {
+    firstLevel_ = addCoarserGrids(lattices_);
+    denseLevels_ = lattices_.size();
     // The coarsest level is always dense.
-    while (denseLevels_ > 1 && lattices_[denseLevels_ - 1].size.count() > options.denseVoxels)
+    while (denseLevels_ > firstLevel_ + 1 && lattices_[denseLevels_ - 1].size.count() > options.denseVoxels)
       --denseLevels_;
     if (observation_.atPoints())
       samples_ = samplesOfLevels(points_, lattices_, spacing_, execution_);
@@ -255,10 +236,10 @@ public:
   MultiscaleResult run()
   {
     double totalVoxels = 0, doneVoxels = 0;
-    for (const Lattice& lattice : lattices_)
-      totalVoxels += static_cast<double>(lattice.size.count());
+    for (std::size_t level = firstLevel_; level < lattices_.size(); ++level)
+      totalVoxels += static_cast<double>(lattices_[level].size.count());
     MultiscaleResult result;
-    for (std::size_t level = 0; level < lattices_.size(); ++level) {
+    for (std::size_t level = firstLevel_; level < lattices_.size(); ++level) {
       const double begin = doneVoxels / totalVoxels;
       doneVoxels += static_cast<double>(lattices_[level].size.count());
       execution_.beginStep(begin, doneVoxels / totalVoxels);
@@ -307,43 +288,72 @@ private:
     return result;
   }
 
+  LevelObservation observeLevel(std::size_t level, LevelReport& report)
+  {
+    LevelObservation observation;
+    if (observation_.atPoints()) {
+      observation.samples = &samples_;
+      observation.weights = weightsOf(level);
+    } else {
+      observation.voxels = observeVoxels(level, report);
+      observation.beta = prior_.beta;
+      report.observed = static_cast<std::int64_t>(observation.voxels.voxels.size());
+    }
+    return observation;
+  }
+
   LevelReport solveDense(std::size_t level)
   {
     LevelReport report = newReport(level);
     const Lattice& lattice = lattices_[level];
     const Clock::time_point start = Clock::now();
-    LinearSystem<float> system;
-    if (observation_.atPoints()) {
-      system.prior = {lattice.size, prior_.prior, {}};
-      system.data =
-          makePointDataTerm<float>(lattice.size, samples_[level], weightsOf(level), lattice.spacing, execution_);
-      const std::vector<float>& diagonal = system.data->diagonal();
-      report.observed = std::count_if(diagonal.begin(), diagonal.end(), [](float value) { return value > 0; });
-    } else {
-      const Observation observation = observeVoxels(level, report);
-      report.observed = static_cast<std::int64_t>(observation.voxels.size());
-      if (report.observed > 0)
-        system = assemble<float>(observation, prior_);
-      if (level + 1 == denseLevels_)
-        lastDense_ = observation.voxels;
-    }
+    const LevelObservation observation = observeLevel(level, report);
+    if (observation_.atPoints())
+      report.observed = observedVoxels(samples_.own[level], withMargin(lattice.size), execution_).count();
+    else if (level + 1 == denseLevels_)
+      lastDense_ = observation.voxels.voxels;
     report.observationSeconds = secondsSince(start);
 
     const Clock::time_point solverStart = Clock::now();
-    if (level == 0)
+    if (level == firstLevel_)
       distances_.assign(static_cast<std::size_t>(lattice.size.count()), 0);
     else
       distances_ = interpolateCubic(distances_, lattices_[level - 1], lattice, execution_);
     // With a narrow reach the coarse levels of the paper's scheme may see nothing: their guess is then kept.
-    if (report.observed > 0) {
-      SolverOptions levelSolver = solver_;
-      if (level == 0 && solver_.choleskyOnCoarsest)
-        levelSolver.method = SolverMethod::cholesky;
-      if (levelSolver.method == SolverMethod::multigrid && observation_.atPoints())
-        levelSolver.changeTolerance *= pointTolerance;
-      report.solve = solve(system, levelSolver, lattice.spacing, distances_, execution_);
-    }
+    if (report.observed > 0)
+      report.solve = solveWhole(level, observation);
     report.solverSeconds = secondsSince(solverStart);
+    return report;
+  }
+
+  SolveReport solveWhole(std::size_t level, const LevelObservation& observation)
+  {
+    const Lattice& lattice = lattices_[level];
+    SolverOptions solver = solver_;
+    if (level == firstLevel_ && solver.choleskyOnCoarsest)
+      solver.method = SolverMethod::cholesky;
+    if (solver.method != SolverMethod::multigrid || prior_.energy != Energy::joint)
+      return solvePlain(lattice, observation, level, solver);
+    if (observation_.atPoints())
+      solver.changeTolerance *= pointTolerance;
+    const std::vector<SolverGrid> grids = wholeGrids(lattices_, level, observation, prior_.prior, execution_);
+    LevelPlan plan{wholeLevelSteps};
+    plan.threads = execution_.threads();
+    return solveOnGrids(grids, prior_.prior, grids.front().voxels, plan, solver, lattice.spacing, distances_.data(),
+                        execution_);
+  }
+
+  SolveReport solvePlain(const Lattice& lattice, const LevelObservation& observation, std::size_t level,
+                         const SolverOptions& solver)
+  {
+    const LinearSystem system =
+        observation_.atPoints() ? assembleAtPoints(lattice.size, prior_.prior, samples_.own[level], observation.weights,
+                                                   lattice.spacing, execution_)
+                                : assemble(observation.voxels, prior_);
+    std::vector<double> distances(distances_.begin(), distances_.end());
+    const SolveReport report = solve(system, solver, lattice.spacing, distances, execution_);
+    std::transform(distances.begin(), distances.end(), distances_.begin(),
+                   [](double distance) { return static_cast<float>(distance); });
     return report;
   }
 
@@ -353,10 +363,10 @@ private:
     const Clock::time_point start = Clock::now();
     if (level == denseLevels_) {
       const Lattice& coarse = lattices_[level - 1];
-      const GridSize size = bandSize(coarse.size);
-      band_ = bandOfDense(coarse, distances_,
-                          observation_.atPoints() ? observedBand(samples_[level - 1], size, execution_)
-                                                  : bandOfVoxels(lastDense_, coarse.size, size, execution_),
+      const GridSize size = withMargin(coarse.size);
+      band_ = fieldOfDense(coarse, distances_,
+                          observation_.atPoints() ? observedVoxels(samples_.own[level - 1], size, execution_)
+                                                  : voxelSetOf(lastDense_, coarse.size, size, execution_),
                           execution_);
     }
     // The first band shapes what fills holes, and feels the sheets around: left out there, the discs of a Kinect frame
@@ -365,19 +375,12 @@ private:
       keepWanted(level - 1);
     if (level == denseLevels_ && isFinest(level)) // a band is half as wide at least as what a dense level hands on
       checkUnknowns(level - 1, .5 * static_cast<double>(band_.unknowns.count()));
-    BandObservation observation;
-    if (observation_.atPoints()) {
-      observation.samples = &samples_;
-      observation.weights = weightsOf(level);
-    } else {
-      observation.voxels = observeVoxels(level, report);
-      observation.beta = prior_.beta;
-    }
+    const LevelObservation observation = observeLevel(level, report);
     report.observationSeconds = secondsSince(start);
     const Clock::time_point solverStart = Clock::now();
-    BandPlan plan = level == denseLevels_ ? firstPlan : isFinest(level) ? lastPlan : middlePlan;
+    LevelPlan plan = level == denseLevels_ ? firstPlan : isFinest(level) ? lastPlan : middlePlan;
     plan.threads = bandThreads_;
-    band_ = solveBandLevel(lattices_, level, band_, observation, prior_.prior, plan, solver_, isFinest(level), report,
+    band_ = solveNarrowBand(lattices_, level, band_, observation, prior_.prior, plan, solver_, isFinest(level), report,
                            execution_);
     report.solverSeconds = secondsSince(solverStart);
     if (!isFinest(level))
@@ -417,7 +420,7 @@ private:
     }
     std::sort(voxels.begin(), voxels.end());
     const GridSize grid = band_.unknowns.size();
-    keepNear(bandOfVoxels(voxels, lattice.size, grid, execution_), band_, execution_);
+    keepNear(voxelSetOf(voxels, lattice.size, grid, execution_), band_, execution_);
   }
 
   DistanceField field()
@@ -447,12 +450,13 @@ private:
   const MultiscaleOptions& options_;
   const SurfaceFilter& wanted_;
   Execution& execution_;
-  std::size_t denseLevels_ = lattices_.size();
-  std::vector<std::vector<PointSample>> samples_; ///< of all levels, if points are observed
+  std::size_t firstLevel_ = 0;  ///< of the lattices; those before it are grids of the solver
+  std::size_t denseLevels_ = 0; ///< where the lattices that are solved in bands begin
+  LevelSamples samples_;        ///< if points are observed
   Observation finest_;                            ///< of the finest level, if voxels are
   std::vector<std::int64_t> lastDense_;           ///< voxels observed on the last dense level
   std::vector<float> distances_;                  ///< of the last dense level so far
-  BandField band_;                                ///< of the last level in a band so far
+  LevelField band_;                                ///< of the last level in a band so far
 };
 
 } // namespace
@@ -528,10 +532,11 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
     if (std::max({size.x, size.y, size.z}) <= options.coarsestSide)
       break;
     voxels.lower = halved(voxels.lower).floor().cast<int>();
-    voxels.upper = halved(voxels.upper).ceil().cast<int>();
+    // Every point stays inside the outermost voxel centres.
+    voxels.upper = halved(voxels.upper).ceil().cast<int>().max((extent / (2 * spacing) + .5).ceil().cast<int>());
   }
   std::reverse(levels.begin(), levels.end());
-  requireCountable(bandSize(bandAxes(levels.back().size).toStored(levels.back().size)));
+  requireCountable(withMargin(bandAxes(levels.back().size).toStored(levels.back().size)));
   checkPatience(levels.back().size, workload);
   const SolverOptions& solver = workload.solver;
   if (solver.method == SolverMethod::cholesky || solver.choleskyOnCoarsest)

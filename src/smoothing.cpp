@@ -1,5 +1,8 @@
 #include <pcl/surface/mrf/smoothing.h>
 
+#include "grid_solver.h"
+#include "grids.h"
+
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/point_observation.h>
 #include <pcl/surface/mrf/solver.h>
@@ -58,9 +61,9 @@ std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& position
 
 /// Boxes around runs of points, so that a cube need not look at all of them. The points are sorted along a curve as
 /// they are gathered; in any other order this is slower but not wrong.
-class Runs {
+class PointRuns {
 public:
-  Runs(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
+  PointRuns(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
       : count_(positions.size()), boxes_((positions.size() + length - 1) / length)
   {
     execution.forRange(static_cast<std::int64_t>(count_), length, [&](std::int64_t begin, std::int64_t end) {
@@ -108,7 +111,7 @@ struct Cube {
   std::map<double, std::vector<double>> errors; ///< by the ℓ that were tried
 
   /// \param core side of the cube around the centre whose points judge: the same for all that are compared
-  Cube(const OrientedPoints& points, const Runs& runs, const Eigen::Vector3f& centre, const Trial& trial, double core)
+  Cube(const OrientedPoints& points, const PointRuns& runs, const Eigen::Vector3f& centre, const Trial& trial, double core)
   {
     const int side = static_cast<int>(std::ceil(core / trial.voxelSize + 2 * margin - 1e-6)) + 1;
     lattice.size = {side, side, side};
@@ -146,16 +149,20 @@ struct Cube {
       return;
 
     Execution serial(1);
-    LinearSystem<float> system;
-    system.prior = {lattice.size, prior, {}};
-    system.data = makePointDataTerm<float>(lattice.size, toSamples(seen, lattice, static_cast<float>(spacing), serial),
-                                           weights, lattice.spacing, serial);
+    std::vector<Lattice> lattices{lattice};
+    const std::size_t level = addCoarserGrids(lattices);
+    const LevelSamples samples(
+        sortedByCells(toSamples(seen, lattice, static_cast<float>(spacing), serial), serial), lattices, serial);
+    LevelObservation observation;
+    observation.samples = &samples;
+    observation.weights = weights;
     SolverOptions solver;
     solver.changeTolerance = tolerance;
     // A few digits on a small grid: measured a fifth less work than with the solver's own.
     if (prior != Prior::membrane)
       solver.smootherDegree = 4;
-    solve(system, solver, lattice.spacing, field, serial);
+    const std::vector<SolverGrid> grids = wholeGrids(lattices, level, observation, prior, serial);
+    solveOnGrids(grids, prior, grids.front().voxels, {wholeLevelSteps}, solver, lattice.spacing, field.data(), serial);
     const DistanceField distances(lattice, field, {});
     // Where noise has flattened the field its values are small, where the field follows the noise its slope is large:
     // neither may pass for a small distance.
@@ -439,7 +446,7 @@ private:
   const float gradientWeight_;
   Execution& execution_;
   const double core_; ///< side of the cubes whose points judge: does not depend on the voxel size that is tried
-  const Runs runs_;
+  const PointRuns runs_;
   std::vector<Eigen::Vector3f> centres_; ///< of the cubes
   std::map<Trial, std::vector<Cube>> cubes_;
 };

@@ -1,5 +1,3 @@
-#include <pcl/surface/mrf/solver.h>
-
 #include "cholesky.h"
 #include "conjugate_gradients.h"
 #include "icm.h"
@@ -25,11 +23,10 @@ template <typename Value>
   throw InvalidOption(message.str());
 }
 
-template <typename Real>
-void checkSizes(const LinearSystem<Real>& system, const std::vector<Real>& d)
+void checkSizes(const LinearSystem& system, const std::vector<double>& d)
 {
-  const GridSize size = system.size();
-  if (!system.data || system.data->size() != size || d.size() != static_cast<std::size_t>(size.count()) || d.empty())
+  if (system.data.rows() != system.size().count() || system.rightHandSide.size() != d.size() ||
+      d.size() != static_cast<std::size_t>(system.size().count()) || d.empty())
     throw std::invalid_argument("solve: the prior, the data term and the field differ in size");
   const std::size_t weights = system.prior.voxelWeights.size();
   if (weights != 0 && weights != d.size())
@@ -55,16 +52,14 @@ void validate(const SolverOptions& options)
     refuse("maxFactorBytes", options.maxFactorBytes, "above 0");
 }
 
-template <typename Real>
-SolveReport solve(const LinearSystem<Real>& system, const SolverOptions& options, double unit, std::vector<Real>& d,
+SolveReport solve(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                   Execution& execution)
 {
   validate(options);
   checkSizes(system, d);
   if (!(unit > 0 && std::isfinite(unit)))
     throw std::invalid_argument("solve: the unit must be positive and finite");
-  const std::vector<Real>& diagonal = system.data->diagonal();
-  if (std::none_of(diagonal.begin(), diagonal.end(), [](Real value) { return value > 0; }))
+  if (!(system.data.coeffs() > 0).any())
     throw SolverFailure("no voxel is observed with a positive weight, so that the field is not determined; check the "
                         "confidences, and that beta is above 0");
 
@@ -83,40 +78,10 @@ SolveReport solve(const LinearSystem<Real>& system, const SolverOptions& options
     report = solveCholesky(system, options, d, execution);
     break;
   }
-  if (!std::all_of(d.begin(), d.end(), [](Real value) { return std::isfinite(value); }))
+  if (!std::all_of(d.begin(), d.end(), [](double value) { return std::isfinite(value); }))
     throw SolverFailure("the solution is not finite; check the observed distances and the initial guess");
   return report;
 }
-
-template <typename Real>
-double energy(const LinearSystem<Real>& system, const std::vector<Real>& d, Execution& execution)
-{
-  checkSizes(system, d);
-  std::vector<Real> product(d.size());
-  const double quadratic = applySystemAndDot(system, d.data(), product.data(), execution);
-  const double linear = dotProduct(system.data->rightHandSide(), d, execution);
-  return (.5 * quadratic - linear) / static_cast<double>(d.size());
-}
-
-template <typename Real>
-double relativeResidual(const LinearSystem<Real>& system, const std::vector<Real>& d, Execution& execution)
-{
-  checkSizes(system, d);
-  const std::vector<Real>& b = system.data->rightHandSide();
-  std::vector<Real> residual(d.size());
-  const double squared = systemResidual(system, b.data(), d.data(), residual.data(), execution);
-  const double norm = std::sqrt(dotProduct(b, b, execution));
-  return norm > 0 ? std::sqrt(squared) / norm : std::sqrt(squared);
-}
-
-#define MRF_INSTANTIATE(Real)                                                                                          \
-  template SolveReport solve(const LinearSystem<Real>&, const SolverOptions&, double, std::vector<Real>&, Execution&); \
-  template double energy(const LinearSystem<Real>&, const std::vector<Real>&, Execution&);                             \
-  template double relativeResidual(const LinearSystem<Real>&, const std::vector<Real>&, Execution&);
-
-MRF_INSTANTIATE(float)
-MRF_INSTANTIATE(double)
-#undef MRF_INSTANTIATE
 
 } // namespace mrf
 } // namespace pcl

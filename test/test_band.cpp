@@ -1,5 +1,5 @@
-#include "band.h"
-#include "band_transfer.h"
+#include "voxel_set.h"
+#include "grid_transfer.h"
 #include "support/shapes.h"
 #include "support/statistics.h"
 #include "support/zero_level.h"
@@ -38,10 +38,10 @@ bool has(const Voxels& voxels, int x, int y, int z)
   return grid.contains(x, y, z) && voxels[static_cast<std::size_t>(grid.index(x, y, z))] != 0;
 }
 
-Band bandOf(const Voxels& voxels, int roundUpTo, int threads = 1)
+VoxelSet bandOf(const Voxels& voxels, int roundUpTo, int threads = 1)
 {
   Execution execution(threads);
-  return Band(
+  return VoxelSet(
       grid,
       [&](int z, MaskPlane& mask) {
         for (int y = 0; y < grid.y; ++y)
@@ -80,11 +80,11 @@ constexpr std::int64_t everything = std::numeric_limits<std::int64_t>::max(), fe
 
 } // namespace
 
-TEST(Band, HoldsTheVoxelsThatWereSet)
+TEST(VoxelSet, HoldsTheVoxelsThatWereSet)
 {
   for (const double share : {.02, .5, 1.}) {
     const Voxels voxels = randomVoxels(1, share);
-    const Band band = bandOf(voxels, 0);
+    const VoxelSet band = bandOf(voxels, 0);
     std::int64_t next = 0; // packed values follow each other in memory order
     forAll([&](int x, int y, int z) {
       const std::int64_t at = band.find(x, y, z);
@@ -99,7 +99,7 @@ TEST(Band, HoldsTheVoxelsThatWereSet)
   }
 }
 
-TEST(Band, LengthensRunsToWholeVectorsUpToALimit)
+TEST(VoxelSet, LengthensRunsToWholeVectorsUpToALimit)
 {
   const int limit = grid.x - 3;
   Voxels voxels = randomVoxels(2, .05);
@@ -107,7 +107,7 @@ TEST(Band, LengthensRunsToWholeVectorsUpToALimit)
     if (x >= limit)
       voxels[static_cast<std::size_t>(grid.index(x, y, z))] = 0;
   });
-  const Band exact = bandOf(voxels, 0), rounded = bandOf(voxels, limit);
+  const VoxelSet exact = bandOf(voxels, 0), rounded = bandOf(voxels, limit);
   EXPECT_GT(rounded.count(), exact.count());
   forAll([&](int x, int y, int z) {
     if (has(voxels, x, y, z)) {
@@ -154,11 +154,11 @@ TEST(MaskPlane, GrowsByTheStepsItIsTold)
       ASSERT_EQ(cells.has(x, y), x < size.x && hasAround(x, y, -1, 0, -1, 0));
 }
 
-TEST(Band, GrowsAndShrinksLikeItsVoxels)
+TEST(VoxelSet, GrowsAndShrinksLikeItsVoxels)
 {
   Execution execution(2);
   const Voxels sparse = randomVoxels(3, .003), full = randomVoxels(4, .98);
-  const Band grown = dilated(bandOf(sparse, 0), 2, 3, execution), shrunk = eroded(bandOf(full, 0), 2, execution);
+  const VoxelSet grown = dilated(bandOf(sparse, 0), 2, 3, execution), shrunk = eroded(bandOf(full, 0), 2, execution);
   forAll([&](int x, int y, int z) {
     bool isNear = false, isInside = true;
     for (int dz = -2; dz <= 2; ++dz)
@@ -173,17 +173,17 @@ TEST(Band, GrowsAndShrinksLikeItsVoxels)
   });
 }
 
-TEST(Band, CountsNeighboursAndFollowsThem)
+TEST(VoxelSet, CountsNeighboursAndFollowsThem)
 {
   Execution execution(2);
   const Voxels voxels = randomVoxels(5, .2);
-  const Band band = bandOf(voxels, 0);
+  const VoxelSet band = bandOf(voxels, 0);
   const PackedValues counts = degrees(band, execution);
   Voxels seeds(voxels.size(), 0);
   seeds[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
   Voxels start = voxels;
   start[static_cast<std::size_t>(grid.index(40, 10, 8))] = 1;
-  const Band reached = connectedTo(bandOf(start, 0), bandOf(seeds, 0), execution);
+  const VoxelSet reached = connectedTo(bandOf(start, 0), bandOf(seeds, 0), execution);
 
   // Flooding, voxel by voxel.
   Voxels flooded = seeds;

@@ -1,9 +1,11 @@
 // The hot loops exist for several instruction sets: each gives the same bytes, loop by loop and as a whole mesh.
 #include "support/contract.h"
 
+#include "grid_solver.h"
+#include "grids.h"
 #include "instruction_set.h"
 #include "nearest_kernels.h"
-#include "plane_kernels.h"
+#include "vector_kernels.h"
 
 #include <cstring>
 #include <random>
@@ -45,43 +47,42 @@ std::vector<Real> values(std::size_t count, unsigned seed)
   return result;
 }
 
-/// Results of all loops of the planes, one after the other.
+/// Results of the loops over vectors, one after the other.
 template <typename Real>
-std::vector<Real> planeResults()
+std::vector<Real> vectorResults()
 {
   using namespace pcl::mrf::kernels;
-  constexpr int nx = 37, ny = 11; // no multiple of any vector
-  constexpr std::int64_t count = nx * ny;
-  const std::vector<Real> a = values<Real>(count, 1), b = values<Real>(count, 2), c = values<Real>(count, 3),
-                          d = values<Real>(count, 4), e = values<Real>(count, 5), f = values<Real>(count, 6);
-  std::vector<Real> all;
-  const auto run = [&](const auto& kernel) {
-    std::vector<Real> x = values<Real>(count, 7), y = values<Real>(count, 8);
-    kernel(x.data(), y.data());
-    all.insert(all.end(), x.begin(), x.end());
-    all.insert(all.end(), y.begin(), y.end());
-  };
-  const Real g = Real(.7), h = Real(-1.3);
-  run([&](Real* x, Real*) { laplacian(nx, ny, a.data(), b.data(), c.data(), x); });
-  run([&](Real* x, Real*) {
-    weightedLaplacian(nx, ny, a.data(), b.data(), c.data(), d.data(), e.data(), f.data(), x);
-  });
-  run([&](Real* x, Real*) { multiply(count, a.data(), x); });
-  run([&](Real* x, Real*) { addProduct(count, a.data(), b.data(), x); });
-  run([&](Real* x, Real* y) { smoothZero(count, g, a.data(), b.data(), x, y); });
-  run([&](Real* x, Real* y) { smoothFirst(count, g, a.data(), b.data(), c.data(), x, y); });
-  run([&](Real* x, Real* y) { smooth(count, g, h, a.data(), b.data(), c.data(), x, y); });
-  run([&](Real* x, Real*) { residual(count, a.data(), b.data(), x); });
-  run([&](Real* x, Real*) { blend(count, a.data(), b.data(), x); });
-  run([&](Real* x, Real*) { prolongRow(nx, a.data(), b.data(), x); });
-  run([&](Real* x, Real*) { restrictRow(nx, g, a.data(), x); });
-  run([&](Real* x, Real*) { combine(count, a.data(), g, b.data(), h, c.data(), g, d.data(), h, x); });
-  run([&](Real* x, Real*) { addScaled(count, g, a.data(), x); });
-  run([&](Real* x, Real*) { scaleAndAdd(count, g, a.data(), x); });
+  constexpr std::int64_t count = 407; // no multiple of any vector
+  const std::vector<Real> a = values<Real>(count, 1), b = values<Real>(count, 2);
+  std::vector<Real> all = values<Real>(count, 7);
+  scaleAndAdd(count, Real(.7), a.data(), all.data());
   const double sum = dot(count, a.data(), b.data());
   all.resize(all.size() + sizeof(double) / sizeof(Real));
   std::memcpy(&*(all.end() - sizeof(double) / sizeof(Real)), &sum, sizeof(double));
   return all;
+}
+
+/// What a level's grids make of random data: every loop of the smoother, the transfers and the data.
+std::vector<float> gridResults()
+{
+  using namespace pcl::mrf;
+  Execution execution(1);
+  std::vector<Lattice> lattices{{{21, 18, 19}, Eigen::Vector3d::Zero(), 1}};
+  const std::size_t level = addCoarserGrids(lattices);
+  std::vector<PointSample> samples;
+  std::mt19937 random(5);
+  const auto uniform = [&](float most) { return most * static_cast<float>(random()) / 4294967296.f; };
+  for (int n = 0; n < 500; ++n)
+    samples.emplace_back(Eigen::Vector3f(uniform(19), uniform(16), uniform(17)),
+                         Eigen::Vector3f(uniform(1), uniform(1), uniform(1)).normalized(), 1.f);
+  const LevelSamples all(sortedByCells(samples, execution), lattices, execution);
+  LevelObservation observation;
+  observation.samples = &all;
+  observation.weights = {40, 15};
+  std::vector<float> field(static_cast<std::size_t>(lattices.back().size.count()), 0);
+  const std::vector<SolverGrid> grids = wholeGrids(lattices, level, observation, Prior::triharmonic, execution);
+  solveOnGrids(grids, Prior::triharmonic, grids.front().voxels, {3}, {}, 1, field.data(), execution);
+  return field;
 }
 
 std::vector<float> nearestResults()
@@ -140,15 +141,16 @@ TEST_F(InstructionSets, EnvironmentLimitsThem)
   EXPECT_EQ(pcl::mrf::instructionSet(), widestInstructionSet(limit != nullptr ? limit : ""));
 }
 
-TEST_F(InstructionSets, LoopsOfPlanesGiveTheSameBytes)
+TEST_F(InstructionSets, LoopsOfTheSolverGiveTheSameBytes)
 {
   setInstructionSet(InstructionSet::baseline);
-  const std::vector<float> singles = planeResults<float>();
-  const std::vector<double> doubles = planeResults<double>();
+  const std::vector<float> singles = vectorResults<float>(), field = gridResults();
+  const std::vector<double> doubles = vectorResults<double>();
   for (const InstructionSet set : available()) {
     setInstructionSet(set);
-    EXPECT_TRUE(sameBytes(planeResults<float>(), singles)) << static_cast<int>(set);
-    EXPECT_TRUE(sameBytes(planeResults<double>(), doubles)) << static_cast<int>(set);
+    EXPECT_TRUE(sameBytes(vectorResults<float>(), singles)) << static_cast<int>(set);
+    EXPECT_TRUE(sameBytes(vectorResults<double>(), doubles)) << static_cast<int>(set);
+    EXPECT_TRUE(sameBytes(gridResults(), field)) << static_cast<int>(set);
   }
 }
 

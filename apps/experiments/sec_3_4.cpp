@@ -2,6 +2,7 @@
 #include "figures.h"
 
 #include "interpolation.h"
+#include "linear_system.h"
 #include "program.h"
 #include "scan/analytic_surface.h"
 #include "scan/mesh_surface.h"
@@ -9,7 +10,6 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/multiscale.h>
 #include <pcl/surface/mrf/sampling_density.h>
-#include <pcl/surface/mrf/solver.h>
 
 #include <algorithm>
 #include <cmath>
@@ -40,9 +40,8 @@ struct Crossing {
 /// One level's system with its solution.
 struct Problem {
   Lattice lattice;
-  pcl::mrf::LinearSystem<float> system;       ///< that is solved
-  pcl::mrf::LinearSystem<double> exactSystem; ///< the same, to judge by
-  Field interpolated;                         ///< the next coarser level's solution on this lattice
+  pcl::mrf::LinearSystem system;
+  Field interpolated; ///< the next coarser level's solution on this lattice
   std::vector<double> solution;
   double leastEnergy = 0;
   std::vector<Crossing> crossings;
@@ -147,19 +146,18 @@ Problem makeProblem(Prior prior, Laboratory& laboratory)
         observe(points, *search, lattice, spacing, reach, observationOptions, execution);
     values = level == 0 ? Field(static_cast<std::size_t>(lattice.size.count()), 0)
                         : pcl::mrf::interpolateCubic(values, lattices[level - 1], lattice, execution);
-    auto exact = pcl::mrf::assemble<double>(observation, priorOptions);
+    auto system = pcl::mrf::assemble(observation, priorOptions);
     std::vector<double> solution(values.begin(), values.end());
-    solve(exact, tight, lattice.spacing, solution, execution);
+    solve(system, tight, lattice.spacing, solution, execution);
     if (level + 1 == lattices.size()) {
       problem.lattice = lattice;
-      problem.system = pcl::mrf::assemble<float>(observation, priorOptions);
-      problem.exactSystem = std::move(exact);
+      problem.system = std::move(system);
       problem.interpolated = values;
       problem.solution = solution;
     }
     values.assign(solution.begin(), solution.end());
   }
-  problem.leastEnergy = energy(problem.exactSystem, problem.solution, execution);
+  problem.leastEnergy = energy(problem.system, problem.solution, execution);
   problem.crossings = findCrossings(problem.lattice, values);
   return problem;
 }
@@ -178,13 +176,14 @@ json measureSolver(const Problem& problem, SolverMethod method, bool isCold, Lab
     options.changeTolerance = 0;
     options.maxIterations = static_cast<int>(std::ceil(target));
     options.seed = laboratory.options().seed;
-    Field values = isCold ? Field(problem.interpolated.size(), 0) : problem.interpolated;
+    std::vector<double> values(problem.interpolated.size(), 0);
+    if (!isCold)
+      values.assign(problem.interpolated.begin(), problem.interpolated.end());
     const Stopwatch watch;
     const pcl::mrf::SolveReport report = solve(problem.system, options, problem.lattice.spacing, values, execution);
     const double seconds = watch.processorSeconds();
-    const double error = surfaceError(problem, values);
-    const std::vector<double> exact(values.begin(), values.end());
-    const double above = energy(problem.exactSystem, exact, execution) - problem.leastEnergy;
+    const double error = surfaceError(problem, Field(values.begin(), values.end()));
+    const double above = energy(problem.system, values, execution) - problem.leastEnergy;
     if (runs.empty() || report.iterations > runs.back()["iterations"].get<int>())
       runs.push_back({{"iterations", report.iterations},
                       {"seconds", seconds},

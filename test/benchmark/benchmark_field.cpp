@@ -1,7 +1,7 @@
 /// \file
 /// \brief Benchmarks of the regularisation, and of the smoother's use of the memory.
+#include "grids.h"
 #include "inputs.h"
-#include "smoother.h"
 
 #include "support/clouds.h"
 #include "support/shapes.h"
@@ -106,20 +106,28 @@ void smoother(benchmark::State& state)
   const GridSize size{side, side, side};
   const auto count = static_cast<std::size_t>(size.count());
   const auto prior = static_cast<Prior>(state.range(1));
-  const int degree = prior == Prior::membrane ? 2 : prior == Prior::thinPlate ? 5 : 10;
-  LinearSystem<float> system;
-  system.prior = {size, prior, {}};
-  system.data = makeDiagonalDataTerm(size, std::vector<float>(count, 1), std::vector<float>(count, 1));
-
+  const PriorConstants constants = priorConstants(prior);
+  const int degree = constants.degree;
   Execution execution(static_cast<int>(state.range(2)));
+  SolverGrid grid;
+  grid.isWhole = true;
+  grid.voxels = wholeOf({size, Eigen::Vector3d::Zero(), 1}, execution);
+  grid.data = makeVoxelData(grid.voxels, std::vector<float>(count, 1), std::vector<float>(count, 1));
+
   const double triad = triadBandwidth(count, execution);
-  Smoother<float> smoother(system, degree, execution);
-  std::vector<float> x(count), residual(count);
-  const float* b = system.data->rightHandSide().data();
-  smoother.smoothFromZero(b, x.data(), residual.data(), execution); // its memory is there from now on
+  GridOperator system(grid, constants, 0, execution);
+  std::vector<SweepScratch> scratch(static_cast<std::size_t>(execution.threads()));
+  PackedValues b, x(count), residual(count);
+  system.rightHandSide(b, execution);
+  Sweep sweep;
+  sweep.source = Sweep::Source::zero;
+  sweep.b = b.data();
+  sweep.out = x.data();
+  sweep.product = residual.data();
+  system.smooth(sweep, degree, scratch, execution); // its memory is there from now on
   const auto start = std::chrono::steady_clock::now();
   for (auto _ : state)
-    smoother.smoothFromZero(b, x.data(), residual.data(), execution);
+    system.smooth(sweep, degree, scratch, execution);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const double voxels = static_cast<double>(count) * static_cast<double>(state.iterations());
   const double streamed = (16 + 28 * (degree - 1) + 16) * voxels;

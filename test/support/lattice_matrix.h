@@ -2,7 +2,7 @@
 /// \brief The prior as an explicit matrix, written down from its definition: the oracle for the matrix-free operator.
 #pragma once
 
-#include <pcl/surface/mrf/prior.h>
+#include "linear_system.h"
 
 #include <Eigen/SparseCore>
 
@@ -40,13 +40,12 @@ inline Matrix laplacian(const pcl::mrf::GridSize& size, const Vector& v)
 }
 
 /// The prior's matrix; `v` empty: voxel weights of 1.
-template <typename Real>
-Matrix priorMatrix(const pcl::mrf::PriorOperator<Real>& prior)
+inline Matrix priorMatrix(const pcl::mrf::PriorOperator& prior)
 {
   const auto count = static_cast<Eigen::Index>(prior.size.count());
   Vector v = Vector::Ones(count);
   for (std::size_t i = 0; i < prior.voxelWeights.size(); ++i)
-    v[static_cast<Eigen::Index>(i)] = static_cast<double>(prior.voxelWeights[i]);
+    v[static_cast<Eigen::Index>(i)] = prior.voxelWeights[i];
   const Matrix plain = laplacian(prior.size, Vector::Ones(count));
   switch (pcl::mrf::order(prior.prior)) {
   case 1:

@@ -2,9 +2,9 @@
 /// \brief Linear systems with known solutions, and how the tests of the solvers compare fields.
 #pragma once
 
+#include "linear_system.h"
 #include "support/lattice_matrix.h"
 
-#include <pcl/surface/mrf/solver.h>
 
 #include <Eigen/SparseCholesky>
 #include <gtest/gtest.h>
@@ -57,14 +57,22 @@ inline Observation observeSphere(GridSize size, double shift = 0, double scale =
   return observation;
 }
 
-inline oracle::Matrix systemMatrix(const LinearSystem<double>& system)
+/// C = diag(weights), b = weights · targets.
+inline void observeDirectly(const std::vector<double>& weights, const std::vector<double>& targets,
+                            LinearSystem& system)
 {
-  std::vector<Eigen::Triplet<double, std::int64_t>> entries;
-  system.data->appendEntries(entries);
-  oracle::Matrix data(static_cast<Eigen::Index>(system.size().count()),
-                      static_cast<Eigen::Index>(system.size().count()));
-  data.setFromTriplets(entries.begin(), entries.end());
-  return oracle::priorMatrix(system.prior) + data;
+  system.data.resize(system.size().count(), system.size().count());
+  system.rightHandSide.clear();
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    system.data.insert(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) = weights[i];
+    system.rightHandSide.push_back(weights[i] * targets[i]);
+  }
+  system.data.makeCompressed();
+}
+
+inline oracle::Matrix systemMatrix(const LinearSystem& system)
+{
+  return oracle::priorMatrix(system.prior) + oracle::Matrix(system.data);
 }
 
 inline Eigen::Map<const oracle::Vector> asVector(const std::vector<double>& values)
@@ -72,11 +80,11 @@ inline Eigen::Map<const oracle::Vector> asVector(const std::vector<double>& valu
   return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
 
-inline std::vector<double> directSolution(const LinearSystem<double>& system)
+inline std::vector<double> directSolution(const LinearSystem& system)
 {
   const Eigen::SimplicialLDLT<oracle::Matrix> factor(systemMatrix(system));
   EXPECT_EQ(factor.info(), Eigen::Success);
-  const oracle::Vector solution = factor.solve(asVector(system.data->rightHandSide()));
+  const oracle::Vector solution = factor.solve(asVector(system.rightHandSide));
   return {solution.data(), solution.data() + solution.size()};
 }
 
@@ -92,10 +100,9 @@ double relativeDifference(const std::vector<A>& a, const std::vector<B>& b)
   return std::sqrt(difference / norm);
 }
 
-template <typename Real>
-std::vector<Real> zeros(const LinearSystem<Real>& system)
+inline std::vector<double> zeros(const LinearSystem& system)
 {
-  return std::vector<Real>(static_cast<std::size_t>(system.size().count()));
+  return std::vector<double>(static_cast<std::size_t>(system.size().count()));
 }
 
 inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4, int maxIterations = 0)

@@ -10,14 +10,12 @@
 /// smoothed away, on every grid alike. No neighbour is searched.
 #pragma once
 
-#include <pcl/surface/mrf/data_term.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/prior.h>
 
 #include <algorithm>
-#include <memory>
 #include <vector>
 
 namespace pcl {
@@ -69,25 +67,6 @@ struct PointWeights {
 /// The weights of one level. \param smoothing ℓ, \param spacing l̄, \param voxelSize h, all in one unit, > 0
 /// \param gradientWeight g², voxels²
 PointWeights pointWeights(Prior prior, double smoothing, double spacing, double voxelSize, double gradientWeight);
-
-/// Share of the weights that a coarser grid keeps beside the scaling of the prior. For L³ measured on three scans: with
-/// a quarter, and .7 of the coarse correction, half the iterations of 1 and .4. Lower orders want all of it.
-inline double coarseShare(Prior prior)
-{
-  return prior == Prior::triharmonic ? .25 : 1;
-}
-
-/// C = Σ ρ (value · ccᵀ + gradient · GᵀG), b = unit · Σ ρ · gradient · Gᵀn: blocks of 27 voxels on the occupied cells.
-///
-/// Points beyond the outermost voxel centres observe the linear continuation of the field.
-/// Its coarser grids merge the samples and assemble them again, value weights × 4^k/8 and gradient weights × ¼ more per
-/// level (4^k over the number of children, where an axis has one voxel only).
-/// \param unit length of a voxel side in the unit of the field
-/// Memory: 112 bytes per occupied voxel (float), 28 per sample, 8 per voxel. The result does not depend on the number
-/// of threads.
-template <typename Real>
-std::unique_ptr<DataTerm<Real>> makePointDataTerm(GridSize size, std::vector<PointSample> samples,
-                                                  const PointWeights& weights, double unit, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

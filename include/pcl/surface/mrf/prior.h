@@ -2,11 +2,6 @@
 /// \brief The priors (paper Sec. 3.3.1) as powers of the graph Laplacian on a voxel lattice.
 #pragma once
 
-#include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/lattice.h>
-
-#include <vector>
-
 namespace pcl {
 namespace mrf {
 
@@ -51,20 +46,6 @@ inline int centreCoefficient(Prior prior)
 /// depends on h, which is why β has another meaning on every grid.
 /// \pre 0 < beta < 1
 double smoothingLength(const PriorOptions& options, double voxelSize);
-
-/// The operator of the prior: L^k, or with voxel weights v (Energy::weighted)
-/// k = 1: L_v, k = 2: L V L, k = 3: L L_v L, where L_v = Σ over edges (i,j) of ½(v_i+v_j)(e_i−e_j)(e_i−e_j)ᵀ.
-/// Borders are clamped: missing neighbours are dropped. Symmetric, positive semidefinite, annihilates constants.
-template <typename Real>
-struct PriorOperator {
-  GridSize size;
-  Prior prior = Prior::triharmonic;
-  std::vector<Real> voxelWeights; ///< v, one per voxel, ≥ 0; empty: 1 everywhere
-};
-
-/// y = P x. \pre x and y hold size.count() values and do not overlap
-template <typename Real>
-void apply(const PriorOperator<Real>& prior, const Real* x, Real* y, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -1,10 +1,8 @@
 /// \file
-/// \brief The four solvers of one linear system (paper Sec. 3.4), behind one function.
+/// \brief The four solvers of one linear system (paper Sec. 3.4): what they are told, and what they report.
 #pragma once
 
-#include <pcl/surface/mrf/data_term.h>
-#include <pcl/surface/mrf/execution.h>
-
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -12,7 +10,7 @@ namespace pcl {
 namespace mrf {
 
 enum class SolverMethod {
-  multigrid, ///< conjugate gradients preconditioned by one multigrid V-cycle; see multigrid.h
+  multigrid, ///< conjugate gradients preconditioned by one multigrid V-cycle; see grid_solver.h
   icm,       ///< the paper's iterated conditional modes; see icm.h
   cg,        ///< Fletcher–Reeves conjugate gradients on the energy; see conjugate_gradients.h
   cholesky   ///< sparse Cholesky factorisation in double precision, the reference; see cholesky.h
@@ -46,25 +44,6 @@ struct SolveReport {
   std::vector<double>
       history; ///< per iteration: relative residual (multigrid, cg), energy per voxel (icm); empty for cholesky
 };
-
-/// Solves (P + C) d = b.
-/// \param system at least one voxel must be observed
-/// \param unit length of one voxel side in the unit of d; scales changeTolerance only
-/// \param d in: initial guess, size().count() values; out: the solution
-/// \throw SolverFailure if no voxel is observed, the result is not finite, or the factorisation fails
-/// \throw ResourceLimit if cholesky's factor would exceed maxFactorBytes
-/// The result does not depend on the number of threads. Instantiated for float and double.
-template <typename Real>
-SolveReport solve(const LinearSystem<Real>& system, const SolverOptions& options, double unit, std::vector<Real>& d,
-                  Execution& execution);
-
-/// ½ dᵀ(P + C)d − bᵀd per voxel, in double precision: what every solver lowers.
-template <typename Real>
-double energy(const LinearSystem<Real>& system, const std::vector<Real>& d, Execution& execution);
-
-/// ‖b − (P + C) d‖ / ‖b‖.
-template <typename Real>
-double relativeResidual(const LinearSystem<Real>& system, const std::vector<Real>& d, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -2,10 +2,9 @@
 /// \brief The observation models on a band: points by layers of cells, or weights of voxels.
 #pragma once
 
-#include "band.h"
-#include "band_transfer.h"
+#include "voxel_set.h"
+#include "grid_transfer.h"
 
-#include <pcl/surface/mrf/data_term.h>
 #include <pcl/surface/mrf/point_observation.h>
 
 #include <memory>
@@ -15,9 +14,9 @@ namespace pcl {
 namespace mrf {
 
 /// C and b of a system on a band, assembled on the fly from layers: layer z couples the planes z and z + 1.
-class BandData {
+class GridData {
 public:
-  virtual ~BandData() = default;
+  virtual ~GridData() = default;
 
   /// Adds C x of layer z to the windows of the planes z and z + 1. Called concurrently.
   virtual void addProduct(int z, const float* x, const float* xAbove, float* y, float* yAbove) const = 0;
@@ -33,15 +32,17 @@ public:
 };
 
 /// The points as samples of the field, which has to live as long as what is returned.
-/// \pre the samples lie in the band's lattice, ordered by cells \param unit of the field, per voxel
-std::unique_ptr<BandData> makePointBandData(const std::vector<PointSample>& samples, const Band& band,
-                                            const PointWeights& weights, double unit);
+/// \pre the samples are ordered by cells, and the grid has all voxels of these \param unit of the field, per voxel
+/// \param isWhole memory for one matrix per occupied cell does not matter; else samples are taken one by one unless
+/// there are many in a cell
+std::unique_ptr<GridData> makePointData(const std::vector<PointSample>& samples, const VoxelSet& voxels,
+                                        const PointWeights& weights, double unit, bool isWhole);
 
 /// The voxels whose cells hold a sample.
-Band observedBand(const std::vector<PointSample>& samples, const GridSize& grid, Execution& execution);
+VoxelSet observedVoxels(const std::vector<PointSample>& samples, const GridSize& grid, Execution& execution);
 
-/// Weights and targets of observed voxels. \param weights, targets packed on the band; no targets: 0
-std::unique_ptr<BandData> makeVoxelBandData(const Band& band, std::vector<float> weights, std::vector<float> targets);
+/// Weights and targets of observed voxels. \param weights, targets packed; no targets: 0
+std::unique_ptr<GridData> makeVoxelData(const VoxelSet& voxels, std::vector<float> weights, std::vector<float> targets);
 
 } // namespace mrf
 } // namespace pcl

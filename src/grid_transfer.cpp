@@ -1,4 +1,4 @@
-#include "band_transfer.h"
+#include "grid_transfer.h"
 
 #include "interpolation.h"
 #include "multiversioning.h"
@@ -80,7 +80,7 @@ void prepare(std::vector<float>& values, std::size_t count)
 /// Adds weighted planes of a band to a window for the lifetime of the object.
 class CombinedPlanes {
 public:
-  CombinedPlanes(const Band& band, const float* values, std::vector<float>& window) : band_(band), values_(values)
+  CombinedPlanes(const VoxelSet& band, const float* values, std::vector<float>& window) : band_(band), values_(values)
   {
     prepare(window, band.windowCount());
     window_ = window.data();
@@ -105,7 +105,7 @@ public:
   const float* row(int x, int y) const { return window_ + band_.windowIndex(x, std::clamp(y, -1, band_.size().y)); }
 
 private:
-  const Band& band_;
+  const VoxelSet& band_;
   const float* values_;
   float* window_ = nullptr;
   std::array<int, 4> planes_{};
@@ -119,9 +119,10 @@ Refinement::Refinement(const Lattice& coarse, const Lattice& fine)
   const Eigen::Vector3d offset = (fine.origin - coarse.origin) / fine.spacing;
   for (int axis = 0; axis < 3; ++axis)
     parity[axis] = static_cast<int>(std::lround(offset[axis] + .5));
+  children = (fine.size.x > 1 ? 2 : 1) * (fine.size.y > 1 ? 2 : 1) * (fine.size.z > 1 ? 2 : 1);
 }
 
-void CubicInterpolation::evaluatePlane(const Band& fine, int z, float* out, TransferScratch& scratch) const
+void CubicInterpolation::evaluatePlane(const VoxelSet& fine, int z, float* out, TransferScratch& scratch) const
 {
   if (fine.planeCount(z) == 0)
     return;
@@ -143,7 +144,7 @@ void CubicInterpolation::evaluatePlane(const Band& fine, int z, float* out, Tran
   }
 }
 
-void addProlonged(const Band& coarse, const float* values, const Refinement& refinement, const Band& fine, int z,
+void addProlonged(const VoxelSet& coarse, const float* values, const Refinement& refinement, const VoxelSet& fine, int z,
                   float* window, TransferScratch& scratch)
 {
   if (fine.planeCount(z) == 0)
@@ -165,7 +166,7 @@ void addProlonged(const Band& coarse, const float* values, const Refinement& ref
   }
 }
 
-void restrictPlane(const Band& fine, const float* values, const Refinement& refinement, float scale, const Band& coarse,
+void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& refinement, float scale, const VoxelSet& coarse,
                    int z, float* out, TransferScratch& scratch)
 {
   if (coarse.planeCount(z) == 0)
@@ -194,10 +195,10 @@ void restrictPlane(const Band& fine, const float* values, const Refinement& refi
   }
 }
 
-Band coarsened(const Band& fine, const GridSize& coarse, const Refinement& refinement, int roundUpTo,
+VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, int roundUpTo,
                Execution& execution)
 {
-  return Band(
+  return VoxelSet(
       coarse,
       [&](int z, MaskPlane& mask) {
         const int firstZ = refinement.firstChild(z, 2);

@@ -1,9 +1,11 @@
-#include "band_data.h"
+#include "grid_data.h"
 
 #include "floor.h"
 #include "multiversioning.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 
 namespace pcl {
@@ -131,18 +133,18 @@ std::vector<std::size_t> layersOf(const std::vector<PointSample>& samples, const
 {
   std::vector<std::size_t> begin(static_cast<std::size_t>(grid.z) + 1, 0);
   for (const PointSample& sample : samples)
-    ++begin[static_cast<std::size_t>(floorOf(sample.position.z()) + bandMargin) + 1];
+    ++begin[static_cast<std::size_t>(floorOf(sample.position.z()) + gridMargin) + 1];
   for (std::size_t layer = 1; layer < begin.size(); ++layer)
     begin[layer] += begin[layer - 1];
   return begin;
 }
 
-class PointBandData final : public BandData {
+class PointData final : public GridData {
 public:
-  PointBandData(const std::vector<PointSample>& samples, const Band& band, const PointWeights& weights, double unit)
-      : samples_(samples), band_(band), value_(static_cast<float>(weights.value)),
+  PointData(const std::vector<PointSample>& samples, const VoxelSet& voxels, const PointWeights& weights, double unit)
+      : samples_(samples), voxels_(voxels), value_(static_cast<float>(weights.value)),
         gradient_(static_cast<float>(weights.gradient)), unit_(static_cast<float>(unit)),
-        layerBegin_(layersOf(samples, band.size()))
+        layerBegin_(layersOf(samples, voxels.size()))
   {}
 
   void addProduct(int z, const float* x, const float* xAbove, float* y, float* yAbove) const override
@@ -173,45 +175,172 @@ public:
 
   bool isDiagonal() const override { return false; }
 
+  /// Calls body(window index of the cell's lowest voxel, the matrix of the sample) for the samples of a layer.
+  template <typename Body>
+  void forEachInLayer(int z, const Body& body) const
+  {
+    layerAt(z).forEach([&](const PointSample& s, const EdgeWeights& edges, float u, std::int64_t at) {
+      // Rows: the value and the derivatives at the sample, as shares of the cell's voxels.
+      Eigen::Matrix<float, 4, 8> rows;
+      for (int corner = 0; corner < 8; ++corner) {
+        const int edge = corner >> 1;
+        const float alongX = corner & 1 ? u : 1 - u, slope = corner & 1 ? 1.f : -1.f;
+        rows.col(corner) << alongX * edges.value[edge], slope * edges.value[edge], alongX * edges.alongY[edge],
+            alongX * edges.alongZ[edge];
+      }
+      const Eigen::Vector4f weights = s.weight * Eigen::Vector4f(value_, gradient_, gradient_, gradient_);
+      body(at, (rows.transpose() * weights.asDiagonal() * rows).eval());
+    });
+  }
+
 private:
   /// Empty outside the grid.
   SampleLayer layerAt(int z) const
   {
-    const bool isInside = z >= 0 && z < band_.size().z;
+    const bool isInside = z >= 0 && z < voxels_.size().z;
     const PointSample* begin = isInside ? samples_.data() + layerBegin_[static_cast<std::size_t>(z)] : nullptr;
     const PointSample* end = isInside ? samples_.data() + layerBegin_[static_cast<std::size_t>(z) + 1] : nullptr;
-    return {begin, end, static_cast<float>(z - bandMargin), band_.windowStride(),
-            band_.windowIndex(bandMargin, bandMargin)};
+    return {begin, end, static_cast<float>(z - gridMargin), voxels_.windowStride(),
+            voxels_.windowIndex(gridMargin, gridMargin)};
   }
 
   const std::vector<PointSample>& samples_; ///< by layers
-  const Band& band_;
+  const VoxelSet& voxels_;
   float value_, gradient_, unit_;
   std::vector<std::size_t> layerBegin_;
 };
 
-class VoxelBandData final : public BandData {
+/// The 8 voxels of a cell: x runs fastest, then y, then z.
+using Corners = float __attribute__((vector_size(32)));
+using CornerEdges = double __attribute__((vector_size(32)));
+
+/// What all samples of a cell say of its voxels.
+struct CellBlock {
+  std::array<Corners, 8> columns; ///< of the 8 × 8 matrix, symmetric
+  std::int64_t at = 0;            ///< window index of the lowest voxel
+};
+
+MRF_MULTIVERSION(void, addBlockProducts,
+                 (const CellBlock* begin, const CellBlock* end, std::int64_t stride, const float* x,
+                  const float* xAbove, float* y, float* yAbove),
+                 (begin, end, stride, x, xAbove, y, yAbove))
+{
+  const auto forEdges = [=](std::int64_t at, auto* plane, auto* above, const auto& body) {
+    body(0, plane + at);
+    body(1, plane + at + stride);
+    body(2, above + at);
+    body(3, above + at + stride);
+  };
+  for (const CellBlock* block = begin; block != end; ++block) {
+    CornerEdges in{};
+    forEdges(block->at, x, xAbove, [&](int edge, const float* values) {
+      double both;
+      std::memcpy(&both, values, sizeof(both));
+      in[edge] = both;
+    });
+    const auto values = reinterpret_cast<Corners>(in);
+    const std::array<Corners, 8>& a = block->columns;
+    const Corners sums = ((a[0] * values[0] + a[1] * values[1]) + (a[2] * values[2] + a[3] * values[3])) +
+                         ((a[4] * values[4] + a[5] * values[5]) + (a[6] * values[6] + a[7] * values[7]));
+    forEdges(block->at, y, yAbove, [&](int edge, float* out) {
+      out[0] += sums[2 * edge];
+      out[1] += sums[2 * edge + 1];
+    });
+  }
+}
+
+/// Cells that hold samples. \param samples by cells
+std::size_t occupiedCells(const std::vector<PointSample>& samples)
+{
+  std::size_t cells = 0;
+  Eigen::Array3i last;
+  for (const PointSample& sample : samples) {
+    const Eigen::Array3i cell(floorOf(sample.position.x()), floorOf(sample.position.y()), floorOf(sample.position.z()));
+    if (cells == 0 || (cell != last).any())
+      ++cells;
+    last = cell;
+  }
+  return cells;
+}
+
+/// The samples, one block for all of a cell: a product costs less than with two of them.
+class CellData final : public GridData {
 public:
-  VoxelBandData(const Band& band, std::vector<float> weights, std::vector<float> targets)
-      : band_(band), weights_(std::move(weights)), targets_(std::move(targets))
+  CellData(const std::vector<PointSample>& samples, const VoxelSet& voxels, const PointWeights& weights, double unit)
+      : perSample_(samples, voxels, weights, unit), stride_(voxels.windowStride())
+  {
+    blocks_.reserve(occupiedCells(samples));
+    for (int layer = 0; layer < voxels.size().z; ++layer) {
+      blockBegin_.push_back(blocks_.size());
+      perSample_.forEachInLayer(layer, [&](std::int64_t at, const Eigen::Matrix<float, 8, 8>& matrix) {
+        if (blocks_.size() == blockBegin_.back() || blocks_.back().at != at) {
+          blocks_.emplace_back();
+          blocks_.back().columns = {};
+          blocks_.back().at = at;
+        }
+        for (int j = 0; j < 8; ++j)
+          for (int i = 0; i < 8; ++i)
+            blocks_.back().columns[static_cast<std::size_t>(j)][i] += matrix(i, j);
+      });
+    }
+    blockBegin_.push_back(blocks_.size());
+  }
+
+  void addProduct(int z, const float* x, const float* xAbove, float* y, float* yAbove) const override
+  {
+    if (isInside(z))
+      addBlockProducts(begin(z), begin(z + 1), stride_, x, xAbove, y, yAbove);
+  }
+
+  void addRowSums(int z, float* y, float* yAbove) const override
+  {
+    if (!isInside(z))
+      return;
+    for (const CellBlock* block = begin(z); block != begin(z + 1); ++block)
+      for (int i = 0; i < 8; ++i) {
+        float sum = 0;
+        for (const Corners& column : block->columns)
+          sum += std::abs(column[i]);
+        (i < 4 ? y : yAbove)[block->at + (i & 1) + (i >> 1 & 1) * stride_] += sum;
+      }
+  }
+
+  void addRightHandSide(int z, float* y, float* yAbove) const override { perSample_.addRightHandSide(z, y, yAbove); }
+
+  bool isDiagonal() const override { return false; }
+
+private:
+  bool isInside(int z) const { return z >= 0 && z + 1 < static_cast<int>(blockBegin_.size()); }
+  const CellBlock* begin(int z) const { return blocks_.data() + blockBegin_[static_cast<std::size_t>(z)]; }
+
+  PointData perSample_;
+  std::int64_t stride_;
+  std::vector<CellBlock> blocks_;
+  std::vector<std::size_t> blockBegin_; ///< per layer, and the end
+};
+
+class VoxelData final : public GridData {
+public:
+  VoxelData(const VoxelSet& voxels, std::vector<float> weights, std::vector<float> targets)
+      : voxels_(voxels), weights_(std::move(weights)), targets_(std::move(targets))
   {}
 
   void addProduct(int z, const float* x, const float*, float* y, float*) const override
   {
-    kernels::addWeighted(band_.plane(z), weights_.data() + band_.planeFirst(z), x, y);
+    kernels::addWeighted(voxels_.plane(z), weights_.data() + voxels_.planeFirst(z), x, y);
   }
 
   void addRowSums(int z, float* y, float*) const override
   {
-    kernels::addToWindow(band_.plane(z), 1, weights_.data() + band_.planeFirst(z), y);
+    kernels::addToWindow(voxels_.plane(z), 1, weights_.data() + voxels_.planeFirst(z), y);
   }
 
   void addRightHandSide(int z, float* y, float*) const override
   {
     if (targets_.empty())
       return;
-    for (const Run& run : band_.plane(z)) {
-      const std::int64_t first = band_.planeFirst(z) + run.first;
+    for (const Run& run : voxels_.plane(z)) {
+      const std::int64_t first = voxels_.planeFirst(z) + run.first;
       for (std::int32_t i = 0; i < run.count; ++i)
         y[run.at + i] += weights_[static_cast<std::size_t>(first + i)] * targets_[static_cast<std::size_t>(first + i)];
     }
@@ -220,34 +349,36 @@ public:
   bool isDiagonal() const override { return true; }
 
 private:
-  const Band& band_;
+  const VoxelSet& voxels_;
   std::vector<float> weights_, targets_;
 };
 
 } // namespace
 
-std::unique_ptr<BandData> makePointBandData(const std::vector<PointSample>& samples, const Band& band,
-                                            const PointWeights& weights, double unit)
+std::unique_ptr<GridData> makePointData(const std::vector<PointSample>& samples, const VoxelSet& voxels,
+                                        const PointWeights& weights, double unit, bool isWhole)
 {
-  return std::make_unique<PointBandData>(samples, band, weights, unit);
+  if (isWhole || samples.size() * sizeof(PointSample) > occupiedCells(samples) * sizeof(CellBlock))
+    return std::make_unique<CellData>(samples, voxels, weights, unit);
+  return std::make_unique<PointData>(samples, voxels, weights, unit);
 }
 
-std::unique_ptr<BandData> makeVoxelBandData(const Band& band, std::vector<float> weights, std::vector<float> targets)
+std::unique_ptr<GridData> makeVoxelData(const VoxelSet& voxels, std::vector<float> weights, std::vector<float> targets)
 {
-  return std::make_unique<VoxelBandData>(band, std::move(weights), std::move(targets));
+  return std::make_unique<VoxelData>(voxels, std::move(weights), std::move(targets));
 }
 
-Band observedBand(const std::vector<PointSample>& samples, const GridSize& grid, Execution& execution)
+VoxelSet observedVoxels(const std::vector<PointSample>& samples, const GridSize& grid, Execution& execution)
 {
   const std::vector<std::size_t> layerBegin = layersOf(samples, grid);
-  return Band(
+  return VoxelSet(
       grid,
       [&](int z, MaskPlane& mask) {
         // The cells first, by their lowest voxels.
         for (int layer = std::max(z - 1, 0); layer <= z; ++layer)
           for (std::size_t s = layerBegin[static_cast<std::size_t>(layer)];
                s < layerBegin[static_cast<std::size_t>(layer) + 1]; ++s)
-            mask.set(floorOf(samples[s].position.x()) + bandMargin, floorOf(samples[s].position.y()) + bandMargin);
+            mask.set(floorOf(samples[s].position.x()) + gridMargin, floorOf(samples[s].position.y()) + gridMargin);
         mask.growUpwards();
       },
       0, execution);

@@ -1,4 +1,4 @@
-#include "band.h"
+#include "voxel_set.h"
 
 #include "disjoint_points.h"
 #include "multiversioning.h"
@@ -190,7 +190,7 @@ namespace {
 /// takes the two beside it as the step before has left them.
 class PlaneEroder {
 public:
-  PlaneEroder(const Band& band, int steps)
+  PlaneEroder(const VoxelSet& band, int steps)
       : band_(&band), planes_(static_cast<std::size_t>(steps) + 1, std::vector<MaskPlane>(3, MaskPlane(band.size())))
   {}
 
@@ -223,27 +223,27 @@ private:
     }
   }
 
-  const Band* band_;
+  const VoxelSet* band_;
   std::vector<std::vector<MaskPlane>> planes_; ///< the last three after each step
   int next_ = std::numeric_limits<int>::min();
 };
 
 } // namespace
 
-Band::Band(GridSize size, const Fill& fill, int roundUpTo, Execution& execution)
+VoxelSet::VoxelSet(GridSize size, const Fill& fill, int roundUpTo, Execution& execution)
 {
   build(
       size, [&] { return fill; }, roundUpTo, grainPlanes, execution);
 }
 
-Band Band::inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution)
+VoxelSet VoxelSet::inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution)
 {
-  Band band;
+  VoxelSet band;
   band.build(size, makeFill, roundUpTo, windowPlanes, execution);
   return band;
 }
 
-void Band::build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize,
+void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize,
                  Execution& execution)
 {
   size_ = size;
@@ -307,7 +307,7 @@ void Band::build(GridSize size, const std::function<Fill()>& makeFill, int round
     rowBegin_[r + 1] = rowBegin_[r] + runsInRow[r];
 }
 
-void Band::rasterise(int z, MaskPlane& mask) const
+void VoxelSet::rasterise(int z, MaskPlane& mask) const
 {
   if (z < 0 || z >= size_.z)
     return;
@@ -318,15 +318,15 @@ void Band::rasterise(int z, MaskPlane& mask) const
     }
 }
 
-std::size_t Band::bytes() const
+std::size_t VoxelSet::bytes() const
 {
   return runs_.capacity() * sizeof(Run) + rowBegin_.capacity() * sizeof(std::uint32_t) +
          planeFirst_.capacity() * sizeof(std::int64_t);
 }
 
-Band dilated(const Band& band, int steps, int stepsX, Execution& execution)
+VoxelSet dilated(const VoxelSet& band, int steps, int stepsX, Execution& execution)
 {
-  return Band(
+  return VoxelSet(
       band.size(),
       [&](int z, MaskPlane& mask) {
         for (int other = z - steps; other <= z + steps; ++other)
@@ -337,13 +337,13 @@ Band dilated(const Band& band, int steps, int stepsX, Execution& execution)
       0, execution);
 }
 
-Band eroded(const Band& band, int steps, Execution& execution)
+VoxelSet eroded(const VoxelSet& band, int steps, Execution& execution)
 {
-  return Band::inPieces(
-      band.size(), [&]() -> Band::Fill { return PlaneEroder(band, steps); }, 0, execution);
+  return VoxelSet::inPieces(
+      band.size(), [&]() -> VoxelSet::Fill { return PlaneEroder(band, steps); }, 0, execution);
 }
 
-PackedValues degrees(const Band& band, Execution& execution)
+PackedValues degrees(const VoxelSet& band, Execution& execution)
 {
   PackedValues result(static_cast<std::size_t>(band.count()));
   execution.forRange(band.size().z, windowPlanes, [&](std::int64_t begin, std::int64_t end) {
@@ -364,7 +364,7 @@ PackedValues degrees(const Band& band, Execution& execution)
   return result;
 }
 
-Band connectedTo(Band band, const Band& other, Execution& execution)
+VoxelSet connectedTo(VoxelSet band, const VoxelSet& other, Execution& execution)
 {
   const GridSize size = band.size();
   const auto indexOf = [&](const Run* run) { return static_cast<std::uint32_t>(run - band.row(0, 0).begins); };
@@ -409,7 +409,7 @@ Band connectedTo(Band band, const Band& other, Execution& execution)
   });
   if (keepsAll)
     return band;
-  return Band(
+  return VoxelSet(
       size,
       [&](int z, MaskPlane& mask) {
         for (int y = 0; y < size.y; ++y)
@@ -472,6 +472,13 @@ MRF_MULTIVERSION(void, addToWindow, (Runs runs, float a, const float* packed, fl
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] += a * packed[v]; });
 }
 
+MRF_MULTIVERSION(void, scaleAndAdd,
+                 (Runs runs, const float* a, const float* packed, float* __restrict window),
+                 (runs, a, packed, window))
+{
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] = a[v] * window[i] + packed[v]; });
+}
+
 MRF_MULTIVERSION(void, sumNeighbours,
                  (Runs runs, int stride, const float* below, const float* centre, const float* above,
                   float* __restrict packed),
@@ -481,7 +488,7 @@ MRF_MULTIVERSION(void, sumNeighbours,
                [=](std::int64_t i, std::int64_t v) { packed[v] = sumOfNeighbours(i, stride, below, centre, above); });
 }
 
-MRF_MULTIVERSION(void, bandLaplacian,
+MRF_MULTIVERSION(void, laplacian,
                  (Runs runs, const float* degrees, int stride, const float* below, const float* centre,
                   const float* above, float* __restrict out),
                  (runs, degrees, stride, below, centre, above, out))
@@ -496,7 +503,7 @@ MRF_MULTIVERSION(void, bandLaplacian,
     });
 }
 
-MRF_MULTIVERSION(void, addBandLaplacian,
+MRF_MULTIVERSION(void, addLaplacian,
                  (Runs runs, const float* degrees, int stride, const float* below, const float* centre,
                   const float* above, float* __restrict out),
                  (runs, degrees, stride, below, centre, above, out))
@@ -516,14 +523,14 @@ MRF_MULTIVERSION(void, addWindow, (Runs runs, float a, const float* x, float* __
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t) { out[i] += a * x[i]; });
 }
 
-MRF_MULTIVERSION(void, startBand,
+MRF_MULTIVERSION(void, startChebyshev,
                  (Runs runs, float g, const float* b, const float* inverseD, float* __restrict z, float* __restrict x),
                  (runs, g, b, inverseD, z, x))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { x[i] = z[v] = g * inverseD[v] * b[v]; });
 }
 
-MRF_MULTIVERSION(void, smoothBand,
+MRF_MULTIVERSION(void, stepChebyshev,
                  (Runs runs, float f, float g, const float* product, const float* b, const float* inverseD,
                   float* __restrict z, float* __restrict x),
                  (runs, f, g, product, b, inverseD, z, x))

@@ -1,7 +1,5 @@
-#include "band_level.h"
+#include "narrow_band.h"
 
-#include "band_solver.h"
-#include "band_transfer.h"
 
 #include <algorithm>
 #include <atomic>
@@ -36,7 +34,7 @@ struct SignPlane {
 
   explicit SignPlane(GridSize size) : known(size), negative(size) {}
 
-  void fill(const Band& band, const float* values, int z)
+  void fill(const VoxelSet& band, const float* values, int z)
   {
     known.clear();
     negative.clear();
@@ -55,7 +53,7 @@ struct SignPlane {
 /// Marks the voxels of three planes in turn whose neighbours have another sign.
 class CrossingFinder {
 public:
-  CrossingFinder(const Band& band, const float* values)
+  CrossingFinder(const VoxelSet& band, const float* values)
       : band_(&band), values_(values), planes_(3, SignPlane(band.size()))
   {}
 
@@ -96,21 +94,21 @@ public:
   }
 
 private:
-  const Band* band_;
+  const VoxelSet* band_;
   const float* values_;
   std::vector<SignPlane> planes_;
   int next_ = std::numeric_limits<int>::min();
 };
 
 /// Both ends of all edges of the lattice whose ends have different signs.
-Band crossings(const Band& band, const PackedValues& values, Execution& execution)
+VoxelSet crossings(const VoxelSet& band, const PackedValues& values, Execution& execution)
 {
-  return Band::inPieces(
-      band.size(), [&]() -> Band::Fill { return CrossingFinder(band, values.data()); }, 0, execution);
+  return VoxelSet::inPieces(
+      band.size(), [&]() -> VoxelSet::Fill { return CrossingFinder(band, values.data()); }, 0, execution);
 }
 
 /// The voxels within a box of one and `crosses` crosses around those of a band; adds to the mask.
-void addGrown(const Band& band, int crosses, int z, MaskPlane& mask)
+void addGrown(const VoxelSet& band, int crosses, int z, MaskPlane& mask)
 {
   const auto boxed = [&](std::initializer_list<int> planes) {
     MaskPlane result(band.size());
@@ -137,7 +135,7 @@ void addGrown(const Band& band, int crosses, int z, MaskPlane& mask)
 }
 
 /// Sets the children of a coarse plane's voxels.
-void rasteriseChildren(const Band& coarse, const Refinement& refinement, int z, MaskPlane& mask)
+void rasteriseChildren(const VoxelSet& coarse, const Refinement& refinement, int z, MaskPlane& mask)
 {
   const int plane = refinement.parent(z, 2);
   if (plane < 0 || plane >= coarse.size().z)
@@ -163,7 +161,7 @@ void clearRim(const GridSize& size, int z, MaskPlane& mask)
   mask.intersect(inside);
 }
 
-PackedValues interpolated(const BandField& coarse, const Refinement& refinement, const Band& fine, Execution& execution)
+PackedValues interpolated(const LevelField& coarse, const Refinement& refinement, const VoxelSet& fine, Execution& execution)
 {
   const CubicInterpolation cubic(coarse.support, coarse.values.data(), refinement);
   PackedValues values(static_cast<std::size_t>(fine.count()));
@@ -176,17 +174,17 @@ PackedValues interpolated(const BandField& coarse, const Refinement& refinement,
 }
 
 /// Where the interpolation of a coarser level changes sign, as far as that level's unknowns reach.
-Band predictedZeroLevel(const BandField& coarse, const Refinement& refinement, const GridSize& size,
+VoxelSet predictedZeroLevel(const LevelField& coarse, const Refinement& refinement, const GridSize& size,
                         Execution& execution)
 {
-  const Band predicted(
+  const VoxelSet predicted(
       size, [&](int z, MaskPlane& mask) { rasteriseChildren(coarse.unknowns, refinement, z, mask); }, 0, execution);
   return crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
 }
 
-Band united(const Band& a, const Band& b, Execution& execution)
+VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution)
 {
-  return Band(
+  return VoxelSet(
       a.size(),
       [&](int z, MaskPlane& mask) {
         a.rasterise(z, mask);
@@ -196,11 +194,11 @@ Band united(const Band& a, const Band& b, Execution& execution)
 }
 
 /// The band of a level, from its zero level as far as it is known.
-Band bandAround(const Band& zeroLevel, const Band& observed, const Band& nearObserved, const Refinement& refinement,
-                const Band& coarseUnknowns, Execution& execution)
+VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& nearObserved, const Refinement& refinement,
+                const VoxelSet& coarseUnknowns, Execution& execution)
 {
   const GridSize size = zeroLevel.size();
-  const Band farZeroLevel(
+  const VoxelSet farZeroLevel(
       size,
       [&](int z, MaskPlane& mask) {
         MaskPlane near(size);
@@ -209,7 +207,7 @@ Band bandAround(const Band& zeroLevel, const Band& observed, const Band& nearObs
         mask.subtract(near);
       },
       0, execution);
-  Band band(
+  VoxelSet band(
       size,
       [&](int z, MaskPlane& mask) {
         addGrown(zeroLevel, crossesNearData, z, mask);
@@ -227,11 +225,11 @@ Band bandAround(const Band& zeroLevel, const Band& observed, const Band& nearObs
 }
 
 /// The zero level of a solution where observed voxels are close.
-Band zeroLevelAtData(const BandField& field, Execution& execution)
+VoxelSet zeroLevelAtData(const LevelField& field, Execution& execution)
 {
-  return Band::inPieces(
+  return VoxelSet::inPieces(
       field.support.size(),
-      [&]() -> Band::Fill {
+      [&]() -> VoxelSet::Fill {
         return [&field, finder = CrossingFinder(field.support, field.values.data())](int z, MaskPlane& mask) mutable {
           finder(z, mask);
           MaskPlane close(field.support.size());
@@ -247,10 +245,10 @@ Band zeroLevelAtData(const BandField& field, Execution& execution)
 
 /// True if an unknown at the zero level has a neighbour that is no unknown: the coarser level has missed a sheet.
 /// \param zeroLevel close to observed voxels: far from data sheets end at rims as they please
-bool missesSheet(const Band& unknowns, const Band& zeroLevel, Execution& execution)
+bool missesSheet(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution& execution)
 {
   const GridSize size = unknowns.size();
-  const Band inside = eroded(unknowns, 1, execution);
+  const VoxelSet inside = eroded(unknowns, 1, execution);
   std::atomic<bool> misses{false};
   execution.forRange(size.z, 16, [&](std::int64_t begin, std::int64_t end) {
     for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
@@ -268,90 +266,9 @@ bool missesSheet(const Band& unknowns, const Band& zeroLevel, Execution& executi
   return misses;
 }
 
-/// Weights and targets of a level's observed voxels, packed on its band.
-std::unique_ptr<BandData> voxelData(const Observation& observation, float beta, Prior prior, const Band& band,
-                                    std::vector<float>& weights)
-{
-  const GridSize size = observation.lattice.size;
-  weights.assign(static_cast<std::size_t>(band.count()), 0);
-  std::vector<float> targets(weights.size(), 0);
-  for (std::size_t n = 0; n < observation.voxels.size(); ++n) {
-    const Eigen::Array3i voxel = size.voxel(observation.voxels[n]) + bandMargin;
-    const std::int64_t at = band.find(voxel.x(), voxel.y(), voxel.z());
-    if (at < 0)
-      continue;
-    weights[static_cast<std::size_t>(at)] =
-        static_cast<float>(dataWeight(observation.confidences[n], beta) * centreCoefficient(prior));
-    targets[static_cast<std::size_t>(at)] = observation.distances[n];
-  }
-  return makeVoxelBandData(band, weights, std::move(targets));
-}
-
-/// scale × the mean of the children's weights.
-std::vector<float> coarsenedWeights(const Band& fine, const std::vector<float>& weights, const Refinement& refinement,
-                                    float scale, const Band& coarse)
-{
-  std::vector<float> result(static_cast<std::size_t>(coarse.count()), 0);
-  for (int z = 0; z < fine.size().z; ++z)
-    for (int y = 0; y < fine.size().y; ++y)
-      for (const Run& run : fine.row(y, z))
-        for (int i = 0; i < run.count; ++i) {
-          const float weight = weights[static_cast<std::size_t>(fine.planeFirst(z) + run.first + i)];
-          if (weight > 0)
-            result[static_cast<std::size_t>(coarse.find(refinement.parent(fine.xOf(run, y) + i, 0),
-                                                        refinement.parent(y, 1), refinement.parent(z, 2)))] +=
-                scale / 8 * weight;
-        }
-  return result;
-}
-
-/// The level's own grid and those of its preconditioner.
-std::vector<BandGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_t level, Band unknowns,
-                                const BandObservation& observation, Prior prior, std::size_t coarseGrids,
-                                Execution& execution)
-{
-  const std::size_t depth = std::min(coarseGrids, level);
-  std::vector<BandGrid> grids(depth + 1); // never resized: the data refer to the bands
-  grids[0].band = std::move(unknowns);
-  const double scale = std::pow(4.0, order(prior));
-  std::vector<float> weights;
-  for (std::size_t n = 0; n <= depth; ++n) {
-    const std::size_t at = level - n;
-    BandGrid& grid = grids[n];
-    if (at > 0)
-      grid.refinement = Refinement(lattices[at - 1], lattices[at]);
-    const GridSize size = bandSize(lattices[at].size);
-    const Refinement* finer = n > 0 ? &grids[n - 1].refinement : nullptr;
-    if (n > 0) {
-      const Band parents = coarsened(grids[n - 1].band, size, *finer, 0, execution);
-      const Band observed = observation.samples ? observedBand((*observation.samples)[at], size, execution) : Band();
-      grid.band = Band(
-          size,
-          [&](int z, MaskPlane& mask) {
-            parents.rasterise(z, mask);
-            if (observation.samples)
-              observed.rasterise(z, mask);
-          },
-          size.x - 1, execution);
-    }
-    if (observation.samples) {
-      const double share = std::pow(coarseShare(prior) * scale / 8, static_cast<double>(n));
-      const PointWeights own{observation.weights.value * share,
-                             observation.weights.gradient * share / std::pow(4.0, static_cast<double>(n))};
-      grid.data = makePointBandData((*observation.samples)[at], grid.band, own, lattices[at].spacing);
-    } else if (n == 0) {
-      grid.data = voxelData(observation.voxels, observation.beta, prior, grid.band, weights);
-    } else {
-      weights = coarsenedWeights(grids[n - 1].band, weights, *finer, static_cast<float>(scale), grid.band);
-      grid.data = makeVoxelBandData(grid.band, weights, {});
-    }
-  }
-  return grids;
-}
-
 /// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
 /// closest voxel that has one. \param guess what the unknowns were
-void extendChange(const Band& unknowns, const Band& support, const PackedValues& guess, PackedValues& values,
+void extendChange(const VoxelSet& unknowns, const VoxelSet& support, const PackedValues& guess, PackedValues& values,
                   Execution& execution)
 {
   const GridSize size = support.size();
@@ -417,32 +334,32 @@ void extendChange(const Band& unknowns, const Band& support, const PackedValues&
 
 } // namespace
 
-Band bandOfVoxels(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
+VoxelSet voxelSetOf(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
                   Execution& execution)
 {
-  return Band(
+  return VoxelSet(
       grid,
       [&](int z, MaskPlane& mask) {
-        const int k = z - bandMargin;
+        const int k = z - gridMargin;
         if (k < 0 || k >= lattice.z)
           return;
         const auto begin = std::lower_bound(voxels.begin(), voxels.end(), lattice.planeCount() * k);
         const auto end = std::lower_bound(begin, voxels.end(), lattice.planeCount() * (k + 1));
         for (auto voxel = begin; voxel != end; ++voxel) {
           const auto inPlane = static_cast<int>(*voxel % lattice.planeCount());
-          mask.set(inPlane % lattice.x + bandMargin, inPlane / lattice.x + bandMargin);
+          mask.set(inPlane % lattice.x + gridMargin, inPlane / lattice.x + gridMargin);
         }
       },
       0, execution);
 }
 
-BandField bandOfDense(const Lattice& lattice, const std::vector<float>& values, Band observed, Execution& execution)
+LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values, VoxelSet observed, Execution& execution)
 {
-  BandField field;
+  LevelField field;
   field.lattice = lattice;
   field.observed = std::move(observed);
-  const GridSize inner = lattice.size, size = bandSize(inner);
-  field.support = Band(
+  const GridSize inner = lattice.size, size = withMargin(inner);
+  field.support = VoxelSet(
       size,
       [&](int, MaskPlane& mask) {
         for (int y = 0; y < size.y; ++y)
@@ -454,10 +371,10 @@ BandField bandOfDense(const Lattice& lattice, const std::vector<float>& values, 
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x)
         field.values[static_cast<std::size_t>(size.index(x, y, z))] = values[static_cast<std::size_t>(
-            inner.index(std::clamp(x - bandMargin, 0, inner.x - 1), std::clamp(y - bandMargin, 0, inner.y - 1),
-                        std::clamp(z - bandMargin, 0, inner.z - 1)))];
-  const Band zeroLevel = crossings(field.support, field.values, execution);
-  field.unknowns = Band(
+            inner.index(std::clamp(x - gridMargin, 0, inner.x - 1), std::clamp(y - gridMargin, 0, inner.y - 1),
+                        std::clamp(z - gridMargin, 0, inner.z - 1)))];
+  const VoxelSet zeroLevel = crossings(field.support, field.values, execution);
+  field.unknowns = VoxelSet(
       size,
       [&](int z, MaskPlane& mask) {
         addGrown(zeroLevel, crossesOfDense, z, mask);
@@ -467,10 +384,10 @@ BandField bandOfDense(const Lattice& lattice, const std::vector<float>& values, 
   return field;
 }
 
-void keepNear(const Band& surface, BandField& field, Execution& execution)
+void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution)
 {
-  const Band near = dilated(united(surface, field.observed, execution), nearWanted, nearWanted, execution);
-  field.unknowns = Band(
+  const VoxelSet near = dilated(united(surface, field.observed, execution), nearWanted, nearWanted, execution);
+  field.unknowns = VoxelSet(
       field.unknowns.size(),
       [&](int z, MaskPlane& mask) {
         MaskPlane unknown(near.size());
@@ -481,43 +398,43 @@ void keepNear(const Band& surface, BandField& field, Execution& execution)
       0, execution);
 }
 
-BandField solveBandLevel(const std::vector<Lattice>& lattices, std::size_t level, const BandField& coarse,
-                         const BandObservation& observation, Prior prior, const BandPlan& plan,
+LevelField solveNarrowBand(const std::vector<Lattice>& lattices, std::size_t level, const LevelField& coarse,
+                         const LevelObservation& observation, Prior prior, const LevelPlan& plan,
                          const SolverOptions& solver, bool isFinest, LevelReport& report, Execution& execution)
 {
   const Lattice& lattice = lattices[level];
-  const GridSize size = bandSize(lattice.size);
+  const GridSize size = withMargin(lattice.size);
   const Refinement refinement(coarse.lattice, lattice);
-  BandField field;
+  LevelField field;
   field.lattice = lattice;
-  field.observed = observation.samples ? observedBand((*observation.samples)[level], size, execution)
-                                       : bandOfVoxels(observation.voxels.voxels, lattice.size, size, execution);
+  field.observed = observation.samples ? observedVoxels(observation.samples->own[level], size, execution)
+                                       : voxelSetOf(observation.voxels.voxels, lattice.size, size, execution);
   report.observed = field.observed.count();
 
-  Band zeroLevel = predictedZeroLevel(coarse, refinement, size, execution);
-  const Band nearObserved = dilated(coarse.observed, nearData, nearData, execution);
+  VoxelSet zeroLevel = predictedZeroLevel(coarse, refinement, size, execution);
+  const VoxelSet nearObserved = dilated(coarse.observed, nearData, nearData, execution);
   const int reach = isFinest ? order(prior) : interpolationReach;
   const int reachX = isFinest ? order(prior) : interpolationReachX;
   for (int round = 0; round < mostRounds; ++round) {
-    Band unknowns = bandAround(zeroLevel, field.observed, nearObserved, refinement, coarse.unknowns, execution);
+    VoxelSet unknowns = bandAround(zeroLevel, field.observed, nearObserved, refinement, coarse.unknowns, execution);
     field.support = dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
-    std::vector<BandGrid> grids =
-        makeGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
-    report.unknowns = grids[0].band.count();
+    std::vector<SolverGrid> grids =
+        bandGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
+    report.unknowns = grids[0].voxels.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
-    const SolveReport solve = solveOnBand(grids, prior, field.support, plan.steps, plan.threads, solver,
-                                          lattice.spacing, field.values, execution);
+    const SolveReport solve = solveOnGrids(grids, prior, field.support, plan, solver, lattice.spacing,
+                                           field.values.data(), execution);
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;
-    field.unknowns = std::move(grids[0].band);
+    field.unknowns = std::move(grids[0].voxels);
     // Found again: kept while the level is solved, the guess would add to the peak of memory.
     const PackedValues guess = interpolated(coarse, refinement, field.unknowns, execution);
     extendChange(field.unknowns, field.support, guess, field.values, execution);
     if (round + 1 == mostRounds)
       break;
-    const Band solved = zeroLevelAtData(field, execution);
+    const VoxelSet solved = zeroLevelAtData(field, execution);
     if (!missesSheet(field.unknowns, solved, execution))
       break;
     zeroLevel = united(zeroLevel, solved, execution);

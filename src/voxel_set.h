@@ -111,20 +111,20 @@ struct Runs {
 };
 
 /// A set of voxels of a grid.
-class Band {
+class VoxelSet {
 public:
   /// Sets the bits of plane z of an empty mask.
   using Fill = std::function<void(int z, MaskPlane& mask)>;
 
-  Band() = default;
+  VoxelSet() = default;
 
   /// \param fill called concurrently
   /// \throw ResourceLimit if the grid or its runs are too many for 32-bit numbers
   /// \param roundUpTo runs are lengthened to whole vectors, but not to this x and beyond; 0: they stay as they are
-  Band(GridSize size, const Fill& fill, int roundUpTo, Execution& execution);
+  VoxelSet(GridSize size, const Fill& fill, int roundUpTo, Execution& execution);
 
   /// \param makeFill makes what fills a number of consecutive planes, in ascending order
-  static Band inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution);
+  static VoxelSet inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution);
 
   GridSize size() const { return size_; }
   std::int64_t count() const { return planeFirst_.empty() ? 0 : planeFirst_.back(); }
@@ -197,7 +197,7 @@ private:
 /// Calls body(packed index on the band, packed index on the support, count) for the runs of plane z.
 /// \pre the support holds the band; runs of the band lie in one run of the support each
 template <typename Body>
-void forEachPair(const Band& band, const Band& support, int z, const Body& body)
+void forEachPair(const VoxelSet& band, const VoxelSet& support, int z, const Body& body)
 {
   for (int y = 0; y < band.size().y; ++y) {
     const Run* outer = support.row(y, z).begins;
@@ -210,17 +210,17 @@ void forEachPair(const Band& band, const Band& support, int z, const Body& body)
 }
 
 /// The voxels within a box of 2 · steps + 1 around those of the band, along x of 2 · stepsX + 1.
-Band dilated(const Band& band, int steps, int stepsX, Execution& execution);
+VoxelSet dilated(const VoxelSet& band, int steps, int stepsX, Execution& execution);
 
 /// The voxels of which all that are at most `steps` edges of the lattice away are in the band.
-Band eroded(const Band& band, int steps, Execution& execution);
+VoxelSet eroded(const VoxelSet& band, int steps, Execution& execution);
 
 /// How many of the six neighbours of each voxel are in the band, packed. As floats: the stencils would spend more on
 /// converting bytes than on the sums.
-PackedValues degrees(const Band& band, Execution& execution);
+PackedValues degrees(const VoxelSet& band, Execution& execution);
 
 /// The connected parts of a band that hold a voxel of another one.
-Band connectedTo(Band band, const Band& other, Execution& execution);
+VoxelSet connectedTo(VoxelSet band, const VoxelSet& other, Execution& execution);
 
 /// \name Work on the runs of a plane: windows are dense, packed arrays start at the plane's first value
 /// @{
@@ -230,21 +230,23 @@ void fill(Runs runs, float value, float* window);
 void load(Runs runs, const float* packed, float* window);
 void store(Runs runs, const float* window, float* packed);
 void addToWindow(Runs runs, float a, const float* packed, float* window);
+/// window = a ∘ window + packed, a packed
+void scaleAndAdd(Runs runs, const float* a, const float* packed, float* window);
 /// packed = Σ of the six neighbours
 void sumNeighbours(Runs runs, int stride, const float* below, const float* centre, const float* above, float* packed);
 /// out = L x of the graph of the band, whose voxels have `degrees` neighbours (packed); windows are zero outside of the
 /// runs. Without degrees: of the lattice, all neighbours' values being in the windows.
-void bandLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,
+void laplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,
                    const float* above, float* out);
 /// out += L x
-void addBandLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,
+void addLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,
                       const float* above, float* out);
 /// out += a x, both windows
 void addWindow(Runs runs, float a, const float* x, float* out);
 /// First Chebyshev step from zero: x = z = g D⁻¹ b; z is packed.
-void startBand(Runs runs, float g, const float* b, const float* inverseD, float* z, float* x);
+void startChebyshev(Runs runs, float g, const float* b, const float* inverseD, float* z, float* x);
 /// Next Chebyshev step: z = f z + g D⁻¹ (b − product), x += z.
-void smoothBand(Runs runs, float f, float g, const float* product, const float* b, const float* inverseD, float* z,
+void stepChebyshev(Runs runs, float f, float g, const float* product, const float* b, const float* inverseD, float* z,
                 float* x);
 /// r = b − product; r and b may be the same.
 void residual(Runs runs, const float* product, const float* b, float* r);

@@ -1,0 +1,70 @@
+/// \file
+/// \brief Preconditioned conjugate gradients, whatever the vectors are stored as.
+#pragma once
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/solver.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl {
+namespace mrf {
+
+/// Sums of one step.
+struct StepSums {
+  double residual = 0;           ///< squares of r
+  double change = 0, voxels = 0; ///< squares of the step at observed voxels near the zero level, and how many they are
+};
+
+/// When the iteration ends.
+struct StepLimits {
+  int maxIterations;
+  double residual; ///< relative to the scale
+  double change;   ///< RMS, in the unit of the field; 0: not by it
+  /// Relative residual that a small change must come with: between few points the field has a long way to go after the
+  /// voxels at them stand still.
+  double residualOfChange;
+  double scale; ///< of the residual
+};
+
+/// \param system with
+///   double precondition(): z = M r; returns rᵀz
+///   double multiply(double beta): p = z + β p and A p; returns pᵀAp
+///   StepSums step(double length): d += length · p, r −= length · A p
+/// \param squaredResidual of the guess \param report added to; its iterations count for the limit
+/// \return true if a step changed less than the limit
+/// \throw SolverFailure if values are not finite
+template <typename System>
+bool iterate(System& system, const StepLimits& limits, double squaredResidual, SolveReport& report,
+             Execution& execution)
+{
+  report.relativeResidual = std::sqrt(squaredResidual) / limits.scale;
+  const double initial = std::max(report.relativeResidual, limits.residual);
+  double gamma = 0;
+  bool settled = false, isFirst = true;
+  while (!settled && report.relativeResidual > limits.residual && report.iterations < limits.maxIterations) {
+    const double next = system.precondition();
+    const double curvature = system.multiply(isFirst ? 0 : next / gamma);
+    gamma = next;
+    isFirst = false;
+    if (!(std::isfinite(gamma) && std::isfinite(curvature)))
+      throw SolverFailure("multigrid: the iteration broke down with values that are not finite");
+    if (!(curvature > 0 && gamma > 0))
+      break; // nothing but rounding is left
+    const StepSums sums = system.step(gamma / curvature);
+    ++report.iterations;
+    report.relativeResidual = std::sqrt(sums.residual) / limits.scale;
+    settled = limits.change > 0 && sums.voxels > 0 && std::sqrt(sums.change / sums.voxels) < limits.change &&
+              report.relativeResidual < limits.residualOfChange;
+    report.history.push_back(report.relativeResidual);
+    execution.progress(std::clamp(std::log(initial / std::max(report.relativeResidual, 1e-300)) /
+                                      std::log(initial / limits.residual * 1.0000001),
+                                  0.0, 1.0));
+  }
+  report.converged = settled || report.relativeResidual <= limits.residual;
+  return settled;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,85 @@
+/// \file
+/// \brief The order in which a sweep that takes several steps at once visits the planes of a slab.
+#pragma once
+
+namespace pcl {
+namespace mrf {
+
+/// Each step of a smoother needs products with L^k, which reach k planes to either side. In a wavefront step s follows
+/// a few planes behind step s − 1, so that all of them are taken while the planes are in the cache:
+///
+///     x of step s − 1   . . . . . z+1 z+2 z+3
+///     L x               . . . . . z+1 z+2          k = 3: the powers of L are computed as far ahead as the planes of
+///     L² x              . . . . . z+1              the step before allow
+///     product, x of s   . . . . z
+///
+/// The iterate is updated in place. Steps trail each other by k planes, for k = 1 by two, as an update would overtake
+/// the next plane's product. A slab computes k planes of its neighbours for each step again.
+class Wavefront {
+public:
+  /// \param steps that update the iterate \param endsWithProduct a product of what they leave follows them
+  /// \param begin, end planes of the slab
+  Wavefront(int order, int steps, bool endsWithProduct, int begin, int end)
+      : order_(order), delay_(order == 1 ? 1 : 0), steps_(steps), products_(steps + (endsWithProduct ? 1 : 0)),
+        begin_(begin), end_(end)
+  {}
+
+  int products() const { return products_; }
+
+  /// Planes [low(s), high(s)) are known after step s, 0 being the start; of a product, the planes that it is made of.
+  int low(int step) const { return begin_ - order_ * (products_ - step); }
+  int high(int step) const { return end_ + order_ * (products_ - step); }
+
+  /// Consecutive planes that a ring has to hold: of the iterate, of each power of L, of each product.
+  int iteratePlanes() const { return products_ * lag() + order_ + 3; }
+  int powerPlanes() const { return 3; }
+  int productPlanes() const { return 2 + delay_; }
+
+  /// Calls, each when what it reads is there and before it is overwritten,
+  ///   start(z): the iterate at the start
+  ///   differentiate(step, power, z): L^power, 0 < power < k, of what step − 1 has left, from the planes z − 1 to z + 1
+  ///   addData(step, z): what the layer between the planes z and z + 1 adds to both planes of the product
+  ///   addPrior(step, z): the product is complete
+  ///   update(step, z): takes the step on a plane; for the product that ends the sweep finish(z) in its place
+  template <typename Pass>
+  void run(Pass& pass) const
+  {
+    const int last = high(0) + products_ * lag() + order_;
+    for (int t = low(0); t < last; ++t) {
+      if (t < high(0))
+        pass.start(t);
+      for (int step = 1; step <= products_; ++step)
+        advance(pass, step, t - step * lag());
+    }
+  }
+
+private:
+  int lag() const { return order_ + delay_; }
+
+  template <typename Pass>
+  void advance(Pass& pass, int step, int z) const
+  {
+    // The highest power first known: each plane of a power needs one more of the one below.
+    for (int power = 1; power < order_; ++power) {
+      const int ahead = order_ - power, at = z + ahead;
+      if (at >= low(step) - ahead && at < high(step) + ahead)
+        pass.differentiate(step, power, at);
+    }
+    const bool isProduct = z >= low(step) && z < high(step);
+    if (isProduct || z == low(step) - 1)
+      pass.addData(step, z);
+    if (isProduct)
+      pass.addPrior(step, z);
+    if (step > steps_) {
+      if (isProduct)
+        pass.finish(z);
+    } else if (z - delay_ >= low(step) && z - delay_ < high(step)) {
+      pass.update(step, z - delay_);
+    }
+  }
+
+  int order_, delay_, steps_, products_, begin_, end_;
+};
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,365 @@
+// The grids' operator and its V-cycle against explicit matrices, for all orders of the prior and one that has no name.
+#include "grid_solver.h"
+#include "grids.h"
+#include "support/linear_systems.h"
+#include "v_cycle.h"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+using namespace pcl::mrf;
+using namespace systems;
+
+namespace {
+
+constexpr int allOrders[] = {1, 2, 3, 4};
+
+/// What another order takes: the operator itself knows of no list of priors.
+PriorConstants constantsOf(int order)
+{
+  return order <= 3 ? priorConstants(static_cast<Prior>(order)) : PriorConstants{order, 10, 5, .25, .7, .4, .25};
+}
+
+float uniform(std::mt19937& random, float most)
+{
+  return most * static_cast<float>(random()) / 4294967296.f;
+}
+
+std::vector<PointSample> randomSamples(const GridSize& size, int count, unsigned seed)
+{
+  std::mt19937 random(seed);
+  std::vector<PointSample> samples;
+  for (int n = 0; n < count; ++n) {
+    const Eigen::Vector3f position(uniform(random, static_cast<float>(size.x) - 1.01f),
+                                   uniform(random, static_cast<float>(size.y) - 1.01f),
+                                   uniform(random, static_cast<float>(size.z) - 1.01f));
+    const Eigen::Vector3f normal(uniform(random, 2) - 1, uniform(random, 2) - 1, uniform(random, 2) - 1);
+    samples.emplace_back(position, normal.normalized(), .5f + uniform(random, 1));
+  }
+  return samples;
+}
+
+Lattice latticeOf(const GridSize& size)
+{
+  return {size, Eigen::Vector3d::Zero(), 1};
+}
+
+/// Runs of random lengths, anywhere in the lattice.
+VoxelSet randomVoxels(const GridSize& size, unsigned seed, double share)
+{
+  std::mt19937 random(seed);
+  Execution execution(1);
+  return VoxelSet(
+      withMargin(size),
+      [&](int z, MaskPlane& mask) {
+        if (z < gridMargin || z >= gridMargin + size.z)
+          return;
+        for (int y = gridMargin; y < gridMargin + size.y; ++y)
+          for (int x = gridMargin; x < gridMargin + size.x; ++x)
+            if (uniform(random, 1) < static_cast<float>(share))
+              mask.set(x, y);
+      },
+      0, execution);
+}
+
+/// With the voxels of all cells that hold samples.
+VoxelSet withObserved(const VoxelSet& voxels, const std::vector<PointSample>& samples)
+{
+  Execution execution(1);
+  const VoxelSet observed = observedVoxels(samples, voxels.size(), execution);
+  return VoxelSet(
+      voxels.size(),
+      [&](int z, MaskPlane& mask) {
+        voxels.rasterise(z, mask);
+        observed.rasterise(z, mask);
+      },
+      0, execution);
+}
+
+/// L of the graph of a voxel set, from its definition.
+Eigen::MatrixXd graphLaplacian(const VoxelSet& voxels)
+{
+  const GridSize size = voxels.size();
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(voxels.count(), voxels.count());
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        for (const Eigen::Array3i& step : {Eigen::Array3i(1, 0, 0), Eigen::Array3i(0, 1, 0), Eigen::Array3i(0, 0, 1)}) {
+          const std::int64_t i = voxels.find(x, y, z), j = voxels.find(x + step.x(), y + step.y(), z + step.z());
+          if (i < 0 || j < 0)
+            continue;
+          matrix(i, i) += 1;
+          matrix(j, j) += 1;
+          matrix(i, j) -= 1;
+          matrix(j, i) -= 1;
+        }
+  return matrix;
+}
+
+/// C and b of the voxels of a set, from the plain system.
+struct PlainData {
+  Eigen::MatrixXd matrix;
+  Eigen::VectorXd rightHandSide;
+};
+
+PlainData plainData(const VoxelSet& voxels, const GridSize& size, const std::vector<PointSample>& samples,
+                    const PointWeights& weights, double unit)
+{
+  Execution execution(1);
+  const LinearSystem system = assembleAtPoints(size, Prior::membrane, samples, weights, unit, execution);
+  const Eigen::MatrixXd whole(system.data);
+  PlainData data{Eigen::MatrixXd::Zero(voxels.count(), voxels.count()), Eigen::VectorXd::Zero(voxels.count())};
+  const auto indexOf = [&](std::int64_t voxel) {
+    const Eigen::Array3i at = size.voxel(voxel) + gridMargin;
+    return voxels.find(at.x(), at.y(), at.z());
+  };
+  for (std::int64_t a = 0; a < size.count(); ++a) {
+    if (const std::int64_t i = indexOf(a); i >= 0) {
+      data.rightHandSide[i] = system.rightHandSide[static_cast<std::size_t>(a)];
+      for (std::int64_t b = 0; b < size.count(); ++b)
+        if (const std::int64_t j = indexOf(b); j >= 0)
+          data.matrix(i, j) = whole(a, b);
+    }
+  }
+  return data;
+}
+
+Eigen::MatrixXd matrixOf(GridOperator& system, int threads)
+{
+  Execution execution(threads);
+  std::vector<SweepScratch> scratch(static_cast<std::size_t>(threads));
+  const auto count = static_cast<Eigen::Index>(system.voxels().count());
+  Eigen::MatrixXf columns(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::VectorXf unit = Eigen::VectorXf::Unit(count, i);
+    system.multiply(system.voxels(), unit.data(), nullptr, columns.col(i).data(), scratch, execution);
+  }
+  return columns.cast<double>();
+}
+
+/// A sphere seen by its points, on a level with all grids beneath it.
+struct SphereLevel {
+  std::vector<Lattice> lattices;
+  LevelSamples samples;
+  LevelObservation observation;
+  Prior prior;
+  std::vector<SolverGrid> grids;
+
+  SphereLevel(int side, Prior order) : lattices{latticeOf({side, side, side})}, prior(order)
+  {
+    Execution execution(1);
+    const std::size_t level = addCoarserGrids(lattices);
+    std::mt19937 random(3);
+    std::vector<PointSample> points;
+    const float radius = .32f * static_cast<float>(side), centre = .5f * static_cast<float>(side - 1);
+    for (int n = 0; n < 4 * side * side / 3; ++n) {
+      const Eigen::Vector3f normal =
+          Eigen::Vector3f(uniform(random, 2) - 1, uniform(random, 2) - 1, uniform(random, 2) - 1).normalized();
+      if (normal.z() < .8f)
+        points.emplace_back(Eigen::Vector3f(radius * normal + Eigen::Vector3f::Constant(centre)), normal, 1.f);
+    }
+    samples = LevelSamples(sortedByCells(points, execution), lattices, execution);
+    observation.samples = &samples;
+    observation.weights = pointWeights(prior, .6, .5, 1, .4);
+    grids = wholeGrids(lattices, level, observation, prior, execution);
+  }
+
+  LinearSystem plain() const
+  {
+    Execution execution(1);
+    return assembleAtPoints(lattices.back().size, prior, samples.own.back(), observation.weights, 1, execution);
+  }
+};
+
+} // namespace
+
+TEST(GridOperator, isTheMatrixOfItsDefinition)
+{
+  const GridSize size{11, 7, 6};
+  Execution execution(1);
+  const PointWeights weights{3, .7};
+  for (const int k : allOrders)
+    for (const double share : {1., .8, .4})
+      for (const int count : {30, 3000}) { // one by one, and many in a cell
+        SCOPED_TRACE(testing::Message() << "k = " << k << ", share " << share << ", " << count << " samples");
+        const std::vector<PointSample> samples = sortedByCells(randomSamples(size, count, 8), execution);
+        SolverGrid grid;
+        grid.isWhole = share == 1;
+        grid.voxels = grid.isWhole ? wholeOf(latticeOf(size), execution)
+                                   : withObserved(randomVoxels(size, 5, share), samples);
+        grid.data = makePointData(samples, grid.voxels, weights, 1.5, grid.isWhole);
+        const double tautness = .3;
+        GridOperator system(grid, constantsOf(k), tautness, execution);
+
+        const PlainData data = plainData(grid.voxels, size, samples, weights, 1.5);
+        const Eigen::MatrixXd laplacian = graphLaplacian(grid.voxels);
+        Eigen::MatrixXd expected = Eigen::MatrixXd::Identity(laplacian.rows(), laplacian.cols());
+        for (int power = 0; power < k; ++power)
+          expected = (expected * laplacian).eval();
+        if (k == 1 && !grid.isWhole) // the membrane's correction in a band is zero around it
+          expected.diagonal().setConstant(6);
+        if (k > 1 && !grid.isWhole)
+          expected += std::pow(tautness, 2 * (k - 1)) * laplacian;
+        expected += data.matrix;
+        // Single precision: sums of some 12^k.
+        const double rounding = 1e-6 * (std::pow(12., k) + data.matrix.cwiseAbs().maxCoeff());
+        const Eigen::MatrixXd matrix = matrixOf(system, 1);
+        EXPECT_LT((matrix - expected).cwiseAbs().maxCoeff(), rounding);
+        EXPECT_EQ(matrix, matrixOf(system, 3));
+
+        PackedValues b;
+        system.rightHandSide(b, execution);
+        for (Eigen::Index i = 0; i < data.rightHandSide.size(); ++i)
+          ASSERT_NEAR(b[static_cast<std::size_t>(i)], data.rightHandSide[i], 1e-5 * (1 + count));
+        for (std::int64_t i = 0; i < grid.voxels.count(); ++i) // a ten-thousandth of the prior's does not count
+          if (const double sum = data.matrix.row(i).cwiseAbs().sum(); sum == 0 || sum > 1e-3 * std::pow(12., k)) {
+            ASSERT_EQ(system.isObserved(i), sum > 0);
+          }
+      }
+}
+
+TEST(GridOperator, smootherIsThePolynomialOfItsDefinition)
+{
+  const GridSize size{9, 8, 7};
+  Execution execution(1);
+  const std::vector<PointSample> samples = sortedByCells(randomSamples(size, 40, 8), execution);
+  for (const int k : allOrders) {
+    SolverGrid grid;
+    grid.isWhole = true;
+    grid.voxels = wholeOf(latticeOf(size), execution);
+    grid.data = makePointData(samples, grid.voxels, {3, .7}, 1, true);
+    GridOperator system(grid, constantsOf(k), 0, execution);
+    const Eigen::MatrixXd a = matrixOf(system, 1);
+    const auto count = static_cast<std::size_t>(grid.voxels.count());
+    // D bounds the row sums.
+    std::vector<SweepScratch> scratch(1);
+    std::mt19937 random(2);
+    PackedValues b(count), x(count), residual(count), first(count);
+    for (float& value : b)
+      value = uniform(random, 2) - 1;
+    Sweep sweep;
+    sweep.source = Sweep::Source::zero;
+    sweep.b = b.data();
+    sweep.out = first.data();
+    system.smooth(sweep, 1, scratch, execution);
+    const auto vector = [](const PackedValues& values) -> Eigen::VectorXd {
+      return Eigen::Map<const Eigen::VectorXf>(values.data(), static_cast<Eigen::Index>(values.size())).cast<double>();
+    };
+    const Eigen::VectorXd inverseD = vector(first).cwiseQuotient(4. / 3 * vector(b));
+    for (Eigen::Index i = 0; i < a.rows(); ++i)
+      EXPECT_LE(a.row(i).cwiseAbs().sum() * inverseD[i], 1.0001);
+
+    const int degree = 6;
+    Eigen::VectorXd z = vector(first), expected = z;
+    for (int i = 2; i <= degree; ++i) {
+      z = (2. * i - 3) / (2 * i + 1) * z +
+          (8. * i - 4) / (2 * i + 1) * inverseD.cwiseProduct(vector(b) - a * expected);
+      expected += z;
+    }
+    sweep.out = x.data();
+    sweep.product = residual.data();
+    system.smooth(sweep, degree, scratch, execution);
+    EXPECT_LT((vector(x) - expected).norm(), 1e-4 * expected.norm()) << "k = " << k;
+    EXPECT_LT((vector(residual) - (vector(b) - a * expected)).norm(), 1e-4 * vector(b).norm()) << "k = " << k;
+  }
+}
+
+TEST(GridOperator, transfersAreAdjointAndKeepConstants)
+{
+  Execution execution(1);
+  const Lattice fine = latticeOf({13, 10, 9}), coarse{{7, 5, 5}, Eigen::Vector3d::Constant(.5), 2};
+  for (const double share : {1., .5}) {
+    const VoxelSet fineVoxels = share == 1 ? wholeOf(fine, execution) : randomVoxels(fine.size, 1, share),
+                   coarseVoxels = share == 1 ? wholeOf(coarse, execution) : randomVoxels(coarse.size, 2, share);
+    const Refinement refinement(coarse, fine);
+    std::mt19937 random(4);
+    PackedValues f(static_cast<std::size_t>(fineVoxels.count())), c(static_cast<std::size_t>(coarseVoxels.count())),
+        restricted(c.size());
+    for (PackedValues* values : {&f, &c})
+      for (float& value : *values)
+        value = uniform(random, 2) - 1;
+    TransferScratch scratch;
+    double left = 0, right = 0;
+    for (int z = 0; z < fineVoxels.size().z; ++z) {
+      std::vector<float> window(fineVoxels.windowCount(), 0);
+      addProlonged(coarseVoxels, c.data(), refinement, fineVoxels, z, window.data(), scratch);
+      PackedValues plane(static_cast<std::size_t>(fineVoxels.planeCount(z)));
+      kernels::store(fineVoxels.plane(z), window.data(), plane.data());
+      for (std::size_t i = 0; i < plane.size(); ++i)
+        left += static_cast<double>(plane[i]) * f[static_cast<std::size_t>(fineVoxels.planeFirst(z)) + i];
+    }
+    for (int z = 0; z < coarseVoxels.size().z; ++z)
+      restrictPlane(fineVoxels, f.data(), refinement, 1, coarseVoxels, z,
+                    restricted.data() + coarseVoxels.planeFirst(z), scratch);
+    for (std::size_t i = 0; i < c.size(); ++i)
+      right += static_cast<double>(restricted[i]) * c[i];
+    EXPECT_NEAR(left, right, 1e-5 * static_cast<double>(f.size()));
+  }
+}
+
+TEST(VCycle, isSymmetricAndPositiveDefinite)
+{
+  Execution execution(1);
+  for (const Prior prior : allPriors) {
+    SphereLevel level(14, prior);
+    VCycle cycle(level.grids, priorConstants(prior), {4, 4, 8}, 1, execution);
+    const auto count = static_cast<Eigen::Index>(level.grids.front().voxels.count());
+    Eigen::MatrixXd m(count, count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const Eigen::VectorXf unit = Eigen::VectorXf::Unit(count, i);
+      m.col(i) = Eigen::Map<const Eigen::VectorXf>(cycle.apply(unit.data(), execution).data(), count).cast<double>();
+    }
+    EXPECT_LT((m - m.transpose()).norm(), 1e-4 * m.norm()) << "k = " << order(prior);
+    const Eigen::MatrixXd symmetric = .5 * (m + m.transpose());
+    EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(symmetric).info(), Eigen::Success) << "k = " << order(prior);
+  }
+}
+
+TEST(GridSolver, everyStepLowersTheEnergyDownToThatOfCholesky)
+{
+  Execution execution(2);
+  for (const Prior prior : allPriors) {
+    const SphereLevel level(24, prior);
+    const LinearSystem plain = level.plain();
+    const auto count = static_cast<std::size_t>(plain.size().count());
+    std::vector<double> exact(count);
+    solve(plain, solverOptions(SolverMethod::cholesky), 1, exact, execution);
+    double last = energy(plain, std::vector<double>(count, 0), execution);
+    const double lowest = energy(plain, exact, execution), first = last - lowest;
+    std::vector<float> d;
+    for (const int steps : {1, 2, 3, 4, 6, 10, 20}) {
+      d.assign(count, 0);
+      SolverOptions options = solverOptions(SolverMethod::multigrid, 1e-9, steps);
+      const SolveReport report = solveOnGrids(level.grids, prior, level.grids.front().voxels, {steps, 0, 2}, options, 1,
+                                              d.data(), execution);
+      const std::vector<double> field(d.begin(), d.end());
+      const double now = energy(plain, field, execution);
+      EXPECT_LT(now, last + 1e-6 * first) << "k = " << order(prior) << ", " << steps;
+      last = now;
+      // The residual is that of the system that was posed, not of another one.
+      EXPECT_NEAR(report.relativeResidual, relativeResidual(plain, field, execution),
+                  .05 * report.relativeResidual + 1e-4);
+    }
+    EXPECT_LT(last - lowest, 1e-4 * first) << "k = " << order(prior);
+    EXPECT_LT(relativeDifference(d, exact), 2e-3) << "k = " << order(prior);
+  }
+}
+
+TEST(GridSolver, convergesAtARateThatDoesNotDependOnTheGrid)
+{
+  Execution execution(2);
+  const double limits[] = {.3, .5, .75};
+  for (const Prior prior : allPriors)
+    for (const int side : {16, 31, 48}) {
+      const SphereLevel level(side, prior);
+      std::vector<float> d(static_cast<std::size_t>(level.grids.front().voxels.count()), 0);
+      const SolveReport report = solveOnGrids(level.grids, prior, level.grids.front().voxels, {wholeLevelSteps, 0, 2},
+                                              solverOptions(SolverMethod::multigrid, 1e-3), 1, d.data(), execution);
+      EXPECT_TRUE(report.converged);
+      EXPECT_LT(std::pow(report.relativeResidual, 1. / report.iterations), limits[order(prior) - 1])
+          << "k = " << order(prior) << ", " << side;
+    }
+}
