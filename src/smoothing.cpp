@@ -24,8 +24,8 @@ namespace {
 constexpr std::size_t mostCubes = 32;
 constexpr std::size_t firstCubes = 8; ///< that tell a clean scan, which needs no others
 constexpr std::size_t glance = 3;     ///< cubes that tell a very clean one
-constexpr int cubeSide = 24;          ///< voxels of the finest size
-constexpr double margin = 4;     ///< voxels at a cube's border where the field is not what it would be inside the cloud
+constexpr int cubeSide = 22;          ///< voxels of the finest size
+constexpr double margin = 3;     ///< voxels at a cube's border where the field is not what it would be inside the cloud
 constexpr int heldOutShare = 10; ///< one point in so many
 constexpr std::int64_t fewest = 50; ///< held-out points that say something
 
@@ -136,7 +136,25 @@ struct Cube {
     });
     if (seen.size() == 0)
       judges.clear();
+    clip();
     field.assign(static_cast<std::size_t>(lattice.size.count()), 0);
+  }
+
+  /// Cuts off what is farther from all points than the margin: half of the lattice where the surface is level.
+  void clip()
+  {
+    Eigen::AlignedBox3f box;
+    for (const auto* positions : {&seen.positions, &judges})
+      for (const Eigen::Vector3f& p : *positions)
+        box.extend(p);
+    if (box.isEmpty())
+      return;
+    const Eigen::Array3d size(lattice.size.x, lattice.size.y, lattice.size.z);
+    const Eigen::Array3d lower = (lattice.toVoxels(box.min()).array() - margin).floor().max(0),
+                         upper = (lattice.toVoxels(box.max()).array() + margin).ceil().min(size - 1);
+    const Eigen::Array3i clipped = (upper - lower).cast<int>() + 1;
+    lattice.size = {clipped.x(), clipped.y(), clipped.z()};
+    lattice.origin += lattice.spacing * lower.matrix();
   }
 
   /// Solves for one ℓ: the errors are the first-order distances of the judges from the field's zero level.
@@ -208,17 +226,23 @@ struct Verdict {
   std::int64_t heldOut() const { return std::accumulate(judges.begin(), judges.end(), std::int64_t{0}); }
 };
 
-/// By how many of its standard deviations the sum over the cubes is above zero.
-double deviationsAboveZero(const std::vector<double>& values)
+/// How clearly the sum over the cubes is above zero: in its standard deviations, over those that so few cubes exceed by
+/// chance once in fifty times (Student's distribution; the quantile is within 1 % from four cubes on).
+double clarity(const std::vector<double>& values)
 {
   const auto count = static_cast<double>(values.size());
   const double sum = std::accumulate(values.begin(), values.end(), 0.), mean = sum / count;
   double squares = 0;
   for (const double value : values)
     squares += (value - mean) * (value - mean);
-  const double deviation = std::sqrt(squares * count / std::max(1., count - 1));
-  return deviation > 0 ? sum / deviation : sum > 0 ? std::numeric_limits<double>::infinity() : 0;
+  const double freedom = std::max(1., count - 1), deviation = std::sqrt(squares * count / freedom);
+  if (!(deviation > 0))
+    return sum > 0 ? std::numeric_limits<double>::infinity() : 0;
+  return sum / deviation / (2.05 + 2.5 / freedom + 5.4 / (freedom * freedom));
 }
+
+/// The clarity that is believed.
+constexpr double clear = 1;
 
 /// The errors of two trials at the same points, so that what is common to them does not count: above zero if the first
 /// ones are larger than `factor` times the second.
@@ -228,7 +252,7 @@ double compare(const Verdict& first, double factor, const Verdict& second)
   for (std::size_t c = 0; c < first.sums.size(); ++c)
     if (first.judges[c] > 0 && first.judges[c] == second.judges[c])
       differences.push_back(first.sums[c] - factor * second.sums[c]);
-  return deviationsAboveZero(differences);
+  return clarity(differences);
 }
 
 /// The same with a fixed error.
@@ -237,11 +261,22 @@ double compare(const Verdict& verdict, double error)
   std::vector<double> differences;
   for (std::size_t c = 0; c < verdict.sums.size(); ++c)
     differences.push_back(verdict.sums[c] - error * static_cast<double>(verdict.judges[c]));
-  return deviationsAboveZero(differences);
+  return clarity(differences);
 }
 
-/// What so few as eight cubes say is believed from here on: by chance once in fifty times.
-constexpr double decisive = 2.5;
+/// Whether cubes see a loss, clarity(number of cubes) being how clearly they do. What few of them see clearly is one;
+/// but an edge that suffers may be in none of them, so that all are asked before there is said to be none.
+template <typename Clarity>
+bool findsLoss(const Clarity& clarity)
+{
+  std::size_t cubes = 4;
+  double loss = clarity(cubes);
+  while (loss <= clear && cubes < mostCubes) {
+    cubes = std::min(cubes + cubes / 2, mostCubes);
+    loss = clarity(cubes);
+  }
+  return loss > 0;
+}
 
 /// The lengths that are tried: the shortest times powers of √2.
 constexpr int longest = 6;
@@ -317,7 +352,7 @@ public:
         const Verdict strong = verdict({finest_, stronger, discRadius}, cubes, smoothing, noise),
                       weak = verdict({finest_, weaker, discRadius}, cubes, smoothing, noise);
         const double worse = compare(strong, factor, weak);
-        const bool isDecisive = worse > decisive || (worse < -decisive && 2 * cubes >= mostCubes);
+        const bool isDecisive = worse > clear || (worse < -clear && 2 * cubes >= mostCubes);
         if (strong.heldOut() >= fewest && (isDecisive || cubes >= mostCubes))
           return worse < 0;
         if (cubes >= mostCubes)
@@ -330,31 +365,36 @@ public:
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise)
   {
     constexpr int steps = 4;
+    constexpr double worse = 1.01, invisible = .04;
     ResolutionChoice choice;
     choice.voxelSize = finest_;
-    std::size_t cubes = firstCubes;
+    std::map<double, std::size_t> asked; // cubes, by the voxel size
+    const auto at = [&](double voxelSize, std::size_t cubes) {
+      asked[voxelSize] = std::max(asked[voxelSize], cubes);
+      return verdict({voxelSize, gradientWeight, 0}, cubes, smoothing, noise);
+    };
     for (int step = 1; step < steps; ++step) {
       const double voxelSize = finest_ * std::pow(1.4142135623730951, step);
-      const auto at = [&](double size) { return verdict({size, gradientWeight, 0}, cubes, smoothing, noise); };
-      Verdict fine = at(finest_), coarse = at(voxelSize);
-      double worse = excess(coarse, fine);
-      // A loss that few cubes see is one; an edge that suffers may be in none of them.
-      while ((worse <= decisive || fine.heldOut() < fewest) && cubes < mostCubes) {
-        cubes *= 2;
-        fine = at(finest_);
-        coarse = at(voxelSize);
-        worse = excess(coarse, fine);
-      }
-      choice.heldOut = fine.heldOut();
+      const auto isVisible = [&](const Verdict& coarse, std::size_t) { return compare(coarse, invisible * spacing_); };
+      const auto isWorse = [&](const Verdict& coarse, std::size_t cubes) {
+        return compare(coarse, worse, at(finest_, cubes));
+      };
+      const auto seesLoss = [&](const auto& loss) {
+        return findsLoss([&](std::size_t cubes) {
+          const Verdict coarse = at(voxelSize, cubes);
+          return coarse.heldOut() < fewest ? 0 : loss(coarse, cubes);
+        });
+      };
+      // The finest voxels, which take most of the time, are asked last.
+      const bool isTooCoarse = seesLoss(isVisible) && seesLoss(isWorse);
+      choice.heldOut = at(voxelSize, asked[voxelSize]).heldOut();
       if (choice.heldOut < fewest)
         return choice;
-      choice.curve.resize(static_cast<std::size_t>(step));
-      choice.curve.front() = {finest_, fine.error}; // as more cubes may see it now
-      choice.curve.push_back({voxelSize, coarse.error});
-      if (worse > 0)
+      if (isTooCoarse)
         break;
       choice.voxelSize = voxelSize;
     }
+    tell(asked, at, choice);
     return choice;
   }
 
@@ -370,7 +410,7 @@ private:
     while (made.size() < used)
       made.emplace_back(points_, runs_, centres_[made.size()], trial, core_);
     // In voxels, of a step near the zero level; what is left after it is about twice as much.
-    const double tolerance = std::max(2e-3, .02 * noise / trial.voxelSize);
+    const double tolerance = std::max(3e-3, .02 * noise / trial.voxelSize);
     const PointWeights weights = pointWeights(prior_, smoothing, spacing_, trial.voxelSize, trial.gradientWeight);
     execution_.forRange(static_cast<std::int64_t>(used), 1, [&](std::int64_t begin, std::int64_t end) {
       for (auto c = static_cast<std::size_t>(begin); c < static_cast<std::size_t>(end); ++c)
@@ -383,11 +423,20 @@ private:
     return Verdict(errors);
   }
 
-  /// compare, of the voxel sizes: negative if the larger ones are good enough.
-  double excess(const Verdict& coarse, const Verdict& fine) const
+  /// The scores of all voxel sizes that were tried, at the points that all of them were asked about.
+  template <typename Ask>
+  void tell(std::map<double, std::size_t> asked, const Ask& ask, ResolutionChoice& choice)
   {
-    constexpr double worse = 1.01, invisible = .04;
-    return std::min(compare(coarse, worse, fine), compare(coarse, invisible * spacing_));
+    asked.try_emplace(finest_, firstCubes); // so far nobody may have needed to know
+    std::size_t cubes = mostCubes;
+    for (const auto& [voxelSize, number] : asked)
+      cubes = std::min(cubes, number);
+    for (const auto& [voxelSize, number] : asked) {
+      choice.cubes += static_cast<std::int64_t>(std::min(number, centres_.size()));
+      const Verdict verdict = ask(voxelSize, cubes);
+      choice.heldOut = verdict.heldOut();
+      choice.curve.push_back({voxelSize, verdict.error});
+    }
   }
 
   /// The lengths around the one that the noise asks for, until the score rises on both sides.

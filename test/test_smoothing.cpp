@@ -51,7 +51,8 @@ TEST(Smoothing, cleanPointsGetTheShortest)
   const SmoothingChoice choice = choose(noisyTorus(0));
   EXPECT_EQ(choice.smoothing, shortestSmoothing(spacing));
   EXPECT_EQ(choice.curve.size(), 2u);
-  EXPECT_LT(choice.curve[0].error, choice.curve[1].error);
+  // A torus without details bears the second length as well: what counts is that it is not worth 5 %.
+  EXPECT_LT(.95 * choice.curve[0].error, choice.curve[1].error);
   EXPECT_GT(choice.heldOut, 50);
   EXPECT_LT(choice.noise, .05 * spacing);
 }
@@ -113,6 +114,10 @@ TEST(Resolution, anOversampledSmoothSurfaceGetsLargerVoxels)
     EXPECT_NEAR(choice.curve[n].voxelSize, std::sqrt(2.) * choice.curve[n - 1].voxelSize, 1e-6);
   EXPECT_TRUE(std::any_of(choice.curve.begin(), choice.curve.end(),
                           [&](const ResolutionScore& score) { return score.voxelSize == choice.voxelSize; }));
+  // Distances that nobody sees need no comparison with the finest voxels: all 32 cubes are asked about each larger
+  // size, but not about the finest one.
+  EXPECT_LT(choice.cubes, 32 * static_cast<std::int64_t>(choice.curve.size()));
+  EXPECT_GE(choice.cubes, 32);
 }
 
 TEST(Resolution, detailsKeepTheFinestVoxels)
@@ -126,6 +131,9 @@ TEST(Resolution, detailsKeepTheFinestVoxels)
   Execution execution(2);
   const ResolutionChoice choice = chooseResolution(shapes::oriented(sphere), .04f, shortestSmoothing(.04), execution);
   EXPECT_FLOAT_EQ(static_cast<float>(choice.voxelSize), .08f);
+  // The loss is everywhere: the first dozen of the 32 cubes see it, at two sizes.
+  EXPECT_LE(choice.cubes, 2 * 13);
+  EXPECT_GE(choice.heldOut, 50);
 }
 
 TEST(Resolution, doesNotDependOnTheNumberOfThreads)

@@ -131,7 +131,7 @@ Json toJson(const ResolutionChoice& choice)
   Json curve = Json::array();
   for (const ResolutionScore& score : choice.curve)
     curve.push_back({{"voxelSize", score.voxelSize}, {"error", score.error}});
-  return {{"voxelSize", choice.voxelSize}, {"heldOut", choice.heldOut}, {"curve", curve}};
+  return {{"voxelSize", choice.voxelSize}, {"heldOut", choice.heldOut}, {"cubes", choice.cubes}, {"curve", curve}};
 }
 
 Json toJson(const LevelReport& level)

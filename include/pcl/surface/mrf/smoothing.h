@@ -44,16 +44,17 @@ struct ResolutionScore {
 struct ResolutionChoice {
   double voxelSize = 0;               ///< h that was chosen, cloud's unit
   std::vector<ResolutionScore> curve; ///< what was tried, finest first; empty if there were too few points to tell
-  std::int64_t heldOut = 0;           ///< points that were scored
+  std::int64_t heldOut = 0;           ///< points that all sizes of the curve were scored at
+  std::int64_t cubes = 0;             ///< that were asked, counted once for each size: the work
 };
 
 /// What is left to the data: chosen by leaving points out (ours).
 ///
-/// In up to 32 cubes of 24 voxels, spread over the cloud, some points are left out; the field is solved in each at the
+/// In up to 32 cubes of 22 voxels, spread over the cloud, some points are left out; the field is solved in each at the
 /// finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at those points. Distances to the mesh
 /// would not do as the score: a bumpy surface is close to everything. Alternatives are scored at the same points: what
-/// makes 8 or 16 cubes worse by 2.5 times the deviation between them is given up without asking the others. Nothing is
-/// solved twice if one object makes all choices.
+/// is worse in the first cubes, by more than they differ by chance once in fifty times, is given up without asking the
+/// others. Nothing is solved twice if one object makes all choices.
 ///
 /// The cost does not grow with the cloud, but for one pass over its positions. The results do not depend on the number
 /// of threads.
@@ -92,7 +93,8 @@ public:
   /// Oversampled and noisy clouds have more points than surface to tell of. The same points as for ℓ are left out, and
   /// scored on voxels of h, √2 h, 2 h and 2.8 h, all at the same places; the coarsest is chosen whose mean distance is
   /// within 1 % of the finest one's, or below .04 l̄, beneath which nobody sees it. Most of a noisy cloud's distance is
-  /// the noise, hence so little.
+  /// the noise, hence so little. All cubes are asked before larger voxels are taken; to refuse them a few that agree
+  /// are enough, and the finest size, the slowest, is not tried where the larger one's distance cannot be seen.
   /// \param smoothing ℓ, cloud's unit, > 0 \param noise as chooseSmoothing gives it, or 0, cloud's unit
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise);
 
