@@ -111,7 +111,8 @@ struct Cube {
   std::map<double, std::vector<double>> errors; ///< by the ℓ that were tried
 
   /// \param core side of the cube around the centre whose points judge: the same for all that are compared
-  Cube(const OrientedPoints& points, const PointRuns& runs, const Eigen::Vector3f& centre, const Trial& trial, double core)
+  Cube(const OrientedPoints& points, const PointRuns& runs, const Eigen::Vector3f& centre, const Trial& trial,
+       double core)
   {
     const int side = static_cast<int>(std::ceil(core / trial.voxelSize + 2 * margin - 1e-6)) + 1;
     lattice.size = {side, side, side};
@@ -169,8 +170,8 @@ struct Cube {
     Execution serial(1);
     std::vector<Lattice> lattices{lattice};
     const std::size_t level = addCoarserGrids(lattices);
-    const LevelSamples samples(
-        sortedByCells(toSamples(seen, lattice, static_cast<float>(spacing), serial), serial), lattices, serial);
+    const LevelSamples samples(sortedByCells(toSamples(seen, lattice, static_cast<float>(spacing), serial), serial),
+                               lattices, serial);
     LevelObservation observation;
     observation.samples = &samples;
     observation.weights = weights;
@@ -253,6 +254,17 @@ double compare(const Verdict& first, double factor, const Verdict& second)
     if (first.judges[c] > 0 && first.judges[c] == second.judges[c])
       differences.push_back(first.sums[c] - factor * second.sums[c]);
   return clarity(differences);
+}
+
+/// The same of the errors' ratios, for which all cubes count alike: the few that hold an edge rule a sum, and its
+/// deviation, so that it takes many cubes to tell what each of them says.
+double compareRatios(const Verdict& first, double factor, const Verdict& second)
+{
+  std::vector<double> ratios;
+  for (std::size_t c = 0; c < first.sums.size(); ++c)
+    if (first.judges[c] == second.judges[c] && first.sums[c] > 0 && second.sums[c] > 0)
+      ratios.push_back(std::log(first.sums[c] / (factor * second.sums[c])));
+  return clarity(ratios);
 }
 
 /// The same with a fixed error.
@@ -377,7 +389,9 @@ public:
       const double voxelSize = finest_ * std::pow(1.4142135623730951, step);
       const auto isVisible = [&](const Verdict& coarse, std::size_t) { return compare(coarse, invisible * spacing_); };
       const auto isWorse = [&](const Verdict& coarse, std::size_t cubes) {
-        return compare(coarse, worse, at(finest_, cubes));
+        const Verdict fine = at(finest_, cubes);
+        const double bySums = compare(coarse, worse, fine);
+        return bySums > 0 ? std::max(bySums, compareRatios(coarse, worse, fine)) : bySums;
       };
       const auto seesLoss = [&](const auto& loss) {
         return findsLoss([&](std::size_t cubes) {
