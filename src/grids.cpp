@@ -20,7 +20,7 @@ constexpr float halfCell = .5f;
 constexpr float fromBorder = 1e-3f;
 
 /// Weights of a level's observed voxels, packed. \param targets likewise
-std::vector<float> packedWeights(const LevelObservation& observation, Prior prior, const VoxelSet& unknowns,
+std::vector<float> packedWeights(const LevelObservation& observation, const VoxelSet& unknowns,
                                  std::vector<float>& targets)
 {
   const Observation& observed = observation.voxels;
@@ -32,8 +32,8 @@ std::vector<float> packedWeights(const LevelObservation& observation, Prior prio
     const std::int64_t at = unknowns.find(voxel.x(), voxel.y(), voxel.z());
     if (at < 0)
       continue;
-    weights[static_cast<std::size_t>(at)] =
-        static_cast<float>(dataWeight(observed.confidences[n], observation.beta) * centreCoefficient(prior));
+    weights[static_cast<std::size_t>(at)] = static_cast<float>(
+        dataWeight(observed.confidences[n], observation.prior.beta) * dataCoefficient(observation.prior));
     targets[static_cast<std::size_t>(at)] = observed.distances[n];
   }
   return weights;
@@ -81,7 +81,7 @@ public:
     }
     std::vector<float> targets; // the coarser grids have none
     weights_ = finer ? coarsenedWeights(finer->voxels, weights_, finer->refinement, static_cast<float>(scale), voxels)
-                     : packedWeights(observation_, prior_, voxels, targets);
+                     : packedWeights(observation_, voxels, targets);
     return makeVoxelData(voxels, weights_, std::move(targets));
   }
 

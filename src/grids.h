@@ -30,7 +30,7 @@ struct LevelObservation {
   const LevelSamples* samples = nullptr; ///< of all lattices
   PointWeights weights;                  ///< of this level
   Observation voxels;                    ///< if there are no samples
-  float beta = 0;                        ///< PriorOptions::beta, with voxels
+  PriorOptions prior;                    ///< what weighs the voxels
 };
 
 /// Halves the coarsest of nested lattices until its system is a handful of voxels.

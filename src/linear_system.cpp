@@ -227,7 +227,7 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
     throw std::invalid_argument("assemble: the observation's arrays differ in length");
 
   const bool weighted = options.energy == Energy::weighted;
-  const double centre = centreCoefficient(options.prior);
+  const double coefficient = dataCoefficient(options);
   LinearSystem system;
   system.prior = {size, options.prior, {}};
   if (weighted)
@@ -240,7 +240,7 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
       throw std::invalid_argument("assemble: an observed voxel is outside the lattice");
     const double w = dataWeight(static_cast<double>(observation.confidences[n]), static_cast<double>(options.beta));
     const double a = w / (1 + w);
-    weights[voxel] = centre * (weighted ? a : w);
+    weights[voxel] = coefficient * (weighted ? a : w);
     system.rightHandSide[voxel] = weights[voxel] * static_cast<double>(observation.distances[n]);
     if (weighted)
       system.prior.voxelWeights[voxel] = 1 - a;

@@ -50,6 +50,7 @@ double dataWeight(double confidence, double beta);
 /// The voxel-wise system of the paper. a_i = α_i β.
 /// Energy::joint: (L^k + c_k W) d = c_k W d°, w_i = a_i / (1 − a_i) with a_i clamped to 1 − 10⁻⁶.
 /// Energy::weighted: (P_v + c_k A) d = c_k A d° with v_i = 1 − a_i; for constant a the same as joint.
+/// Energy::paperText: as joint, with 36/7 or 18 in place of c_2 or c_3.
 LinearSystem assemble(const Observation& observation, const PriorOptions& options);
 
 /// The system of observations at points: C = Σ ρ (value · ccᵀ + gradient · GᵀG), b = unit · Σ ρ · gradient · Gᵀn, blocks

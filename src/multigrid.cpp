@@ -38,7 +38,8 @@ private:
   /// Voxels with the confidences that give the system's weights.
   void observeDiagonal(const LinearSystem& system)
   {
-    observation.beta = 1;
+    observation.prior.prior = system.prior.prior;
+    observation.prior.beta = 1;
     observation.voxels.lattice = lattices.back();
     for (std::int64_t voxel = 0; voxel < system.size().count(); ++voxel)
       for (DataMatrix::InnerIterator entry(system.data, voxel); entry; ++entry) {

@@ -90,11 +90,11 @@ template <typename Value>
   throw InvalidOption(text.str());
 }
 
-/// Levels that only multigrid and the joint energy can solve in bands are dense for the others.
+/// Levels are dense for the solvers, and the energy, that bands do not have.
 MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Workload& workload)
 {
   MultiscaleOptions own = options;
-  if (workload.solver.method != SolverMethod::multigrid || workload.prior.energy != Energy::joint)
+  if (workload.solver.method != SolverMethod::multigrid || workload.prior.energy == Energy::weighted)
     own.denseVoxels = std::numeric_limits<std::int64_t>::max();
   return own;
 }
@@ -296,7 +296,7 @@ private:
       observation.weights = weightsOf(level);
     } else {
       observation.voxels = observeVoxels(level, report);
-      observation.beta = prior_.beta;
+      observation.prior = prior_;
       report.observed = static_cast<std::int64_t>(observation.voxels.voxels.size());
     }
     return observation;
@@ -332,7 +332,7 @@ private:
     SolverOptions solver = solver_;
     if (level == firstLevel_ && solver.choleskyOnCoarsest)
       solver.method = SolverMethod::cholesky;
-    if (solver.method != SolverMethod::multigrid || prior_.energy != Energy::joint)
+    if (solver.method != SolverMethod::multigrid || prior_.energy == Energy::weighted)
       return solvePlain(lattice, observation, level, solver);
     if (observation_.atPoints())
       solver.changeTolerance *= pointTolerance;

@@ -299,6 +299,29 @@ TEST(Regularise, FillsAHoleInASphere)
   EXPECT_LT(errors[2], .2);
 }
 
+// w = αβ/(1−αβ) is αβ for low β, so that the text's weights are the program's with another β.
+TEST(Regularise, BandsWeighDataByTheEnergyAsDenseLevelsDo)
+{
+  ObservationOptions observation;
+  observation.estimate = Estimate::plane;
+  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .05);
+  for (const std::int64_t denseVoxels : {std::int64_t{0}, std::int64_t{1} << 30}) {
+    const auto errorOf = [&](Energy energy, float beta) {
+      PriorOptions prior;
+      prior.prior = Prior::thinPlate;
+      prior.beta = beta;
+      prior.energy = energy;
+      MultiscaleOptions options;
+      options.denseVoxels = denseVoxels;
+      return surfaceError(regularisePoints(points, .05f, prior, options, {}, 1, observation).field, points);
+    };
+    const float beta = .02f;
+    const double text = errorOf(Energy::paperText, beta);
+    EXPECT_NEAR(errorOf(Energy::joint, beta * (36.f / 7) / 42), text, .04 * text) << "weights differ by 2 %";
+    EXPECT_LT(errorOf(Energy::joint, beta), .7 * text);
+  }
+}
+
 TEST(Regularise, ConfidenceOfVoxelsIsZeroAwayFromThePoints)
 {
   ObservationOptions observation;

@@ -149,7 +149,8 @@ void addModelOptions(OptionParser& parser)
   parser.number("--beta", "WEIGHT", {0, 1, false, true}, field(&Options::prior, &PriorOptions::beta),
                 "weight of the data observed at voxels; lower it for noisy data");
   parser.choice("--energy", field(&Options::prior, &PriorOptions::energy),
-                "joint: Eq. 9 of the paper; weighted: Eq. 10-11");
+                "joint: Eq. 9 of the paper, and its program; weighted: Eq. 10-11; paper-text: Eq. 6 as its text weighs "
+                "the data, 36/7 (thin-plate) or 18 (triharmonic) against 42 or 324");
 
   parser.group("Grid");
   CLI::Option* quality = parser.choice("--quality", field(&Options::multiscale, &MultiscaleOptions::quality),

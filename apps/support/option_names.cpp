@@ -22,7 +22,8 @@ const Names<Prior>& names()
 template <>
 const Names<Energy>& names()
 {
-  static const Names<Energy> all = {{"joint", Energy::joint}, {"weighted", Energy::weighted}};
+  static const Names<Energy> all = {
+      {"joint", Energy::joint}, {"weighted", Energy::weighted}, {"paper-text", Energy::paperText}};
   return all;
 }
 

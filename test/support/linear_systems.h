@@ -26,7 +26,7 @@ using pcl::mrf::SolverMethod;
 using pcl::mrf::SolverOptions;
 
 constexpr Prior allPriors[] = {Prior::membrane, Prior::thinPlate, Prior::triharmonic};
-constexpr Energy allEnergies[] = {Energy::joint, Energy::weighted};
+constexpr Energy allEnergies[] = {Energy::joint, Energy::weighted, Energy::paperText};
 
 inline PriorOptions priorOptions(Prior prior, Energy energy = Energy::joint, float beta = .99f)
 {

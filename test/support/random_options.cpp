@@ -132,7 +132,7 @@ const std::vector<Change>& changes()
       choice("confidenceShape", observation, &ObservationOptions::confidenceShape, 0, 1),
       choice("prior", prior, &PriorOptions::prior, 1, 3),
       number("beta", prior, &PriorOptions::beta, .1, .999, 0, 1 - 1e-7),
-      choice("energy", prior, &PriorOptions::energy, 0, 1),
+      choice("energy", prior, &PriorOptions::energy, 0, 2),
       choice("method", solver, &SolverOptions::method, 0, 3),
       number("maxIterations", solver, &SolverOptions::maxIterations, 1, 50, 1, most),
       number("residualTolerance", solver, &SolverOptions::residualTolerance, 1e-8, .1, 1e-300, .999999),

@@ -12,10 +12,22 @@ enum class Prior {
   triharmonic = 3 ///< the exact minimiser of the sum of Eq. 6 over all voxels
 };
 
-/// Which energy is minimised.
+/// Which energy is minimised; a = αβ, w = a/(1−a).
+///
+/// The paper has two readings of how much the data weigh beside its Laplacian prior. Its program moves a voxel to
+/// a d° + (1−a) d̄, with d̄ the value that the prior alone asks for given the neighbors: the same as a weight of 42 w
+/// beside L², and of c_k w beside any L^k. Its text defines U_L in Eq. 6, the squared differences of l_i = d_i − (mean
+/// of its neighbors) to those of the 6 neighbors, and adds w_i (d_i − d°_i)². The derivative of U_L(d_i), which the
+/// appendix sets to zero, is 7/18 (L² d)_i; that of the sum over all voxels, which meets every edge from both of its
+/// ends, 1/9 (L³ d)_i. Beside 2 w (d_i − d°_i) these are weights of 36/7 w and 18 w. A β of .9 in the text smooths as
+/// one of .52 (k = 2) or .33 (k = 3) in the program. For k = 1 both say the same (Eq. 9).
+///
+/// Eq. 10–11 meet every edge from both of its ends, too: their prior, as it is written, is twice that of
+/// Energy::weighted. Here it counts once, so that a constant a gives what Energy::joint gives.
 enum class Energy {
-  joint,   ///< Eq. 9 / 13: L^k d + c_k W (d − d°) = 0 with w = a/(1−a)
-  weighted ///< Eq. 10–11: the prior of voxel i is weighted by (1−a_i) as well, its data by a_i; has another minimiser
+  joint,    ///< Eq. 9 / 13, the paper's program: L^k d + c_k W (d − d°) = 0
+  weighted, ///< Eq. 10–11: the prior of voxel i is weighted by (1−a_i) as well, its data by a_i; has another minimiser
+  paperText ///< the text for Eq. 6: L^k d + 6 W, 36/7 W, 18 W (d − d°) = 0 for k = 1, 2, 3
 };
 
 struct PriorOptions {
@@ -39,11 +51,14 @@ inline int centreCoefficient(Prior prior)
   return prior == Prior::membrane ? 6 : prior == Prior::thinPlate ? 42 : 324;
 }
 
+/// What multiplies W beside L^k, or A beside P_v: c_k, or with Energy::paperText 6, 36/7 or 18.
+double dataCoefficient(const PriorOptions& options);
+
 /// Length over which the prior smooths observed data, cloud's unit.
 ///
-/// In the continuum h^(2k) Δ^k balances c_k w; the transfer function of a wave of number q is 1/(1 + (hq)^(2k)/(c_k w))
-/// and falls to one half at wavelength 2πℓ with ℓ = h (c_k w)^(−1/(2k)). It holds for fully observed voxels (α = 1); it
-/// depends on h, which is why β has another meaning on every grid.
+/// In the continuum h^(2k) Δ^k balances c w, c the data's coefficient; the transfer function of a wave of number q is
+/// 1/(1 + (hq)^(2k)/(c w)) and falls to one half at wavelength 2πℓ with ℓ = h (c w)^(−1/(2k)). It holds for fully
+/// observed voxels (α = 1); it depends on h, which is why β has another meaning on every grid.
 /// \pre 0 < beta < 1
 double smoothingLength(const PriorOptions& options, double voxelSize);
 
