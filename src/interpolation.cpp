@@ -27,17 +27,15 @@ struct Taps {
 };
 
 /// out = Σ weight · row over four rows.
-void combineRows(const std::array<const float*, 4>& rows, int count, float* out)
+void combineRows(const std::array<float, 4>& weights, const std::array<const float*, 4>& rows, int count, float* out)
 {
   for (int x = 0; x < count; ++x)
-    out[x] = cubicWeights[0] * rows[0][x] + cubicWeights[1] * rows[1][x] + cubicWeights[2] * rows[2][x] +
-             cubicWeights[3] * rows[3][x];
+    out[x] = weights[0] * rows[0][x] + weights[1] * rows[1][x] + weights[2] * rows[2][x] + weights[3] * rows[3][x];
 }
 
-} // namespace
-
-std::vector<float> interpolateCubic(const std::vector<float>& values, const Lattice& coarse, const Lattice& fine,
-                                    Execution& execution)
+/// The tensor product of these weights.
+std::vector<float> interpolate(const std::array<float, 4>& weights, const std::vector<float>& values,
+                               const Lattice& coarse, const Lattice& fine, Execution& execution)
 {
   const auto taps = [&](int axis, int coarseCount, int fineCount) {
     return Taps(coarse.origin[axis], coarseCount, coarse.spacing, fine.origin[axis], fineCount);
@@ -56,8 +54,8 @@ std::vector<float> interpolateCubic(const std::vector<float>& values, const Latt
         float* out = rows.data() + std::int64_t{to.x} * y;
         for (int x = 0; x < to.x; ++x) {
           const auto& index = alongX.indices[static_cast<std::size_t>(x)];
-          out[x] = cubicWeights[0] * row[index[0]] + cubicWeights[1] * row[index[1]] + cubicWeights[2] * row[index[2]] +
-                   cubicWeights[3] * row[index[3]];
+          out[x] = weights[0] * row[index[0]] + weights[1] * row[index[1]] + weights[2] * row[index[2]] +
+                   weights[3] * row[index[3]];
         }
       }
       for (int y = 0; y < to.y; ++y) {
@@ -65,7 +63,7 @@ std::vector<float> interpolateCubic(const std::vector<float>& values, const Latt
         std::array<const float*, 4> sources{};
         for (std::size_t tap = 0; tap < 4; ++tap)
           sources[tap] = rows.data() + std::int64_t{to.x} * index[tap];
-        combineRows(sources, to.x, planes.data() + middle.index(0, y, z));
+        combineRows(weights, sources, to.x, planes.data() + middle.index(0, y, z));
       }
     }
   });
@@ -78,11 +76,25 @@ std::vector<float> interpolateCubic(const std::vector<float>& values, const Latt
         std::array<const float*, 4> sources{};
         for (std::size_t tap = 0; tap < 4; ++tap)
           sources[tap] = planes.data() + middle.index(0, y, index[tap]);
-        combineRows(sources, to.x, result.data() + to.index(0, y, z));
+        combineRows(weights, sources, to.x, result.data() + to.index(0, y, z));
       }
     }
   });
   return result;
+}
+
+} // namespace
+
+std::vector<float> interpolateCubic(const std::vector<float>& values, const Lattice& coarse, const Lattice& fine,
+                                    Execution& execution)
+{
+  return interpolate(cubicWeights, values, coarse, fine, execution);
+}
+
+std::vector<float> interpolateLinear(const std::vector<float>& values, const Lattice& coarse, const Lattice& fine,
+                                     Execution& execution)
+{
+  return interpolate({0, .75f, .25f, 0}, values, coarse, fine, execution);
 }
 
 } // namespace mrf

@@ -21,5 +21,10 @@ constexpr std::array<float, 4> cubicWeights = {-7.f / 128, 105.f / 128, 35.f / 1
 std::vector<float> interpolateCubic(const std::vector<float>& values, const Lattice& coarse, const Lattice& fine,
                                     Execution& execution);
 
+/// Tensor-product linear interpolation at the same places: weights ¾ and ¼, exact for trilinear polynomials away from
+/// the border, clamped at it. \pre as for interpolateCubic
+std::vector<float> interpolateLinear(const std::vector<float>& values, const Lattice& coarse, const Lattice& fine,
+                                     Execution& execution);
+
 } // namespace mrf
 } // namespace pcl

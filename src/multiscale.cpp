@@ -318,7 +318,8 @@ private:
     if (level == firstLevel_)
       distances_.assign(static_cast<std::size_t>(lattice.size.count()), 0);
     else
-      distances_ = interpolateCubic(distances_, lattices_[level - 1], lattice, execution_);
+      distances_ = (options_.interpolation == Interpolation::linear ? interpolateLinear : interpolateCubic)(
+          distances_, lattices_[level - 1], lattice, execution_);
     // With a narrow reach the coarse levels of the paper's scheme may see nothing: their guess is then kept.
     if (report.observed > 0)
       report.solve = solveWhole(level, observation);

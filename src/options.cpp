@@ -53,6 +53,7 @@ void validate(const Options& options)
   checkEnum("observation.estimate", options.observation.estimate, Estimate::trapezoid);
   checkEnum("observation.confidenceShape", options.observation.confidenceShape, ConfidenceShape::quadratic);
   checkEnum("multiscale.quality", options.multiscale.quality, Quality::fine);
+  checkEnum("multiscale.interpolation", options.multiscale.interpolation, Interpolation::linear);
   checkEnum("polygonizer.decomposition", options.polygonizer.decomposition, CellDecomposition::tetrahedra);
   checkEnum("trimming.trimming", options.trimming.trimming, Trimming::supported);
   checkEnum("colours", options.colours, ColourMode::confidence);

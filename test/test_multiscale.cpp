@@ -13,6 +13,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 using namespace pcl::mrf;
 
@@ -51,6 +52,33 @@ double surfaceError(const DistanceField& field, const PointSet& truth)
   for (const Eigen::Vector3f& p : truth.positions)
     sum += std::pow(field.sampleDistance(p) / field.lattice().spacing, 2);
   return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+/// A finer lattice inside of a coarser one, far enough from its border for any of the interpolations.
+std::pair<Lattice, Lattice> nestedLattices()
+{
+  Lattice coarse;
+  coarse.size = {12, 11, 10};
+  coarse.spacing = .5;
+  coarse.origin = {-2, 1, .25};
+  Lattice fine;
+  fine.spacing = .25;
+  fine.size = {14, 12, 11};
+  fine.origin = coarse.origin - Eigen::Vector3d::Constant(coarse.spacing / 2) +
+                fine.spacing * (Eigen::Vector3d(5, 4, 5) + Eigen::Vector3d::Constant(.5));
+  return {coarse, fine};
+}
+
+/// A function at the centres of the voxels.
+template <typename Function>
+std::vector<float> valuesOf(const Function& function, const Lattice& lattice)
+{
+  std::vector<float> values;
+  for (int k = 0; k < lattice.size.z; ++k)
+    for (int j = 0; j < lattice.size.y; ++j)
+      for (int i = 0; i < lattice.size.x; ++i)
+        values.push_back(static_cast<float>(function(lattice.origin + lattice.spacing * Eigen::Vector3d(i, j, k))));
+  return values;
 }
 
 } // namespace
@@ -225,35 +253,48 @@ TEST(PlanLevels, ChecksItsOptions)
   refuses(options);
 }
 
-TEST(InterpolateCubic, ReproducesCubicsAwayFromTheBorder)
+TEST(Interpolate, CubicReproducesCubicsAwayFromTheBorder)
 {
-  Lattice coarse;
-  coarse.size = {12, 11, 10};
-  coarse.spacing = .5;
-  coarse.origin = {-2, 1, .25};
-  Lattice fine;
-  fine.spacing = .25;
-  fine.size = {14, 12, 11};
-  fine.origin = coarse.origin - Eigen::Vector3d::Constant(coarse.spacing / 2) +
-                fine.spacing * (Eigen::Vector3d(5, 4, 5) + Eigen::Vector3d::Constant(.5));
+  const auto [coarse, fine] = nestedLattices();
   const auto cubic = [](const Eigen::Vector3d& x) {
     return 1 + x.x() - 2 * x.y() * x.z() + .3 * x.x() * x.x() * x.x() - x.z() * x.z() * x.y() * x.x() +
            .1 * x.y() * x.y() * x.y();
   };
-  const auto valuesOf = [&](const Lattice& lattice) {
-    std::vector<float> values;
-    for (int k = 0; k < lattice.size.z; ++k)
-      for (int j = 0; j < lattice.size.y; ++j)
-        for (int i = 0; i < lattice.size.x; ++i)
-          values.push_back(static_cast<float>(cubic(lattice.origin + lattice.spacing * Eigen::Vector3d(i, j, k))));
-    return values;
-  };
   Execution execution(2);
-  const auto interpolated = interpolateCubic(valuesOf(coarse), coarse, fine, execution);
-  const auto expected = valuesOf(fine);
+  const auto interpolated = interpolateCubic(valuesOf(cubic, coarse), coarse, fine, execution);
+  const auto expected = valuesOf(cubic, fine);
   ASSERT_EQ(interpolated.size(), expected.size());
   for (std::size_t v = 0; v < expected.size(); ++v)
     EXPECT_NEAR(interpolated[v], expected[v], 1e-4); // values reach 100, single precision
+}
+
+TEST(Interpolate, LinearReproducesTrilinearPolynomialsAwayFromTheBorder)
+{
+  const auto [coarse, fine] = nestedLattices();
+  const auto trilinear = [](const Eigen::Vector3d& x) {
+    return 1 + x.x() - 2 * x.y() * x.z() + .3 * x.x() * x.y() * x.z() - x.z();
+  };
+  Execution execution(2);
+  const auto interpolated = interpolateLinear(valuesOf(trilinear, coarse), coarse, fine, execution);
+  const auto expected = valuesOf(trilinear, fine);
+  ASSERT_EQ(interpolated.size(), expected.size());
+  for (std::size_t v = 0; v < expected.size(); ++v)
+    EXPECT_NEAR(interpolated[v], expected[v], 1e-4); // values reach 50, single precision
+}
+
+TEST(Interpolate, LinearStaysWithinItsNeighborsAndAtTheBorderWithItsParent)
+{
+  Lattice coarse, fine;
+  coarse.size = {3, 1, 1};
+  coarse.spacing = 2;
+  fine.size = {6, 2, 2};
+  fine.origin = Eigen::Vector3d::Constant(-.5);
+  Execution execution(1);
+  const auto values = interpolateLinear({0, 8, 0}, coarse, fine, execution);
+  for (int z = 0; z < 2; ++z)
+    for (int y = 0; y < 2; ++y)
+      for (const auto& [x, value] : {std::pair(0, 0), std::pair(1, 2), std::pair(2, 6), std::pair(3, 6)})
+        EXPECT_FLOAT_EQ(values[static_cast<std::size_t>(fine.size.index(x, y, z))], static_cast<float>(value));
 }
 
 class EveryModel : public testing::TestWithParam<std::tuple<Estimate, Prior>> {};
@@ -342,6 +383,32 @@ TEST(Regularise, ConfidenceOfVoxelsIsZeroAwayFromThePoints)
       }
   EXPECT_LT(field.sampleDistance(Eigen::Vector3f::Zero()), -.5f);
   EXPECT_FALSE(regularisePoints(points, .1f).field.hasConfidences());
+}
+
+TEST(Regularise, StartsFromTheInterpolationThatWasAskedFor)
+{
+  // One sweep of ICM leaves what it starts from in most of the volume.
+  SolverOptions solver;
+  solver.method = SolverMethod::icm;
+  solver.maxIterations = 1;
+  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .1);
+  ObservationOptions observation;
+  observation.estimate = Estimate::plane;
+  const auto fieldOf = [&](Interpolation interpolation) {
+    MultiscaleOptions options;
+    options.interpolation = interpolation;
+    PriorOptions prior;
+    prior.prior = Prior::membrane;
+    return regularisePoints(points, .1f, prior, options, solver, 1, observation).field;
+  };
+  const DistanceField cubic = fieldOf(Interpolation::cubic), linear = fieldOf(Interpolation::linear);
+  double largest = 0;
+  const GridSize size = cubic.lattice().size;
+  for (int k = 0; k < size.z; ++k)
+    for (int j = 0; j < size.y; ++j)
+      for (int i = 0; i < size.x; ++i)
+        largest = std::max<double>(largest, std::abs(cubic.distance(i, j, k) - linear.distance(i, j, k)));
+  EXPECT_GT(largest, .01 * .2) << "a hundredth of a voxel";
 }
 
 TEST(Regularise, DoesNotDependOnTheNumberOfThreads)

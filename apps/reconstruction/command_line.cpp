@@ -172,6 +172,8 @@ void addModelOptions(OptionParser& parser)
   parser.number("--dense-voxels", "N", wholeNumbers(0, 2000000000),
                 field(&Options::multiscale, &MultiscaleOptions::denseVoxels),
                 "levels of more voxels are solved near the surface only");
+  parser.choice("--interpolation", field(&Options::multiscale, &MultiscaleOptions::interpolation),
+                "of a level's field, for what the next finer one starts from; near the surface only always cubic");
 
   parser.group("Solver");
   parser.choice("--solver", field(&Options::solver, &SolverOptions::method), "how the linear system is solved");

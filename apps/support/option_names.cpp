@@ -52,6 +52,13 @@ const Names<Quality>& names()
 }
 
 template <>
+const Names<Interpolation>& names()
+{
+  static const Names<Interpolation> all = {{"cubic", Interpolation::cubic}, {"linear", Interpolation::linear}};
+  return all;
+}
+
+template <>
 const Names<SolverMethod>& names()
 {
   static const Names<SolverMethod> all = {{"multigrid", SolverMethod::multigrid},

@@ -30,6 +30,8 @@ const Names<pcl::mrf::ConfidenceShape>& names();
 template <>
 const Names<pcl::mrf::Quality>& names();
 template <>
+const Names<pcl::mrf::Interpolation>& names();
+template <>
 const Names<pcl::mrf::SolverMethod>& names();
 template <>
 const Names<pcl::mrf::NormalSource>& names();

@@ -62,7 +62,7 @@ void forEachMember(Options& o, const Visit& visit)
   all(o.solver.method, o.solver.maxIterations, o.solver.residualTolerance, o.solver.changeTolerance,
       o.solver.smootherDegree, o.solver.choleskyOnCoarsest, o.solver.seed, o.solver.maxFactorBytes);
   all(o.multiscale.quality, o.multiscale.voxelSize, o.multiscale.padding, o.multiscale.coarsestSide,
-      o.multiscale.maxMemory, o.multiscale.denseVoxels);
+      o.multiscale.maxMemory, o.multiscale.denseVoxels, o.multiscale.interpolation);
   all(o.polygonizer.decomposition);
   all(o.trimming.trimming, o.trimming.maxHole, o.trimming.maxGap, o.trimming.minComponentPoints,
       o.trimming.minComponentShare);

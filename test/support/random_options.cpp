@@ -151,6 +151,7 @@ const std::vector<Change>& changes()
       number("coarsestSide", multiscale, &MultiscaleOptions::coarsestSide, 4, 64, 4, 256),
       number("maxMemory", multiscale, &MultiscaleOptions::maxMemory, 1e6, 1e9, 1, 1e19),
       number("denseVoxels", multiscale, &MultiscaleOptions::denseVoxels, 0, 1e5, 0, 1e18),
+      choice("interpolation", multiscale, &MultiscaleOptions::interpolation, 0, 1),
       choice("decomposition", polygonizer, &PolygonizerOptions::decomposition, 0, 1),
       choice("trimming", trimming, &TrimmingOptions::trimming, 0, 2),
       length("maxHole", trimming, &TrimmingOptions::maxHole, -1, 3),

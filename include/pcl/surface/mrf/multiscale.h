@@ -31,6 +31,12 @@ inline float spacingsPerVoxel(Quality quality)
   return quality == Quality::draft ? 3 : quality == Quality::normal ? 2 : 1.5f;
 }
 
+/// How a level's field becomes what the next finer one starts from.
+enum class Interpolation {
+  cubic, ///< keeps the curvature that the coarser level has found, so that less is left to solve
+  linear ///< the paper's
+};
+
 struct MultiscaleOptions {
   Quality quality = Quality::normal;
   float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = by the quality
@@ -43,6 +49,7 @@ struct MultiscaleOptions {
   /// have: over 200 holes of 40 scans of 30,000 points, all solved everywhere, the error is .85 of that with the last
   /// level in a band. Other solvers than multigrid, and Energy::weighted, always solve everywhere.
   std::int64_t denseVoxels = std::int64_t{1} << 21;
+  Interpolation interpolation = Interpolation::cubic; ///< between levels solved everywhere; bands take the cubic one
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -110,7 +117,7 @@ using SurfaceFilter = std::function<TriangleMesh(TriangleMesh zeroLevel, float v
 
 /// Regularises the observed distances, coarse to fine.
 ///
-/// Each level starts from the tensor-cubic interpolation of the coarser one.
+/// Each level starts from the interpolation of the coarser one, the coarsest from 0.
 /// \param search holds points.positions \param spacing l̄, cloud's unit
 /// \param volume that the field covers, with the padding around it; contains the points
 /// \param wanted asked about the zero level of the first band and of those after it, but for the last two: what it
