@@ -28,7 +28,7 @@ Options paperPreset()
   Options options;
   options.unit = LengthUnit::nearest;
   options.outliers.alone = false;
-  options.outliers.statistical = true;
+  options.normals.source = NormalSource::estimate;
   options.normals.noiseCriteria = true;
   options.orientation.joinAcrossCreases = false;
   options.orientation.localDistance = false;
@@ -39,7 +39,8 @@ Options paperPreset()
   options.prior.beta = .9f;
   options.solver.method = SolverMethod::icm;
   options.solver.changeTolerance = 1e-3;
-  options.solver.choleskyOnCoarsest = true;
+  options.multiscale.padding = 5;
+  options.multiscale.interpolation = Interpolation::linear;
   options.trimming.trimming = Trimming::none;
   options.trimming.minComponentShare = .01f; // should trimming be asked for
   options.remesher.rounds = 10;

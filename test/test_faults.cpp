@@ -225,8 +225,6 @@ TEST(Memory, ThePapersSettingsEndInGoodOrderAsWell)
 {
   pcl::mrf::Options options = pcl::mrf::paperPreset();
   options.threads = 2;
-  // FLANN allocates inside an OpenMP region, out of which no exception can come.
-  options.outliers.statistical = false;
   options.solver.maxIterations = 20;
   failAllocations(options, false);
 }

@@ -110,6 +110,56 @@ TEST(Options, ValuesBeyondThemAreRefusedByName)
     }
 }
 
+/// What the docstring of paperPreset() says, setting by setting.
+TEST(Options, ThePapersPresetIsWhatItSays)
+{
+  using namespace pcl::mrf;
+  const Options paper = paperPreset();
+  EXPECT_EQ(paper.unit, LengthUnit::nearest);
+
+  EXPECT_EQ(paper.normals.source, NormalSource::estimate);
+  EXPECT_TRUE(paper.normals.noiseCriteria);
+  EXPECT_EQ(resolvedRadius(paper.normals, 2), 5) << "2.5 l̄";
+  EXPECT_EQ(paper.normals.maxThirdEigenvalue, .1f);
+  EXPECT_EQ(paper.normals.maxPlaneDistance, 0) << "l̄";
+  for (const bool isOn :
+       {paper.outliers.alone, paper.outliers.spacing, paper.outliers.statistical, paper.outliers.robust})
+    EXPECT_FALSE(isOn) << "the paper has no filter but its noise criteria";
+  EXPECT_FALSE(paper.orientation.joinAcrossCreases);
+  EXPECT_EQ(paper.orientation.maxAngle, 15);
+  EXPECT_EQ(paper.orientation.minComponentShare, .01f);
+  SamplingDensity density;
+  density.spacing = density.nearestMean = 2;
+  density.nearestDeviation = 1;
+  EXPECT_EQ(resolvedNeighbourDistance(paper.orientation, density), 8) << "l̄ + 6 σ";
+  density.nearestDeviation = 0;
+  EXPECT_EQ(resolvedNeighbourDistance(paper.orientation, density), 5) << "not below 2.5 l̄";
+
+  EXPECT_EQ(paper.observation.estimate, Estimate::median);
+  EXPECT_EQ(paper.observation.neighbours, 5);
+  EXPECT_EQ(paper.observation.confidenceShape, ConfidenceShape::linear);
+  EXPECT_EQ(resolvedMaxDistance(paper.observation, 2, 2 * spacingsPerVoxel(paper.multiscale.quality)), 6) << "3 l̄";
+  EXPECT_TRUE(paper.observation.scaleWithLevel);
+
+  EXPECT_EQ(paper.prior.prior, Prior::thinPlate);
+  EXPECT_EQ(paper.prior.beta, .9f);
+  EXPECT_EQ(paper.prior.energy, Energy::joint);
+  EXPECT_EQ(dataCoefficient(paper.prior), 42);
+
+  EXPECT_EQ(paper.solver.method, SolverMethod::icm);
+  EXPECT_FALSE(paper.solver.choleskyOnCoarsest);
+  EXPECT_EQ(paper.solver.changeTolerance, 1e-3);
+  EXPECT_EQ(paper.solver.maxIterations, 0) << "1000 sweeps";
+  EXPECT_EQ(paper.multiscale.interpolation, Interpolation::linear);
+  EXPECT_EQ(paper.multiscale.padding, 5);
+  EXPECT_EQ(paper.multiscale.coarsestSide, 16);
+  EXPECT_EQ(paper.multiscale.voxelSize, 0);
+  EXPECT_EQ(spacingsPerVoxel(paper.multiscale.quality), 2);
+
+  EXPECT_EQ(paper.trimming.trimming, Trimming::none);
+  EXPECT_EQ(paper.remesher.rounds, 10);
+}
+
 TEST(Options, PresetsAreValid)
 {
   EXPECT_NO_THROW(validate(pcl::mrf::defaultPreset()));

@@ -18,7 +18,9 @@ struct Case {
 };
 
 const std::vector<Case> cases = {
-    {{"--preset", "paper", "--statistical-deviations", "6"}, "/options/solver/method", "icm"},
+    {{"--preset", "paper"}, "/options/solver/method", "icm"},
+    {{"--preset", "paper"}, "/normalsEstimated", true},
+    {{"--preset", "paper"}, "/options/multiscale/padding", 5},
     {{"--normals", "use"}, "/options/normals/source", "use"},
     {{"--normals", "reference"}, "/vote", "reference"},
     {{"--normals", "estimate"}, "/normalsEstimated", true},
@@ -56,6 +58,7 @@ const std::vector<Case> cases = {
     {{"--prior", "thin-plate"}, "/options/prior/prior", "thin-plate"},
     {{"--beta", "0.5", "--observation", "plane"}, "/options/prior/beta", .5},
     {{"--energy", "weighted", "--observation", "plane"}, "/options/prior/energy", "weighted"},
+    {{"--energy", "paper-text", "--observation", "plane"}, "/options/prior/energy", "paper-text"},
     {{"--unit", "nearest"}, "/options/unit", "nearest"},
     {{"--quality", "draft"}, "/options/multiscale/quality", "draft"},
     {{"--quality", "fine"}, "/options/multiscale/quality", "fine"},
@@ -64,6 +67,7 @@ const std::vector<Case> cases = {
     {{"--coarsest-side", "32"}, "/options/multiscale/coarsestSide", 32},
     {{"--max-memory", "512"}, "/options/multiscale/maxMemory", 512 << 20},
     {{"--dense-voxels", "1000"}, "/options/multiscale/denseVoxels", 1000},
+    {{"--interpolation", "linear"}, "/options/multiscale/interpolation", "linear"},
     {{"--solver", "icm", "--prior", "membrane"}, "/options/solver/method", "icm"},
     {{"--solver", "cg"}, "/options/solver/method", "cg"},
     {{"--max-iterations", "60"}, "/options/solver/maxIterations", 60},
@@ -183,9 +187,9 @@ TEST_F(ToolOptions, HelpIsTrueAboutDefaults)
 
 TEST_F(ToolOptions, ExplicitOptionsChangeAPreset)
 {
-  const json paper = reportWith({"--preset", "paper", "--statistical-deviations", "6"});
+  const json paper = reportWith({"--preset", "paper"});
   // The preset comes first wherever it stands.
-  const json changed = reportWith({"--remesh", "2", "--preset", "paper", "--statistical-deviations", "6"});
+  const json changed = reportWith({"--remesh", "2", "--preset", "paper"});
   EXPECT_EQ(changed.at("/options/remesher/rounds"_json_pointer), 2);
   EXPECT_NE(paper.at("/options/remesher/rounds"_json_pointer), 2);
   EXPECT_EQ(changed.at("/options/observation"_json_pointer), paper.at("/options/observation"_json_pointer));

@@ -63,6 +63,7 @@ std::vector<Method> ownMethods()
                [](Options& options, double) { options.observation.estimate = pcl::mrf::Estimate::plane; }),
           ours("paper", "this, preset paper", [](Options& options, double) {
             options = pcl::mrf::paperPreset();
+            options.normals.source = pcl::mrf::NormalSource::use; // those that all methods are given
             options.remesher.rounds = 0;
           })};
 }
