@@ -10,9 +10,9 @@
 
 namespace mrf_apps {
 
-Eigen::Matrix3d rotationAboutX(double angle)
+Eigen::Matrix3d rotationAbout(const Eigen::Vector3d& axis, double angle)
 {
-  return Eigen::AngleAxisd(angle * M_PI / 180, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  return Eigen::AngleAxisd(angle * M_PI / 180, axis.normalized()).toRotationMatrix();
 }
 
 Statistics differenceWithin(const SurfaceMesh& a, const SurfaceMesh& b,

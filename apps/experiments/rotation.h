@@ -8,8 +8,8 @@
 
 namespace mrf_apps {
 
-/// \param angle degrees
-Eigen::Matrix3d rotationAboutX(double angle);
+/// \param axis not zero \param angle degrees
+Eigen::Matrix3d rotationAbout(const Eigen::Vector3d& axis, double angle);
 
 /// Distances between two surfaces in a part of space, both ways: samples of each one that lie in the region, to the
 /// whole other surface. All zero if neither surface meets the region; infinite if only one does.
