@@ -1,4 +1,5 @@
 // What experiments run in: the journal, the page and its tables and plots; holes, comparisons and methods.
+#include "experiments/build_identity.h"
 #include "experiments/journal.h"
 #include "experiments/laboratory.h"
 #include "experiments/page.h"
@@ -10,11 +11,14 @@
 #include "support/tool.h"
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/vertex_fields.h>
 
+#include <dlfcn.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <set>
 
@@ -44,7 +48,7 @@ protected:
     options.folder = path("").string();
     options.quick = isQuick;
     options.hasPictures = false;
-    Journal journal(file(), options.seed, isQuick, false);
+    Journal journal(file(), {options.seed, isQuick, "build"}, false);
     Observed observed;
     FolderLaboratory laboratory(options, 1, journal,
                                 {[&](const std::string& key) { observed.begun.push_back(key); },
@@ -116,27 +120,59 @@ TEST_F(JournalFile, RemembersResultsOfItsSeedAndExtent)
 {
   const json result = {{"rms", .1 + .2}, {"holes", {1, nullptr, 2.5e-300}}, {"text", "a \"quoted\"\nline, ½"}};
   {
-    Journal journal(file(), 1, false, false);
+    Journal journal(file(), {1, false, "build"}, false);
     EXPECT_EQ(journal.find("a/1"), nullptr);
     journal.add("a/1", result);
   }
   {
-    const Journal journal(file(), 1, false, false);
+    const Journal journal(file(), {1, false, "build"}, false);
     ASSERT_NE(journal.find("a/1"), nullptr);
     EXPECT_EQ(*journal.find("a/1"), result) << "doubles have to come back to the bit";
     EXPECT_EQ(journal.find("a"), nullptr);
   }
-  EXPECT_EQ(Journal(file(), 2, false, false).find("a/1"), nullptr) << "another seed";
-  EXPECT_EQ(Journal(file(), 1, true, false).find("a/1"), nullptr) << "quick";
-  EXPECT_NE(Journal(file(), 1, false, false).find("a/1"), nullptr) << "other runs left it there";
-  EXPECT_EQ(Journal(file(), 1, false, true).find("a/1"), nullptr) << "fresh";
+  EXPECT_EQ(Journal(file(), {2, false, "build"}, false).find("a/1"), nullptr) << "another seed";
+  EXPECT_EQ(Journal(file(), {1, true, "build"}, false).find("a/1"), nullptr) << "quick";
+  EXPECT_EQ(Journal(file(), {1, false, "other"}, false).find("a/1"), nullptr) << "another build";
+  EXPECT_NE(Journal(file(), {1, false, "build"}, false).find("a/1"), nullptr) << "other runs left it there";
+  EXPECT_EQ(Journal(file(), {1, false, "build"}, true).find("a/1"), nullptr) << "fresh";
   EXPECT_EQ(text(), "");
+}
+
+TEST_F(JournalFile, BuildsAreToldApartByTheirBytes)
+{
+  std::set<std::string> identities;
+  const auto isNew = [&](const std::string& program, const std::string& library) {
+    write("program", program);
+    write("library", library);
+    return identities.insert(identityOf({path("program").string(), path("library").string()})).second;
+  };
+  const std::string large(100000, 'x'); // more than is read at a time
+  EXPECT_TRUE(isNew(large, "library"));
+  EXPECT_FALSE(isNew(large, "library"));
+  EXPECT_TRUE(isNew(large, "librarz"));
+  EXPECT_TRUE(isNew(large + "l", "ibrary"));
+  EXPECT_TRUE(isNew(std::string(99999, 'x') + "y", "library"));
+  EXPECT_THROW(identityOf({path("missing").string()}), FileError);
+  EXPECT_THROW(identityOf({path("").string()}), FileError) << "a folder";
+}
+
+TEST_F(JournalFile, BuildIsTheProgramWithItsLibrary)
+{
+  const std::vector<std::string> files = filesOfBuild();
+  for (const std::string& file : files)
+    EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::canonical(file))) << file;
+  // Where the library's code is tells whether it is a file of its own.
+  Dl_info library{};
+  ASSERT_NE(dladdr(reinterpret_cast<void*>(&pcl::mrf::confidenceColour), &library), 0);
+  const auto isLibrary = [&](const std::string& file) { return std::filesystem::equivalent(file, library.dli_fname); };
+  EXPECT_TRUE(std::any_of(files.begin(), files.end(), isLibrary)) << library.dli_fname;
+  EXPECT_EQ(identityOf(files).size(), 16u);
 }
 
 TEST_F(JournalFile, CutsOffATornLastLineAndSkipsDamagedOnes)
 {
   {
-    Journal journal(file(), 1, false, false);
+    Journal journal(file(), {1, false, "build"}, false);
     journal.add("first", 1);
     journal.add("second", 2);
   }
@@ -146,40 +182,40 @@ TEST_F(JournalFile, CutsOffATornLastLineAndSkipsDamagedOnes)
   for (std::size_t length = first; length < whole.size(); ++length) {
     write("journal.jsonl", whole.substr(0, length));
     {
-      Journal journal(file(), 1, false, false);
+      Journal journal(file(), {1, false, "build"}, false);
       ASSERT_NE(journal.find("first"), nullptr) << length;
       ASSERT_EQ(journal.find("second"), nullptr) << length;
       journal.add("third", 3);
     }
-    const Journal journal(file(), 1, false, false);
+    const Journal journal(file(), {1, false, "build"}, false);
     ASSERT_NE(journal.find("third"), nullptr) << length;
     ASSERT_EQ(count(text(), "\n"), 2u) << length;
   }
   for (const char* line : {"", "{", "null", "[]", "7", "{\"key\":3}", "{\"key\":\"first\"}", "\x80\xff"}) {
     write("journal.jsonl", line + std::string("\n") + whole);
-    const Journal journal(file(), 1, false, false);
+    const Journal journal(file(), {1, false, "build"}, false);
     ASSERT_NE(journal.find("second"), nullptr) << line;
   }
 }
 
 TEST_F(JournalFile, IsOneRunsAtATime)
 {
-  const Journal journal(file(), 1, false, false);
-  EXPECT_THROW(Journal(file(), 1, false, true), FileError);
-  EXPECT_THROW(Journal(path("").string(), 1, false, false), FileError) << "a folder";
+  const Journal journal(file(), {1, false, "build"}, false);
+  EXPECT_THROW(Journal(file(), {1, false, "build"}, true), FileError);
+  EXPECT_THROW(Journal(path("").string(), {1, false, "build"}, false), FileError) << "a folder";
 }
 
 TEST_F(JournalFile, KnowsWhosePicturesAreThere)
 {
   {
-    Journal journal(file(), 1, false, false);
+    Journal journal(file(), {1, false, "build"}, false);
     EXPECT_FALSE(journal.isOwnPicture("a.png"));
     journal.addPicture("a.png");
     EXPECT_TRUE(journal.isOwnPicture("a.png"));
   }
-  EXPECT_TRUE(Journal(file(), 1, false, false).isOwnPicture("a.png"));
-  Journal(file(), 2, false, false).addPicture("a.png");
-  EXPECT_FALSE(Journal(file(), 1, false, false).isOwnPicture("a.png")) << "drawn over by another seed";
+  EXPECT_TRUE(Journal(file(), {1, false, "build"}, false).isOwnPicture("a.png"));
+  Journal(file(), {2, false, "build"}, false).addPicture("a.png");
+  EXPECT_FALSE(Journal(file(), {1, false, "build"}, false).isOwnPicture("a.png")) << "drawn over by another seed";
 }
 
 TEST_F(LaboratoryTest, MeasuresOnceAndKeepsFailures)
@@ -243,7 +279,7 @@ TEST_F(LaboratoryTest, PlansWithoutMeasuring)
                               }};
   run([&](Laboratory& laboratory) { laboratory.measure("b", [] { return json(1); }); });
   ExperimentOptions options;
-  const Journal journal(file(), options.seed, false, false);
+  const Journal journal(file(), {options.seed, false, "build"}, false);
   const std::string before = text();
   const Plan planned = plan(experiment, options, journal);
   EXPECT_EQ(planned.known, 1);

@@ -41,8 +41,8 @@ ExperimentsCommand parseExperimentsCommandLine(int argc, const char* const* argv
                "pcl_mrf_experiments");
   app.get_formatter()->column_width(26);
   app.footer("FOLDER receives index.html, results.json, a CSV file per table, the pictures, and journal.jsonl, from "
-             "which an interrupted run goes on: what it holds for the same seed, --quick and version is not measured "
-             "again. After changing the program use --fresh.\nExit status: 0 done, 1 a file cannot be read or written, "
+             "which an interrupted run goes on: what it holds for the same seed, --quick and build of the program is "
+             "not measured again.\nExit status: 0 done, 1 a file cannot be read or written, "
              "2 wrong usage, 3 an experiment failed.");
   WordOptions words(app);
   const char* const folderName = "the name of a folder";

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 #include <string_view>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -15,8 +16,7 @@ namespace mrf_apps {
 
 using nlohmann::json;
 
-Journal::Journal(const std::string& path, std::uint64_t seed, bool quick, bool isFresh)
-    : path_(path), seed_(seed), quick_(quick)
+Journal::Journal(const std::string& path, JournalOrigin origin, bool isFresh) : path_(path), origin_(std::move(origin))
 {
   descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (descriptor_ < 0)
@@ -71,7 +71,7 @@ void Journal::load()
 bool Journal::isOwn(const json& line) const
 {
   const auto is = [&](const char* name, const json& value) { return line.contains(name) && line[name] == value; };
-  return is("seed", seed_) && is("quick", quick_) && is("version", MRF_VERSION);
+  return is("seed", origin_.seed) && is("quick", origin_.quick) && is("build", origin_.build);
 }
 
 const json* Journal::find(const std::string& key) const
@@ -100,7 +100,7 @@ void Journal::addPicture(const std::string& file)
 
 void Journal::append(json line)
 {
-  line.update({{"seed", seed_}, {"quick", quick_}, {"version", MRF_VERSION}});
+  line.update({{"seed", origin_.seed}, {"quick", origin_.quick}, {"build", origin_.build}});
   const std::string text = line.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
   for (std::string_view rest = text; !rest.empty();) {
     const ssize_t written = write(descriptor_, rest.data(), rest.size());

@@ -11,14 +11,21 @@
 
 namespace mrf_apps {
 
+/// What results depend on beside their keys.
+struct JournalOrigin {
+  std::uint64_t seed = 1;
+  bool quick = false;
+  std::string build; ///< of the program, see build_identity.h
+};
+
 /// An append-only file that one process at a time writes to.
 class Journal {
 public:
   /// Opens the file or makes it. A last line without its end is cut off: the run that wrote it was interrupted. Lines
-  /// of other seeds, of the other `quick` and of other versions of the program are kept and not read.
+  /// of other origins are kept and not read.
   /// \param isFresh forget all that is there
   /// \throw FileError if the file cannot be written or another process has it
-  Journal(const std::string& path, std::uint64_t seed, bool quick, bool isFresh);
+  Journal(const std::string& path, JournalOrigin origin, bool isFresh);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
@@ -29,7 +36,7 @@ public:
   /// On disk when this returns, as far as the system promises. \throw FileError
   void add(const std::string& key, const nlohmann::json& result);
 
-  /// True if the last line about this file, by any run, is of this seed and `quick`: the file is what they drew.
+  /// True if the last line about this file, by any run, is of this origin: the file is what it drew.
   bool isOwnPicture(const std::string& file) const;
   void addPicture(const std::string& file);
 
@@ -39,8 +46,7 @@ private:
   bool isOwn(const nlohmann::json& line) const;
 
   std::string path_;
-  std::uint64_t seed_;
-  bool quick_;
+  JournalOrigin origin_;
   int descriptor_ = -1;
   std::map<std::string, nlohmann::json> results_;
   std::map<std::string, bool> pictures_; ///< true: own

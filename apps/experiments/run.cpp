@@ -1,5 +1,6 @@
 #include "run.h"
 
+#include "build_identity.h"
 #include "case_display.h"
 #include "journal.h"
 #include "laboratory.h"
@@ -44,11 +45,11 @@ std::string date()
   return text.data();
 }
 
-Facts factsOf(const ExperimentOptions& options, int threads, const Plan& cases)
+Facts factsOf(const ExperimentOptions& options, const std::string& build, int threads, const Plan& cases)
 {
   utsname system{};
   uname(&system);
-  return {{"Program", "pcl_mrf_experiments " MRF_VERSION},
+  return {{"Program", "pcl_mrf_experiments " MRF_VERSION ", build " + build},
           {"PCL", PCL_VERSION_PRETTY},
           {"Processor", processorName()},
           {"Threads", std::to_string(threads)},
@@ -153,7 +154,9 @@ void run(const ExperimentsCommand& command)
     }
   requireFolder(options.folder);
   requireOutputs(options.folder);
-  Journal journal((fs::path(options.folder) / "journal.jsonl").string(), options.seed, options.quick, command.fresh);
+  const std::string build = identityOf(filesOfBuild());
+  Journal journal((fs::path(options.folder) / "journal.jsonl").string(), {options.seed, options.quick, build},
+                  command.fresh);
 
   const std::vector<Experiment> all = chosen(command.only);
   CaseDisplay display(command.quiet);
@@ -173,7 +176,7 @@ void run(const ExperimentsCommand& command)
     display.beginExperiment(experiment.id);
     page.sections.push_back(sectionOf(experiment, laboratory, failed));
     --page.remaining;
-    page.facts = factsOf(options, laboratory.execution().threads(), cases);
+    page.facts = factsOf(options, build, laboratory.execution().threads(), cases);
     write(page, options.folder);
   }
   display.clear();
