@@ -299,7 +299,9 @@ Section fig8(Laboratory& laboratory)
       "The error is the distance of the surface from where the scanned points truly are, before noise; holes that the "
       "views leave do not count, invented surface has its own column: the share of the mesh's area farther than 1 % "
       "of the diagonal from the object.",
-      "Noise. As in the paper's figure, beta is lowered against noise, with voxel-wise observations and k = 2. The "
+      "Noise. As in the paper's figure, beta is lowered against noise, with voxel-wise observations and k = 2. It is "
+      "read as the paper's program reads it, which weighs the data by 42 W; a b of the paper's text for Eq. 6 "
+      "(--energy paper-text, 36/7 W) smooths as 6 b / (49 - 43 b) does here. The "
       "default has no beta: it observes at the points, and chooses its smoothing length by points that it left out. "
       "It is a horizontal line in the plots, as are methods without such a parameter; lower is better. The first "
       "table shows what it found beside the truth. Two rows tell what its errors come from: told the noise, it does "
