@@ -50,13 +50,13 @@ Options defaultPreset();
 ///   also without sensors. Equal points count once. Points alone far from all others are dropped, and parts of a cloud
 ///   too far apart to say anything about each other have fields of their own (pieces.h).
 /// - Observation (Sec. 3.3.3): coarse levels reach at least 1.5 of their voxels (observation.scaleWithLevel). With the
-///   fixed dEmax they see next to nothing: four scans of 30,000 to 110,000 points come out in 4 to 14 components
+///   fixed dEmax they see next to nothing: four scans of 30,000 to 110,000 points come out in 4 to 15 components
 ///   instead of one, with holes 1.7 to 2.5 times as far off, for five times the time.
 /// - Energy (Sec. 3.3.4): the data weigh 42 W, as in the paper's program; its text for Eq. 6 says 36/7 W
 ///   (Energy::paperText). β = .9 is our guess, the paper's value is not known.
 /// - ICM (Sec. 3.4): voxels are visited in random order by classes that do not interact (icm.h). It stops at a change
 ///   of .001 voxel RMS or after 1000 sweeps, and starts from 0 on the coarsest level, which is at most 16 voxels long;
-///   the paper factorizes that one (solver.choleskyOnCoarsest), which changes no hole of these scans by more than .2 %.
+///   the paper factorizes that one (solver.choleskyOnCoarsest), which changes no hole of these scans by more than 1 %.
 /// - Volume: 5 of the finest voxels around the points' box (ours). With them Fig. 9 comes out nearly as published, 2.8
 ///   for 2.47 of a radius of 40; the default's volume, which grows beside openings, gives .1.
 /// - Mesh (Sec. 3.5): the zero level is cut out of all cells, not followed from seeds, so that sheets far from the
