@@ -17,7 +17,7 @@ fi
 
 # 34,834 points of the zippered scans, without normals.
 xvfb-run -a "$build_dir/bin/pcl_mrf_reconstruction" /usr/share/glmark2/models/bunny.obj bunny.vtk \
-  --colour confidence --picture bunny.png
+  --color confidence --picture bunny.png
 
 cat <<END
 

@@ -3,6 +3,7 @@
 
 #include "experiments/command_line.h"
 #include "experiments/run.h"
+#include "support/errors.h"
 #include "support/tool_main.h"
 
 #include <cstdio>
@@ -15,5 +16,6 @@ int main(int argc, char** argv)
       mrf_apps::run(command);
     else
       std::fputs(command.information.c_str(), stdout);
+    return mrf_apps::exitDone;
   });
 }

@@ -6,22 +6,15 @@
 #include "support/errors.h"
 #include "support/tool_main.h"
 
-#include <pcl/surface/mrf/exceptions.h>
-
 #include <cstdio>
 
 int main(int argc, char** argv)
 {
-  return mrf_apps::toolMain("pcl_mrf_reconstruction", "choose a larger --voxel-size", [&] {
+  return mrf_apps::toolMain(mrf_apps::toolName, mrf_apps::memoryAdvice, [&]() -> int {
     const mrf_apps::Command command = mrf_apps::parseCommandLine(argc, argv);
-    if (!command.information.empty()) {
-      std::fputs(command.information.c_str(), stdout);
-      return;
-    }
-    try {
-      mrf_apps::run(command);
-    } catch (const pcl::mrf::InvalidInput& error) {
-      throw mrf_apps::FileError(command.input, error.message());
-    }
+    if (command.information.empty())
+      return mrf_apps::run(command);
+    std::fputs(command.information.c_str(), stdout);
+    return mrf_apps::exitDone;
   });
 }

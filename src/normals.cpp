@@ -100,25 +100,7 @@ Plane fitPlane(const std::vector<Eigen::Vector3f>& positions, const std::uint32_
   return plane;
 }
 
-template <typename Value>
-[[noreturn]] void refuse(const char* name, Value value, const char* range)
-{
-  std::ostringstream text;
-  text << "normals." << name << " = " << value << " is outside its range " << range;
-  throw InvalidOption(text.str());
-}
-
 } // namespace
-
-void validate(const NormalOptions& options)
-{
-  if (!(options.radius >= 0) || !std::isfinite(options.radius))
-    refuse("radius", options.radius, ">= 0 (0 = 2.5 times the sampling distance)");
-  if (!(options.maxThirdEigenvalue > 0 && options.maxThirdEigenvalue <= 1.0f / 3))
-    refuse("maxThirdEigenvalue", options.maxThirdEigenvalue, "(0, 1/3]");
-  if (!(options.maxPlaneDistance >= 0) || !std::isfinite(options.maxPlaneDistance))
-    refuse("maxPlaneDistance", options.maxPlaneDistance, ">= 0 (0 = the sampling distance)");
-}
 
 float resolvedRadius(const NormalOptions& options, float spacing)
 {

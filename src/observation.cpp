@@ -192,29 +192,7 @@ private:
   std::vector<float> projected_, weights_;
 };
 
-template <typename Value>
-[[noreturn]] void refuse(const char* name, Value value, const char* range)
-{
-  std::ostringstream text;
-  text << "observation." << name << " = " << value << " is outside its range " << range;
-  throw InvalidOption(text.str());
-}
-
 } // namespace
-
-void validate(const ObservationOptions& options)
-{
-  if (options.neighbours < 1 || options.neighbours > 100)
-    refuse("neighbours", options.neighbours, "1..100");
-  if (!(options.maxDistance >= 0) || !std::isfinite(options.maxDistance))
-    refuse("maxDistance", options.maxDistance, "[0, inf), 0 = derived from the mean spacing");
-  if (!(options.smoothing >= 0) || !std::isfinite(options.smoothing))
-    refuse("smoothing", options.smoothing, "[0, inf), 0 = chosen by the data");
-  if (!(options.noise >= 0) || !std::isfinite(options.noise))
-    refuse("noise", options.noise, "[0, inf), 0 = unknown");
-  if (!(options.gradientWeight >= 0) || options.gradientWeight > 100)
-    refuse("gradientWeight", options.gradientWeight, "0..100 (0 = chosen by the data)");
-}
 
 float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize)
 {

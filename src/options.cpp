@@ -1,19 +1,18 @@
-#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/options.h>
 
-#include <type_traits>
+#include <string>
 
 namespace pcl {
 namespace mrf {
 namespace {
 
-/// Enumerations may hold anything: they come from casts, or from memory that was never set.
-template <typename Enum>
-void checkEnum(const char* name, Enum value, Enum last)
+template <typename Stage>
+void requireStage(Stage Options::*member, const Stage& stage, const std::string& name)
 {
-  const auto number = static_cast<std::underlying_type_t<Enum>>(value);
-  if (number < 0 || number > static_cast<std::underlying_type_t<Enum>>(last))
-    throw InvalidOption(std::string(name) + " = " + std::to_string(number) + " is none of its named values");
+  Options options;
+  options.*member = stage;
+  requireDeclared(options, name + ".");
 }
 
 } // namespace
@@ -47,29 +46,42 @@ Options paperPreset()
   return options;
 }
 
+void validate(const OutlierOptions& options)
+{
+  requireStage(&Options::outliers, options, "outliers");
+}
+
+void validate(const NormalOptions& options)
+{
+  requireStage(&Options::normals, options, "normals");
+}
+
+void validate(const OrientationOptions& options)
+{
+  requireStage(&Options::orientation, options, "orientation");
+}
+
+void validate(const ObservationOptions& options)
+{
+  requireStage(&Options::observation, options, "observation");
+}
+
+void validate(const TrimmingOptions& options)
+{
+  requireStage(&Options::trimming, options, "trimming");
+}
+
+void validate(const RemesherOptions& options)
+{
+  requireStage(&Options::remesher, options, "remesher");
+}
+
 void validate(const Options& options)
 {
-  checkEnum("unit", options.unit, LengthUnit::nearest);
-  checkEnum("normals.source", options.normals.source, NormalSource::estimate);
-  checkEnum("observation.estimate", options.observation.estimate, Estimate::trapezoid);
-  checkEnum("observation.confidenceShape", options.observation.confidenceShape, ConfidenceShape::quadratic);
-  checkEnum("multiscale.quality", options.multiscale.quality, Quality::fine);
-  checkEnum("multiscale.interpolation", options.multiscale.interpolation, Interpolation::linear);
-  checkEnum("polygonizer.decomposition", options.polygonizer.decomposition, CellDecomposition::tetrahedra);
-  checkEnum("trimming.trimming", options.trimming.trimming, Trimming::supported);
-  checkEnum("colours", options.colours, ColourMode::confidence);
-  validate(options.outliers);
-  validate(options.normals);
-  validate(options.orientation);
-  validate(options.observation);
+  requireDeclared(options);
   validate(options.prior);
   validate(options.solver);
   validate(options.multiscale);
-  validate(options.remesher);
-  validate(options.trimming);
-  if (options.threads < 0 || options.threads > 1024)
-    throw InvalidOption("threads = " + std::to_string(options.threads) +
-                        " is outside its range 0..1024 (0 = one per hardware thread)");
 }
 
 } // namespace mrf

@@ -256,14 +256,6 @@ Reach reachOf(const PointSet& points, const NeighbourSearch& search, const Sampl
   return Reach(std::move(reaches));
 }
 
-template <typename Value>
-[[noreturn]] void refuse(const char* name, Value value, const char* range)
-{
-  std::ostringstream text;
-  text << "orientation." << name << " = " << value << " is outside its range " << range;
-  throw InvalidOption(text.str());
-}
-
 void checkInput(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, OrientationVote vote)
 {
   if (normals.size() != points.size())
@@ -276,18 +268,6 @@ void checkInput(const PointSet& points, const std::vector<Eigen::Vector3f>& norm
 }
 
 } // namespace
-
-void validate(const OrientationOptions& options)
-{
-  if (!(options.neighbourDistance >= 0) || !std::isfinite(options.neighbourDistance))
-    refuse("neighbourDistance", options.neighbourDistance, ">= 0 (0 = derived from the sampling density)");
-  if (!(options.maxAngle > 0 && options.maxAngle <= 90))
-    refuse("maxAngle", options.maxAngle, "(0, 90] degrees");
-  if (!(options.minComponentShare >= 0 && options.minComponentShare < 1))
-    refuse("minComponentShare", options.minComponentShare, "[0, 1) (0 = keep all components)");
-  if (!(options.lowAgreement >= 0 && options.lowAgreement <= 1))
-    refuse("lowAgreement", options.lowAgreement, "[0, 1] (0 = never warn)");
-}
 
 float resolvedNeighbourDistance(const OrientationOptions& options, const SamplingDensity& density)
 {

@@ -176,29 +176,7 @@ std::int64_t intersect(std::vector<std::uint8_t>& keep, const std::vector<std::u
   return dropped;
 }
 
-template <typename Value>
-[[noreturn]] void refuse(const char* name, Value value, const char* range)
-{
-  std::ostringstream text;
-  text << "outliers." << name << " = " << value << " is outside its range " << range;
-  throw InvalidOption(text.str());
-}
-
 } // namespace
-
-void validate(const OutlierOptions& options)
-{
-  if (!(options.aloneFactor > 1) || !std::isfinite(options.aloneFactor))
-    refuse("aloneFactor", options.aloneFactor, "> 1 (set alone = false to keep all points)");
-  if (options.spacingNeighbours < 1 || options.spacingNeighbours > 1000)
-    refuse("spacingNeighbours", options.spacingNeighbours, "1..1000");
-  if (!(options.spacingFactor > 1) || !std::isfinite(options.spacingFactor))
-    refuse("spacingFactor", options.spacingFactor, "> 1 (set spacing = false to keep all points)");
-  if (options.statisticalNeighbours < 1 || options.statisticalNeighbours > 1000)
-    refuse("statisticalNeighbours", options.statisticalNeighbours, "1..1000");
-  if (!(options.statisticalDeviations > 0) || !std::isfinite(options.statisticalDeviations))
-    refuse("statisticalDeviations", options.statisticalDeviations, "> 0 (set statistical = false to keep all points)");
-}
 
 OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search, const OutlierOptions& options,
                            Execution& execution)

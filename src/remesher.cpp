@@ -178,25 +178,7 @@ private:
   IntersectionWatch watch_;
 };
 
-template <typename Value>
-void checkRange(const char* name, Value value, bool inRange, const char* range)
-{
-  if (inRange)
-    return;
-  std::ostringstream message;
-  message << "RemesherOptions::" << name << " = " << value << " must be in " << range;
-  throw InvalidOption(message.str());
-}
-
 } // namespace
-
-void validate(const RemesherOptions& options)
-{
-  checkRange("rounds", options.rounds, options.rounds >= 0 && options.rounds <= 1000, "[0, 1000]");
-  checkRange("targetEdge", options.targetEdge, std::isfinite(options.targetEdge) && options.targetEdge >= 0,
-             "[0, inf); 0 = median edge");
-  checkRange("relaxation", options.relaxation, options.relaxation > 0 && options.relaxation <= 1, "(0, 1]");
-}
 
 RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
                     Execution& execution)

@@ -65,23 +65,6 @@ bool isAllUsed(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep)
 
 } // namespace
 
-void validate(const TrimmingOptions& options)
-{
-  const auto refuse = [](const char* name, auto value, const char* range) {
-    std::ostringstream text;
-    text << "trimming." << name << " = " << value << " is outside its range " << range;
-    throw InvalidOption(text.str());
-  };
-  if (!(options.maxHole >= 0) || std::isinf(options.maxHole))
-    refuse("maxHole", options.maxHole, "0 or more (0 = half the diagonal of the points' bounding box)");
-  if (!(options.maxGap >= 0) || std::isinf(options.maxGap))
-    refuse("maxGap", options.maxGap, "0 or more (0 = maxHole, or 24 % of the diagonal of the points' bounding box)");
-  if (options.minComponentPoints < 0 || options.minComponentPoints > 1000000)
-    refuse("minComponentPoints", options.minComponentPoints, "0..1000000");
-  if (!(options.minComponentShare >= 0 && options.minComponentShare < 1))
-    refuse("minComponentShare", options.minComponentShare, "[0, 1)");
-}
-
 float resolvedMaxHole(const TrimmingOptions& options, float diagonal)
 {
   return options.maxHole > 0 ? options.maxHole : diagonal / 2;

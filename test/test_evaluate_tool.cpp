@@ -20,7 +20,7 @@ protected:
 TEST_F(EvaluateTool, TableJsonAndColours)
 {
   const tool::Outcome outcome = run({"flat.off", "--input", "cloud.xyz", "--held-out", "cloud.xyz", "--reference",
-                                     "above.off", "--json", "r.json", "--coloured", "c.vtk", "--samples", "1000"});
+                                     "above.off", "--json", "r.json", "--colored", "c.vtk", "--samples", "1000"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   for (const char* words :
@@ -93,7 +93,7 @@ TEST_F(EvaluateTool, OptionsAndRepetition)
   EXPECT_EQ(json({"flat.off", "--reference", "above.off", "--threads", "1"}),
             json({"flat.off", "--reference", "above.off", "--threads", "4"}));
 
-  ASSERT_EQ(run({"flat.off", "--clean", "cloud.xyz", "--coloured", "c.ply", "--colour-range", ".1"}).status, 0);
+  ASSERT_EQ(run({"flat.off", "--clean", "cloud.xyz", "--colored", "c.ply", "--color-range", ".1"}).status, 0);
   EXPECT_NE(tool::readText(path("c.ply")).find("property float error"), std::string::npos);
   for (const char* option : {"--help", "--version"}) {
     const tool::Outcome outcome = run({option});
@@ -109,12 +109,12 @@ TEST_F(EvaluateTool, WrongUsage)
   expectFailure({"flat.xyz"}, 2, "does not end in");
   expectFailure({"flat.off", "--nonsense"}, 2, "--nonsense");
   expectFailure({"flat.off", "--reference", "cloud.xyz"}, 2, "--reference");
-  expectFailure({"flat.off", "--input", "flat.off"}, 2, "flat.off");
+  expectFailure({"flat.off", "--input", "flat.stl"}, 2, "flat.stl");
   expectFailure({"flat.off", "--input", ""}, 2, "--input");
   expectFailure({"flat.off", "--json", "r.txt"}, 2, "--json");
-  expectFailure({"flat.off", "--coloured", "c.stl", "--input", "cloud.xyz"}, 2, "STL");
-  expectFailure({"flat.off", "--coloured", "c.ply"}, 2, "--reference");
-  for (const char* option : {"--diagonal", "--far", "--colour-range"})
+  expectFailure({"flat.off", "--colored", "c.stl", "--input", "cloud.xyz"}, 2, "STL");
+  expectFailure({"flat.off", "--colored", "c.ply"}, 2, "--reference");
+  for (const char* option : {"--diagonal", "--far", "--color-range"})
     for (const char* value : {"-1", "nan", "inf", "x"})
       expectFailure({"flat.off", option, value, "--json", "r.json"}, 2, "");
   expectFailure({"flat.off", "--samples", "0"}, 2, "samples");
@@ -122,7 +122,7 @@ TEST_F(EvaluateTool, WrongUsage)
   expectFailure({"flat.off", "--seed", "-1"}, 2, "--seed");
   expectFailure({"flat.off", "--threads", "-1"}, 2, "--threads");
   write("flat.ply", "");
-  expectFailure({"flat.ply", "--input", "cloud.xyz", "--coloured", "flat.ply"}, 2, "would be overwritten");
+  expectFailure({"flat.ply", "--input", "cloud.xyz", "--colored", "flat.ply"}, 2, "would be overwritten");
 }
 
 TEST_F(EvaluateTool, WrongInput)

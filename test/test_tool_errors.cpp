@@ -116,14 +116,16 @@ TEST_F(ToolErrors, Usage)
 {
   expectFailure({}, 2, "INPUT");
   expectFailure({"sphere.xyz"}, 2, "OUTPUT");
-  expectFailure({"sphere.xyz", "a.ply", "b.ply"}, 2, "b.ply");
+  expectFailure({"sphere.xyz", "a.ply", "b.ply"}, 2,
+                "'b.ply' is one argument too many; several inputs take "
+                "--output-directory");
   expectFailure({"sphere.xyz", "out.ply", "--nonsense"}, 2, "'--nonsense' is not an option");
   expectFailure({"sphere.xyz", "out.ply", "--nonsense", "3"}, 2, "'--nonsense' is not an option");
   expectFailure({"sphere.xyz", "out.ply", "--beta"}, 2, "--beta needs a value");
   expectFailure({"sphere.xyz", "out.ply", "--beta", ".5", "--beta", ".6"}, 2, "--beta is given more than once");
   expectFailure({"sphere.xyz", "out.doc"}, 2, "does not end in ply, obj, stl, vtk or vtp");
   expectFailure({"sphere.xyz", "out"}, 2, "does not end in");
-  expectFailure({"sphere.doc", "out.ply"}, 2, "does not end in pcd, ply, obj, xyz or txt");
+  expectFailure({"sphere.doc", "out.ply"}, 2, "does not end in pcd, ply, obj, off, xyz or txt");
   expectFailure({"sphere.xyz", "out.ply", "--report", "r.txt"}, 2, ".json");
   expectFailure({"sphere.xyz", "out.ply", "--field", "f.vtk"}, 2, ".vti");
   expectFailure({"sphere.xyz", "out.ply", "--picture", "p.jpg"}, 2, ".png");
@@ -137,21 +139,24 @@ TEST_F(ToolErrors, BadValues)
       {"--beta", "0.5x"},        {"--beta", ""},
       {"--voxel-size", "-1"},    {"--voxel-size", "inf"},
       {"--voxel-size", "9e999"}, {"--voxel-size", "-9e999"},
-      {"--neighbours", "0"},     {"--neighbours", "5.5"},
-      {"--neighbours", "101"},   {"--remesh", "-1"},
+      {"--neighbors", "0"},      {"--neighbors", "5.5"},
+      {"--neighbors", "101"},    {"--remesh", "-1"},
       {"--remesh", "1e9"},       {"--threads", "-2"},
       {"--threads", "5000"},     {"--prior", "flat"},
       {"--observation", "all"},  {"--solver", "magic"},
       {"--normals", "maybe"},    {"--polygonizer", "spheres"},
-      {"--trim", "much"},        {"--colour", "red"},
+      {"--trim", "much"},        {"--color", "red"},
       {"--preset", "best"},      {"--spacing-filter", "yes"},
       {"--sensor", "1,2"},       {"--sensor", "1,2,three"},
       {"--sensor", "1,2,nan"},   {"--orientation-angle", "0"}};
   for (const auto& [option, value] : values)
     expectFailure({"sphere.xyz", "out.ply", option, value}, 2, option);
   // The message says what would be right.
-  expectFailure({"sphere.xyz", "out.ply", "--beta", "3"}, 2, "'3' is not a number in the range [0, 1)");
-  expectFailure({"sphere.xyz", "out.ply", "--colour", "gr\ney"}, 2, "'gr?ey' is none of");
+  expectFailure({"sphere.xyz", "out.ply", "--beta", "3"}, 2, "--beta: '3' is outside its range [0, 1)");
+  expectFailure({"sphere.xyz", "out.ply", "--beta", "much"}, 2, "'much' is not a number; its range is [0, 1)");
+  expectFailure({"sphere.xyz", "out.ply", "--neighbors", "5.5"}, 2, "'5.5' is not a whole number");
+  expectFailure({"sphere.xyz", "out.ply", "--padding", "1"}, 2, "'1' is outside its range [2, 100] voxels (0 = ");
+  expectFailure({"sphere.xyz", "out.ply", "--color", "gr\ney"}, 2, "'gr?ey' is none of");
   // Single precision has no such numbers: they are infinite, 1, and 0.
   for (const auto& [option, value] : {std::pair<const char*, const char*>{"--max-distance", "1e39"},
                                       {"--min-component", ".999999999"},

@@ -2,12 +2,9 @@
 
 #include "support/errors.h"
 #include "support/mesh_reader.h"
-#include "support/parse.h"
 #include "support/point_table.h"
 #include "support/text_file.h"
-#include "support/word_options.h"
-
-#include <CLI/CLI.hpp>
+#include "support/tool_options.h"
 
 namespace mrf_apps {
 namespace {
@@ -22,14 +19,12 @@ void check(const EvaluateCommand& command)
           "MESH '" + command.mesh + "' does not end in " + meshInputExtensions);
   require(command.reference.empty() || isReadableMesh(extension(command.reference)),
           "--reference '" + command.reference + "' does not end in " + meshInputExtensions);
-  require(command.json.empty() || extension(command.json) == "json",
-          "--json '" + command.json + "' does not end in json");
-  require(command.coloured.empty() || isMeshFormat(extension(command.coloured)),
-          "--coloured '" + command.coloured + "' does not end in " + meshFileExtensions);
-  require(command.coloured.empty() || extension(command.coloured) != "stl", "--coloured: STL files hold no colours");
-  require(command.coloured.empty() || !command.reference.empty() || !command.cloud.empty() ||
-              !command.heldOut.empty() || !command.clean.empty(),
-          "--coloured needs something to compare with: --reference, --input, --clean or --held-out");
+  require(command.colored.empty() || isMeshFormat(extension(command.colored)),
+          "--colored '" + command.colored + "' does not end in " + meshFileExtensions);
+  require(command.colored.empty() || extension(command.colored) != "stl", "--colored: STL files hold no colors");
+  require(command.colored.empty() || !command.reference.empty() || !command.cloud.empty() || !command.heldOut.empty() ||
+              !command.clean.empty(),
+          "--colored needs something to compare with: --reference, --input, --clean or --held-out");
   validate(command.options);
 }
 
@@ -39,45 +34,65 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
 {
   EvaluateCommand command;
   EvaluationOptions& options = command.options;
-  CLI::App app("Measures a mesh: exact distances from points, distances to a reference surface, validity, shapes.",
-               "pcl_mrf_evaluate");
-  app.get_formatter()->column_width(30);
-  app.footer(
-      "Lengths are in the unit of MESH; the table gives them in % of the diagonal as well.\nExit status: 0 done, "
-      "1 a file cannot be read or written or holds nothing to measure, 2 wrong usage, 3 the method failed.");
-  app.add_option("MESH", command.mesh, std::string("what is measured: ") + meshInputExtensions)->required();
-  WordOptions words(app);
-  words.path(
-      "--input", "CLOUD", command.cloud,
-      std::string("points that were reconstructed (accuracy; figures in local spacings, and flipped normals if it "
-                  "has any): ") +
-          pointFileExtensions);
-  words.path("--held-out", "CLOUD", command.heldOut, "points of the surface that were withheld (hole filling)");
-  words.path("--clean", "CLOUD", command.clean, "the input without its noise");
-  words.path("--reference", "MESH", command.reference, std::string("the true surface: ") + meshInputExtensions);
-  app.add_flag(
-      "--merge", command.merge,
-      "take vertices of MESH with equal coordinates for one: for files that give every triangle its own corners");
-  words.positive("--diagonal", "LENGTH", options.diagonal,
-                 "what percentages refer to; default: of the bounding box of the reference, else the input, else MESH");
-  words.positive("--far", "LENGTH", options.farLimit,
-                 "surface farther from the other one is invented or missing; default 1 % of the diagonal");
-  words.whole("--samples", options.samples, 1, 1e8,
-              "on MESH and on the reference, uniform over the area, [1, 100000000]; default " +
-                  std::to_string(options.samples));
-  words.seed(options.seed, "of the samples; default " + std::to_string(options.seed));
-  words.path("--json", "FILE.json", command.json, "all figures");
-  words.path("--coloured", "FILE", command.coloured,
-             "MESH coloured by its distance to the reference, else to the nearest known point, blue to red: "
-             "ply, obj, vtk or vtp; all but obj with the field `error`");
-  words.positive("--colour-range", "LENGTH", command.colourRange, "error that becomes red; default: as --far");
-  words.threads(command.threads, "the result does not depend on it; default one per hardware thread");
-  app.add_flag("-q,--quiet", command.quiet, "print errors only");
-  app.set_help_flag("-h,--help", "print this help");
+  ToolOptions parser("pcl_mrf_evaluate", MRF_VERSION,
+                     "Measures a mesh: exact distances from points, distances to a reference surface, validity, "
+                     "shapes.");
+  parser.usage("[OPTIONS] MESH");
+  std::vector<std::string> operands;
+  parser.operands(operands, 1);
+  parser.operand("MESH", std::string("what is measured: ") + meshInputExtensions);
 
-  command.information = parse(app, argc, argv, "pcl_mrf_evaluate " MRF_VERSION);
+  parser.group("What is known");
+  parser.file("--input", "CLOUD", command.cloud,
+              std::string("points that were reconstructed (accuracy; figures in local spacings, and flipped normals if "
+                          "it has any): ") +
+                  pointFileExtensions);
+  parser.file("--held-out", "CLOUD", command.heldOut, "points of the surface that were withheld (hole filling)");
+  parser.file("--clean", "CLOUD", command.clean, "the input without its noise");
+  parser.file("--reference", "MESH", command.reference, std::string("the true surface: ") + meshInputExtensions);
+  parser.group("How it is measured");
+  parser.flag("--merge", command.merge,
+              "take vertices of MESH with equal coordinates for one: for files that give every triangle its own "
+              "corners");
+  parser.positive(
+      "--diagonal", "LENGTH", options.diagonal,
+      "what percentages refer to; default: of the bounding box of the reference, else the input, else MESH");
+  parser.positive("--far", "LENGTH", options.farLimit,
+                  "surface farther from the other one is invented or missing; default 1 % of the diagonal");
+  parser.whole("--samples", options.samples, 1, 1e8,
+               "on MESH and on the reference, uniform over the area, [1, 100000000]; default " +
+                   std::to_string(options.samples));
+  parser.seed(options.seed, "of the samples; default " + std::to_string(options.seed));
+  parser.threads(command.threads, "the result does not depend on it; default one per hardware thread");
+  parser.group("Output");
+  parser.file("--json", "FILE.json", command.json, "all figures");
+  parser.file("--colored", "FILE", command.colored,
+              "MESH colored by its distance to the reference, else to the nearest known point, blue to red: "
+              "ply, obj, vtk or vtp; all but obj with the field `error`");
+  parser.positive("--color-range", "LENGTH", command.colorRange, "error that becomes red; default: as --far");
+  parser.flag("-q,--quiet", command.quiet, "print errors only");
+
+  parser.everyday("--input", "points that were reconstructed");
+  parser.everyday("--held-out", "points of the surface that were withheld");
+  parser.everyday("--clean", "the input without its noise");
+  parser.everyday("--reference", "the true surface");
+  parser.everyday("--far", "what is farther is invented or missing");
+  parser.everyday("--json", "all figures");
+  parser.everyday("--colored", "MESH colored by its error, blue to red");
+  parser.everyday("--help-all", "all other options");
+  parser.example("mesh.ply --input scan.ply");
+  parser.example("mesh.ply --input scan.ply --held-out rest.ply --json all.json");
+  parser.example("mesh.ply --reference truth.ply --colored error.vtk");
+  parser.note("Lengths are in the unit of MESH; the table gives them in % of the diagonal as well.");
+  parser.note("Exit status: 0 done, 1 a file cannot be read or written or holds nothing to measure, 2 wrong usage, 3 "
+              "the method failed.");
+
+  command.information = parser.parse(argc, argv);
   if (!command.information.empty())
     return command;
+  if (operands.empty())
+    throw UsageError("MESH is missing");
+  command.mesh = operands.front();
   check(command);
   return command;
 }

@@ -12,9 +12,9 @@ namespace mrf_apps {
 struct EvaluateCommand {
   std::string mesh;
   std::string cloud, heldOut, clean, reference;
-  std::string json, coloured;
+  std::string json, colored;
   EvaluationOptions options;
-  double colourRange = 0; ///< error that becomes red, cloud's unit; 0 = the far limit
+  double colorRange = 0; ///< error that becomes red, cloud's unit; 0 = the far limit
   int threads = 0;
   bool merge = false; ///< vertices of the mesh with equal coordinates
   bool quiet = false;

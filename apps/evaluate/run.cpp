@@ -40,7 +40,7 @@ PointTable readCloud(const std::string& path)
 }
 
 /// From blue over grey to red, evenly in what the eye sees; grey where there is no error to show.
-std::vector<std::array<std::uint8_t, 3>> errorColours(const std::vector<float>& errors, double range)
+std::vector<std::array<std::uint8_t, 3>> errorColors(const std::vector<float>& errors, double range)
 {
   vtkNew<vtkColorTransferFunction> map;
   map->SetColorSpaceToDiverging();
@@ -76,9 +76,9 @@ nlohmann::ordered_json filesOf(const EvaluateCommand& command)
 void run(const EvaluateCommand& command)
 {
   refuseInputAsOutput({command.mesh, command.cloud, command.heldOut, command.clean, command.reference},
-                      {command.json, command.coloured});
+                      {command.json, command.colored});
   OutputFiles outputs;
-  for (const std::string& path : {command.json, command.coloured})
+  for (const std::string& path : {command.json, command.colored})
     if (!path.empty())
       outputs.add(path);
 
@@ -106,16 +106,16 @@ void run(const EvaluateCommand& command)
       json.update(toJson(evaluation));
       writeText(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     });
-  if (!command.coloured.empty()) {
+  if (!command.colored.empty()) {
     std::vector<float> errors = vertexErrors(mesh, input, execution);
-    mesh.colours = errorColours(errors, command.colourRange > 0 ? command.colourRange : evaluation.options.farLimit);
+    mesh.colours = errorColors(errors, command.colorRange > 0 ? command.colorRange : evaluation.options.farLimit);
     mesh.scalars["error"] = std::move(errors);
-    outputs.write(command.coloured,
-                  [&](const std::string& path) { writeMesh(mesh, path, extension(command.coloured)); });
+    outputs.write(command.colored,
+                  [&](const std::string& path) { writeMesh(mesh, path, extension(command.colored)); });
   }
   outputs.publish();
-  if (extension(command.coloured) == "stl" && !stlOffset(mesh).isZero(0))
-    std::fprintf(stderr, "warning: %s\n", shiftWarning(command.coloured, stlOffset(mesh)).c_str());
+  if (extension(command.colored) == "stl" && !stlOffset(mesh).isZero(0))
+    std::fprintf(stderr, "warning: %s\n", shiftWarning(command.colored, stlOffset(mesh)).c_str());
   if (!command.quiet)
     std::fputs((command.mesh + ": " + toText(evaluation)).c_str(), stdout);
 }

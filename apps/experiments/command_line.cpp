@@ -1,12 +1,11 @@
 #include "command_line.h"
 
 #include "support/errors.h"
-#include "support/parse.h"
-#include "support/word_options.h"
-
-#include <CLI/CLI.hpp>
+#include "support/suggestion.h"
+#include "support/tool_options.h"
 
 #include <algorithm>
+#include <sstream>
 
 namespace mrf_apps {
 namespace {
@@ -24,11 +23,22 @@ std::string list()
 
 void check(const ExperimentsCommand& command)
 {
+  std::vector<std::string> names;
+  for (const Experiment& experiment : experiments())
+    names.push_back(experiment.id);
   for (const std::string& id : command.only) {
     const auto has = [&](const Experiment& experiment) { return experiment.id == id; };
     if (std::none_of(experiments().begin(), experiments().end(), has))
-      throw UsageError("--only '" + id + "' is no experiment; --list names them");
+      throw UsageError("--only: '" + id + "' is no experiment" + didYouMean(id, names) + "; --list names them");
   }
+}
+
+/// Words with commas between, appended.
+void addWords(const std::string& text, std::vector<std::string>& words)
+{
+  std::istringstream stream(text);
+  for (std::string word; std::getline(stream, word, ',');)
+    words.push_back(word);
 }
 
 } // namespace
@@ -37,40 +47,53 @@ ExperimentsCommand parseExperimentsCommandLine(int argc, const char* const* argv
 {
   ExperimentsCommand command;
   ExperimentOptions& options = command.options;
-  CLI::App app("Repeats the paper's experiments beside other methods, and writes a page, tables and pictures.",
-               "pcl_mrf_experiments");
-  app.get_formatter()->column_width(26);
-  app.footer("FOLDER receives index.html, results.json, a CSV file per table, the pictures, and journal.jsonl, from "
-             "which an interrupted run goes on: what it holds for the same seed, --quick and build of the program is "
-             "not measured again.\nExit status: 0 done, 1 a file cannot be read or written, "
-             "2 wrong usage, 3 an experiment failed.");
-  WordOptions words(app);
-  const char* const folderName = "the name of a folder";
-  words.path("-o,--output", "FOLDER", options.folder, "of the results; made if it is not there", folderName);
-  app.add_flag("--quick", options.quick, "fewer scans and settings, coarser grids: minutes instead of an hour");
-  app.add_option("--only", command.only, "some of the experiments, by the names that --list gives")
-      ->delimiter(',')
-      ->type_name("ID,...");
+  ToolOptions parser("pcl_mrf_experiments", MRF_VERSION,
+                     "Repeats the paper's experiments beside other methods, and writes a page, tables and pictures.");
+  parser.usage("[OPTIONS] --output FOLDER");
+  std::vector<std::string> operands;
+  parser.operands(operands, 0);
+  parser.group("What is done");
+  parser.folder("-o,--output", options.folder, "of the results; made if it is not there");
+  parser.flag("--quick", options.quick, "fewer scans and settings, coarser grids: minutes instead of an hour");
+  parser.add("--only", "ID,...", "some of the experiments, by the names that --list gives",
+             [&](const std::string& text) {
+               addWords(text, command.only);
+               return command.only.empty() ? "is not the name of an experiment" : "";
+             });
   bool isListed = false;
-  app.add_flag("--list", isListed, "print the experiments' names and titles");
-  words.seed(options.seed, "of all scans; default " + std::to_string(options.seed));
+  parser.flag("--list", isListed, "print the experiments' names and titles");
+  parser.seed(options.seed, "of all scans; default " + std::to_string(options.seed));
   using pcl::mrf::scan::Pattern;
-  words.choice<Pattern>("--sampling",
-                        {{"even", Pattern::even}, {"random", Pattern::random}, {"scanner", Pattern::scanner}},
-                        options.sampling, "of the scans of table-1 and defaults, as in pcl_mrf_scan; default even");
-  words.path(
-      "--data", "FOLDER", options.data,
+  parser.choice<Pattern>("--sampling",
+                         {{"even", Pattern::even}, {"random", Pattern::random}, {"scanner", Pattern::scanner}},
+                         options.sampling, "of the scans of table-1 and defaults, as in pcl_mrf_scan; default even");
+  parser.folder(
+      "--data", options.data,
       "with further objects to scan: reference/igea.ply, reference/nefertiti.ply; with clouds: real/*/input.ply, "
-      "with normals, and beside it heldout.ply, heldout_random.ply, sensors.txt",
-      folderName);
-  words.threads(command.threads, "results do not depend on it, times do; default one per hardware thread");
+      "with normals, and beside it heldout.ply, heldout_random.ply, sensors.txt");
+  parser.group("Run");
+  parser.threads(command.threads, "results do not depend on it, times do; default one per hardware thread");
   bool hasNoPictures = false;
-  app.add_flag("--no-pictures", hasNoPictures, "needs no X display");
-  app.add_flag("--fresh", command.fresh, "measure everything again");
-  app.add_flag("-q,--quiet", command.quiet, "print errors only");
-  app.set_help_flag("-h,--help", "print this help");
+  parser.flag("--no-pictures", hasNoPictures, "needs no X display");
+  parser.flag("--fresh", command.fresh, "measure everything again");
+  parser.flag("-q,--quiet", command.quiet, "print errors only");
+  parser.everyday("--output", "of the results");
+  parser.everyday("--quick", "minutes instead of an hour");
+  parser.everyday("--only", "some of the experiments");
+  parser.everyday("--list", "their names and titles");
+  parser.everyday("--data", "with further objects and clouds, see --help-all");
+  parser.everyday("--no-pictures", "needs no X display");
+  parser.everyday("--fresh", "measure everything again");
+  parser.everyday("--help-all", "all other options");
+  parser.example("--list");
+  parser.example("--output results --quick");
+  parser.example("--output results --only fig-2,table-1 --no-pictures");
+  parser.note("FOLDER receives index.html, results.json, a CSV file per table, the pictures, and journal.jsonl, from "
+              "which an interrupted run goes on: what it holds for the same seed, --quick and build of the program is "
+              "not measured again.");
+  parser.note("Exit status: 0 done, 1 a file cannot be read or written, 2 wrong usage, 3 an experiment failed.");
 
-  command.information = parse(app, argc, argv, "pcl_mrf_experiments " MRF_VERSION);
+  command.information = parser.parse(argc, argv);
   if (!command.information.empty())
     return command;
   if (isListed) {

@@ -13,15 +13,24 @@ namespace mrf_apps {
 
 enum class Verbosity { quiet, normal, verbose };
 
-/// What the user asks for. Empty paths: not asked for.
-struct Command {
+/// One reconstruction. Empty paths: not asked for. "-" is standard input or output.
+struct Job {
   std::string input, output;
   std::string report, field, picture;
-  pcl::mrf::Options options; ///< the preset with the explicit options on top
+  std::string outputFormat; ///< extension of a mesh file, lower case
+};
+
+/// What the user asks for.
+struct Command {
+  std::vector<Job> jobs;       ///< one, or several with a folder of outputs
+  std::string outputDirectory; ///< to be made if it is not there; empty: the single job names its output
+  std::string inputFormat;     ///< extension that stands for that of all inputs; empty: their own
+  pcl::mrf::Options options;   ///< the preset with the explicit options on top
   std::vector<Eigen::Vector3d> sensors;
   std::string sensorsFile, viewsFile;
   Verbosity verbosity = Verbosity::normal;
-  std::string information; ///< text of --help or --version; if set, the rest is not
+  bool hasProgress = false; ///< to be told also where standard error is no terminal
+  std::string information;  ///< text of --help or its like; if set, the rest is not
 };
 
 /// Parses and checks everything that can be checked without opening a file. \throw UsageError

@@ -1,13 +1,16 @@
 #include "console.h"
 
-#include "support/option_names.h"
 #include "support/report_json.h"
+
+#include <pcl/surface/mrf/option_names.h>
 
 #include <nlohmann/json.hpp>
 
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -64,10 +67,19 @@ double processorSeconds()
   return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-void printLine(const char* heading, const std::string& text)
-{
-  std::printf("%-10s%s\n", heading, text.c_str());
-}
+/// Prints lines under headings.
+class Log {
+public:
+  explicit Log(std::FILE* file) : file_(file) {}
+
+  void operator()(const char* heading, const std::string& text) const
+  {
+    std::fprintf(file_, "%-10s%s\n", heading, text.c_str());
+  }
+
+private:
+  std::FILE* file_;
+};
 
 std::string droppedPoints(const pcl::mrf::PointCounts& points)
 {
@@ -128,128 +140,147 @@ std::string topology(const pcl::mrf::MeshStatistics& mesh)
   return text;
 }
 
-void printDetails(const Report& report)
+void printDetails(const Report& report, const Log& print)
 {
   for (std::size_t i = 0; i < report.levels.size(); ++i) {
     const pcl::mrf::LevelReport& level = report.levels[i];
-    printLine(i == 0 ? "levels" : "",
-              format("%d x %d x %d voxels of %.4g, %s of them solved for, %s observed up to %.4g; %s %s%d iterations, "
-                     "residual %.1e; %.2f + %.2f s",
-                     level.size.x, level.size.y, level.size.z, level.voxelSize, grouped(level.unknowns).c_str(),
-                     grouped(level.observed).c_str(), static_cast<double>(level.maxDistance),
-                     nameOf(level.solve.method).c_str(), level.solve.converged ? "" : "not converged in ",
-                     level.solve.iterations, level.solve.relativeResidual, level.observationSeconds,
-                     level.solverSeconds));
+    print(i == 0 ? "levels" : "",
+          format("%d x %d x %d voxels of %.4g, %s of them solved for, %s observed up to %.4g; %s %s%d iterations, "
+                 "residual %.1e; %.2f + %.2f s",
+                 level.size.x, level.size.y, level.size.z, level.voxelSize, grouped(level.unknowns).c_str(),
+                 grouped(level.observed).c_str(), static_cast<double>(level.maxDistance),
+                 nameOf(level.solve.method).c_str(), level.solve.converged ? "" : "not converged in ",
+                 level.solve.iterations, level.solve.relativeResidual, level.observationSeconds, level.solverSeconds));
   }
-  printLine("quality", format("mean %.3f, least %.3f; edges %.4g to %.4g, mean %.4g; %.1f %% of the vertices have six",
-                              report.mesh.meanQuality, report.mesh.minQuality, report.mesh.minEdge, report.mesh.maxEdge,
-                              report.mesh.meanEdge, 100 * report.mesh.regularShare()));
-  printLine("remesher", grouped(report.splits) + " splits, " + grouped(report.collapses) + " collapses, " +
-                            grouped(report.flips) + " flips, " + grouped(report.refusedOperations) + " refused");
-  printLine("", grouped(report.intersectingBeforeRemeshing) + " triangles that intersect others before, " +
-                    grouped(report.intersecting) + " after");
+  print("quality", format("mean %.3f, least %.3f; edges %.4g to %.4g, mean %.4g; %.1f %% of the vertices have six",
+                          report.mesh.meanQuality, report.mesh.minQuality, report.mesh.minEdge, report.mesh.maxEdge,
+                          report.mesh.meanEdge, 100 * report.mesh.regularShare()));
+  print("remesher", grouped(report.splits) + " splits, " + grouped(report.collapses) + " collapses, " +
+                        grouped(report.flips) + " flips, " + grouped(report.refusedOperations) + " refused");
+  print("", grouped(report.intersectingBeforeRemeshing) + " triangles that intersect others before, " +
+                grouped(report.intersecting) + " after");
   const nlohmann::ordered_json options = toJson(report)["options"];
   bool first = true;
   for (const auto& [stage, values] : options.items()) {
-    printLine(first ? "options" : "", stage + " " + values.dump());
+    print(first ? "options" : "", stage + " " + values.dump());
     first = false;
   }
 }
 
 } // namespace
 
-ProgressDisplay::ProgressDisplay(Verbosity verbosity)
-    : verbosity_(verbosity), terminal_(isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()),
-      last_(start_)
-{}
-
-void ProgressDisplay::show(const std::string& stage, double fraction)
+ProgressDisplay::ProgressDisplay(const Command& command, std::size_t jobs)
+    : jobs_(jobs), isTerminal_(isatty(STDERR_FILENO) != 0), start_(std::chrono::steady_clock::now()), last_(start_)
 {
-  if (verbosity_ == Verbosity::quiet)
+  isShown_ = command.hasProgress || (isTerminal_ && command.verbosity != Verbosity::quiet);
+}
+
+void ProgressDisplay::show(std::size_t job, const std::string& stage, double fraction)
+{
+  if (!isShown_)
     return;
   const auto now = std::chrono::steady_clock::now();
-  const bool newStage = stage != stage_;
-  stage_ = stage;
-  if (!terminal_) {
-    if (newStage) {
-      std::printf("%6.2f s   %s\n", std::chrono::duration<double>(now - start_).count(), stage.c_str());
-      std::fflush(stdout);
-    }
+  const double whole = (static_cast<double>(job) + std::clamp(fraction, 0., 1.)) / static_cast<double>(jobs_);
+  const int percent = static_cast<int>(100 * whole);
+  const std::string title = (jobs_ > 1 ? std::to_string(job + 1) + " of " + std::to_string(jobs_) + ", " : "") + stage;
+  const bool isNew = title != title_;
+  title_ = title;
+  if (!isTerminal_) {
+    constexpr int step = 5;
+    if (!isNew && percent < toldPercent_ + step)
+      return;
+    toldPercent_ = percent;
+    std::fprintf(stderr, "%3d %%  %7.2f s  %s\n", percent, std::chrono::duration<double>(now - start_).count(),
+                 title.c_str());
     return;
   }
-  if (!newStage && now - last_ < std::chrono::milliseconds(50))
+  if (!isNew && now - last_ < std::chrono::milliseconds(50))
     return;
   last_ = now;
   constexpr int width = 30;
-  const int filled = static_cast<int>(std::lround(width * std::min(std::max(fraction, 0.), 1.)));
-  std::fprintf(stderr, "\r\033[K[%s%s] %s", std::string(static_cast<std::size_t>(filled), '#').c_str(),
-               std::string(static_cast<std::size_t>(width - filled), ' ').c_str(), stage.c_str());
+  const auto filled = static_cast<std::size_t>(width * whole);
+  std::fprintf(stderr, "\r\033[K[%s%s] %3d %%  %s", std::string(filled, '#').c_str(),
+               std::string(width - filled, ' ').c_str(), percent, title.c_str());
   std::fflush(stderr);
-  drawn_ = true;
+  isDrawn_ = true;
 }
 
 void ProgressDisplay::clear()
 {
-  if (drawn_)
+  if (isDrawn_)
     std::fputs("\r\033[K", stderr);
-  drawn_ = false;
+  isDrawn_ = false;
 }
 
-void printSummary(const RunSummary& run, const Report& report, Verbosity verbosity)
+void printSummary(const RunSummary& run, const Report& report, Verbosity verbosity, std::FILE* log)
 {
   for (const std::string& warning : report.warnings)
     std::fprintf(stderr, "warning: %s\n", warning.c_str());
   if (verbosity == Verbosity::quiet)
     return;
-  printLine("read", run.input + ": " + counted(static_cast<std::int64_t>(run.points), "point", "points") +
-                        (run.fields.empty() ? "" : " with " + join(run.fields)));
+  const Log print(log);
+  print("read", run.input + ": " + counted(static_cast<std::int64_t>(run.points), "point", "points") +
+                    (run.fields.empty() ? "" : " with " + join(run.fields)));
   for (const std::string& note : run.notes)
-    printLine("", note);
-  printLine("used", counted(report.points.used, "point", "points") + "; " + droppedPoints(report.points));
-  printLine("", normals(report));
+    print("", note);
+  print("used", counted(report.points.used, "point", "points") + "; " + droppedPoints(report.points));
+  print("", normals(report));
   std::string grid;
   if (!report.levels.empty()) {
     const pcl::mrf::GridSize& size = report.levels.back().size;
     grid = format(" (%d x %d x %d, %zu levels)", size.x, size.y, size.z, report.levels.size());
   }
-  printLine("derived",
-            format("sampling distance %.4g, voxel %.4g%s, smoothing length %.4g",
-                   static_cast<double>(report.density.spacing),
-                   static_cast<double>(report.options.multiscale.voxelSize), grid.c_str(), report.smoothingLength));
+  print("derived",
+        format("sampling distance %.4g, voxel %.4g%s, smoothing length %.4g",
+               static_cast<double>(report.density.spacing), static_cast<double>(report.options.multiscale.voxelSize),
+               grid.c_str(), report.smoothingLength));
   if (!report.otherPieces.empty()) {
     std::int64_t points = 0;
     for (const pcl::mrf::PieceReport& piece : report.otherPieces)
       points += piece.points;
-    printLine("", counted(static_cast<std::int64_t>(report.otherPieces.size()) + 1, "piece", "pieces") +
-                      " far apart; this grid is the largest's, the others have " + counted(points, "point", "points"));
+    print("", counted(static_cast<std::int64_t>(report.otherPieces.size()) + 1, "piece", "pieces") +
+                  " far apart; this grid is the largest's, the others have " + counted(points, "point", "points"));
   }
   if (!report.smoothing.curve.empty())
-    printLine("", format("noise about %.3g, by %s points left out", report.smoothing.noise,
-                         grouped(report.smoothing.heldOut).c_str()));
+    print("", format("noise about %.3g, by %s points left out", report.smoothing.noise,
+                     grouped(report.smoothing.heldOut).c_str()));
   if (report.resolution.curve.size() > 1)
-    printLine("", resolution(report));
+    print("", resolution(report));
   if (verbosity == Verbosity::verbose)
-    printDetails(report);
+    printDetails(report, print);
 
   std::vector<std::string> times = {format("reading %.2f", run.readingSeconds)};
   for (const pcl::mrf::StageTime& time : report.times)
     times.push_back(format("%s %.2f", time.stage.c_str(), time.seconds));
   times.push_back(format("writing %.2f", run.writingSeconds));
-  printLine("seconds", join(times));
-  printLine("", format("%.2f in all on %d threads, %.2f of CPU; ",
-                       run.readingSeconds + report.seconds + run.writingSeconds, report.threads, processorSeconds()) +
-                    "peak memory " + bytes(static_cast<double>(report.peakBytes)));
-  printLine("surface", counted(report.mesh.vertices, "vertex", "vertices") + ", " +
-                           counted(report.mesh.triangles, "triangle", "triangles") + ", " + topology(report.mesh));
+  print("seconds", join(times));
+  print("", format("%.2f in all on %d threads, %.2f of CPU; ", run.readingSeconds + report.seconds + run.writingSeconds,
+                   report.threads, processorSeconds()) +
+                "peak memory " + bytes(static_cast<double>(report.peakBytes)));
+  print("surface", counted(report.mesh.vertices, "vertex", "vertices") + ", " +
+                       counted(report.mesh.triangles, "triangle", "triangles") + ", " + topology(report.mesh));
   if (report.trimming.holesFilled + report.trimming.extrapolationsDropped > 0)
-    printLine("", counted(report.trimming.holesFilled, "hole or bay", "holes and bays") + " filled" +
-                      (report.trimming.holesFilled > 0 ? format(" (largest %.4g)", report.trimming.largestHole) : "") +
-                      ", " + counted(report.trimming.extrapolationsDropped, "extrapolation", "extrapolations") +
-                      " dropped");
+    print("", counted(report.trimming.holesFilled, "hole or bay", "holes and bays") + " filled" +
+                  (report.trimming.holesFilled > 0 ? format(" (largest %.4g)", report.trimming.largestHole) : "") +
+                  ", " + counted(report.trimming.extrapolationsDropped, "extrapolation", "extrapolations") +
+                  " dropped");
   std::vector<std::string> files;
   for (const auto& [path, size] : run.written)
     files.push_back(path + " (" + bytes(static_cast<double>(size)) + ")");
-  printLine("wrote", join(files));
+  print("wrote", join(files));
+}
+
+void printLine(const RunSummary& run, const Report& report, Verbosity verbosity)
+{
+  for (const std::string& warning : report.warnings)
+    std::fprintf(stderr, "warning: %s: %s\n", run.input.c_str(), warning.c_str());
+  if (verbosity == Verbosity::quiet)
+    return;
+  std::printf("%s -> %s: %s, %s, %.2f s\n", run.input.c_str(), run.written.front().first.c_str(),
+              counted(report.points.used, "point", "points").c_str(),
+              counted(report.mesh.triangles, "triangle", "triangles").c_str(),
+              run.readingSeconds + report.seconds + run.writingSeconds);
+  std::fflush(stdout); // the next one may take minutes
 }
 
 } // namespace mrf_apps

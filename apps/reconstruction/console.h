@@ -8,30 +8,34 @@
 
 #include <chrono>
 #include <cstdint>
+#include <cstdio>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace mrf_apps {
 
-/// A bar on standard error if that is a terminal, else a line per stage on standard output.
+/// How far the run has got, on standard error: a bar if that is a terminal, lines if it is asked for elsewhere.
 class ProgressDisplay {
 public:
-  explicit ProgressDisplay(Verbosity verbosity);
+  /// \param jobs that are done one after the other
+  ProgressDisplay(const Command& command, std::size_t jobs);
   ~ProgressDisplay() { clear(); }
   ProgressDisplay(const ProgressDisplay&) = delete;
   ProgressDisplay& operator=(const ProgressDisplay&) = delete;
 
-  void show(const std::string& stage, double fraction);
+  /// \param job number of the running one, from 0 \param fraction of it that is done, 0..1
+  void show(std::size_t job, const std::string& stage, double fraction);
 
   /// Removes the bar.
   void clear();
 
 private:
-  Verbosity verbosity_;
-  bool terminal_;
-  bool drawn_ = false;
-  std::string stage_;
+  std::size_t jobs_;
+  bool isShown_ = false, isTerminal_;
+  bool isDrawn_ = false;
+  std::string title_;
+  int toldPercent_ = 0;
   std::chrono::steady_clock::time_point start_, last_;
 };
 
@@ -45,7 +49,10 @@ struct RunSummary {
   std::vector<std::pair<std::string, std::int64_t>> written; ///< path and bytes
 };
 
-/// Prints the closing summary to standard output, warnings to standard error.
-void printSummary(const RunSummary& run, const pcl::mrf::Report& report, Verbosity verbosity);
+/// Prints the closing summary, and warnings to standard error. \param log where to print, such as stdout
+void printSummary(const RunSummary& run, const pcl::mrf::Report& report, Verbosity verbosity, std::FILE* log);
+
+/// The same in a line, for one of several jobs.
+void printLine(const RunSummary& run, const pcl::mrf::Report& report, Verbosity verbosity);
 
 } // namespace mrf_apps

@@ -3,7 +3,6 @@
 #include "console.h"
 #include "support/errors.h"
 #include "support/field_file.h"
-#include "support/option_names.h"
 #include "support/output_files.h"
 #include "support/picture.h"
 #include "support/point_table.h"
@@ -15,13 +14,17 @@
 #include "support/tool_main.h"
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_names.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
 #include <nlohmann/json.hpp>
 
+#include <unistd.h>
+
 #include <chrono>
 #include <csignal>
 #include <exception>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <utility>
@@ -70,19 +73,19 @@ std::string scalarNames(const PointTable& table)
   return result.empty() ? "none" : result;
 }
 
-Input readInput(const Command& command)
+Input readInput(const Job& job, const Command& command)
 {
   Input input;
-  input.table = readPoints(command.input);
+  input.table = readPoints(job.input, command.inputFormat);
   input.offset = floatOffset(input.table.positions);
   const NormalSource source = command.options.normals.source;
   if (input.table.normals.empty() && (source == NormalSource::use || source == NormalSource::reference))
-    throw UsageError("--normals " + nameOf(source) + ": '" + command.input + "' has no normals");
+    throw UsageError("--normals " + nameOf(source) + ": '" + job.input + "' has no normals");
   const std::string& field = command.options.confidenceField;
   if (!field.empty()) {
     const auto found = input.table.scalars.find(field);
     if (found == input.table.scalars.end())
-      throw UsageError("--confidence-field: '" + command.input + "' has no field '" + field +
+      throw UsageError("--confidence-field: '" + job.input + "' has no field '" + field +
                        "'; its scalar fields are: " + scalarNames(input.table));
     input.confidences = found->second;
   }
@@ -153,12 +156,10 @@ std::vector<float> attributesAt(const std::vector<Eigen::Vector3f>& vertices, co
 
 /// The stages without the class for PCL's clouds and meshes, which would hold everything twice.
 /// \param report has what was done also if that throws
-Result reconstruct(Input& input, const Command& command, ProgressDisplay& progress, pcl::mrf::Report& report)
+Result reconstruct(Input& input, const Job& job, const Command& command, const pcl::mrf::ProgressCallback& progress,
+                   pcl::mrf::Report& report)
 {
-  pcl::mrf::Execution execution(command.options.threads, [&](const std::string& stage, double fraction) {
-    progress.show(stage, fraction);
-    return interrupted == 0;
-  });
+  pcl::mrf::Execution execution(command.options.threads, progress);
   pcl::mrf::PointCounts counts;
   pcl::mrf::PointSet points = gatherPoints(input, command.options, counts, execution);
   const auto search = pcl::mrf::makePointBins();
@@ -172,7 +173,7 @@ Result reconstruct(Input& input, const Command& command, ProgressDisplay& progre
 
   Result result;
   result.report = std::move(reconstruction.report);
-  if (!command.field.empty())
+  if (!job.field.empty())
     result.field = std::move(reconstruction.field);
   result.fieldOffset = reconstruction.points.offset + input.offset;
   std::vector<float> attributes;
@@ -209,14 +210,14 @@ PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d
 /// To be raised when a name in the report changes its meaning or goes.
 constexpr int reportSchema = 1;
 
-void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfOutput, const Command& command,
+void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfOutput, const Job& job,
                  const std::string& path)
 {
   nlohmann::ordered_json json = {{"schema", reportSchema},
                                  {"tool", "pcl_mrf_reconstruction"},
                                  {"version", MRF_VERSION},
-                                 {"input", command.input},
-                                 {"output", command.output}};
+                                 {"input", job.input},
+                                 {"output", job.output}};
   if (!shiftOfOutput.isZero(0))
     json["offset"] = {shiftOfOutput.x(), shiftOfOutput.y(), shiftOfOutput.z()};
   json.update(toJson(report));
@@ -240,28 +241,28 @@ void describeFailure(pcl::mrf::Report& report)
 }
 
 /// Writes the report of a run that failed, the only file it leaves.
-void writeFailure(pcl::mrf::Report& report, const Command& command)
+void writeFailure(pcl::mrf::Report& report, const Job& job)
 {
   try {
     describeFailure(report);
     OutputFiles outputs;
-    outputs.add(command.report);
-    outputs.write(command.report,
-                  [&](const std::string& path) { writeReport(report, Eigen::Vector3d::Zero(), command, path); });
+    outputs.add(job.report);
+    outputs.write(job.report,
+                  [&](const std::string& path) { writeReport(report, Eigen::Vector3d::Zero(), job, path); });
     outputs.publish();
   } catch (...) { // what it was to tell is told on standard error, and matters more
   }
 }
 
-RunSummary summarise(const Input& input, const Command& command)
+RunSummary summarize(const Input& input, const Job& job)
 {
   RunSummary summary;
-  summary.input = command.input;
+  summary.input = job.input;
   summary.points = input.table.size();
   if (!input.table.normals.empty())
     summary.fields.emplace_back("normals");
   if (!input.table.colours.empty())
-    summary.fields.emplace_back("colours");
+    summary.fields.emplace_back("colors");
   for (const auto& scalar : input.table.scalars)
     summary.fields.push_back(scalar.first);
   summary.notes = input.table.notes;
@@ -271,77 +272,168 @@ RunSummary summarise(const Input& input, const Command& command)
   return summary;
 }
 
-/// Reads, reconstructs, and publishes the declared outputs. \param report has what was done also if that throws
-void produce(const Command& command, OutputFiles& outputs, pcl::mrf::Report& report)
+/// The job's share of its time in which it reads, and in which it writes, of files as they are in memory.
+constexpr double readingShare = .03, writingShare = .03;
+
+/// Writes what was asked for to the declared outputs. \return paths and bytes
+std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& result, const Input& input, const Job& job,
+                                                               const Command& command, OutputFiles& outputs)
 {
-  const auto start = std::chrono::steady_clock::now();
-  ProgressDisplay progress(command.verbosity);
-  progress.show("reading", 0);
-  Input input = readInput(command);
-  RunSummary summary = summarise(input, command);
-  summary.readingSeconds = secondsSince(start);
-
-  Result result = reconstruct(input, command, progress, report);
-  releaseFreedMemory();
-  if (extension(command.output) == "stl")
-    result.shiftOfOutput = stlOffset(result.mesh);
-  if (!result.shiftOfOutput.isZero(0))
-    result.report.warnings.push_back(shiftWarning(command.output, result.shiftOfOutput));
-
-  const auto writingStart = std::chrono::steady_clock::now();
-  progress.show("writing", 0);
+  std::vector<std::pair<std::string, std::int64_t>> written;
   const auto write = [&](const std::string& path, const std::function<void(const std::string&)>& writer) {
     if (!path.empty())
-      summary.written.emplace_back(path, outputs.write(path, writer));
+      written.emplace_back(path == "-" ? "standard output" : path, outputs.write(path, writer));
   };
-  write(command.output, [&](const std::string& path) { writeMesh(result.mesh, path, extension(command.output)); });
-  write(command.field, [&](const std::string& path) { writeField(result.field, result.fieldOffset, path); });
-  if (!command.field.empty())
+  write(job.output, [&](const std::string& path) { writeMesh(result.mesh, path, job.outputFormat); });
+  write(job.field, [&](const std::string& path) { writeField(result.field, result.fieldOffset, path); });
+  if (!job.field.empty())
     for (std::size_t n = 0; n < result.field.otherPieces().size(); ++n) {
-      const std::string file = fieldFile(command.field, n + 1);
-      refuseInputAsOutput({command.input, command.sensorsFile, command.viewsFile}, {file});
+      const std::string file = fieldFile(job.field, n + 1);
+      refuseInputAsOutput({job.input, command.sensorsFile, command.viewsFile}, {file});
       outputs.add(file);
       write(file,
             [&](const std::string& path) { writeField(result.field.otherPieces()[n], result.fieldOffset, path); });
     }
-  write(command.picture,
+  write(job.picture,
         [&](const std::string& path) { writePicture(result.mesh, viewOf(result.mesh, input.sensors), path); });
-  write(command.report,
-        [&](const std::string& path) { writeReport(result.report, result.shiftOfOutput, command, path); });
+  write(job.report, [&](const std::string& path) { writeReport(result.report, result.shiftOfOutput, job, path); });
+  return written;
+}
+
+/// Reads, reconstructs, and publishes the declared outputs. \param report has what was done also if that throws
+/// \param progress is told of the whole job
+RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs, pcl::mrf::Report& report,
+                   const pcl::mrf::ProgressCallback& progress)
+{
+  const auto start = std::chrono::steady_clock::now();
+  progress("reading", 0);
+  Input input = readInput(job, command);
+  RunSummary summary = summarize(input, job);
+  summary.readingSeconds = secondsSince(start);
+
+  Result result = reconstruct(
+      input, job, command,
+      [&](const std::string& stage, double fraction) {
+        return progress(stage, readingShare + (1 - readingShare - writingShare) * fraction);
+      },
+      report);
+  releaseFreedMemory();
+  if (job.outputFormat == "stl")
+    result.shiftOfOutput = stlOffset(result.mesh);
+  if (!result.shiftOfOutput.isZero(0))
+    result.report.warnings.push_back(shiftWarning(job.output, result.shiftOfOutput));
+
+  const auto writingStart = std::chrono::steady_clock::now();
+  progress("writing", 1 - writingShare);
+  summary.written = writeOutputs(result, input, job, command, outputs);
   if (interrupted != 0)
     throw pcl::mrf::Cancelled("interrupted");
   outputs.publish();
   summary.writingSeconds = secondsSince(writingStart);
-  progress.clear();
-  printSummary(summary, result.report, command.verbosity);
+  report = std::move(result.report);
+  return summary;
+}
+
+/// A job from its declared outputs to its summary. \param report of what was done, also if that throws
+RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& report,
+                  const pcl::mrf::ProgressCallback& progress)
+{
+  refuseInputAsOutput({job.input, command.sensorsFile, command.viewsFile},
+                      {job.output, job.report, job.field, job.picture});
+  auto outputs = std::make_unique<OutputFiles>();
+  for (const std::string& path : {job.output, job.report, job.field, job.picture})
+    if (!path.empty())
+      outputs->add(path);
+  report.options = command.options;
+  try {
+    return produce(job, command, *outputs, report, progress);
+  } catch (...) {
+    outputs.reset();
+    if (interrupted == 0 && !job.report.empty()) // who interrupts wants nothing
+      writeFailure(report, job);
+    throw;
+  }
+}
+
+/// The same; a cloud that cannot be reconstructed is an error of its file.
+RunSummary runNamed(const Job& job, const Command& command, pcl::mrf::Report& report,
+                    const pcl::mrf::ProgressCallback& progress)
+{
+  try {
+    return runJob(job, command, report, progress);
+  } catch (const pcl::mrf::InvalidInput& error) {
+    throw FileError(job.input == "-" ? "standard input" : job.input, error.message());
+  }
+}
+
+void runAlone(const Command& command)
+{
+  const Job& job = command.jobs.front();
+  if (job.output == "-" && job.outputFormat != "obj" && isatty(STDOUT_FILENO) != 0)
+    throw UsageError("OUTPUT: standard output is a terminal, and " + job.outputFormat + " is no text");
+  ProgressDisplay display(command, 1);
+  pcl::mrf::Report report;
+  const RunSummary summary = runNamed(job, command, report, [&](const std::string& stage, double fraction) {
+    display.show(0, stage, fraction);
+    return interrupted == 0;
+  });
+  display.clear();
+  printSummary(summary, report, command.verbosity, job.output == "-" ? stderr : stdout);
+}
+
+void makeFolder(const std::string& folder)
+{
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (!std::filesystem::is_directory(folder))
+    throw FileError(folder, error ? "cannot be made: " + error.message() : "is not a folder");
+}
+
+/// Runs the jobs one after the other. \return the exit status of the first one that failed
+int runAll(const Command& command)
+{
+  makeFolder(command.outputDirectory);
+  ProgressDisplay display(command, command.jobs.size());
+  int firstFailure = exitDone;
+  for (std::size_t n = 0; n < command.jobs.size() && interrupted == 0; ++n) {
+    const Job& job = command.jobs[n];
+    pcl::mrf::Report report;
+    const int status = guarded(toolName, job.input, memoryAdvice, [&] {
+      try {
+        const RunSummary summary = runNamed(job, command, report, [&](const std::string& stage, double fraction) {
+          display.show(n, stage, fraction);
+          return interrupted == 0;
+        });
+        display.clear();
+        if (command.verbosity == Verbosity::verbose)
+          printSummary(summary, report, command.verbosity, stdout);
+        else
+          printLine(summary, report, command.verbosity);
+      } catch (...) {
+        display.clear();
+        throw;
+      }
+      return exitDone;
+    });
+    if (firstFailure == exitDone)
+      firstFailure = status;
+  }
+  return firstFailure;
 }
 
 } // namespace
 
-void run(const Command& command)
+int run(const Command& command)
 {
-  refuseInputAsOutput({command.input, command.sensorsFile, command.viewsFile},
-                      {command.output, command.report, command.field, command.picture});
-  if (!command.picture.empty())
+  if (!command.jobs.front().picture.empty())
     requireDisplay();
   // From here on there are temporary files to remove.
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
-  auto outputs = std::make_unique<OutputFiles>();
-  for (const std::string& path : {command.output, command.report, command.field, command.picture})
-    if (!path.empty())
-      outputs->add(path);
-
-  pcl::mrf::Report report;
-  report.options = command.options;
-  try {
-    produce(command, *outputs, report);
-  } catch (...) {
-    outputs.reset();
-    if (interrupted == 0 && !command.report.empty()) // who interrupts wants nothing
-      writeFailure(report, command);
-    throw;
-  }
+  if (!command.outputDirectory.empty())
+    return runAll(command);
+  runAlone(command);
+  return exitDone;
 }
 
 } // namespace mrf_apps

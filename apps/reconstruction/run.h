@@ -6,8 +6,13 @@
 
 namespace mrf_apps {
 
-/// Reads, reconstructs, writes and prints the summary. Leaves no output behind if it throws.
-/// \throw FileError, UsageError, pcl::mrf::Error
-void run(const Command& command);
+constexpr const char* toolName = "pcl_mrf_reconstruction";
+constexpr const char* memoryAdvice = "choose a larger --voxel-size";
+
+/// Reads, reconstructs, writes and prints the summary, job by job. A job that fails leaves no output behind.
+/// Of several jobs a failure is told on standard error, and the others are done.
+/// \return the exit status of the first job that failed, of several, or 0
+/// \throw FileError, UsageError, pcl::mrf::Error if the only job fails, or if nothing can be done
+int run(const Command& command);
 
 } // namespace mrf_apps

@@ -3,13 +3,10 @@
 #include "analytic_surface.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
-#include "support/parse.h"
 #include "support/point_writer.h"
 #include "support/sensors.h"
 #include "support/text_file.h"
-#include "support/word_options.h"
-
-#include <CLI/CLI.hpp>
+#include "support/tool_options.h"
 
 #include <algorithm>
 
@@ -19,22 +16,33 @@ namespace {
 using namespace pcl::mrf::scan;
 using Eigen::Vector3d;
 
-class Parser : public WordOptions {
+class Parser : public ToolOptions {
 public:
-  using WordOptions::WordOptions;
+  using ToolOptions::ToolOptions;
 
   void vector(const std::string& name, Vector3d& target, const std::string& help)
   {
-    add(
-        name, "X,Y,Z", help, [&target](const std::string& text) { return parseSensor(text, target); },
-        "three numbers X,Y,Z");
+    add(name, "X,Y,Z", help,
+        [&target](const std::string& text) { return parseSensor(text, target) ? "" : "is not three numbers X,Y,Z"; });
   }
 
   void length(const std::string& name, Length& target, const std::string& help)
   {
-    add(
-        name, "LENGTH", help, [&target](const std::string& text) { return parseLength(text, target); },
-        "a length such as 0.5, 2% or 0.5s");
+    add(name, "LENGTH", help, [&target](const std::string& text) {
+      return parseLength(text, target) ? "" : "is not a length such as 0.5, 2% or 0.5s";
+    });
+  }
+
+  /// A place each time it is given.
+  void places(const std::string& name, std::vector<Vector3d>& targets, const std::string& help)
+  {
+    add(name, "X,Y,Z", help,
+        [&targets](const std::string& text) {
+          targets.emplace_back();
+          return parseSensor(text, targets.back()) ? "" : "is not three numbers X,Y,Z";
+        })
+        ->trigger_on_parse()
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   }
 };
 
@@ -54,18 +62,6 @@ bool parseElevations(const std::string& text, SamplingOptions& options)
   const std::size_t colon = std::min(text.find(':'), text.size());
   return colon < text.size() && toNumber(text.substr(0, colon), options.lowestElevation) &&
          toNumber(text.substr(colon + 1), options.highestElevation);
-}
-
-/// An option that gives a place each time.
-void addPlaces(CLI::App& app, const std::string& name, std::vector<Vector3d>& places, const std::string& help,
-               const std::string& group)
-{
-  const auto add = [&places, name](const std::string& text) {
-    places.emplace_back();
-    if (!parseSensor(text, places.back()))
-      throw CLI::ValidationError(name, "'" + text + "' is not three numbers X,Y,Z");
-  };
-  app.add_option_function<std::string>(name, add, help)->type_name("X,Y,Z")->group(group)->trigger_on_parse();
 }
 
 void addObjectOptions(Parser& parser, ScanCommand& command)
@@ -92,7 +88,8 @@ void addViewOptions(Parser& parser, ScanCommand& command)
   parser.vector("--front", views.forward, "direction of the first sensor, the middle of front; default 0,0,1");
   parser.number("--elevation", "DEGREES", views.elevation, "of the sensors of ring and front; default 0");
   parser.number("--fan", "DEGREES", views.fan, "angle that front spans; default 90");
-  parser.path("--sensors", "FILE", command.sensorsFile, "use these sensors, x y z per line, instead of --views");
+  parser.file("--sensors", "FILE", command.sensorsFile, "use these sensors, x y z per line, instead of --views");
+  parser.places("--sensor", options.sensors, "use this sensor instead of --views; may be repeated");
   parser.number("--grazing", "DEGREES", options.sampling.grazingLimit,
                 "largest angle between normal and line of sight; default 80");
   parser.flag("--no-occlusion", "see through the object", [&] { options.sampling.isOccluded = false; });
@@ -125,22 +122,23 @@ void addHoleOptions(Parser& parser, ScanCommand& command)
   parser.group("Holes");
   parser.whole("--holes", options.holes, 0, 100000, "number of balls cut out around random points; default 0");
   parser.add(
-      "--hole-radius", "LENGTH[:LENGTH]", "or a range of radii; default 7%",
-      [&options](const std::string& text) { return parseRadii(text, options); },
-      "a length such as 0.5, 2% or 0.5s, or two with a colon between");
+      "--hole-radius", "LENGTH[:LENGTH]", "or a range of radii; default 7%", [&options](const std::string& text) {
+        return parseRadii(text, options) ? "" : "is not a length such as 0.5, 2% or 0.5s, or two with a colon between";
+      });
+  parser.places("--hole", options.holeCentres, "center of a ball to cut out; may be repeated");
 }
 
 void addOutputOptions(Parser& parser, ScanCommand& command)
 {
   parser.group("Output");
   parser.choice<bool>("--normals", {{"exact", true}, {"none", false}}, command.hasNormals, "default exact");
-  parser.path("--write-views", "FILE", command.views, "sensor of each point, a number from 0 per line");
-  parser.path("--write-sensors", "FILE", command.sensors, "position of each sensor, x y z per line");
-  parser.path("--write-held-out", "CLOUD", command.heldOut, "points that the holes took away, without errors");
-  parser.path("--write-clean", "CLOUD", command.clean, "the inliers of OUTPUT in their order, without errors");
-  parser.path("--write-each-view", "CLOUD", command.eachView,
+  parser.file("--write-views", "FILE", command.views, "sensor of each point, a number from 0 per line");
+  parser.file("--write-sensors", "FILE", command.sensors, "position of each sensor, x y z per line");
+  parser.file("--write-held-out", "CLOUD", command.heldOut, "points that the holes took away, without errors");
+  parser.file("--write-clean", "CLOUD", command.clean, "the inliers of OUTPUT in their order, without errors");
+  parser.file("--write-each-view", "CLOUD", command.eachView,
               "one cloud per view: scan.ply stands for scan-000.ply, scan-001.ply, ...");
-  parser.path("--report", "FILE.json", command.report, "what was done: counts, lengths, holes");
+  parser.file("--report", "FILE.json", command.report, "what was done: counts, lengths, holes");
 }
 
 void check(const ScanCommand& command)
@@ -158,8 +156,6 @@ void check(const ScanCommand& command)
   for (const auto& [name, path] : clouds)
     require(path.empty() || isWritableCloud(extension(path)),
             std::string(name) + " '" + path + "' does not end in " + pointOutputExtensions);
-  require(command.report.empty() || extension(command.report) == "json",
-          "--report '" + command.report + "' does not end in .json");
   const ScanOptions& options = command.options;
   require(command.heldOut.empty() || options.holes > 0 || !options.holeCentres.empty(),
           "--write-held-out needs holes: --holes or --hole");
@@ -173,29 +169,9 @@ void check(const ScanCommand& command)
   }
 }
 
-} // namespace
-
-ScanCommand parseScanCommandLine(int argc, const char* const* argv)
+void addSamplingOptions(Parser& parser, ScanCommand& command)
 {
-  ScanCommand command;
   ScanOptions& options = command.options;
-  CLI::App app(
-      "Simulates range scans of a mesh or of an analytic shape: what sensors around it see, with their errors.",
-      "pcl_mrf_scan");
-  app.get_formatter()->column_width(34);
-  app.footer(
-      "LENGTH is a number in the unit of INPUT, in % of the object's diagonal (0.5%) or in mean distances between "
-      "the points (0.5s).\nShapes, with their defaults:\n" +
-      describeShapes() +
-      "The same options and seed give the same bytes everywhere; each kind of error has its own random numbers, so "
-      "that\nchanging one leaves the rest as it is.\nExit status: 0 done, 1 a file cannot be read or written or "
-      "nothing is seen, 2 wrong usage, 3 the method failed.");
-  app.add_option("INPUT", command.input,
-                 std::string("mesh: ") + meshInputExtensions + "; or a shape, e.g. torus:major=2,minor=.5")
-      ->required();
-  app.add_option("OUTPUT", command.output, std::string("cloud: ") + pointOutputExtensions)->required();
-
-  Parser parser(app);
   parser.group("Sampling");
   parser.whole("--points", options.sampling.points, 1, INT32_MAX,
                "on what is seen of the surface, before holes and outliers; default 30000");
@@ -212,24 +188,70 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   parser.add(
       "--elevations", "LOWEST:HIGHEST",
       "of a scanner's rows, degrees; a sensor amid the object is level, one outside aims at its middle; default -90:90",
-      [&options](const std::string& text) { return parseElevations(text, options.sampling); },
-      "two numbers with a colon between");
+      [&options](const std::string& text) {
+        return parseElevations(text, options.sampling) ? "" : "is not two numbers with a colon between";
+      });
   parser.seed(options.seed, "of all random numbers; default 1");
+}
+
+/// What the short help lists.
+void addEverydayOptions(ToolOptions& parser)
+{
+  parser.everyday("--points", "how many; default 30000");
+  parser.everyday("--sampling", "scanner: rays on an angular grid");
+  parser.everyday("--views", "sensors around the object; default 12");
+  parser.everyday("--sensor", "or one here; repeatable");
+  parser.everyday("--noise", "standard deviation of each point");
+  parser.everyday("--outliers", "share of points that are no surface");
+  parser.everyday("--holes", "balls cut out around random points");
+  parser.everyday("--hole-radius", "their size; default 7%");
+  parser.everyday("--write-held-out", "the points that the holes took away");
+  parser.everyday("--write-sensors", "the sensors' positions");
+  parser.everyday("--seed", "of all random numbers; default 1");
+  parser.everyday("--help-all", "all other options, the shapes, and what a LENGTH is");
+  parser.example("torus:major=2,minor=.5 scan.ply");
+  parser.example("truth.ply scan.ply --views 3 --noise 0.5s --outliers 1");
+  parser.example("truth.ply scan.ply --holes 3 --write-held-out rest.ply");
+}
+
+} // namespace
+
+ScanCommand parseScanCommandLine(int argc, const char* const* argv)
+{
+  ScanCommand command;
+  Parser parser("pcl_mrf_scan", MRF_VERSION,
+                "Simulates range scans of a mesh or of an analytic shape: what sensors around it see, with their "
+                "errors.");
+  parser.usage("[OPTIONS] INPUT OUTPUT");
+  std::vector<std::string> operands;
+  parser.operands(operands, 2);
+  parser.operand("INPUT", std::string("mesh: ") + meshInputExtensions + "; or a shape, e.g. torus:major=2,minor=.5");
+  parser.operand("OUTPUT", std::string("cloud: ") + pointOutputExtensions);
+  addEverydayOptions(parser);
+  addSamplingOptions(parser, command);
   addObjectOptions(parser, command);
   addViewOptions(parser, command);
-  addPlaces(app, "--sensor", options.sensors, "use this sensor instead of --views; may be repeated", "Views");
   addErrorOptions(parser, command);
   addHoleOptions(parser, command);
-  addPlaces(app, "--hole", options.holeCentres, "centre of a ball to cut out; may be repeated", "Holes");
   addOutputOptions(parser, command);
   parser.group("Run");
   parser.threads(command.threads, "the result does not depend on it; default one per hardware thread");
-  parser.flag("-q,--quiet", "print errors only", [&command] { command.quiet = true; });
-  app.set_help_flag("-h,--help", "print this help")->group("Run");
+  parser.flag("-q,--quiet", command.quiet, "print errors only");
+  parser.note("LENGTH is a number in the unit of INPUT, in % of the object's diagonal (0.5%) or in mean distances "
+              "between the points (0.5s).");
+  parser.note("Shapes, with their defaults:\n" + describeShapes());
+  parser.note("The same options and seed give the same bytes everywhere; each kind of error has its own random "
+              "numbers, so that changing one leaves the rest as it is.");
+  parser.note("Exit status: 0 done, 1 a file cannot be read or written or nothing is seen, 2 wrong usage, 3 the method "
+              "failed.");
 
-  command.information = parse(app, argc, argv, "pcl_mrf_scan " MRF_VERSION);
+  command.information = parser.parse(argc, argv);
   if (!command.information.empty())
     return command;
+  if (operands.size() < 2)
+    throw UsageError(operands.empty() ? "INPUT and OUTPUT are missing" : "OUTPUT is missing");
+  command.input = operands[0];
+  command.output = operands[1];
   check(command);
   return command;
 }

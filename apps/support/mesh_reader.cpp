@@ -1,4 +1,3 @@
-// OFF is read here, because neither PCL nor VTK reads it.
 #include "mesh_reader.h"
 
 #include "errors.h"
@@ -30,80 +29,7 @@ std::int32_t vertexNumber(const std::string& path, std::int64_t corner, const Su
   return static_cast<std::int32_t>(corner);
 }
 
-/// The lines of an OFF file without comments and empty ones, as numbers.
-class OffLines {
-public:
-  OffLines(const std::string& path, std::string_view text) : path_(path), lines_(text) {}
-
-  /// The next line's words. \throw FileError at the end of the file
-  const std::vector<std::string_view>& words()
-  {
-    std::string_view line;
-    do {
-      if (!lines_.next(line))
-        throw FileError(path_, "is truncated");
-      split(line.substr(0, line.find('#')), words_);
-    } while (words_.empty());
-    return words_;
-  }
-
-  /// The next line's numbers, at least so many.
-  const std::vector<double>& numbers(std::size_t least)
-  {
-    words();
-    numbers_.clear();
-    // Behind the indices of a face there may be a colour, by whatever name.
-    for (double value = 0; numbers_.size() < words_.size() && toNumber(words_[numbers_.size()], value);)
-      numbers_.push_back(value);
-    if (numbers_.size() < least)
-      throw FileError(path_, "line " + std::to_string(lines_.number()) + ": has fewer than " + std::to_string(least) +
-                                 " numbers");
-    return numbers_;
-  }
-
-private:
-  const std::string& path_;
-  Lines lines_;
-  std::vector<std::string_view> words_;
-  std::vector<double> numbers_;
-};
-
 } // namespace
-
-SurfaceMesh parseOff(const std::string& path, const std::string& text)
-{
-  OffLines lines(path, text);
-  std::vector<std::string_view> first = lines.words();
-  if (first[0] != "OFF" && first[0] != "COFF" && first[0] != "NOFF" && first[0] != "CNOFF")
-    throw FileError(path, "is not an OFF file in text");
-  std::vector<double> counts;
-  if (first.size() == 1)
-    counts = lines.numbers(2);
-  else {
-    double value = 0;
-    for (std::size_t i = 1; i < first.size() && toNumber(first[i], value); ++i)
-      counts.push_back(value);
-  }
-  if (counts.size() < 2 || !isCount(counts[0]) || !isCount(counts[1]))
-    throw FileError(path, "is not an OFF file: its numbers of vertices and faces are missing");
-
-  SurfaceMesh mesh;
-  for (double v = 0; v < counts[0]; ++v) {
-    const std::vector<double>& values = lines.numbers(3);
-    mesh.vertices.emplace_back(values[0], values[1], values[2]);
-  }
-  Polygons faces;
-  for (double f = 0; f < counts[1]; ++f) {
-    const std::vector<double>& values = lines.numbers(1);
-    if (!isCount(values[0]) || static_cast<double>(values.size()) < values[0] + 1)
-      throw FileError(path, "is truncated or malformed: a face has fewer corners than it says");
-    for (std::size_t i = 1; static_cast<double>(i) <= values[0]; ++i)
-      faces.corners.push_back(isCount(values[i]) ? static_cast<std::int64_t>(values[i]) : -1);
-    faces.close();
-  }
-  addPolygons(path, faces, mesh);
-  return mesh;
-}
 
 void addPolygons(const std::string& path, const Polygons& polygons, SurfaceMesh& mesh)
 {
@@ -181,14 +107,13 @@ SurfaceMesh parseMesh(const std::string& type, const std::string& path, const st
 {
   SurfaceMesh mesh;
   Polygons faces;
-  if (type == "ply" || type == "obj") {
-    PointTable table = type == "ply" ? readPly(path, text, &faces) : parseObj(path, text, &faces);
+  if (type == "ply" || type == "obj" || type == "off") {
+    PointTable table = type == "ply"   ? readPly(path, text, &faces)
+                       : type == "obj" ? parseObj(path, text, &faces)
+                                       : parseOff(path, text, &faces);
     mesh = withFaces(path, std::move(table), faces);
   } else
-    mesh = type == "off"   ? parseOff(path, text)
-           : type == "vtk" ? parseVtk(path, text)
-           : type == "vtp" ? parseVtp(path, text)
-                           : parseStl(path, text);
+    mesh = type == "vtk" ? parseVtk(path, text) : type == "vtp" ? parseVtp(path, text) : parseStl(path, text);
   if (mesh.triangles.empty())
     throw FileError(path, "holds no triangles");
   mesh.doublePrecision = std::any_of(mesh.vertices.begin(), mesh.vertices.end(), [](const Eigen::Vector3d& vertex) {

@@ -12,9 +12,6 @@ namespace mrf_apps {
 // Each is given the path, for its messages, and the whole file, which is not empty. All throw FileError, and none takes
 // more memory than a small multiple of what the file holds (once unpacked), whatever its header promises.
 
-/// Text, with colours or normals that are not read.
-SurfaceMesh parseOff(const std::string& path, const std::string& text);
-
 /// Text or binary; equal corners become one vertex. Our own header of a shifted file shifts it back (stlOffset).
 SurfaceMesh parseStl(const std::string& path, const std::string& text);
 

@@ -30,11 +30,17 @@ void refuseInputAsOutput(const std::vector<std::string>& inputs, const std::vect
 {
   for (const std::string& input : inputs)
     for (const std::string& output : outputs)
-      if (!input.empty() && !output.empty() && (input == output || sameFile(input, output)))
+      if (!input.empty() && !output.empty() && output != "-" && (input == output || sameFile(input, output)))
         throw UsageError("'" + output + "' is an input and would be overwritten");
 }
 
 namespace {
+
+/// What messages call an output.
+std::string told(const std::string& path)
+{
+  return path == "-" ? "standard output" : path;
+}
 
 /// A name beside the target that no file has yet.
 std::string temporaryName(const fs::path& target, int attempt)
@@ -116,8 +122,12 @@ public:
   /// Of a file without a name; −1: it has one.
   int descriptor() const { return descriptor_; }
 
+  bool isStandardOutput() const { return path_ == "-"; }
+
   void publish()
   {
+    if (isStandardOutput())
+      return copyToStandardOutput();
     if (!name_)
       giveName();
     if (std::rename(name_->path().c_str(), target_.c_str()) != 0)
@@ -126,7 +136,23 @@ public:
   }
 
 private:
-  [[noreturn]] void fail() const { throw FileError(path_, std::string("cannot be written: ") + std::strerror(errno)); }
+  [[noreturn]] void fail() const
+  {
+    throw FileError(told(path_), std::string("cannot be written: ") + std::strerror(errno));
+  }
+
+  void copyToStandardOutput() const
+  {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(temporary().c_str(), "rb"), &std::fclose);
+    if (!file)
+      fail();
+    std::vector<char> block(1 << 16);
+    while (const std::size_t count = std::fread(block.data(), 1, block.size(), file.get()))
+      if (std::fwrite(block.data(), 1, count, stdout) != count)
+        fail();
+    if (std::ferror(file.get()) != 0 || std::fflush(stdout) != 0)
+      fail();
+  }
 
   bool openUnnamed()
   {
@@ -191,6 +217,12 @@ OutputFiles::~OutputFiles() = default;
 void OutputFiles::add(const std::string& path)
 {
   std::error_code error;
+  if (path == "-") {
+    if (std::any_of(files_.begin(), files_.end(), [](const File& file) { return file.isStandardOutput(); }))
+      throw UsageError("standard output is asked for twice");
+    files_.emplace_back(path, fs::temp_directory_path() / "standard-output", true);
+    return;
+  }
   // Renaming would replace a symbolic link by the file instead of writing where it leads.
   const fs::path target = fs::weakly_canonical(followLinks(fs::absolute(path, error)), error);
   if (error)
@@ -229,7 +261,7 @@ std::int64_t OutputFiles::write(const std::string& path, const std::function<voi
   }
   const auto fail = [&](const std::string& cause) {
     const std::string reason = whyNotWritable(descriptor);
-    throw FileError(path, reason.empty() ? cause : "could not be written: " + reason);
+    throw FileError(told(path), reason.empty() ? cause : "could not be written: " + reason);
   };
   try {
     writer(temporary);
@@ -244,8 +276,13 @@ std::int64_t OutputFiles::write(const std::string& path, const std::function<voi
 
 void OutputFiles::publish()
 {
+  // First, because its reader may have gone; the others have been seen to be writable.
+  for (File& file : files_)
+    if (file.isStandardOutput())
+      file.publish();
   while (!files_.empty()) {
-    files_.back().publish();
+    if (!files_.back().isStandardOutput())
+      files_.back().publish();
     files_.pop_back();
   }
 }

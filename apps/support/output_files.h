@@ -20,16 +20,16 @@ public:
   OutputFiles& operator=(const OutputFiles&) = delete;
 
   /// Declares a file, before any work: creates its temporary file to see that this can be done.
-  /// Symbolic links are followed, to files that do not exist yet as well.
-  /// \throw FileError if the folder is missing or cannot be written to, or the target is not a regular file
-  /// \throw UsageError if two outputs are the same file
+  /// "-" is standard output, whose temporary file lies in the system's folder for such. Symbolic links are followed, to
+  /// files that do not exist yet as well. \throw FileError if the folder is missing or cannot be written to, or the
+  /// target is not a regular file \throw UsageError if two outputs are the same file
   void add(const std::string& path);
 
   /// Has a declared file written: `writer` is given the path to write to.
   /// \return bytes written; \throw FileError naming the target if the writer fails or nothing is there afterwards
   std::int64_t write(const std::string& path, const std::function<void(const std::string& temporary)>& writer);
 
-  /// Renames every file to its target. \throw FileError
+  /// Copies to standard output what is for it, then renames every file to its target. \throw FileError
   void publish();
 
 private:
@@ -37,7 +37,8 @@ private:
   std::vector<File> files_;
 };
 
-/// \throw UsageError if an output is one of the inputs and would overwrite it; empty paths are none
+/// \throw UsageError if an output is one of the inputs and would overwrite it; empty paths are none,
+/// nor is "-"
 void refuseInputAsOutput(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
 
 /// True if both paths lead to the same existing file.

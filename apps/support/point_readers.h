@@ -37,6 +37,10 @@ PointTable parseXyz(const std::string& path, const std::string& text);
 /// \param faces receives the faces, if not null
 PointTable parseObj(const std::string& path, const std::string& text, Polygons* faces = nullptr);
 
+/// Vertices of an OFF file in text, with the normals and colors that its first word announces (NOFF, COFF, CNOFF).
+/// \param faces receives the faces, if not null
+PointTable parseOff(const std::string& path, const std::string& text, Polygons* faces = nullptr);
+
 /// Points of a PCD file (text, binary, binary_compressed), with all fields of one number per point.
 PointTable readPcd(const std::string& path, const std::string& text);
 

@@ -11,23 +11,69 @@
 
 namespace mrf_apps {
 
-const char* const pointFileExtensions = "pcd, ply, obj, xyz or txt";
+const char* const pointFileExtensions = "pcd, ply, obj, off, xyz or txt";
 
-PointTable parsePoints(const std::string& type, const std::string& path, const std::string& text)
+const std::vector<std::string>& pointFormats()
 {
-  PointTable table = type == "obj"   ? parseObj(path, text)
-                     : type == "pcd" ? readPcd(path, text)
-                     : type == "ply" ? readPly(path, text)
-                                     : parseXyz(path, text);
+  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt"};
+  return all;
+}
+
+std::string pointFormatOf(std::string_view text)
+{
+  constexpr std::string_view byteOrderMark = "\xef\xbb\xbf";
+  if (text.substr(0, byteOrderMark.size()) == byteOrderMark)
+    text.remove_prefix(byteOrderMark.size());
+  const auto isOneOf = [](std::string_view word, std::initializer_list<std::string_view> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  std::string_view line;
+  std::vector<std::string_view> words;
+  for (Lines lines(text); lines.next(line);) {
+    split(line, words);
+    if (line.substr(0, 6) == "# .PCD")
+      return "pcd";
+    if (words.empty() || words[0][0] == '#' || words[0].substr(0, 2) == "//")
+      continue;
+    double number = 0;
+    if (words[0] == "ply" && words.size() == 1)
+      return "ply";
+    if (isOneOf(words[0], {"OFF", "COFF", "NOFF", "CNOFF"}))
+      return "off";
+    if (isOneOf(words[0], {"VERSION", "FIELDS"}))
+      return "pcd";
+    if (isOneOf(words[0], {"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}))
+      return "obj";
+    return toNumber(words[0], number) || equalsIgnoringCase(words[0], "x") ? "xyz" : "";
+  }
+  return {};
+}
+
+PointTable parsePoints(const std::string& format, const std::string& path, const std::string& text)
+{
+  PointTable table = format == "obj"   ? parseObj(path, text)
+                     : format == "off" ? parseOff(path, text)
+                     : format == "pcd" ? readPcd(path, text)
+                     : format == "ply" ? readPly(path, text)
+                                       : parseXyz(path, text);
   if (table.size() == 0)
     throw FileError(path, "holds no points");
   return table;
 }
 
-PointTable readPoints(const std::string& path)
+PointTable readPoints(const std::string& path, const std::string& format)
 {
-  const std::string type = extension(path);
-  if (type != "pcd" && type != "ply" && type != "obj" && type != "xyz" && type != "txt")
+  if (path == "-") {
+    const std::string text = readStandardInput();
+    const std::string type = format.empty() ? pointFormatOf(text) : format;
+    if (type.empty())
+      throw FileError("standard input",
+                      std::string("looks like none of ") + pointFileExtensions + "; say --input-format");
+    return parsePoints(type, "standard input", text);
+  }
+  const std::string type = format.empty() ? extension(path) : format;
+  const std::vector<std::string>& known = pointFormats();
+  if (std::find(known.begin(), known.end(), type) == known.end())
     throw UsageError("'" + path + "': input files end in " + pointFileExtensions);
   return parsePoints(type, path, readWholeFile(path));
 }

@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace mrf_apps {
@@ -26,15 +27,23 @@ struct PointTable {
   bool hasIntensity() const { return scalars.count("intensity") != 0; }
 };
 
-/// Reads the points of a PCD, PLY, OBJ, XYZ or TXT file, or the vertices of a mesh in one; chosen by the extension.
-/// \throw UsageError if the extension is none of these
+/// Reads the points of a PCD, PLY, OBJ, OFF, XYZ or TXT file, or the vertices of a mesh in one.
+/// \param path "-" reads standard input
+/// \param format one of pointFormats(); empty: by the extension, or of standard input by what it begins with
+/// \throw UsageError if the format is not known
 /// \throw FileError if the file is missing, unreadable, empty, truncated, or not what its extension says
-PointTable readPoints(const std::string& path);
+PointTable readPoints(const std::string& path, const std::string& format = {});
 
-/// The same for the bytes of a file. \param type extension that readPoints knows, lower case \param path for messages
-PointTable parsePoints(const std::string& type, const std::string& path, const std::string& text);
+/// The same for the bytes of a file. \param format one of pointFormats() \param path for messages
+PointTable parsePoints(const std::string& format, const std::string& path, const std::string& text);
 
-/// Extensions that readPoints knows, for messages.
+/// What the bytes of a file look like, as one of pointFormats(). \return empty if like none
+std::string pointFormatOf(std::string_view text);
+
+/// Formats that readPoints knows: extensions in lower case.
+const std::vector<std::string>& pointFormats();
+
+/// The same for messages.
 extern const char* const pointFileExtensions;
 
 /// What to subtract from the positions before they are rounded to float: zero where float holds them to 10⁻⁷ of the

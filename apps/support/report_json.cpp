@@ -1,6 +1,6 @@
 #include "report_json.h"
 
-#include "option_names.h"
+#include <pcl/surface/mrf/option_names.h>
 
 #include <nlohmann/json.hpp>
 

@@ -300,9 +300,15 @@ std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset)
          ": STL holds 32-bit floats, too coarse for these coordinates; ply, obj, vtk and vtp hold them";
 }
 
+const std::vector<std::string>& meshFormats()
+{
+  static const std::vector<std::string> all = {"ply", "obj", "stl", "vtk", "vtp"};
+  return all;
+}
+
 bool isMeshFormat(const std::string& extension)
 {
-  return extension == "ply" || extension == "obj" || extension == "stl" || extension == "vtk" || extension == "vtp";
+  return std::find(meshFormats().begin(), meshFormats().end(), extension) != meshFormats().end();
 }
 
 void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format)

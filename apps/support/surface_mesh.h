@@ -33,6 +33,9 @@ SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& of
 /// The same for one of PCL's; doublePrecision is set unless the offset is zero.
 SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& offset);
 
+/// Formats that `writeMesh` knows: extensions in lower case, without the dot.
+const std::vector<std::string>& meshFormats();
+
 /// True if `writeMesh` knows the extension (lower case, without the dot).
 bool isMeshFormat(const std::string& extension);
 

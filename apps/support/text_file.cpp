@@ -13,6 +13,7 @@
 #include <memory>
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 namespace mrf_apps {
 
@@ -28,6 +29,25 @@ std::string extension(const std::string& path)
   return result;
 }
 
+namespace {
+
+/// The rest of a stream. \param size that it has if it is a file; pipes have no size beforehand
+std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
+{
+  std::string text(size, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), file));
+  std::string block(1 << 16, '\0');
+  while (const std::size_t count = std::fread(block.data(), 1, block.size(), file))
+    text.append(block, 0, count);
+  if (std::ferror(file) != 0)
+    throw FileError(name, "cannot be read");
+  if (text.empty())
+    throw FileError(name, "is empty");
+  return text;
+}
+
+} // namespace
+
 std::string readWholeFile(const std::string& path)
 {
   struct stat status;
@@ -40,17 +60,14 @@ std::string readWholeFile(const std::string& path)
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (!file)
     throw FileError(path, std::strerror(errno));
-  std::string text(static_cast<std::size_t>(status.st_size), '\0');
-  text.resize(std::fread(text.data(), 1, text.size(), file.get()));
-  // Pipes have no size beforehand.
-  std::string block(1 << 16, '\0');
-  while (const std::size_t count = std::fread(block.data(), 1, block.size(), file.get()))
-    text.append(block, 0, count);
-  if (std::ferror(file.get()) != 0)
-    throw FileError(path, "cannot be read");
-  if (text.empty())
-    throw FileError(path, "is empty");
-  return text;
+  return readAll(file.get(), static_cast<std::size_t>(status.st_size), path);
+}
+
+std::string readStandardInput()
+{
+  if (isatty(STDIN_FILENO) != 0)
+    throw FileError("standard input", "is a terminal; give a file, or pipe one into it");
+  return readAll(stdin, 0, "standard input");
 }
 
 void writeText(const std::string& path, const std::string& text)

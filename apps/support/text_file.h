@@ -16,6 +16,9 @@ std::string extension(const std::string& path);
 /// Reads a file or a pipe. \throw FileError if it is missing, a directory or device, unreadable or empty
 std::string readWholeFile(const std::string& path);
 
+/// Reads standard input to its end. \throw FileError if it is a terminal, unreadable or empty
+std::string readStandardInput();
+
 /// Writes a whole file. \throw FileError without the path, for OutputFiles::write
 void writeText(const std::string& path, const std::string& text);
 

@@ -47,19 +47,17 @@ void releaseFreedMemory()
 #endif
 }
 
-int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<void()>& tool)
+int guarded(const std::string& name, const std::string& subject, const std::string& memoryAdvice,
+            const std::function<int()>& part)
 {
   const auto fail = [&](int status, const std::string& message) {
-    std::fprintf(stderr, "%s: %s%s\n", name.c_str(), message.c_str(), status == exitUsage ? " (see --help)" : "");
+    const bool isNamed = subject.empty() || message.find(subject) != std::string::npos;
+    std::fprintf(stderr, "%s: %s%s%s\n", name.c_str(), isNamed ? "" : ("'" + subject + "': ").c_str(), message.c_str(),
+                 status == exitUsage ? " (see --help)" : "");
     return status;
   };
-  // The library's class logs its errors as well; once is enough.
-  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-  keepFreedMemory();
-  removeTemporaryFilesOnSignals();
   try {
-    tool();
-    return exitDone;
+    return part();
   } catch (const UsageError& error) {
     return fail(exitUsage, error.what());
   } catch (const FileError& error) {
@@ -71,6 +69,15 @@ int toolMain(const std::string& name, const std::string& memoryAdvice, const std
   } catch (const std::exception& error) {
     return fail(exitMethod, error.what());
   }
+}
+
+int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<int()>& tool)
+{
+  // The library's class logs its errors as well; once is enough.
+  pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
+  keepFreedMemory();
+  removeTemporaryFilesOnSignals();
+  return guarded(name, {}, memoryAdvice, tool);
 }
 
 } // namespace mrf_apps

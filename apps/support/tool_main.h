@@ -8,8 +8,15 @@
 namespace mrf_apps {
 
 /// Runs a tool. \param memoryAdvice what to do when memory runs out, may be empty
-/// \return the exit status: see ExitStatus
-int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<void()>& tool);
+/// \param tool returns the exit status, see ExitStatus
+/// \return that, or the one for what it throws
+int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<int()>& tool);
+
+/// Runs a part of a tool; what it throws becomes a line on standard error.
+/// \param subject what the part is about, which every line names; may be empty
+/// \return what the part returns, or the exit status for what it throws
+int guarded(const std::string& name, const std::string& subject, const std::string& memoryAdvice,
+            const std::function<int()>& part);
 
 /// Gives the memory that tools keep for their next arrays back to the system, which needs as many pages for a file that
 /// is about to be written. Three million points, after a pause: a tenth of the system's time.

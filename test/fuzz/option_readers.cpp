@@ -5,9 +5,9 @@
 #include "evaluate/command_line.h"
 #include "reconstruction/command_line.h"
 #include "scan/command_line.h"
-#include "support/option_names.h"
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_names.h>
 #include <pcl/surface/mrf/options.h>
 
 #include <array>
@@ -86,7 +86,7 @@ void requireSound(Options options)
     if constexpr (std::is_floating_point_v<Member>)
       require(std::isfinite(member) && member >= 0, "a number that is none, or below zero, is valid");
     else if constexpr (std::is_enum_v<Member>)
-      require(mrf_apps::nameOf(member) != "?", "an enumeration without a name is valid");
+      require(nameOf(member) != "?", "an enumeration without a name is valid");
     else if constexpr (std::is_integral_v<Member> && std::is_signed_v<Member>)
       require(member >= 0, "a number below zero is valid");
   });
@@ -100,7 +100,9 @@ void readReconstructionCommand(const std::string& lines)
   const mrf_apps::Command command = mrf_apps::parseCommandLine(words.count(), words.pointers());
   if (!command.information.empty())
     return;
-  require(!command.input.empty() && !command.output.empty(), "a command without its files");
+  require(!command.jobs.empty(), "a command without a job");
+  for (const mrf_apps::Job& job : command.jobs)
+    require(!job.input.empty() && !job.output.empty(), "a job without its files");
   try {
     validate(command.options);
   } catch (const InvalidOption& error) {

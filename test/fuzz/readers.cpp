@@ -61,6 +61,7 @@ const std::vector<Reader>& readers()
   static const std::vector<Reader> all = {
       {"points-xyz", [](const std::string& bytes) { readPointsAs("xyz", bytes); }, 100},
       {"points-obj", [](const std::string& bytes) { readPointsAs("obj", bytes); }, 100},
+      {"points-off", [](const std::string& bytes) { readPointsAs("off", bytes); }, 100},
       {"points-ply", [](const std::string& bytes) { readPointsAs("ply", bytes); }, 100},
       {"points-pcd", [](const std::string& bytes) { readPointsAs("pcd", bytes); }, 88 * 20},
       {"mesh-ply", [](const std::string& bytes) { readMeshAs("ply", bytes); }, 100},

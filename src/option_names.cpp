@@ -1,8 +1,7 @@
-#include "option_names.h"
+#include <pcl/surface/mrf/option_names.h>
 
-namespace mrf_apps {
-
-using namespace pcl::mrf;
+namespace pcl {
+namespace mrf {
 
 template <>
 const Names<LengthUnit>& names()
@@ -112,4 +111,5 @@ const Names<ColourMode>& names()
   return all;
 }
 
-} // namespace mrf_apps
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,124 @@
+// OFF is read here, because neither PCL nor VTK reads it.
+#include "errors.h"
+#include "point_readers.h"
+#include "text_file.h"
+
+#include <string>
+
+namespace mrf_apps {
+namespace {
+
+/// The lines of an OFF file without comments and empty ones, as numbers.
+class OffLines {
+public:
+  OffLines(const std::string& path, std::string_view text) : path_(path), lines_(text) {}
+
+  /// The next line's words. \throw FileError at the end of the file
+  const std::vector<std::string_view>& words()
+  {
+    std::string_view line;
+    do {
+      if (!lines_.next(line))
+        throw FileError(path_, "is truncated");
+      split(line.substr(0, line.find('#')), words_);
+    } while (words_.empty());
+    return words_;
+  }
+
+  /// The next line's numbers, at least so many.
+  const std::vector<double>& numbers(std::size_t least)
+  {
+    words();
+    numbers_.clear();
+    // Behind the indices of a face there may be a colour, by whatever name.
+    for (double value = 0; numbers_.size() < words_.size() && toNumber(words_[numbers_.size()], value);)
+      numbers_.push_back(value);
+    if (numbers_.size() < least)
+      throw FileError(path_, "line " + std::to_string(lines_.number()) + ": has fewer than " + std::to_string(least) +
+                                 " numbers");
+    return numbers_;
+  }
+
+private:
+  const std::string& path_;
+  Lines lines_;
+  std::vector<std::string_view> words_;
+  std::vector<double> numbers_;
+};
+
+/// What the vertices of a file have, by its first word: "OFF" with letters before it.
+struct OffHeader {
+  bool isKnown = false, hasNormals = false, hasColors = false;
+
+  explicit OffHeader(std::string_view word)
+  {
+    hasColors = word.substr(0, 1) == "C";
+    word.remove_prefix(hasColors ? 1 : 0);
+    hasNormals = word.substr(0, 1) == "N";
+    word.remove_prefix(hasNormals ? 1 : 0);
+    isKnown = word == "OFF";
+  }
+};
+
+/// Colors are bytes, or shares of 1 where none is above.
+void addColors(const std::vector<Eigen::Vector3d>& colors, PointTable& table)
+{
+  bool areShares = true;
+  for (const Eigen::Vector3d& color : colors)
+    areShares = areShares && color.maxCoeff() <= 1;
+  const double scale = areShares ? 255 : 1;
+  for (const Eigen::Vector3d& color : colors)
+    table.colours.push_back({toByte(scale * color.x()), toByte(scale * color.y()), toByte(scale * color.z())});
+}
+
+void readVertices(OffLines& lines, const OffHeader& header, double count, PointTable& table)
+{
+  const std::size_t firstColor = header.hasNormals ? 6 : 3;
+  std::vector<Eigen::Vector3d> colors;
+  for (double v = 0; v < count; ++v) {
+    const std::vector<double>& values = lines.numbers(header.hasColors ? firstColor + 3 : firstColor);
+    table.positions.emplace_back(values[0], values[1], values[2]);
+    if (header.hasNormals)
+      table.normals.push_back(Eigen::Vector3d(values[3], values[4], values[5]).cast<float>());
+    if (header.hasColors)
+      colors.emplace_back(values[firstColor], values[firstColor + 1], values[firstColor + 2]);
+  }
+  addColors(colors, table);
+}
+
+} // namespace
+
+PointTable parseOff(const std::string& path, const std::string& text, Polygons* faces)
+{
+  OffLines lines(path, text);
+  std::vector<std::string_view> first = lines.words();
+  const OffHeader header(first[0]);
+  if (!header.isKnown)
+    throw FileError(path, "is not an OFF file in text");
+  std::vector<double> counts;
+  if (first.size() == 1)
+    counts = lines.numbers(2);
+  else {
+    double value = 0;
+    for (std::size_t i = 1; i < first.size() && toNumber(first[i], value); ++i)
+      counts.push_back(value);
+  }
+  if (counts.size() < 2 || !isCount(counts[0]) || !isCount(counts[1]))
+    throw FileError(path, "is not an OFF file: its numbers of vertices and faces are missing");
+
+  PointTable table;
+  readVertices(lines, header, counts[0], table);
+  if (faces == nullptr)
+    return table;
+  for (double f = 0; f < counts[1]; ++f) {
+    const std::vector<double>& values = lines.numbers(1);
+    if (!isCount(values[0]) || static_cast<double>(values.size()) < values[0] + 1)
+      throw FileError(path, "is truncated or malformed: a face has fewer corners than it says");
+    for (std::size_t i = 1; static_cast<double>(i) <= values[0]; ++i)
+      faces->corners.push_back(isCount(values[i]) ? static_cast<std::int64_t>(values[i]) : -1);
+    faces->close();
+  }
+  return table;
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,209 @@
+#include "tool_options.h"
+
+#include "errors.h"
+#include "suggestion.h"
+
+#include <algorithm>
+
+namespace mrf_apps {
+namespace {
+
+/// Ends a parse that asks for a text.
+struct Information : CLI::Success {
+  explicit Information(std::string wanted) : text(std::move(wanted)) {}
+  std::string text;
+};
+
+std::string longName(const std::string& name)
+{
+  return name.substr(name.rfind(',') + 1);
+}
+
+std::string join(const std::vector<std::string>& words, const std::string& separator)
+{
+  std::string text;
+  for (const std::string& word : words)
+    text += (text.empty() ? "" : separator) + word;
+  return text;
+}
+
+/// \param message of CLI11 about an option with too many or too few values; its name comes first
+std::string misplaced(const CLI::App& app, const std::string& message)
+{
+  const std::string name = message.substr(0, message.find(':'));
+  const CLI::Option* option = app.get_option_no_throw(name);
+  if (option == nullptr)
+    return message;
+  return name + (option->count() > 1 ? " is given more than once" : " needs a value");
+}
+
+} // namespace
+
+ToolOptions::ToolOptions(const std::string& tool, const std::string& version, const std::string& summary)
+    : app_(summary, tool)
+{
+  texts_.tool = tool;
+  texts_.version = version;
+  texts_.summary = summary;
+  app_.set_help_flag();
+  // Registered first, so that whoever asks for help gets it whatever else is wrong; listed last.
+  information("-h,--help", "print a short help", [this] { return shortHelp(texts_); });
+  information("--help-all", "print this help", [this] { return fullHelp(texts_); });
+  information("--version", "print the version", [this] { return texts_.tool + " " + texts_.version + "\n"; });
+  information("--manual", "print a manual page for man", [this] { return manualPage(texts_); });
+  information("--bash-completion", "print a script that completes these options in bash",
+              [this] { return bashCompletion(texts_); });
+  last_ = std::move(texts_.options);
+  texts_.options.clear();
+}
+
+void ToolOptions::information(const std::string& name, const std::string& help,
+                              const std::function<std::string()>& text)
+{
+  group_ = "Information";
+  flag(name, help, [text] { throw Information(text()); });
+  group_ = "Options";
+}
+
+OptionText& ToolOptions::describe(const std::string& name, const std::string& help)
+{
+  const std::size_t comma = name.find(',');
+  OptionText text;
+  text.name = longName(name);
+  text.shortName = comma == std::string::npos ? "" : name.substr(0, comma);
+  text.help = help;
+  text.group = group_;
+  texts_.options.push_back(text);
+  return texts_.options.back();
+}
+
+void ToolOptions::operands(std::vector<std::string>& target, std::size_t most)
+{
+  app_.add_option_function<std::vector<std::string>>("OPERANDS", [&target, most](const std::vector<std::string>& all) {
+    if (all.size() > most)
+      throw UsageError("'" + all[most] + "' is one argument too many");
+    target = all;
+  });
+}
+
+CLI::Option* ToolOptions::add(const std::string& name, const std::string& unit, const std::string& help,
+                              const std::function<std::string(const std::string&)>& set)
+{
+  describe(name, help).value = unit;
+  const auto use = [set, told = longName(name)](const std::string& text) {
+    const std::string wrong = set(text);
+    if (!wrong.empty())
+      throw UsageError(told + ": '" + text + "' " + wrong);
+  };
+  return app_.add_option_function<std::string>(name, use, help);
+}
+
+CLI::Option* ToolOptions::words(const std::string& name, const std::vector<std::string>& words, const std::string& help,
+                                const std::function<void(const std::string&)>& set)
+{
+  const auto use = [words, set](const std::string& text) -> std::string {
+    if (std::find(words.begin(), words.end(), text) == words.end())
+      return "is none of " + join(words, ", ") + didYouMean(text, words);
+    set(text);
+    return {};
+  };
+  CLI::Option* option = add(name, join(words, "|"), help, use);
+  texts_.options.back().completion = Completion::words;
+  texts_.options.back().words = words;
+  return option;
+}
+
+CLI::Option* ToolOptions::flag(const std::string& name, const std::string& help, const std::function<void()>& set)
+{
+  describe(name, help);
+  return app_.add_flag_callback(name, set, help);
+}
+
+CLI::Option* ToolOptions::flag(const std::string& name, bool& target, const std::string& help)
+{
+  return flag(name, help, [&target] { target = true; });
+}
+
+void ToolOptions::number(const std::string& name, const std::string& unit, double& target, const std::string& help)
+{
+  add(name, unit, help, [&target](const std::string& text) {
+    return toNumber(text, target) && std::isfinite(target) ? "" : "is not a number";
+  });
+}
+
+void ToolOptions::positive(const std::string& name, const std::string& unit, double& target, const std::string& help)
+{
+  add(name, unit, help, [&target](const std::string& text) {
+    if (!toNumber(text, target) || !std::isfinite(target))
+      return "is not a number";
+    return target > 0 ? "" : "is outside its range > 0";
+  });
+}
+
+std::string ToolOptions::checkWhole(const std::string& text, double lower, double upper, double& value)
+{
+  if (!toNumber(text, value) || !std::isfinite(value) || value != std::floor(value))
+    return "is not a whole number";
+  if (value >= lower && value <= upper)
+    return {};
+  const auto digits = [](double number) { return std::to_string(static_cast<std::int64_t>(number)); };
+  return "is outside its range [" + digits(lower) + ", " + digits(upper) + "]";
+}
+
+CLI::Option* ToolOptions::file(const std::string& name, const std::string& unit, std::string& target,
+                               const std::string& help)
+{
+  const std::string wanted = extension(unit);
+  CLI::Option* option = add(name, unit, help, [&target, wanted](const std::string& text) -> std::string {
+    target = text;
+    if (text.empty())
+      return "is not the name of a file";
+    return wanted.empty() || extension(text) == wanted ? "" : "does not end in ." + wanted;
+  });
+  texts_.options.back().completion = Completion::file;
+  return option;
+}
+
+CLI::Option* ToolOptions::folder(const std::string& name, std::string& target, const std::string& help)
+{
+  CLI::Option* option = add(name, "FOLDER", help, [&target](const std::string& text) {
+    target = text;
+    return text.empty() ? "is not the name of a folder" : "";
+  });
+  texts_.options.back().completion = Completion::folder;
+  return option;
+}
+
+void ToolOptions::refuseUnknown() const
+{
+  const std::vector<std::string> words = app_.remaining();
+  std::vector<std::string> names;
+  for (const OptionText& option : texts_.options)
+    names.push_back(option.name);
+  for (const std::string& word : words)
+    if (word.size() > 1 && word[0] == '-') {
+      const std::string name = word.substr(0, word.find('='));
+      throw UsageError("'" + word + "' is not an option" + didYouMean(name, names));
+    }
+  throw UsageError("'" + words.front() + "' is one argument too many");
+}
+
+std::string ToolOptions::parse(int argc, const char* const* argv)
+{
+  texts_.options.insert(texts_.options.end(), last_.begin(), last_.end());
+  last_.clear();
+  try {
+    app_.parse(argc, argv);
+  } catch (const Information& information) {
+    return information.text;
+  } catch (const CLI::ExtrasError&) {
+    refuseUnknown();
+  } catch (const CLI::ArgumentMismatch& error) {
+    throw UsageError(misplaced(app_, error.what()));
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(error.what());
+  }
+  return {};
+}
+
+} // namespace mrf_apps

@@ -1,0 +1,114 @@
+/// \file
+/// \brief The options of a tool: each is declared once, for the parser and for all that is told of it.
+#pragma once
+
+#include "text_file.h"
+#include "tool_texts.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace mrf_apps {
+
+/// Registers options in groups of the help, and parses. Targets live as long as the parse.
+class ToolOptions {
+public:
+  /// \param version such as "1.2.3" \param summary a sentence
+  ToolOptions(const std::string& tool, const std::string& version, const std::string& summary);
+  ToolOptions(const ToolOptions&) = delete;
+  ToolOptions& operator=(const ToolOptions&) = delete;
+
+  /// Lines of the help: a command line without the tool's name, a paragraph.
+  void usage(const std::string& line) { texts_.usage.push_back(line); }
+  void example(const std::string& line) { texts_.examples.push_back(line); }
+  void note(const std::string& paragraph) { texts_.notes.push_back(paragraph); }
+
+  /// The words that belong to no option are appended to the target. \param most so many of them
+  void operands(std::vector<std::string>& target, std::size_t most);
+  /// Tells of one of them.
+  void operand(const std::string& name, const std::string& help) { texts_.operands.emplace_back(name, help); }
+
+  /// Has the short help list an option, in the order of these calls. \param help in a few words
+  void everyday(const std::string& name, const std::string& help) { texts_.everyday.emplace_back(name, help); }
+
+  /// Later options appear under this heading of the help.
+  void group(const std::string& name) { group_ = name; }
+
+  // All options below are named "--name" or "-n,--name", and may be given once.
+
+  /// An option of one word. \param unit what the help calls the word
+  /// \param set returns what is wrong with the word, to be put behind it; empty: nothing
+  CLI::Option* add(const std::string& name, const std::string& unit, const std::string& help,
+                   const std::function<std::string(const std::string&)>& set);
+
+  /// One of several words. \param set is given one of them
+  CLI::Option* words(const std::string& name, const std::vector<std::string>& words, const std::string& help,
+                     const std::function<void(const std::string&)>& set);
+
+  CLI::Option* flag(const std::string& name, const std::string& help, const std::function<void()>& set);
+  CLI::Option* flag(const std::string& name, bool& target, const std::string& help);
+
+  void number(const std::string& name, const std::string& unit, double& target, const std::string& help);
+  void positive(const std::string& name, const std::string& unit, double& target, const std::string& help);
+
+  template <typename Integer>
+  void whole(const std::string& name, Integer& target, double lower, double upper, const std::string& help)
+  {
+    add(name, "N", help, [&target, lower, upper](const std::string& text) {
+      double value = 0;
+      const std::string wrong = checkWhole(text, lower, upper, value);
+      if (wrong.empty())
+        target = static_cast<Integer>(value);
+      return wrong;
+    });
+  }
+
+  /// Up to 2^53: larger ones would not be the number that was typed.
+  void seed(std::uint64_t& target, const std::string& help) { whole("--seed", target, 0, 0x1p53, help); }
+
+  void threads(int& target, const std::string& help) { whole("--threads", target, 0, 1024, help); }
+
+  /// The name of a file. \param unit "FILE.json" wants this extension
+  CLI::Option* file(const std::string& name, const std::string& unit, std::string& target, const std::string& help);
+  CLI::Option* folder(const std::string& name, std::string& target, const std::string& help);
+
+  template <typename Value>
+  void choice(const std::string& name, const std::vector<std::pair<std::string, Value>>& choices, Value& target,
+              const std::string& help)
+  {
+    std::vector<std::string> all;
+    for (const auto& entry : choices)
+      all.push_back(entry.first);
+    words(name, all, help, [choices, &target](const std::string& text) {
+      for (const auto& [word, value] : choices)
+        if (word == text)
+          target = value;
+    });
+  }
+
+  bool isGiven(const std::string& name) const { return app_.get_option(name)->count() > 0; }
+
+  /// Parses. \return what --help or its like ask for; empty: the command is to be run \throw UsageError
+  std::string parse(int argc, const char* const* argv);
+
+  const ToolTexts& texts() const { return texts_; }
+
+private:
+  static std::string checkWhole(const std::string& text, double lower, double upper, double& value);
+  OptionText& describe(const std::string& name, const std::string& help);
+  void information(const std::string& name, const std::string& help, const std::function<std::string()>& text);
+  [[noreturn]] void refuseUnknown() const;
+
+  CLI::App app_;
+  ToolTexts texts_;
+  std::string group_ = "Options";
+  std::vector<OptionText> last_; ///< options that follow all others
+};
+
+} // namespace mrf_apps

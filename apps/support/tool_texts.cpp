@@ -1,0 +1,252 @@
+#include "tool_texts.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace mrf_apps {
+namespace {
+
+constexpr std::size_t screenWidth = 80;
+
+/// Appends words in lines that fit the screen. \param indent of all lines \param column where the first one has got to
+void addWrapped(const std::string& words, std::size_t indent, std::size_t column, std::string& text)
+{
+  std::istringstream stream(words);
+  bool isFirst = true;
+  for (std::string word; stream >> word;) {
+    if (column + (isFirst ? 0 : 1) + word.size() > screenWidth && column > indent) {
+      text += "\n" + std::string(indent, ' ');
+      column = indent;
+      isFirst = true;
+    }
+    text += (isFirst ? "" : " ") + word;
+    column += (isFirst ? 0 : 1) + word.size();
+    isFirst = false;
+  }
+  text += "\n";
+}
+
+/// A term and its explanation beside it, or below it if the term is long.
+void addEntry(const std::string& term, const std::string& explanation, std::size_t column, std::string& text)
+{
+  text += "  " + term;
+  if (2 + term.size() + 2 > column)
+    text += "\n" + std::string(column, ' ');
+  else
+    text += std::string(column - 2 - term.size(), ' ');
+  addWrapped(explanation, column, column, text);
+}
+
+void addNote(const std::string& note, std::string& text)
+{
+  std::istringstream lines(note);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t indent = std::min(line.find_first_not_of(' '), line.size());
+    text.append(indent, ' ');
+    addWrapped(line, indent, indent, text);
+  }
+}
+
+std::string termOf(const OptionText& option)
+{
+  return (option.shortName.empty() ? "" : option.shortName + ", ") + option.name +
+         (option.value.empty() ? "" : " " + option.value);
+}
+
+/// The same where there is no room for many words.
+std::string shortTermOf(OptionText option)
+{
+  constexpr std::size_t longest = 22;
+  if (option.completion == Completion::words && termOf(option).size() > longest)
+    option.value = "WORD";
+  return termOf(option);
+}
+
+const OptionText* find(const ToolTexts& texts, const std::string& name)
+{
+  for (const OptionText& option : texts.options)
+    if (option.name == name)
+      return &option;
+  return nullptr;
+}
+
+void addUsage(const ToolTexts& texts, std::string& text)
+{
+  for (const std::string& line : texts.usage)
+    text += (&line == &texts.usage.front() ? "Usage: " : "       ") + texts.tool + " " + line + "\n";
+}
+
+/// The groups in the order of their first options.
+std::vector<std::string> groupsOf(const ToolTexts& texts)
+{
+  std::vector<std::string> groups;
+  for (const OptionText& option : texts.options)
+    if (std::find(groups.begin(), groups.end(), option.group) == groups.end())
+      groups.push_back(option.group);
+  return groups;
+}
+
+} // namespace
+
+std::string shortHelp(const ToolTexts& texts)
+{
+  std::string text;
+  addUsage(texts, text);
+  text += "\n";
+  addWrapped(texts.summary, 0, 0, text);
+  std::size_t column = 0;
+  for (const auto& [operand, help] : texts.operands)
+    column = std::max(column, operand.size());
+  for (const auto& [name, help] : texts.everyday)
+    if (const OptionText* option = find(texts, name))
+      column = std::max(column, shortTermOf(*option).size());
+  column += 4;
+  text += "\n";
+  for (const auto& [operand, help] : texts.operands)
+    addEntry(operand, help, column, text);
+  for (const auto& [name, help] : texts.everyday)
+    if (const OptionText* option = find(texts, name))
+      addEntry(shortTermOf(*option), help, column, text);
+  if (!texts.examples.empty()) {
+    text += "\nExamples:\n";
+    for (const std::string& example : texts.examples)
+      text += "  " + texts.tool + " " + example + "\n";
+  }
+  return text;
+}
+
+std::string fullHelp(const ToolTexts& texts)
+{
+  constexpr std::size_t column = 28;
+  std::string text;
+  addUsage(texts, text);
+  text += "\n";
+  addWrapped(texts.summary, 0, 0, text);
+  text += "\n";
+  for (const auto& [operand, help] : texts.operands)
+    addEntry(operand, help, column, text);
+  for (const std::string& group : groupsOf(texts)) {
+    text += "\n" + group + ":\n";
+    for (const OptionText& option : texts.options)
+      if (option.group == group)
+        addEntry(termOf(option), option.help, column, text);
+  }
+  for (const std::string& note : texts.notes) {
+    text += "\n";
+    addNote(note, text);
+  }
+  if (!texts.examples.empty()) {
+    text += "\nExamples:\n";
+    for (const std::string& example : texts.examples)
+      text += "  " + texts.tool + " " + example + "\n";
+  }
+  return text;
+}
+
+namespace {
+
+/// Plain text for troff: dashes stay dashes, backslashes are none of its commands, and no line begins one.
+std::string troff(const std::string& text)
+{
+  std::string result;
+  for (const char c : text)
+    if (c == '-')
+      result += "\\-";
+    else if (c == '\\')
+      result += "\\e";
+    else
+      result += c;
+  if (!result.empty() && (result[0] == '.' || result[0] == '\''))
+    result.insert(0, "\\&");
+  return result;
+}
+
+std::string upperCase(std::string text)
+{
+  for (char& c : text)
+    if (c >= 'a' && c <= 'z')
+      c = static_cast<char>(c - 'a' + 'A');
+  return text;
+}
+
+} // namespace
+
+std::string manualPage(const ToolTexts& texts)
+{
+  std::string summary = texts.summary.substr(0, texts.summary.find_last_not_of('.') + 1);
+  std::string page = ".TH " + upperCase(texts.tool) + " 1 \"\" \"" + texts.version + "\" \"User Commands\"\n";
+  page += ".SH NAME\n" + troff(texts.tool) + " \\- " + troff(summary) + "\n.SH SYNOPSIS\n.nf\n";
+  for (const std::string& line : texts.usage)
+    page += ".B " + troff(texts.tool) + "\n" + troff(line) + "\n";
+  page += ".fi\n.SH DESCRIPTION\n";
+  for (const auto& [operand, help] : texts.operands)
+    page += ".TP\n.I " + troff(operand) + "\n" + troff(help) + "\n";
+  page += ".SH OPTIONS\n";
+  for (const std::string& group : groupsOf(texts)) {
+    page += ".SS " + troff(group) + "\n";
+    for (const OptionText& option : texts.options)
+      if (option.group == group) {
+        page += ".TP\n\\fB" + (option.shortName.empty() ? "" : troff(option.shortName) + "\\fR, \\fB") +
+                troff(option.name) + "\\fR" + (option.value.empty() ? "" : " \\fI" + troff(option.value) + "\\fR") +
+                "\n" + troff(option.help) + "\n";
+      }
+  }
+  page += ".SH NOTES\n";
+  for (const std::string& note : texts.notes) {
+    page += ".PP\n";
+    std::istringstream lines(note);
+    for (std::string line; std::getline(lines, line);)
+      page += (line.compare(0, 1, " ") == 0 ? ".br\n\\&" : "") + troff(line) + "\n";
+  }
+  if (!texts.examples.empty()) {
+    page += ".SH EXAMPLES\n.nf\n";
+    for (const std::string& example : texts.examples)
+      page += troff(texts.tool + " " + example) + "\n";
+    page += ".fi\n";
+  }
+  return page;
+}
+
+std::string bashCompletion(const ToolTexts& texts)
+{
+  std::string names, files, folders, others, words;
+  for (const OptionText& option : texts.options) {
+    const std::string pattern = option.name + (option.shortName.empty() ? "" : "|" + option.shortName);
+    names += (names.empty() ? "" : " ") + option.name + (option.shortName.empty() ? "" : " " + option.shortName);
+    if (option.value.empty())
+      continue;
+    if (option.completion == Completion::words) {
+      std::string list;
+      for (const std::string& word : option.words)
+        list += (list.empty() ? "" : " ") + word;
+      words += "    " + pattern + ") mapfile -t COMPREPLY < <(compgen -W '" + list + "' -- \"$current\"); return ;;\n";
+      continue;
+    }
+    std::string& patterns = option.completion == Completion::file     ? files
+                            : option.completion == Completion::folder ? folders
+                                                                      : others;
+    patterns += (patterns.empty() ? "" : "|") + pattern;
+  }
+  const auto entry = [](const std::string& patterns, const std::string& action) {
+    return patterns.empty() ? "" : "    " + patterns + ") " + action + "return ;;\n";
+  };
+  const std::string function = "_" + texts.tool;
+  const std::string complete = "compopt -o filenames 2> /dev/null; mapfile -t COMPREPLY < <(compgen ";
+  return "# bash completion for " + texts.tool + "\n" + function +
+         "()\n{\n"
+         "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]}\n"
+         "  # --option=value comes as three words.\n"
+         "  if [[ $current == = ]]; then\n    current=\n"
+         "  elif [[ $previous == = ]]; then\n    previous=${COMP_WORDS[COMP_CWORD-2]}\n  fi\n"
+         "  COMPREPLY=()\n"
+         "  case $previous in\n" +
+         words + entry(files, complete + "-f -- \"$current\"); ") + entry(folders, complete + "-d -- \"$current\"); ") +
+         entry(others, "") +
+         "  esac\n"
+         "  if [[ $current == -* ]]; then\n"
+         "    mapfile -t COMPREPLY < <(compgen -W '" +
+         names + "' -- \"$current\")\n  else\n    " + complete + "-f -- \"$current\")\n  fi\n}\ncomplete -F " +
+         function + " " + texts.tool + "\n";
+}
+
+} // namespace mrf_apps

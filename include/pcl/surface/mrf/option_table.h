@@ -1,0 +1,70 @@
+/// \file
+/// \brief Every option of a reconstruction declared once: its name, unit, range, default and help.
+#pragma once
+
+#include <pcl/surface/mrf/options.h>
+
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Numbers that an option takes.
+struct OptionRange {
+  double lower = 0, upper = std::numeric_limits<double>::infinity();
+  bool lowerOpen = false, upperOpen = false;
+
+  /// False for what is not finite.
+  bool contains(double value) const;
+  /// "[0, 1)", or "> 0" if there is no upper end.
+  std::string text() const;
+};
+
+/// What validation, command lines, manuals and tests need to know of one option.
+struct OptionDeclaration {
+  std::string name;      ///< as in Options and in messages, such as "outliers.spacingFactor"
+  std::string flag;      ///< on a command line, such as "--spacing-factor"
+  std::string unit;      ///< of a number, such as "length", "degrees" or "share"
+  OptionRange range;     ///< of a number, in this unit; contains 0 if 0 is automatic
+  bool isWhole = false;  ///< of a number
+  std::string automatic; ///< what 0 stands for; empty: 0 is a value like any other, or none
+  std::vector<std::pair<std::string, double>> words; ///< of an enumeration or a switch, with their values; else empty
+  std::string help;                                  ///< what it does, without limits and default
+
+  std::function<double(const Options&)> get; ///< in `unit`, or as in `words`
+  /// \return false if the member cannot hold the value within the range: in single precision 1e39 is infinite and
+  /// .999999999 is 1; the options stay as they were
+  std::function<bool(Options&, double)> set;
+
+  bool isNumber() const { return words.empty(); }
+  bool accepts(double value) const;
+
+  /// What follows "is": "outside its range [0, 1)", or "none of on, off".
+  std::string refusal() const;
+
+  /// The default: a number, a word, or what 0 stands for.
+  std::string defaultText() const;
+
+  /// A value of the option, as a message or a help shows it.
+  std::string textOf(double value) const;
+};
+
+/// All numbers, enumerations and switches of Options, stage by stage.
+const std::vector<OptionDeclaration>& optionDeclarations();
+
+/// \throw std::out_of_range if there is no option of this name
+const OptionDeclaration& optionDeclaration(const std::string& name);
+
+/// Checks every declared option, or those of one stage. \param stage such as "outliers"; empty: all
+/// \throw InvalidOption naming the first one that is out of range, its value and the range
+void requireDeclared(const Options& options, const std::string& stage = {});
+
+/// Shortest decimal text of a number in single precision.
+std::string decimalText(double value);
+
+} // namespace mrf
+} // namespace pcl

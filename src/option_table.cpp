@@ -1,0 +1,445 @@
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_names.h>
+#include <pcl/surface/mrf/option_table.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <stdexcept>
+#include <type_traits>
+
+namespace pcl {
+namespace mrf {
+
+std::string decimalText(double value)
+{
+  std::array<char, 32> digits;
+  // Most options are floats; as doubles they would show the digits that float lacks.
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), static_cast<float>(value));
+  return {digits.data(), end.ptr};
+}
+
+bool OptionRange::contains(double value) const
+{
+  return std::isfinite(value) && (lowerOpen ? value > lower : value >= lower) &&
+         (upperOpen ? value < upper : value <= upper);
+}
+
+std::string OptionRange::text() const
+{
+  if (std::isinf(upper))
+    return (lowerOpen ? "> " : ">= ") + decimalText(lower);
+  constexpr float third = 1.f / 3;
+  const std::string end = static_cast<float>(upper) == third ? "1/3" : decimalText(upper);
+  return (lowerOpen ? "(" : "[") + decimalText(lower) + ", " + end + (upperOpen ? ")" : "]");
+}
+
+bool OptionDeclaration::accepts(double value) const
+{
+  if (!isNumber())
+    return std::any_of(words.begin(), words.end(), [&](const auto& word) { return word.second == value; });
+  return (value == 0 && !automatic.empty()) || (range.contains(value) && (!isWhole || value == std::floor(value)));
+}
+
+std::string OptionDeclaration::refusal() const
+{
+  if (isNumber())
+    return "outside its range " + range.text() + (unit == "degrees" || unit == "voxels" ? " " + unit : "") +
+           (automatic.empty() ? "" : " (0 = " + automatic + ")");
+  std::string text = "none of ";
+  for (const auto& entry : words)
+    text += (&entry == &words.front() ? "" : ", ") + entry.first;
+  return text;
+}
+
+std::string OptionDeclaration::textOf(double value) const
+{
+  for (const auto& [word, number] : words)
+    if (number == value)
+      return word;
+  return decimalText(value);
+}
+
+std::string OptionDeclaration::defaultText() const
+{
+  const double value = get(defaultPreset());
+  return value == 0 && !automatic.empty() ? automatic : textOf(value);
+}
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double mebibyte = 1024. * 1024.;
+const OptionRange notNegative{0, infinity};
+const OptionRange positive{0, infinity, true};
+const OptionRange zeroToOne{0, 1};
+const OptionRange zeroToBelowOne{0, 1, false, true};
+const OptionRange aboveOne{1, infinity, true};
+
+OptionRange upTo(double upper)
+{
+  return {0, upper};
+}
+
+OptionRange between(double lower, double upper)
+{
+  return {lower, upper};
+}
+
+/// A member of Options, as a function to it.
+template <typename Value>
+auto field(Value Options::*member)
+{
+  return [member](auto& options) -> auto&
+  {
+    return options.*member;
+  };
+}
+
+/// A member of one of its structs.
+template <typename Stage, typename Value>
+auto field(Stage Options::*stage, Value Stage::*member)
+{
+  return [ stage, member ](auto& options) -> auto&
+  {
+    return options.*stage.*member;
+  };
+}
+
+/// Rows of the table, in the order in which they are added.
+class Table {
+public:
+  /// Names of the rows that follow begin with it. \param name empty: they are members of Options itself
+  void stage(const std::string& name) { prefix_ = name.empty() ? "" : name + "."; }
+
+  /// \param factor the member's unit in the option's
+  template <typename Member>
+  OptionDeclaration& number(const char* name, const char* flag, const char* unit, const OptionRange& range,
+                            const Member& member, const char* help, double factor = 1)
+  {
+    using Value = std::decay_t<decltype(member(std::declval<Options&>()))>;
+    OptionDeclaration& row = add(name, flag, help);
+    row.unit = unit;
+    row.range = range;
+    row.isWhole = std::is_integral_v<Value> && factor == 1;
+    row.get = [member, factor](const Options& options) { return static_cast<double>(member(options)) / factor; };
+    row.set = [member, factor, range](Options& options, double value) {
+      const double number = value * factor;
+      constexpr double largestWhole = 0x1p53; // beyond it a double is not the number that was typed
+      if (std::is_integral_v<Value> && number > largestWhole)
+        return false;
+      if (!(number < static_cast<double>(std::numeric_limits<Value>::max())))
+        return false;
+      const double stored = static_cast<double>(static_cast<Value>(number)) / factor;
+      if ((range.lowerOpen && value != 0 && stored <= range.lower) || (range.upperOpen && stored >= range.upper))
+        return false;
+      member(options) = static_cast<Value>(number);
+      return true;
+    };
+    return row;
+  }
+
+  template <typename Member>
+  void choice(const char* name, const char* flag, const Member& member, const char* help)
+  {
+    using Value = std::decay_t<decltype(member(std::declval<Options&>()))>;
+    OptionDeclaration& row = add(name, flag, help);
+    for (const auto& [word, value] : names<Value>())
+      row.words.emplace_back(word, static_cast<double>(static_cast<std::underlying_type_t<Value>>(value)));
+    // Out of memory that was never set an enumeration may hold any number; so it is read as one.
+    row.get = [member](const Options& options) {
+      return static_cast<double>(static_cast<std::underlying_type_t<Value>>(member(options)));
+    };
+    row.set = [member](Options& options, double value) {
+      member(options) = static_cast<Value>(static_cast<std::underlying_type_t<Value>>(value));
+      return true;
+    };
+  }
+
+  template <typename Member>
+  void onOff(const char* name, const char* flag, const Member& member, const char* help)
+  {
+    OptionDeclaration& row = add(name, flag, help);
+    row.words = {{"on", 1}, {"off", 0}};
+    row.get = [member](const Options& options) { return member(options) ? 1. : 0.; };
+    row.set = [member](Options& options, double value) {
+      member(options) = value != 0;
+      return true;
+    };
+  }
+
+  std::vector<OptionDeclaration> rows;
+
+private:
+  OptionDeclaration& add(const char* name, const char* flag, const char* help)
+  {
+    OptionDeclaration row;
+    row.name = prefix_ + name;
+    row.flag = flag;
+    row.help = help;
+    rows.push_back(std::move(row));
+    return rows.back();
+  }
+
+  std::string prefix_;
+};
+
+void declareOutliers(Table& table)
+{
+  table.stage("outliers");
+  const auto stage = &Options::outliers;
+  table.onOff("alone", "--alone-filter", field(stage, &OutlierOptions::alone),
+              "drop points that are far from their neighbors and on no surface with them");
+  table.number("aloneFactor", "--alone-factor", "factor", aboveOne, field(stage, &OutlierOptions::aloneFactor),
+               "so many times as far as the neighbors from theirs");
+  table.onOff("spacing", "--spacing-filter", field(stage, &OutlierOptions::spacing),
+              "drop points whose mean distance to their neighbors is a multiple of its median");
+  table.number("spacingNeighbours", "--spacing-neighbors", "n", between(1, 1000),
+               field(stage, &OutlierOptions::spacingNeighbours), "its number of neighbors");
+  table.number("spacingFactor", "--spacing-factor", "factor", aboveOne, field(stage, &OutlierOptions::spacingFactor),
+               "its multiple of the median");
+  table.onOff("statistical", "--statistical-filter", field(stage, &OutlierOptions::statistical),
+              "PCL's statistical outlier removal");
+  table.number("statisticalNeighbours", "--statistical-neighbors", "n", between(1, 1000),
+               field(stage, &OutlierOptions::statisticalNeighbours), "its number of neighbors");
+  table.number("statisticalDeviations", "--statistical-deviations", "n", positive,
+               field(stage, &OutlierOptions::statisticalDeviations), "its limit in standard deviations");
+  table.onOff("robust", "--robust", field(stage, &OutlierOptions::robust),
+              "drop points that a robust coarse field cannot agree with: for clusters of false matches");
+}
+
+void declareNormals(Table& table)
+{
+  table.stage("normals");
+  const auto stage = &Options::normals;
+  table.choice("source", "--normals", field(stage, &NormalOptions::source),
+               "normals of the input: use them if there are any, use, take as reference for the orientation, or "
+               "estimate anew");
+  table
+      .number("radius", "--normal-radius", "length", notNegative, field(stage, &NormalOptions::radius),
+              "neighborhood of the plane fit")
+      .automatic = "the 13 nearest points, more where they are rough or lie on a line, or by --noise";
+  table.onOff("noiseCriteria", "--noise-criteria", field(stage, &NormalOptions::noiseCriteria),
+              "drop points off the plane fitted for their normal, as the paper does");
+  table.number("maxThirdEigenvalue", "--noise-eigenvalue", "share", {0, 1.f / 3, true},
+               field(stage, &NormalOptions::maxThirdEigenvalue), "its limit to the share of the smallest eigenvalue");
+  table
+      .number("maxPlaneDistance", "--noise-distance", "length", notNegative,
+              field(stage, &NormalOptions::maxPlaneDistance), "its limit to the distance from the plane")
+      .automatic = "s";
+}
+
+void declareOrientation(Table& table)
+{
+  table.stage("orientation");
+  const auto stage = &Options::orientation;
+  table
+      .number("neighbourDistance", "--orientation-distance", "length", notNegative,
+              field(stage, &OrientationOptions::neighbourDistance), "points closer than this are neighbors")
+      .automatic = "by --local-distance";
+  table.onOff("localDistance", "--local-distance", field(stage, &OrientationOptions::localDistance),
+              "or, without a length, than five times their own spacing; off: s + 6 standard deviations, at least "
+              "2.5 s, for all");
+  table.number("maxAngle", "--orientation-angle", "degrees", {0, 90, true}, field(stage, &OrientationOptions::maxAngle),
+               "and their normals within this angle");
+  table.onOff("joinAcrossCreases", "--join-creases", field(stage, &OrientationOptions::joinAcrossCreases),
+              "join components over neighbors that fail the angle");
+  table.number("minComponentShare", "--min-component", "share", zeroToBelowOne,
+               field(stage, &OrientationOptions::minComponentShare),
+               "drop components with a smaller share of the points");
+  table.number("lowAgreement", "--low-agreement", "share", zeroToOne, field(stage, &OrientationOptions::lowAgreement),
+               "warn if fewer normals agree with the vote on their orientation");
+  table.onOff("sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
+              "without these, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the cloud is organized");
+}
+
+void declareObservation(Table& table)
+{
+  table.stage("observation");
+  const auto stage = &Options::observation;
+  table.choice("estimate", "--observation", field(stage, &ObservationOptions::estimate),
+               "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
+  table
+      .number("smoothing", "--smoothing", "length", notNegative, field(stage, &ObservationOptions::smoothing),
+              "what is smaller is smoothed away")
+      .automatic = "chosen by the data";
+  table
+      .number("noise", "--noise", "sigma", notNegative, field(stage, &ObservationOptions::noise),
+              "standard deviation of the scanner's noise; sets the smoothing")
+      .automatic = "unknown";
+  table
+      .number("gradientWeight", "--gradient-weight", "ratio", upTo(100),
+              field(stage, &ObservationOptions::gradientWeight),
+              "of the normals beside the positions, in squared smoothing lengths")
+      .automatic = ".4, or 4 if the data of a noisy cloud say so";
+  table.number("neighbours", "--neighbors", "n", between(1, 100), field(stage, &ObservationOptions::neighbours),
+               "points observed per voxel");
+  table.onOff("scaleWithLevel", "--scale-distance", field(stage, &ObservationOptions::scaleWithLevel),
+              "coarse levels, and the default distance, reach at least 1.5 voxels");
+  table
+      .number("maxDistance", "--max-distance", "length", notNegative, field(stage, &ObservationOptions::maxDistance),
+              "distance from the points at which the confidence reaches 0")
+      .automatic = "3.25 s; 3 s with median, mean and nearest";
+  table.choice("confidenceShape", "--confidence-shape", field(stage, &ObservationOptions::confidenceShape),
+               "how the confidence falls with the distance");
+}
+
+void declarePrior(Table& table)
+{
+  table.stage("prior");
+  const auto stage = &Options::prior;
+  table.choice("prior", "--prior", field(stage, &PriorOptions::prior),
+               "what a surface without data looks like; the first is the flattest and fastest");
+  table.number("beta", "--beta", "weight", zeroToBelowOne, field(stage, &PriorOptions::beta),
+               "weight of the data observed at voxels; lower it for noisy data");
+  table.choice("energy", "--energy", field(stage, &PriorOptions::energy),
+               "joint: Eq. 9 of the paper, and its program; weighted: Eq. 10-11; paper-text: Eq. 6 as its text weighs "
+               "the data, 36/7 (thin-plate) or 18 (triharmonic) against 42 or 324");
+}
+
+void declareSolver(Table& table)
+{
+  table.stage("solver");
+  const auto stage = &Options::solver;
+  table.choice("method", "--solver", field(stage, &SolverOptions::method), "how the linear system is solved");
+  table
+      .number("maxIterations", "--max-iterations", "n", notNegative, field(stage, &SolverOptions::maxIterations),
+              "iterations or sweeps per level")
+      .automatic = "100 (multigrid; near the surface only 4, 2, 1), 1000 (icm), 10000 (cg)";
+  table.number("residualTolerance", "--residual-tolerance", "ratio", {0, 1, true, true},
+               field(stage, &SolverOptions::residualTolerance), "multigrid and cg stop at this relative residual");
+  table.number("changeTolerance", "--change-tolerance", "voxels", notNegative,
+               field(stage, &SolverOptions::changeTolerance),
+               "icm and multigrid stop when a step changes less (RMS), 8 times that where points are observed; "
+               "0 = never");
+  table
+      .number("smootherDegree", "--smoother-degree", "n", upTo(50), field(stage, &SolverOptions::smootherDegree),
+              "of multigrid's Chebyshev smoother")
+      .automatic = "2, 5, 10 by the order of the prior, near the surface only 2, 4, 5";
+  table.onOff("choleskyOnCoarsest", "--cholesky-coarsest", field(stage, &SolverOptions::choleskyOnCoarsest),
+              "factorize the coarsest level whatever the solver");
+  table.number("seed", "--seed", "n", notNegative, field(stage, &SolverOptions::seed), "of icm's visiting order");
+  table.number("maxFactorBytes", "--max-factor-memory", "MiB", positive, field(stage, &SolverOptions::maxFactorBytes),
+               "memory a Cholesky factor may take", mebibyte);
+}
+
+void declareMultiscale(Table& table)
+{
+  table.stage("multiscale");
+  const auto stage = &Options::multiscale;
+  table.choice("quality", "--quality", field(stage, &MultiscaleOptions::quality),
+               "voxel side of the finest level: 3 s, 2 s or 1.5 s");
+  table
+      .number("voxelSize", "--voxel-size", "length", notNegative, field(stage, &MultiscaleOptions::voxelSize),
+              "the same as a length")
+      .automatic = "by the quality";
+  table
+      .number("padding", "--padding", "voxels", between(2, 100), field(stage, &MultiscaleOptions::padding),
+              "voxels of the finest level around the points")
+      .automatic = "6, more beside openings";
+  table.number("coarsestSide", "--coarsest-side", "voxels", between(4, 256),
+               field(stage, &MultiscaleOptions::coarsestSide),
+               "levels are added until the longest side is at most this");
+  table
+      .number("maxMemory", "--max-memory", "MiB", notNegative, field(stage, &MultiscaleOptions::maxMemory),
+              "memory the levels may take", mebibyte)
+      .automatic = "80 % of what is free";
+  table.number("denseVoxels", "--dense-voxels", "n", notNegative, field(stage, &MultiscaleOptions::denseVoxels),
+               "levels of more voxels are solved near the surface only");
+  table.choice("interpolation", "--interpolation", field(stage, &MultiscaleOptions::interpolation),
+               "of a level's field, for what the next finer one starts from; near the surface only always cubic");
+}
+
+void declareMesh(Table& table)
+{
+  table.stage("polygonizer");
+  table.choice("decomposition", "--polygonizer", field(&Options::polygonizer, &PolygonizerOptions::decomposition),
+               "how the zero level is cut out of the voxels");
+  table.stage("remesher");
+  const auto remesher = &Options::remesher;
+  table.number("rounds", "--remesh", "n", upTo(1000), field(remesher, &RemesherOptions::rounds), "rounds of remeshing");
+  table
+      .number("targetEdge", "--target-edge", "length", notNegative, field(remesher, &RemesherOptions::targetEdge),
+              "edge that the remesher aims at")
+      .automatic = "median edge before";
+  table.number("relaxation", "--relaxation", "share", {0, 1, true}, field(remesher, &RemesherOptions::relaxation),
+               "of the remesher's tangential step that is taken");
+  table.stage("trimming");
+  const auto trimming = &Options::trimming;
+  table.choice("trimming", "--trim", field(trimming, &TrimmingOptions::trimming),
+               "invented surface: keep all, keep only fillings of holes, or keep none");
+  table
+      .number("maxHole", "--max-hole", "length", notNegative, field(trimming, &TrimmingOptions::maxHole),
+              "largest diameter of a hole that is filled")
+      .automatic = "half the bounding box's diagonal";
+  table
+      .number("maxGap", "--max-gap", "length", notNegative, field(trimming, &TrimmingOptions::maxGap),
+              "the same for holes and bays of a surface that is open elsewhere")
+      .automatic = "--max-hole if given, or 24 % of the diagonal, but 28 local spacings across steps in depth";
+  table.number(
+      "minComponentPoints", "--trim-points", "n", upTo(1000000), field(trimming, &TrimmingOptions::minComponentPoints),
+      "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "
+      "near), but never the largest; not with --trim none");
+  table.number("minComponentShare", "--trim-component", "share", zeroToBelowOne,
+               field(trimming, &TrimmingOptions::minComponentShare),
+               "the same for those with less of the supported area");
+}
+
+void declareOthers(Table& table)
+{
+  table.stage("");
+  table.choice("unit", "--unit", field(&Options::unit),
+               "s, the unit of automatic lengths: half the side of the square that a point stands for, or the mean "
+               "distance to the nearest point (the paper's)");
+  table.choice("colours", "--color", field(&Options::colours),
+               "colors of the mesh: blue where interpolated and skin where observed, the input's, or none");
+  table.number("threads", "--threads", "n", upTo(1024), field(&Options::threads), "the result does not depend on it")
+      .automatic = "one per hardware thread";
+}
+
+std::vector<OptionDeclaration> declareAll()
+{
+  Table table;
+  declareOutliers(table);
+  declareNormals(table);
+  declareOrientation(table);
+  declareObservation(table);
+  declarePrior(table);
+  declareSolver(table);
+  declareMultiscale(table);
+  declareMesh(table);
+  declareOthers(table);
+  return std::move(table.rows);
+}
+
+} // namespace
+
+const std::vector<OptionDeclaration>& optionDeclarations()
+{
+  static const std::vector<OptionDeclaration> all = declareAll();
+  return all;
+}
+
+const OptionDeclaration& optionDeclaration(const std::string& name)
+{
+  for (const OptionDeclaration& option : optionDeclarations())
+    if (option.name == name)
+      return option;
+  throw std::out_of_range("there is no option " + name);
+}
+
+void requireDeclared(const Options& options, const std::string& stage)
+{
+  for (const OptionDeclaration& option : optionDeclarations()) {
+    if (option.name.compare(0, stage.size(), stage) != 0)
+      continue;
+    const double value = option.get(options);
+    if (!option.accepts(value))
+      throw InvalidOption(option.name + " = " + decimalText(value) + " is " + option.refusal());
+  }
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,221 @@
+// Standard input and output, several inputs, and progress.
+#include "support/tool.h"
+
+#include <pcl/io/ply_io.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace {
+
+class ToolStreams : public tool::Test {
+protected:
+  ToolStreams()
+  {
+    rows_ = tool::sphereRows(400);
+    write("sphere.xyz", rows_);
+  }
+
+  /// Runs a line of the shell in the folder; the tool is $TOOL.
+  tool::Outcome shell(const std::string& line) const
+  {
+    return tool::runProgram({"bash", "-c", "TOOL='" MRF_TOOL "'; " + line}, path(""), false);
+  }
+
+  std::string rows_;
+};
+
+TEST_F(ToolStreams, StandardInputIsReadByWhatItBeginsWith)
+{
+  ASSERT_EQ(run({"sphere.xyz", "expected.ply", "-q"}).status, 0);
+  const std::string expected = tool::readText(path("expected.ply"));
+
+  std::string obj = "# comment\n", normals, off = "NOFF\n400 0 0\n" + rows_;
+  std::istringstream lines(rows_);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream numbers(line);
+    std::string x, y, z, n;
+    numbers >> x >> y >> z;
+    std::getline(numbers, n);
+    obj += "v " + x + " " + y + " " + z + "\n";
+    normals += "vn" + n + "\n";
+  }
+  write("obj", obj + normals);
+  write("off", off);
+  write("ply", "ply\nformat ascii 1.0\nelement vertex 400\nproperty double x\nproperty double y\nproperty double z\n"
+               "property double nx\nproperty double ny\nproperty double nz\nend_header\n" +
+                   rows_);
+  const std::string pcdHeader = "VERSION .7\nFIELDS x y z normal_x normal_y normal_z\nSIZE 8 8 8 8 8 8\n"
+                                "TYPE F F F F F F\nCOUNT 1 1 1 1 1 1\nWIDTH 400\nHEIGHT 1\n"
+                                "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 400\nDATA ascii\n";
+  write("pcd", pcdHeader + rows_);
+  write("pcd2", "# .PCD v.7 - Point Cloud Data file format\n" + pcdHeader + rows_);
+  write("xyz", "x y z nx ny nz\n" + rows_);
+  for (const char* name : {"sphere.xyz", "obj", "off", "ply", "pcd", "pcd2", "xyz"}) {
+    SCOPED_TRACE(name);
+    const tool::Outcome outcome = shell("cat " + std::string(name) + " | $TOOL - out.ply -q");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(tool::readText(path("out.ply")), expected);
+    std::filesystem::remove(path("out.ply"));
+  }
+  // A format that is said is not guessed.
+  EXPECT_EQ(shell("$TOOL - out.ply -q --input-format txt < sphere.xyz").status, 0);
+  EXPECT_EQ(tool::readText(path("out.ply")), expected);
+  EXPECT_EQ(shell("$TOOL off named.ply -q --input-format off").status, 0);
+  EXPECT_EQ(tool::readText(path("named.ply")), expected);
+}
+
+TEST_F(ToolStreams, StandardInputThatIsNoCloudIsTold)
+{
+  const auto expect = [&](const std::string& line, int status, const std::string& words) {
+    SCOPED_TRACE(line);
+    const tool::Outcome outcome = shell(line);
+    EXPECT_EQ(outcome.status, status);
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(files(), std::vector<std::string>{"sphere.xyz"});
+  };
+  expect("echo It was a dark and stormy night | $TOOL - out.ply", 1,
+         "'standard input': looks like none of pcd, ply, obj, off, xyz or txt; say --input-format");
+  expect("$TOOL - out.ply < /dev/null", 1, "'standard input': is empty");
+  expect("echo 1 2 3 | $TOOL - out.ply", 1, "'standard input': 1 of 1 points");
+  expect("$TOOL - out.ply --input-format ply < sphere.xyz", 1, "'standard input': is not a PLY file");
+  expect("$TOOL sphere.xyz -", 2, "standard output, which has no name to tell the format; say --output-format");
+  expect("$TOOL sphere.xyz - --output-format doc", 2, "'doc' is none of ply, obj, stl, vtk, vtp");
+  expect("$TOOL - --output-directory out < sphere.xyz", 2, "standard input has no name");
+}
+
+TEST_F(ToolStreams, StandardOutputHoldsTheMeshAlone)
+{
+  for (const std::string format : {"ply", "obj", "stl", "vtk", "vtp"}) {
+    SCOPED_TRACE(format);
+    ASSERT_EQ(run({"sphere.xyz", "out." + format, "-q"}).status, 0);
+    const tool::Outcome outcome = run({"sphere.xyz", "-", "--output-format", format, "-v", "--report", "r.json"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, tool::readText(path("out." + format)));
+    EXPECT_NE(outcome.err.find("wrote     standard output ("), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("surface"), std::string::npos);
+  }
+  EXPECT_EQ(shell("$TOOL - - --output-format ply -q < sphere.xyz | cmp - out.ply").status, 0);
+}
+
+TEST_F(ToolStreams, AStandardOutputThatIsClosedIsAFailure)
+{
+  const tool::Outcome outcome = shell("{ $TOOL sphere.xyz - --output-format obj -q; echo $? > status; } | true; "
+                                      "$TOOL sphere.xyz - --output-format ply -q > /dev/full");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("'standard output': cannot be written: No space left"), std::string::npos) << outcome.err;
+}
+
+TEST_F(ToolStreams, EachInputBecomesAFileInTheFolder)
+{
+  write("two.xyz", "0 0 0\n1 0 0\n");
+  std::filesystem::create_directory(path("scans"));
+  write("scans/half.xyz", tool::sphereRows(400, .5));
+  const tool::Outcome outcome = run({"sphere.xyz", "two.xyz", "nowhere.ply", "scans/half.xyz", "--output-directory",
+                                     "a/meshes", "--output-format", "obj", "--report", "r.json"});
+  EXPECT_EQ(outcome.status, 1);
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(path("a/meshes")))
+    names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(names, (std::vector<std::string>{"half-r.json", "half.obj", "nowhere-r.json", "sphere-r.json", "sphere.obj",
+                                             "two-r.json"}))
+      << "a failure leaves its report alone";
+  // A line for each.
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 2) << outcome.out;
+  EXPECT_NE(outcome.out.find("sphere.xyz -> a/meshes/sphere.obj: 400 points, "), std::string::npos) << outcome.out;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 2) << outcome.err;
+  for (const char* words : {"pcl_mrf_reconstruction: 'two.xyz': 2 of 2", "'nowhere.ply': No such file"})
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  // The same bytes as one at a time.
+  ASSERT_EQ(run({"sphere.xyz", "alone.obj", "-q"}).status, 0);
+  EXPECT_EQ(tool::readText(path("alone.obj")), tool::readText(path("a/meshes/sphere.obj")));
+
+  // The first failure decides on the status, and every line names its input.
+  const tool::Outcome large =
+      run({"sphere.xyz", "nowhere.ply", "--output-directory", "out", "--voxel-size", ".001", "--max-memory", "16"});
+  EXPECT_EQ(large.status, 3);
+  EXPECT_EQ(large.err.rfind("pcl_mrf_reconstruction: 'sphere.xyz': ", 0), 0u) << large.err;
+}
+
+TEST_F(ToolStreams, AFolderOfOutputsIsCheckedBeforeTheWork)
+{
+  std::filesystem::create_directory(path("scans"));
+  write("scans/sphere.xyz", rows_);
+  expectFailure({"sphere.xyz", "scans/sphere.xyz", "--output-directory", "out"}, 2,
+                "'sphere.xyz' and 'scans/sphere.xyz' would both become 'out/sphere.ply'");
+  expectFailure({"sphere.xyz", "--output-directory", "out", "--report", "a/r.json"}, 2, "--report: 'a/r.json'");
+  expectFailure({"--output-directory", "out"}, 2, "INPUT");
+  expectFailure({"sphere.xyz", "--output-directory", "sphere.xyz"}, 1, "'sphere.xyz'");
+  expectFailure({"sphere.xyz", "other.doc", "--output-directory", "out"}, 2, "other.doc");
+}
+
+/// The percentages that --progress told, and the stages.
+struct Told {
+  std::vector<int> percentages;
+  std::vector<std::string> stages;
+
+  explicit Told(const std::string& text)
+  {
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      std::istringstream words(line);
+      int percent = -1;
+      std::string sign, seconds, unit, stage;
+      words >> percent >> sign >> seconds >> unit >> std::ws;
+      std::getline(words, stage);
+      EXPECT_EQ(sign + unit, "%s") << line;
+      percentages.push_back(percent);
+      stages.push_back(stage);
+    }
+  }
+};
+
+TEST_F(ToolStreams, ProgressIsToldWhereItIsAskedFor)
+{
+  EXPECT_EQ(run({"sphere.xyz", "out.ply"}).err, "") << "standard error is no terminal";
+  const tool::Outcome outcome = run({"sphere.xyz", "out.ply", "--progress", "-q"});
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.out, "");
+  const Told told(outcome.err);
+  ASSERT_GE(told.stages.size(), 8u) << outcome.err;
+  EXPECT_EQ(told.stages.front(), "reading");
+  EXPECT_EQ(told.stages.back(), "writing");
+  EXPECT_EQ(told.percentages.front(), 0);
+  EXPECT_GE(told.percentages.back(), 90);
+  EXPECT_LE(told.percentages.back(), 100);
+  EXPECT_TRUE(std::is_sorted(told.percentages.begin(), told.percentages.end())) << outcome.err;
+}
+
+TEST_F(ToolStreams, ProgressOfSeveralInputsIsOne)
+{
+  write("other.xyz", rows_);
+  const tool::Outcome outcome = run({"sphere.xyz", "other.xyz", "--output-directory", "out", "--progress", "-q"});
+  EXPECT_EQ(outcome.status, 0);
+  const Told told(outcome.err);
+  EXPECT_TRUE(std::is_sorted(told.percentages.begin(), told.percentages.end())) << outcome.err;
+  ASSERT_FALSE(told.stages.empty());
+  EXPECT_EQ(told.stages.front(), "1 of 2, reading");
+  EXPECT_EQ(told.stages.back(), "2 of 2, writing");
+  const auto second = std::find(told.stages.begin(), told.stages.end(), "2 of 2, reading");
+  ASSERT_NE(second, told.stages.end());
+  EXPECT_EQ(told.percentages[static_cast<std::size_t>(second - told.stages.begin())], 50);
+}
+
+TEST_F(ToolStreams, ATerminalHasABarThatNeverFalls)
+{
+  if (!tool::hasProgram("script"))
+    GTEST_SKIP() << "no script, which runs a program in a terminal";
+  const tool::Outcome outcome =
+      shell("script -qec \"$TOOL sphere.xyz out.ply -q; $TOOL sphere.xyz out.ply > log\" typescript "
+            "> /dev/null < /dev/null; cat typescript");
+  std::vector<int> percentages;
+  for (std::size_t at = outcome.out.find("] "); at != std::string::npos; at = outcome.out.find("] ", at + 1))
+    percentages.push_back(std::atoi(outcome.out.c_str() + at + 2));
+  EXPECT_GE(percentages.size(), 8u) << outcome.out;
+  EXPECT_TRUE(std::is_sorted(percentages.begin(), percentages.end())) << outcome.out << "; -q has none";
+  EXPECT_NE(outcome.out.find("\r\033[K"), std::string::npos);
+}
+
+} // namespace
