@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -68,11 +69,15 @@ struct Execution::Workers {
       thread.join();
   }
 
-  void claimRanges()
+  /// \param after called after each range
+  template <typename After>
+  void claimRanges(const After& after)
   {
     try {
-      for (std::int64_t begin = next.fetch_add(grain); begin < count; begin = next.fetch_add(grain))
+      for (std::int64_t begin = next.fetch_add(grain); begin < count; begin = next.fetch_add(grain)) {
         (*body)(begin, std::min(begin + grain, count));
+        after();
+      }
     } catch (...) {
       next = count;
       const std::lock_guard<std::mutex> lock(mutex);
@@ -91,15 +96,17 @@ struct Execution::Workers {
         return;
       served = loop;
       lock.unlock();
-      claimRanges();
+      claimRanges([] {});
       lock.lock();
       if (--running == 0)
         done.notify_one();
     }
   }
 
+  /// \param after called after each range of the calling thread
+  template <typename After>
   void run(std::int64_t loopCount, std::int64_t loopGrain,
-           const std::function<void(std::int64_t, std::int64_t)>& loopBody)
+           const std::function<void(std::int64_t, std::int64_t)>& loopBody, const After& after)
   {
     {
       const std::lock_guard<std::mutex> lock(mutex);
@@ -112,12 +119,90 @@ struct Execution::Workers {
       ++loop;
     }
     wake.notify_all();
-    claimRanges();
+    claimRanges(after);
     std::unique_lock<std::mutex> lock(mutex);
     done.wait(lock, [&] { return running == 0; });
     if (error)
       std::rethrow_exception(error);
   }
+};
+
+/// How much of a run is done: what the stages report, and between their reports what the time says.
+class Execution::Run {
+public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit Run(std::vector<ExpectedStage> stages) : stages_(std::move(stages))
+  {
+    for (const ExpectedStage& stage : stages_)
+      total_ += stage.seconds;
+  }
+
+  void beginStage(const std::string& name)
+  {
+    std::size_t next = at_;
+    while (next < stages_.size() && stages_[next].stage != name)
+      ++next;
+    expected_ = 0;
+    if (next == stages_.size()) // not expected: the time before it, but nothing of the others, is done
+      done_ += isExpected_ ? stages_[at_++].seconds : 0;
+    else {
+      for (; at_ < next; ++at_)
+        done_ += stages_[at_].seconds;
+      expected_ = stages_[at_].seconds;
+    }
+    isExpected_ = next < stages_.size();
+    begin_ = reported_ = Clock::now();
+    shown_ = 0;
+    // What was slower than expected is taken for a slow machine, the less so the less there was of it.
+    const double trust = .25 * total_;
+    remaining_ = expected_ * (secondsBetween(start_, begin_) + trust) / (done_ + trust);
+  }
+
+  /// \param fraction of the stage
+  void report(double fraction)
+  {
+    shown_ = std::max(inStage(), std::min(fraction, largestReport));
+    reported_ = Clock::now();
+    if (fraction > 0)
+      remaining_ = secondsBetween(begin_, reported_) * (1 - std::min(fraction, largestReport)) / fraction;
+  }
+
+  /// Of the run.
+  double fraction()
+  {
+    if (total_ > 0)
+      fraction_ = std::max(fraction_, std::min((done_ + expected_ * inStage()) / total_, 1.));
+    return fraction_;
+  }
+
+private:
+  /// A report of the whole does not mean that the stage ends.
+  static constexpr double largestReport = .95;
+
+  static double secondsBetween(Clock::time_point begin, Clock::time_point end)
+  {
+    return std::chrono::duration<double>(end - begin).count();
+  }
+
+  /// Fraction of the stage, by the time since its last report: steady for half of what is expected to remain, and then
+  /// ever slower, but never still.
+  double inStage() const
+  {
+    constexpr double steady = .5;
+    const double time = remaining_ > 0 ? secondsBetween(reported_, Clock::now()) / remaining_ : 0;
+    const double share = time < steady ? time : 1 - (1 - steady) * (1 - steady) / (time + 1 - 2 * steady);
+    return shown_ + (1 - shown_) * share;
+  }
+
+  std::vector<ExpectedStage> stages_;
+  std::size_t at_ = 0; ///< the running stage, if it is expected, else the next one
+  bool isExpected_ = false;
+  double total_ = 0, done_ = 0, expected_ = 0; ///< seconds: of all stages, of those before, of the running one
+  double shown_ = 0;                           ///< of the stage, when it reported last
+  double remaining_ = 0;                       ///< seconds of the stage from then on
+  double fraction_ = 0;
+  Clock::time_point start_ = Clock::now(), begin_ = start_, reported_ = start_;
 };
 
 Execution::Execution(int threads, ProgressCallback progress) : threads_(threads), callback_(std::move(progress))
@@ -137,11 +222,13 @@ void Execution::forRange(std::int64_t count, std::int64_t grain,
 {
   grain = std::max<std::int64_t>(grain, 1);
   if (workers_ && count > grain) {
-    workers_->run(count, grain, body);
+    workers_->run(count, grain, body, [this] { tick(); });
     return;
   }
-  for (std::int64_t begin = 0; begin < count; begin += grain)
+  for (std::int64_t begin = 0; begin < count; begin += grain) {
     body(begin, std::min(begin + grain, count));
+    tick();
+  }
 }
 
 double Execution::sum(std::int64_t count, std::int64_t grain,
@@ -158,11 +245,27 @@ double Execution::sum(std::int64_t count, std::int64_t grain,
   return total;
 }
 
+void Execution::beginRun(std::vector<ExpectedStage> stages)
+{
+  run_ = std::make_unique<Run>(std::move(stages));
+}
+
+void Execution::endRun()
+{
+  if (!run_)
+    return;
+  run_.reset();
+  fraction_ = 1;
+  poll();
+}
+
 void Execution::beginStage(const std::string& name)
 {
   stage_ = name;
   fraction_ = 0;
   beginStep(0, 1);
+  if (run_)
+    run_->beginStage(name);
   poll();
 }
 
@@ -174,14 +277,27 @@ void Execution::beginStep(double from, double to)
 
 void Execution::progress(double fraction)
 {
-  fraction_ = std::max(fraction_, stepBegin_ + (stepEnd_ - stepBegin_) * std::min(std::max(fraction, 0.), 1.));
+  const double reported = stepBegin_ + (stepEnd_ - stepBegin_) * std::min(std::max(fraction, 0.), 1.);
+  if (run_ && reported > fraction_)
+    run_->report(reported);
+  fraction_ = std::max(fraction_, reported);
   poll();
 }
 
 void Execution::poll()
 {
-  if (callback_ && !callback_(stage_, fraction_))
+  if (!callback_)
+    return;
+  lastCall_ = std::chrono::steady_clock::now();
+  if (!callback_(stage_, run_ ? run_->fraction() : fraction_))
     throw Cancelled("cancelled during the stage '" + stage_ + "'");
+}
+
+void Execution::tick()
+{
+  constexpr std::chrono::milliseconds pause(50);
+  if (run_ && callback_ && std::chrono::steady_clock::now() - lastCall_ >= pause)
+    poll();
 }
 
 } // namespace mrf

