@@ -1,12 +1,16 @@
 // Every option's limits: the ends of its range are accepted, what lies beyond is refused with the option's name and
 // value.
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/options.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -158,6 +162,107 @@ TEST(Options, ThePapersPresetIsWhatItSays)
 
   EXPECT_EQ(paper.trimming.trimming, Trimming::none);
   EXPECT_EQ(paper.remesher.rounds, 10);
+}
+
+/// The message of a refusal; empty: the options are valid.
+std::string refusalOf(const Options& options)
+{
+  try {
+    validate(options);
+    return {};
+  } catch (const pcl::mrf::InvalidOption& error) {
+    return error.message();
+  }
+}
+
+TEST(OptionTable, EveryMemberIsThereOnce)
+{
+  const auto& table = pcl::mrf::optionDeclarations();
+  std::set<std::string> names, flags;
+  for (const pcl::mrf::OptionDeclaration& option : table) {
+    EXPECT_TRUE(names.insert(option.name).second) << option.name;
+    EXPECT_TRUE(flags.insert(option.flag).second) << option.flag;
+    EXPECT_EQ(option.flag.rfind("--", 0), 0u) << option.flag;
+    EXPECT_FALSE(option.help.empty()) << option.name;
+    EXPECT_EQ(option.isNumber(), !option.unit.empty()) << option.name;
+    EXPECT_EQ(&pcl::mrf::optionDeclaration(option.name), &option);
+  }
+  for (const Limit& limit : limits())
+    EXPECT_TRUE(std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+      return name == limit.name || name.substr(name.find('.') + 1) == limit.name;
+    })) << limit.name;
+  EXPECT_THROW(pcl::mrf::optionDeclaration("prior.gamma"), std::out_of_range);
+}
+
+TEST(OptionTable, ReadsWhatItSets)
+{
+  for (const pcl::mrf::OptionDeclaration& option : pcl::mrf::optionDeclarations()) {
+    SCOPED_TRACE(option.name);
+    std::vector<double> values;
+    for (const auto& word : option.words)
+      values.push_back(word.second);
+    if (option.isNumber()) {
+      const double lower = option.range.lower, width = std::min(option.range.upper, lower + 8) - lower;
+      values = {lower + .25 * width, lower + .75 * width};
+      if (option.isWhole)
+        values = {lower + 1, lower + 2};
+    }
+    for (const double value : values) {
+      Options options;
+      ASSERT_TRUE(option.accepts(value)) << value;
+      ASSERT_TRUE(option.set(options, value)) << value;
+      EXPECT_FLOAT_EQ(static_cast<float>(option.get(options)), static_cast<float>(value));
+      EXPECT_EQ(refusalOf(options), "");
+      // No other member than this.
+      for (const pcl::mrf::OptionDeclaration& other : pcl::mrf::optionDeclarations())
+        if (&other != &option) {
+          EXPECT_EQ(other.get(options), other.get(Options())) << other.name;
+        }
+    }
+  }
+}
+
+TEST(OptionTable, RefusalsHaveOneForm)
+{
+  for (const pcl::mrf::OptionDeclaration& option : pcl::mrf::optionDeclarations()) {
+    SCOPED_TRACE(option.name);
+    if (option.isNumber()) {
+      // Beyond each end that the member's type can hold.
+      const double wrong = std::isfinite(option.range.upper) ? option.range.upper + 1 : option.range.lower;
+      if (option.accepts(wrong))
+        continue;
+      Options options;
+      ASSERT_TRUE(option.set(options, wrong) || option.range.upperOpen || option.range.lowerOpen);
+      if (option.get(options) == wrong) {
+        EXPECT_EQ(refusalOf(options), option.name + " = " + pcl::mrf::decimalText(wrong) + " is outside its range " +
+                                          option.refusal().substr(std::string("outside its range ").size()));
+      }
+      continue;
+    }
+    EXPECT_EQ(option.refusal().rfind("none of ", 0), 0u);
+    for (const auto& word : option.words)
+      EXPECT_NE(option.refusal().find(word.first), std::string::npos);
+  }
+  Options options;
+  options.prior.prior = static_cast<pcl::mrf::Prior>(7);
+  EXPECT_EQ(refusalOf(options), "prior.prior = 7 is none of membrane, thin-plate, triharmonic");
+  options = {};
+  options.multiscale.padding = 1;
+  EXPECT_EQ(refusalOf(options),
+            "multiscale.padding = 1 is outside its range [2, 100] voxels (0 = 6, more beside openings)");
+  options = {};
+  options.prior.beta = 1;
+  EXPECT_EQ(refusalOf(options), "prior.beta = 1 is outside its range [0, 1)");
+}
+
+TEST(OptionTable, WhatAMemberCannotHoldIsNotSet)
+{
+  Options options;
+  EXPECT_FALSE(pcl::mrf::optionDeclaration("prior.beta").set(options, .999999999)) << "is 1 in single precision";
+  EXPECT_FALSE(pcl::mrf::optionDeclaration("observation.maxDistance").set(options, 1e39));
+  EXPECT_FALSE(pcl::mrf::optionDeclaration("remesher.relaxation").set(options, 1e-50)) << "is 0";
+  EXPECT_FALSE(pcl::mrf::optionDeclaration("solver.seed").set(options, 1e17)) << "is not the number that was typed";
+  EXPECT_EQ(options.prior.beta, Options().prior.beta);
 }
 
 TEST(Options, PresetsAreValid)

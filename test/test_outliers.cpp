@@ -270,7 +270,7 @@ TEST(Outliers, OptionsOutOfRangeAreNamed)
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_NO_THROW(validate(OutlierOptions()));
   EXPECT_EQ(refused([](auto& o) { o.spacingNeighbours = 0; }),
-            "outliers.spacingNeighbours = 0 is outside its range 1..1000");
+            "outliers.spacingNeighbours = 0 is outside its range [1, 1000]");
   EXPECT_NE(refused([](auto& o) { o.spacingNeighbours = 1001; }), "");
   EXPECT_NE(refused([](auto& o) { o.aloneFactor = 1; }).find("outliers.aloneFactor = 1 "), std::string::npos);
   EXPECT_NE(refused([&](auto& o) { o.aloneFactor = nan; }), "");

@@ -300,3 +300,49 @@ TEST_F(PointReaders, devicesAreNoFiles)
   std::filesystem::create_symlink("/dev/zero", path("endless.ply"));
   EXPECT_THROW(readPoints(path("endless.ply").string()), FileError);
 }
+
+TEST(PointReader, offHasVerticesWithNormalsAndColors)
+{
+  const auto read = [](const std::string& text) { return parsePoints("off", "file", text); };
+  const PointTable plain = read("OFF # a triangle\n3 1 0\n0 0 0\n\n431000.25 0 0\n# between\n0 1 0\n3 0 1 2\n");
+  ASSERT_EQ(plain.size(), 3u);
+  EXPECT_EQ(plain.positions[1], Eigen::Vector3d(431000.25, 0, 0));
+  EXPECT_TRUE(plain.normals.empty() && plain.colours.empty());
+  const PointTable all = read("CNOFF\n2 0 0\n0 0 0 0 0 1 255 128 0\n1 0 0 0 1 0 1 2 3\n");
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(all.normals[1], Eigen::Vector3f(0, 1, 0));
+  EXPECT_EQ(all.colours[0], (std::array<std::uint8_t, 3>{255, 128, 0}));
+  EXPECT_EQ(all.colours[1], (std::array<std::uint8_t, 3>{1, 2, 3}));
+  const PointTable shares = read("COFF 1 0\n0 0 0 1 .5 0 1\n");
+  EXPECT_EQ(shares.colours.at(0), (std::array<std::uint8_t, 3>{255, 128, 0}));
+  // A mesh that is cut off among its faces has all its points.
+  EXPECT_EQ(read("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").size(), 3u);
+  EXPECT_THROW(parseMesh("off", "file", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), FileError);
+  for (const char* bad : {"OFF\n3 0 0\n0 0 0\n1 0 0\n", "NOFF\n1 0 0\n0 0 0\n", "OFF BINARY\n", "OOFF\n1 0 0\n0 0 0\n",
+                          "OFF\n0 0 0\n", "OFF\n-1 0 0\n0 0 0\n"})
+    EXPECT_THROW(read(bad), FileError) << bad;
+}
+
+TEST(PointReader, formatsAreKnownByTheirBeginnings)
+{
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"ply\nformat ascii 1.0\n", "ply"},
+      {"ply\r\nformat", "ply"},
+      {"# .PCD v0.7 - Point Cloud Data file format\n", "pcd"},
+      {"# by hand\nVERSION .7\n", "pcd"},
+      {"FIELDS x y z\n", "pcd"},
+      {"OFF\n", "off"},
+      {"# comment\n\nCNOFF 3 1 0\n", "off"},
+      {"mtllib a.mtl\nv 0 0 0\n", "obj"},
+      {"\xef\xbb\xbfv 0 0 0\n", "obj"},
+      {"// scanner 7\n1.5,2,3\n", "xyz"},
+      {"X Y Z intensity\n", "xyz"},
+      {"12\n", "xyz"},
+      {"", ""},
+      {"# nothing else\n", ""},
+      {"solid cube\n", ""},
+      {"<?xml version=\"1.0\"?>\n", ""},
+      {std::string("\0\0\0", 3), ""}};
+  for (const auto& [text, format] : cases)
+    EXPECT_EQ(pointFormatOf(text), format) << text;
+}

@@ -621,7 +621,7 @@ TEST(Remesher, OptionsOutOfRangeAreNamed)
   EXPECT_EQ(messageOf({1000, 1e9f, .001f}), "");
   expectNamed({-1, 0, 1}, {"rounds", "-1", "[0, 1000]"});
   expectNamed({1001, 0, 1}, {"rounds", "1001", "[0, 1000]"});
-  expectNamed({10, -2, 1}, {"targetEdge", "-2", "[0, inf)"});
+  expectNamed({10, -2, 1}, {"targetEdge", "-2", ">= 0 (0 = median edge before)"});
   expectNamed({10, std::numeric_limits<float>::quiet_NaN(), 1}, {"targetEdge", "nan"});
   expectNamed({10, 0, 0}, {"relaxation", "0", "(0, 1]"});
   expectNamed({10, 0, 1.5f}, {"relaxation", "1.5", "(0, 1]"});

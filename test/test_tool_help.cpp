@@ -67,6 +67,7 @@ TEST_P(ToolHelp, TheWholeHelpHasMore)
   const std::set<std::string> listed = optionsListed(all), everyday = optionsListed(textOf("--help"));
   EXPECT_TRUE(std::includes(listed.begin(), listed.end(), everyday.begin(), everyday.end()));
   EXPECT_GT(listed.size(), everyday.size());
+  EXPECT_FALSE(std::regex_search(all, std::regex("olour|eighbour|entre|torise|grey"))) << "American spelling";
 }
 
 TEST_P(ToolHelp, IsGivenWhateverElseIsWrong)

@@ -130,8 +130,8 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
                "of OUTPUT, whatever its name ends in; default: by its name, in a folder ply",
                [&parsed](const std::string& word) { parsed.outputFormat = word; });
   parser.file("--report", "FILE.json", parsed.report,
-              "all parameters, counts, times and statistics; with --output-directory, FILE.json stands for "
-              "NAME-FILE.json beside the mesh of each input NAME, and so do the next two");
+              "all parameters, counts, times and statistics; with --output-directory it stands for NAME-FILE.json "
+              "beside the mesh of input NAME, and so do --field and --picture");
   parser.file("--field", "FILE.vti", parsed.field,
               "the distance field, and the confidence of observed voxels; of a cloud in pieces far apart also "
               "FILE.2.vti, FILE.3.vti ...");

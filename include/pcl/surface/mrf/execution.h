@@ -66,8 +66,8 @@ public:
   /// without knowing that it is one level of many.
   void beginStep(double from, double to);
 
-  /// Reports the fraction of the current step that is done, 0..1. What the callback sees never falls.
-  /// \throw Cancelled if the callback returns false
+  /// Reports the fraction of the current step that is done, 0..1. What the callback sees never falls inside a stage or
+  /// a run. \throw Cancelled if the callback returns false
   void progress(double fraction);
 
   /// Reports the last fraction again: a step that cannot tell its own share gives the callback a chance to cancel.
