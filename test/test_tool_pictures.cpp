@@ -94,7 +94,7 @@ protected:
 TEST_F(ToolPictures, ShowsTheSurfaceWithItsColours)
 {
   const tool::Outcome outcome = runUnderX(
-      {MRF_TOOL, "sphere.xyz", "out.ply", "--colour", "confidence", "--max-hole", "5", "--picture", "out.png"});
+      {MRF_TOOL, "sphere.xyz", "out.ply", "--color", "confidence", "--max-hole", "5", "--picture", "out.png"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   const Pixels pixels = countPixels(path("out.png"));
@@ -157,7 +157,7 @@ TEST_F(ToolPictures, PclViewerShowsAColouredSurface)
     views.push_back({bunny, "0.1,20/0,0,0/0,0,6/0,1,0/0.5/700,500/0,0", false});
   for (const View& view : views) {
     SCOPED_TRACE(view.input);
-    const tool::Outcome outcome = run({view.input, "out.vtk", "--colour", "confidence", "--max-hole", "5", "-q"});
+    const tool::Outcome outcome = run({view.input, "out.vtk", "--color", "confidence", "--max-hole", "5", "-q"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     // The empty screen first: the counts below must come from the viewer. It draws some time after its start.
     write("view.sh", "import -window root before.png\n"

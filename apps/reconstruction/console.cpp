@@ -199,8 +199,8 @@ void ProgressDisplay::show(std::size_t job, const std::string& stage, double fra
   last_ = now;
   constexpr int width = 30;
   const auto filled = static_cast<std::size_t>(width * whole);
-  std::fprintf(stderr, "\r\033[K[%s%s] %3d %%  %s", std::string(filled, '#').c_str(),
-               std::string(width - filled, ' ').c_str(), percent, title.c_str());
+  std::fprintf(stderr, "\r\033[K[%s%s] %5.1f %%  %s", std::string(filled, '#').c_str(),
+               std::string(width - filled, ' ').c_str(), 100 * whole, title.c_str());
   std::fflush(stderr);
   isDrawn_ = true;
 }

@@ -174,10 +174,12 @@ std::string upperCase(std::string text)
 std::string manualPage(const ToolTexts& texts)
 {
   std::string summary = texts.summary.substr(0, texts.summary.find_last_not_of('.') + 1);
+  if (!summary.empty() && summary[0] >= 'A' && summary[0] <= 'Z')
+    summary[0] = static_cast<char>(summary[0] - 'A' + 'a');
   std::string page = ".TH " + upperCase(texts.tool) + " 1 \"\" \"" + texts.version + "\" \"User Commands\"\n";
   page += ".SH NAME\n" + troff(texts.tool) + " \\- " + troff(summary) + "\n.SH SYNOPSIS\n.nf\n";
   for (const std::string& line : texts.usage)
-    page += ".B " + troff(texts.tool) + "\n" + troff(line) + "\n";
+    page += "\\fB" + troff(texts.tool) + "\\fR " + troff(line) + "\n";
   page += ".fi\n.SH DESCRIPTION\n";
   for (const auto& [operand, help] : texts.operands)
     page += ".TP\n.I " + troff(operand) + "\n" + troff(help) + "\n";
