@@ -110,8 +110,7 @@ void run(const EvaluateCommand& command)
     std::vector<float> errors = vertexErrors(mesh, input, execution);
     mesh.colours = errorColors(errors, command.colorRange > 0 ? command.colorRange : evaluation.options.farLimit);
     mesh.scalars["error"] = std::move(errors);
-    outputs.write(command.colored,
-                  [&](const std::string& path) { writeMesh(mesh, path, extension(command.colored)); });
+    outputs.write(command.colored, [&](const std::string& path) { writeMesh(mesh, path, extension(command.colored)); });
   }
   outputs.publish();
   if (extension(command.colored) == "stl" && !stlOffset(mesh).isZero(0))
