@@ -2,10 +2,9 @@
 /// \brief The observation models on a band: points by layers of cells, or weights of voxels.
 #pragma once
 
-#include "voxel_set.h"
 #include "grid_transfer.h"
-
-#include <pcl/surface/mrf/point_observation.h>
+#include "point_observation.h"
+#include "voxel_set.h"
 
 #include <memory>
 #include <vector>

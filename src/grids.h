@@ -3,9 +3,9 @@
 #pragma once
 
 #include "grid_operator.h"
+#include "point_observation.h"
 
 #include <pcl/surface/mrf/observation.h>
-#include <pcl/surface/mrf/point_observation.h>
 
 #include <vector>
 

@@ -2,8 +2,7 @@
 
 #include "cholesky.h"
 #include "grid_solver.h"
-
-#include <pcl/surface/mrf/point_observation.h>
+#include "point_observation.h"
 
 #include <algorithm>
 #include <cmath>

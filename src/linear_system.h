@@ -3,10 +3,11 @@
 /// solve, and what the grids of the multigrid solver are tested against.
 #pragma once
 
+#include "point_observation.h"
+
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
 #include <pcl/surface/mrf/observation.h>
-#include <pcl/surface/mrf/point_observation.h>
 #include <pcl/surface/mrf/prior.h>
 #include <pcl/surface/mrf/solver.h>
 

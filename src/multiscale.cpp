@@ -1,6 +1,5 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/multiscale.h>
-#include <pcl/surface/mrf/point_observation.h>
 #include <pcl/surface/mrf/polygonizer.h>
 
 #include "banded_distances.h"
@@ -12,6 +11,7 @@
 #include "linear_system.h"
 #include "memory.h"
 #include "narrow_band.h"
+#include "point_observation.h"
 #include "stage_timer.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include <pcl/surface/mrf/pieces.h>
+#include "pieces.h"
 
 #include "mesh_topology.h"
 

@@ -1,4 +1,4 @@
-#include <pcl/surface/mrf/point_observation.h>
+#include "point_observation.h"
 
 #include "floor.h"
 #include "spatial_sort.h"

@@ -1,8 +1,8 @@
+#include "pieces.h"
 #include "select_values.h"
 #include "stage_timer.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/pieces.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
 #include <algorithm>

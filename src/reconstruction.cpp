@@ -1,13 +1,13 @@
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/pieces.h>
 #include <pcl/surface/mrf/reconstruction.h>
-#include <pcl/surface/mrf/robust.h>
 #include <pcl/surface/mrf/self_intersection.h>
-#include <pcl/surface/mrf/volume.h>
 
 #include "memory.h"
+#include "pieces.h"
+#include "robust.h"
 #include "run_plan.h"
 #include "stage_timer.h"
+#include "volume.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
+#include "robust.h"
+
+#include "point_observation.h"
 #include "select_values.h"
 
-#include <pcl/surface/mrf/robust.h>
-
 #include <pcl/surface/mrf/multiscale.h>
-#include <pcl/surface/mrf/point_observation.h>
 
 #include <algorithm>
 #include <cmath>

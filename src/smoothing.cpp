@@ -2,9 +2,9 @@
 
 #include "grid_solver.h"
 #include "grids.h"
+#include "point_observation.h"
 
 #include <pcl/surface/mrf/distance_field.h>
-#include <pcl/surface/mrf/point_observation.h>
 #include <pcl/surface/mrf/solver.h>
 
 #include <Eigen/Geometry>

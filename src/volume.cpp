@@ -1,11 +1,11 @@
-#include <pcl/surface/mrf/volume.h>
+#include "volume.h"
 
-#include <pcl/surface/mrf/point_observation.h>
 #include <pcl/surface/mrf/polygonizer.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 #include <pcl/surface/mrf/vertex_fields.h>
 
 #include "mesh_topology.h"
+#include "point_observation.h"
 
 #include <Eigen/Geometry>
 

@@ -1,8 +1,9 @@
+#include "pieces.h"
+
 // Clouds in pieces far apart, and what their fields and meshes are.
 #include "support/clouds.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/pieces.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
 #include <gtest/gtest.h>

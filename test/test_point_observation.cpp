@@ -1,8 +1,8 @@
+#include "point_observation.h"
+
 // Observations at the points: the block operator against its definition, merging, all solvers on it.
 #include "support/linear_systems.h"
 #include "support/shapes.h"
-
-#include <pcl/surface/mrf/point_observation.h>
 
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>

@@ -1,8 +1,9 @@
+#include "robust.h"
+
 // Structured outliers against a robust field.
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/neighbour_search.h>
-#include <pcl/surface/mrf/robust.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

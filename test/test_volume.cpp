@@ -1,10 +1,11 @@
+#include "volume.h"
+
 // How much room the field gets beside openings.
 #include "support/clouds.h"
 #include "support/shapes.h"
 #include "support/statistics.h"
 
 #include <pcl/surface/mrf/reconstruction.h>
-#include <pcl/surface/mrf/volume.h>
 
 #include <Eigen/Geometry>
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/reconstruction.h>
 #include <pcl/surface/mrf/report.h>
@@ -45,7 +46,7 @@ namespace pcl {
 /// Compiled for PointXYZ, PointXYZI, PointXYZRGB, PointNormal, PointXYZINormal and PointXYZRGBNormal. For another type
 /// include pcl/surface/impl/mrf_reconstruction.hpp.
 template <typename PointNT>
-class MRFReconstruction : public SurfaceReconstruction<PointNT> {
+class PCL_MRF_EXPORT MRFReconstruction : public SurfaceReconstruction<PointNT> {
 public:
   using Ptr = shared_ptr<MRFReconstruction<PointNT>>;
   using ConstPtr = shared_ptr<const MRFReconstruction<PointNT>>;
@@ -55,6 +56,7 @@ public:
 
   /// \name Everyday settings
   /// @{
+
   /// Voxel side of the finest level, cloud's unit; 0 = 2 l̄.
   void setVoxelSize(float size) { options_.multiscale.voxelSize = size; }
   float getVoxelSize() const { return options_.multiscale.voxelSize; }
@@ -73,7 +75,7 @@ public:
   void setSolver(mrf::SolverMethod method) { options_.solver.method = method; }
   mrf::SolverMethod getSolver() const { return options_.solver.method; }
 
-  /// What becomes of the cloud's normals. NormalSource::use and ::reference need a point type with normals.
+  /// What becomes of the cloud's normals. NormalSource::use and NormalSource::reference need a point type with normals.
   void setNormalSource(mrf::NormalSource source) { options_.normals.source = source; }
   mrf::NormalSource getNormalSource() const { return options_.normals.source; }
 

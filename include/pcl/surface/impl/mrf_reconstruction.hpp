@@ -434,4 +434,4 @@ void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vert
 
 } // namespace pcl
 
-#define PCL_INSTANTIATE_MRFReconstruction(T) template class PCL_EXPORTS pcl::MRFReconstruction<T>;
+#define PCL_INSTANTIATE_MRFReconstruction(T) template class PCL_MRF_EXPORT pcl::MRFReconstruction<T>;

@@ -2,6 +2,7 @@
 /// \brief The regularised signed distance field and its geometry.
 #pragma once
 
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/lattice.h>
 
 #include <Eigen/Core>
@@ -20,7 +21,7 @@ struct BandedDistances;
 /// Dense, or stored in a band around the zero level only. Elsewhere a field in a band is what a coarser level says:
 /// right in sign, and smooth. The stages behind the solver read it through the members below and never through its
 /// storage; `hasCell` tells which cells are stored.
-class DistanceField {
+class PCL_MRF_EXPORT DistanceField {
 public:
   DistanceField() = default;
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/exceptions.h>
+#include <pcl/surface/mrf/export.h>
 
 #include <string>
 
@@ -14,10 +15,10 @@ namespace mrf {
 enum class Status { ok, invalidInput, invalidOption, resourceLimit, solverFailure, cancelled, internalError };
 
 /// \return the status as a word for reports: "ok", "invalid input", ...
-const char* toString(Status status);
+PCL_MRF_EXPORT const char* toString(Status status);
 
 /// Base of all errors thrown by the stages.
-class Error : public pcl::PCLException {
+class PCL_MRF_EXPORT Error : public pcl::PCLException {
 public:
   Error(Status status, const std::string& message) : pcl::PCLException(message), status_(status), message_(message) {}
   Status status() const { return status_; }
@@ -30,31 +31,31 @@ private:
 };
 
 /// The cloud cannot be reconstructed: too few points, no usable normals, no zero level, ...
-class InvalidInput : public Error {
+class PCL_MRF_EXPORT InvalidInput : public Error {
 public:
   explicit InvalidInput(const std::string& message) : Error(Status::invalidInput, message) {}
 };
 
 /// An option is outside its range; the message carries the option's name, its value and the range.
-class InvalidOption : public Error {
+class PCL_MRF_EXPORT InvalidOption : public Error {
 public:
   explicit InvalidOption(const std::string& message) : Error(Status::invalidOption, message) {}
 };
 
 /// The predicted memory exceeds the limit; the message names the voxel size that would fit.
-class ResourceLimit : public Error {
+class PCL_MRF_EXPORT ResourceLimit : public Error {
 public:
   explicit ResourceLimit(const std::string& message) : Error(Status::resourceLimit, message) {}
 };
 
 /// A solver broke down or gave a field that is not finite.
-class SolverFailure : public Error {
+class PCL_MRF_EXPORT SolverFailure : public Error {
 public:
   explicit SolverFailure(const std::string& message) : Error(Status::solverFailure, message) {}
 };
 
 /// The progress callback asked to stop.
-class Cancelled : public Error {
+class PCL_MRF_EXPORT Cancelled : public Error {
 public:
   explicit Cancelled(const std::string& message) : Error(Status::cancelled, message) {}
 };

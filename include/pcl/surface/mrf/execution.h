@@ -2,6 +2,8 @@
 /// \brief Threads, progress and cancellation: the one object every stage is handed besides its input and its options.
 #pragma once
 
+#include <pcl/surface/mrf/export.h>
+
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -31,7 +33,7 @@ struct ExpectedStage {
 /// The workers sleep while there is nothing to do (no spinning).
 ///
 /// An Execution runs one parallel loop at a time; loops must not be nested.
-class Execution {
+class PCL_MRF_EXPORT Execution {
 public:
   /// \param threads number of threads, the calling one included; 0 = one per hardware thread. Where the system does not
   /// let so many start, there are fewer.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <array>
@@ -13,7 +14,7 @@ namespace pcl {
 namespace mrf {
 
 /// 2 · inradius / circumradius of a triangle: 1 for equilateral, 0 for degenerate.
-double triangleQuality(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c);
+PCL_MRF_EXPORT double triangleQuality(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c);
 
 struct MeshStatistics {
   std::int64_t vertices = 0;
@@ -51,15 +52,16 @@ struct MeshStatistics {
 /// \throw ResourceLimit for more than 2³¹/3 triangles
 /// Cost: linear in the number of triangles for bounded valences.
 /// The result does not depend on the number of threads.
-MeshStatistics measure(const TriangleMesh& mesh, Execution& execution);
+PCL_MRF_EXPORT MeshStatistics measure(const TriangleMesh& mesh, Execution& execution);
 
 /// The same on the calling thread.
-MeshStatistics measure(const TriangleMesh& mesh);
+PCL_MRF_EXPORT MeshStatistics measure(const TriangleMesh& mesh);
 
 /// Component of each triangle, connected over shared edges; components are numbered by their first triangle;
 /// −1 for triangles with a repeated vertex or an index out of range.
 /// \return number of components
-std::int32_t connectedComponents(const TriangleMesh& mesh, std::vector<std::int32_t>& componentOfTriangle);
+PCL_MRF_EXPORT std::int32_t connectedComponents(const TriangleMesh& mesh,
+                                                std::vector<std::int32_t>& componentOfTriangle);
 
 } // namespace mrf
 } // namespace pcl

@@ -4,6 +4,7 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/observation.h>
 #include <pcl/surface/mrf/point_set.h>
@@ -53,13 +54,13 @@ struct MultiscaleOptions {
 };
 
 /// \throw InvalidOption naming the first field that is out of range
-void validate(const MultiscaleOptions& options);
+PCL_MRF_EXPORT void validate(const MultiscaleOptions& options);
 
 /// Voxels of padding that a closed surface needs.
 constexpr int leastPadding = 6;
 
 /// The option, or the least.
-int resolvedPadding(const MultiscaleOptions& options);
+PCL_MRF_EXPORT int resolvedPadding(const MultiscaleOptions& options);
 
 /// One level, for the report.
 struct LevelReport {
@@ -125,10 +126,11 @@ using SurfaceFilter = std::function<TriangleMesh(TriangleMesh zeroLevel, float v
 /// \throw InvalidInput if nothing is observed; SolverFailure; Cancelled
 /// \throw ResourceLimit if the levels would take more memory than the limit, as the box or the surface in it foretells,
 /// or if the surface would take millions of voxels that are out of proportion to the points: thousands of each
-MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
-                            const BoundingBox& volume, const ObservationOptions& observation, const PriorOptions& prior,
-                            const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution,
-                            const SurfaceFilter& wanted = {});
+PCL_MRF_EXPORT MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
+                                           const BoundingBox& volume, const ObservationOptions& observation,
+                                           const PriorOptions& prior, const SolverOptions& solver,
+                                           const MultiscaleOptions& options, Execution& execution,
+                                           const SurfaceFilter& wanted = {});
 
 } // namespace mrf
 } // namespace pcl

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 
 #include <Eigen/Core>
 
@@ -32,7 +33,7 @@ struct NeighbourBatch {
 };
 
 /// A set of positions that answers nearest-neighbour queries. Queries may run concurrently, each with its own result.
-class NeighbourSearch {
+class PCL_MRF_EXPORT NeighbourSearch {
 public:
   virtual ~NeighbourSearch() = default;
 
@@ -69,10 +70,10 @@ public:
 /// all others, so that uneven clouds and far outliers cost little. Exact: distances in single precision, of equals the
 /// smaller indices. Built in parallel; same answers for any number of threads.
 /// About 30 bytes per position, twice that while it is built.
-std::unique_ptr<NeighbourSearch> makePointBins();
+PCL_MRF_EXPORT std::unique_ptr<NeighbourSearch> makePointBins();
 
 /// pcl::KdTreeFLANN with exact queries; which of equals at the k-th distance it finds is not defined.
-std::unique_ptr<NeighbourSearch> makeKdTree();
+PCL_MRF_EXPORT std::unique_ptr<NeighbourSearch> makeKdTree();
 
 } // namespace mrf
 } // namespace pcl

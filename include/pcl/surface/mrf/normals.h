@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
@@ -31,7 +32,7 @@ struct NormalOptions {
 };
 
 /// \throw InvalidOption naming the first field that is out of range
-void validate(const NormalOptions& options);
+PCL_MRF_EXPORT void validate(const NormalOptions& options);
 
 /// One entry per point.
 struct NormalEstimates {
@@ -42,7 +43,7 @@ struct NormalEstimates {
 };
 
 /// The radius for all points, cloud's unit; 0 = each has its own.
-float resolvedRadius(const NormalOptions& options, float spacing);
+PCL_MRF_EXPORT float resolvedRadius(const NormalOptions& options, float spacing);
 
 /// Fits a plane to the neighbours of each point, as pcl::NormalEstimation does and with PCL's covariance and eigenvalue
 /// functions, but in double precision.
@@ -63,8 +64,8 @@ float resolvedRadius(const NormalOptions& options, float spacing);
 /// Cost: one or two neighbour queries per point, up to a dozen where a neighbourhood has to grow. The result does not
 /// depend on the number of threads; where neighbourhoods grow, it depends on the order of the points, which gather
 /// fixes.
-NormalEstimates estimateNormals(const PointSet& points, const NeighbourSearch& search, float spacing,
-                                const NormalOptions& options, Execution& execution, float noise = 0);
+PCL_MRF_EXPORT NormalEstimates estimateNormals(const PointSet& points, const NeighbourSearch& search, float spacing,
+                                               const NormalOptions& options, Execution& execution, float noise = 0);
 
 } // namespace mrf
 } // namespace pcl

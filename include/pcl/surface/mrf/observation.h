@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/lattice.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
@@ -54,10 +55,10 @@ struct ObservationOptions {
 };
 
 /// \throw InvalidOption naming the first field that is out of range
-void validate(const ObservationOptions& options);
+PCL_MRF_EXPORT void validate(const ObservationOptions& options);
 
 /// dEmax of the finest level, cloud's unit: the option, or its automatic value.
-float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize);
+PCL_MRF_EXPORT float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize);
 
 /// α at a distance from the nearest point. \param share d_E / dEmax, ≥ 0 \return 0..1
 inline float confidenceAt(float share, ConfidenceShape shape)
@@ -67,7 +68,7 @@ inline float confidenceAt(float share, ConfidenceShape shape)
 }
 
 /// ℓ, cloud's unit: the option, or by the option's noise, or .5 l̄, which suits clean scans.
-float resolvedSmoothing(const ObservationOptions& options, float spacing);
+PCL_MRF_EXPORT float resolvedSmoothing(const ObservationOptions& options, float spacing);
 
 /// g²/ℓ²: the option, or .4, which suits clean scans.
 inline float resolvedGradientWeight(const ObservationOptions& options)
@@ -89,8 +90,9 @@ struct Observation {
 /// \param maxDistance dEmax for this level, cloud's unit, > 0
 /// Cost: about (dEmax/h)³ per point and one query per observed voxel.
 /// The result does not depend on the number of threads.
-Observation observe(const OrientedPoints& points, const NeighbourSearch& search, const Lattice& lattice, float spacing,
-                    float maxDistance, const ObservationOptions& options, Execution& execution);
+PCL_MRF_EXPORT Observation observe(const OrientedPoints& points, const NeighbourSearch& search, const Lattice& lattice,
+                                   float spacing, float maxDistance, const ObservationOptions& options,
+                                   Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

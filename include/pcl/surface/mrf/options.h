@@ -2,6 +2,7 @@
 /// \brief All options of a reconstruction, one struct per stage, and the presets.
 #pragma once
 
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/multiscale.h>
 #include <pcl/surface/mrf/normals.h>
 #include <pcl/surface/mrf/observation.h>
@@ -39,7 +40,7 @@ struct Options {
 };
 
 /// The settings that our measurements recommend; the same as Options().
-Options defaultPreset();
+PCL_MRF_EXPORT Options defaultPreset();
 
 /// The paper's own settings: lengths in its l̄, normals estimated anew, its PCA noise criteria, components of at least
 /// 1 % of the points, the median of 5 planes, linear α over dEmax = 3 l̄, h = 2 l̄, the Laplacian prior (k = 2), its ICM
@@ -61,11 +62,11 @@ Options defaultPreset();
 ///   for 2.47 of a radius of 40; the default's volume, which grows beside openings, gives .1.
 /// - Mesh (Sec. 3.5): the zero level is cut out of all cells, not followed from seeds, so that sheets far from the
 ///   data come with it. The remesher refuses what would spoil the mesh, and smooths borders (remesher.h).
-Options paperPreset();
+PCL_MRF_EXPORT Options paperPreset();
 
 /// Validates every stage's options at once.
 /// \throw InvalidOption naming the first value that is out of range, its range and the remedy
-void validate(const Options& options);
+PCL_MRF_EXPORT void validate(const Options& options);
 
 } // namespace mrf
 } // namespace pcl

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/sampling_density.h>
@@ -27,10 +28,10 @@ struct OrientationOptions {
 };
 
 /// The option, or its automatic value, cloud's unit; of local distances the median.
-float resolvedNeighbourDistance(const OrientationOptions& options, const SamplingDensity& density);
+PCL_MRF_EXPORT float resolvedNeighbourDistance(const OrientationOptions& options, const SamplingDensity& density);
 
 /// \throw InvalidOption naming the first field that is out of range
-void validate(const OrientationOptions& options);
+PCL_MRF_EXPORT void validate(const OrientationOptions& options);
 
 /// How the sign of a component was decided.
 struct OrientationResult {
@@ -96,9 +97,10 @@ enum class OrientationVote {
 /// \throw InvalidOption as validate does; InvalidInput if what the vote needs is missing
 /// Cost: one 13-neighbour query per point, and sorting about 7 edges per point; without a vote one 5-neighbour query.
 /// The result does not depend on the number of threads or, up to ties, on the order of the points.
-OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                                const NeighbourSearch& search, const SamplingDensity& density, OrientationVote vote,
-                                const OrientationOptions& options, Execution& execution);
+PCL_MRF_EXPORT OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
+                                               const NeighbourSearch& search, const SamplingDensity& density,
+                                               OrientationVote vote, const OrientationOptions& options,
+                                               Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/sampling_density.h>
@@ -28,7 +29,7 @@ struct OutlierOptions {
 };
 
 /// \throw InvalidOption naming the first field that is out of range
-void validate(const OutlierOptions& options);
+PCL_MRF_EXPORT void validate(const OutlierOptions& options);
 
 struct OutlierResult {
   std::vector<std::uint8_t> keep; ///< one flag per point
@@ -49,12 +50,13 @@ struct OutlierResult {
 /// The spacing criterion (ours) is robust where the mean and standard deviation of PCL's are not: a few far outliers
 /// inflate the deviation until nothing is dropped. Duplicates count as neighbours at distance 0.
 /// \param search holds exactly points.positions
-OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search, const OutlierOptions& options,
-                           Execution& execution);
+PCL_MRF_EXPORT OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search,
+                                          const OutlierOptions& options, Execution& execution);
 
 /// The same from distances that have been measured, or none, if no point is to be alone.
-OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances, const NeighbourSearch& search,
-                           const OutlierOptions& options, Execution& execution);
+PCL_MRF_EXPORT OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances,
+                                          const NeighbourSearch& search, const OutlierOptions& options,
+                                          Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -2,6 +2,8 @@
 /// \brief Points as the stages see them: plain arrays in a recentred frame, without PCL point types.
 #pragma once
 
+#include <pcl/surface/mrf/export.h>
+
 #include <Eigen/Core>
 
 #include <cstdint>
@@ -32,7 +34,7 @@ void requireCountable(std::size_t points);
 
 /// The points of `points` whose flag in `keep` is set, in their order; all per-point arrays follow, the rest is copied.
 /// \pre keep.size() == points.size()
-PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep);
+PCL_MRF_EXPORT PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep);
 
 /// Points with a unit normal each: what the observation stage reads.
 struct OrientedPoints {
@@ -48,7 +50,7 @@ struct OrientedPoints {
 };
 
 /// The same for oriented points.
-OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep);
+PCL_MRF_EXPORT OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep);
 
 /// Axis-aligned bounding box; `diagonal` is 0 for an empty set.
 struct BoundingBox {
@@ -56,7 +58,7 @@ struct BoundingBox {
   Eigen::Vector3f upper = Eigen::Vector3f::Zero();
   float diagonal() const { return (upper - lower).norm(); }
 };
-BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& positions);
+PCL_MRF_EXPORT BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& positions);
 
 } // namespace mrf
 } // namespace pcl

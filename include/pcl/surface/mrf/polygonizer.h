@@ -5,6 +5,7 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 namespace pcl {
@@ -28,7 +29,8 @@ struct PolygonizerOptions {
 /// the zero level leaves the field's cells. Sets vertices and triangles only, of a field in pieces those of all.
 /// \return an empty mesh if no cell contains a sign change
 /// Cost: linear in the number of cells. The result does not depend on the number of threads.
-TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& options, Execution& execution);
+PCL_MRF_EXPORT TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& options,
+                                       Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

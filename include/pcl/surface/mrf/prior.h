@@ -2,6 +2,8 @@
 /// \brief The priors (paper Sec. 3.3.1) as powers of the graph Laplacian on a voxel lattice.
 #pragma once
 
+#include <pcl/surface/mrf/export.h>
+
 namespace pcl {
 namespace mrf {
 
@@ -37,7 +39,7 @@ struct PriorOptions {
 };
 
 /// \throw InvalidOption naming the first field that is out of range
-void validate(const PriorOptions& options);
+PCL_MRF_EXPORT void validate(const PriorOptions& options);
 
 /// Order k of a prior: 1, 2 or 3.
 inline int order(Prior prior)
@@ -60,7 +62,7 @@ double dataCoefficient(const PriorOptions& options);
 /// 1/(1 + (hq)^(2k)/(c w)) and falls to one half at wavelength 2πℓ with ℓ = h (c w)^(−1/(2k)). It holds for fully
 /// observed voxels (α = 1); it depends on h, which is why β has another meaning on every grid.
 /// \pre 0 < beta < 1
-double smoothingLength(const PriorOptions& options, double voxelSize);
+PCL_MRF_EXPORT double smoothingLength(const PriorOptions& options, double voxelSize);
 
 } // namespace mrf
 } // namespace pcl

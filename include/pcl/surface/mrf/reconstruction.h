@@ -4,6 +4,7 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
@@ -32,21 +33,22 @@ struct Reconstruction {
 /// left out instead, as of a cloud that has none yet. Of equal positions the first is kept.
 /// \return the points along a space-filling curve, so that the stages find neighbours close in memory; neither their
 /// positions nor their order depend on the order they came in
-PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
-                const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
-                const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts,
-                Execution& execution);
+PCL_MRF_EXPORT PointSet gather(const std::vector<Eigen::Vector3f>& positions,
+                               const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& confidences,
+                               const std::vector<std::int32_t>& views, const std::vector<Eigen::Vector3d>& sensors,
+                               bool normalsNeeded, PointCounts& counts, Execution& execution);
 
 /// The same on one thread.
-PointSet gather(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
-                const std::vector<float>& confidences, const std::vector<std::int32_t>& views,
-                const std::vector<Eigen::Vector3d>& sensors, bool normalsNeeded, PointCounts& counts);
+PCL_MRF_EXPORT PointSet gather(const std::vector<Eigen::Vector3f>& positions,
+                               const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& confidences,
+                               const std::vector<std::int32_t>& views, const std::vector<Eigen::Vector3d>& sensors,
+                               bool normalsNeeded, PointCounts& counts);
 
 /// Section 3.1: outliers, normals, components, orientation. Fills the report's density, counts and orientation.
 /// \param search is given the points that are left; it holds result.positions on return
 /// \throw InvalidInput if too few points are left
-OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSearch& search, Report& report,
-                          Execution& execution);
+PCL_MRF_EXPORT OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSearch& search,
+                                         Report& report, Execution& execution);
 
 /// Runs all stages.
 /// \param points as gather gives them, with the counts it gave
@@ -56,12 +58,12 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
 /// callback throw
 /// Points nearer than 1e-8 to each other on average, or in a box with a diagonal above 1e9, are refused as
 /// InvalidInput. The result is the same bytes for any number of threads.
-void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
-                 Execution& execution, Reconstruction& result);
+PCL_MRF_EXPORT void reconstruct(PointSet points, const PointCounts& counts, const Options& options,
+                                NeighbourSearch& search, Execution& execution, Reconstruction& result);
 
 /// Sets status and message of the report by what was thrown: the module's errors as they are, std::bad_alloc as a
 /// resource limit, all others as internal errors.
-void setFailure(const std::exception_ptr& error, Report& report) noexcept;
+PCL_MRF_EXPORT void setFailure(const std::exception_ptr& error, Report& report) noexcept;
 
 } // namespace mrf
 } // namespace pcl

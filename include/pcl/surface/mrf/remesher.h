@@ -4,6 +4,7 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
@@ -17,7 +18,7 @@ struct RemesherOptions {
 };
 
 /// \throw InvalidOption naming the first field that is out of range
-void validate(const RemesherOptions& options);
+PCL_MRF_EXPORT void validate(const RemesherOptions& options);
 
 struct RemeshResult {
   TriangleMesh mesh; ///< vertices and triangles only
@@ -50,14 +51,15 @@ struct RemeshResult {
 /// Vertices and triangles come out in the order of a space-filling curve.
 /// Cost: linear in the number of triangles per round; relaxation, renumbering and the search for intersections run in
 /// parallel. The result does not depend on the number of threads.
-RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
-                    Execution& execution);
+PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
+                                   Execution& execution);
 
 /// Traces a position to the zero level along the (not unit-length) gradient: fourth-order Runge–Kutta, straight for the
 /// last quarter of a voxel.
 /// \param maxStep the result is at most this far from the position
 /// \return the position unchanged if the zero level is not reached
-Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position, float maxStep);
+PCL_MRF_EXPORT Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position,
+                                                float maxStep);
 
 } // namespace mrf
 } // namespace pcl

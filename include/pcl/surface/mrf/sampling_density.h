@@ -3,6 +3,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
@@ -43,13 +44,15 @@ struct NeighbourDistances {
 
 /// \param search holds exactly points.positions
 /// Cost: one 9-neighbour query per point.
-NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution);
+PCL_MRF_EXPORT NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search,
+                                                    Execution& execution);
 
 /// Local sampling distances: .323 times the distance to the 8th neighbour, the mean nearest distance of random points
 /// of that density, averaged over what lies close by in memory as well as in space. Range data thin out with distance
 /// and angle, by factors of five in one Kinect frame. \return one per point, cloud's unit; empty if there are too few
 /// points to tell
-std::vector<float> localSpacings(const PointSet& points, const NeighbourDistances& distances, Execution& execution);
+PCL_MRF_EXPORT std::vector<float> localSpacings(const PointSet& points, const NeighbourDistances& distances,
+                                                Execution& execution);
 
 /// Estimates the sampling density.
 ///
@@ -60,12 +63,12 @@ std::vector<float> localSpacings(const PointSet& points, const NeighbourDistance
 /// \param search holds exactly points.positions
 /// \throw InvalidInput if fewer than two positions are distinct
 /// Cost: one 9-neighbour query per point. The result does not depend on the number of threads.
-SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution,
-                                        LengthUnit unit = LengthUnit::density);
+PCL_MRF_EXPORT SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search,
+                                                       Execution& execution, LengthUnit unit = LengthUnit::density);
 
 /// The same from distances that have been measured. Coincident points are measured again without their duplicates.
-SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourDistances& distances,
-                                        Execution& execution, LengthUnit unit = LengthUnit::density);
+PCL_MRF_EXPORT SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourDistances& distances,
+                                                       Execution& execution, LengthUnit unit = LengthUnit::density);
 
 } // namespace mrf
 } // namespace pcl

@@ -2,6 +2,8 @@
 /// \brief The four solvers of one linear system (paper Sec. 3.4): what they are told, and what they report.
 #pragma once
 
+#include <pcl/surface/mrf/export.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -33,7 +35,7 @@ struct SolverOptions {
 };
 
 /// \throw InvalidOption naming the first field that is out of range
-void validate(const SolverOptions& options);
+PCL_MRF_EXPORT void validate(const SolverOptions& options);
 
 /// What a solve did.
 struct SolveReport {

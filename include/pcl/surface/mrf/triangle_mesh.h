@@ -2,6 +2,8 @@
 /// \brief The mesh type shared by polygonizer, remesher, trimming and the facade.
 #pragma once
 
+#include <pcl/surface/mrf/export.h>
+
 #include <Eigen/Core>
 
 #include <array>
@@ -24,7 +26,7 @@ struct TriangleMesh {
 
 /// Keeps the triangles whose flag is set and the vertices they use, in their order, with all per-vertex arrays.
 /// \pre keep.size() == mesh.triangles.size()
-TriangleMesh select(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep);
+PCL_MRF_EXPORT TriangleMesh select(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep);
 
 } // namespace mrf
 } // namespace pcl

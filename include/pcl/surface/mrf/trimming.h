@@ -4,6 +4,7 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/point_set.h>
@@ -42,13 +43,13 @@ struct TrimmingOptions {
 };
 
 /// \throw InvalidOption naming the first field that is out of range
-void validate(const TrimmingOptions& options);
+PCL_MRF_EXPORT void validate(const TrimmingOptions& options);
 
 /// The option, or half of that diagonal, see trim.
-float resolvedMaxHole(const TrimmingOptions& options, float diagonal);
+PCL_MRF_EXPORT float resolvedMaxHole(const TrimmingOptions& options, float diagonal);
 
 /// The option, or maxHole, or 24 % of that diagonal: the upper limit.
-float resolvedMaxGap(const TrimmingOptions& options, float diagonal);
+PCL_MRF_EXPORT float resolvedMaxGap(const TrimmingOptions& options, float diagonal);
 
 struct TrimResult {
   TriangleMesh mesh;                        ///< all per-vertex arrays follow
@@ -83,8 +84,8 @@ struct TrimResult {
 /// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
 /// Cost: linear in the number of triangles, one query per vertex of the regions in question, and n log n for the n
 /// vertices of extrapolation that are closer than maxGap. The result does not depend on the number of threads.
-TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search, float diagonal,
-                const TrimmingOptions& options, Execution& execution);
+PCL_MRF_EXPORT TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search,
+                               float diagonal, const TrimmingOptions& options, Execution& execution);
 
 /// Pulls the vertices of borders that no point supports back to where support ends: trimming cuts along edges, up to an
 /// edge beyond it. A vertex moves along the edge on which support ends soonest, less far where a triangle around it
@@ -92,7 +93,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const Neighbour
 /// stays.
 /// \return how many vertices moved; their normals and confidences are those of before
 /// Cost: linear, and some queries per vertex of a border.
-std::int64_t tightenBorders(TriangleMesh& mesh, const Support& support, Execution& execution);
+PCL_MRF_EXPORT std::int64_t tightenBorders(TriangleMesh& mesh, const Support& support, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

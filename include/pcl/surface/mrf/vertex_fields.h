@@ -4,6 +4,7 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbour_search.h>
 #include <pcl/surface/mrf/observation.h>
 #include <pcl/surface/mrf/point_set.h>
@@ -26,11 +27,11 @@ enum class ColourMode {
 using Rgb = std::array<std::uint8_t, 3>;
 
 /// Sets the normals: the normalised gradient of the field; the mean triangle normal where it vanishes.
-void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
+PCL_MRF_EXPORT void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
 
 /// How far each point supports a surface around it: dEmax, and up to four times as far where the points lie farther
 /// apart than on average: a wall at six metres is as much surface as a cup at one.
-class Support {
+class PCL_MRF_EXPORT Support {
 public:
   /// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
   /// \param spacing l̄, cloud's unit; 0, or points without spacings: dEmax is the same everywhere
@@ -54,20 +55,23 @@ private:
 };
 
 /// Sets the confidences. Cost: one query per vertex.
-void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape, Execution& execution);
+PCL_MRF_EXPORT void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape,
+                                   Execution& execution);
 
 /// Interpolates attributes of the data points at the vertices: mean of the 4 nearest points with weights 1/d², the
 /// nearest one's value where it coincides.
 /// \param attributes `channels` values per data point, point by point, in the order of the search's points
 /// \return `channels` values per vertex
-std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighbourSearch& search,
-                                         const std::vector<float>& attributes, int channels, Execution& execution);
+PCL_MRF_EXPORT std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices,
+                                                        const NeighbourSearch& search,
+                                                        const std::vector<float>& attributes, int channels,
+                                                        Execution& execution);
 
 /// Interpolated channels 0..255 as a colour, rounded. \param channels three values
-Rgb toRgb(const float* channels);
+PCL_MRF_EXPORT Rgb toRgb(const float* channels);
 
 /// The colour of a confidence: blue at 0 to skin at 1, linear between.
-Rgb confidenceColour(float confidence);
+PCL_MRF_EXPORT Rgb confidenceColour(float confidence);
 
 } // namespace mrf
 } // namespace pcl
