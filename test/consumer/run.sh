@@ -1,24 +1,78 @@
 #!/usr/bin/env bash
-# Builds and runs the consumer. Run by ctest with the compiler in CXX.
+# Builds and runs the consumer and the examples, without warnings. Run by ctest with the compiler in CXX.
 #   run.sh installed BUILD SCRATCH      installs BUILD and consumes it by find_package and by pkg-config
 #   run.sh subdirectory SOURCE SCRATCH  consumes SOURCE as a subdirectory, static
 set -euo pipefail
 
 mode=$1 tree=$2 scratch=$3
 here=$(cd "$(dirname "$0")" && pwd)
+examples=$(cd "$here/../../apps/examples" && pwd)
+flags='-O1 -Wall -Wextra -Werror'
 rm -rf "$scratch"
 mkdir -p "$scratch"
 
 # The library is to be found by what was installed, not by what the caller's shell has set.
 unset LD_LIBRARY_PATH CMAKE_PREFIX_PATH PKG_CONFIG_PATH
 
-configure() { cmake -S "$here" -B "$1" -G Ninja --log-level=WARNING "${@:2}" >/dev/null; }
+if command -v ccache >/dev/null; then
+  export CMAKE_CXX_COMPILER_LAUNCHER=ccache
+fi
+
+# build DIRECTORY [CMAKE OPTION...]
+build() {
+  cmake -S "$here" -B "$1" -G Ninja --log-level=WARNING -DCMAKE_CXX_FLAGS="$flags" "${@:2}" >/dev/null
+  cmake --build "$1" >"$scratch/log" || { cat "$scratch/log"; exit 1; }
+}
+
+# A colored sphere with normals, of radius 1.
+sphere() {
+  awk 'BEGIN {
+    n = 2000
+    print "ply\nformat ascii 1.0\nelement vertex " n
+    for (split("x y z normal_x normal_y normal_z", name); name[++k] != "";) print "property float " name[k]
+    print "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header"
+    for (i = 0; i < n; ++i) {
+      z = 1 - (2 * i + 1) / n; r = sqrt(1 - z * z); a = 2.399963 * i; x = r * cos(a); y = r * sin(a)
+      print x, y, z, x, y, z, 200, 120, 40
+    }
+  }'
+}
+
+# run_examples DIRECTORY: what each says, and leaves in its file.
+run_examples() {
+  local in=$scratch/sphere.ply out=$scratch/mesh
+  sphere >"$in"
+  sed '1,/end_header/d' "$in" | cut -d' ' -f1-3 >"$scratch/sphere.xyz"
+  expect ' closed, ' "$1/example_files_to_mesh" "$in" "$out.ply"
+  expect 'poisson: [1-9]' "$1/example_poisson_replaced" poisson "$in" "$out.poisson.ply"
+  expect 'ok: 2000 points, volume 4.1' "$1/example_poisson_replaced" mrf "$in" "$out.mrf.ply"
+  expect 'mean color 200 120 40' "$1/example_colors" "$in" "$out.colors.ply"
+  expect 'mean color 2[0-9][0-9] 1[0-9][0-9]' "$1/example_colors" "$in" "$out.confidence.ply" confidence
+  expect ', 1 component' "$1/example_stages" "$scratch/sphere.xyz" "$out.obj"
+  for file in "$out".{ply,poisson.ply,mrf.ply,colors.ply,confidence.ply,obj}; do
+    [ "$(stat -c %s "$file")" -gt 10000 ] || { echo "consumer: $file is small" >&2; exit 1; }
+  done
+  # No points: it ends with a message, and with no mesh.
+  if "$1/example_stages" /dev/null "$out.none.obj" 2>"$scratch/error" || [ -e "$out.none.obj" ]; then
+    echo "consumer: example_stages made a mesh of nothing" >&2
+    exit 1
+  fi
+  grep -q 'invalid input' "$scratch/error"
+}
+
+# expect PATTERN COMMAND...
+expect() {
+  "${@:2}" >"$scratch/said" 2>"$scratch/error" || { cat "$scratch/said" "$scratch/error"; exit 1; }
+  grep -q "$1" "$scratch/said" || { cat "$scratch/said"; echo "consumer: '$1' expected of ${*:2}" >&2; exit 1; }
+}
 
 if [ "$mode" = subdirectory ]; then
-  configure "$scratch/build" -DCONSUMER_SOURCE="$tree"
-  cmake --build "$scratch/build" >"$scratch/log" || { cat "$scratch/log"; exit 1; }
+  # By a project that has not heard of PCL before, and by one that uses more of it.
+  build "$scratch/build" -DCONSUMER_SOURCE="$tree" -DCONSUMER_EXAMPLES=OFF
   "$scratch/build/consumer" multigrid
   "$scratch/build/consumer" cholesky
+  build "$scratch/with-pcl" -DCONSUMER_SOURCE="$tree"
+  run_examples "$scratch/with-pcl/examples"
   exit
 fi
 
@@ -32,18 +86,27 @@ if grep -rIn --exclude=\*.h --exclude=\*.hpp -e "$tree" -e "$scratch/first" "$pr
   exit 1
 fi
 
-configure "$scratch/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release
-cmake --build "$scratch/build" >"$scratch/log" || { cat "$scratch/log"; exit 1; }
+build "$scratch/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release
 "$scratch/build/consumer" multigrid
 "$scratch/build/consumer" cholesky
+run_examples "$scratch/build/examples"
 
 pkgconfig=$(dirname "$(find "$prefix" -name pcl_mrf_reconstruction.pc)")
 export PKG_CONFIG_PATH=$pkgconfig
 libdir=$(pkg-config --variable=libdir pcl_mrf_reconstruction)
-# shellcheck disable=SC2046 # flags are words
-${CXX:-g++} -std=c++17 -O1 "$here/consumer.cpp" -o "$scratch/consumer" \
-  $(pkg-config --cflags --libs pcl_mrf_reconstruction) -Wl,-rpath,"$libdir"
+# by_pkg_config SOURCE PROGRAM [PACKAGE...]; warnings of PCL's own headers are not ours.
+by_pkg_config() {
+  # shellcheck disable=SC2046,SC2086 # flags are words
+  ${CXX:-g++} -std=c++17 $flags "$1" -o "$2" -Wl,-rpath,"$libdir" \
+    $(pkg-config --cflags --libs pcl_mrf_reconstruction "${@:3}" | sed 's,-I/usr,-isystem /usr,g')
+}
+by_pkg_config "$here/consumer.cpp" "$scratch/consumer"
 "$scratch/consumer" multigrid
+mkdir "$scratch/examples"
+for example in files_to_mesh poisson_replaced colors stages; do
+  by_pkg_config "$examples/$example.cpp" "$scratch/examples/example_$example" pcl_io pcl_surface
+done
+run_examples "$scratch/examples"
 
 # The tools find the library by themselves, and every one that was built was installed.
 for tool in "$tree"/bin/pcl_mrf_*; do
