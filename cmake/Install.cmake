@@ -1,22 +1,29 @@
-# Installs library, headers, tool, the CMake package and the pkg-config file.
+# Installs library, headers, tools, the CMake package and the pkg-config file, as components: library, development, tools,
+# and evaluation, the tools that are under the GPL by the CGAL packages in them.
 include(CMakePackageConfigHelpers)
 
 set(MRF_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_mrf_reconstruction)
 
 install(TARGETS pcl_mrf EXPORT pcl_mrf_reconstruction
-  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT library)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development
   FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
-# The tools find the library beside them, wherever the tree is moved.
+# The tools find the library beside them, wherever the tree is moved; in the system's own place it is found anyway.
 file(RELATIVE_PATH MRF_LIBRARY_FROM_TOOL ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
-foreach(tool pcl_mrf_reconstruction pcl_mrf_evaluate pcl_mrf_scan pcl_mrf_experiments)
+function(mrf_install_tool tool component)
   if(TARGET ${tool})
-    set_target_properties(${tool} PROPERTIES INSTALL_RPATH "$ORIGIN/${MRF_LIBRARY_FROM_TOOL}")
-    install(TARGETS ${tool} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+      set_target_properties(${tool} PROPERTIES INSTALL_RPATH "$ORIGIN/${MRF_LIBRARY_FROM_TOOL}")
+    endif()
+    install(TARGETS ${tool} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${component})
   endif()
-endforeach()
+endfunction()
+mrf_install_tool(pcl_mrf_reconstruction tools)
+mrf_install_tool(pcl_mrf_scan tools)
+mrf_install_tool(pcl_mrf_evaluate evaluation)
+mrf_install_tool(pcl_mrf_experiments evaluation)
 
 # What a static library leaves to its users to link; a shared one has it inside.
 get_target_property(MRF_LIBRARY_TYPE pcl_mrf TYPE)
@@ -27,7 +34,7 @@ if(MRF_LIBRARY_TYPE STREQUAL "STATIC_LIBRARY")
   string(APPEND MRF_PKG_CONFIG_LIBS " -pthread")
 endif()
 
-install(EXPORT pcl_mrf_reconstruction NAMESPACE pcl_mrf:: DESTINATION ${MRF_CMAKE_DIR}
+install(EXPORT pcl_mrf_reconstruction NAMESPACE pcl_mrf:: DESTINATION ${MRF_CMAKE_DIR} COMPONENT development
   FILE pcl_mrf_reconstructionTargets.cmake)
 configure_package_config_file(
   ${PROJECT_SOURCE_DIR}/cmake/pcl_mrf_reconstructionConfig.cmake.in
@@ -38,7 +45,7 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/pcl_mrf_reconstructionCon
 install(FILES
   ${PROJECT_BINARY_DIR}/pcl_mrf_reconstructionConfig.cmake
   ${PROJECT_BINARY_DIR}/pcl_mrf_reconstructionConfigVersion.cmake
-  DESTINATION ${MRF_CMAKE_DIR})
+  DESTINATION ${MRF_CMAKE_DIR} COMPONENT development)
 
 # Relative to the file where the directories are relative, so that the installed tree can be moved.
 if(IS_ABSOLUTE "${CMAKE_INSTALL_LIBDIR}")
@@ -58,4 +65,5 @@ else()
 endif()
 configure_file(${PROJECT_SOURCE_DIR}/cmake/pcl_mrf_reconstruction.pc.in
   ${PROJECT_BINARY_DIR}/pcl_mrf_reconstruction.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/pcl_mrf_reconstruction.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES ${PROJECT_BINARY_DIR}/pcl_mrf_reconstruction.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+  COMPONENT development)

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds and runs the consumer and the examples, without warnings. Run by ctest with the compiler in CXX.
 #   run.sh installed BUILD SCRATCH      installs BUILD and consumes it by find_package and by pkg-config
+#   run.sh packages SOURCE SCRATCH      makes the Debian packages, unpacks them, and consumes what is in them
 #   run.sh subdirectory SOURCE SCRATCH  consumes SOURCE as a subdirectory, static
 set -euo pipefail
 
@@ -76,12 +77,28 @@ if [ "$mode" = subdirectory ]; then
   exit
 fi
 
-cmake --install "$tree" --prefix "$scratch/first" >/dev/null
-# Moved after installing: nothing in it may depend on where it was.
-mv "$scratch/first" "$scratch/prefix"
-prefix=$scratch/prefix
+if [ "$mode" = packages ]; then
+  # Built where users build them: beside the other build directories, where ccache knows what was compiled for those.
+  built=$tree/build-packages
+  sh "$tree/cmake/packages.sh" "$built" -DMRF_WARNINGS_AS_ERRORS=ON >/dev/null
+  if command -v lintian >/dev/null; then
+    lintian --allow-root --fail-on error "$built"/*.deb
+  fi
+  for package in "$built"/*.deb; do
+    dpkg-deb --extract "$package" "$scratch/root"
+  done
+  prefix=$scratch/root/usr
+  # Only a tool that is installed finds the library without being told.
+  LD_LIBRARY_PATH=$(dirname "$(find "$prefix" -name 'libpcl_mrf.so.*' -print -quit)")
+  export LD_LIBRARY_PATH
+else
+  cmake --install "$tree" --prefix "$scratch/first" >/dev/null
+  # Moved after installing: nothing in it may depend on where it was.
+  mv "$scratch/first" "$scratch/prefix"
+  prefix=$scratch/prefix built=$tree
+fi
 
-if grep -rIn --exclude=\*.h --exclude=\*.hpp -e "$tree" -e "$scratch/first" "$prefix"; then
+if grep -rIn --exclude=\*.h --exclude=\*.hpp -e "$built" -e "$scratch/first" "$prefix"; then
   echo "consumer: the installed files name the build directory" >&2
   exit 1
 fi
@@ -102,14 +119,16 @@ by_pkg_config() {
 }
 by_pkg_config "$here/consumer.cpp" "$scratch/consumer"
 "$scratch/consumer" multigrid
-mkdir "$scratch/examples"
-for example in files_to_mesh poisson_replaced colors stages; do
-  by_pkg_config "$examples/$example.cpp" "$scratch/examples/example_$example" pcl_io pcl_surface
-done
-run_examples "$scratch/examples"
+if [ "$mode" = installed ]; then
+  mkdir "$scratch/examples"
+  for example in files_to_mesh poisson_replaced colors stages; do
+    by_pkg_config "$examples/$example.cpp" "$scratch/examples/example_$example" pcl_io pcl_surface
+  done
+  run_examples "$scratch/examples"
+fi
 
-# The tools find the library by themselves, and every one that was built was installed.
-for tool in "$tree"/bin/pcl_mrf_*; do
+# The tools find the library, and every one that was built was installed.
+for tool in "$built"/bin/pcl_mrf_*; do
   [ -e "$tool" ] || continue
   "$prefix/bin/$(basename "$tool")" --help >/dev/null
 done

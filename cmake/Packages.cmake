@@ -1,0 +1,69 @@
+# The target package: Debian packages of the components; see packages.sh, which configures for it.
+if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr" OR NOT BUILD_SHARED_LIBS OR NOT MRF_BUILD_APPS)
+  return() # the packages are of a build whose files belong there
+endif()
+
+set(MRF_PACKAGE_CONTACT "The authors of pcl_mrf_reconstruction <pcl-mrf-reconstruction@users.noreply.github.com>" CACHE STRING
+  "Maintainer of the Debian packages: name <address>")
+set(MRF_SONAME ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+set(MRF_PACKAGE_library libpcl-mrf${MRF_SONAME})
+set(MRF_PACKAGE_development libpcl-mrf-dev)
+set(MRF_PACKAGE_tools pcl-mrf-tools)
+set(MRF_PACKAGE_evaluation pcl-mrf-evaluation)
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME pcl-mrf-reconstruction)
+set(CPACK_PACKAGE_CONTACT ${MRF_PACKAGE_CONTACT})
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "Surface reconstruction from scanned points")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS # whatever the umask says
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_COMPONENTS_ALL library development tools evaluation)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_LIBRARY_OUTPUT_DIRECTORY})
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+file(WRITE ${PROJECT_BINARY_DIR}/packages/triggers "activate-noawait ldconfig\n")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/packages/triggers)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
+set(CPACK_COMPONENT_TOOLS_DEPENDS library)
+set(CPACK_COMPONENT_EVALUATION_DEPENDS library)
+
+set(MRF_IS_WHAT "Reconstructs surfaces from scanned points by regularizing a signed distance
+field with a Markov random field (Paulsen, Baerentzen, Larsen 2010).")
+set(MRF_DESCRIPTION_library "This package has the shared library.")
+set(MRF_DESCRIPTION_development "This package has headers, a CMake package and a pkg-config file.")
+set(MRF_DESCRIPTION_tools "This package has the programs that reconstruct a scan and that simulate one.")
+set(MRF_DESCRIPTION_evaluation "This package has the programs that measure meshes and run experiments. They
+are built with CGAL, and so under the GPL.")
+set(MRF_SECTION_library libs)
+set(MRF_SECTION_development libdevel)
+set(MRF_SECTION_tools graphics)
+set(MRF_SECTION_evaluation graphics)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
+  "${MRF_PACKAGE_library} (= ${PROJECT_VERSION}), libpcl-dev, libeigen3-dev")
+
+string(TIMESTAMP MRF_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC) # of SOURCE_DATE_EPOCH, if that is set
+configure_file(${PROJECT_SOURCE_DIR}/cmake/debian_changelog.in ${PROJECT_BINARY_DIR}/packages/changelog @ONLY)
+execute_process(COMMAND gzip -9nf ${PROJECT_BINARY_DIR}/packages/changelog COMMAND_ERROR_IS_FATAL ANY)
+file(READ ${PROJECT_SOURCE_DIR}/LICENSE MRF_LICENSE)
+string(REGEX REPLACE "\n---.*" "" MRF_LICENSE "${MRF_LICENSE}") # our own; what is under the GPL is said below
+foreach(component ${CPACK_COMPONENTS_ALL})
+  string(TOUPPER ${component} upper)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${MRF_PACKAGE_${component}})
+  set(CPACK_DEBIAN_${upper}_PACKAGE_SECTION ${MRF_SECTION_${component}})
+  set(CPACK_COMPONENT_${upper}_DESCRIPTION "${MRF_IS_WHAT}\n\n${MRF_DESCRIPTION_${component}}")
+  set(MRF_COPYRIGHT_OF_PROGRAMS)
+  if(component STREQUAL "evaluation")
+    set(MRF_COPYRIGHT_OF_PROGRAMS "The programs in this package are under the GPL, version 3 or later, by the CGAL packages in them; its text\nis in /usr/share/common-licenses/GPL-3.\n\n")
+  endif()
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/debian_copyright.in
+    ${PROJECT_BINARY_DIR}/packages/${component}/copyright @ONLY)
+  install(FILES ${PROJECT_BINARY_DIR}/packages/${component}/copyright ${PROJECT_BINARY_DIR}/packages/changelog.gz
+    DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${MRF_PACKAGE_${component}} COMPONENT ${component})
+endforeach()
+include(CPack)
