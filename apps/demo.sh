@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Installs what is missing, builds the tool, and reconstructs the Stanford bunny into bunny.vtk and bunny.png here.
 set -euo pipefail
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief pcl_mrf_experiments: the paper's experiments beside other methods, as a page, tables and pictures.
 

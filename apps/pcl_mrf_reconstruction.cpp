@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief pcl_mrf_reconstruction: a surface mesh from a file of points.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Makes the README's pictures out of those of the experiments. Needs the built tool, xvfb-run and ImageMagick.
 # usage: apps/pictures.sh [BUILD_FOLDER [RESULTS_FOLDER]]
 # What RESULTS_FOLDER already holds of these experiments is not computed again. With MRF_PICTURES_ONLY_JOIN set nothing

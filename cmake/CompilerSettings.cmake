@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Settings shared by the library, the tools and the tests.
 add_library(mrf_compiler_settings INTERFACE)
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The target docs: the API reference of the public headers, as HTML in docs/ of the build directory.
 find_package(Doxygen QUIET)
 if(DOXYGEN_FOUND)

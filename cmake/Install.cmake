@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # Installs library, headers, tools, the CMake package and the pkg-config file, as components: library, development, tools,
 # and evaluation, the tools that are under the GPL by the CGAL packages in them.
 include(CMakePackageConfigHelpers)

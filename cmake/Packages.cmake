@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: BSD-3-Clause
 # The target package: Debian packages of the components; see packages.sh, which configures for it.
 if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr" OR NOT BUILD_SHARED_LIBS OR NOT MRF_BUILD_APPS)
   return() # the packages are of a build whose files belong there

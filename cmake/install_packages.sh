@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: BSD-3-Clause
 # Installs the packages of packages.txt that are missing. Needs root or sudo only if one is.
 set -eu
 

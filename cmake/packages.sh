@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: BSD-3-Clause
 # Makes the Debian packages.
 #   packages.sh [DIRECTORY [CMAKE OPTION...]]   DIRECTORY: to build in and to leave them in, build-packages unless given
 set -eu

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What a DistanceField in a band holds.
 #pragma once
@@ -12,7 +13,7 @@ namespace pcl {
 namespace mrf {
 
 struct BandedDistances {
-  VoxelSet band;                      ///< on the bands' grid, gridMargin voxels around the lattice
+  VoxelSet band;                  ///< on the bands' grid, gridMargin voxels around the lattice
   PackedValues values;            ///< packed on the band
   std::vector<float> confidences; ///< likewise; may be empty
   DistanceField background;       ///< dense, on a coarser lattice that covers the field's

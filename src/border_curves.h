@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The borders of an open mesh as smooth curves, along which the remesher may move their vertices.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Borders of a mesh that touch come apart before it is remeshed.
 #pragma once

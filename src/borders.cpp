@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "mesh_topology.h"
 
 #include <pcl/surface/mrf/self_intersection.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "cholesky.h"
 
 #include "uninitialised.h"
@@ -152,9 +153,7 @@ void Factor::assemble(const LinearSystem& system, Execution& execution)
     });
   };
   const auto setOnes = [&](int colour, int value) {
-    forColour(colour, [&](int x, int y, int z) {
-      ones[static_cast<std::size_t>(size_.index(x, y, z))] = value;
-    });
+    forColour(colour, [&](int x, int y, int z) { ones[static_cast<std::size_t>(size_.index(x, y, z))] = value; });
   };
   for (int colour = 0; colour < period * period * period; ++colour) {
     setOnes(colour, 1);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Morphological closing on a mesh: what lies between parts of a surface, and what lies outside of it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "conjugate_gradients.h"
 
 #include "vector_kernels.h"

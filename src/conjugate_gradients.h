@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Fletcher–Reeves conjugate gradients on the energy (paper Sec. 3.4).
 #pragma once

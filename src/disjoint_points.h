@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Connected components of points, found by all threads at once.
 #pragma once

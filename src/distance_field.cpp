@@ -1,5 +1,6 @@
-#include "grid_transfer.h"
+// SPDX-License-Identifier: BSD-3-Clause
 #include "banded_distances.h"
+#include "grid_transfer.h"
 
 #include <pcl/surface/mrf/distance_field.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The passes of the remesher that change connectivity: split, collapse, flip.
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "grid_operator.h"
 
 #include "wavefront.h"
@@ -145,8 +146,8 @@ void GridOperator::connect(const VoxelSet& coarse, Execution& execution)
 void GridOperator::smooth(Sweep sweep, int degree, std::vector<SweepScratch>& scratch, Execution& execution)
 {
   float *const out = sweep.out, *const product = sweep.product;
-  const int steps = stepsPerSweep(voxels().size(), static_cast<double>(voxels().count()), prior_.order,
-                                  slabsFor(scratch.size()));
+  const int steps =
+      stepsPerSweep(voxels().size(), static_cast<double>(voxels().count()), prior_.order, slabsFor(scratch.size()));
   const int sweeps = (degree + steps - 1) / steps, each = (degree + sweeps - 1) / sweeps;
   if (sweeps > 1) {
     iterate_.resize(inverseD_.size());
@@ -199,9 +200,8 @@ double GridOperator::sweepBytes(const GridSize& size, double unknowns, int order
 {
   const int steps = stepsPerSweep(size, unknowns, order, threads), sweeps = (degree + steps - 1) / steps;
   const Wavefront wavefront(order, (degree + sweeps - 1) / sweeps, sweeps > 1, 0, size.z);
-  const double planes =
-      wavefront.products() * (wavefront.powerPlanes() * (order - 1) + wavefront.productPlanes()) +
-      wavefront.iteratePlanes();
+  const double planes = wavefront.products() * (wavefront.powerPlanes() * (order - 1) + wavefront.productPlanes()) +
+                        wavefront.iteratePlanes();
   const double window = static_cast<double>(size.x + 2 * windowMargin) * (size.y + 2);
   return sizeof(float) * (planes * threads * window + (sweeps > 1 ? 3 * unknowns : 0));
 }
@@ -345,9 +345,8 @@ private:
 
   WindowRing& powerOf(int step, int power)
   {
-    return power == 0
-               ? scratch_.iterate
-               : scratch_.powers[static_cast<std::size_t>(step - 1)][static_cast<std::size_t>(power - 1)];
+    return power == 0 ? scratch_.iterate
+                      : scratch_.powers[static_cast<std::size_t>(step - 1)][static_cast<std::size_t>(power - 1)];
   }
 
   WindowRing& productOf(int step) { return scratch_.products[static_cast<std::size_t>(step - 1)]; }

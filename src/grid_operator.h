@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The operator P + C on one grid: products, Chebyshev smoothing, and the transfers to the next coarser grid.
 #pragma once
@@ -73,7 +74,7 @@ struct Sweep {
   const float* directionIn = nullptr;     ///< of step first − 1
   float* out = nullptr;
   float* directionOut = nullptr;
-  float* product = nullptr;    ///< b − A x, or A x without b
+  float* product = nullptr;  ///< b − A x, or A x without b
   bool isForCoarser = false; ///< the product goes to restrictTo
 };
 

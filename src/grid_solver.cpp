@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "grid_solver.h"
 
 #include "preconditioned_cg.h"
@@ -53,8 +54,7 @@ void clearNearRim(const GridOperator& system, int order, PackedValues& r, Execut
 /// The vectors of conjugate gradients on a level.
 class LevelSystem {
 public:
-  LevelSystem(VCycle& cycle, const VoxelSet& support, PackedValues& r, double near, float* values,
-              Execution& execution)
+  LevelSystem(VCycle& cycle, const VoxelSet& support, PackedValues& r, double near, float* values, Execution& execution)
       : cycle_(cycle), system_(cycle.finest()), voxels_(system_.voxels()), support_(support), r_(r),
         near_(static_cast<float>(near)), values_(values), parts_(static_cast<std::size_t>(voxels_.size().z)),
         execution_(execution)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "grid_transfer.h"
 
 #include "interpolation.h"
@@ -144,8 +145,8 @@ void CubicInterpolation::evaluatePlane(const VoxelSet& fine, int z, float* out, 
   }
 }
 
-void addProlonged(const VoxelSet& coarse, const float* values, const Refinement& refinement, const VoxelSet& fine, int z,
-                  float* window, TransferScratch& scratch)
+void addProlonged(const VoxelSet& coarse, const float* values, const Refinement& refinement, const VoxelSet& fine,
+                  int z, float* window, TransferScratch& scratch)
 {
   if (fine.planeCount(z) == 0)
     return;
@@ -166,8 +167,8 @@ void addProlonged(const VoxelSet& coarse, const float* values, const Refinement&
   }
 }
 
-void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& refinement, float scale, const VoxelSet& coarse,
-                   int z, float* out, TransferScratch& scratch)
+void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& refinement, float scale,
+                   const VoxelSet& coarse, int z, float* out, TransferScratch& scratch)
 {
   if (coarse.planeCount(z) == 0)
     return;
@@ -196,7 +197,7 @@ void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& 
 }
 
 VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, int roundUpTo,
-               Execution& execution)
+                   Execution& execution)
 {
   return VoxelSet(
       coarse,

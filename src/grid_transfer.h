@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Transfers between a band and the one on the next coarser lattice.
 #pragma once
@@ -55,16 +56,16 @@ private:
 };
 
 /// window += P coarse on plane z of the fine band: interpolation with (¾, ¼).
-void addProlonged(const VoxelSet& coarse, const float* values, const Refinement& refinement, const VoxelSet& fine, int z,
-                  float* window, TransferScratch& scratch);
+void addProlonged(const VoxelSet& coarse, const float* values, const Refinement& refinement, const VoxelSet& fine,
+                  int z, float* window, TransferScratch& scratch);
 
 /// coarse = scale · Pᵀ fine on plane z of the coarse band.
-void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& refinement, float scale, const VoxelSet& coarse,
-                   int z, float* out, TransferScratch& scratch);
+void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& refinement, float scale,
+                   const VoxelSet& coarse, int z, float* out, TransferScratch& scratch);
 
 /// The parents of a band's voxels. \param roundUpTo as in VoxelSet's constructor
 VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, int roundUpTo,
-               Execution& execution);
+                   Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "grids.h"
 
 #include "linear_system.h"
@@ -76,8 +77,7 @@ public:
         pointWeights_ = observation_.weights;
       }
       const LevelSamples& samples = *observation_.samples;
-      return makePointData(finer ? samples.beneath[at] : samples.own[at], voxels, pointWeights_, spacing,
-                           areWhole_);
+      return makePointData(finer ? samples.beneath[at] : samples.own[at], voxels, pointWeights_, spacing, areWhole_);
     }
     std::vector<float> targets; // the coarser grids have none
     weights_ = finer ? coarsenedWeights(finer->voxels, weights_, finer->refinement, static_cast<float>(scale), voxels)
@@ -134,8 +134,7 @@ LevelSamples::LevelSamples(std::vector<PointSample> finest, const std::vector<La
   own.back() = std::move(finest);
   for (std::size_t at = lattices.size() - 1; at > 0; --at) {
     const std::vector<PointSample>& finer = beneath[at].empty() ? own[at] : beneath[at];
-    beneath[at - 1] =
-        sortedByCells(coarsened(finer, lattices[at], lattices[at - 1], halfCell, execution), execution);
+    beneath[at - 1] = sortedByCells(coarsened(finer, lattices[at], lattices[at - 1], halfCell, execution), execution);
     own[at - 1] = merge(beneath[at - 1], 1, execution);
   }
 }
@@ -145,10 +144,9 @@ std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, cons
 {
   const auto ratio = static_cast<float>(fine.spacing / coarse.spacing);
   const Eigen::Vector3f shift = ((fine.origin - coarse.origin) / coarse.spacing).cast<float>();
-  const Eigen::Array3f last =
-      Eigen::Array3f(static_cast<float>(coarse.size.x), static_cast<float>(coarse.size.y),
-                     static_cast<float>(coarse.size.z)) -
-      (1 + fromBorder);
+  const Eigen::Array3f last = Eigen::Array3f(static_cast<float>(coarse.size.x), static_cast<float>(coarse.size.y),
+                                             static_cast<float>(coarse.size.z)) -
+                              (1 + fromBorder);
   std::vector<PointSample> moved(samples.size());
   execution.forRange(static_cast<std::int64_t>(samples.size()), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
     for (auto s = static_cast<std::size_t>(begin); s < static_cast<std::size_t>(end); ++s) {

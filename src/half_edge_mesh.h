@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The connectivity the remesher works on: half-edges in plain index arrays.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What of a mesh fills holes and gaps of the surface that data support, and what is extrapolation (trimming).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "icm.h"
 
 #include "grid_operator.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Iterated conditional modes (paper Sec. 3.4).
 #pragma once

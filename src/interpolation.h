@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Interpolation of a field from one level of the multiscale scheme to the next finer one.
 #pragma once

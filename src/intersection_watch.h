@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Where the remesher looks for triangles that intersect, and what it leaves alone around them.
 #pragma once

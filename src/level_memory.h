@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What the levels of the multiscale scheme take, before anything of them is allocated.
 #pragma once

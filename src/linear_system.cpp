@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "linear_system.h"
 
 #include "floor.h"
@@ -43,9 +44,7 @@ MRF_MULTIVERSION(void, laplacianOfRow, (int n, const Rows& x, double* __restrict
 {
   const double *const c = x.centre, *const south = x.south, *const north = x.north, *const below = x.below,
                       *const above = x.above;
-  const auto across = [=](int i) {
-    return 4 * c[i] - ((south[i] + north[i]) + (below[i] + above[i]));
-  };
+  const auto across = [=](int i) { return 4 * c[i] - ((south[i] + north[i]) + (below[i] + above[i])); };
   for (int i = 1; i + 1 < n; ++i)
     out[i] = 2 * c[i] - (c[i - 1] + c[i + 1]) + across(i);
   out[0] = (n > 1 ? c[0] - c[1] : 0) + across(0);

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The system of one level in its plain form, in double precision: what ICM, conjugate gradients and Cholesky
 /// solve, and what the grids of the multigrid solver are tested against.
@@ -54,9 +55,9 @@ double dataWeight(double confidence, double beta);
 /// Energy::paperText: as joint, with 36/7 or 18 in place of c_2 or c_3.
 LinearSystem assemble(const Observation& observation, const PriorOptions& options);
 
-/// The system of observations at points: C = Σ ρ (value · ccᵀ + gradient · GᵀG), b = unit · Σ ρ · gradient · Gᵀn, blocks
-/// of 27 voxels on the occupied cells. Points beyond the outermost voxel centres observe the linear continuation of the
-/// field. \param samples on the grid, in any order
+/// The system of observations at points: C = Σ ρ (value · ccᵀ + gradient · GᵀG), b = unit · Σ ρ · gradient · Gᵀn,
+/// blocks of 27 voxels on the occupied cells. Points beyond the outermost voxel centres observe the linear continuation
+/// of the field. \param samples on the grid, in any order
 LinearSystem assembleAtPoints(const GridSize& size, Prior prior, std::vector<PointSample> samples,
                               const PointWeights& weights, double unit, Execution& execution);
 

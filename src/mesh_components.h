@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Which components of a mesh have points that speak for them (trimming).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Adjacency of triangle meshes: which triangles share an edge, which corners form one fan.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/impl/mrf_reconstruction.hpp>
 
 #include <pcl/point_types.h>

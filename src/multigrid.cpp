@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "multigrid.h"
 
 #include "grid_solver.h"
@@ -124,8 +125,8 @@ SolveReport solveMultigrid(const LinearSystem& system, const SolverOptions& opti
   const int steps = options.maxIterations > 0 ? options.maxIterations : wholeLevelSteps;
   VCycle cycle(hierarchy.grids, priorConstants(prior), {degree, degree, 2 * degree}, execution.threads(), execution);
   PlainSystem plain(system, cycle, unit, d, execution);
-  iterate(plain, {steps, options.residualTolerance, options.changeTolerance * unit, residualOfChange, norm}, plain.residual(), report,
-          execution);
+  iterate(plain, {steps, options.residualTolerance, options.changeTolerance * unit, residualOfChange, norm},
+          plain.residual(), report, execution);
   report.relativeResidual = std::sqrt(plain.residual()) / norm;
   return report;
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Conjugate gradients in double precision, preconditioned by one V-cycle of the system's grids.
 #pragma once

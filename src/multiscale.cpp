@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/multiscale.h>
 #include <pcl/surface/mrf/polygonizer.h>
@@ -177,7 +178,7 @@ constexpr LevelPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
 /// Dense levels that observe points stop this much earlier, by the change. On a hundred holes of twenty scans the
 /// finest level, dense, is then within 1 % of one solved to the solver's own tolerance, as accurate, and takes three
 /// quarters of the time; with 20 holes are off by 3 %. Observed at voxels, holes get worse at once.
-constexpr double pointTolerance = 8;
+constexpr double pointTolerance = 4;
 
 /// The points as a level stored in another order of axes sees them.
 OrientedPoints inOrder(const AxisOrder& axes, const OrientedPoints& points)
@@ -347,10 +348,10 @@ private:
   SolveReport solvePlain(const Lattice& lattice, const LevelObservation& observation, std::size_t level,
                          const SolverOptions& solver)
   {
-    const LinearSystem system =
-        observation_.atPoints() ? assembleAtPoints(lattice.size, prior_.prior, samples_.own[level], observation.weights,
-                                                   lattice.spacing, execution_)
-                                : assemble(observation.voxels, prior_);
+    const LinearSystem system = observation_.atPoints()
+                                    ? assembleAtPoints(lattice.size, prior_.prior, samples_.own[level],
+                                                       observation.weights, lattice.spacing, execution_)
+                                    : assemble(observation.voxels, prior_);
     std::vector<double> distances(distances_.begin(), distances_.end());
     const SolveReport report = solve(system, solver, lattice.spacing, distances, execution_);
     std::transform(distances.begin(), distances.end(), distances_.begin(),
@@ -366,9 +367,9 @@ private:
       const Lattice& coarse = lattices_[level - 1];
       const GridSize size = withMargin(coarse.size);
       band_ = fieldOfDense(coarse, distances_,
-                          observation_.atPoints() ? observedVoxels(samples_.own[level - 1], size, execution_)
-                                                  : voxelSetOf(lastDense_, coarse.size, size, execution_),
-                          execution_);
+                           observation_.atPoints() ? observedVoxels(samples_.own[level - 1], size, execution_)
+                                                   : voxelSetOf(lastDense_, coarse.size, size, execution_),
+                           execution_);
     }
     // The first band shapes what fills holes, and feels the sheets around: left out there, the discs of a Kinect frame
     // came out a tenth worse. The last mesh but one is worth its cost only if there is none before it.
@@ -382,7 +383,7 @@ private:
     LevelPlan plan = level == denseLevels_ ? firstPlan : isFinest(level) ? lastPlan : middlePlan;
     plan.threads = bandThreads_;
     band_ = solveNarrowBand(lattices_, level, band_, observation, prior_.prior, plan, solver_, isFinest(level), report,
-                           execution_);
+                            execution_);
     report.solverSeconds = secondsSince(solverStart);
     if (!isFinest(level))
       checkUnknowns(level, static_cast<double>(report.unknowns));
@@ -451,13 +452,13 @@ private:
   const MultiscaleOptions& options_;
   const SurfaceFilter& wanted_;
   Execution& execution_;
-  std::size_t firstLevel_ = 0;  ///< of the lattices; those before it are grids of the solver
-  std::size_t denseLevels_ = 0; ///< where the lattices that are solved in bands begin
-  LevelSamples samples_;        ///< if points are observed
-  Observation finest_;                            ///< of the finest level, if voxels are
-  std::vector<std::int64_t> lastDense_;           ///< voxels observed on the last dense level
-  std::vector<float> distances_;                  ///< of the last dense level so far
-  LevelField band_;                                ///< of the last level in a band so far
+  std::size_t firstLevel_ = 0;          ///< of the lattices; those before it are grids of the solver
+  std::size_t denseLevels_ = 0;         ///< where the lattices that are solved in bands begin
+  LevelSamples samples_;                ///< if points are observed
+  Observation finest_;                  ///< of the finest level, if voxels are
+  std::vector<std::int64_t> lastDense_; ///< voxels observed on the last dense level
+  std::vector<float> distances_;        ///< of the last dense level so far
+  LevelField band_;                     ///< of the last level in a band so far
 };
 
 } // namespace

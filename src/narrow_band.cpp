@@ -1,5 +1,5 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "narrow_band.h"
-
 
 #include <algorithm>
 #include <atomic>
@@ -161,7 +161,8 @@ void clearRim(const GridSize& size, int z, MaskPlane& mask)
   mask.intersect(inside);
 }
 
-PackedValues interpolated(const LevelField& coarse, const Refinement& refinement, const VoxelSet& fine, Execution& execution)
+PackedValues interpolated(const LevelField& coarse, const Refinement& refinement, const VoxelSet& fine,
+                          Execution& execution)
 {
   const CubicInterpolation cubic(coarse.support, coarse.values.data(), refinement);
   PackedValues values(static_cast<std::size_t>(fine.count()));
@@ -175,7 +176,7 @@ PackedValues interpolated(const LevelField& coarse, const Refinement& refinement
 
 /// Where the interpolation of a coarser level changes sign, as far as that level's unknowns reach.
 VoxelSet predictedZeroLevel(const LevelField& coarse, const Refinement& refinement, const GridSize& size,
-                        Execution& execution)
+                            Execution& execution)
 {
   const VoxelSet predicted(
       size, [&](int z, MaskPlane& mask) { rasteriseChildren(coarse.unknowns, refinement, z, mask); }, 0, execution);
@@ -194,8 +195,8 @@ VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution)
 }
 
 /// The band of a level, from its zero level as far as it is known.
-VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& nearObserved, const Refinement& refinement,
-                const VoxelSet& coarseUnknowns, Execution& execution)
+VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& nearObserved,
+                    const Refinement& refinement, const VoxelSet& coarseUnknowns, Execution& execution)
 {
   const GridSize size = zeroLevel.size();
   const VoxelSet farZeroLevel(
@@ -335,7 +336,7 @@ void extendChange(const VoxelSet& unknowns, const VoxelSet& support, const Packe
 } // namespace
 
 VoxelSet voxelSetOf(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
-                  Execution& execution)
+                    Execution& execution)
 {
   return VoxelSet(
       grid,
@@ -353,7 +354,8 @@ VoxelSet voxelSetOf(const std::vector<std::int64_t>& voxels, const GridSize& lat
       0, execution);
 }
 
-LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values, VoxelSet observed, Execution& execution)
+LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values, VoxelSet observed,
+                        Execution& execution)
 {
   LevelField field;
   field.lattice = lattice;
@@ -399,8 +401,8 @@ void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution)
 }
 
 LevelField solveNarrowBand(const std::vector<Lattice>& lattices, std::size_t level, const LevelField& coarse,
-                         const LevelObservation& observation, Prior prior, const LevelPlan& plan,
-                         const SolverOptions& solver, bool isFinest, LevelReport& report, Execution& execution)
+                           const LevelObservation& observation, Prior prior, const LevelPlan& plan,
+                           const SolverOptions& solver, bool isFinest, LevelReport& report, Execution& execution)
 {
   const Lattice& lattice = lattices[level];
   const GridSize size = withMargin(lattice.size);
@@ -423,8 +425,8 @@ LevelField solveNarrowBand(const std::vector<Lattice>& lattices, std::size_t lev
         bandGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
     report.unknowns = grids[0].voxels.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
-    const SolveReport solve = solveOnGrids(grids, prior, field.support, plan, solver, lattice.spacing,
-                                           field.values.data(), execution);
+    const SolveReport solve =
+        solveOnGrids(grids, prior, field.support, plan, solver, lattice.spacing, field.values.data(), execution);
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "nearest_kernels.h"
 
 #include "multiversioning.h"

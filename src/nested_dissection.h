@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The order in which a sparse factorisation eliminates the voxels of a grid, and what its factor takes.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/options.h>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "orientation_graph.h"
 
 #include "spatial_sort.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The graph that normals are oriented along, and the tree of its best edges.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "orientation_sides.h"
 
 #include "select_values.h"

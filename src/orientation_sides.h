@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Which side of a surface is its outside, when nobody says so.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Arrays of one value per voxel of a band, not set when they are made.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Parts of a cloud that are too far apart to say anything about each other (ours).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "point_bins.h"
 
 #include <pcl/surface/mrf/point_set.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Neighbour search on sorted uniform bins, with a tree for what bins are bad at.
 #pragma once

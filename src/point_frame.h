@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Where a cloud is, and how dense, as far as a sample of it tells.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Observing the field at the points themselves: its value and its gradient (ours, beside the paper's Sec. 3.2).
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/point_set.h>
 
 #include "select_values.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "point_tree.h"
 
 #include <Eigen/Geometry>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Sorted points and a tree of bounding boxes over them.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Chances to cancel during the long loops of a stage.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "cell_cases.h"
 #include "mesh_topology.h"
 

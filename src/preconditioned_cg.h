@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Preconditioned conjugate gradients, whatever the vectors are stored as.
 #pragma once

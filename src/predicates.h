@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Exact signs of the determinants that geometric decisions hang on.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "pieces.h"
 #include "select_values.h"
 #include "stage_timer.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/prior.h>
 
 #include <pcl/surface/mrf/exceptions.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "border_parting.h"
 #include "edge_operations.h"
 #include "intersection_watch.h"

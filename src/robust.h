@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Points that a robust field cannot agree with: structured outliers that no filter of spacings sees (ours).
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What the stages of a run are expected to take, for its progress.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Per-point arrays: dropping entries, the one in the middle.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "cholesky.h"
 #include "conjugate_gradients.h"
 #include "icm.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Sorting positions so that neighbours in space are neighbours in memory.
 #pragma once

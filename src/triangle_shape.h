@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What decides whether the remesher may replace a triangle by another one.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief One multigrid V-cycle as a preconditioner.
 #pragma once

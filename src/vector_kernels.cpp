@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "vector_kernels.h"
 
 #include "multiversioning.h"
@@ -46,8 +47,7 @@ MRF_MULTIVERSION(void, scaleAndAddSingles, (std::int64_t count, float a, const f
   scaleAndAddBody(count, a, x, y);
 }
 
-MRF_MULTIVERSION(void, scaleAndAddDoubles, (std::int64_t count, double a, const double* x, double* y),
-                 (count, a, x, y))
+MRF_MULTIVERSION(void, scaleAndAddDoubles, (std::int64_t count, double a, const double* x, double* y), (count, a, x, y))
 {
   scaleAndAddBody(count, a, x, y);
 }

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Sums and products of whole vectors, in single or double precision.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/vertex_fields.h>
 
 #include <Eigen/Geometry>

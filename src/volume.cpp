@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "volume.h"
 
 #include <pcl/surface/mrf/polygonizer.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief How much room the field needs: openings want the volume's border far away, closed surfaces do not (ours).
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "voxel_set.h"
 
 #include "disjoint_points.h"
@@ -244,7 +245,7 @@ VoxelSet VoxelSet::inPieces(GridSize size, const std::function<Fill()>& makeFill
 }
 
 void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize,
-                 Execution& execution)
+                     Execution& execution)
 {
   size_ = size;
   const auto rows = static_cast<std::size_t>(size.y) * static_cast<std::size_t>(size.z);
@@ -472,8 +473,7 @@ MRF_MULTIVERSION(void, addToWindow, (Runs runs, float a, const float* packed, fl
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] += a * packed[v]; });
 }
 
-MRF_MULTIVERSION(void, scaleAndAdd,
-                 (Runs runs, const float* a, const float* packed, float* __restrict window),
+MRF_MULTIVERSION(void, scaleAndAdd, (Runs runs, const float* a, const float* packed, float* __restrict window),
                  (runs, a, packed, window))
 {
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] = a[v] * window[i] + packed[v]; });

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Sparse sets of voxels around a surface: runs of voxels along x, stored by rows and planes.
 ///
@@ -236,18 +237,18 @@ void scaleAndAdd(Runs runs, const float* a, const float* packed, float* window);
 void sumNeighbours(Runs runs, int stride, const float* below, const float* centre, const float* above, float* packed);
 /// out = L x of the graph of the band, whose voxels have `degrees` neighbours (packed); windows are zero outside of the
 /// runs. Without degrees: of the lattice, all neighbours' values being in the windows.
-void laplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,
-                   const float* above, float* out);
+void laplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre, const float* above,
+               float* out);
 /// out += L x
 void addLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,
-                      const float* above, float* out);
+                  const float* above, float* out);
 /// out += a x, both windows
 void addWindow(Runs runs, float a, const float* x, float* out);
 /// First Chebyshev step from zero: x = z = g D⁻¹ b; z is packed.
 void startChebyshev(Runs runs, float g, const float* b, const float* inverseD, float* z, float* x);
 /// Next Chebyshev step: z = f z + g D⁻¹ (b − product), x += z.
 void stepChebyshev(Runs runs, float f, float g, const float* product, const float* b, const float* inverseD, float* z,
-                float* x);
+                   float* x);
 /// r = b − product; r and b may be the same.
 void residual(Runs runs, const float* product, const float* b, float* r);
 /// product += w x, w packed

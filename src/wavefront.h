@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The order in which a sweep that takes several steps at once visits the planes of a slab.
 #pragma once

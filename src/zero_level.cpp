@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "zero_level.h"
 
 #include <pcl/surface/mrf/remesher.h>

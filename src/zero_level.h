@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The zero level of a distance field, as the remesher follows it.
 #pragma once

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # What the built library shows to its users, and what it and the tools need. Run by ctest.
 #   linkage.sh LIBRARY HEADERS [TOOL...]     TOOL: one that is to be free of CGAL
 set -euo pipefail
@@ -13,7 +14,7 @@ fail() {
 
 # Every name that is shown is declared in a public header. Names without parameters and template arguments.
 shown=$(nm -DC --defined-only "$library" | cut -d' ' -f3- |
-  sed -E 's/^(typeinfo name for|typeinfo for|vtable for|void) //; s/->/ /g; s/\[abi:[a-z0-9]+\]//g; :a; s/<[^<>]*>//g; ta; s/\(.*//; s/~//' |
+  sed -E 's/^(typeinfo name for|typeinfo for|vtable for|void) //; s/->/ /g; s/\[abi:[a-z0-9]+\]//g; :a; s/<[^<>]*>//g; ta; s/\(.*//; s/~//; s/^.* (pcl::)/\1/' |
   sort -u)
 declared=$(find "$headers" -name '*.h' -exec sed 's,//.*,,' {} + | grep -oE '[A-Za-z_][A-Za-z0-9_]*' | sort -u)
 foreign=$(grep -vE '^pcl::(mrf::|MRFReconstruction::|MRFReconstruction$)' <<<"$shown" || true)

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Installs what is missing, builds, and runs all tests: the optimised build with warnings as errors, then the tests of
 # the stages under the address, undefined-behaviour and thread sanitizers.
 #   bash test/run.sh              everything

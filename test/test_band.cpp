@@ -1,8 +1,9 @@
-#include "voxel_set.h"
+// SPDX-License-Identifier: BSD-3-Clause
 #include "grid_transfer.h"
 #include "support/shapes.h"
 #include "support/statistics.h"
 #include "support/zero_level.h"
+#include "voxel_set.h"
 
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/multiscale.h>

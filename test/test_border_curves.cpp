@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "border_curves.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The whole method on shapes whose truth is known, what must not change its result, and real scans.
 #include "support/clouds.h"
 #include "support/conversion.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The evaluator's figures against brute force, CGAL, and cases whose answers are known.
 #include "evaluate/evaluation.h"
 #include "evaluate/evaluation_report.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // pcl_mrf_evaluate as its users run it: its files, and whatever goes wrong.
 #include "support/mesh_reader.h"
 #include "support/tool.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The measures behind the figures on surfaces whose distances are known, and the sections made of them.
 #include "experiments/figure_support.h"
 #include "experiments/figures.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Noise and outliers, random scans: what is measured, what counts as a fault, the tables made of results.
 #include "experiments/comparisons.h"
 #include "experiments/noise.h"

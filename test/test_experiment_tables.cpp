@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Table 1 and the defaults: the tables made of known results, PCL's marching cubes on equal terms, the generated
 // objects.
 #include "evaluate/surface_distance.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What experiments run in: the journal, the page and its tables and plots; holes, comparisons and methods.
 #include "experiments/build_identity.h"
 #include "experiments/journal.h"

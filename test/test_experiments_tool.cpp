@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // pcl_mrf_experiments as its users run it: its files, running again, and whatever goes wrong.
 #include "support/tool.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What goes wrong outside of the method: memory, threads, the user's own objects. Always a clean error.
 #include "support/contract.h"
 
@@ -399,7 +400,7 @@ TEST(Options, EnumerationsOutOfRange)
       [](auto& o) { o.observation.estimate = static_cast<pcl::mrf::Estimate>(77); },
       [](auto& o) { o.observation.confidenceShape = static_cast<pcl::mrf::ConfidenceShape>(2); },
       [](auto& o) { o.prior.prior = static_cast<pcl::mrf::Prior>(0); },
-      [](auto& o) { o.prior.energy = static_cast<pcl::mrf::Energy>(2); },
+      [](auto& o) { o.prior.energy = static_cast<pcl::mrf::Energy>(3); },
       [](auto& o) { o.solver.method = static_cast<pcl::mrf::SolverMethod>(4); },
       [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },
       [](auto& o) { o.polygonizer.decomposition = static_cast<pcl::mrf::CellDecomposition>(2); },

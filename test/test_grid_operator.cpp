@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The grids' operator and its V-cycle against explicit matrices, for all orders of the prior and one that has no name.
 #include "grid_solver.h"
 #include "grids.h"
@@ -188,8 +189,8 @@ TEST(GridOperator, isTheMatrixOfItsDefinition)
         const std::vector<PointSample> samples = sortedByCells(randomSamples(size, count, 8), execution);
         SolverGrid grid;
         grid.isWhole = share == 1;
-        grid.voxels = grid.isWhole ? wholeOf(latticeOf(size), execution)
-                                   : withObserved(randomVoxels(size, 5, share), samples);
+        grid.voxels =
+            grid.isWhole ? wholeOf(latticeOf(size), execution) : withObserved(randomVoxels(size, 5, share), samples);
         grid.data = makePointData(samples, grid.voxels, weights, 1.5, grid.isWhole);
         const double tautness = .3;
         GridOperator system(grid, constantsOf(k), tautness, execution);
@@ -255,8 +256,7 @@ TEST(GridOperator, smootherIsThePolynomialOfItsDefinition)
     const int degree = 6;
     Eigen::VectorXd z = vector(first), expected = z;
     for (int i = 2; i <= degree; ++i) {
-      z = (2. * i - 3) / (2 * i + 1) * z +
-          (8. * i - 4) / (2 * i + 1) * inverseD.cwiseProduct(vector(b) - a * expected);
+      z = (2. * i - 3) / (2 * i + 1) * z + (8. * i - 4) / (2 * i + 1) * inverseD.cwiseProduct(vector(b) - a * expected);
       expected += z;
     }
     sweep.out = x.data();
@@ -333,8 +333,8 @@ TEST(GridSolver, everyStepLowersTheEnergyDownToThatOfCholesky)
     for (const int steps : {1, 2, 3, 4, 6, 10, 20}) {
       d.assign(count, 0);
       SolverOptions options = solverOptions(SolverMethod::multigrid, 1e-9, steps);
-      const SolveReport report = solveOnGrids(level.grids, prior, level.grids.front().voxels, {steps, 0, 2}, options, 1,
-                                              d.data(), execution);
+      const SolveReport report =
+          solveOnGrids(level.grids, prior, level.grids.front().voxels, {steps, 0, 2}, options, 1, d.data(), execution);
       const std::vector<double> field(d.begin(), d.end());
       const double now = energy(plain, field, execution);
       EXPECT_LT(now, last + 1e-6 * first) << "k = " << order(prior) << ", " << steps;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "half_edge_mesh.h"
 
 #include "support/shapes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The hot loops exist for several instruction sets: each gives the same bytes, loop by loop and as a whole mesh.
 #include "support/contract.h"
 

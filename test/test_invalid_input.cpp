@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Input that cannot be reconstructed, or only in part: each case fails clearly or counts what it drops.
 #include "support/contract.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "support/linear_systems.h"
 
 #include <gtest/gtest.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Every mesh format: what is written is read again, and what is broken is refused.
 #include "support/errors.h"
 #include "support/mesh_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The contract of pcl::MRFReconstruction: what PCL users rely on.
 #include "support/contract.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Every option's limits: the ends of its range are accepted, what lies beyond is refused with the option's name and
 // value.
 #include <pcl/surface/mrf/exceptions.h>

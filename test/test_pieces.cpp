@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "pieces.h"
 
 // Clouds in pieces far apart, and what their fields and meshes are.

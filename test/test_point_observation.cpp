@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "point_observation.h"
 
 // Observations at the points: the block operator against its definition, merging, all solvers on it.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the point stages are built of: sorting in space, joining sets by many threads, medians, boxes, the best tree.
 #include "support/clouds.h"
 #include "support/shapes.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Point files: digits are kept, headers are not believed.
 #include "support/errors.h"
 #include "support/field_file.h"

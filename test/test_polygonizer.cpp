@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "exact/self_intersections.h"
 #include "support/shapes.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Clouds of every kind with valid options of every kind, each in a process of its own: whatever is asked, the answer is
 // a valid mesh, or one clear error and no mesh, within limits of time and memory.
 //   test_random_clouds [CASES [FIRST_SEED]]

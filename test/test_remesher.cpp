@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "edge_operations.h"
 #include "mesh_topology.h"
 #include "relaxation.h"

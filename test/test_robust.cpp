@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "robust.h"
 
 // Structured outliers against a robust field.

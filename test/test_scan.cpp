@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The scanner simulator: sampling, visibility, errors, holes, determinism.
 
 #include "scan/analytic_surface.h"

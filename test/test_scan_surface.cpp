@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the scanner simulator scans: shapes, meshes, lines of sight, and the arithmetic beneath.
 
 #include "scan/analytic_surface.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // pcl_mrf_scan as its users run it: its files, and whatever goes wrong.
 #include "support/point_table.h"
 #include "support/sensors.h"

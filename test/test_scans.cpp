@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The real scans beside the project: validity of the meshes, accuracy and hole filling against fixed bars.
 #include "support/mesh_distance.h"
 #include "support/scans.h"

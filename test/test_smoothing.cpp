@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The smoothing length: found by leaving points out, or set by a known noise.
 #include "support/clouds.h"
 #include "support/shapes.h"

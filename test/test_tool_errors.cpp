@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Whatever goes wrong: one line on standard error, the right status, and no output.
 #include "support/tool.h"
 

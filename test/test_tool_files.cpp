@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Every input and output format, as other programs write and read it.
 #include "support/tool.h"
 

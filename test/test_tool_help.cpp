@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the tools tell of themselves: a help that fits a screen, one with everything, a manual page, a completion.
 #include "support/tool.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Every option that --help lists: accepted, in effect, with its default as shown.
 #include "support/tool.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // What the tool leaves behind: whole files, or none, whatever ends it.
 #include "support/tool.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Pictures: the tool's own, and what pcl_viewer shows of its output.
 #include "support/tool.h"
 

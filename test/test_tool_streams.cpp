@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Standard input and output, several inputs, and progress.
 #include "support/tool.h"
 

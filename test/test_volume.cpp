@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "volume.h"
 
 // How much room the field gets beside openings.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation.h"
 
 #include "exact/self_intersections.h"

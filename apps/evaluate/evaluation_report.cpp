@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation_report.h"
 
 #include "support/report_json.h"

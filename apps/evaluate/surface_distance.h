@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Exact distances from points to the surface of a triangle mesh.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Points spread over the surface of a triangle mesh, each standing for the same area.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "self_intersections.h"
 
 #include <CGAL/box_intersection_d.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Exact self-intersections of a triangle mesh through CGAL, to judge meshes and our own code with.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Colors: those of the scan on the mesh, or how far each place of it was seen.
 ///

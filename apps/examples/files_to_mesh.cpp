@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief From a file of points to a mesh in a file, with everything that may go wrong told.
 ///

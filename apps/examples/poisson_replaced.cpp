@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief A program that was written for pcl::Poisson, with the method replaced behind the base class: the same calls,
 /// with a subset of the points and a search object.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The stages one by one on plain arrays, without PCL's point types; with progress, and Ctrl-C to leave.
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Which build of the program is running: results of another one are not its own.
 #pragma once

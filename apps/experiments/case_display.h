@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Tells which case of which experiment runs, and how many are left.
 #pragma once

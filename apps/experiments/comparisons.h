@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The experiments that compare methods and settings over many simulated scans, each a section of the page.
 #pragma once

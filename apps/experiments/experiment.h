@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What an experiment is: cases that are measured once and kept, and a section of the page made of them.
 #pragma once

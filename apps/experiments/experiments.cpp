@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "comparisons.h"
 #include "experiment.h"
 #include "figures.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "comparisons.h"
 #include "figure_support.h"
 #include "noise.h"

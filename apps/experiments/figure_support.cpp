@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "figure_support.h"
 
 #include "support/mesh_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What the figures share: objects, reconstructions, colours, numbers for tables.
 #pragma once

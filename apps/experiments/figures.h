@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The experiments behind the paper's figures, each a section of the page.
 #pragma once

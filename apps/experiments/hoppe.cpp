@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "hoppe.h"
 
 #include "normal_cloud.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief PCL's marching cubes after Hoppe, of plain points.
 #pragma once

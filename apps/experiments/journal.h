@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Results that outlive an interrupted run: one JSON line each, appended as it is measured.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "laboratory.h"
 
 #include "support/output_files.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The laboratory that keeps its results in a folder, and the one that only counts what there is to do.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "methods.h"
 
 #include "evaluate/surface_samples.h"

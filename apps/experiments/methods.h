@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Methods of reconstruction under one call: ours with any options, PCL's, and programs on PATH.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "noise.h"
 
 #include "evaluate/surface_samples.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Noisy scans without normals: methods on them, and how near the true surface they stay.
 #pragma once

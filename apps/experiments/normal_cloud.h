@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Plain points as a cloud for PCL's own methods.
 #pragma once

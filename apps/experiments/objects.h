@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The objects that are scanned, with the exact distance to each.
 #pragma once

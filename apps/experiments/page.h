@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Sections as one self-contained HTML page, as CSV and as JSON.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Leaving patches out: scans with holes, how well each hole is filled, and methods compared hole by hole.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief PCL's Poisson reconstruction of plain points.
 #pragma once

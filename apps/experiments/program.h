@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Other programs: found on PATH, run silently, timed.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Scans drawn at random, and what is checked of the meshes made from them.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "comparisons.h"
 #include "evaluate/evaluation.h"
 #include "evaluate/surface_distance.h"

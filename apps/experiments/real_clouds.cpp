@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "real_clouds.h"
 
 #include "evaluate/local_spacing.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Clouds like those that scanners deliver: open, uneven, cluttered; with points withheld from them.
 #pragma once

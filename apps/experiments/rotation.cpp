@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "rotation.h"
 
 #include "evaluate/surface_distance.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The measure of the rotation experiment: how far two reconstructions of the same points are apart.
 #pragma once

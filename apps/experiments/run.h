@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Runs the experiments that are asked for and writes their results.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "wavy_shapes.h"
 
 #include "figure_support.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Generated objects with structure: what is smooth all over says little about how a method goes on in a hole.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "command_line.h"
 
 #include "option_parser.h"
@@ -91,9 +92,8 @@ void addModelOptions(OptionParser& parser)
   parser.group("Grid");
   CLI::Option* quality = parser.declared("multiscale.quality");
   parser.declared("multiscale.voxelSize")->excludes(quality);
-  for (const char* name :
-       {"unit", "multiscale.padding", "multiscale.coarsestSide", "multiscale.maxMemory", "multiscale.denseVoxels",
-        "multiscale.interpolation"})
+  for (const char* name : {"unit", "multiscale.padding", "multiscale.coarsestSide", "multiscale.maxMemory",
+                           "multiscale.denseVoxels", "multiscale.interpolation"})
     parser.declared(name);
 
   parser.group("Solver");

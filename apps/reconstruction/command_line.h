@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The command line of pcl_mrf_reconstruction.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What the tool prints: progress and the closing summary.
 #pragma once

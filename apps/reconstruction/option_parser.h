@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Options of a tool that set members of pcl::mrf::Options, on top of a preset.
 #pragma once

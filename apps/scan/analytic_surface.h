@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Analytic shapes as surfaces to scan, and the catalogue of shapes by name.
 #pragma once

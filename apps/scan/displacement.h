@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Fine structure on a smooth surface: a random band-limited height added along the normal.
 #pragma once

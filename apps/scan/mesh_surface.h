@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief A triangle mesh as a surface to scan.
 #pragma once

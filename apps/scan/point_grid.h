@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Points in a hash of cubic cells, which grows point by point.
 #pragma once

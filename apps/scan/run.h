@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief pcl_mrf_scan from files to files.
 #pragma once

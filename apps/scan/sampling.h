@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Sensors around an object, and the points of its surface that they see.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief A simulated range scan of a surface: what the sensors see, with their errors, and the truth beside it.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief A scanner's rays: a regular angular grid from each sensor, each of which ends at the first surface.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Scenes like those that depth cameras, lidars and airborne scanners see: open, cluttered, of uneven density.
 #pragma once

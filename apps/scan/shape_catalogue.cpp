@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "analytic_surface.h"
 #include "random.h"
 #include "scenes.h"

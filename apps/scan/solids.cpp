@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "solids.h"
 
 #include <shapes/portable_math.h>

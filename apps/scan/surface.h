@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What the simulator scans: a surface that can be sampled evenly and asked whether it blocks a line of sight.
 #pragma once

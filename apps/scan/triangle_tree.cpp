@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "triangle_tree.h"
 
 #include <shapes/portable_math.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Does a segment hit a triangle: a bounding volume hierarchy over a triangle soup.
 #pragma once

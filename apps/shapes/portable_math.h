@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Arithmetic that gives the same bits on every IEEE machine.
 ///

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "signed_distance.h"
 
 #include "portable_math.h"

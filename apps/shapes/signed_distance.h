@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Signed distances to analytic shapes: what is scanned, and the truth to measure against.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Files written as bytes, block by block: neither the whole file in memory nor a call for each number.
 #pragma once

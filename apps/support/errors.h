@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Failures of the tools, each kind with its own exit status.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "field_file.h"
 
 #include "vtk_output.h"

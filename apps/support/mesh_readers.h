@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The readers behind readMesh, one per file format that only meshes have.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // OFF is read here, because neither PCL nor VTK reads it.
 #include "errors.h"
 #include "point_readers.h"

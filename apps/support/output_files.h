@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Output files that appear all together and whole, or not at all.
 #pragma once

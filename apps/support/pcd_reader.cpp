@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // PCD. Not through PCL, whose reader takes the memory that a header asks for, whatever the file holds, crashes on some
 // malformed ones, and rounds the numbers of text files to float.
 #include "errors.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "picture.h"
 
 #include "poly_data.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // PLY. Not through PCL, whose reader ends the process on lists of different lengths among the vertex properties, nor
 // through VTK, whose reader drops the properties that it does not know.
 #include "errors.h"

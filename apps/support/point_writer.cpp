@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "point_writer.h"
 
 #include "byte_writer.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "report_json.h"
 
 #include <pcl/surface/mrf/option_names.h>

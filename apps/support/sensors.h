@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Sensor positions and views, from the command line and from files.
 #pragma once

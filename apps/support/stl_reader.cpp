@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // STL. Not through VTK, whose reader takes the memory that a header asks for and half a file for the whole.
 #include "errors.h"
 #include "mesh_reader.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief A triangle mesh with vertex fields, and the mesh files the tools write.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "temporary_files.h"
 
 #include <atomic>

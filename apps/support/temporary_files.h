@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Temporary files with names, and their end when a signal ends the process.
 #pragma once

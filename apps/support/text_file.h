@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Whole files as text, and numbers out of it, fast and without a locale.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // XYZ, which has no other reader, and OBJ: PCL's reader pairs vertices and normals by their order in the file.
 #include "errors.h"
 #include "point_readers.h"

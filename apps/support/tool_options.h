@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The options of a tool: each is declared once, for the parser and for all that is told of it.
 #pragma once

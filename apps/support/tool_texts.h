@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What a tool tells of itself, and the forms in which it does: help, manual page, completion.
 #pragma once

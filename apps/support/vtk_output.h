@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief VTK's writers with errors as exceptions.
 #pragma once

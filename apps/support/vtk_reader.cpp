@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Legacy VTK. Not through VTK, whose reader crashes on malformed files.
 #include "errors.h"
 #include "mesh_readers.h"

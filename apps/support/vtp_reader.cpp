@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // VTK's XML files of polygons. Not through VTK, whose reader takes the memory that a header asks for, and half of a
 // file for the whole.
 #include "errors.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Benchmarks of the regularisation, and of the smoother's use of the memory.
 #include "grids.h"

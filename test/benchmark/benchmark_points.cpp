@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Benchmarks of the stages that prepare the points.
 #include "inputs.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "inputs.h"
 
 #include "support/clouds.h"

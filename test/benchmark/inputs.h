@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Inputs of the benchmarks, and the counters that all of them report.
 #pragma once

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Runs whole programs side by side on the same clouds and prints a table: processor seconds (user + system, of all
 # threads, reading and writing included), wall seconds, peak memory, accuracy and hole error. PCL's tools come with
 # pcl-tools; PoissonRecon and SSDRecon take part if they are on PATH.

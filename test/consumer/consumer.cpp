@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Reconstructs a sphere as a user of the installed library would. Argument: the solver.
 #include <pcl/surface/mrf_reconstruction.h>
 

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
 # Builds and runs the consumer and the examples, without warnings. Run by ctest with the compiler in CXX.
 #   run.sh installed BUILD SCRATCH      installs BUILD and consumes it by find_package and by pkg-config
 #   run.sh packages SOURCE SCRATCH      makes the Debian packages, unpacks them, and consumes what is in them

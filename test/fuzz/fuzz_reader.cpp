@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // A reader under libFuzzer; which one is said at compile time.
 #include "fuzz/readers.h"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // Replays the corpus and a fixed sequence of mutations of it through every reader, in seconds, without a fuzzer.
 //   fuzz_replay CORPUS DICTIONARY [MUTATIONS]
 // Counts memory: no file may make a reader take more than a small multiple of the file's size.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "fuzz/option_readers.h"
 
 #include "fuzz/readers.h"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Options as functions of bytes: as the tools parse them, and as the library validates them.
 #pragma once

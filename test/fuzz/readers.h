@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Every reader of files and of options as a function of bytes, for fuzzers and for replaying what they found.
 #pragma once

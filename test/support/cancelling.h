@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief How often a run asks whether to go on, and whether it stops when told to.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Changes of point sets that must not change, or must scale, what a stage finds.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What the tests of the class share: small clouds, and what must hold when a run fails.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Between the plain arrays of the test shapes and PCL's clouds and meshes.
 #pragma once

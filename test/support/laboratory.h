@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief A laboratory for tests of the sections that experiments make of their results.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The prior as an explicit matrix, written down from its definition: the oracle for the matrix-free operator.
 #pragma once

@@ -1,10 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Linear systems with known solutions, and how the tests of the solvers compare fields.
 #pragma once
 
 #include "linear_system.h"
 #include "support/lattice_matrix.h"
-
 
 #include <Eigen/SparseCholesky>
 #include <gtest/gtest.h>

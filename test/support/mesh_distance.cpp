@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "support/mesh_distance.h"
 
 #include <CGAL/AABB_traits.h>

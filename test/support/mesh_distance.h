@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Exact distances from points to a triangle mesh, by CGAL's AABB tree.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Clouds of every kind, good and bad, and valid options of every kind, drawn by a seed.
 #pragma once

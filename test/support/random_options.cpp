@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 // The options that random clouds are run with.
 #include "support/random_clouds.h"
 

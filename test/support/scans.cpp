@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 #include "support/scans.h"
 
 #include <pcl/io/ply_io.h>

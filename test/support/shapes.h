@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Sampled clouds and fields of the analytic shapes for the tests.
 #pragma once

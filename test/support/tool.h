@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Runs the command-line tool as a user does, in a folder of its own.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief How far the zero level of one field is from that of another.
 #pragma once

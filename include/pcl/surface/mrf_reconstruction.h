@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Markov random field surface reconstruction as a PCL surface class.
 #pragma once

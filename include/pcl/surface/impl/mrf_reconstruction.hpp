@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The glue between PCL's point types and the plain arrays of the stages.
 #pragma once

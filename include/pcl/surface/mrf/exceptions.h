@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The errors of the module: one type per kind of failure, all derived from pcl::PCLException.
 #pragma once

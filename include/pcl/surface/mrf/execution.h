@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Threads, progress and cancellation: the one object every stage is handed besides its input and its options.
 #pragma once

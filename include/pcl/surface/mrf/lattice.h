@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Regular voxel lattices: sizes, indices, positions.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Checks and statistics of triangle meshes: validity, topology, triangle quality.
 #pragma once

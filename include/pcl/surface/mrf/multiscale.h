@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The multiscale scheme (paper Sec. 3.4): solve coarse, interpolate, observe again, solve finer.
 #pragma once

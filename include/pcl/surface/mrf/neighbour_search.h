@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Nearest-neighbour queries on plain positions.
 #pragma once

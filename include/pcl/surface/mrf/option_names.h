@@ -1,7 +1,9 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The words by which messages, command lines and reports call the values of the options.
 #pragma once
 
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/options.h>
 
 #include <string>
@@ -19,31 +21,31 @@ template <typename Enum>
 const Names<Enum>& names();
 
 template <>
-const Names<LengthUnit>& names();
+PCL_MRF_EXPORT const Names<LengthUnit>& names();
 template <>
-const Names<Prior>& names();
+PCL_MRF_EXPORT const Names<Prior>& names();
 template <>
-const Names<Energy>& names();
+PCL_MRF_EXPORT const Names<Energy>& names();
 template <>
-const Names<Estimate>& names();
+PCL_MRF_EXPORT const Names<Estimate>& names();
 template <>
-const Names<ConfidenceShape>& names();
+PCL_MRF_EXPORT const Names<ConfidenceShape>& names();
 template <>
-const Names<Quality>& names();
+PCL_MRF_EXPORT const Names<Quality>& names();
 template <>
-const Names<Interpolation>& names();
+PCL_MRF_EXPORT const Names<Interpolation>& names();
 template <>
-const Names<SolverMethod>& names();
+PCL_MRF_EXPORT const Names<SolverMethod>& names();
 template <>
-const Names<NormalSource>& names();
+PCL_MRF_EXPORT const Names<NormalSource>& names();
 template <>
-const Names<OrientationVote>& names();
+PCL_MRF_EXPORT const Names<OrientationVote>& names();
 template <>
-const Names<CellDecomposition>& names();
+PCL_MRF_EXPORT const Names<CellDecomposition>& names();
 template <>
-const Names<Trimming>& names();
+PCL_MRF_EXPORT const Names<Trimming>& names();
 template <>
-const Names<ColourMode>& names();
+PCL_MRF_EXPORT const Names<ColourMode>& names();
 
 template <typename Enum>
 std::string nameOf(Enum value)

@@ -1,7 +1,9 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Every option of a reconstruction declared once: its name, unit, range, default and help.
 #pragma once
 
+#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/options.h>
 
 #include <functional>
@@ -14,7 +16,7 @@ namespace pcl {
 namespace mrf {
 
 /// Numbers that an option takes.
-struct OptionRange {
+struct PCL_MRF_EXPORT OptionRange {
   double lower = 0, upper = std::numeric_limits<double>::infinity();
   bool lowerOpen = false, upperOpen = false;
 
@@ -25,7 +27,7 @@ struct OptionRange {
 };
 
 /// What validation, command lines, manuals and tests need to know of one option.
-struct OptionDeclaration {
+struct PCL_MRF_EXPORT OptionDeclaration {
   std::string name;      ///< as in Options and in messages, such as "outliers.spacingFactor"
   std::string flag;      ///< on a command line, such as "--spacing-factor"
   std::string unit;      ///< of a number, such as "length", "degrees" or "share"
@@ -54,17 +56,17 @@ struct OptionDeclaration {
 };
 
 /// All numbers, enumerations and switches of Options, stage by stage.
-const std::vector<OptionDeclaration>& optionDeclarations();
+PCL_MRF_EXPORT const std::vector<OptionDeclaration>& optionDeclarations();
 
 /// \throw std::out_of_range if there is no option of this name
-const OptionDeclaration& optionDeclaration(const std::string& name);
+PCL_MRF_EXPORT const OptionDeclaration& optionDeclaration(const std::string& name);
 
 /// Checks every declared option, or those of one stage. \param stage such as "outliers"; empty: all
 /// \throw InvalidOption naming the first one that is out of range, its value and the range
-void requireDeclared(const Options& options, const std::string& stage = {});
+PCL_MRF_EXPORT void requireDeclared(const Options& options, const std::string& stage = {});
 
 /// Shortest decimal text of a number in single precision.
-std::string decimalText(double value);
+PCL_MRF_EXPORT std::string decimalText(double value);
 
 } // namespace mrf
 } // namespace pcl

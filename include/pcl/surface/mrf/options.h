@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief All options of a reconstruction, one struct per stage, and the presets.
 #pragma once

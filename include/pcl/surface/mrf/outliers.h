@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Outlier removal before anything is estimated from the points.
 #pragma once

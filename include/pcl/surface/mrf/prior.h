@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The priors (paper Sec. 3.3.1) as powers of the graph Laplacian on a voxel lattice.
 #pragma once
@@ -54,7 +55,7 @@ inline int centreCoefficient(Prior prior)
 }
 
 /// What multiplies W beside L^k, or A beside P_v: c_k, or with Energy::paperText 6, 36/7 or 18.
-double dataCoefficient(const PriorOptions& options);
+PCL_MRF_EXPORT double dataCoefficient(const PriorOptions& options);
 
 /// Length over which the prior smooths observed data, cloud's unit.
 ///

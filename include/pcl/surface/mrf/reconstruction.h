@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The whole method as one function of plain inputs: points → oriented points → observation → field → mesh.
 #pragma once

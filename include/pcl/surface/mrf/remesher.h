@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Isotropic remeshing on the zero level of the field (paper Sec. 3.5, after Botsch and Kobbelt).
 #pragma once

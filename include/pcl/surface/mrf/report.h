@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief What a reconstruction did: status, resolved parameters, counts, levels, times, the mesh.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The smoothing length of observations at points, chosen by the data or from a known noise (ours).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The four solvers of one linear system (paper Sec. 3.4): what they are told, and what they report.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief The mesh type shared by polygonizer, remesher, trimming and the facade.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Support-aware trimming: which invented surface is kept (ours; the paper keeps all).
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Per-vertex fields of the output: normals, confidence, attributes of the input, colours.
 #pragma once
