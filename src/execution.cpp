@@ -13,6 +13,12 @@
 
 namespace pcl {
 namespace mrf {
+namespace {
+
+/// A report of the whole does not mean that the stage ends.
+constexpr double largestReport = .95;
+
+} // namespace
 
 const char* toString(Status status)
 {
@@ -178,9 +184,6 @@ public:
   }
 
 private:
-  /// A report of the whole does not mean that the stage ends.
-  static constexpr double largestReport = .95;
-
   static double secondsBetween(Clock::time_point begin, Clock::time_point end)
   {
     return std::chrono::duration<double>(end - begin).count();
