@@ -313,7 +313,7 @@ void declareSolver(Table& table)
                field(stage, &SolverOptions::residualTolerance), "multigrid and cg stop at this relative residual");
   table.number("changeTolerance", "--change-tolerance", "voxels", notNegative,
                field(stage, &SolverOptions::changeTolerance),
-               "icm and multigrid stop when a step changes less (RMS), 8 times that where points are observed; "
+               "icm and multigrid stop when a step changes less (RMS), 4 times that where points are observed; "
                "0 = never");
   table
       .number("smootherDegree", "--smoother-degree", "n", upTo(50), field(stage, &SolverOptions::smootherDegree),

@@ -26,7 +26,7 @@ struct SolverOptions {
   double residualTolerance = 1e-6; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
   double changeTolerance = 5e-4;   ///< icm and multigrid also stop when a step changes d by less, RMS in voxel sides
                                  ///< (icm: over all voxels; multigrid: over the observed ones near the zero level, and
-                                 ///< by 8 times as much where points are observed); 0 = never
+                                 ///< by 4 times as much where points are observed); 0 = never
   int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 10 for k = 1 / 2 /
                           ///< 3, on levels in bands 2 / 4 / 5
   bool choleskyOnCoarsest =
