@@ -217,8 +217,8 @@ using CornerEdges = double __attribute__((vector_size(32)));
 
 /// What all samples of a cell say of its voxels.
 struct CellBlock {
-  std::array<Corners, 8> columns; ///< of the 8 × 8 matrix, symmetric
-  std::int64_t at = 0;            ///< window index of the lowest voxel
+  std::array<std::array<float, 8>, 8> columns{}; ///< of the 8 × 8 matrix, symmetric
+  std::int64_t at = 0;                           ///< window index of the lowest voxel
 };
 
 MRF_MULTIVERSION(void, addBlockProducts,
@@ -240,7 +240,8 @@ MRF_MULTIVERSION(void, addBlockProducts,
       in[edge] = both;
     });
     const auto values = reinterpret_cast<Corners>(in);
-    const std::array<Corners, 8>& a = block->columns;
+    std::array<Corners, 8> a;
+    std::memcpy(a.data(), block->columns.data(), sizeof(a));
     const Corners sums = ((a[0] * values[0] + a[1] * values[1]) + (a[2] * values[2] + a[3] * values[3])) +
                          ((a[4] * values[4] + a[5] * values[5]) + (a[6] * values[6] + a[7] * values[7]));
     forEdges(block->at, y, yAbove, [&](int edge, float* out) {
@@ -276,12 +277,11 @@ public:
       perSample_.forEachInLayer(layer, [&](std::int64_t at, const Eigen::Matrix<float, 8, 8>& matrix) {
         if (blocks_.size() == blockBegin_.back() || blocks_.back().at != at) {
           blocks_.emplace_back();
-          blocks_.back().columns = {};
           blocks_.back().at = at;
         }
         for (int j = 0; j < 8; ++j)
           for (int i = 0; i < 8; ++i)
-            blocks_.back().columns[static_cast<std::size_t>(j)][i] += matrix(i, j);
+            blocks_.back().columns[static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] += matrix(i, j);
       });
     }
     blockBegin_.push_back(blocks_.size());
@@ -293,18 +293,8 @@ public:
       addBlockProducts(begin(z), begin(z + 1), stride_, x, xAbove, y, yAbove);
   }
 
-  void addRowSums(int z, float* y, float* yAbove) const override
-  {
-    if (!isInside(z))
-      return;
-    for (const CellBlock* block = begin(z); block != begin(z + 1); ++block)
-      for (int i = 0; i < 8; ++i) {
-        float sum = 0;
-        for (const Corners& column : block->columns)
-          sum += std::abs(column[i]);
-        (i < 4 ? y : yAbove)[block->at + (i & 1) + (i >> 1 & 1) * stride_] += sum;
-      }
-  }
+  /// Of the samples one by one: no less than those of the blocks.
+  void addRowSums(int z, float* y, float* yAbove) const override { perSample_.addRowSums(z, y, yAbove); }
 
   void addRightHandSide(int z, float* y, float* yAbove) const override { perSample_.addRightHandSide(z, y, yAbove); }
 
