@@ -159,8 +159,8 @@ void checkSurface(double unknowns, std::size_t points, double voxelSize, const M
          << memoryLimit(options.maxMemory) / (1 << 30) << " GiB";
   else
     text << " through " << points << " points, which say nothing about most of it";
-  // Faces grow with the square of the voxel size; a tenth more for what coarser levels see otherwise.
-  text << "; a voxel size of " << 1.1 * voxelSize * std::sqrt(unknowns / std::min(affordable, sound)) << " would do";
+  // Faces grow with the square of the voxel size; a quarter more for what coarser levels see otherwise.
+  text << "; a voxel size of " << 1.25 * voxelSize * std::sqrt(unknowns / std::min(affordable, sound)) << " would do";
   throw ResourceLimit(text.str());
 }
 
