@@ -293,8 +293,21 @@ public:
       addBlockProducts(begin(z), begin(z + 1), stride_, x, xAbove, y, yAbove);
   }
 
-  /// Of the samples one by one: no less than those of the blocks.
-  void addRowSums(int z, float* y, float* yAbove) const override { perSample_.addRowSums(z, y, yAbove); }
+  void addRowSums(int z, float* y, float* yAbove) const override
+  {
+    if (!isInside(z))
+      return;
+    for (const CellBlock* block = begin(z); block != begin(z + 1); ++block)
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        float sum = 0;
+        for (const std::array<float, 8>& column : block->columns)
+          sum += std::abs(column[corner]);
+        // GCC 12 miscompiles (corner < 4 ? y : yAbove)[...] += sum under its undefined-behaviour sanitizer.
+        float* const plane = corner < 4 ? y : yAbove;
+        plane[block->at + static_cast<std::int64_t>(corner & 1) +
+              static_cast<std::int64_t>(corner >> 1 & 1) * stride_] += sum;
+      }
+  }
 
   void addRightHandSide(int z, float* y, float* yAbove) const override { perSample_.addRightHandSide(z, y, yAbove); }
 

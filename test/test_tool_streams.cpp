@@ -206,8 +206,7 @@ TEST_F(ToolStreams, ProgressOfSeveralInputsIsOne)
 
 TEST_F(ToolStreams, ATerminalHasABarThatNeverFalls)
 {
-  if (!tool::hasProgram("script"))
-    GTEST_SKIP() << "no script, which runs a program in a terminal";
+  ASSERT_TRUE(tool::hasProgram("script")) << "it runs a program in a terminal and is in the list of packages";
   const tool::Outcome outcome =
       shell("script -qec \"$TOOL sphere.xyz out.ply -q; $TOOL sphere.xyz out.ply > log\" typescript "
             "> /dev/null < /dev/null; cat typescript");
