@@ -254,33 +254,34 @@ TEST(PlanLevels, ChecksItsOptions)
   refuses(options);
 }
 
-TEST(Interpolate, CubicReproducesCubicsAwayFromTheBorder)
+/// Holds that an interpolation of a function between nested lattices is the function. \param error of single precision
+template <typename Function, typename Interpolate>
+void expectReproduced(const Function& function, const Interpolate& interpolate, double error)
 {
   const auto [coarse, fine] = nestedLattices();
+  Execution execution(2);
+  const auto interpolated = interpolate(valuesOf(function, coarse), coarse, fine, execution);
+  const auto expected = valuesOf(function, fine);
+  ASSERT_EQ(interpolated.size(), expected.size());
+  for (std::size_t v = 0; v < expected.size(); ++v)
+    EXPECT_NEAR(interpolated[v], expected[v], error);
+}
+
+TEST(Interpolate, CubicReproducesCubicsAwayFromTheBorder)
+{
   const auto cubic = [](const Eigen::Vector3d& x) {
     return 1 + x.x() - 2 * x.y() * x.z() + .3 * x.x() * x.x() * x.x() - x.z() * x.z() * x.y() * x.x() +
            .1 * x.y() * x.y() * x.y();
   };
-  Execution execution(2);
-  const auto interpolated = interpolateCubic(valuesOf(cubic, coarse), coarse, fine, execution);
-  const auto expected = valuesOf(cubic, fine);
-  ASSERT_EQ(interpolated.size(), expected.size());
-  for (std::size_t v = 0; v < expected.size(); ++v)
-    EXPECT_NEAR(interpolated[v], expected[v], 1e-4); // values reach 100, single precision
+  expectReproduced(cubic, interpolateCubic, 1e-4); // values reach 100
 }
 
 TEST(Interpolate, LinearReproducesTrilinearPolynomialsAwayFromTheBorder)
 {
-  const auto [coarse, fine] = nestedLattices();
   const auto trilinear = [](const Eigen::Vector3d& x) {
     return 1 + x.x() - 2 * x.y() * x.z() + .3 * x.x() * x.y() * x.z() - x.z();
   };
-  Execution execution(2);
-  const auto interpolated = interpolateLinear(valuesOf(trilinear, coarse), coarse, fine, execution);
-  const auto expected = valuesOf(trilinear, fine);
-  ASSERT_EQ(interpolated.size(), expected.size());
-  for (std::size_t v = 0; v < expected.size(); ++v)
-    EXPECT_NEAR(interpolated[v], expected[v], 1e-4); // values reach 50, single precision
+  expectReproduced(trilinear, interpolateLinear, 1e-4); // values reach 50
 }
 
 TEST(Interpolate, LinearStaysWithinItsNeighborsAndAtTheBorderWithItsParent)

@@ -73,17 +73,16 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
   parser.positive("--color-range", "LENGTH", command.colorRange, "error that becomes red; default: as --far");
   parser.flag("-q,--quiet", command.quiet, "print errors only");
 
-  parser.everyday("--input", "points that were reconstructed");
-  parser.everyday("--held-out", "points of the surface that were withheld");
-  parser.everyday("--clean", "the input without its noise");
-  parser.everyday("--reference", "the true surface");
-  parser.everyday("--far", "what is farther is invented or missing");
-  parser.everyday("--json", "all figures");
-  parser.everyday("--colored", "MESH colored by its error, blue to red");
-  parser.everyday("--help-all", "all other options");
-  parser.example("mesh.ply --input scan.ply");
-  parser.example("mesh.ply --input scan.ply --held-out rest.ply --json all.json");
-  parser.example("mesh.ply --reference truth.ply --colored error.vtk");
+  parser.everyday({{"--input", "points that were reconstructed"},
+                   {"--held-out", "points of the surface that were withheld"},
+                   {"--clean", "the input without its noise"},
+                   {"--reference", "the true surface"},
+                   {"--far", "what is farther is invented or missing"},
+                   {"--json", "all figures"},
+                   {"--colored", "MESH colored by its error, blue to red"},
+                   {"--help-all", "all other options"}});
+  parser.examples({"mesh.ply --input scan.ply", "mesh.ply --input scan.ply --held-out rest.ply --json all.json",
+                   "mesh.ply --reference truth.ply --colored error.vtk"});
   parser.note("Lengths are in the unit of MESH; the table gives them in % of the diagonal as well.");
   parser.note("Exit status: 0 done, 1 a file cannot be read or written or holds nothing to measure, 2 wrong usage, 3 "
               "the method failed.");

@@ -78,17 +78,15 @@ ExperimentsCommand parseExperimentsCommandLine(int argc, const char* const* argv
   parser.flag("--no-pictures", hasNoPictures, "needs no X display");
   parser.flag("--fresh", command.fresh, "measure everything again");
   parser.flag("-q,--quiet", command.quiet, "print errors only");
-  parser.everyday("--output", "of the results");
-  parser.everyday("--quick", "minutes instead of an hour");
-  parser.everyday("--only", "some of the experiments");
-  parser.everyday("--list", "their names and titles");
-  parser.everyday("--data", "with further objects and clouds, see --help-all");
-  parser.everyday("--no-pictures", "needs no X display");
-  parser.everyday("--fresh", "measure everything again");
-  parser.everyday("--help-all", "all other options");
-  parser.example("--list");
-  parser.example("--output results --quick");
-  parser.example("--output results --only fig-2,table-1 --no-pictures");
+  parser.everyday({{"--output", "of the results"},
+                   {"--quick", "minutes instead of an hour"},
+                   {"--only", "some of the experiments"},
+                   {"--list", "their names and titles"},
+                   {"--data", "with further objects and clouds, see --help-all"},
+                   {"--no-pictures", "needs no X display"},
+                   {"--fresh", "measure everything again"},
+                   {"--help-all", "all other options"}});
+  parser.examples({"--list", "--output results --quick", "--output results --only fig-2,table-1 --no-pictures"});
   parser.note("FOLDER receives index.html, results.json, a CSV file per table, the pictures, and journal.jsonl, from "
               "which an interrupted run goes on: what it holds for the same seed, --quick and build of the program is "
               "not measured again.");

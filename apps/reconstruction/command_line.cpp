@@ -146,24 +146,23 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
 /// What the short help lists.
 void addEverydayOptions(ToolOptions& parser)
 {
-  parser.everyday("--quality", "draft, normal or fine triangles; default normal");
-  parser.everyday("--noise", "the scanner's error as a length, if it is known");
-  parser.everyday("--smoothing", "smooth away what is smaller; default: by the data");
-  parser.everyday("--robust", "drop clusters of points that are no surface");
-  parser.everyday("--normals", "of INPUT: auto, use, reference or estimate anew");
-  parser.everyday("--sensor", "where the scanner stood; repeatable");
-  parser.everyday("--trim", "surface without points: keep all (none), only what fills holes (default), or nothing "
-                            "(supported)");
-  parser.everyday("--max-hole", "largest hole to be filled");
-  parser.everyday("--color", "confidence, input or none; default input");
-  parser.everyday("--preset", "paper: as Paulsen et al. published it");
-  parser.everyday("--report", "parameters, counts, times, statistics");
-  parser.everyday("--picture", "a rendering; needs an X display (xvfb-run)");
-  parser.everyday("--quiet", "print errors only");
-  parser.everyday("--help-all", "all options");
-  parser.example("scan.ply mesh.ply");
-  parser.example("lidar.pcd mesh.vtk --quality fine --color confidence");
-  parser.example("scans/*.ply --output-directory meshes --trim none");
+  parser.everyday({{"--quality", "draft, normal or fine triangles; default normal"},
+                   {"--noise", "the scanner's error as a length, if it is known"},
+                   {"--smoothing", "smooth away what is smaller; default: by the data"},
+                   {"--robust", "drop clusters of points that are no surface"},
+                   {"--normals", "of INPUT: auto, use, reference or estimate anew"},
+                   {"--sensor", "where the scanner stood; repeatable"},
+                   {"--trim", "surface without points: keep all (none), only what fills holes (default), or nothing "
+                              "(supported)"},
+                   {"--max-hole", "largest hole to be filled"},
+                   {"--color", "confidence, input or none; default input"},
+                   {"--preset", "paper: as Paulsen et al. published it"},
+                   {"--report", "parameters, counts, times, statistics"},
+                   {"--picture", "a rendering; needs an X display (xvfb-run)"},
+                   {"--quiet", "print errors only"},
+                   {"--help-all", "all options"}});
+  parser.examples({"scan.ply mesh.ply", "lidar.pcd mesh.vtk --quality fine --color confidence",
+                   "scans/*.ply --output-directory meshes --trim none"});
 }
 
 /// Of the words that belong to no option: the only job, or one of several.

@@ -198,21 +198,20 @@ void addSamplingOptions(Parser& parser, ScanCommand& command)
 /// What the short help lists.
 void addEverydayOptions(ToolOptions& parser)
 {
-  parser.everyday("--points", "how many; default 30000");
-  parser.everyday("--sampling", "scanner: rays on an angular grid");
-  parser.everyday("--views", "sensors around the object; default 12");
-  parser.everyday("--sensor", "or one here; repeatable");
-  parser.everyday("--noise", "standard deviation of each point");
-  parser.everyday("--outliers", "share of points that are no surface");
-  parser.everyday("--holes", "balls cut out around random points");
-  parser.everyday("--hole-radius", "their size; default 7%");
-  parser.everyday("--write-held-out", "the points that the holes took away");
-  parser.everyday("--write-sensors", "the sensors' positions");
-  parser.everyday("--seed", "of all random numbers; default 1");
-  parser.everyday("--help-all", "all other options, the shapes, and what a LENGTH is");
-  parser.example("torus:major=2,minor=.5 scan.ply");
-  parser.example("truth.ply scan.ply --views 3 --noise 0.5s --outliers 1");
-  parser.example("truth.ply scan.ply --holes 3 --write-held-out rest.ply");
+  parser.everyday({{"--points", "how many; default 30000"},
+                   {"--sampling", "scanner: rays on an angular grid"},
+                   {"--views", "sensors around the object; default 12"},
+                   {"--sensor", "or one here; repeatable"},
+                   {"--noise", "standard deviation of each point"},
+                   {"--outliers", "share of points that are no surface"},
+                   {"--holes", "balls cut out around random points"},
+                   {"--hole-radius", "their size; default 7%"},
+                   {"--write-held-out", "the points that the holes took away"},
+                   {"--write-sensors", "the sensors' positions"},
+                   {"--seed", "of all random numbers; default 1"},
+                   {"--help-all", "all other options, the shapes, and what a LENGTH is"}});
+  parser.examples({"torus:major=2,minor=.5 scan.ply", "truth.ply scan.ply --views 3 --noise 0.5s --outliers 1",
+                   "truth.ply scan.ply --holes 3 --write-held-out rest.ply"});
 }
 
 } // namespace

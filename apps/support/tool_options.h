@@ -25,9 +25,9 @@ public:
   ToolOptions(const ToolOptions&) = delete;
   ToolOptions& operator=(const ToolOptions&) = delete;
 
-  /// Lines of the help: a command line without the tool's name, a paragraph.
+  /// Lines of the help: command lines without the tool's name, a paragraph.
   void usage(const std::string& line) { texts_.usage.push_back(line); }
-  void example(const std::string& line) { texts_.examples.push_back(line); }
+  void examples(std::vector<std::string> lines) { texts_.examples = std::move(lines); }
   void note(const std::string& paragraph) { texts_.notes.push_back(paragraph); }
 
   /// The words that belong to no option are appended to the target. \param most so many of them
@@ -35,8 +35,8 @@ public:
   /// Tells of one of them.
   void operand(const std::string& name, const std::string& help) { texts_.operands.emplace_back(name, help); }
 
-  /// Has the short help list an option, in the order of these calls. \param help in a few words
-  void everyday(const std::string& name, const std::string& help) { texts_.everyday.emplace_back(name, help); }
+  /// What the short help lists. \param options names, and help in a few words
+  void everyday(std::vector<std::pair<std::string, std::string>> options) { texts_.everyday = std::move(options); }
 
   /// Later options appear under this heading of the help.
   void group(const std::string& name) { group_ = name; }
