@@ -88,8 +88,8 @@ public:
     StepSums total;
     for (const StepSums& part : parts_) {
       total.residual += part.residual;
-      total.change += part.change;
-      total.voxels += part.voxels;
+      total.observed.add(part.observed);
+      total.filling.add(part.filling);
     }
     return total;
   }
@@ -108,11 +108,9 @@ private:
         sums.residual += static_cast<double>(r[i]) * static_cast<double>(r[i]);
       }
       for (std::int64_t i = 0; i < count; ++i)
-        if (std::abs(d[i]) < near_ && system_.isObserved(inner + i)) {
-          const double change = static_cast<double>(length) * static_cast<double>(p[i]);
-          sums.change += change * change;
-          ++sums.voxels;
-        }
+        if (std::abs(d[i]) < near_)
+          (system_.isObserved(inner + i) ? sums.observed : sums.filling)
+              .add(static_cast<double>(length) * static_cast<double>(p[i]));
     });
     return sums;
   }
@@ -163,11 +161,13 @@ SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, cons
     report.converged = true;
     return report;
   }
-  const StepLimits limits{steps, options.residualTolerance, options.changeTolerance * unit,
-                          isWhole ? residualOfChange : 1, scale};
+  const StepLimits limits{
+      steps, options.residualTolerance, options.changeTolerance, isWhole ? residualOfChange : 1, unit, scale};
   for (double before = squared;; before = squared) {
     LevelSystem level(cycle, support, r, 2 * unit, values, execution);
     const bool settled = iterate(level, limits, before, report, execution);
+    if (!isWhole)
+      report.converged = report.converged || report.remainingChange <= changeLeftInBands;
     if (!isWhole || settled)
       return report;
     // The recursion drifts from the residual by rounding: what counts is the residual itself.

@@ -25,6 +25,9 @@ constexpr int wholeLevelSteps = 100;
 /// StepLimits::residualOfChange on whole levels; on dense scans it is passed before the change is small enough.
 constexpr double residualOfChange = .05;
 
+/// SolveReport::remainingChange of a band that counts as converged, voxel sides.
+constexpr double changeLeftInBands = .05;
+
 /// The smoother's degree: the option, or the prior's.
 int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole);
 

@@ -125,8 +125,6 @@ SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, d
     report.converged = change < options.changeTolerance;
     execution.progress(static_cast<double>(report.iterations) / maxSweeps);
   }
-  if (options.changeTolerance == 0)
-    report.converged = true; // all that was asked for are the sweeps
   report.relativeResidual = relativeResidual(system, d, execution);
   return report;
 }

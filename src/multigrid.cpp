@@ -88,10 +88,8 @@ public:
     sums.residual = dotProduct(r_, r_, execution_);
     const auto outer = system_.data.outerIndexPtr();
     for (std::size_t i = 0; i < d_.size(); ++i)
-      if (outer[i + 1] > outer[i] && std::abs(d_[i]) < near_) {
-        sums.change += length * length * p_[i] * p_[i];
-        ++sums.voxels;
-      }
+      if (std::abs(d_[i]) < near_)
+        (outer[i + 1] > outer[i] ? sums.observed : sums.filling).add(length * p_[i]);
     return sums;
   }
 
@@ -125,7 +123,7 @@ SolveReport solveMultigrid(const LinearSystem& system, const SolverOptions& opti
   const int steps = options.maxIterations > 0 ? options.maxIterations : wholeLevelSteps;
   VCycle cycle(hierarchy.grids, priorConstants(prior), {degree, degree, 2 * degree}, execution.threads(), execution);
   PlainSystem plain(system, cycle, unit, d, execution);
-  iterate(plain, {steps, options.residualTolerance, options.changeTolerance * unit, residualOfChange, norm},
+  iterate(plain, {steps, options.residualTolerance, options.changeTolerance, residualOfChange, unit, norm},
           plain.residual(), report, execution);
   report.relativeResidual = std::sqrt(plain.residual()) / norm;
   return report;

@@ -70,6 +70,27 @@ void warnOfCoarseInput(double resolution, double voxelSize, Report& report)
   report.warnings.push_back(text.str());
 }
 
+/// Names the coarsest level that has stopped short of its solution: the finer ones build on it.
+void warnOfUnsolvedLevels(Report& report)
+{
+  const auto unsolved = std::find_if(report.levels.begin(), report.levels.end(), [](const LevelReport& level) {
+    return level.observed > 0 && !level.solve.converged;
+  });
+  if (unsolved == report.levels.end())
+    return;
+  const SolveReport& solve = unsolved->solve;
+  std::ostringstream text;
+  text.precision(2);
+  text << "the level with voxels of " << unsolved->voxelSize << " has not converged after " << solve.iterations
+       << (solve.method == SolverMethod::icm ? " sweeps" : " iterations");
+  if (solve.method == SolverMethod::multigrid)
+    text << ": its surface would still move by about " << solve.remainingChange << " voxels at the points";
+  else
+    text << ": its relative residual is " << solve.relativeResidual;
+  text << "; allow more (solver.maxIterations)";
+  report.warnings.push_back(text.str());
+}
+
 /// A lattice whose voxels hold the whole cloud observes one place: the system has no unique solution.
 void requireVoxelsWithinCloud(float voxelSize, double diagonal)
 {
@@ -320,6 +341,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
   warnOfCoarseInput(resolution, resolved.multiscale.voxelSize, report);
   result.field = regularise(pieces, resolved, options.trimming, largest, report, execution);
+  warnOfUnsolvedLevels(report);
   {
     const StageTimer timer("polygonizer", report, execution);
     result.mesh = polygonize(result.field, resolved.polygonizer, execution);

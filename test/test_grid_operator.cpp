@@ -348,6 +348,34 @@ TEST(GridSolver, everyStepLowersTheEnergyDownToThatOfCholesky)
   }
 }
 
+TEST(GridSolver, tellsHowFarTheSurfaceStillIsFromItsSolution)
+{
+  Execution execution(2);
+  for (const Prior prior : allPriors) {
+    const SphereLevel level(24, prior);
+    const SolverGrid& finest = level.grids.front();
+    const LinearSystem plain = level.plain();
+    std::vector<double> exact(static_cast<std::size_t>(plain.size().count()));
+    solve(plain, solverOptions(SolverMethod::cholesky), 1, exact, execution);
+    for (const int steps : {3, 5, 8}) {
+      std::vector<float> d(exact.size()); // as far off as a coarser level's field
+      std::transform(exact.begin(), exact.end(), d.begin(),
+                     [](double value) { return static_cast<float>(1.1 * value + .2 * std::sin(5 * value)); });
+      const SolveReport report =
+          solveOnGrids(level.grids, prior, finest.voxels, {steps, 0, 2},
+                       solverOptions(SolverMethod::multigrid, 1e-9, steps), 1, d.data(), execution);
+      SquareSum nearby;
+      for (std::size_t i = 0; i < exact.size(); ++i)
+        if (std::abs(exact[i]) < 2)
+          nearby.add(static_cast<double>(d[i]) - exact[i]);
+      EXPECT_FALSE(report.converged);
+      // An order of magnitude is what a warning needs; measured .6 to 2.5 times.
+      EXPECT_LT(report.remainingChange, 5 * nearby.rms() + 1e-5) << "k = " << order(prior) << ", " << steps;
+      EXPECT_GT(report.remainingChange, .2 * nearby.rms() - 1e-5) << "k = " << order(prior) << ", " << steps;
+    }
+  }
+}
+
 TEST(GridSolver, convergesAtARateThatDoesNotDependOnTheGrid)
 {
   Execution execution(2);

@@ -154,6 +154,20 @@ TEST(Interface, OneObjectServesManyClouds)
   EXPECT_TRUE(mrf.getReport().warnings.empty()) << mrf.getReport().warnings.front();
 }
 
+TEST(Report, NamesALevelThatHasNotConverged)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  pcl::mrf::Options options = mrf.getOptions();
+  options.solver.maxIterations = 1;
+  mrf.setOptions(options);
+  run(mrf);
+  ASSERT_EQ(mrf.getReport().warnings.size(), 1u);
+  EXPECT_NE(mrf.getReport().warnings[0].find("has not converged after 1 iteration"), std::string::npos)
+      << mrf.getReport().warnings[0];
+  EXPECT_NE(mrf.getReport().warnings[0].find("solver.maxIterations"), std::string::npos);
+}
+
 namespace {
 
 struct CountingSearch : pcl::search::KdTree<pcl::PointNormal> {

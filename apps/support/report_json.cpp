@@ -149,6 +149,8 @@ Json toJson(const LevelReport& level)
            {{"method", nameOf(level.solve.method)},
             {"iterations", level.solve.iterations},
             {"relativeResidual", level.solve.relativeResidual},
+            {"remainingChange", level.solve.remainingChange},
+            {"remainingChangeOfFillings", level.solve.remainingChangeOfFillings},
             {"converged", level.solve.converged},
             {"history", level.solve.history}}}};
 }

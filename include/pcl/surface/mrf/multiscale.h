@@ -50,7 +50,7 @@ struct MultiscaleOptions {
   /// others everywhere; ≥ 0. With k = 3 what fills a hole depends on the field far around it, which a band does not
   /// have: over 200 holes of 40 scans of 30,000 points, all solved everywhere, the error is .85 of that with the last
   /// level in a band. Other solvers than multigrid, and Energy::weighted, always solve everywhere.
-  std::int64_t denseVoxels = std::int64_t{1} << 21;
+  std::int64_t denseVoxels = std::int64_t{1} << 22;
   Interpolation interpolation = Interpolation::cubic; ///< between levels solved everywhere; bands take the cubic one
 };
 

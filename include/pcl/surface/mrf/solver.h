@@ -43,6 +43,11 @@ struct SolveReport {
   SolverMethod method = SolverMethod::multigrid;
   int iterations = 0;          ///< iterations or sweeps; 1 for cholesky
   double relativeResidual = 0; ///< ‖b − A d‖ / ‖b‖ at the end
+  /// Multigrid: what more steps would still change at observed voxels near the zero level, RMS in voxel sides, as the
+  /// last step and the fall of the residual foretell.
+  double remainingChange = 0;
+  double remainingChangeOfFillings = 0; ///< the same of voxels near the zero level where nothing is observed
+  /// The tolerance of the method is met; on levels in bands, which take a fixed number of steps: remainingChange ≤ .05.
   bool converged = false;
   std::vector<double>
       history; ///< per iteration: relative residual (multigrid, cg), energy per voxel (icm); empty for cholesky
