@@ -105,10 +105,10 @@ const Names<Trimming>& names()
 }
 
 template <>
-const Names<ColourMode>& names()
+const Names<ColorMode>& names()
 {
-  static const Names<ColourMode> all = {
-      {"confidence", ColourMode::confidence}, {"input", ColourMode::input}, {"none", ColourMode::none}};
+  static const Names<ColorMode> all = {
+      {"confidence", ColorMode::confidence}, {"input", ColorMode::input}, {"none", ColorMode::none}};
   return all;
 }
 

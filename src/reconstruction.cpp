@@ -92,14 +92,14 @@ Options resolve(const Options& requested, const SamplingDensity& density)
   derive(options.multiscale.voxelSize, spacingsPerVoxel(options.multiscale.quality) * spacing);
   derive(options.observation.maxDistance,
          resolvedMaxDistance(options.observation, spacing, options.multiscale.voxelSize));
-  options.orientation.neighbourDistance = resolvedNeighbourDistance(options.orientation, density);
+  options.orientation.neighborDistance = resolvedNeighborDistance(options.orientation, density);
   options.normals.radius = resolvedRadius(options.normals, spacing);
   derive(options.normals.maxPlaneDistance, spacing);
   return options;
 }
 
 /// Drops the points that a robust field cannot agree with.
-void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Options& options, Report& report,
+void rejectByField(OrientedPoints& points, NeighborSearch& search, const Options& options, Report& report,
                    Execution& execution)
 {
   if (!options.outliers.robust)
@@ -173,18 +173,18 @@ void resolveByData(const OrientedPoints& points, const Options& requested, Optio
 /// A part of the points that is solved on its own, and what answers for it.
 struct Piece {
   const OrientedPoints* points;
-  const NeighbourSearch* search;
+  const NeighborSearch* search;
   BoundingBox volume; ///< what its field is to cover: the points' box, unless the padding is automatic
 };
 
 /// The parts of a cloud in several pieces; empty if it is in one.
 struct OwnedPieces {
   std::vector<OrientedPoints> points;
-  std::vector<std::unique_ptr<NeighbourSearch>> searches;
+  std::vector<std::unique_ptr<NeighborSearch>> searches;
 };
 
 /// Splits a cloud whose parts cannot see each other, and drops points that are alone.
-OwnedPieces split(OrientedPoints& points, NeighbourSearch& search, const Options& options, Report& report,
+OwnedPieces split(OrientedPoints& points, NeighborSearch& search, const Options& options, Report& report,
                   Execution& execution)
 {
   // Holes up to the limit are to be filled; boxes grow by the padding, and must not meet.
@@ -224,7 +224,7 @@ void chooseVolumes(std::vector<Piece>& pieces, const Options& options, Report& r
                                 options.prior, options.solver, options.multiscale, maxHole, execution);
 }
 
-Support supportOf(const OrientedPoints& points, const NeighbourSearch& search, float reach, float spacing,
+Support supportOf(const OrientedPoints& points, const NeighborSearch& search, float reach, float spacing,
                   const Options& options)
 {
   return {points, search, reach, options.unit == LengthUnit::density ? spacing : 0}; // the paper has one for all points
@@ -254,14 +254,14 @@ SurfaceFilter trimmedGenerously(const Piece& piece, const Options& options, Trim
 
 /// The fields of all pieces; the report gets their levels.
 /// \param trimming as it was asked for \param diagonal that its limits follow
-DistanceField regularise(const std::vector<Piece>& pieces, const Options& options, const TrimmingOptions& trimming,
+DistanceField regularize(const std::vector<Piece>& pieces, const Options& options, const TrimmingOptions& trimming,
                          float diagonal, Report& report, Execution& execution)
 {
-  const StageTimer timer("regularisation", report, execution);
+  const StageTimer timer("regularization", report, execution);
   std::vector<DistanceField> fields;
   for (const Piece& piece : pieces) {
     MultiscaleResult result =
-        regularise(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
+        regularize(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
                    options.prior, options.solver, options.multiscale, execution,
                    trimmedGenerously(piece, options, trimming, diagonal, report.density.spacing, execution));
     report.predictedBytes = std::max(report.predictedBytes, result.predictedBytes);
@@ -282,7 +282,7 @@ void setVertexFields(Reconstruction& result, const Support& support, const Optio
 
 } // namespace
 
-void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
+void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighborSearch& search,
                  Execution& execution, Reconstruction& result)
 {
   result = Reconstruction();
@@ -319,7 +319,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
   warnOfCoarseInput(resolution, resolved.multiscale.voxelSize, report);
-  result.field = regularise(pieces, resolved, options.trimming, largest, report, execution);
+  result.field = regularize(pieces, resolved, options.trimming, largest, report, execution);
   {
     const StageTimer timer("polygonizer", report, execution);
     result.mesh = polygonize(result.field, resolved.polygonizer, execution);

@@ -132,11 +132,11 @@ private:
       const std::vector<std::int32_t> intersecting = runPasses();
       if (intersecting.empty())
         return true; // what was pinned stays so: the next round would run into the same trouble
-      std::vector<Vector3f> centres;
-      centres.reserve(intersecting.size());
+      std::vector<Vector3f> centers;
+      centers.reserve(intersecting.size());
       for (const std::int32_t v : intersecting)
-        centres.push_back(surface_.mesh.positions[v]);
-      pinAround(centres, radius, before.positions, pinned);
+        centers.push_back(surface_.mesh.positions[v]);
+      pinAround(centers, radius, before.positions, pinned);
       surface_.mesh = before;
       surface_.mesh.pinned = pinned;
       const std::int64_t refusals = surface_.result.refusedOperations;

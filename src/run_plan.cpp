@@ -22,7 +22,7 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"smoothing length", choosesSmoothing ? .5 : 0},
           {"resolution", choosesVoxels ? .3 : 0},
           {"volume", options.multiscale.padding == 0 ? .05 : 0},
-          {"regularisation", solving * (.2 + 14 * millions)},
+          {"regularization", solving * (.2 + 14 * millions)},
           {"polygonizer", millions},
           {"trimming", 6 * millions},
           {"remesher", 2.2 * options.remesher.rounds * millions}};

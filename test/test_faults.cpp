@@ -275,7 +275,7 @@ TEST(Callbacks, WhatTheyThrowIsReportedOrLeavesOnRequest)
   EXPECT_FALSE(mrf.getReport().levels.empty()) << "the report has what was done";
   EXPECT_GT(mrf.getReport().seconds, 0);
   EXPECT_GT(mrf.getReport().peakBytes, 0u);
-  EXPECT_EQ(mrf.getReport().times.back().stage, "regularisation");
+  EXPECT_EQ(mrf.getReport().times.back().stage, "regularization");
 
   Outputs<pcl::PointNormal> outputs;
   mrf.setThrowing(true);
@@ -405,7 +405,7 @@ TEST(Options, EnumerationsOutOfRange)
       [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },
       [](auto& o) { o.polygonizer.decomposition = static_cast<pcl::mrf::CellDecomposition>(2); },
       [](auto& o) { o.trimming.trimming = static_cast<pcl::mrf::Trimming>(3); },
-      [](auto& o) { o.colours = static_cast<pcl::mrf::ColourMode>(3); }};
+      [](auto& o) { o.colors = static_cast<pcl::mrf::ColorMode>(3); }};
   for (const auto& change : changes) {
     Mrf mrf;
     mrf.setInputCloud(smallCloud());

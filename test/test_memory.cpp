@@ -22,7 +22,7 @@ constexpr double radius = 1, area = 4 * M_PI * radius * radius;
 /// Points on a sphere about as far apart as the voxels are large.
 struct SphereRun {
   OrientedPoints points;
-  std::unique_ptr<NeighbourSearch> search = makePointBins();
+  std::unique_ptr<NeighborSearch> search = makePointBins();
   float spacing = 0;
   ObservationOptions observation;
   PriorOptions prior;
@@ -60,7 +60,7 @@ struct SphereRun {
     const std::int64_t before = benchmarks::heapBytes();
     benchmarks::resetPeak();
     try {
-      regularise(points, *search, spacing, boundingBox(points.positions), observation, prior, solver, options,
+      regularize(points, *search, spacing, boundingBox(points.positions), observation, prior, solver, options,
                  execution);
     } catch (const Cancelled&) {
     }

@@ -208,8 +208,8 @@ TEST(Interface, FieldIsReadableAndFitsTheMesh)
     const Eigen::Vector3f position = (vertex.cast<double>() - mrf.getOffset()).cast<float>();
     EXPECT_LT(std::abs(field.sampleDistance(position)), .1 * h);
   }
-  const Eigen::Vector3f centre = (Eigen::Vector3d(100, 200, 300) - mrf.getOffset()).cast<float>();
-  EXPECT_LT(field.sampleDistance(centre), -h) << "negative inside";
+  const Eigen::Vector3f center = (Eigen::Vector3d(100, 200, 300) - mrf.getOffset()).cast<float>();
+  EXPECT_LT(field.sampleDistance(center), -h) << "negative inside";
 }
 
 TEST(VertexFields, ConfidenceTellsObservedFromInvented)
@@ -229,7 +229,7 @@ TEST(VertexFields, ConfidenceTellsObservedFromInvented)
       nearest = std::min(nearest, (mesh.vertices[v] - (position + open.offset.cast<float>())).norm());
     EXPECT_GE(mesh.confidences[v], 0);
     EXPECT_LE(mesh.confidences[v], 1);
-    // α is interpolated between voxel centres, which are up to √3 h away.
+    // α is interpolated between voxel centers, which are up to √3 h away.
     if (nearest > reach + 1.74f * h) {
       EXPECT_EQ(mesh.confidences[v], 0);
       ++invented;
@@ -243,7 +243,7 @@ TEST(VertexFields, ConfidenceTellsObservedFromInvented)
   EXPECT_GT(invented, 5);
 }
 
-TEST(VertexFields, ColoursAreInterpolated)
+TEST(VertexFields, ColorsAreInterpolated)
 {
   pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud = conversion::make<pcl::PointXYZRGBNormal>(sphere());
   const auto red = [](const auto& point) { return 128 + 100 * point.x; };
@@ -287,19 +287,19 @@ TEST(VertexFields, IntensityIsInterpolated)
     EXPECT_NEAR(point.intensity, 5 + point.y, spacing);
 }
 
-TEST(VertexFields, ColourModes)
+TEST(VertexFields, ColorModes)
 {
-  pcl::MRFReconstruction<pcl::PointXYZRGB> coloured;
-  coloured.setInputCloud(conversion::make<pcl::PointXYZRGB>(sphere()));
-  coloured.setColourMode(pcl::mrf::ColourMode::none);
+  pcl::MRFReconstruction<pcl::PointXYZRGB> colored;
+  colored.setInputCloud(conversion::make<pcl::PointXYZRGB>(sphere()));
+  colored.setColorMode(pcl::mrf::ColorMode::none);
   pcl::PolygonMesh output;
-  coloured.reconstruct(output);
-  ASSERT_EQ(coloured.getReport().status, Status::ok);
+  colored.reconstruct(output);
+  ASSERT_EQ(colored.getReport().status, Status::ok);
   EXPECT_FALSE(conversion::hasField(output, "rgb"));
 
   Mrf mrf;
   mrf.setInputCloud(sphereCloud());
-  mrf.setColourMode(pcl::mrf::ColourMode::confidence);
+  mrf.setColorMode(pcl::mrf::ColorMode::confidence);
   mrf.reconstruct(output);
   ASSERT_EQ(mrf.getReport().status, Status::ok);
   ASSERT_TRUE(conversion::hasField(output, "rgb"));
@@ -307,7 +307,7 @@ TEST(VertexFields, ColourModes)
   pcl::fromPCLPointCloud2(output.cloud, points);
   const std::vector<float> confidences = conversion::plain(output).confidences;
   for (std::size_t v = 0; v < points.size(); ++v)
-    EXPECT_EQ((pcl::mrf::Rgb{points[v].r, points[v].g, points[v].b}), pcl::mrf::confidenceColour(confidences[v]));
+    EXPECT_EQ((pcl::mrf::Rgb{points[v].r, points[v].g, points[v].b}), pcl::mrf::confidenceColor(confidences[v]));
 }
 
 TEST(VertexFields, PointConfidencesWeighTheData)

@@ -80,7 +80,7 @@ TEST(SortByKey, ByTheUpperHalfAlone)
   EXPECT_EQ(values, expected);
 }
 
-TEST(Gather, NeighboursInSpaceAreNeighboursInMemory)
+TEST(Gather, NeighborsInSpaceAreNeighborsInMemory)
 {
   const PointSet square = clouds::randomSquare(many, 1);
   const PointSet points = gathered(square.positions).points;

@@ -197,13 +197,13 @@ TEST(Remesher, ClosedShapesBecomeEvenAndStayOnTheSurface)
 
 TEST(Remesher, TinyTrianglesAndTheirNeedlesGo)
 {
-  // Where the surface passes a voxel centre closely, polygonizing cuts off a tiny triangle with a needle on each of its
+  // Where the surface passes a voxel center closely, polygonizing cuts off a tiny triangle with a needle on each of its
   // sides: no edge of these can go without making another needle thinner for the moment.
   const Lattice lattice = shapes::field(shapes::sphere(.5), halfSide, voxels).lattice();
-  const double toCentre = lattice.position(26, 24, 18).cast<double>().norm();
+  const double toCenter = lattice.position(26, 24, 18).cast<double>().norm();
   for (const double voxelsAway : {.001, .002, -.001}) {
     SCOPED_TRACE(voxelsAway);
-    const DistanceField field = shapes::field(shapes::sphere(toCentre + voxelsAway * spacing), halfSide, voxels);
+    const DistanceField field = shapes::field(shapes::sphere(toCenter + voxelsAway * spacing), halfSide, voxels);
     const TriangleMesh raw = zeroLevel(field);
     ASSERT_LT(measure(raw).minQuality, .01) << "no needles to begin with";
     const RemeshResult result = remeshed(raw, field);
@@ -373,10 +373,10 @@ TriangleMesh cutAtRandom(const TriangleMesh& mesh, std::mt19937& random)
   std::uniform_real_distribution<double> coordinate(-.9, .9), radius(.1, .4);
   std::vector<std::uint8_t> keep(mesh.triangles.size(), 1);
   for (int ball = 0; ball < 6; ++ball) {
-    const Vector3d centre(coordinate(random), coordinate(random), coordinate(random));
+    const Vector3d center(coordinate(random), coordinate(random), coordinate(random));
     const double r = radius(random);
     for (std::size_t t = 0; t < keep.size(); ++t)
-      if ((middleOf(mesh, mesh.triangles[t]) - centre).norm() < r)
+      if ((middleOf(mesh, mesh.triangles[t]) - center).norm() < r)
         keep[t] = 0;
   }
   TriangleMesh result = select(mesh, keep);

@@ -216,8 +216,8 @@ TEST_P(NoisyScan, OnlyFillingsOfItsHolesAreFarFromTheTrueSurface)
     return search;
   };
   const auto scanned = searchOf(scan.clean), withheld = searchOf(scan.heldOut);
-  Neighbours nearest;
-  const auto distance = [&](const NeighbourSearch& search, const Eigen::Vector3f& v) {
+  Neighbors nearest;
+  const auto distance = [&](const NeighborSearch& search, const Eigen::Vector3f& v) {
     search.nearest(v, 1, nearest);
     return 100 * std::sqrt(nearest.squaredDistances.front()) / scan.diagonal;
   };

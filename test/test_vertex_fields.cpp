@@ -100,7 +100,7 @@ protected:
   }
 
   PointSet points_;
-  std::unique_ptr<NeighbourSearch> search_;
+  std::unique_ptr<NeighborSearch> search_;
 };
 
 TEST_F(Attributes, areThePointsOwnAtThePoints)
@@ -178,16 +178,16 @@ TEST_F(Attributes, fieldsDoNotDependOnThreads)
     EXPECT_EQ(serial, interpolate(mesh.vertices, values, 1, threads));
 }
 
-TEST(ConfidenceColour, runsFromBlueToSkin)
+TEST(ConfidenceColor, runsFromBlueToSkin)
 {
-  const Rgb blue = confidenceColour(0), skin = confidenceColour(1);
+  const Rgb blue = confidenceColor(0), skin = confidenceColor(1);
   EXPECT_GT(blue[2], std::max(blue[0], blue[1]) + 50);
   EXPECT_GT(skin[0], skin[1]);
   EXPECT_GT(skin[1], skin[2]);
-  EXPECT_EQ(confidenceColour(-3), blue);
-  EXPECT_EQ(confidenceColour(NAN), blue);
-  EXPECT_EQ(confidenceColour(4), skin);
-  const Rgb middle = confidenceColour(.5f);
+  EXPECT_EQ(confidenceColor(-3), blue);
+  EXPECT_EQ(confidenceColor(NAN), blue);
+  EXPECT_EQ(confidenceColor(4), skin);
+  const Rgb middle = confidenceColor(.5f);
   for (std::size_t c = 0; c < 3; ++c)
     EXPECT_NEAR(middle[c], (blue[c] + skin[c]) / 2., 1); // rounding
 }

@@ -99,7 +99,7 @@ json measureReal(const RealResult& result, const RealCloud& cloud, Execution& ex
   const auto local = compareLocally(result.mesh, input, options, execution);
   if (!local)
     throw pcl::mrf::InvalidInput("the cloud has too few points");
-  const Statistics random = summarise(SurfaceDistance(result.mesh).distances(cloud.random, execution));
+  const Statistics random = summarize(SurfaceDistance(result.mesh).distances(cloud.random, execution));
   const auto orNull = [](const std::optional<double>& value) { return value ? json(*value) : json(); };
   return {{"points", cloud.input.size()},
           {"unevenness", local->unevenness},

@@ -60,8 +60,8 @@ void addInputOptions(OptionParser& parser, Command& command, Parsed& parsed)
 void addPreprocessingOptions(OptionParser& parser)
 {
   parser.group("Outliers");
-  for (const char* name : {"outliers.alone", "outliers.aloneFactor", "outliers.spacing", "outliers.spacingNeighbours",
-                           "outliers.spacingFactor", "outliers.statistical", "outliers.statisticalNeighbours",
+  for (const char* name : {"outliers.alone", "outliers.aloneFactor", "outliers.spacing", "outliers.spacingNeighbors",
+                           "outliers.spacingFactor", "outliers.statistical", "outliers.statisticalNeighbors",
                            "outliers.statisticalDeviations"})
     parser.declared(name);
   parser.declaredFlag("outliers.robust");
@@ -70,7 +70,7 @@ void addPreprocessingOptions(OptionParser& parser)
 
   parser.group("Orientation");
   for (const char* name :
-       {"orientation.neighbourDistance", "orientation.localDistance", "orientation.maxAngle",
+       {"orientation.neighborDistance", "orientation.localDistance", "orientation.maxAngle",
         "orientation.joinAcrossCreases", "orientation.minComponentShare", "orientation.lowAgreement"})
     parser.declared(name);
 }
@@ -81,7 +81,7 @@ void addModelOptions(OptionParser& parser)
   parser.declared("observation.estimate");
   CLI::Option* smoothing = parser.declared("observation.smoothing");
   parser.declared("observation.noise")->excludes(smoothing);
-  for (const char* name : {"observation.gradientWeight", "observation.neighbours", "observation.maxDistance",
+  for (const char* name : {"observation.gradientWeight", "observation.neighbors", "observation.maxDistance",
                            "observation.scaleWithLevel", "observation.confidenceShape"})
     parser.declared(name);
 
@@ -113,7 +113,7 @@ void addMeshOptions(OptionParser& parser)
             [&parser] { parser.change([](Options& options) { options.remesher.rounds = 0; }); })
       ->excludes(remesh);
   for (const char* name : {"remesher.targetEdge", "remesher.relaxation", "trimming.trimming", "trimming.maxHole",
-                           "trimming.maxGap", "trimming.minComponentPoints", "trimming.minComponentShare", "colours"})
+                           "trimming.maxGap", "trimming.minComponentPoints", "trimming.minComponentShare", "colors"})
     parser.declared(name);
 }
 

@@ -138,18 +138,18 @@ pcl::mrf::PointSet gatherPoints(Input& input, const pcl::mrf::Options& options, 
   return points;
 }
 
-/// Colours of the input at the vertices, 3 channels each, or its intensities if it has no colours; empty: neither.
+/// Colors of the input at the vertices, 3 channels each, or its intensities if it has no colors; empty: neither.
 std::vector<float> attributesAt(const std::vector<Eigen::Vector3f>& vertices, const PointTable& table,
-                                const std::vector<std::uint32_t>& origins, const pcl::mrf::NeighbourSearch& search,
+                                const std::vector<std::uint32_t>& origins, const pcl::mrf::NeighborSearch& search,
                                 pcl::mrf::Execution& execution)
 {
-  if (table.colours.empty() && !table.hasIntensity())
+  if (table.colors.empty() && !table.hasIntensity())
     return {};
-  const int channels = table.colours.empty() ? 1 : 3;
+  const int channels = table.colors.empty() ? 1 : 3;
   std::vector<float> attributes;
   for (const std::uint32_t origin : origins)
     if (channels == 3)
-      attributes.insert(attributes.end(), table.colours[origin].begin(), table.colours[origin].end());
+      attributes.insert(attributes.end(), table.colors[origin].begin(), table.colors[origin].end());
     else
       attributes.push_back(table.scalars.at("intensity")[origin]);
   return interpolateAttributes(vertices, search, attributes, channels, execution);
@@ -178,20 +178,20 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
     result.field = std::move(reconstruction.field);
   result.fieldOffset = reconstruction.points.offset + input.offset;
   std::vector<float> attributes;
-  if (command.options.colours == pcl::mrf::ColourMode::input)
+  if (command.options.colors == pcl::mrf::ColorMode::input)
     attributes =
         attributesAt(reconstruction.mesh.vertices, input.table, reconstruction.points.origins, *search, execution);
   SurfaceMesh& mesh = result.mesh;
   mesh = toSurfaceMesh(std::move(reconstruction.mesh), result.fieldOffset);
   mesh.doublePrecision = !input.offset.isZero(0);
-  if (command.options.colours == pcl::mrf::ColourMode::confidence)
+  if (command.options.colors == pcl::mrf::ColorMode::confidence)
     for (const float confidence : mesh.confidences)
-      mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
-  else if (input.table.colours.empty())
+      mesh.colors.push_back(pcl::mrf::confidenceColor(confidence));
+  else if (input.table.colors.empty())
     mesh.intensities = std::move(attributes);
   else
     for (std::size_t v = 0; 3 * v < attributes.size(); ++v)
-      mesh.colours.push_back(pcl::mrf::toRgb(&attributes[3 * v]));
+      mesh.colors.push_back(pcl::mrf::toRgb(&attributes[3 * v]));
   return result;
 }
 
@@ -209,7 +209,7 @@ PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d
 }
 
 /// To be raised when a name in the report changes its meaning or goes.
-constexpr int reportSchema = 1;
+constexpr int reportSchema = 2;
 
 void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfOutput, const Job& job,
                  const std::string& path)
@@ -262,7 +262,7 @@ RunSummary summarize(const Input& input, const Job& job)
   summary.points = input.table.size();
   if (!input.table.normals.empty())
     summary.fields.emplace_back("normals");
-  if (!input.table.colours.empty())
+  if (!input.table.colors.empty())
     summary.fields.emplace_back("colors");
   for (const auto& scalar : input.table.scalars)
     summary.fields.push_back(scalar.first);

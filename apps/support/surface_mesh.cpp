@@ -55,7 +55,7 @@ void writePly(const SurfaceMesh& mesh, const std::string& path)
     file.text(std::string("property ") + (exact ? "double " : "float ") + name + "\n");
   if (!mesh.normals.empty())
     file.text("property float nx\nproperty float ny\nproperty float nz\n");
-  if (!mesh.colours.empty())
+  if (!mesh.colors.empty())
     file.text("property uchar red\nproperty uchar green\nproperty uchar blue\n");
   if (!mesh.intensities.empty())
     file.text("property float intensity\n");
@@ -74,8 +74,8 @@ void writePly(const SurfaceMesh& mesh, const std::string& path)
     if (!mesh.normals.empty())
       for (int axis = 0; axis < 3; ++axis)
         file.value(mesh.normals[v][axis]);
-    if (!mesh.colours.empty())
-      for (const std::uint8_t channel : mesh.colours[v])
+    if (!mesh.colors.empty())
+      for (const std::uint8_t channel : mesh.colors[v])
         file.value(channel);
     if (!mesh.intensities.empty())
       file.value(mesh.intensities[v]);
@@ -106,9 +106,9 @@ void writeObj(const SurfaceMesh& mesh, const std::string& path)
     file.text("v");
     for (int axis = 0; axis < 3; ++axis)
       coordinate(mesh.vertices[v][axis]);
-    // The widespread extension: colours 0..1 behind the coordinates.
-    if (!mesh.colours.empty())
-      for (const std::uint8_t channel : mesh.colours[v]) {
+    // The widespread extension: colors 0..1 behind the coordinates.
+    if (!mesh.colors.empty())
+      for (const std::uint8_t channel : mesh.colors[v]) {
         file.text(" ");
         file.decimal(static_cast<float>(channel) / 255.f);
       }
@@ -222,7 +222,7 @@ SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& o
   forEach("x", result.vertices,
           [&](const std::uint8_t* p) -> Eigen::Vector3d { return vectorAt(p).cast<double>() + offset; });
   forEach("normal_x", result.normals, vectorAt);
-  forEach("rgb", result.colours, [](const std::uint8_t* p) { return std::array<std::uint8_t, 3>{p[2], p[1], p[0]}; });
+  forEach("rgb", result.colors, [](const std::uint8_t* p) { return std::array<std::uint8_t, 3>{p[2], p[1], p[0]}; });
   forEach("intensity", result.intensities, floatAt);
   forEach("confidence", result.confidences, floatAt);
   result.triangles.reserve(mesh.polygons.size());
@@ -249,13 +249,13 @@ vtkSmartPointer<vtkPolyData> toPolyData(const SurfaceMesh& mesh)
   result->SetPolys(cells);
 
   vtkPointData* data = result->GetPointData();
-  if (!mesh.colours.empty()) {
-    auto colours = vtkSmartPointer<vtkUnsignedCharArray>::New();
-    colours->SetName("rgb");
-    colours->SetNumberOfComponents(3);
-    colours->SetNumberOfTuples(static_cast<vtkIdType>(mesh.colours.size()));
-    std::memcpy(colours->GetPointer(0), mesh.colours.data(), 3 * mesh.colours.size());
-    data->SetScalars(colours);
+  if (!mesh.colors.empty()) {
+    auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
+    colors->SetName("rgb");
+    colors->SetNumberOfComponents(3);
+    colors->SetNumberOfTuples(static_cast<vtkIdType>(mesh.colors.size()));
+    std::memcpy(colors->GetPointer(0), mesh.colors.data(), 3 * mesh.colors.size());
+    data->SetScalars(colors);
   }
   if (!mesh.normals.empty()) {
     const auto normals = namedArray("normals", 3, mesh.normals.size());

@@ -13,7 +13,7 @@ namespace clouds {
 
 using pcl::mrf::PointSet;
 
-std::unique_ptr<pcl::mrf::NeighbourSearch> searchOf(const PointSet& points)
+std::unique_ptr<pcl::mrf::NeighborSearch> searchOf(const PointSet& points)
 {
   auto search = pcl::mrf::makePointBins();
   search->setPoints(points.positions);

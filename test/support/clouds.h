@@ -3,7 +3,7 @@
 /// \brief Changes of point sets that must not change, or must scale, what a stage finds.
 #pragma once
 
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
@@ -15,7 +15,7 @@
 namespace clouds {
 
 /// The default search, in the points.
-std::unique_ptr<pcl::mrf::NeighbourSearch> searchOf(const pcl::mrf::PointSet& points);
+std::unique_ptr<pcl::mrf::NeighborSearch> searchOf(const pcl::mrf::PointSet& points);
 
 /// Positions and sensors multiplied by a factor.
 pcl::mrf::PointSet scaled(pcl::mrf::PointSet points, float factor);

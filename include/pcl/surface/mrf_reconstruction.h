@@ -19,7 +19,7 @@
 
 namespace pcl {
 
-/// Reconstructs a surface from points by regularising a signed distance field with a Markov random field
+/// Reconstructs a surface from points by regularizing a signed distance field with a Markov random field
 /// (R. R. Paulsen, J. A. Bærentzen, R. Larsen, IEEE TVCG 16(4), 2010).
 ///
 /// \code
@@ -40,7 +40,7 @@ namespace pcl {
 /// normal_z, confidence (α, 0..1) and rgb or intensity where the input had them (mean of the 4 nearest points, weights
 /// 1/d²). The result does not depend on the number of threads.
 ///
-/// The search object of setSearchMethod is used for every query; it is handed clouds in a recentred frame. An answer
+/// The search object of setSearchMethod is used for every query; it is handed clouds in a recentered frame. An answer
 /// with indices that are none of the cloud's, or with distances that are none, ends the run as invalid input. Without
 /// one, the library searches in sorted bins.
 ///
@@ -87,8 +87,8 @@ public:
   void setTrimming(mrf::Trimming trimming) { options_.trimming.trimming = trimming; }
   mrf::Trimming getTrimming() const { return options_.trimming.trimming; }
 
-  void setColourMode(mrf::ColourMode mode) { options_.colours = mode; }
-  mrf::ColourMode getColourMode() const { return options_.colours; }
+  void setColorMode(mrf::ColorMode mode) { options_.colors = mode; }
+  mrf::ColorMode getColorMode() const { return options_.colors; }
 
   /// 0 = one thread per hardware thread.
   void setNumberOfThreads(int threads) { options_.threads = threads; }
@@ -132,7 +132,7 @@ public:
   /// What the last run did, up to where it failed, also after a failure.
   const mrf::Report& getReport() const { return result_.report; }
 
-  /// The regularised field of the last successful run, empty before. Its frame is the cloud's minus getOffset().
+  /// The regularized field of the last successful run, empty before. Its frame is the cloud's minus getOffset().
   /// If the cloud is in pieces far apart it is that of the one with most points, with the others as its otherPieces();
   /// sampling it finds the right one.
   const mrf::DistanceField& getDistanceField() const { return result_.field; }
@@ -157,9 +157,9 @@ private:
   template <typename Fill, typename Clear>
   void run(const Fill& fill, const Clear& clear);
   void checkViews() const;
-  void interpolateAttributes(const mrf::NeighbourSearch& search, mrf::Execution& execution);
+  void interpolateAttributes(const mrf::NeighborSearch& search, mrf::Execution& execution);
   static void log(const mrf::Report& report) noexcept;
-  bool isColoured() const;
+  bool isColored() const;
   bool isIntense() const;
   /// Empty, with header and fields.
   void clear(pcl::PolygonMesh& output) const;
@@ -173,7 +173,7 @@ private:
   mrf::ProgressCallback callback_;
   bool throwing_ = false;
   mrf::Reconstruction result_;
-  std::vector<float> attributes_; ///< colour or intensity per vertex of the mesh, channel by channel; empty: none
+  std::vector<float> attributes_; ///< color or intensity per vertex of the mesh, channel by channel; empty: none
 };
 
 } // namespace pcl

@@ -27,9 +27,9 @@ namespace pcl {
 namespace mrf {
 namespace detail {
 
-/// The user's search object on recentred positions.
+/// The user's search object on recentered positions.
 template <typename PointNT>
-class UserSearch : public NeighbourSearch {
+class UserSearch : public NeighborSearch {
 public:
   explicit UserSearch(typename search::Search<PointNT>::Ptr search) : search_(std::move(search)) {}
 
@@ -43,12 +43,12 @@ public:
     count_ = positions.size();
   }
 
-  int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override
+  int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override
   {
     return checked(search_->nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances), k, result);
   }
 
-  int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override
+  int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override
   {
     const int found = search_->radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances);
     return checked(found, std::numeric_limits<int>::max(), result);
@@ -56,7 +56,7 @@ public:
 
 private:
   /// The stages use the indices as they are: what they ask for is checked here, once.
-  int checked(int found, int most, Neighbours& result) const
+  int checked(int found, int most, Neighbors& result) const
   {
     const auto fail = [](const std::string& what) {
       throw InvalidInput("the object of setSearchMethod answered with " + what);
@@ -85,7 +85,7 @@ private:
   }
 
   /// An octree answers in the order of its cells.
-  static void sort(Neighbours& result)
+  static void sort(Neighbors& result)
   {
     std::vector<std::pair<float, int>> entries;
     for (std::size_t n = 0; n < result.indices.size(); ++n)
@@ -99,7 +99,7 @@ private:
   std::size_t count_ = 0;
 };
 
-/// Colour and intensity of a point as floats, where its type has them.
+/// Color and intensity of a point as floats, where its type has them.
 template <typename PointNT>
 struct Attributes {
   static constexpr bool hasRgb = traits::has_color<PointNT>::value;
@@ -232,7 +232,7 @@ void MRFReconstruction<PointNT>::gatherAndRun()
   // Millions of points need the room; {} would keep it.
   positions = std::vector<Eigen::Vector3f>();
   normals = std::vector<Eigen::Vector3f>();
-  std::unique_ptr<mrf::NeighbourSearch> search;
+  std::unique_ptr<mrf::NeighborSearch> search;
   if (tree_)
     search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_);
   else
@@ -257,10 +257,10 @@ void MRFReconstruction<PointNT>::checkViews() const
 }
 
 template <typename PointNT>
-void MRFReconstruction<PointNT>::interpolateAttributes(const mrf::NeighbourSearch& search, mrf::Execution& execution)
+void MRFReconstruction<PointNT>::interpolateAttributes(const mrf::NeighborSearch& search, mrf::Execution& execution)
 {
   attributes_.clear();
-  if (mrf::detail::Attributes<PointNT>::channels == 0 || options_.colours != mrf::ColourMode::input)
+  if (mrf::detail::Attributes<PointNT>::channels == 0 || options_.colors != mrf::ColorMode::input)
     return;
   std::vector<float> values;
   for (const std::uint32_t origin : result_.points.origins)
@@ -349,17 +349,17 @@ void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::
 }
 
 template <typename PointNT>
-bool MRFReconstruction<PointNT>::isColoured() const
+bool MRFReconstruction<PointNT>::isColored() const
 {
-  return options_.colours == mrf::ColourMode::confidence ||
-         (mrf::detail::Attributes<PointNT>::hasRgb && options_.colours == mrf::ColourMode::input);
+  return options_.colors == mrf::ColorMode::confidence ||
+         (mrf::detail::Attributes<PointNT>::hasRgb && options_.colors == mrf::ColorMode::input);
 }
 
 template <typename PointNT>
 bool MRFReconstruction<PointNT>::isIntense() const
 {
   return mrf::detail::Attributes<PointNT>::hasIntensity && !mrf::detail::Attributes<PointNT>::hasRgb &&
-         options_.colours == mrf::ColourMode::input;
+         options_.colors == mrf::ColorMode::input;
 }
 
 template <typename PointNT>
@@ -374,7 +374,7 @@ void MRFReconstruction<PointNT>::clear(pcl::PolygonMesh& output) const
   cloud.is_dense = 1;
   for (const char* name : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "confidence"})
     mrf::detail::addField(cloud, name, PCLPointField::FLOAT32);
-  if (isColoured())
+  if (isColored())
     mrf::detail::addField(cloud, "rgb", PCLPointField::FLOAT32);
   if (isIntense())
     mrf::detail::addField(cloud, "intensity", PCLPointField::FLOAT32);
@@ -393,9 +393,9 @@ void MRFReconstruction<PointNT>::write(pcl::PolygonMesh& output) const
     const Eigen::Vector3f& normal = mesh.normals[v];
     std::array<float, 8> values = {position.x(), position.y(), position.z(),        normal.x(),
                                    normal.y(),   normal.z(),   mesh.confidences[v], 0};
-    if (isColoured()) {
-      mrf::Rgb rgb = mrf::confidenceColour(mesh.confidences[v]);
-      if (options_.colours == mrf::ColourMode::input)
+    if (isColored()) {
+      mrf::Rgb rgb = mrf::confidenceColor(mesh.confidences[v]);
+      if (options_.colors == mrf::ColorMode::input)
         rgb = mrf::toRgb(&attributes_[3 * v]);
       const std::uint32_t packed = mrf::detail::packRgb(rgb[0], rgb[1], rgb[2]);
       std::memcpy(&values[7], &packed, sizeof(packed));
@@ -419,9 +419,9 @@ void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vert
     if constexpr (traits::has_normal<PointNT>::value)
       point.getNormalVector3fMap() = mesh.normals[v];
     if constexpr (Attributes::hasRgb) {
-      if (options_.colours != mrf::ColourMode::none) {
-        const mrf::Rgb rgb = options_.colours == mrf::ColourMode::input ? mrf::toRgb(&attributes_[3 * v])
-                                                                        : mrf::confidenceColour(mesh.confidences[v]);
+      if (options_.colors != mrf::ColorMode::none) {
+        const mrf::Rgb rgb = options_.colors == mrf::ColorMode::input ? mrf::toRgb(&attributes_[3 * v])
+                                                                      : mrf::confidenceColor(mesh.confidences[v]);
         point.r = rgb[0];
         point.g = rgb[1];
         point.b = rgb[2];

@@ -35,7 +35,7 @@ struct Options {
   PolygonizerOptions polygonizer;
   TrimmingOptions trimming;
   RemesherOptions remesher;
-  ColourMode colours = ColourMode::input;
+  ColorMode colors = ColorMode::input;
   std::string confidenceField; ///< field of the cloud that holds per-point confidences 0..1; empty: none
   int threads = 0;             ///< 0 = one per hardware thread, ..1024
 };

@@ -6,7 +6,7 @@
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
@@ -18,8 +18,8 @@ namespace pcl {
 namespace mrf {
 
 struct Reconstruction {
-  TriangleMesh mesh;     ///< with normals and confidences, in the recentred frame (add points.offset)
-  DistanceField field;   ///< the regularised field of the finest level, same frame
+  TriangleMesh mesh;     ///< with normals and confidences, in the recentered frame (add points.offset)
+  DistanceField field;   ///< the regularized field of the finest level, same frame
   OrientedPoints points; ///< what was observed
   Report report;
 };
@@ -32,7 +32,7 @@ struct Reconstruction {
 /// \throw InvalidInput if a sensor is not finite, or farther than 1e18 from the cloud
 /// Points with a normal that is zero or not finite are dropped only if `normalsNeeded`. If all normals are, they are
 /// left out instead, as of a cloud that has none yet. Of equal positions the first is kept.
-/// \return the points along a space-filling curve, so that the stages find neighbours close in memory; neither their
+/// \return the points along a space-filling curve, so that the stages find neighbors close in memory; neither their
 /// positions nor their order depend on the order they came in
 PCL_MRF_EXPORT PointSet gather(const std::vector<Eigen::Vector3f>& positions,
                                const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& confidences,
@@ -48,7 +48,7 @@ PCL_MRF_EXPORT PointSet gather(const std::vector<Eigen::Vector3f>& positions,
 /// Section 3.1: outliers, normals, components, orientation. Fills the report's density, counts and orientation.
 /// \param search is given the points that are left; it holds result.positions on return
 /// \throw InvalidInput if too few points are left
-PCL_MRF_EXPORT OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSearch& search,
+PCL_MRF_EXPORT OrientedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search,
                                          Report& report, Execution& execution);
 
 /// Runs all stages.
@@ -60,7 +60,7 @@ PCL_MRF_EXPORT OrientedPoints preprocess(PointSet points, const Options& options
 /// Points nearer than 1e-8 to each other on average, or in a box with a diagonal above 1e9, are refused as
 /// InvalidInput. The result is the same bytes for any number of threads.
 PCL_MRF_EXPORT void reconstruct(PointSet points, const PointCounts& counts, const Options& options,
-                                NeighbourSearch& search, Execution& execution, Reconstruction& result);
+                                NeighborSearch& search, Execution& execution, Reconstruction& result);
 
 /// Sets status and message of the report by what was thrown: the module's errors as they are, std::bad_alloc as a
 /// resource limit, all others as internal errors.

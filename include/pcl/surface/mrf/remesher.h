@@ -33,7 +33,7 @@ struct RemeshResult {
 /// Makes triangles nearly equilateral and of one size without leaving the zero level.
 ///
 /// A round: split edges longer than 4/3 l, collapse edges shorter than 4/5 l, flip edges towards valence 6 (4 on the
-/// boundary), relax each vertex to the area-weighted centroid of its neighbours in its tangent plane (normal from the
+/// boundary), relax each vertex to the area-weighted centroid of its neighbors in its tangent plane (normal from the
 /// field), trace it back to d = 0 along ∇d / |∇d|². Steps of less than 2 % of l are not taken.
 ///
 /// Borders are remeshed as curves: the border of the input, smoothed within half a voxel, which takes away the teeth

@@ -7,7 +7,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/mesh_quality.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 #include <pcl/surface/mrf/vertex_fields.h>
@@ -85,7 +85,7 @@ struct TrimResult {
 /// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
 /// Cost: linear in the number of triangles, one query per vertex of the regions in question, and n log n for the n
 /// vertices of extrapolation that are closer than maxGap. The result does not depend on the number of threads.
-PCL_MRF_EXPORT TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search,
+PCL_MRF_EXPORT TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborSearch& search,
                                float diagonal, const TrimmingOptions& options, Execution& execution);
 
 /// Pulls the vertices of borders that no point supports back to where support ends: trimming cuts along edges, up to an
