@@ -112,5 +112,12 @@ const Names<ColorMode>& names()
   return all;
 }
 
+template <>
+const Names<Preset>& names()
+{
+  static const Names<Preset> all = {{"default", Preset::standard}, {"paper", Preset::paper}};
+  return all;
+}
+
 } // namespace mrf
 } // namespace pcl

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/reconstruction.h>
 #include <pcl/surface/mrf/self_intersection.h>
 
@@ -46,6 +47,24 @@ void warnOfDroppedPoints(Report& report)
          << " % of the points were dropped: " << count << " of " << counts.input << ' ' << what
          << "; switch the rule off if they are data";
     report.warnings.push_back(text.str());
+  }
+}
+
+/// Names the options that were changed although what observes the field has no use for them.
+void warnOfUnusedOptions(const Options& options, Report& report)
+{
+  const ObservationOptions& observation = options.observation;
+  const Options unchanged = defaultPreset();
+  const auto names = observation.atPoints()
+                         ? std::vector<const char*>{"prior.beta", "prior.energy", "observation.neighbors"}
+                         : std::vector<const char*>{"observation.smoothing", "observation.gradientWeight"};
+  for (const char* name : names) {
+    const OptionDeclaration& option = optionDeclaration(name);
+    const double value = option.get(options);
+    if (value != option.get(unchanged))
+      report.warnings.push_back(option.name + " = " + option.textOf(value) + " has no effect on observations at " +
+                                (observation.atPoints() ? "points: smoothing and noise tell how far to trust them"
+                                                        : "voxels: prior.beta tells how far to trust them"));
   }
 }
 
@@ -292,6 +311,7 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   report.points = counts;
   report.threads = execution.threads();
   validate(options);
+  warnOfUnusedOptions(options, report);
 
   execution.beginRun(expectedStages(points.size(), options));
   const double resolution = resolutionOf(points);
@@ -325,8 +345,10 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     result.mesh = polygonize(result.field, resolved.polygonizer, execution);
   }
   if (result.mesh.triangles.empty())
-    throw InvalidInput("the field has no zero level: the normals may all point the same way around, or β = " +
-                       std::to_string(options.prior.beta) + " is too small");
+    throw InvalidInput("the field has no zero level: the normals may all point the same way around" +
+                       (resolved.observation.atPoints()
+                            ? ""
+                            : ", or prior.beta = " + decimalText(resolved.prior.beta) + " is too small"));
   const Support support =
       supportOf(result.points, search, resolved.observation.maxDistance, report.density.spacing, resolved);
   {

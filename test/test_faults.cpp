@@ -183,6 +183,7 @@ void failAllocations(const pcl::mrf::Options& options, bool allOfThem)
   for (std::int64_t n = 0; n < total; n += step) {
     SCOPED_TRACE(n);
     Mrf mrf;
+    mrf.setKeepResult(true);
     mrf.setOptions(options);
     mrf.setInputCloud(cloud);
     Outputs<pcl::PointNormal> outputs;

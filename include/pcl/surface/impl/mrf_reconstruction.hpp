@@ -8,7 +8,9 @@
 #include <pcl/common/io.h>
 #include <pcl/console/print.h>
 #include <pcl/conversions.h>
-#include <pcl/search/search.h>
+#include <pcl/impl/pcl_base.hpp>
+#include <pcl/point_types.h>
+#include <pcl/search/impl/search.hpp>
 #include <pcl/type_traits.h>
 
 #include <algorithm>
@@ -27,11 +29,48 @@ namespace pcl {
 namespace mrf {
 namespace detail {
 
-/// The user's search object on recentered positions.
+/// Positions and normals as they lie in the point: types of users may lack PCL's maps.
+template <typename PointNT>
+Eigen::Vector3f positionOf(const PointNT& point)
+{
+  return {point.x, point.y, point.z};
+}
+
+template <typename PointNT>
+void setPosition(PointNT& point, const Eigen::Vector3f& position)
+{
+  point.x = position.x();
+  point.y = position.y();
+  point.z = position.z();
+}
+
+/// The user's search object on recentered positions, lent: in the end it has its own cloud again.
 template <typename PointNT>
 class UserSearch : public NeighborSearch {
 public:
-  explicit UserSearch(typename search::Search<PointNT>::Ptr search) : search_(std::move(search)) {}
+  using SearchPtr = typename search::Search<PointNT>::Ptr;
+  using CloudPtr = typename PointCloud<PointNT>::ConstPtr;
+
+  /// \param input what it gets in the end if it has no cloud, as from PCL's own classes
+  UserSearch(SearchPtr search, const CloudPtr& input)
+      : search_(std::move(search)), cloud_(search_->getInputCloud()), indices_(search_->getIndices())
+  {
+    if (!cloud_) {
+      cloud_ = input;
+      indices_.reset();
+    }
+  }
+
+  UserSearch(const UserSearch&) = delete;
+  UserSearch& operator=(const UserSearch&) = delete;
+
+  ~UserSearch() override
+  {
+    try {
+      search_->setInputCloud(cloud_, indices_);
+    } catch (...) { // it throws what it threw in the run, or there is no memory; the run's own outcome counts
+    }
+  }
 
   void setPoints(const std::vector<Eigen::Vector3f>& positions) override
   {
@@ -80,7 +119,7 @@ private:
   static PointNT toPoint(const Eigen::Vector3f& position)
   {
     PointNT point;
-    point.getVector3fMap() = position;
+    setPosition(point, position);
     return point;
   }
 
@@ -95,9 +134,16 @@ private:
       std::tie(result.squaredDistances[n], result.indices[n]) = entries[n];
   }
 
-  typename search::Search<PointNT>::Ptr search_;
+  SearchPtr search_;
+  CloudPtr cloud_; ///< that it is to have again, with the indices
+  IndicesConstPtr indices_;
   std::size_t count_ = 0;
 };
+
+inline std::uint32_t packRgb(const Rgb& rgb)
+{
+  return static_cast<std::uint32_t>(rgb[0]) << 16 | static_cast<std::uint32_t>(rgb[1]) << 8 | rgb[2];
+}
 
 /// Color and intensity of a point as floats, where its type has them.
 template <typename PointNT>
@@ -109,13 +155,33 @@ struct Attributes {
   static void append(const PointNT& point, std::vector<float>& values)
   {
     if constexpr (hasRgb) {
-      values.push_back(point.r);
-      values.push_back(point.g);
-      values.push_back(point.b);
+      std::uint32_t packed;
+      std::memcpy(&packed, reinterpret_cast<const char*>(&point) + rgbOffset(), sizeof(packed));
+      for (const unsigned shift : {16u, 8u, 0u})
+        values.push_back(static_cast<float>(packed >> shift & 0xff));
     } else if constexpr (hasIntensity)
       values.push_back(point.intensity);
     else
       static_cast<void>(point), static_cast<void>(values);
+  }
+
+  /// What lies beside the color, PCL's alpha, stays.
+  static void setColor(PointNT& point, const Rgb& rgb)
+  {
+    char* const place = reinterpret_cast<char*>(&point) + rgbOffset();
+    std::uint32_t packed;
+    std::memcpy(&packed, place, sizeof(packed));
+    packed = (packed & 0xff000000) | packRgb(rgb);
+    std::memcpy(place, &packed, sizeof(packed));
+  }
+
+private:
+  static constexpr std::size_t rgbOffset()
+  {
+    if constexpr (traits::has_field<PointNT, fields::rgb>::value)
+      return traits::offset<PointNT, fields::rgb>::value;
+    else
+      return traits::offset<PointNT, fields::rgba>::value;
   }
 };
 
@@ -163,11 +229,6 @@ inline std::size_t addField(PCLPointCloud2& cloud, const char* name, PCLPointFie
   return field.offset;
 }
 
-inline std::uint32_t packRgb(std::uint8_t r, std::uint8_t g, std::uint8_t b)
-{
-  return static_cast<std::uint32_t>(r) << 16 | static_cast<std::uint32_t>(g) << 8 | b;
-}
-
 } // namespace detail
 } // namespace mrf
 
@@ -209,10 +270,10 @@ void MRFReconstruction<PointNT>::gatherAndRun()
     views.reserve(indices_->size());
   for (const auto index : *indices_) {
     const PointNT& point = (*input_)[static_cast<std::size_t>(index)];
-    positions.push_back(point.getVector3fMap());
+    positions.push_back(mrf::detail::positionOf(point));
     if constexpr (hasNormals)
       if (source != mrf::NormalSource::estimate)
-        normals.push_back(point.getNormalVector3fMap());
+        normals.emplace_back(point.normal_x, point.normal_y, point.normal_z);
     if (!views_.empty())
       views.push_back(views_[static_cast<std::size_t>(index)]);
   }
@@ -234,7 +295,7 @@ void MRFReconstruction<PointNT>::gatherAndRun()
   normals = std::vector<Eigen::Vector3f>();
   std::unique_ptr<mrf::NeighborSearch> search;
   if (tree_)
-    search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_);
+    search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_, input_);
   else
     search = mrf::makePointBins();
   mrf::reconstruct(std::move(points), counts, options_, *search, execution, result_);
@@ -291,7 +352,11 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
     attributes_.clear();
     clear();
     gatherAndRun();
+    if (!keepResult_)
+      releaseFieldAndPoints();
     fill();
+    if (!keepResult_)
+      releaseResult();
   } catch (...) {
     error = std::current_exception();
     mrf::Report report = std::move(result_.report);
@@ -308,6 +373,23 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
   log(result_.report);
   if (error && throwing_)
     std::rethrow_exception(error);
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::releaseFieldAndPoints()
+{
+  result_.field = mrf::DistanceField();
+  const Eigen::Vector3d offset = result_.points.offset;
+  result_.points = mrf::OrientedPoints();
+  result_.points.offset = offset;
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::releaseResult()
+{
+  releaseFieldAndPoints();
+  result_.mesh = mrf::TriangleMesh();
+  attributes_ = decltype(attributes_)();
 }
 
 template <typename PointNT>
@@ -397,7 +479,7 @@ void MRFReconstruction<PointNT>::write(pcl::PolygonMesh& output) const
       mrf::Rgb rgb = mrf::confidenceColor(mesh.confidences[v]);
       if (options_.colors == mrf::ColorMode::input)
         rgb = mrf::toRgb(&attributes_[3 * v]);
-      const std::uint32_t packed = mrf::detail::packRgb(rgb[0], rgb[1], rgb[2]);
+      const std::uint32_t packed = mrf::detail::packRgb(rgb);
       std::memcpy(&values[7], &packed, sizeof(packed));
     } else if (isIntense())
       values[7] = attributes_[v];
@@ -415,17 +497,19 @@ void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vert
   points.is_dense = true;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     PointNT& point = points[v];
-    point.getVector3fMap() = (mesh.vertices[v].template cast<double>() + getOffset()).template cast<float>();
-    if constexpr (traits::has_normal<PointNT>::value)
-      point.getNormalVector3fMap() = mesh.normals[v];
+    mrf::detail::setPosition(point, (mesh.vertices[v].template cast<double>() + getOffset()).template cast<float>());
+    if constexpr (traits::has_normal<PointNT>::value) {
+      point.normal_x = mesh.normals[v].x();
+      point.normal_y = mesh.normals[v].y();
+      point.normal_z = mesh.normals[v].z();
+    }
+    if constexpr (traits::has_field<PointNT, fields::confidence>::value)
+      point.confidence = mesh.confidences[v];
     if constexpr (Attributes::hasRgb) {
-      if (options_.colors != mrf::ColorMode::none) {
-        const mrf::Rgb rgb = options_.colors == mrf::ColorMode::input ? mrf::toRgb(&attributes_[3 * v])
-                                                                      : mrf::confidenceColor(mesh.confidences[v]);
-        point.r = rgb[0];
-        point.g = rgb[1];
-        point.b = rgb[2];
-      }
+      if (options_.colors != mrf::ColorMode::none)
+        Attributes::setColor(point, options_.colors == mrf::ColorMode::input
+                                        ? mrf::toRgb(&attributes_[3 * v])
+                                        : mrf::confidenceColor(mesh.confidences[v]));
     } else if constexpr (Attributes::hasIntensity)
       if (!attributes_.empty())
         point.intensity = attributes_[v];

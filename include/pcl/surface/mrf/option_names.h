@@ -46,6 +46,8 @@ template <>
 PCL_MRF_EXPORT const Names<Trimming>& names();
 template <>
 PCL_MRF_EXPORT const Names<ColorMode>& names();
+template <>
+PCL_MRF_EXPORT const Names<Preset>& names();
 
 template <typename Enum>
 std::string nameOf(Enum value)

@@ -65,6 +65,14 @@ PCL_MRF_EXPORT Options defaultPreset();
 ///   data come with it. The remesher refuses what would spoil the mesh, and smooths borders (remesher.h).
 PCL_MRF_EXPORT Options paperPreset();
 
+/// The presets by name.
+enum class Preset {
+  standard, ///< defaultPreset
+  paper     ///< paperPreset
+};
+
+PCL_MRF_EXPORT Options presetOptions(Preset preset);
+
 /// Validates every stage's options at once.
 /// \throw InvalidOption naming the first value that is out of range, its range and the remedy
 PCL_MRF_EXPORT void validate(const Options& options);
