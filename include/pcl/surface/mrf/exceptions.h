@@ -61,5 +61,15 @@ public:
   explicit Cancelled(const std::string& message) : Error(Status::cancelled, message) {}
 };
 
+/// A file cannot be written, and why.
+class PCL_MRF_EXPORT FileError : public pcl::IOException {
+public:
+  explicit FileError(const std::string& message) : pcl::IOException(message), message_(message) {}
+  const char* what() const noexcept override { return message_.c_str(); }
+
+private:
+  std::string message_;
+};
+
 } // namespace mrf
 } // namespace pcl
