@@ -173,29 +173,28 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighborSearc
 
   report.vote = chooseVote(points, options, report);
   report.sensorOriginUsed = report.vote == OrientationVote::sensor && points.hasSensorOrigin;
+  OrientationResult oriented;
   {
     const StageTimer timer("orientation", report, execution);
-    report.orientation =
-        orientNormals(points, normals, search, report.density, report.vote, options.orientation, execution);
+    oriented = orientNormals(points, normals, search, report.density, report.vote, options.orientation, execution);
+    report.orientation = oriented.summary();
   }
   normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
   warnOfDisagreement(options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
-  points.normals = std::move(report.orientation.normals);
-  reduce(points, report.orientation.keep, search, execution);
-  report.orientation.normals.clear();
-  report.orientation.keep = std::vector<std::uint8_t>();
+  points.normals = std::move(oriented.normals);
+  reduce(points, oriented.keep, search, execution);
   requirePoints(points, "dropping small components", report);
   report.points.used = static_cast<std::int64_t>(points.size());
 
-  OrientedPoints oriented;
-  oriented.positions = std::move(points.positions);
-  oriented.normals = std::move(points.normals);
-  oriented.confidences = std::move(points.confidences);
-  oriented.spacings = std::move(points.spacings);
-  oriented.origins = std::move(points.origins);
-  oriented.offset = points.offset;
-  return oriented;
+  OrientedPoints result;
+  result.positions = std::move(points.positions);
+  result.normals = std::move(points.normals);
+  result.confidences = std::move(points.confidences);
+  result.spacings = std::move(points.spacings);
+  result.origins = std::move(points.origins);
+  result.offset = points.offset;
+  return result;
 }
 
 } // namespace mrf

@@ -68,16 +68,6 @@ void warnOfUnusedOptions(const Options& options, Report& report)
   }
 }
 
-/// The float spacing of the input's largest coordinates.
-double resolutionOf(const PointSet& points)
-{
-  const BoundingBox box = boundingBox(points.positions);
-  const Eigen::Vector3d lower = box.lower.cast<double>() + points.offset,
-                        upper = box.upper.cast<double>() + points.offset;
-  const auto farthest = static_cast<float>(std::max(lower.cwiseAbs().maxCoeff(), upper.cwiseAbs().maxCoeff()));
-  return std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
-}
-
 void warnOfCoarseInput(double resolution, double voxelSize, Report& report)
 {
   if (resolution <= .1 * voxelSize)
@@ -293,6 +283,26 @@ DistanceField regularize(const std::vector<Piece>& pieces, const Options& option
   return DistanceField::ofPieces(std::move(fields));
 }
 
+PointSet gather(RawCloud cloud, const Options& options, Report& report, Execution& execution)
+{
+  const StageTimer timer("gathering", report, execution);
+  return gather(std::move(cloud), options, report.points, execution);
+}
+
+/// Attributes of the cloud at the vertices, if the options ask for them.
+void interpolate(const PointAttributes& attributes, const NeighborSearch& search, Execution& execution,
+                 Reconstruction& result)
+{
+  if (attributes.channels < 1 || result.report.options.colors != ColorMode::input)
+    return;
+  const StageTimer timer("attributes", result.report, execution);
+  result.channels = attributes.channels;
+  result.attributes = interpolateAttributes(
+      result.mesh.vertices, search,
+      [&](std::size_t point, float* values) { attributes.read(result.points.origins[point], values); },
+      attributes.channels, execution);
+}
+
 void setVertexFields(Reconstruction& result, const Support& support, const Options& options, Execution& execution)
 {
   setNormals(result.mesh, result.field, execution);
@@ -301,20 +311,21 @@ void setVertexFields(Reconstruction& result, const Support& support, const Optio
 
 } // namespace
 
-void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighborSearch& search,
-                 Execution& execution, Reconstruction& result)
+void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search, Execution& execution,
+                 Reconstruction& result)
 {
   result = Reconstruction();
   Report& report = result.report;
   const RunTimer whole(report);
   report.options = options;
-  report.points = counts;
   report.threads = execution.threads();
   validate(options);
   warnOfUnusedOptions(options, report);
 
-  execution.beginRun(expectedStages(points.size(), options));
-  const double resolution = resolutionOf(points);
+  execution.beginRun(expectedStages(cloud.positions.size(), options));
+  const PointAttributes attributes = std::move(cloud.attributes);
+  PointSet points = gather(std::move(cloud), options, report, execution);
+  const double resolution = points.resolution;
   result.points = preprocess(std::move(points), options, search, report, execution);
   requireVoxelsWithinCloud(options.multiscale.voxelSize, boundingBox(result.points.positions).diagonal());
   Options resolved = resolve(options, report.density);
@@ -351,13 +362,15 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
                             : ", or prior.beta = " + decimalText(resolved.prior.beta) + " is too small"));
   const Support support =
       supportOf(result.points, search, resolved.observation.maxDistance, report.density.spacing, resolved);
+  std::optional<MeshStatistics> statistics;
   {
     const StageTimer timer("trimming", report, execution);
     setVertexFields(result, support, resolved, execution);
-    report.trimming = trim(std::move(result.mesh), result.points, search, largest, options.trimming, execution);
-    result.mesh = std::move(report.trimming.mesh);
-    report.trimming.mesh = TriangleMesh();
-    const bool isCut = resolved.trimming.trimming != Trimming::none && !report.trimming.statistics;
+    TrimResult trimmed = trim(std::move(result.mesh), result.points, search, largest, options.trimming, execution);
+    report.trimming = trimmed.summary();
+    statistics = trimmed.statistics;
+    result.mesh = std::move(trimmed.mesh);
+    const bool isCut = resolved.trimming.trimming != Trimming::none && !statistics;
     if (isCut && tightenBorders(result.mesh, support, execution) > 0 && resolved.remesher.rounds == 0)
       setVertexFields(result, support, resolved, execution);
   }
@@ -366,17 +379,14 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
         "trimming left no surface: nothing of the zero level is supported by data; trim less, or choose a "
         "larger voxel size than " +
         std::to_string(resolved.multiscale.voxelSize));
-  report.mesh = report.trimming.statistics ? *report.trimming.statistics : measure(result.mesh, execution);
+  report.mesh = statistics ? *statistics : measure(result.mesh, execution);
   report.meshBeforeRemeshing = report.mesh;
   if (resolved.remesher.rounds > 0) {
     const StageTimer timer("remesher", report, execution);
     RemeshResult remeshed = remesh(result.mesh, result.field, resolved.remesher, execution);
     result.mesh = std::move(remeshed.mesh);
     setVertexFields(result, support, resolved, execution);
-    report.splits = remeshed.splits;
-    report.collapses = remeshed.collapses;
-    report.flips = remeshed.flips;
-    report.refusedOperations = remeshed.refusedOperations;
+    report.remesher = remeshed.summary();
     report.intersectingBeforeRemeshing = remeshed.intersectingBefore;
     report.intersecting = remeshed.intersecting;
     report.options.remesher.targetEdge = static_cast<float>(remeshed.targetEdge);
@@ -385,9 +395,30 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     report.intersecting = static_cast<std::int64_t>(selfIntersectingTriangles(result.mesh, execution).size());
     report.intersectingBeforeRemeshing = report.intersecting;
   }
+  interpolate(attributes, search, execution, result);
   execution.endRun();
   report.status = Status::ok;
   report.message = "ok";
+}
+
+Reconstruction reconstruct(RawCloud cloud, const Options& options, Execution& execution)
+{
+  const auto search = makePointBins();
+  Reconstruction result;
+  reconstruct(std::move(cloud), options, *search, execution, result);
+  return result;
+}
+
+std::vector<Rgb> vertexColors(const Reconstruction& result)
+{
+  std::vector<Rgb> colors;
+  if (result.report.options.colors == ColorMode::confidence)
+    for (const float confidence : result.mesh.confidences)
+      colors.push_back(confidenceColor(confidence));
+  else if (result.channels == 3)
+    for (std::size_t n = 0; n < result.attributes.size(); n += 3)
+      colors.push_back(toRgb(&result.attributes[n]));
+  return colors;
 }
 
 void setFailure(const std::exception_ptr& error, Report& report) noexcept

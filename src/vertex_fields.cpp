@@ -90,15 +90,16 @@ void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape 
 }
 
 std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighborSearch& search,
-                                         const std::vector<float>& attributes, int channels, Execution& execution)
+                                         const AttributeReader& read, int channels, Execution& execution)
 {
-  if (channels < 1 || attributes.size() % static_cast<std::size_t>(channels) != 0)
-    throw std::invalid_argument("interpolateAttributes: needs `channels` values per point");
+  if (channels < 1)
+    throw std::invalid_argument("interpolateAttributes: needs a channel at least");
   const auto stride = static_cast<std::size_t>(channels);
   std::vector<float> values(vertices.size() * stride, 0);
   execution.forRange(static_cast<std::int64_t>(vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
     Neighbors nearest;
     std::vector<double> sums(stride);
+    std::vector<float> ofPoint(stride);
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
       const int found = search.nearest(vertices[v], 4, nearest);
       if (found < 1)
@@ -113,8 +114,9 @@ std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& ver
         if (!(weight > 0))
           continue;
         weights += weight;
+        read(static_cast<std::size_t>(nearest.indices[n]), ofPoint.data());
         for (std::size_t c = 0; c < stride; ++c)
-          sums[c] += weight * attributes[static_cast<std::size_t>(nearest.indices[n]) * stride + c];
+          sums[c] += weight * ofPoint[c];
       }
       for (std::size_t c = 0; c < stride; ++c)
         values[v * stride + c] = static_cast<float>(sums[c] / weights);

@@ -699,7 +699,8 @@ TEST(Errors, MemoryLimitHoldsForTheRobustField)
 TEST(Errors, ReportOfAFailureHasWhatWasDone)
 {
   Mrf mrf;
-  EXPECT_NE(mrf.getReport().status, Status::ok) << "before the first run";
+  EXPECT_EQ(mrf.getReport().status, Status::notRun);
+  EXPECT_EQ(toString(Status::notRun), std::string("not run"));
   mrf.setInputCloud(sphereCloud());
   run(mrf);
   int calls = 0;

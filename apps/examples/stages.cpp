@@ -62,7 +62,9 @@ pcl::mrf::TriangleMesh reconstruct(const std::vector<Eigen::Vector3f>& positions
   mrf::Report report;
 
   // Points without normals, confidences and sensors, recentered; then outliers, normals and their sides (Sec. 3.1).
-  mrf::PointSet gathered = mrf::gather(positions, {}, {}, {}, {}, false, report.points, execution);
+  mrf::RawCloud cloud;
+  cloud.positions = positions;
+  mrf::PointSet gathered = mrf::gather(std::move(cloud), options, report.points, execution);
   const auto search = mrf::makePointBins();
   const mrf::OrientedPoints points = mrf::preprocess(std::move(gathered), options, *search, report, execution);
   offset = points.offset;

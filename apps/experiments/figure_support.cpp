@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 
 namespace mrf_apps {
 namespace figures {
@@ -20,19 +21,6 @@ namespace {
 
 /// Of a bar of colors.
 constexpr int legendSteps = 32;
-
-pcl::mrf::Reconstruction reconstructGathered(const Places& positions, const Places& normals,
-                                             const std::vector<std::int32_t>& views, const Places& sensors,
-                                             const pcl::mrf::Options& options, Execution& execution)
-{
-  pcl::mrf::PointCounts counts;
-  const pcl::mrf::PointSet points =
-      pcl::mrf::gather(toFloat(positions), toFloat(normals), {}, views, sensors, !normals.empty(), counts);
-  const auto search = pcl::mrf::makePointBins();
-  pcl::mrf::Reconstruction result;
-  pcl::mrf::reconstruct(points, counts, options, *search, execution, result);
-  return result;
-}
 
 } // namespace
 
@@ -55,16 +43,26 @@ std::vector<Eigen::Vector3f> toFloat(const Places& places)
 pcl::mrf::Reconstruction reconstruct(const Places& positions, const Places& normals, const pcl::mrf::Options& options,
                                      Execution& execution)
 {
-  return reconstructGathered(positions, normals, {}, {}, options, execution);
+  pcl::mrf::RawCloud cloud;
+  cloud.positions = toFloat(positions);
+  cloud.normals = toFloat(normals);
+  return pcl::mrf::reconstruct(std::move(cloud), options, execution);
+}
+
+pcl::mrf::RawCloud withoutNormals(const pcl::mrf::scan::Scan& scan)
+{
+  pcl::mrf::RawCloud cloud;
+  cloud.positions = toFloat(scan.cloud.positions);
+  cloud.views = scan.cloud.views;
+  cloud.sensors = scan.sensors;
+  return cloud;
 }
 
 pcl::mrf::Reconstruction reconstruct(const pcl::mrf::scan::Scan& scan, bool hasNormals,
                                      const pcl::mrf::Options& options, Execution& execution)
 {
-  const pcl::mrf::scan::Points& cloud = scan.cloud;
-  if (hasNormals)
-    return reconstruct(cloud.positions, cloud.normals, options, execution);
-  return reconstructGathered(cloud.positions, {}, cloud.views, scan.sensors, options, execution);
+  return hasNormals ? reconstruct(scan.cloud.positions, scan.cloud.normals, options, execution)
+                    : pcl::mrf::reconstruct(withoutNormals(scan), options, execution);
 }
 
 SurfaceMesh toSurfaceMesh(const pcl::mrf::Reconstruction& reconstruction)

@@ -50,6 +50,9 @@ std::optional<SurfaceMesh> bunny();
 pcl::mrf::Reconstruction reconstruct(const Places& positions, const Places& normals, const pcl::mrf::Options& options,
                                      pcl::mrf::Execution& execution);
 
+/// What a scanner delivers, for the library: normals are left out.
+pcl::mrf::RawCloud withoutNormals(const pcl::mrf::scan::Scan& scan);
+
 /// Runs all stages on what a scanner delivers. \param hasNormals false: they are estimated, and face the sensor that
 /// saw their point
 pcl::mrf::Reconstruction reconstruct(const pcl::mrf::scan::Scan& scan, bool hasNormals,

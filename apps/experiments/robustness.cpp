@@ -53,7 +53,7 @@ json check(const RandomScan& random, Execution& execution)
   return {{"faults", faultsOf(result, execution)},     {"triangles", statistics.triangles},
           {"components", statistics.components},       {"closed", statistics.closed()},
           {"meanQuality", statistics.meanQuality},     {"minQuality", statistics.minQuality},
-          {"regularShare", statistics.regularShare()}, {"refused", result.report.refusedOperations}};
+          {"regularShare", statistics.regularShare()}, {"refused", result.report.remesher.refusedOperations}};
 }
 
 /// Of the scans of one kind of object.

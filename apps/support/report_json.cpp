@@ -107,7 +107,7 @@ Json toJson(const PointCounts& points)
           {"used", points.used}};
 }
 
-Json toJson(const OrientationResult& orientation)
+Json toJson(const OrientationSummary& orientation)
 {
   return {{"components", orientation.components},
           {"componentsAtCreases", orientation.componentsAtCreases},
@@ -223,10 +223,10 @@ Json toJson(const Report& report)
             {"areaDropped", report.trimming.areaDropped},
             {"largestHole", report.trimming.largestHole}}},
           {"remesher",
-           {{"splits", report.splits},
-            {"collapses", report.collapses},
-            {"flips", report.flips},
-            {"refusedOperations", report.refusedOperations}}},
+           {{"splits", report.remesher.splits},
+            {"collapses", report.remesher.collapses},
+            {"flips", report.remesher.flips},
+            {"refusedOperations", report.remesher.refusedOperations}}},
           {"intersectingTriangles",
            {{"beforeRemeshing", report.intersectingBeforeRemeshing}, {"mesh", report.intersecting}}},
           {"meshBeforeRemeshing", toJson(report.meshBeforeRemeshing)},

@@ -43,7 +43,10 @@ void append(pcl::mrf::PointSet& points, const Eigen::Vector3f& position, const E
 /// Appends all points of `more`.
 void append(pcl::mrf::PointSet& points, const pcl::mrf::PointSet& more);
 
-/// What `reconstruct` makes of a cloud with normals, gathered first.
+/// As a cloud comes, without sensors.
+pcl::mrf::RawCloud raw(std::vector<Eigen::Vector3f> positions, std::vector<Eigen::Vector3f> normals = {});
+
+/// What `reconstruct` makes of a cloud with normals.
 pcl::mrf::Reconstruction reconstruct(const pcl::mrf::PointSet& cloud, const pcl::mrf::Options& options = {},
                                      int threads = 1);
 

@@ -222,14 +222,14 @@ protected:
   std::string getClassName() const override { return "MRFReconstruction"; }
 
 private:
-  /// Gathers the cloud and runs the stages into result_ and attributes_. \throw mrf::Error
+  /// Gathers the cloud and runs the stages into result_. \throw mrf::Error
   void gatherAndRun();
   /// The same, and `fill` with what is there then. Whatever is thrown is logged once and kept in the report, with
   /// nothing left of the result, and `clear` called.
   template <typename Fill, typename Clear>
   void run(const Fill& fill, const Clear& clear);
-  void checkViews() const;
-  void interpolateAttributes(const mrf::NeighborSearch& search, mrf::Execution& execution);
+  void checkInput();
+  mrf::RawCloud rawCloud() const;
   static void log(const mrf::Report& report) noexcept;
   bool isColored() const;
   bool isIntense() const;
@@ -250,7 +250,6 @@ private:
   bool throwing_ = false;
   bool keepResult_ = false;
   mrf::Reconstruction result_;
-  std::vector<float> attributes_; ///< color or intensity per vertex of the mesh, channel by channel; empty: none
 };
 
 } // namespace pcl

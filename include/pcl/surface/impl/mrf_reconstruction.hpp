@@ -152,15 +152,15 @@ struct Attributes {
   static constexpr bool hasIntensity = traits::has_intensity<PointNT>::value;
   static constexpr int channels = hasRgb ? 3 : hasIntensity ? 1 : 0;
 
-  static void append(const PointNT& point, std::vector<float>& values)
+  static void read(const PointNT& point, float* values)
   {
     if constexpr (hasRgb) {
       std::uint32_t packed;
       std::memcpy(&packed, reinterpret_cast<const char*>(&point) + rgbOffset(), sizeof(packed));
       for (const unsigned shift : {16u, 8u, 0u})
-        values.push_back(static_cast<float>(packed >> shift & 0xff));
+        *values++ = static_cast<float>(packed >> shift & 0xff);
     } else if constexpr (hasIntensity)
-      values.push_back(point.intensity);
+      *values = point.intensity;
     else
       static_cast<void>(point), static_cast<void>(values);
   }
@@ -240,15 +240,36 @@ MRFReconstruction<PointNT>::MRFReconstruction()
 }
 
 template <typename PointNT>
-void MRFReconstruction<PointNT>::gatherAndRun()
+mrf::RawCloud MRFReconstruction<PointNT>::rawCloud() const
 {
-  result_.report.options = options_;
-  mrf::validate(options_);
+  using Attributes = mrf::detail::Attributes<PointNT>;
   constexpr bool hasNormals = traits::has_normal<PointNT>::value;
-  const mrf::NormalSource source = options_.normals.source;
-  if (!hasNormals && (source == mrf::NormalSource::use || source == mrf::NormalSource::reference))
-    throw mrf::InvalidOption("normals.source = use or reference needs a point type with normals; estimate them, or "
-                             "use pcl::PointNormal");
+  mrf::RawCloud cloud;
+  cloud.positions.reserve(indices_->size());
+  cloud.normals.reserve(hasNormals ? indices_->size() : 0);
+  cloud.views.reserve(views_.empty() ? 0 : indices_->size());
+  for (const auto index : *indices_) {
+    const PointNT& point = (*input_)[static_cast<std::size_t>(index)];
+    cloud.positions.push_back(mrf::detail::positionOf(point));
+    if constexpr (hasNormals)
+      cloud.normals.emplace_back(point.normal_x, point.normal_y, point.normal_z);
+    if (!views_.empty())
+      cloud.views.push_back(views_[static_cast<std::size_t>(index)]);
+  }
+  if (!options_.confidenceField.empty())
+    cloud.confidences = mrf::detail::readField(*input_, *indices_, options_.confidenceField);
+  cloud.sensors = sensors_;
+  cloud.sensorOrigin = mrf::detail::sensorOriginOf(*input_);
+  cloud.attributes.channels = Attributes::channels;
+  cloud.attributes.read = [this](std::size_t point, float* values) {
+    Attributes::read((*input_)[static_cast<std::size_t>((*indices_)[point])], values);
+  };
+  return cloud;
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::checkInput()
+{
   if (!input_ || input_->empty())
     throw mrf::InvalidInput("the input cloud is missing or empty; call setInputCloud with a cloud that has points");
   if (!this->initCompute())
@@ -259,75 +280,25 @@ void MRFReconstruction<PointNT>::gatherAndRun()
     if (index < 0 || static_cast<std::size_t>(index) >= input_->size())
       throw mrf::InvalidInput("index " + std::to_string(index) + " is outside the cloud of " +
                               std::to_string(input_->size()) + " points");
-  checkViews();
+  if (!views_.empty() && views_.size() != input_->size())
+    throw mrf::InvalidInput("there are " + std::to_string(views_.size()) + " views for " +
+                            std::to_string(input_->size()) +
+                            " points; setSensorPositions wants one per point of the cloud");
+}
 
-  std::vector<Eigen::Vector3f> positions, normals;
-  std::vector<std::int32_t> views;
-  positions.reserve(indices_->size());
-  if (hasNormals && source != mrf::NormalSource::estimate)
-    normals.reserve(indices_->size());
-  if (!views_.empty())
-    views.reserve(indices_->size());
-  for (const auto index : *indices_) {
-    const PointNT& point = (*input_)[static_cast<std::size_t>(index)];
-    positions.push_back(mrf::detail::positionOf(point));
-    if constexpr (hasNormals)
-      if (source != mrf::NormalSource::estimate)
-        normals.emplace_back(point.normal_x, point.normal_y, point.normal_z);
-    if (!views_.empty())
-      views.push_back(views_[static_cast<std::size_t>(index)]);
-  }
-  std::vector<float> confidences;
-  if (!options_.confidenceField.empty())
-    confidences = mrf::detail::readField(*input_, *indices_, options_.confidenceField);
-
-  const bool normalsNeeded = source == mrf::NormalSource::automatic || source == mrf::NormalSource::use;
-  mrf::PointCounts counts;
+template <typename PointNT>
+void MRFReconstruction<PointNT>::gatherAndRun()
+{
+  result_.report.options = options_;
+  mrf::validate(options_);
+  checkInput();
   mrf::Execution execution(options_.threads, callback_);
-  std::vector<Eigen::Vector3d> sensors = sensors_;
-  if (const auto origin = mrf::detail::sensorOriginOf(*input_);
-      origin && sensors.empty() && options_.orientation.sensorOrigin)
-    sensors.push_back(*origin);
-  mrf::PointSet points = mrf::gather(positions, normals, confidences, views, sensors, normalsNeeded, counts, execution);
-  points.hasSensorOrigin = sensors.size() > sensors_.size();
-  // Millions of points need the room; {} would keep it.
-  positions = std::vector<Eigen::Vector3f>();
-  normals = std::vector<Eigen::Vector3f>();
   std::unique_ptr<mrf::NeighborSearch> search;
   if (tree_)
     search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_, input_);
   else
     search = mrf::makePointBins();
-  mrf::reconstruct(std::move(points), counts, options_, *search, execution, result_);
-  interpolateAttributes(*search, execution);
-}
-
-template <typename PointNT>
-void MRFReconstruction<PointNT>::checkViews() const
-{
-  if (views_.empty())
-    return;
-  if (views_.size() != input_->size())
-    throw mrf::InvalidInput("there are " + std::to_string(views_.size()) + " views for " +
-                            std::to_string(input_->size()) +
-                            " points; setSensorPositions wants one per point of the cloud");
-  for (const std::int32_t view : views_)
-    if (view < 0 || static_cast<std::size_t>(view) >= sensors_.size())
-      throw mrf::InvalidInput("view " + std::to_string(view) + " has no sensor; there are " +
-                              std::to_string(sensors_.size()) + " sensor positions");
-}
-
-template <typename PointNT>
-void MRFReconstruction<PointNT>::interpolateAttributes(const mrf::NeighborSearch& search, mrf::Execution& execution)
-{
-  attributes_.clear();
-  if (mrf::detail::Attributes<PointNT>::channels == 0 || options_.colors != mrf::ColorMode::input)
-    return;
-  std::vector<float> values;
-  for (const std::uint32_t origin : result_.points.origins)
-    mrf::detail::Attributes<PointNT>::append((*input_)[static_cast<std::size_t>((*indices_)[origin])], values);
-  attributes_ = mrf::interpolateAttributes(result_.mesh.vertices, search, values,
-                                           mrf::detail::Attributes<PointNT>::channels, execution);
+  mrf::reconstruct(rawCloud(), options_, *search, execution, result_);
 }
 
 template <typename PointNT>
@@ -349,7 +320,6 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
   std::exception_ptr error;
   try {
     result_ = mrf::Reconstruction();
-    attributes_.clear();
     clear();
     gatherAndRun();
     if (!keepResult_)
@@ -362,7 +332,6 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
     mrf::Report report = std::move(result_.report);
     result_ = mrf::Reconstruction();
     result_.report = std::move(report);
-    attributes_ = decltype(attributes_)();
     mrf::setFailure(error, result_.report);
     try {
       clear();
@@ -389,7 +358,7 @@ void MRFReconstruction<PointNT>::releaseResult()
 {
   releaseFieldAndPoints();
   result_.mesh = mrf::TriangleMesh();
-  attributes_ = decltype(attributes_)();
+  result_.attributes = std::vector<float>();
 }
 
 template <typename PointNT>
@@ -466,6 +435,7 @@ template <typename PointNT>
 void MRFReconstruction<PointNT>::write(pcl::PolygonMesh& output) const
 {
   const mrf::TriangleMesh& mesh = result_.mesh;
+  const std::vector<mrf::Rgb> colors = mrf::vertexColors(result_);
   pcl::PCLPointCloud2& cloud = output.cloud;
   cloud.width = static_cast<std::uint32_t>(mesh.vertices.size());
   cloud.row_step = cloud.point_step * cloud.width;
@@ -475,14 +445,11 @@ void MRFReconstruction<PointNT>::write(pcl::PolygonMesh& output) const
     const Eigen::Vector3f& normal = mesh.normals[v];
     std::array<float, 8> values = {position.x(), position.y(), position.z(),        normal.x(),
                                    normal.y(),   normal.z(),   mesh.confidences[v], 0};
-    if (isColored()) {
-      mrf::Rgb rgb = mrf::confidenceColor(mesh.confidences[v]);
-      if (options_.colors == mrf::ColorMode::input)
-        rgb = mrf::toRgb(&attributes_[3 * v]);
-      const std::uint32_t packed = mrf::detail::packRgb(rgb);
+    if (!colors.empty()) {
+      const std::uint32_t packed = mrf::detail::packRgb(colors[v]);
       std::memcpy(&values[7], &packed, sizeof(packed));
-    } else if (isIntense())
-      values[7] = attributes_[v];
+    } else if (result_.channels == 1)
+      values[7] = result_.attributes[v];
     std::memcpy(cloud.data.data() + v * cloud.point_step, values.data(), cloud.point_step);
   }
   writePolygons(output.polygons);
@@ -493,6 +460,7 @@ void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vert
 {
   using Attributes = mrf::detail::Attributes<PointNT>;
   const mrf::TriangleMesh& mesh = result_.mesh;
+  const std::vector<mrf::Rgb> colors = Attributes::hasRgb ? mrf::vertexColors(result_) : std::vector<mrf::Rgb>();
   points.resize(mesh.vertices.size());
   points.is_dense = true;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
@@ -506,13 +474,11 @@ void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vert
     if constexpr (traits::has_field<PointNT, fields::confidence>::value)
       point.confidence = mesh.confidences[v];
     if constexpr (Attributes::hasRgb) {
-      if (options_.colors != mrf::ColorMode::none)
-        Attributes::setColor(point, options_.colors == mrf::ColorMode::input
-                                        ? mrf::toRgb(&attributes_[3 * v])
-                                        : mrf::confidenceColor(mesh.confidences[v]));
+      if (!colors.empty())
+        Attributes::setColor(point, colors[v]);
     } else if constexpr (Attributes::hasIntensity)
-      if (!attributes_.empty())
-        point.intensity = attributes_[v];
+      if (result_.channels == 1)
+        point.intensity = result_.attributes[v];
   }
   writePolygons(polygons);
 }

@@ -11,9 +11,10 @@
 namespace pcl {
 namespace mrf {
 
-/// How a reconstruction ended. Anything but `ok` comes with a message that names the value and the remedy.
+/// How a reconstruction ended, if there was one. What went wrong comes with a message that names the value and the
+/// remedy.
 /// internalError: an exception that is not the module's own, such as one of a callback or a search object of the user.
-enum class Status { ok, invalidInput, invalidOption, resourceLimit, solverFailure, cancelled, internalError };
+enum class Status { notRun, ok, invalidInput, invalidOption, resourceLimit, solverFailure, cancelled, internalError };
 
 /// \return the status as a word for reports: "ok", "invalid input", ...
 PCL_MRF_EXPORT const char* toString(Status status);

@@ -34,10 +34,8 @@ PCL_MRF_EXPORT float resolvedNeighborDistance(const OrientationOptions& options,
 /// \throw InvalidOption naming the first field that is out of range
 PCL_MRF_EXPORT void validate(const OrientationOptions& options);
 
-/// How the sign of a component was decided.
-struct OrientationResult {
-  std::vector<Eigen::Vector3f> normals; ///< consistently oriented, unit; one per point
-  std::vector<std::uint8_t> keep;       ///< 0 for points of small components
+/// How the signs of the components were decided.
+struct OrientationSummary {
   std::int64_t components = 0;          ///< after joining, before dropping
   std::int64_t componentsAtCreases = 0; ///< as the angle criterion alone cuts them
   std::int64_t componentsDropped = 0;
@@ -51,6 +49,13 @@ struct OrientationResult {
   double openShare = 0; ///< without sensor or reference: share of the surface in components that enclose no volume
   /// The surface is open, and nothing tells which side of it is the outside: the side that was taken is a guess.
   bool sideIsGuessed = false;
+};
+
+struct OrientationResult : OrientationSummary {
+  std::vector<Eigen::Vector3f> normals; ///< consistently oriented, unit; one per point
+  std::vector<std::uint8_t> keep;       ///< 0 for points of small components
+
+  const OrientationSummary& summary() const { return *this; }
 };
 
 /// Which votes decide the sign of a component.

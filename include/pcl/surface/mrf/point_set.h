@@ -24,6 +24,7 @@ struct PointSet {
   std::vector<std::uint32_t> origins;   ///< index of each point in the cloud it came from
   std::vector<Eigen::Vector3f> sensors; ///< sensor positions, in the same recentered frame; empty: unknown
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to a position to be back in the cloud's frame
+  float resolution = 0;            ///< steps of the largest coordinate as it came in single precision, cloud's unit
   bool hasSensorOrigin = false;    ///< the one sensor is the cloud's own origin, which nobody gave explicitly
   bool hadOnlyZeroNormals = false; ///< the cloud's normals, all zero or not finite, were left out
 

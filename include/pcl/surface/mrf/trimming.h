@@ -52,14 +52,19 @@ PCL_MRF_EXPORT float resolvedMaxHole(const TrimmingOptions& options, float diago
 /// The option, or maxHole, or 24 % of that diagonal: the upper limit.
 PCL_MRF_EXPORT float resolvedMaxGap(const TrimmingOptions& options, float diagonal);
 
-struct TrimResult {
-  TriangleMesh mesh;                        ///< all per-vertex arrays follow
-  std::optional<MeshStatistics> statistics; ///< of the mesh, if they had to be measured to see that all is kept
-  std::int64_t holesFilled = 0;             ///< unsupported pieces that were kept, bays of the rim among them
-  std::int64_t extrapolationsDropped = 0;   ///< unsupported pieces that were dropped
+struct TrimSummary {
+  std::int64_t holesFilled = 0;           ///< unsupported pieces that were kept, bays of the rim among them
+  std::int64_t extrapolationsDropped = 0; ///< unsupported pieces that were dropped
   std::int64_t componentsDropped = 0;
   double areaFilled = 0, areaDropped = 0; ///< cloud's unit squared
   double largestHole = 0;                 ///< diameter of the largest piece that was kept, cloud's unit
+};
+
+struct TrimResult : TrimSummary {
+  TriangleMesh mesh;                        ///< all per-vertex arrays follow
+  std::optional<MeshStatistics> statistics; ///< of the mesh, if they had to be measured to see that all is kept
+
+  const TrimSummary& summary() const { return *this; }
 };
 
 /// Drops surface that no data support.

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace pcl {
@@ -59,14 +60,16 @@ private:
 PCL_MRF_EXPORT void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape,
                                    Execution& execution);
 
+/// Writes the values of a point, by its index. Called from several threads at once.
+using AttributeReader = std::function<void(std::size_t point, float* values)>;
+
 /// Interpolates attributes of the data points at the vertices: mean of the 4 nearest points with weights 1/d², the
 /// nearest one's value where it coincides.
-/// \param attributes `channels` values per data point, point by point, in the order of the search's points
+/// \param read writes `channels` values of one of the search's points
 /// \return `channels` values per vertex
 PCL_MRF_EXPORT std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices,
-                                                        const NeighborSearch& search,
-                                                        const std::vector<float>& attributes, int channels,
-                                                        Execution& execution);
+                                                        const NeighborSearch& search, const AttributeReader& read,
+                                                        int channels, Execution& execution);
 
 /// Interpolated channels 0..255 as a color, rounded. \param channels three values
 PCL_MRF_EXPORT Rgb toRgb(const float* channels);
