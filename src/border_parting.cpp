@@ -28,7 +28,7 @@ void retreat(RemeshedSurface& surface, std::int32_t v)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
   Vector3f sum = Vector3f::Zero();
-  mesh.forNeighbours(v, [&](std::int32_t w) { sum += mesh.positions[w] - mesh.positions[v]; });
+  mesh.forNeighbors(v, [&](std::int32_t w) { sum += mesh.positions[w] - mesh.positions[v]; });
   const Vector3f inwards = sum / static_cast<float>(mesh.valence[v]);
   for (const float share : {.3f, .15f, .05f}) {
     const Vector3f position = mesh.positions[v] + share * inwards;

@@ -69,7 +69,7 @@ private:
       if (corners_.begin[v] < corners_.begin[v + 1])
         vertices.push_back(static_cast<std::int32_t>(v));
     execution.forRange(static_cast<std::int64_t>(vertices.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
-      Neighbours nearest;
+      Neighbors nearest;
       for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
         margins_[at(vertices[n])] = support_.margin(mesh_.vertices[at(vertices[n])], nearest);
     });

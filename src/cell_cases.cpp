@@ -204,7 +204,7 @@ void cutTetrahedron(const CellTable& table, const std::array<int, 4>& corners, i
     (signs >> corner & 1 ? negative : positive).push_back(corner);
   if (negative.empty() || positive.empty())
     return;
-  // Around the polygon, neighbouring vertices lie on edges with a common corner.
+  // Around the polygon, neighboring vertices lie on edges with a common corner.
   Loop polygon;
   for (const int corner : positive)
     polygon.push_back(edgeBetween(table, negative.front(), corner));

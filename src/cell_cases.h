@@ -32,13 +32,13 @@ struct CellTable {
 
 /// Cubes: the loops in which the zero level leaves the cell through its faces, triangulated.
 ///
-/// On a face whose signs alternate the negative corners are separated. Neighbours see the same four signs, hence the
-/// same segments. No triangulation uses a diagonal between two vertices of one face: the neighbour could use it too,
+/// On a face whose signs alternate the negative corners are separated. Neighbors see the same four signs, hence the
+/// same segments. No triangulation uses a diagonal between two vertices of one face: the neighbor could use it too,
 /// and the edge would have four triangles. All loops (3 to 7 vertices) can be triangulated so.
 const CellTable& cubeTable();
 
 /// Tetrahedra: the six that climb from corner 0 to corner 7 along the axes in each of their orders. The pattern repeats
-/// with the lattice, so that neighbours cut a common face along the same diagonal.
+/// with the lattice, so that neighbors cut a common face along the same diagonal.
 const CellTable& tetrahedraTable();
 
 } // namespace mrf

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cholesky.h"
 
-#include "uninitialised.h"
+#include "uninitialized.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -50,7 +50,7 @@ public:
   void assemble(const LinearSystem& system, Execution& execution);
 
   /// \throw SolverFailure if the matrix is not positive definite
-  void factorise(Execution& execution);
+  void factorize(Execution& execution);
 
   /// x = A⁻¹ x, by voxels.
   void solve(std::vector<double>& x, Execution& execution) const;
@@ -77,7 +77,7 @@ private:
     return static_cast<std::int32_t>(std::lower_bound(rows + from, rows + node.rows, place) - rows);
   }
 
-  void factorise(const Supernode& node, const std::vector<Descendant>& descendants, Execution& execution);
+  void factorize(const Supernode& node, const std::vector<Descendant>& descendants, Execution& execution);
   void update(const Supernode& node, const std::vector<Descendant>& descendants, std::int32_t column,
               std::int32_t columns, std::int32_t row, std::int32_t rows, std::vector<double>& product);
 
@@ -87,7 +87,7 @@ private:
   std::vector<std::int32_t> nodeOf_;                           ///< by places
   std::vector<Supernode> nodes_;                               ///< in the order of elimination
   std::vector<std::int32_t> rows_;                             ///< of all supernodes: places, ascending
-  std::vector<double, UninitialisedAllocator<double>> values_; ///< of all supernodes: rows × columns, by columns
+  std::vector<double, UninitializedAllocator<double>> values_; ///< of all supernodes: rows × columns, by columns
   std::vector<std::int32_t> rowAt_;                            ///< by places: row of the supernode at work
 };
 
@@ -129,7 +129,7 @@ Factor::Factor(const GridSize& size, const Coupling& coupling)
   });
 }
 
-/// Voxels that share no neighbour are set to one together; what the system makes of them are columns of its matrix. In
+/// Voxels that share no neighbor are set to one together; what the system makes of them are columns of its matrix. In
 /// double precision: the prior's rows add up to zero.
 void Factor::assemble(const LinearSystem& system, Execution& execution)
 {
@@ -143,8 +143,8 @@ void Factor::assemble(const LinearSystem& system, Execution& execution)
   std::vector<double> ones(count, 0), product(count);
   SystemProduct times(system);
   const int period = 2 * reach_ + 1;
-  const auto forColour = [&](int colour, const auto& body) {
-    const int cx = colour % period, cy = colour / period % period, cz = colour / (period * period);
+  const auto forColor = [&](int color, const auto& body) {
+    const int cx = color % period, cy = color / period % period, cz = color / (period * period);
     execution.forRange((size_.z - cz + period - 1) / period, 1, [&](std::int64_t begin, std::int64_t) {
       const int z = cz + period * static_cast<int>(begin);
       for (int y = cy; y < size_.y; y += period)
@@ -152,14 +152,14 @@ void Factor::assemble(const LinearSystem& system, Execution& execution)
           body(x, y, z);
     });
   };
-  const auto setOnes = [&](int colour, int value) {
-    forColour(colour, [&](int x, int y, int z) { ones[static_cast<std::size_t>(size_.index(x, y, z))] = value; });
+  const auto setOnes = [&](int color, int value) {
+    forColor(color, [&](int x, int y, int z) { ones[static_cast<std::size_t>(size_.index(x, y, z))] = value; });
   };
-  for (int colour = 0; colour < period * period * period; ++colour) {
-    setOnes(colour, 1);
+  for (int color = 0; color < period * period * period; ++color) {
+    setOnes(color, 1);
     times.apply(ones, product, execution);
-    setOnes(colour, 0);
-    forColour(colour, [&](int x, int y, int z) {
+    setOnes(color, 0);
+    forColor(color, [&](int x, int y, int z) {
       const std::int32_t column = placeOf_[static_cast<std::size_t>(size_.index(x, y, z))];
       const Supernode& node = nodes_[static_cast<std::size_t>(nodeOf_[static_cast<std::size_t>(column)])];
       for (int c = std::max(z - reach_, 0); c <= std::min(z + reach_, size_.z - 1); ++c)
@@ -206,7 +206,7 @@ void Factor::update(const Supernode& node, const std::vector<Descendant>& descen
   }
 }
 
-void Factor::factorise(const Supernode& node, const std::vector<Descendant>& descendants, Execution& execution)
+void Factor::factorize(const Supernode& node, const std::vector<Descendant>& descendants, Execution& execution)
 {
   double depth = 0; // products per entry
   for (const Descendant& descendant : descendants)
@@ -243,7 +243,7 @@ void Factor::factorise(const Supernode& node, const std::vector<Descendant>& des
   }
 }
 
-void Factor::factorise(Execution& execution)
+void Factor::factorize(Execution& execution)
 {
   const auto work = [](const Supernode& node) { return static_cast<double>(node.columns) * node.rows * node.rows; };
   double done = 0, total = 0;
@@ -265,7 +265,7 @@ void Factor::factorise(Execution& execution)
     const std::vector<Descendant> descendants = std::move(waiting[n]);
     for (std::int32_t row = 0; row < node.rows; ++row)
       rowAt_[static_cast<std::size_t>(rowsOf(node)[row])] = row;
-    factorise(node, descendants, execution);
+    factorize(node, descendants, execution);
     for (const Descendant& descendant : descendants)
       wait(descendant.node, descendant.end);
     wait(static_cast<std::int32_t>(n), node.columns);
@@ -336,7 +336,7 @@ SolveReport solveCholesky(const LinearSystem& system, const SolverOptions& optio
   requireFactorFits(size, system.prior.prior, pointwise, options);
   Factor factor(size, couplingOf(system.prior.prior, pointwise));
   factor.assemble(system, execution);
-  factor.factorise(execution);
+  factor.factorize(execution);
   d = system.rightHandSide;
   factor.solve(d, execution);
 

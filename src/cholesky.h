@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Sparse Cholesky factorisation (paper Sec. 3.4).
+/// \brief Sparse Cholesky factorization (paper Sec. 3.4).
 #pragma once
 
 #include "linear_system.h"
@@ -19,10 +19,10 @@ void requireFactorFits(const GridSize& size, Prior prior, bool pointwise, const 
 /// Bytes per voxel besides the factor: places, the right-hand side, and vectors to find the entries with.
 constexpr double choleskyBytesPerVoxel = 36;
 
-/// Factorises the system in double precision and solves it; the guess in d is not used.
+/// Factorizes the system in double precision and solves it; the guess in d is not used.
 ///
 /// The voxels are ordered by nested dissection of the grid, so that the factor's structure follows from the grid alone:
-/// its size and the work are known beforehand. Supernodes are factorised one after the other, their dense blocks in
+/// its size and the work are known beforehand. Supernodes are factorized one after the other, their dense blocks in
 /// pieces between which the run can be cancelled. Measured on 32³ voxels, k = 1, 2, 3: 1.5, 1.2 and 1.2 times the
 /// numbers that METIS's ordering leaves (the corners' share is what counts), known without its second of analysis.
 /// \throw ResourceLimit if the factor would exceed SolverOptions::maxFactorBytes

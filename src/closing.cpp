@@ -13,9 +13,9 @@ namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-/// Calls visit(neighbour) for the ends of all edges of a vertex; inner edges come twice.
+/// Calls visit(neighbor) for the ends of all edges of a vertex; inner edges come twice.
 template <typename Visit>
-void forNeighbours(const TriangleMesh& mesh, const VertexCorners& corners, std::int32_t vertex, const Visit& visit)
+void forNeighbors(const TriangleMesh& mesh, const VertexCorners& corners, std::int32_t vertex, const Visit& visit)
 {
   for (std::int32_t c = corners.begin[at(vertex)]; c < corners.begin[at(vertex) + 1]; ++c) {
     const std::int32_t corner = corners.corners[at(c)];
@@ -54,7 +54,7 @@ public:
       const std::int32_t from = entry.second;
       if (entry.first > distances_[at(from)])
         continue;
-      forNeighbours(mesh, corners, from, [&](std::int32_t to) {
+      forNeighbors(mesh, corners, from, [&](std::int32_t to) {
         if (reach(to, entry.first + step(from, to)))
           arrive(from, to);
       });
@@ -93,7 +93,7 @@ std::vector<std::uint8_t> close(const TriangleMesh& mesh, const VertexCorners& s
         erosion.reach(v, 1 - dilation.distance(v));
     } else {
       bool isNext = false;
-      forNeighbours(mesh, sheet, v, [&](std::int32_t w) { isNext = isNext || dilation.hasReached(w); });
+      forNeighbors(mesh, sheet, v, [&](std::int32_t w) { isNext = isNext || dilation.hasReached(w); });
       if (isNext)
         erosion.reach(v, 0);
     }

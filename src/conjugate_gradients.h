@@ -8,7 +8,7 @@
 namespace pcl {
 namespace mrf {
 
-/// Minimises the energy along conjugate directions without a preconditioner. The energy is quadratic, so the line
+/// Minimizes the energy along conjugate directions without a preconditioner. The energy is quadratic, so the line
 /// search is exact and the method is linear conjugate gradients. Stops on SolverOptions::residualTolerance.
 SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
                                     Execution& execution);

@@ -61,7 +61,7 @@ public:
     std::vector<std::atomic<std::uint32_t>> result(parents_.size());
     constexpr std::int64_t grain = 1 << 14;
     execution.forRange(static_cast<std::int64_t>(parents_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-      // Neighbours in memory tend to be in one set, so that few sums meet.
+      // Neighbors in memory tend to be in one set, so that few sums meet.
       std::uint32_t root = find(static_cast<std::uint32_t>(begin)), number = 0;
       for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
         const std::uint32_t own = find(i);

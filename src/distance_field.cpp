@@ -261,7 +261,7 @@ float DistanceField::storedSample(const Eigen::Vector3f& position, Eigen::Vector
 {
   const GridSize size = stored_.size;
   const Cell cell(stored_, position);
-  // The cell's voxels and their neighbours, as far as they are in the lattice: [lower, upper) along each axis.
+  // The cell's voxels and their neighbors, as far as they are in the lattice: [lower, upper) along each axis.
   constexpr int side = 4;
   std::array<float, side * side * side> around{};
   const int lower = std::max(cell.i - 1, 0), upper = std::min(cell.i + 3, size.x);

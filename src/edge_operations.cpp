@@ -98,7 +98,7 @@ bool mergedFits(const RemeshedSurface& surface, std::int32_t h, const Corner& me
   const float longest = squared(4 * surface.targetEdge / 3);
   bool fits = true;
   for (const std::int32_t end : {mesh.origin[h], mesh.target(h)}) {
-    mesh.forNeighbours(end, [&](std::int32_t w) {
+    mesh.forNeighbors(end, [&](std::int32_t w) {
       // Edges that are too long already must not keep a needle's short one from going.
       const float former = 1.21f * (mesh.positions[w] - mesh.positions[end]).squaredNorm();
       fits = fits && (mesh.positions[w] - merged.position).squaredNorm() <= std::max(longest, former);

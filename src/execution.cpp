@@ -23,6 +23,8 @@ constexpr double largestReport = .95;
 const char* toString(Status status)
 {
   switch (status) {
+  case Status::notRun:
+    return "not run";
   case Status::ok:
     return "ok";
   case Status::invalidInput:

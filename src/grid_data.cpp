@@ -36,7 +36,7 @@ struct CellValues {
   Lanes lower, upper;
 };
 
-/// Two edges of a cell, each of two voxels that are neighbours along x, as if they were doubles: an edge is then loaded
+/// Two edges of a cell, each of two voxels that are neighbors along x, as if they were doubles: an edge is then loaded
 /// and stored at once.
 using Edges = double __attribute__((vector_size(16)));
 
@@ -302,7 +302,7 @@ public:
         float sum = 0;
         for (const std::array<float, 8>& column : block->columns)
           sum += std::abs(column[corner]);
-        // GCC 12 miscompiles (corner < 4 ? y : yAbove)[...] += sum under its undefined-behaviour sanitizer.
+        // GCC 12 miscompiles (corner < 4 ? y : yAbove)[...] += sum under its undefined-behavior sanitizer.
         float* const plane = corner < 4 ? y : yAbove;
         plane[block->at + static_cast<std::int64_t>(corner & 1) +
               static_cast<std::int64_t>(corner >> 1 & 1) * stride_] += sum;

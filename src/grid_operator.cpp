@@ -163,7 +163,7 @@ void GridOperator::smooth(Sweep sweep, int degree, std::vector<SweepScratch>& sc
     }
     sweep.first = n * each + 1;
     sweep.last = std::min(degree, sweep.first + each - 1);
-    // Slabs read planes of their neighbours, so a sweep never writes the array it reads.
+    // Slabs read planes of their neighbors, so a sweep never writes the array it reads.
     sweep.out = (sweeps - 1 - n) % 2 == 0 ? out : iterate_.data();
     sweep.directionOut = isLast ? nullptr : directions_[static_cast<std::size_t>(n % 2)].data();
     sweep.product = isLast ? product : nullptr;
@@ -330,7 +330,7 @@ public:
 private:
   static float gain(int i) { return static_cast<float>(8 * i - 4) / static_cast<float>(2 * i + 1); }
 
-  /// Neighbours of the voxels in their graph; none where the iterate is known all around.
+  /// Neighbors of the voxels in their graph; none where the iterate is known all around.
   const float* degreesOf(int z) const
   {
     return &support_ == &unknowns_ && !system_.degrees_.empty() ? system_.degrees_.data() + unknowns_.planeFirst(z)

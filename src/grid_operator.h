@@ -78,7 +78,7 @@ struct Sweep {
   bool isForCoarser = false; ///< the product goes to restrictTo
 };
 
-/// A = P + C on a grid, P = L^k of the grid's own graph: missing neighbours are dropped.
+/// A = P + C on a grid, P = L^k of the grid's own graph: missing neighbors are dropped.
 ///
 /// The smoother is a Chebyshev polynomial of the 4th kind in D⁻¹A, D = 12^k + the row sums of |C|, so that no
 /// eigenvalue exceeds 1: z₁ = 4/3 D⁻¹r, z_i = (2i−3)/(2i+1) z_{i−1} + (8i−4)/(2i+1) D⁻¹r_i. All steps go over the
@@ -129,7 +129,7 @@ private:
   float tension_; ///< weight of L beside L^k
   float unobserved_ = 0;
   PackedValues inverseD_;
-  PackedValues degrees_;                   ///< empty: six neighbours everywhere
+  PackedValues degrees_;                   ///< empty: six neighbors everywhere
   PackedValues shares_;                    ///< of whole levels: 1 over what there is of the weights of coarse voxels
   PackedValues iterate_;                   ///< between sweeps, where one does not do
   std::array<PackedValues, 2> directions_; ///< likewise

@@ -35,7 +35,7 @@ int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole);
 /// values outside.
 ///
 /// The correction solves (L_B^k + C) e = b − (L^k + C) d, L_B being the Laplacian of the band's own graph, missing
-/// neighbours dropped: the change of the surface is carried on across the band, as in the whole space, and coarser
+/// neighbors dropped: the change of the surface is carried on across the band, as in the whole space, and coarser
 /// bands see the same.
 ///
 /// What was measured instead, on three scans: with zeros around the band its width decides what shifts the surface;

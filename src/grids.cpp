@@ -17,7 +17,7 @@ constexpr std::int64_t fewVoxels = 100;
 /// with cost its solver a third more steps.
 constexpr float halfCell = .5f;
 
-/// What a sample keeps from the outermost voxel centres of a coarser lattice: beyond them a cell would miss voxels.
+/// What a sample keeps from the outermost voxel centers of a coarser lattice: beyond them a cell would miss voxels.
 constexpr float fromBorder = 1e-3f;
 
 /// Weights of a level's observed voxels, packed. \param targets likewise
@@ -193,9 +193,9 @@ std::vector<SolverGrid> bandGrids(const std::vector<Lattice>& lattices, std::siz
                      return VoxelSet(
                          size,
                          [&](int z, MaskPlane& mask) {
-                           parents.rasterise(z, mask);
+                           parents.rasterize(z, mask);
                            if (observation.samples)
-                             observed.rasterise(z, mask);
+                             observed.rasterize(z, mask);
                          },
                          size.x - 1, execution);
                    });

@@ -101,7 +101,7 @@ void HalfEdgeMesh::turnToStart(std::int32_t vertex, std::int32_t h)
 bool HalfEdgeMesh::adjacent(std::int32_t v, std::int32_t w) const
 {
   bool found = false;
-  forNeighbours(v, [&](std::int32_t neighbour) { found = found || neighbour == w; });
+  forNeighbors(v, [&](std::int32_t neighbor) { found = found || neighbor == w; });
   return found;
 }
 
@@ -153,23 +153,23 @@ bool HalfEdgeMesh::mayCollapse(std::int32_t h) const
     return false;
   if (valence[a] <= 3 && valence[b] <= 3)
     return false; // a tetrahedron, or a disc of which a single triangle would remain
-  return commonNeighbours(a, b) == 2;
+  return commonNeighbors(a, b) == 2;
 }
 
-int HalfEdgeMesh::commonNeighbours(std::int32_t v, std::int32_t w) const
+int HalfEdgeMesh::commonNeighbors(std::int32_t v, std::int32_t w) const
 {
   std::array<std::int32_t, 16> around; // of v: it is gone around once, unless there are more
   std::size_t count = 0;
-  forNeighbours(v, [&](std::int32_t neighbour) {
+  forNeighbors(v, [&](std::int32_t neighbor) {
     if (count < around.size())
-      around[count] = neighbour;
+      around[count] = neighbor;
     ++count;
   });
   int common = 0;
-  forNeighbours(w, [&](std::int32_t neighbour) {
+  forNeighbors(w, [&](std::int32_t neighbor) {
     const bool isCommon = count <= around.size()
-                              ? std::find(around.begin(), around.begin() + count, neighbour) != around.begin() + count
-                              : adjacent(v, neighbour);
+                              ? std::find(around.begin(), around.begin() + count, neighbor) != around.begin() + count
+                              : adjacent(v, neighbor);
     common += isCommon ? 1 : 0;
   });
   return common;
@@ -212,7 +212,7 @@ void HalfEdgeMesh::collapse(std::int32_t h)
 bool HalfEdgeMesh::mayCollapseBorder(std::int32_t h) const
 {
   const bool isLone = twin[next(h)] < 0 && twin[previous(h)] < 0;
-  return !isLone && commonNeighbours(origin[h], target(h)) == 1;
+  return !isLone && commonNeighbors(origin[h], target(h)) == 1;
 }
 
 void HalfEdgeMesh::collapseBorder(std::int32_t h)

@@ -67,7 +67,7 @@ struct HalfEdgeMesh {
 
   /// Calls body(w) for the vertices joined to a vertex by an edge, counter-clockwise.
   template <typename Body>
-  void forNeighbours(std::int32_t vertex, const Body& body) const
+  void forNeighbors(std::int32_t vertex, const Body& body) const
   {
     std::int32_t last = -1;
     forOutgoing(vertex, [&](std::int32_t h) {
@@ -113,7 +113,7 @@ struct HalfEdgeMesh {
   TriangleMesh toTriangles() const;
 
 private:
-  int commonNeighbours(std::int32_t v, std::int32_t w) const;
+  int commonNeighbors(std::int32_t v, std::int32_t w) const;
   void link(std::int32_t g, std::int32_t h);
   void replaceOutgoing(std::int32_t vertex, std::int32_t former, std::int32_t h);
   void turnToStart(std::int32_t vertex, std::int32_t h);

@@ -44,7 +44,7 @@ void NearestPoints::find(const std::vector<std::int32_t>& vertices)
       missing.push_back(v);
     }
   execution_.forRange(static_cast<std::int64_t>(missing.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours nearest;
+    Neighbors nearest;
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
       const std::size_t v = at(missing[n]);
       const bool isFound = search_.nearest(mesh_.vertices[v], 1, nearest) > 0;
@@ -65,7 +65,7 @@ float NearestPoints::squaredDistance(std::int32_t vertex) const
 }
 
 HoleFinder::HoleFinder(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported,
-                       const std::vector<double>& areas, const OrientedPoints& points, const NeighbourSearch& search,
+                       const std::vector<double>& areas, const OrientedPoints& points, const NeighborSearch& search,
                        Execution& execution)
     : mesh_(mesh), supported_(supported), areas_(areas), points_(points), execution_(execution),
       nearest_(mesh, search, execution)
@@ -187,7 +187,7 @@ void HoleFinder::findRegions()
         region.touchesBoundary = region.touchesBoundary || edge.sides() == 1;
         if (edge.sides() == 1)
           isOnBoundary_[at(v)] = 1;
-        region.hasSupportedNeighbour = region.hasSupportedNeighbour || anySupported;
+        region.hasSupportedNeighbor = region.hasSupportedNeighbor || anySupported;
       }
     }
   }

@@ -6,7 +6,7 @@
 #include "closing.h"
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 #include <pcl/surface/mrf/trimming.h>
@@ -30,7 +30,7 @@ struct FillingLimits {
 /// The nearest data points of vertices, each searched for once.
 class NearestPoints {
 public:
-  NearestPoints(const TriangleMesh& mesh, const NeighbourSearch& search, Execution& execution)
+  NearestPoints(const TriangleMesh& mesh, const NeighborSearch& search, Execution& execution)
       : mesh_(mesh), search_(search), execution_(execution)
   {}
 
@@ -43,7 +43,7 @@ public:
 
 private:
   const TriangleMesh& mesh_;
-  const NeighbourSearch& search_;
+  const NeighborSearch& search_;
   Execution& execution_;
   std::vector<float> squared_; ///< by vertex; empty until the first search
   std::vector<std::int32_t> points_;
@@ -54,7 +54,7 @@ class HoleFinder {
 public:
   /// \param supported triangles that data support \pre the arguments outlive this
   HoleFinder(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
-             const OrientedPoints& points, const NeighbourSearch& search, Execution& execution);
+             const OrientedPoints& points, const NeighborSearch& search, Execution& execution);
 
   /// Flags of the supported triangles and of those that fill a hole or a gap.
   std::vector<std::uint8_t> keepFillings(const FillingLimits& limits);
@@ -66,11 +66,11 @@ private:
   /// An edge-connected set of unsupported triangles.
   struct Region {
     bool touchesBoundary = false;
-    bool hasSupportedNeighbour = false;
+    bool hasSupportedNeighbor = false;
     double area = 0;
     float squaredReach = 0; ///< largest squared distance of a vertex to the nearest data point
 
-    bool isBounded() const { return hasSupportedNeighbour && !touchesBoundary; }
+    bool isBounded() const { return hasSupportedNeighbor && !touchesBoundary; }
     double diameter() const { return 2 * std::sqrt(static_cast<double>(squaredReach)); }
     bool fits(double limit) const { return isBounded() && diameter() <= limit; }
   };

@@ -36,7 +36,7 @@ InstructionSet widestInstructionSet(const std::string& limit)
   return limit == "avx2" ? std::min(widest, InstructionSet::avx2) : widest;
 }
 
-// Until this is initialised it is zero, the baseline.
+// Until this is initialized it is zero, the baseline.
 InstructionSet instructionSetInUse = ofEnvironment();
 
 void setInstructionSet(InstructionSet set)

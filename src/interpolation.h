@@ -16,8 +16,8 @@ namespace mrf {
 /// its parent, along one axis.
 constexpr std::array<float, 4> cubicWeights = {-7.f / 128, 105.f / 128, 35.f / 128, -5.f / 128};
 
-/// Tensor-product cubic interpolation at the centres of the finer voxels, a quarter of a coarse voxel off the coarse
-/// centres: weights cubicWeights, exact for cubic polynomials away from the border, clamped at it.
+/// Tensor-product cubic interpolation at the centers of the finer voxels, a quarter of a coarse voxel off the coarse
+/// centers: weights cubicWeights, exact for cubic polynomials away from the border, clamped at it.
 /// \pre the spacings differ by a factor of 2, the voxel faces coincide, and `coarse` covers `fine`
 std::vector<float> interpolateCubic(const std::vector<float>& values, const Lattice& coarse, const Lattice& fine,
                                     Execution& execution);

@@ -73,7 +73,7 @@ std::vector<std::int32_t> changeableCorners(const HalfEdgeMesh& mesh, const std:
   return corners;
 }
 
-void pinAround(const std::vector<Vector3f>& centres, float radius, const std::vector<Vector3f>& positions,
+void pinAround(const std::vector<Vector3f>& centers, float radius, const std::vector<Vector3f>& positions,
                std::vector<std::uint8_t>& pinned)
 {
   using Cell = std::array<std::int64_t, 3>;
@@ -81,10 +81,10 @@ void pinAround(const std::vector<Vector3f>& centres, float radius, const std::ve
     const auto along = [&](float x) { return static_cast<std::int64_t>(std::floor(x / radius)); };
     return {along(p.x()), along(p.y()), along(p.z())};
   };
-  std::vector<Cell> cells; // all within a cell's side of a centre
-  for (const Vector3f& centre : centres)
+  std::vector<Cell> cells; // all within a cell's side of a center
+  for (const Vector3f& center : centers)
     for (std::int64_t i = 0; i < 27; ++i) {
-      const Cell cell = cellOf(centre);
+      const Cell cell = cellOf(center);
       cells.push_back({cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1});
     }
   std::sort(cells.begin(), cells.end());

@@ -45,8 +45,8 @@ private:
 /// intersection is the input's own.
 std::vector<std::int32_t> changeableCorners(const HalfEdgeMesh& mesh, const std::vector<std::int32_t>& triangles);
 
-/// Pins what is within a radius of one of the centres, and some of what is within 2√3 times as much.
-void pinAround(const std::vector<Eigen::Vector3f>& centres, float radius, const std::vector<Eigen::Vector3f>& positions,
+/// Pins what is within a radius of one of the centers, and some of what is within 2√3 times as much.
+void pinAround(const std::vector<Eigen::Vector3f>& centers, float radius, const std::vector<Eigen::Vector3f>& positions,
                std::vector<std::uint8_t>& pinned);
 
 } // namespace mrf

@@ -40,7 +40,7 @@ constexpr double mostVoxelsAlongAxis = 1 << 20;
 /// like; a lone point occupies eight. (Measured on spheres with .25 to 16 points per face.)
 constexpr double occupiedPerFace = 2.6, occupiedPerPoint = 8;
 
-/// Of each of them the row of the plain system that couples it with its neighbours.
+/// Of each of them the row of the plain system that couples it with its neighbors.
 constexpr double bytesPerOccupied = 27 * (sizeof(double) + sizeof(std::int64_t));
 
 /// Of each of them the matrices of the cells on whole levels, 288 bytes for each of .4 cells, with all coarser grids.
@@ -58,7 +58,7 @@ double count(const GridSize& size)
 }
 
 /// Values per voxel of a whole level: the field, the residual and the direction; and of each of its grids: the iterate
-/// before and after, the right-hand side, the scaling, neighbours and shares.
+/// before and after, the right-hand side, the scaling, neighbors and shares.
 constexpr double valuesPerVoxel = 3, valuesPerGridVoxel = 6;
 
 /// Of voxels that are observed: weights and targets.
@@ -110,16 +110,16 @@ double denseBytes(const GridSize& size, double side, const Workload& workload, b
 {
   const Prior prior = workload.prior.prior;
   const bool pointwise = workload.reach == 0, weighted = workload.prior.energy == Energy::weighted;
-  const bool factorises =
+  const bool factorizes =
       workload.solver.method == SolverMethod::cholesky || (isCoarsest && workload.solver.choleskyOnCoarsest);
   const bool usesGrids = workload.solver.method == SolverMethod::multigrid;
   const double occupied = pointwise ? occupiedVoxels(size, side, workload) : 0;
   double bytes = dataBytes(size, side, workload) + sizeof(float) * valuesPerVoxel * count(size);
   if (usesGrids)
     bytes += gridBytes(size, workload, threads) + blockBytesPerOccupied * occupied;
-  if (!usesGrids || weighted || factorises)
+  if (!usesGrids || weighted || factorizes)
     bytes += (bytesPerPlainVoxel + (weighted ? sizeof(double) : 0)) * count(size) + bytesPerOccupied * occupied;
-  if (factorises)
+  if (factorizes)
     bytes += choleskyCost(size, prior, pointwise).bytes + choleskyBytesPerVoxel * count(size);
   return bytes;
 }

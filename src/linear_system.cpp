@@ -25,14 +25,14 @@ std::int64_t planeGrain(const GridSize& size)
 
 /// A row of voxels and the four beside it; at the grid's border the row itself.
 struct Rows {
-  const double *centre, *south, *north, *below, *above;
+  const double *center, *south, *north, *below, *above;
 
   Rows(const GridSize& size, const double* values, int y, int z)
   {
     const auto row = [&](int j, int k) {
       return values + size.index(0, std::clamp(j, 0, size.y - 1), std::clamp(k, 0, size.z - 1));
     };
-    centre = row(y, z);
+    center = row(y, z);
     south = row(y - 1, z);
     north = row(y + 1, z);
     below = row(y, z - 1);
@@ -42,7 +42,7 @@ struct Rows {
 
 MRF_MULTIVERSION(void, laplacianOfRow, (int n, const Rows& x, double* __restrict out), (n, x, out))
 {
-  const double *const c = x.centre, *const south = x.south, *const north = x.north, *const below = x.below,
+  const double *const c = x.center, *const south = x.south, *const north = x.north, *const below = x.below,
                       *const above = x.above;
   const auto across = [=](int i) { return 4 * c[i] - ((south[i] + north[i]) + (below[i] + above[i])); };
   for (int i = 1; i + 1 < n; ++i)
@@ -57,11 +57,11 @@ MRF_MULTIVERSION(void, weightedLaplacianOfRow, (int n, const Rows& x, const Rows
                  (n, x, v, out))
 {
   const auto edge = [&](const double* rowX, const double* rowV, int i, int j) {
-    return .5 * (v.centre[i] + rowV[j]) * (x.centre[i] - rowX[j]);
+    return .5 * (v.center[i] + rowV[j]) * (x.center[i] - rowX[j]);
   };
   for (int i = 0; i < n; ++i) {
     const int before = std::max(i - 1, 0), after = std::min(i + 1, n - 1);
-    out[i] = (edge(x.centre, v.centre, i, before) + edge(x.centre, v.centre, i, after)) +
+    out[i] = (edge(x.center, v.center, i, before) + edge(x.center, v.center, i, after)) +
              (edge(x.south, v.south, i, i) + edge(x.north, v.north, i, i)) +
              (edge(x.below, v.below, i, i) + edge(x.above, v.above, i, i));
   }
@@ -82,7 +82,7 @@ void laplacian(const GridSize& size, const double* v, const double* x, double* y
   });
 }
 
-int neighbourIndex(int dx, int dy, int dz)
+int neighborIndex(int dx, int dy, int dz)
 {
   return (dx + 1) + 3 * ((dy + 1) + 3 * (dz + 1));
 }
@@ -134,7 +134,7 @@ struct Cell {
   }
 };
 
-/// The row of C that belongs to one voxel, by neighbourIndex.
+/// The row of C that belongs to one voxel, by neighborIndex.
 using DataRow = std::array<double, 27>;
 
 /// Adds what a sample says of the rows of its cell's voxels. \param rowOf gives the row of a voxel
@@ -152,7 +152,7 @@ void addSample(const LinearSystem& system, const PointSample& sample, const RowO
     for (int other = 0; other < 8; ++other)
       if (cell.has(other)) {
         const auto step = [&](int axis) { return (other >> axis & 1) - (corner >> axis & 1); };
-        row[static_cast<std::size_t>(neighbourIndex(step(0), step(1), step(2)))] +=
+        row[static_cast<std::size_t>(neighborIndex(step(0), step(1), step(2)))] +=
             value * cell.value(other) + gradient.dot(cell.gradient(other));
       }
     b[static_cast<std::size_t>(voxel)] += system.unit * gradient.dot(sample.normal.cast<double>());
@@ -175,7 +175,7 @@ DataMatrix matrixOf(const GridSize& size, const std::vector<std::int32_t>& rowOf
     for (int dz = -1; dz <= 1; ++dz)
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx)
-          if (const double c = row[static_cast<std::size_t>(neighbourIndex(dx, dy, dz))]; c != 0)
+          if (const double c = row[static_cast<std::size_t>(neighborIndex(dx, dy, dz))]; c != 0)
             matrix.insertBack(voxel, voxel + size.index(dx, dy, dz)) = c;
   }
   matrix.finalize();

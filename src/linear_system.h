@@ -21,7 +21,7 @@ namespace mrf {
 
 /// The operator of the prior: L^k, or with voxel weights v (Energy::weighted)
 /// k = 1: L_v, k = 2: L V L, k = 3: L L_v L, where L_v = Σ over edges (i,j) of ½(v_i+v_j)(e_i−e_j)(e_i−e_j)ᵀ.
-/// Borders are clamped: missing neighbours are dropped. Symmetric, positive semidefinite, annihilates constants.
+/// Borders are clamped: missing neighbors are dropped. Symmetric, positive semidefinite, annihilates constants.
 struct PriorOperator {
   GridSize size;
   Prior prior = Prior::triharmonic;
@@ -56,7 +56,7 @@ double dataWeight(double confidence, double beta);
 LinearSystem assemble(const Observation& observation, const PriorOptions& options);
 
 /// The system of observations at points: C = Σ ρ (value · ccᵀ + gradient · GᵀG), b = unit · Σ ρ · gradient · Gᵀn,
-/// blocks of 27 voxels on the occupied cells. Points beyond the outermost voxel centres observe the linear continuation
+/// blocks of 27 voxels on the occupied cells. Points beyond the outermost voxel centers observe the linear continuation
 /// of the field. \param samples on the grid, in any order
 LinearSystem assembleAtPoints(const GridSize& size, Prior prior, std::vector<PointSample> samples,
                               const PointWeights& weights, double unit, Execution& execution);
@@ -82,7 +82,7 @@ private:
 /// \param system at least one voxel must be observed
 /// \param unit length of one voxel side in the unit of d; scales changeTolerance only
 /// \param d in: initial guess, size().count() values; out: the solution
-/// \throw SolverFailure if no voxel is observed, the result is not finite, or the factorisation fails
+/// \throw SolverFailure if no voxel is observed, the result is not finite, or the factorization fails
 /// \throw ResourceLimit if cholesky's factor would exceed maxFactorBytes
 /// The result does not depend on the number of threads.
 SolveReport solve(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,

@@ -39,12 +39,12 @@ pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componen
 }
 
 /// Counts the points that speak for a component of the mesh. A point stands behind it if no other component is closer;
-/// it is coherent if the normals of a third of its neighbours that stand there, and of two at least, agree with its
+/// it is coherent if the normals of a third of its neighbors that stand there, and of two at least, agree with its
 /// own, which outliers' do not. It is apart if those two are closer than any other component: no other surface accounts
 /// for it.
 class Witnesses {
 public:
-  Witnesses(const TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search,
+  Witnesses(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
             const std::vector<std::int32_t>& componentOf, Execution& execution)
       : mesh_(mesh), points_(points), search_(search), vertexSearch_(makePointBins()),
         componentOfVertex_(mesh.vertices.size(), -1)
@@ -62,7 +62,7 @@ public:
   {
     std::vector<int> asked;
     std::size_t coherent = 0, apart = 0;
-    Neighbours nearest;
+    Neighbors nearest;
     for (const std::int32_t v : vertices) {
       if (search_.nearest(mesh_.vertices[at(v)], 1, nearest) < 1)
         continue;
@@ -84,32 +84,32 @@ public:
   }
 
 private:
-  std::int32_t componentBehind(int point, Neighbours& scratch) const
+  std::int32_t componentBehind(int point, Neighbors& scratch) const
   {
     vertexSearch_->nearest(points_.positions[at(point)], 1, scratch);
     return componentOfVertex_[at(scratch.indices.front())];
   }
 
   /// Distance of the second fellow that agrees; 0 if there are not two, or not a third of them.
-  float reachOfFellows(int point, std::int32_t component, Neighbours& scratch) const
+  float reachOfFellows(int point, std::int32_t component, Neighbors& scratch) const
   {
     constexpr int around = 8;
-    Neighbours neighbours;
-    search_.nearest(points_.positions[at(point)], around + 1, neighbours);
+    Neighbors neighbors;
+    search_.nearest(points_.positions[at(point)], around + 1, neighbors);
     int fellows = 0, agreeing = 0;
     float reach = 0;
-    for (std::size_t n = 0; n < neighbours.indices.size(); ++n) {
-      const int other = neighbours.indices[n];
-      if (neighbours.squaredDistances[n] == 0 || componentBehind(other, scratch) != component)
+    for (std::size_t n = 0; n < neighbors.indices.size(); ++n) {
+      const int other = neighbors.indices[n];
+      if (neighbors.squaredDistances[n] == 0 || componentBehind(other, scratch) != component)
         continue;
       ++fellows;
       if (points_.normals[at(other)].dot(points_.normals[at(point)]) > minAgreement && ++agreeing == 2)
-        reach = std::sqrt(neighbours.squaredDistances[n]);
+        reach = std::sqrt(neighbors.squaredDistances[n]);
     }
     return 3 * agreeing >= fellows ? reach : 0;
   }
 
-  bool isAlone(int point, std::int32_t component, float reach, Neighbours& scratch) const
+  bool isAlone(int point, std::int32_t component, float reach, Neighbors& scratch) const
   {
     vertexSearch_->within(points_.positions[at(point)], reach, scratch);
     return std::all_of(scratch.indices.begin(), scratch.indices.end(),
@@ -121,8 +121,8 @@ private:
 
   const TriangleMesh& mesh_;
   const OrientedPoints& points_;
-  const NeighbourSearch& search_;
-  const std::unique_ptr<NeighbourSearch> vertexSearch_;
+  const NeighborSearch& search_;
+  const std::unique_ptr<NeighborSearch> vertexSearch_;
   std::vector<std::int32_t> componentOfVertex_;
 };
 
@@ -131,9 +131,8 @@ constexpr std::size_t fewestApart = 3;
 
 /// The components that too few points speak for, however large they are.
 std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const OrientedPoints& points,
-                                             const NeighbourSearch& search,
-                                             const std::vector<std::int32_t>& componentOf, std::size_t components,
-                                             std::size_t fewest, Execution& execution)
+                                             const NeighborSearch& search, const std::vector<std::int32_t>& componentOf,
+                                             std::size_t components, std::size_t fewest, Execution& execution)
 {
   std::vector<std::uint8_t> isPoor(components, 0);
   if (fewest < 2)
@@ -152,7 +151,7 @@ std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const Ori
 
 } // namespace
 
-std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search,
+std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
                                  const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
                                  const TrimmingOptions& options, std::vector<std::uint8_t>& keep, bool& isTorn,
                                  Execution& execution)

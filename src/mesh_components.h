@@ -4,7 +4,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 #include <pcl/surface/mrf/trimming.h>
@@ -20,7 +20,7 @@ namespace mrf {
 /// \param supported, areas per triangle \param keep flags of the triangles that there are
 /// \param isTorn receives whether the kept triangles around some vertex fall into several fans
 /// \return how many components it dropped
-std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints& points, const NeighbourSearch& search,
+std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
                                  const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
                                  const TrimmingOptions& options, std::vector<std::uint8_t>& keep, bool& isTorn,
                                  Execution& execution);

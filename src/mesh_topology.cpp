@@ -166,7 +166,7 @@ std::int32_t EdgeConnectivity::components(const TriangleMesh& mesh, const std::v
     return static_cast<std::uint32_t>(smallest_.size() + static_cast<std::size_t>(number));
   };
 
-  // Most vertices have a smaller neighbour: joining these leads to a few local minima, and little is left to join.
+  // Most vertices have a smaller neighbor: joining these leads to a few local minima, and little is left to join.
   DisjointPoints nodes(smallest_.size() + firstCorners.size());
   for (std::size_t v = 0; v < smallest_.size(); ++v)
     if (smallest_[v] != none && smallest_[at(smallest_[v])] != none)

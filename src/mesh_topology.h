@@ -102,7 +102,7 @@ public:
 
   std::int32_t size() const { return static_cast<std::int32_t>(following_.size()); }
   std::int32_t corner(std::int32_t i) const { return corners_[i]; }
-  /// The vertex that follows in triangle i: over all triangles of a closed fan, every neighbour once.
+  /// The vertex that follows in triangle i: over all triangles of a closed fan, every neighbor once.
   std::int32_t following(std::int32_t i) const { return following_[static_cast<std::size_t>(i)]; }
   /// The side's number: that of the corner it starts from.
   std::int32_t sideNumber(const Side& side) const;
@@ -154,7 +154,7 @@ public:
 
 private:
   static constexpr std::int32_t none = -1;
-  std::vector<std::int32_t> smallest_; ///< smallest neighbour, or the vertex itself; none where fans are separate
+  std::vector<std::int32_t> smallest_; ///< smallest neighbor, or the vertex itself; none where fans are separate
 };
 
 /// Components of the member triangles (all, if there are no flags) over shared edges.

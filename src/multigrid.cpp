@@ -44,7 +44,7 @@ private:
     observation.voxels.lattice = lattices.back();
     for (std::int64_t voxel = 0; voxel < system.size().count(); ++voxel)
       for (DataMatrix::InnerIterator entry(system.data, voxel); entry; ++entry) {
-        const double w = entry.value() / centreCoefficient(system.prior.prior);
+        const double w = entry.value() / centerCoefficient(system.prior.prior);
         observation.voxels.voxels.push_back(voxel);
         observation.voxels.confidences.push_back(static_cast<float>(w / (1 + w)));
         observation.voxels.distances.push_back(0);

@@ -191,32 +191,32 @@ OrientedPoints inOrder(const AxisOrder& axes, const OrientedPoints& points)
 }
 
 /// A search asked in another order of axes.
-class SearchInOrder : public NeighbourSearch {
+class SearchInOrder : public NeighborSearch {
 public:
-  SearchInOrder(const AxisOrder& axes, const NeighbourSearch& search) : axes_(axes), search_(search) {}
+  SearchInOrder(const AxisOrder& axes, const NeighborSearch& search) : axes_(axes), search_(search) {}
 
   void setPoints(const std::vector<Eigen::Vector3f>&) override
   {
     throw std::logic_error("SearchInOrder: holds the points of another search");
   }
-  int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override
+  int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override
   {
     return search_.nearest(axes_.fromStored(query), k, result);
   }
-  int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override
+  int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override
   {
     return search_.within(axes_.fromStored(query), radius, result);
   }
 
 private:
   const AxisOrder axes_;
-  const NeighbourSearch& search_;
+  const NeighborSearch& search_;
 };
 
 /// The levels of one run, coarse to fine: dense ones, then those in bands.
 class LevelSolver {
 public:
-  LevelSolver(const OrientedPoints& points, const NeighbourSearch& search, float spacing, std::vector<Lattice> lattices,
+  LevelSolver(const OrientedPoints& points, const NeighborSearch& search, float spacing, std::vector<Lattice> lattices,
               AxisOrder axes, int bandThreads, float maxDistance, const ObservationOptions& observation,
               const PriorOptions& prior, const SolverOptions& solver, const MultiscaleOptions& options,
               const SurfaceFilter& wanted, Execution& execution)
@@ -440,7 +440,7 @@ private:
   }
 
   const OrientedPoints& points_;
-  const NeighbourSearch& search_;
+  const NeighborSearch& search_;
   float spacing_, maxDistance_;
   std::vector<Lattice> lattices_; ///< as they are stored, like the points and all that follows
   AxisOrder axes_;                ///< of the cloud in that order
@@ -533,7 +533,7 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
     if (std::max({size.x, size.y, size.z}) <= options.coarsestSide)
       break;
     voxels.lower = halved(voxels.lower).floor().cast<int>();
-    // Every point stays inside the outermost voxel centres.
+    // Every point stays inside the outermost voxel centers.
     voxels.upper = halved(voxels.upper).ceil().cast<int>().max((extent / (2 * spacing) + .5).ceil().cast<int>());
   }
   std::reverse(levels.begin(), levels.end());
@@ -546,7 +546,7 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
   return levels;
 }
 
-MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
+MultiscaleResult regularize(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                             const BoundingBox& volume, const ObservationOptions& observationOptions,
                             const PriorOptions& prior, const SolverOptions& solver, const MultiscaleOptions& options,
                             Execution& execution, const SurfaceFilter& wanted)
@@ -566,7 +566,7 @@ MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch&
   const MultiscaleOptions own = withDenseLevels(options, workload);
   std::vector<Lattice> lattices = planLevels(volume, voxelSize, workload, own);
   const int bandThreads = affordableThreads(volume, voxelSize, workload, own, execution.threads());
-  const auto solve = [&](const OrientedPoints& stored, const NeighbourSearch& asked, AxisOrder axes) {
+  const auto solve = [&](const OrientedPoints& stored, const NeighborSearch& asked, AxisOrder axes) {
     MultiscaleResult result = LevelSolver(stored, asked, spacing, std::move(lattices), axes, bandThreads, maxDistance,
                                           observationOptions, prior, solver, own, wanted, execution)
                                   .run();

@@ -40,7 +40,7 @@ struct SignPlane {
     negative.clear();
     if (z < 0 || z >= band.size().z)
       return;
-    band.rasterise(z, known);
+    band.rasterize(z, known);
     for (int y = 0; y < band.size().y; ++y)
       for (const Run& run : band.row(y, z)) {
         const float* value = values + band.planeFirst(z) + run.first;
@@ -50,7 +50,7 @@ struct SignPlane {
   }
 };
 
-/// Marks the voxels of three planes in turn whose neighbours have another sign.
+/// Marks the voxels of three planes in turn whose neighbors have another sign.
 class CrossingFinder {
 public:
   CrossingFinder(const VoxelSet& band, const float* values)
@@ -113,7 +113,7 @@ void addGrown(const VoxelSet& band, int crosses, int z, MaskPlane& mask)
   const auto boxed = [&](std::initializer_list<int> planes) {
     MaskPlane result(band.size());
     for (const int plane : planes)
-      band.rasterise(plane, result);
+      band.rasterize(plane, result);
     result.growAlongX(1);
     result.growAlongY(1);
     return result;
@@ -135,7 +135,7 @@ void addGrown(const VoxelSet& band, int crosses, int z, MaskPlane& mask)
 }
 
 /// Sets the children of a coarse plane's voxels.
-void rasteriseChildren(const VoxelSet& coarse, const Refinement& refinement, int z, MaskPlane& mask)
+void rasterizeChildren(const VoxelSet& coarse, const Refinement& refinement, int z, MaskPlane& mask)
 {
   const int plane = refinement.parent(z, 2);
   if (plane < 0 || plane >= coarse.size().z)
@@ -179,7 +179,7 @@ VoxelSet predictedZeroLevel(const LevelField& coarse, const Refinement& refineme
                             Execution& execution)
 {
   const VoxelSet predicted(
-      size, [&](int z, MaskPlane& mask) { rasteriseChildren(coarse.unknowns, refinement, z, mask); }, 0, execution);
+      size, [&](int z, MaskPlane& mask) { rasterizeChildren(coarse.unknowns, refinement, z, mask); }, 0, execution);
   return crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
 }
 
@@ -188,8 +188,8 @@ VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution)
   return VoxelSet(
       a.size(),
       [&](int z, MaskPlane& mask) {
-        a.rasterise(z, mask);
-        b.rasterise(z, mask);
+        a.rasterize(z, mask);
+        b.rasterize(z, mask);
       },
       0, execution);
 }
@@ -203,8 +203,8 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
       size,
       [&](int z, MaskPlane& mask) {
         MaskPlane near(size);
-        rasteriseChildren(nearObserved, refinement, z, near);
-        zeroLevel.rasterise(z, mask);
+        rasterizeChildren(nearObserved, refinement, z, near);
+        zeroLevel.rasterize(z, mask);
         mask.subtract(near);
       },
       0, execution);
@@ -213,10 +213,10 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
       [&](int z, MaskPlane& mask) {
         addGrown(zeroLevel, crossesNearData, z, mask);
         addGrown(farZeroLevel, crossesFarFromData, z, mask);
-        observed.rasterise(z, mask);
+        observed.rasterize(z, mask);
         // Only there the interpolated values are known all around.
         MaskPlane predicted(size);
-        rasteriseChildren(coarseUnknowns, refinement, z, predicted);
+        rasterizeChildren(coarseUnknowns, refinement, z, predicted);
         mask.intersect(predicted);
         clearRim(size, z, mask);
       },
@@ -235,7 +235,7 @@ VoxelSet zeroLevelAtData(const LevelField& field, Execution& execution)
           finder(z, mask);
           MaskPlane close(field.support.size());
           for (const int plane : {z - 1, z, z + 1})
-            field.observed.rasterise(plane, close);
+            field.observed.rasterize(plane, close);
           close.growAlongX(1);
           close.growAlongY(1);
           mask.intersect(close);
@@ -244,7 +244,7 @@ VoxelSet zeroLevelAtData(const LevelField& field, Execution& execution)
       0, execution);
 }
 
-/// True if an unknown at the zero level has a neighbour that is no unknown: the coarser level has missed a sheet.
+/// True if an unknown at the zero level has a neighbor that is no unknown: the coarser level has missed a sheet.
 /// \param zeroLevel close to observed voxels: far from data sheets end at rims as they please
 bool missesSheet(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution& execution)
 {
@@ -254,9 +254,9 @@ bool missesSheet(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution&
   execution.forRange(size.z, 16, [&](std::int64_t begin, std::int64_t end) {
     for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
       MaskPlane atRim(size), solved(size), inner(size);
-      unknowns.rasterise(z, atRim);
-      inside.rasterise(z, inner);
-      zeroLevel.rasterise(z, solved);
+      unknowns.rasterize(z, atRim);
+      inside.rasterize(z, inner);
+      zeroLevel.rasterize(z, solved);
       atRim.subtract(inner);
       atRim.intersect(solved);
       clearRim(size, z, atRim);
@@ -380,7 +380,7 @@ LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values
       size,
       [&](int z, MaskPlane& mask) {
         addGrown(zeroLevel, crossesOfDense, z, mask);
-        field.observed.rasterise(z, mask);
+        field.observed.rasterize(z, mask);
       },
       0, execution);
   return field;
@@ -393,8 +393,8 @@ void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution)
       field.unknowns.size(),
       [&](int z, MaskPlane& mask) {
         MaskPlane unknown(near.size());
-        near.rasterise(z, mask);
-        field.unknowns.rasterise(z, unknown);
+        near.rasterize(z, mask);
+        field.unknowns.rasterize(z, unknown);
         mask.intersect(unknown);
       },
       0, execution);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The order in which a sparse factorisation eliminates the voxels of a grid, and what its factor takes.
+/// \brief The order in which a sparse factorization eliminates the voxels of a grid, and what its factor takes.
 #pragma once
 
 #include <pcl/surface/mrf/lattice.h>

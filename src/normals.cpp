@@ -12,37 +12,37 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Neighbourhoods inside a radius of fewer points, the point itself included, are extended to so many.
-constexpr int fewestNeighbours = 12;
+/// Neighborhoods inside a radius of fewer points, the point itself included, are extended to so many.
+constexpr int fewestNeighbors = 12;
 
-/// Automatic neighbourhoods, the point itself included, before they have to grow: as many as the search finds for all
+/// Automatic neighborhoods, the point itself included, before they have to grow: as many as the search finds for all
 /// points at once.
-constexpr int nearestNeighbours = 13;
+constexpr int nearestNeighbors = 13;
 
-/// A neighbourhood is flat if the third eigenvalue is less than this share of the second: noise of an eighth of its
+/// A neighborhood is flat if the third eigenvalue is less than this share of the second: noise of an eighth of its
 /// radius. Twice as many points average the noise of one that is not.
 constexpr double flatThird = 1.0 / 16;
 
-/// A neighbourhood is as wide as a plane needs if the second eigenvalue has this share of the first. A disc has 1, a
+/// A neighborhood is as wide as a plane needs if the second eigenvalue has this share of the first. A disc has 1, a
 /// half one at a border .28; the nearest points of a lidar's ring, of one line, have next to nothing.
 constexpr double soundSecond = .1;
 
-/// Neighbourhoods that stand for more points consist of every fourth, sixteenth, ... point, so that none costs more.
+/// Neighborhoods that stand for more points consist of every fourth, sixteenth, ... point, so that none costs more.
 /// Under noise the mean of many counts, else the extent alone.
 constexpr std::size_t mostToGrow = 32, mostUnderNoise = 128;
 
-/// Points that the widest neighbourhood stands for: rings of a lidar lie up to some fifty points apart.
-constexpr std::size_t widestNeighbourhood = 1 << 14;
+/// Points that the widest neighborhood stands for: rings of a lidar lie up to some fifty points apart.
+constexpr std::size_t widestNeighborhood = 1 << 14;
 
 /// Points per piece of parallel work.
 constexpr std::int64_t grain = 1024;
 
-/// Neighbours lie on a line if the second eigenvalue is at most this share of the first, that is, if they are 10⁴
+/// Neighbors lie on a line if the second eigenvalue is at most this share of the first, that is, if they are 10⁴
 /// times as long as wide: about what rounding to single precision makes of a line that is short within its cloud.
 constexpr double collinear = 1e-8;
 
 struct Plane {
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero(); ///< zero if the neighbours do not span a plane
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero(); ///< zero if the neighbors do not span a plane
   double thirdShare = 0;
   double distance = 0;
   double secondToFirst = 0; ///< ratio of eigenvalues
@@ -55,18 +55,18 @@ struct Plane {
 
 /// What pcl::NormalEstimation does per point, with PCL's closed form of the eigenvalues, but in double precision: its
 /// own single precision loses the middle eigenvalue, which tells lines from planes, and small third ones.
-Plane fitPlane(const std::vector<Eigen::Vector3f>& positions, const std::uint32_t* neighbours, std::size_t count,
+Plane fitPlane(const std::vector<Eigen::Vector3f>& positions, const std::uint32_t* neighbors, std::size_t count,
                const Eigen::Vector3f& position)
 {
   Plane plane;
   if (count < 3)
     return plane;
   // Relative to the point itself, so that nothing is lost far from the origin.
-  const Eigen::Vector3d centre = position.cast<double>();
+  const Eigen::Vector3d center = position.cast<double>();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   for (std::size_t n = 0; n < count; ++n) {
-    const Eigen::Vector3d p = positions[neighbours[n]].cast<double>() - centre;
+    const Eigen::Vector3d p = positions[neighbors[n]].cast<double>() - center;
     sum += p;
     xx += p.x() * p.x();
     xy += p.x() * p.y();
@@ -139,21 +139,21 @@ private:
   float maxPlaneDistance_;
 };
 
-/// The number of neighbours at the front of a batch's answer that exist.
+/// The number of neighbors at the front of a batch's answer that exist.
 std::size_t numberFound(const float* squared, std::size_t k)
 {
   return static_cast<std::size_t>(std::find_if(squared, squared + k, [](float s) { return !std::isfinite(s); }) -
                                   squared);
 }
 
-/// Planes of the neighbours inside one radius for all points, as in the paper.
-void fitWithin(const PointSet& points, const NeighbourSearch& search, float radius, Estimates& estimates,
+/// Planes of the neighbors inside one radius for all points, as in the paper.
+void fitWithin(const PointSet& points, const NeighborSearch& search, float radius, Estimates& estimates,
                Execution& execution)
 {
-  // In this order because most neighbourhoods of unevenly sampled clouds are small, and then one query is enough.
-  search.forEachPosition(points.positions, fewestNeighbours, NeighbourSearch::Answer::indicesAndDistances, execution,
-                         [&](const NeighbourBatch& batch) {
-                           Neighbours found;
+  // In this order because most neighborhoods of unevenly sampled clouds are small, and then one query is enough.
+  search.forEachPosition(points.positions, fewestNeighbors, NeighborSearch::Answer::indicesAndDistances, execution,
+                         [&](const NeighborBatch& batch) {
+                           Neighbors found;
                            for (std::size_t q = 0; q < batch.size; ++q) {
                              const std::size_t i = batch.positions[q];
                              const Eigen::Vector3f& position = points.positions[i];
@@ -170,36 +170,36 @@ void fitWithin(const PointSet& points, const NeighbourSearch& search, float radi
                          });
 }
 
-/// Points that a neighbourhood needs under noise: a radius of four standard deviations, so that it is flat, and of
+/// Points that a neighborhood needs under noise: a radius of four standard deviations, so that it is flat, and of
 /// 3.6 √(σ s), where the normal of a disc of points s apart is off by 5° (its variance is 4 σ² s² / π r⁴).
 std::size_t sizeUnderNoise(double noise, double eighthDistance)
 {
   if (!(noise > 0) || !(eighthDistance > 0))
-    return nearestNeighbours;
+    return nearestNeighbors;
   constexpr auto pi = static_cast<double>(EIGEN_PI);
   // A ball of eight points within the noise holds this share of those that the surface has above and below it.
   const double share = std::min(1.0, 4 / (3 * std::sqrt(2 * pi)) * eighthDistance / noise);
   const double squaredSpacing = share * pi / 8 * eighthDistance * eighthDistance;
   const double squaredRadius = std::max(16 * noise * noise, 13 * noise * std::sqrt(squaredSpacing));
-  return static_cast<std::size_t>(std::clamp<double>(pi * squaredRadius / squaredSpacing, nearestNeighbours,
-                                                     static_cast<double>(widestNeighbourhood)));
+  return static_cast<std::size_t>(std::clamp<double>(pi * squaredRadius / squaredSpacing, nearestNeighbors,
+                                                     static_cast<double>(widestNeighborhood)));
 }
 
-/// A point whose neighbourhood has to be larger than the nearest points.
+/// A point whose neighborhood has to be larger than the nearest points.
 struct Growing {
   std::uint32_t point = 0;
-  std::size_t size = 0; ///< points that the next neighbourhood stands for
+  std::size_t size = 0; ///< points that the next neighborhood stands for
   Plane best;
 };
 
 /// Planes of the nearest points; those that need more are left in `growing`, in the order of the points.
-void fitNearest(const PointSet& points, const NeighbourSearch& search, float noise, Estimates& estimates,
+void fitNearest(const PointSet& points, const NeighborSearch& search, float noise, Estimates& estimates,
                 std::vector<Growing>& growing, Execution& execution)
 {
   constexpr std::size_t eighth = 8;
   std::vector<std::uint16_t> sizes(points.size(), 0);
-  search.forEachPosition(points.positions, nearestNeighbours, NeighbourSearch::Answer::indicesAndDistances, execution,
-                         [&](const NeighbourBatch& batch) {
+  search.forEachPosition(points.positions, nearestNeighbors, NeighborSearch::Answer::indicesAndDistances, execution,
+                         [&](const NeighborBatch& batch) {
                            for (std::size_t q = 0; q < batch.size; ++q) {
                              const std::size_t i = batch.positions[q];
                              const float* squared = batch.squaredDistances + q * batch.k;
@@ -208,8 +208,8 @@ void fitNearest(const PointSet& points, const NeighbourSearch& search, float noi
                                  fitPlane(points.positions, batch.indices + q * batch.k, number, points.positions[i]);
                              estimates.set(i, plane);
                              std::size_t size = number > eighth ? sizeUnderNoise(noise, std::sqrt(squared[eighth])) : 0;
-                             if (size <= nearestNeighbours)
-                               size = !plane.isSound() ? nearestNeighbours : plane.isFlat() ? 0 : 2 * nearestNeighbours;
+                             if (size <= nearestNeighbors)
+                               size = !plane.isSound() ? nearestNeighbors : plane.isFlat() ? 0 : 2 * nearestNeighbors;
                              sizes[i] = static_cast<std::uint16_t>(size);
                            }
                          });
@@ -218,16 +218,16 @@ void fitNearest(const PointSet& points, const NeighbourSearch& search, float noi
       growing.push_back({i, sizes[i], {}});
 }
 
-/// Neighbourhoods that double until their planes are sound; where none is, the one with the best second eigenvalue,
+/// Neighborhoods that double until their planes are sound; where none is, the one with the best second eigenvalue,
 /// the nearest points' own among them, counts.
-void grow(const PointSet& points, const NeighbourSearch& search, float noise, std::vector<Growing>& growing,
+void grow(const PointSet& points, const NeighborSearch& search, float noise, std::vector<Growing>& growing,
           Estimates& estimates, Execution& execution)
 {
   const std::size_t most = noise > 0 ? mostUnderNoise : mostToGrow;
-  const std::size_t widest = std::min(widestNeighbourhood, points.size());
+  const std::size_t widest = std::min(widestNeighborhood, points.size());
   std::vector<Eigen::Vector3f> thinned;
-  std::unique_ptr<NeighbourSearch> thinnedSearch;
-  for (std::size_t share = 1; !growing.empty() && share * nearestNeighbours / 2 < widest; share *= 4) {
+  std::unique_ptr<NeighborSearch> thinnedSearch;
+  for (std::size_t share = 1; !growing.empty() && share * nearestNeighbors / 2 < widest; share *= 4) {
     if (share > 1) {
       thinned.clear();
       for (std::size_t i = 0; i < points.size(); i += share)
@@ -236,9 +236,9 @@ void grow(const PointSet& points, const NeighbourSearch& search, float noise, st
       thinnedSearch->setPoints(thinned, execution);
     }
     const std::vector<Eigen::Vector3f>& positions = share > 1 ? thinned : points.positions;
-    const NeighbourSearch& own = share > 1 ? *thinnedSearch : search;
+    const NeighborSearch& own = share > 1 ? *thinnedSearch : search;
     execution.forRange(static_cast<std::int64_t>(growing.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-      Neighbours found;
+      Neighbors found;
       std::vector<std::uint32_t> indices;
       for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
         Growing& now = growing[n];
@@ -271,7 +271,7 @@ void grow(const PointSet& points, const NeighbourSearch& search, float noise, st
 
 } // namespace
 
-NormalEstimates estimateNormals(const PointSet& points, const NeighbourSearch& search, float spacing,
+NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& search, float spacing,
                                 const NormalOptions& options, Execution& execution, float noise)
 {
   validate(options);

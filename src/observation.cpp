@@ -39,21 +39,21 @@ struct PointsByPlane {
 };
 
 /// Lowers the squared distances (in voxels) of the planes [zBegin, zEnd) to those of one point within `reach` voxels.
-void splat(const Eigen::Vector3d& centre, double reach, const GridSize& size, int zBegin, int zEnd, float* squared)
+void splat(const Eigen::Vector3d& center, double reach, const GridSize& size, int zBegin, int zEnd, float* squared)
 {
   // Clamped first: a reach of any size may not overflow an index.
   const auto lower = [&](double c, double first) { return static_cast<int>(std::max(std::ceil(c - reach), first)); };
   const auto upper = [&](double c, double last) { return static_cast<int>(std::min(std::floor(c + reach), last)); };
-  const int x0 = lower(centre.x(), 0), x1 = upper(centre.x(), size.x - 1);
-  const int y0 = lower(centre.y(), 0), y1 = upper(centre.y(), size.y - 1);
-  const int z0 = lower(centre.z(), zBegin), z1 = upper(centre.z(), zEnd - 1);
+  const int x0 = lower(center.x(), 0), x1 = upper(center.x(), size.x - 1);
+  const int y0 = lower(center.y(), 0), y1 = upper(center.y(), size.y - 1);
+  const int z0 = lower(center.z(), zBegin), z1 = upper(center.z(), zEnd - 1);
   for (int z = z0; z <= z1; ++z)
     for (int y = y0; y <= y1; ++y) {
-      const double dz = z - centre.z(), dy = y - centre.y();
+      const double dz = z - center.z(), dy = y - center.y();
       const auto across = static_cast<float>(dz * dz + dy * dy);
       float* row = squared + size.index(0, y, z - zBegin);
       for (int x = x0; x <= x1; ++x) {
-        const float dx = static_cast<float>(x - centre.x());
+        const float dx = static_cast<float>(x - center.x());
         row[x] = std::min(row[x], across + dx * dx);
       }
     }
@@ -119,10 +119,10 @@ public:
       : points_(points), estimate_(estimate), halfInverseVariance_(.5f / (.75f * spacing * .75f * spacing))
   {}
 
-  float operator()(const Eigen::Vector3f& x, const std::vector<int>& neighbours)
+  float operator()(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
   {
     projected_.clear();
-    for (const int j : neighbours)
+    for (const int j : neighbors)
       projected_.push_back(normal(j).dot(x - position(j)));
 
     switch (estimate_) {
@@ -132,14 +132,14 @@ public:
     case Estimate::median:
       return median(projected_);
     case Estimate::mean:
-      setWeightsToConfidence(neighbours);
+      setWeightsToConfidence(neighbors);
       break;
     case Estimate::plane:
-      setTangentialWeights(x, neighbours);
+      setTangentialWeights(x, neighbors);
       break;
     case Estimate::trapezoid:
-      setTangentialWeights(x, neighbours);
-      turnNormalsToMean(x, neighbours);
+      setTangentialWeights(x, neighbors);
+      turnNormalsToMean(x, neighbors);
       break;
     }
     float sum = 0, total = 0;
@@ -155,36 +155,36 @@ private:
   const Eigen::Vector3f& normal(int j) const { return points_.normals[static_cast<std::size_t>(j)]; }
   float confidence(int j) const { return points_.confidence(static_cast<std::size_t>(j)); }
 
-  void setWeightsToConfidence(const std::vector<int>& neighbours)
+  void setWeightsToConfidence(const std::vector<int>& neighbors)
   {
     weights_.clear();
-    for (const int j : neighbours)
+    for (const int j : neighbors)
       weights_.push_back(confidence(j));
   }
 
   /// Relative to the largest weight: far from the surface all of the Gaussians would underflow.
-  void setTangentialWeights(const Eigen::Vector3f& x, const std::vector<int>& neighbours)
+  void setTangentialWeights(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
   {
     weights_.clear();
     float closest = std::numeric_limits<float>::max();
-    for (std::size_t j = 0; j < neighbours.size(); ++j) {
-      const float squared = (x - position(neighbours[j])).squaredNorm() - projected_[j] * projected_[j];
+    for (std::size_t j = 0; j < neighbors.size(); ++j) {
+      const float squared = (x - position(neighbors[j])).squaredNorm() - projected_[j] * projected_[j];
       weights_.push_back(squared);
       closest = std::min(closest, squared);
     }
-    for (std::size_t j = 0; j < neighbours.size(); ++j)
-      weights_[j] = confidence(neighbours[j]) * std::exp((closest - weights_[j]) * halfInverseVariance_);
+    for (std::size_t j = 0; j < neighbors.size(); ++j)
+      weights_[j] = confidence(neighbors[j]) * std::exp((closest - weights_[j]) * halfInverseVariance_);
   }
 
   /// A chord's two tangents average to its direction on a circle: ½ (n_j + n̄) removes the curvature's share of δ_j.
-  void turnNormalsToMean(const Eigen::Vector3f& x, const std::vector<int>& neighbours)
+  void turnNormalsToMean(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
   {
     Eigen::Vector3f mean = Eigen::Vector3f::Zero();
-    for (std::size_t j = 0; j < neighbours.size(); ++j)
-      mean += weights_[j] * normal(neighbours[j]);
+    for (std::size_t j = 0; j < neighbors.size(); ++j)
+      mean += weights_[j] * normal(neighbors[j]);
     mean.normalize();
-    for (std::size_t j = 0; j < neighbours.size(); ++j)
-      projected_[j] = .5f * (normal(neighbours[j]) + mean).dot(x - position(neighbours[j]));
+    for (std::size_t j = 0; j < neighbors.size(); ++j)
+      projected_[j] = .5f * (normal(neighbors[j]) + mean).dot(x - position(neighbors[j]));
   }
 
   const OrientedPoints& points_;
@@ -212,7 +212,7 @@ float resolvedSmoothing(const ObservationOptions& options, float spacing)
   return static_cast<float>(smoothingForNoise(options.noise, spacing));
 }
 
-Observation observe(const OrientedPoints& points, const NeighbourSearch& search, const Lattice& lattice, float spacing,
+Observation observe(const OrientedPoints& points, const NeighborSearch& search, const Lattice& lattice, float spacing,
                     float maxDistance, const ObservationOptions& options, Execution& execution)
 {
   validate(options);
@@ -226,14 +226,14 @@ Observation observe(const OrientedPoints& points, const NeighbourSearch& search,
   result.distances.resize(result.voxels.size());
   result.confidences.resize(result.voxels.size());
 
-  const int neighbours = options.estimate == Estimate::nearest ? 1 : options.neighbours;
+  const int neighbors = options.estimate == Estimate::nearest ? 1 : options.neighbors;
   execution.forRange(static_cast<std::int64_t>(result.voxels.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours found;
+    Neighbors found;
     Estimator estimator(points, options.estimate, spacing);
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
       const Eigen::Array3i voxel = lattice.size.voxel(result.voxels[v]);
       const Eigen::Vector3f x = lattice.position(voxel.x(), voxel.y(), voxel.z());
-      search.nearest(x, neighbours, found);
+      search.nearest(x, neighbors, found);
       result.distances[v] = estimator(x, found.indices);
 
       const float t = observed.nearest[v];

@@ -105,10 +105,17 @@ const Names<Trimming>& names()
 }
 
 template <>
-const Names<ColourMode>& names()
+const Names<ColorMode>& names()
 {
-  static const Names<ColourMode> all = {
-      {"confidence", ColourMode::confidence}, {"input", ColourMode::input}, {"none", ColourMode::none}};
+  static const Names<ColorMode> all = {
+      {"confidence", ColorMode::confidence}, {"input", ColorMode::input}, {"none", ColorMode::none}};
+  return all;
+}
+
+template <>
+const Names<Preset>& names()
+{
+  static const Names<Preset> all = {{"default", Preset::standard}, {"paper", Preset::paper}};
   return all;
 }
 

@@ -197,14 +197,14 @@ void declareOutliers(Table& table)
                "so many times as far as the neighbors from theirs");
   table.onOff("spacing", "--spacing-filter", field(stage, &OutlierOptions::spacing),
               "drop points whose mean distance to their neighbors is a multiple of its median");
-  table.number("spacingNeighbours", "--spacing-neighbors", "n", between(1, 1000),
-               field(stage, &OutlierOptions::spacingNeighbours), "its number of neighbors");
+  table.number("spacingNeighbors", "--spacing-neighbors", "n", between(1, 1000),
+               field(stage, &OutlierOptions::spacingNeighbors), "its number of neighbors");
   table.number("spacingFactor", "--spacing-factor", "factor", aboveOne, field(stage, &OutlierOptions::spacingFactor),
                "its multiple of the median");
   table.onOff("statistical", "--statistical-filter", field(stage, &OutlierOptions::statistical),
               "PCL's statistical outlier removal");
-  table.number("statisticalNeighbours", "--statistical-neighbors", "n", between(1, 1000),
-               field(stage, &OutlierOptions::statisticalNeighbours), "its number of neighbors");
+  table.number("statisticalNeighbors", "--statistical-neighbors", "n", between(1, 1000),
+               field(stage, &OutlierOptions::statisticalNeighbors), "its number of neighbors");
   table.number("statisticalDeviations", "--statistical-deviations", "n", positive,
                field(stage, &OutlierOptions::statisticalDeviations), "its limit in standard deviations");
   table.onOff("robust", "--robust", field(stage, &OutlierOptions::robust),
@@ -237,8 +237,8 @@ void declareOrientation(Table& table)
   table.stage("orientation");
   const auto stage = &Options::orientation;
   table
-      .number("neighbourDistance", "--orientation-distance", "length", notNegative,
-              field(stage, &OrientationOptions::neighbourDistance), "points closer than this are neighbors")
+      .number("neighborDistance", "--orientation-distance", "length", notNegative,
+              field(stage, &OrientationOptions::neighborDistance), "points closer than this are neighbors")
       .automatic = "by --local-distance";
   table.onOff("localDistance", "--local-distance", field(stage, &OrientationOptions::localDistance),
               "or, without a length, than five times their own spacing; off: s + 6 standard deviations, at least "
@@ -275,7 +275,7 @@ void declareObservation(Table& table)
               field(stage, &ObservationOptions::gradientWeight),
               "of the normals beside the positions, in squared smoothing lengths")
       .automatic = ".4, or 4 if the data of a noisy cloud say so";
-  table.number("neighbours", "--neighbors", "n", between(1, 100), field(stage, &ObservationOptions::neighbours),
+  table.number("neighbors", "--neighbors", "n", between(1, 100), field(stage, &ObservationOptions::neighbors),
                "points observed per voxel");
   table.onOff("scaleWithLevel", "--scale-distance", field(stage, &ObservationOptions::scaleWithLevel),
               "coarse levels, and the default distance, reach at least 1.5 voxels");
@@ -394,7 +394,7 @@ void declareOthers(Table& table)
   table.choice("unit", "--unit", field(&Options::unit),
                "s, the unit of automatic lengths: half the side of the square that a point stands for, or the mean "
                "distance to the nearest point (the paper's)");
-  table.choice("colours", "--color", field(&Options::colours),
+  table.choice("colors", "--color", field(&Options::colors),
                "colors of the mesh: blue where interpolated and skin where observed, the input's, or none");
   table.number("threads", "--threads", "n", upTo(1024), field(&Options::threads), "the result does not depend on it")
       .automatic = "one per hardware thread";

@@ -47,6 +47,11 @@ Options paperPreset()
   return options;
 }
 
+Options presetOptions(Preset preset)
+{
+  return preset == Preset::paper ? paperPreset() : defaultPreset();
+}
+
 void validate(const OutlierOptions& options)
 {
   requireStage(&Options::outliers, options, "outliers");

@@ -23,7 +23,7 @@ namespace {
 constexpr std::int64_t grain = 4096;
 
 /// Points that edges of at least this quality connect form a piece of smooth surface. Edges to an opposite sheet reach
-/// it only where sheets are closer than about an eighth of the neighbour distance.
+/// it only where sheets are closer than about an eighth of the neighbor distance.
 constexpr float smoothQuality = .95f;
 
 /// Pieces of fewer points are too small for a vote of their own.
@@ -159,7 +159,7 @@ std::vector<Tally> tally(const Partition& partition, const Voters& vote)
 /// nearly all of them to one component. An edge between two components ends at a point outside of the largest one, so
 /// looking at all edges of those finds the rest.
 OrientationResult findComponents(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                                 const NeighbourSearch& search, const Reach& reach, float minCosine,
+                                 const NeighborSearch& search, const Reach& reach, float minCosine,
                                  const OrientationOptions& options, Execution& execution)
 {
   constexpr std::size_t following = 8;
@@ -197,7 +197,7 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
   // Other threads' joins may make a point unwanted just before its turn: then its edges are known.
   const auto joinAllEdges = [&](const auto& isWanted) {
     execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-      Neighbours found;
+      Neighbors found;
       for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
         if (!normals[i].isZero() && isWanted(i)) {
           search.within(points.positions[i], std::nextafter(reach.of(i), std::numeric_limits<float>::max()), found);
@@ -240,16 +240,16 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
   return result;
 }
 
-/// How far the points look for neighbours.
-Reach reachOf(const PointSet& points, const NeighbourSearch& search, const SamplingDensity& density,
+/// How far the points look for neighbors.
+Reach reachOf(const PointSet& points, const NeighborSearch& search, const SamplingDensity& density,
               const OrientationOptions& options, Execution& execution)
 {
-  const float distance = resolvedNeighbourDistance(options, density);
-  if (options.neighbourDistance > 0 || !options.localDistance)
+  const float distance = resolvedNeighborDistance(options, density);
+  if (options.neighborDistance > 0 || !options.localDistance)
     return Reach(distance);
   std::vector<float> reaches = points.spacings.size() == points.size()
                                    ? points.spacings
-                                   : localSpacings(points, measureNeighbours(points, search, execution), execution);
+                                   : localSpacings(points, measureNeighbors(points, search, execution), execution);
   if (reaches.size() != points.size())
     return Reach(distance);
   for (float& reach : reaches)
@@ -270,17 +270,17 @@ void checkInput(const PointSet& points, const std::vector<Eigen::Vector3f>& norm
 
 } // namespace
 
-float resolvedNeighbourDistance(const OrientationOptions& options, const SamplingDensity& density)
+float resolvedNeighborDistance(const OrientationOptions& options, const SamplingDensity& density)
 {
-  if (options.neighbourDistance > 0)
-    return options.neighbourDistance;
+  if (options.neighborDistance > 0)
+    return options.neighborDistance;
   if (options.localDistance && density.eighthMedian > 0)
     return reachInSpacings * nearestToEighth * density.eighthMedian;
   return std::max(density.spacing + 6 * density.nearestDeviation, 2.5f * density.spacing);
 }
 
 OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                                const NeighbourSearch& search, const SamplingDensity& density, OrientationVote vote,
+                                const NeighborSearch& search, const SamplingDensity& density, OrientationVote vote,
                                 const OrientationOptions& options, Execution& execution)
 {
   validate(options);

@@ -67,14 +67,14 @@ bool SignedForest::join(std::uint32_t i, std::uint32_t j, bool opposite)
 }
 
 OrientationGraph::OrientationGraph(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                                   const NeighbourSearch& search, const Reach& reach, float minCosine,
+                                   const NeighborSearch& search, const Reach& reach, float minCosine,
                                    const std::function<void(const Edge&)>& visit, Execution& execution)
     : positions_(points.positions), normals_(normals), minCosine_(minCosine)
 {
   requireRoom(points.size());
-  neighbours_.assign(points.size() * maxNeighbours, noPoint);
+  neighbors_.assign(points.size() * maxNeighbors, noPoint);
   areas_.assign(points.size(), 0);
-  findNeighbours(search, reach, execution);
+  findNeighbors(search, reach, execution);
   execution.poll();
   DisjointPoints connected(points.size());
   sortIntoBuckets(visit, connected, execution);
@@ -85,26 +85,26 @@ OrientationGraph::OrientationGraph(const PointSet& points, const std::vector<Eig
 void OrientationGraph::requireRoom(std::size_t points, std::size_t moreEdges)
 {
   constexpr std::size_t most = std::size_t{1} << edge_key::placeBits;
-  if (points <= most / maxNeighbours && moreEdges <= most - points * maxNeighbours)
+  if (points <= most / maxNeighbors && moreEdges <= most - points * maxNeighbors)
     return;
   throw ResourceLimit("the normals of " + std::to_string(points) + " points cannot be oriented, at most " +
-                      std::to_string(most / maxNeighbours) +
+                      std::to_string(most / maxNeighbors) +
                       " can; thin the cloud out, split it, or give it normals that are used as they are");
 }
 
-void OrientationGraph::findNeighbours(const NeighbourSearch& search, const Reach& reach, Execution& execution)
+void OrientationGraph::findNeighbors(const NeighborSearch& search, const Reach& reach, Execution& execution)
 {
-  search.forEachPosition(positions_, static_cast<int>(maxNeighbours) + 1, NeighbourSearch::Answer::indicesAndDistances,
-                         execution, [&](const NeighbourBatch& batch) {
+  search.forEachPosition(positions_, static_cast<int>(maxNeighbors) + 1, NeighborSearch::Answer::indicesAndDistances,
+                         execution, [&](const NeighborBatch& batch) {
                            for (std::size_t q = 0; q < batch.size; ++q) {
                              const std::size_t i = batch.positions[q];
                              std::size_t filled = 0;
-                             for (std::size_t n = q * batch.k; n < (q + 1) * batch.k && filled < maxNeighbours; ++n) {
+                             for (std::size_t n = q * batch.k; n < (q + 1) * batch.k && filled < maxNeighbors; ++n) {
                                if (batch.indices[n] == i ||
                                    !reach.joins(i, batch.indices[n], batch.squaredDistances[n]))
                                  continue;
                                areas_[i] = batch.squaredDistances[n] / static_cast<float>(filled + 1);
-                               neighbours_[i * maxNeighbours + filled++] = batch.indices[n];
+                               neighbors_[i * maxNeighbors + filled++] = batch.indices[n];
                              }
                            }
                          });
@@ -113,15 +113,15 @@ void OrientationGraph::findNeighbours(const NeighbourSearch& search, const Reach
 void OrientationGraph::sortIntoBuckets(const std::function<void(const Edge&)>& visit, DisjointPoints& connected,
                                        Execution& execution)
 {
-  buckets_.assign(neighbours_.size(), noEdge);
+  buckets_.assign(neighbors_.size(), noEdge);
   const auto lists = [&](std::size_t i, std::uint32_t j) {
-    const auto first = neighbours_.begin() + static_cast<std::ptrdiff_t>(i * maxNeighbours);
-    return std::find(first, first + maxNeighbours, j) != first + maxNeighbours;
+    const auto first = neighbors_.begin() + static_cast<std::ptrdiff_t>(i * maxNeighbors);
+    return std::find(first, first + maxNeighbors, j) != first + maxNeighbors;
   };
   execution.forRange(static_cast<std::int64_t>(positions_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      for (std::size_t place = i * maxNeighbours; place < (i + 1) * maxNeighbours; ++place) {
-        const std::uint32_t j = neighbours_[place];
+      for (std::size_t place = i * maxNeighbors; place < (i + 1) * maxNeighbors; ++place) {
+        const std::uint32_t j = neighbors_[place];
         if (j == noPoint)
           break;
         if (!hasNormal(i) || !hasNormal(j) || (j < i && lists(j, static_cast<std::uint32_t>(i))))
@@ -134,21 +134,21 @@ void OrientationGraph::sortIntoBuckets(const std::function<void(const Edge&)>& v
   });
 }
 
-void OrientationGraph::connectPieces(const NeighbourSearch& search, const Reach& reach,
+void OrientationGraph::connectPieces(const NeighborSearch& search, const Reach& reach,
                                      const std::function<void(const Edge&)>& visit, DisjointPoints& connected,
                                      Execution& execution)
 {
-  // The nearest neighbours of a scan line may all lie on it: look at the whole radius where the cap cut a piece off.
+  // The nearest neighbors of a scan line may all lie on it: look at the whole radius where the cap cut a piece off.
   const std::size_t count = positions_.size();
   if (count == 0)
     return;
   const std::uint32_t largest = connected.largest(execution);
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found((count + grain - 1) / grain);
   execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours around;
+    Neighbors around;
     std::vector<std::uint32_t> reached;
     for (auto i = static_cast<std::uint32_t>(begin); i < static_cast<std::uint32_t>(end); ++i) {
-      const bool isFull = neighbours_[(std::size_t{i} + 1) * maxNeighbours - 1] != noPoint;
+      const bool isFull = neighbors_[(std::size_t{i} + 1) * maxNeighbors - 1] != noPoint;
       if (!hasNormal(i) || !isFull || connected.find(i) == largest)
         continue;
       reached.assign(1, connected.find(i));
@@ -178,9 +178,9 @@ void OrientationGraph::connectPieces(const NeighbourSearch& search, const Reach&
 
 std::pair<std::uint32_t, std::uint32_t> OrientationGraph::ends(std::size_t place) const
 {
-  if (place >= neighbours_.size())
-    return more_[place - neighbours_.size()];
-  return {static_cast<std::uint32_t>(place / maxNeighbours), neighbours_[place]};
+  if (place >= neighbors_.size())
+    return more_[place - neighbors_.size()];
+  return {static_cast<std::uint32_t>(place / maxNeighbors), neighbors_[place]};
 }
 
 /// Sign and quality of an edge from the reflection of one normal at its bisector plane.
@@ -217,7 +217,7 @@ std::uint8_t OrientationGraph::bucketOf(const Edge& edge)
 std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const SignedForest& forest,
                                                      Execution& execution) const
 {
-  constexpr std::int64_t places = grain * static_cast<std::int64_t>(maxNeighbours);
+  constexpr std::int64_t places = grain * static_cast<std::int64_t>(maxNeighbors);
   std::vector<std::vector<std::uint64_t>> parts((buckets_.size() + places - 1) / places);
   execution.forRange(static_cast<std::int64_t>(buckets_.size()), places, [&](std::int64_t begin, std::int64_t end) {
     std::vector<std::uint64_t>& part = parts[static_cast<std::size_t>(begin / places)];

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include "disjoint_points.h"
@@ -24,7 +24,7 @@ namespace mrf {
 /// An edge this close to both normals (cosine) leads from one sheet to another, not along a surface.
 constexpr float alongNormals = .9f;
 
-/// How far each point looks for neighbours: two of them are neighbours if each is within the other's reach.
+/// How far each point looks for neighbors: two of them are neighbors if each is within the other's reach.
 class Reach {
 public:
   /// The same for all points.
@@ -38,7 +38,7 @@ public:
 
   bool joins(std::size_t i, std::size_t j, float squaredDistance) const
   {
-    // In this order: a neighbour that does not exist is infinitely far.
+    // In this order: a neighbor that does not exist is infinitely far.
     return squaredDistance <= of(i) * of(i) && squaredDistance <= of(j) * of(j);
   }
 
@@ -102,16 +102,16 @@ inline std::size_t placeOf(std::uint64_t key)
 
 } // namespace edge_key
 
-/// Edges between points that are among the nearest neighbours of each other, and what connectivity needs besides.
+/// Edges between points that are among the nearest neighbors of each other, and what connectivity needs besides.
 ///
-/// An edge is a place in the table of neighbours; its grade is computed whenever it is asked for, and only a byte of it
+/// An edge is a place in the table of neighbors; its grade is computed whenever it is asked for, and only a byte of it
 /// is kept. About 65 bytes per point.
 class OrientationGraph {
 public:
   /// \param normals unit length; points with a zero normal have no edges \param minCosine of Edge::withinAngle
   /// \param visit is shown each edge once, concurrently and in any order
   /// \throw ResourceLimit above 1.4 thousand million points
-  OrientationGraph(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighbourSearch& search,
+  OrientationGraph(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,
                    const Reach& reach, float minCosine, const std::function<void(const Edge&)>& visit,
                    Execution& execution);
 
@@ -125,7 +125,7 @@ public:
   SignedForest bestTree(const std::function<bool(const Edge&, SignedForest&)>& isUsed, Execution& execution) const;
 
 private:
-  static constexpr std::size_t maxNeighbours = 12;
+  static constexpr std::size_t maxNeighbors = 12;
   static constexpr std::uint32_t noPoint = std::numeric_limits<std::uint32_t>::max();
   static constexpr std::uint8_t noEdge = 255, lastBucket = 200;
 
@@ -134,16 +134,16 @@ private:
   Edge grade(std::uint32_t a, std::uint32_t b) const;
   static std::uint8_t bucketOf(const Edge& edge);
 
-  void findNeighbours(const NeighbourSearch& search, const Reach& reach, Execution& execution);
+  void findNeighbors(const NeighborSearch& search, const Reach& reach, Execution& execution);
   void sortIntoBuckets(const std::function<void(const Edge&)>& visit, DisjointPoints& connected, Execution& execution);
-  void connectPieces(const NeighbourSearch& search, const Reach& reach, const std::function<void(const Edge&)>& visit,
+  void connectPieces(const NeighborSearch& search, const Reach& reach, const std::function<void(const Edge&)>& visit,
                      DisjointPoints& connected, Execution& execution);
   std::vector<std::uint64_t> collect(int first, int last, const SignedForest& forest, Execution& execution) const;
 
   const std::vector<Eigen::Vector3f>& positions_;
   const std::vector<Eigen::Vector3f>& normals_;
   float minCosine_;
-  std::vector<std::uint32_t> neighbours_;                     ///< maxNeighbours places per point, nearest first
+  std::vector<std::uint32_t> neighbors_;                      ///< maxNeighbors places per point, nearest first
   std::vector<std::pair<std::uint32_t, std::uint32_t>> more_; ///< edges that connectivity needs: the places after those
   std::vector<std::uint8_t> buckets_;                         ///< per place: the badness of its edge, coarsely
   std::vector<float> areas_;

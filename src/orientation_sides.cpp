@@ -36,8 +36,8 @@ constexpr std::size_t mostStarts = 16;
 /// Depth, in widths of a line, that a height field may have along one.
 constexpr double steepest = 4;
 
-/// Neighbours among which a small component looks for a larger one, and how far.
-constexpr int neighboursAsked = 32;
+/// Neighbors among which a small component looks for a larger one, and how far.
+constexpr int neighborsAsked = 32;
 constexpr float closeInReaches = 2;
 
 /// Points per piece of parallel work.
@@ -83,7 +83,7 @@ public:
     sides_.isTurned = isTurnedOutward;
   }
 
-  Sides choose(const NeighbourSearch& search, Execution& execution)
+  Sides choose(const NeighborSearch& search, Execution& execution)
   {
     double area = 0, openArea = 0, points = 0, openPoints = 0;
     for (std::size_t c = 0; c < extents_.size(); ++c)
@@ -101,7 +101,7 @@ public:
     if (openArea > 0)
       alignOpenOnes();
     execution.poll();
-    followNeighbours(search, execution);
+    followNeighbors(search, execution);
     return std::move(sides_);
   }
 
@@ -127,7 +127,7 @@ private:
   bool isHeightField(const Eigen::Vector3d& axis) const;
   double sideOfScanner(const Eigen::Vector3d& axis) const;
   double outside() const;
-  void followNeighbours(const NeighbourSearch& search, Execution& execution);
+  void followNeighbors(const NeighborSearch& search, Execution& execution);
 
   const PointSet& points_;
   const std::vector<Eigen::Vector3f>& normals_;
@@ -144,7 +144,7 @@ private:
 double Chooser::windingNumber(const std::vector<std::uint32_t>& shell, std::size_t stride,
                               const Eigen::Vector3f& at) const
 {
-  // π times areas_ is the area: of the disc that reaches to the m-th neighbour, a point has the m-th part.
+  // π times areas_ is the area: of the disc that reaches to the m-th neighbor, a point has the m-th part.
   double solidAngle = 0;
   for (std::size_t n = 0; n < shell.size(); n += stride) {
     const Eigen::Vector3d r = (points_.positions[shell[n]] - at).cast<double>();
@@ -336,21 +336,21 @@ void Chooser::alignOpenOnes()
 }
 
 /// Turns small components as the nearest point of a larger one says, where that is close.
-void Chooser::followNeighbours(const NeighbourSearch& search, Execution& execution)
+void Chooser::followNeighbors(const NeighborSearch& search, Execution& execution)
 {
   std::vector<std::uint32_t> small;
   for (std::uint32_t i = 0; i < points_.size(); ++i)
     if (!isTelling(components_.set[i]) && !normals_[i].isZero())
       small.push_back(i);
-  struct Neighbour {
+  struct Neighbor {
     float squaredDistance = std::numeric_limits<float>::infinity();
     std::uint32_t point = 0;
   };
-  std::vector<Neighbour> nearest(small.size());
+  std::vector<Neighbor> nearest(small.size());
   execution.forRange(static_cast<std::int64_t>(small.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours found;
+    Neighbors found;
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-      const int number = search.nearest(points_.positions[small[n]], neighboursAsked, found);
+      const int number = search.nearest(points_.positions[small[n]], neighborsAsked, found);
       for (std::size_t m = 0; m < static_cast<std::size_t>(number); ++m) {
         const auto j = static_cast<std::uint32_t>(found.indices[m]);
         if (!isTelling(components_.set[j]) || normals_[j].isZero())
@@ -382,7 +382,7 @@ void Chooser::followNeighbours(const NeighbourSearch& search, Execution& executi
 
 Sides chooseSides(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& areas,
                   const Partition& components, const std::vector<std::uint8_t>& isTurnedOutward, const Reach& reach,
-                  const NeighbourSearch& search, Execution& execution)
+                  const NeighborSearch& search, Execution& execution)
 {
   return Chooser(points, normals, areas, components, isTurnedOutward, reach).choose(search, execution);
 }

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include "orientation_graph.h"
@@ -60,7 +60,7 @@ struct Sides {
 /// \param isTurnedOutward per component: whether its own outward vote turns it
 Sides chooseSides(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& areas,
                   const Partition& components, const std::vector<std::uint8_t>& isTurnedOutward, const Reach& reach,
-                  const NeighbourSearch& search, Execution& execution);
+                  const NeighborSearch& search, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

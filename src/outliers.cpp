@@ -21,12 +21,12 @@ namespace mrf {
 namespace {
 
 /// Mean distance from each point to its k nearest others; 0 for a point that has none.
-std::vector<float> meanNeighbourDistances(const PointSet& points, const NeighbourSearch& search, int k,
-                                          Execution& execution)
+std::vector<float> meanNeighborDistances(const PointSet& points, const NeighborSearch& search, int k,
+                                         Execution& execution)
 {
   std::vector<float> means(points.size(), 0);
-  search.forEachPosition(points.positions, k + 1, NeighbourSearch::Answer::distances, execution,
-                         [&](const NeighbourBatch& batch) {
+  search.forEachPosition(points.positions, k + 1, NeighborSearch::Answer::distances, execution,
+                         [&](const NeighborBatch& batch) {
                            for (std::size_t q = 0; q < batch.size; ++q) {
                              // The first is the point itself.
                              const float* squared = batch.squaredDistances + q * batch.k;
@@ -41,7 +41,7 @@ std::vector<float> meanNeighbourDistances(const PointSet& points, const Neighbou
   return means;
 }
 
-/// Neighbours of which so many have to agree with a point.
+/// Neighbors of which so many have to agree with a point.
 constexpr int fewestCoherent = 5;
 
 /// Cosines between normals, and sines between an edge and the tangent planes at its ends, of one surface.
@@ -49,8 +49,8 @@ constexpr int fewestCoherent = 5;
 /// of 276 on a noisy head with a sine of .5, 13 with this; tighter ones drop lone points of range scans.
 constexpr float leastCosine = .7f, mostSine = .35f;
 
-/// Whether a surface goes through a point with a normal and its neighbours.
-bool hasCoherentNormals(const PointSet& points, std::size_t i, const Neighbours& found)
+/// Whether a surface goes through a point with a normal and its neighbors.
+bool hasCoherentNormals(const PointSet& points, std::size_t i, const Neighbors& found)
 {
   const Eigen::Vector3f& normal = points.normals[i];
   int coherent = 0;
@@ -66,8 +66,8 @@ bool hasCoherentNormals(const PointSet& points, std::size_t i, const Neighbours&
   return coherent >= fewestCoherent;
 }
 
-/// The same where there is no normal: whether the directions to the neighbours lie in a plane, and not all on one side.
-bool liesAmidPlane(const PointSet& points, std::size_t i, const Neighbours& found)
+/// The same where there is no normal: whether the directions to the neighbors lie in a plane, and not all on one side.
+bool liesAmidPlane(const PointSet& points, std::size_t i, const Neighbors& found)
 {
   // Of random directions the third axis has a tenth and more, and their mean a length of .35; at a straight border of
   // a surface the mean has .64, and from far away nearly 1.
@@ -99,23 +99,23 @@ float quantile(std::vector<float> values, double share)
   return *place;
 }
 
-/// \param means distances to the neighbours
-std::vector<std::uint8_t> keptByNeighbours(const PointSet& points, const std::vector<float>& means,
-                                           const NeighbourSearch& search, float factor, Execution& execution)
+/// \param means distances to the neighbors
+std::vector<std::uint8_t> keptByNeighbors(const PointSet& points, const std::vector<float>& means,
+                                          const NeighborSearch& search, float factor, Execution& execution)
 {
   std::vector<std::uint8_t> keep(points.size(), 1);
   const float everywhere = factor * median(means, execution);
   if (!(everywhere > 0)) // most points coincide with others: it measures nothing
     return keep;
-  // A point closer to its neighbours than this is not far beside anything: no others are looked at.
+  // A point closer to its neighbors than this is not far beside anything: no others are looked at.
   const float closest = factor * quantile(means, .05);
   execution.forRange(static_cast<std::int64_t>(keep.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours found;
+    Neighbors found;
     std::vector<float> around;
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       if (!(means[i] > closest))
         continue;
-      search.nearest(points.positions[i], measuredNeighbours + 1, found);
+      search.nearest(points.positions[i], measuredNeighbors + 1, found);
       around.clear();
       for (const int j : found.indices)
         if (static_cast<std::size_t>(j) != i)
@@ -153,8 +153,8 @@ std::vector<std::uint8_t> keptByStatistics(const PointSet& points, const Outlier
   auto indices = std::make_shared<Indices>(points.size());
   std::iota(indices->begin(), indices->end(), 0);
   filter.setIndices(indices);
-  // PCL reads past the end of its results when there are fewer neighbours than it was told to average over.
-  filter.setMeanK(std::min(options.statisticalNeighbours, static_cast<int>(points.size()) - 1));
+  // PCL reads past the end of its results when there are fewer neighbors than it was told to average over.
+  filter.setMeanK(std::min(options.statisticalNeighbors, static_cast<int>(points.size()) - 1));
   filter.setStddevMulThresh(options.statisticalDeviations);
   Indices kept;
   filter.filter(kept);
@@ -179,15 +179,15 @@ std::int64_t intersect(std::vector<std::uint8_t>& keep, const std::vector<std::u
 
 } // namespace
 
-OutlierResult findOutliers(const PointSet& points, const NeighbourSearch& search, const OutlierOptions& options,
+OutlierResult findOutliers(const PointSet& points, const NeighborSearch& search, const OutlierOptions& options,
                            Execution& execution)
 {
   return findOutliers(
-      points, options.alone && points.size() > 1 ? measureNeighbours(points, search, execution) : NeighbourDistances(),
+      points, options.alone && points.size() > 1 ? measureNeighbors(points, search, execution) : NeighborDistances(),
       search, options, execution);
 }
 
-OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& distances, const NeighbourSearch& search,
+OutlierResult findOutliers(const PointSet& points, const NeighborDistances& distances, const NeighborSearch& search,
                            const OutlierOptions& options, Execution& execution)
 {
   validate(options);
@@ -197,14 +197,14 @@ OutlierResult findOutliers(const PointSet& points, const NeighbourDistances& dis
     return result;
   if (options.alone)
     result.droppedAlone =
-        intersect(result.keep, keptByNeighbours(points, distances.mean, search, options.aloneFactor, execution));
+        intersect(result.keep, keptByNeighbors(points, distances.mean, search, options.aloneFactor, execution));
   if (options.spacing) {
-    const bool isMeasured = options.spacingNeighbours == measuredNeighbours && !distances.mean.empty();
-    result.droppedBySpacing = intersect(
-        result.keep,
-        keptBySpacing(isMeasured ? distances.mean
-                                 : meanNeighbourDistances(points, search, options.spacingNeighbours, execution),
-                      options, execution));
+    const bool isMeasured = options.spacingNeighbors == measuredNeighbors && !distances.mean.empty();
+    result.droppedBySpacing =
+        intersect(result.keep,
+                  keptBySpacing(isMeasured ? distances.mean
+                                           : meanNeighborDistances(points, search, options.spacingNeighbors, execution),
+                                options, execution));
   }
   execution.poll();
   if (options.statistical)

@@ -3,7 +3,7 @@
 /// \brief Arrays of one value per voxel of a band, not set when they are made.
 #pragma once
 
-#include "uninitialised.h"
+#include "uninitialized.h"
 
 #include <cstdint>
 #include <vector>
@@ -11,8 +11,8 @@
 namespace pcl {
 namespace mrf {
 
-using PackedValues = std::vector<float, UninitialisedAllocator<float>>;
-using PackedFlags = std::vector<std::uint8_t, UninitialisedAllocator<std::uint8_t>>;
+using PackedValues = std::vector<float, UninitializedAllocator<float>>;
+using PackedFlags = std::vector<std::uint8_t, UninitializedAllocator<std::uint8_t>>;
 
 } // namespace mrf
 } // namespace pcl

@@ -26,7 +26,7 @@ constexpr int cellBits = 21;
 constexpr int brickSide = 4;
 constexpr std::size_t brickCells = 64;
 
-/// Cells of a side of so many median distances to the 8th neighbour: measured, flat from .9 to 1.2.
+/// Cells of a side of so many median distances to the 8th neighbor: measured, flat from .9 to 1.2.
 constexpr double sidePerEighth = 1.05;
 
 /// Squares near the smallest float are rounded to multiples of it. A squared distance, the sum of three, may be off by
@@ -39,7 +39,7 @@ constexpr std::size_t crowded = 16;
 /// Fewer points per brick than this, and the tables cost more than they save.
 constexpr std::size_t fewestPerBrick = 4;
 
-/// More neighbours than this the tree finds as fast.
+/// More neighbors than this the tree finds as fast.
 constexpr int mostFromBins = 32;
 
 /// The cells of a brick are numbered by a Morton code of two bits per axis; this is one bit per cell for those with a
@@ -120,7 +120,7 @@ constexpr std::size_t mostPerQuery = 160;
 
 } // namespace
 
-std::unique_ptr<NeighbourSearch> makePointBins()
+std::unique_ptr<NeighborSearch> makePointBins()
 {
   return std::make_unique<PointBins>();
 }
@@ -133,10 +133,10 @@ void PointBins::setPoints(const std::vector<Eigen::Vector3f>& positions)
 
 void PointBins::setPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
 {
-  const auto lay = [&](const Eigen::Array3d& centre, double side) {
+  const auto lay = [&](const Eigen::Array3d& center, double side) {
     side_ = std::max(side, 1e-300);
     inverseSide_ = 1 / side_;
-    origin_ = centre - side_ * (1 << (cellBits - 1));
+    origin_ = center - side_ * (1 << (cellBits - 1));
     rounding_ = 1e-6 * side_ + 1e-14 * origin_.abs().maxCoeff();
     sortPoints(positions, execution);
     tree_.build(points_, execution);
@@ -148,11 +148,11 @@ void PointBins::setPoints(const std::vector<Eigen::Vector3f>& positions, Executi
     return;
   }
   const PointFrame frame = estimateFrame(positions);
-  lay(frame.centre, frame.side);
+  lay(frame.center, frame.side);
   const double ideal = idealSide();
   constexpr double tolerance = 1.35;
   if (ideal > 0 && (side_ > tolerance * ideal || tolerance * side_ < ideal))
-    lay(frame.centre, ideal);
+    lay(frame.center, ideal);
 }
 
 void PointBins::dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
@@ -291,14 +291,14 @@ void PointBins::arrangeCrowdedCells(Execution& execution)
 
 double PointBins::idealSide() const
 {
-  constexpr std::size_t neighbours = 9; // the point itself among them
-  std::array<float, neighbours> distances;
-  std::array<std::uint32_t, neighbours> indices;
+  constexpr std::size_t neighbors = 9; // the point itself among them
+  std::array<float, neighbors> distances;
+  std::array<std::uint32_t, neighbors> indices;
   std::vector<float> eighths;
   for (const std::size_t n : sampleOf(points_.size(), 64)) {
-    Nearest nearest(neighbours, distances.data(), indices.data());
+    Nearest nearest(neighbors, distances.data(), indices.data());
     tree_.findNearest({points_[n].x, points_[n].y, points_[n].z}, nearest);
-    if (nearest.size() == neighbours)
+    if (nearest.size() == neighbors)
       eighths.push_back(std::sqrt(distances.back()));
   }
   if (eighths.empty())
@@ -414,7 +414,7 @@ void PointBins::findNearest(const Eigen::Vector3f& query, Nearest& nearest) cons
   if (hasBins() && nearest.capacity() <= mostFromBins) {
     constexpr int last = (1 << cellBits) - 1;
     const Eigen::Array3d position = query.array().cast<double>();
-    // A few neighbours are mostly in the eight cells around the nearest corner.
+    // A few neighbors are mostly in the eight cells around the nearest corner.
     const bool few = nearest.capacity() <= 4;
     const Eigen::Array3i lower = few ? cellOf(position - .5 * side_) : (cellOf(position) - 1).max(0);
     if (isFoundIn({lower, (lower + (few ? 1 : 2)).min(last)}))
@@ -430,7 +430,7 @@ void PointBins::findNearest(const Eigen::Vector3f& query, Nearest& nearest) cons
   tree_.findNearest(query, nearest);
 }
 
-int PointBins::nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const
+int PointBins::nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const
 {
   const std::size_t room = std::min(static_cast<std::size_t>(std::max(k, 0)), points_.size());
   result.indices.resize(room);
@@ -446,7 +446,7 @@ int PointBins::nearest(const Eigen::Vector3f& query, int k, Neighbours& result) 
   return static_cast<int>(room);
 }
 
-int PointBins::within(const Eigen::Vector3f& query, float radius, Neighbours& result) const
+int PointBins::within(const Eigen::Vector3f& query, float radius, Neighbors& result) const
 {
   result.indices.clear();
   result.squaredDistances.clear();
@@ -455,7 +455,7 @@ int PointBins::within(const Eigen::Vector3f& query, float radius, Neighbours& re
   const auto limit = static_cast<float>(double{radius} * radius);
   std::vector<std::uint64_t> found;
   const auto add = [&](float distance, std::uint32_t index) { found.push_back(packed(distance, index)); };
-  constexpr double mostCells = 2; // from the centre; farther, the tree is faster
+  constexpr double mostCells = 2; // from the center; farther, the tree is faster
   if (hasBins() && radius < mostCells * side_) {
     const Eigen::Array3d position = query.array().cast<double>();
     const double reach = 1.000001 * std::sqrt(double{radius} * radius + underflow);
@@ -524,11 +524,11 @@ void PointBins::rankHits(const Group& group, std::size_t hits, const float* sort
 }
 
 void PointBins::forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
-                                Execution& execution, const std::function<void(const NeighbourBatch&)>& visit) const
+                                Execution& execution, const std::function<void(const NeighborBatch&)>& visit) const
 {
   const auto wanted = static_cast<std::size_t>(std::max(k, 0));
   if (wanted == 0 || wanted > kernels::mostNearest) {
-    NeighbourSearch::forEachPosition(positions, k, answer, execution, visit);
+    NeighborSearch::forEachPosition(positions, k, answer, execution, visit);
     return;
   }
   if (!hasBins()) {
@@ -537,7 +537,7 @@ void PointBins::forEachPosition(const std::vector<Eigen::Vector3f>& positions, i
       std::array<std::uint32_t, kernels::mostNearest> indices;
       for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
         answerFromTree(n, wanted, distances.data(), indices.data());
-        NeighbourBatch batch;
+        NeighborBatch batch;
         batch.size = 1;
         batch.k = wanted;
         batch.positions = &points_[n].index;
@@ -565,7 +565,7 @@ void PointBins::answerFromTree(std::size_t n, std::size_t k, float* distances, s
 }
 
 void PointBins::answerBrick(std::size_t brick, Group& group, std::size_t k, Answer answer,
-                            const std::function<void(const NeighbourBatch&)>& visit) const
+                            const std::function<void(const NeighborBatch&)>& visit) const
 {
   if (occupied_[brick] == 0)
     return; // its points were dropped
@@ -594,7 +594,7 @@ void PointBins::answerBrick(std::size_t brick, Group& group, std::size_t k, Answ
 }
 
 void PointBins::answerGroup(Group& group, std::size_t k, Answer answer,
-                            const std::function<void(const NeighbourBatch&)>& visit) const
+                            const std::function<void(const NeighborBatch&)>& visit) const
 {
   constexpr std::size_t lanes = kernels::queryLanes;
   constexpr int last = (1 << cellBits) - 1;
@@ -651,7 +651,7 @@ void PointBins::answerGroup(Group& group, std::size_t k, Answer answer,
     }
     rankHits(group, hits, &sorted[q], k, distances, indices);
   }
-  NeighbourBatch batch;
+  NeighborBatch batch;
   batch.size = group.size;
   batch.k = k;
   batch.positions = positions.data();

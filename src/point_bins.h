@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Neighbour search on sorted uniform bins, with a tree for what bins are bad at.
+/// \brief Neighbor search on sorted uniform bins, with a tree for what bins are bad at.
 #pragma once
 
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 
 #include "point_tree.h"
 #include "spatial_sort.h"
@@ -22,17 +22,17 @@ namespace mrf {
 /// A query looks at the cells around it. What it finds there is the answer if no point outside of them can be closer;
 /// otherwise (far from the points, where they are sparse, or in cells with very many) the tree over the same sorted
 /// points answers. So the cells decide the speed alone, and any distribution of points is answered exactly.
-class PointBins final : public NeighbourSearch {
+class PointBins final : public NeighborSearch {
 public:
   void setPoints(const std::vector<Eigen::Vector3f>& positions) override;
   void setPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution) override;
   void dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
                   Execution& execution) override;
 
-  int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override;
-  int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override;
+  int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override;
+  int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override;
   void forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer, Execution& execution,
-                       const std::function<void(const NeighbourBatch&)>& visit) const override;
+                       const std::function<void(const NeighborBatch&)>& visit) const override;
 
 private:
   /// A box of cells, both ends included.
@@ -60,7 +60,7 @@ private:
 
   void findNearest(const Eigen::Vector3f& query, Nearest& nearest) const;
 
-  /// The same for one neighbour that is in the eight cells around the nearest corner. \return false if it is not
+  /// The same for one neighbor that is in the eight cells around the nearest corner. \return false if it is not
   bool findClosest(const Eigen::Vector3f& query, Nearest& nearest) const;
 
   /// The same, given a squared distance that the farthest of them does not exceed. \return false if it is too large
@@ -70,9 +70,9 @@ private:
   static void rankHits(const Group& group, std::size_t hits, const float* sorted, std::size_t k, float* distances,
                        std::uint32_t* indices);
   void answerBrick(std::size_t brick, Group& group, std::size_t k, Answer answer,
-                   const std::function<void(const NeighbourBatch&)>& visit) const;
+                   const std::function<void(const NeighborBatch&)>& visit) const;
   void answerGroup(Group& group, std::size_t k, Answer answer,
-                   const std::function<void(const NeighbourBatch&)>& visit) const;
+                   const std::function<void(const NeighborBatch&)>& visit) const;
 
   std::vector<IndexedPoint> points_;               ///< sorted by cell
   PointTree tree_;                                 ///< over points_

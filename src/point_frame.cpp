@@ -30,7 +30,7 @@ PointFrame estimateFrame(const std::vector<Eigen::Vector3f>& positions)
     upper[axis] = values[values.size() - 1 - values.size() / 50];
   }
   PointFrame frame;
-  frame.centre = .5 * (lower + upper);
+  frame.center = .5 * (lower + upper);
   const double extent = (upper - lower).maxCoeff();
   if (!(extent > 0))
     return frame;

@@ -15,7 +15,7 @@ namespace mrf {
 std::vector<std::size_t> sampleOf(std::size_t count, std::size_t most);
 
 struct PointFrame {
-  Eigen::Array3d centre = Eigen::Array3d::Zero();
+  Eigen::Array3d center = Eigen::Array3d::Zero();
   double side = 1;
 };
 

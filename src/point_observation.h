@@ -8,7 +8,7 @@
 ///
 /// with c_p the 8 trilinear weights at point p, G_p the gradient of the trilinear interpolant, n_p the point's normal,
 /// ρ_p its confidence, q the number of points per voxel face and ℓ the smoothing length: what is smaller than ℓ is
-/// smoothed away, on every grid alike. No neighbour is searched.
+/// smoothed away, on every grid alike. No neighbor is searched.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -24,7 +24,7 @@ namespace mrf {
 
 /// A point, or the mean of several that the grid does not tell apart.
 struct PointSample {
-  Eigen::Vector3f position; ///< in voxels, relative to the centre of voxel (0, 0, 0)
+  Eigen::Vector3f position; ///< in voxels, relative to the center of voxel (0, 0, 0)
   Eigen::Vector3f normal;   ///< n_p; the mean of several is shorter than 1
   float weight;             ///< Σ ρ_p
 

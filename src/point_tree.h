@@ -73,7 +73,7 @@ private:
   std::uint32_t* indices_;
 };
 
-/// Finds neighbours however the points are distributed; it is the faster, the closer in memory points are that are
+/// Finds neighbors however the points are distributed; it is the faster, the closer in memory points are that are
 /// close in space. Boxes over runs of points, four to a parent: no pointers, about 2.5 bytes per point.
 class PointTree {
 public:
@@ -88,7 +88,7 @@ public:
   void findNearest(const Eigen::Vector3f& query, Nearest& nearest,
                    float bound = std::numeric_limits<float>::infinity()) const;
 
-  /// Such a bound for the k nearest of the n-th point: that of the k nearest of its neighbours in memory.
+  /// Such a bound for the k nearest of the n-th point: that of the k nearest of its neighbors in memory.
   float boundFromMemory(std::size_t n, std::size_t k) const;
 
   /// Calls found(squaredDistance, index) for all points with a smaller squared distance than `limit`.

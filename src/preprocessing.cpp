@@ -16,7 +16,7 @@ namespace {
 
 /// Keeps the flagged points and hands them to the search; both stay as they are if all are kept.
 /// \return whether some were dropped
-bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighbourSearch& search, Execution& execution)
+bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighborSearch& search, Execution& execution)
 {
   if (std::find(keep.begin(), keep.end(), std::uint8_t{0}) == keep.end())
     return false;
@@ -65,15 +65,15 @@ void requireRange(const char* what, double length)
 }
 
 /// Hands the points to the search first, drops outliers, and measures the density of what is left: from the same
-/// distances, as the few outliers hardly count among eight neighbours.
-void removeOutliers(PointSet& points, const Options& options, NeighbourSearch& search, Report& report,
+/// distances, as the few outliers hardly count among eight neighbors.
+void removeOutliers(PointSet& points, const Options& options, NeighborSearch& search, Report& report,
                     Execution& execution)
 {
-  NeighbourDistances distances;
+  NeighborDistances distances;
   {
     const StageTimer timer("outliers", report, execution);
     search.setPoints(points.positions, execution);
-    distances = measureNeighbours(points, search, execution);
+    distances = measureNeighbors(points, search, execution);
     const OutlierResult outliers = findOutliers(points, distances, search, options.outliers, execution);
     report.points.outliersAlone = outliers.droppedAlone;
     report.points.outliersBySpacing = outliers.droppedBySpacing;
@@ -102,7 +102,7 @@ void warnOfZeroNormals(const PointSet& points, const Options& options, Report& r
 }
 
 /// The normals to be oriented, taken from the points if they are theirs; points without one are dropped.
-std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighbourSearch& search,
+std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighborSearch& search,
                                          Report& report, Execution& execution)
 {
   const StageTimer timer("normals", report, execution);
@@ -161,7 +161,7 @@ void warnOfDisagreement(const Options& options, Report& report)
 
 } // namespace
 
-OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSearch& search, Report& report,
+OrientedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search, Report& report,
                           Execution& execution)
 {
   requirePoints(points, "gathering", report);
@@ -173,29 +173,28 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSear
 
   report.vote = chooseVote(points, options, report);
   report.sensorOriginUsed = report.vote == OrientationVote::sensor && points.hasSensorOrigin;
+  OrientationResult oriented;
   {
     const StageTimer timer("orientation", report, execution);
-    report.orientation =
-        orientNormals(points, normals, search, report.density, report.vote, options.orientation, execution);
+    oriented = orientNormals(points, normals, search, report.density, report.vote, options.orientation, execution);
+    report.orientation = oriented.summary();
   }
   normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
   warnOfDisagreement(options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
-  points.normals = std::move(report.orientation.normals);
-  reduce(points, report.orientation.keep, search, execution);
-  report.orientation.normals.clear();
-  report.orientation.keep = std::vector<std::uint8_t>();
+  points.normals = std::move(oriented.normals);
+  reduce(points, oriented.keep, search, execution);
   requirePoints(points, "dropping small components", report);
   report.points.used = static_cast<std::int64_t>(points.size());
 
-  OrientedPoints oriented;
-  oriented.positions = std::move(points.positions);
-  oriented.normals = std::move(points.normals);
-  oriented.confidences = std::move(points.confidences);
-  oriented.spacings = std::move(points.spacings);
-  oriented.origins = std::move(points.origins);
-  oriented.offset = points.offset;
-  return oriented;
+  OrientedPoints result;
+  result.positions = std::move(points.positions);
+  result.normals = std::move(points.normals);
+  result.confidences = std::move(points.confidences);
+  result.spacings = std::move(points.spacings);
+  result.origins = std::move(points.origins);
+  result.offset = points.offset;
+  return result;
 }
 
 } // namespace mrf

@@ -24,7 +24,7 @@ void validate(const PriorOptions& options)
 double dataCoefficient(const PriorOptions& options)
 {
   if (options.energy != Energy::paperText || options.prior == Prior::membrane)
-    return centreCoefficient(options.prior);
+    return centerCoefficient(options.prior);
   return options.prior == Prior::thinPlate ? 36. / 7 : 18;
 }
 

@@ -20,7 +20,7 @@ struct PriorConstants {
   /// k = 2 the value that comes closest to the dense solution on three scans; for k = 3 .25 fills holes better than .35
   /// or .5 do.
   double tautness;
-  /// Share of the coarse correction that is taken, with observations at points and at voxels. The rediscretised L³
+  /// Share of the coarse correction that is taken, with observations at points and at voxels. The rediscretized L³
   /// overcorrects: measured on a head of 1.2 million voxels, .3 to .5 needs half the iterations of 1; with observations
   /// at points, which come with weaker coarse weights, .6 to .8 does. Lower orders want all of it.
   double pointDamping, voxelDamping;

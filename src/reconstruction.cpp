@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/reconstruction.h>
 #include <pcl/surface/mrf/self_intersection.h>
 
@@ -49,14 +50,22 @@ void warnOfDroppedPoints(Report& report)
   }
 }
 
-/// The float spacing of the input's largest coordinates.
-double resolutionOf(const PointSet& points)
+/// Names the options that were changed although what observes the field has no use for them.
+void warnOfUnusedOptions(const Options& options, Report& report)
 {
-  const BoundingBox box = boundingBox(points.positions);
-  const Eigen::Vector3d lower = box.lower.cast<double>() + points.offset,
-                        upper = box.upper.cast<double>() + points.offset;
-  const auto farthest = static_cast<float>(std::max(lower.cwiseAbs().maxCoeff(), upper.cwiseAbs().maxCoeff()));
-  return std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+  const ObservationOptions& observation = options.observation;
+  const Options unchanged = defaultPreset();
+  const auto names = observation.atPoints()
+                         ? std::vector<const char*>{"prior.beta", "prior.energy", "observation.neighbors"}
+                         : std::vector<const char*>{"observation.smoothing", "observation.gradientWeight"};
+  for (const char* name : names) {
+    const OptionDeclaration& option = optionDeclaration(name);
+    const double value = option.get(options);
+    if (value != option.get(unchanged))
+      report.warnings.push_back(option.name + " = " + option.textOf(value) + " has no effect on observations at " +
+                                (observation.atPoints() ? "points: smoothing and noise tell how far to trust them"
+                                                        : "voxels: prior.beta tells how far to trust them"));
+  }
 }
 
 void warnOfCoarseInput(double resolution, double voxelSize, Report& report)
@@ -113,14 +122,14 @@ Options resolve(const Options& requested, const SamplingDensity& density)
   derive(options.multiscale.voxelSize, spacingsPerVoxel(options.multiscale.quality) * spacing);
   derive(options.observation.maxDistance,
          resolvedMaxDistance(options.observation, spacing, options.multiscale.voxelSize));
-  options.orientation.neighbourDistance = resolvedNeighbourDistance(options.orientation, density);
+  options.orientation.neighborDistance = resolvedNeighborDistance(options.orientation, density);
   options.normals.radius = resolvedRadius(options.normals, spacing);
   derive(options.normals.maxPlaneDistance, spacing);
   return options;
 }
 
 /// Drops the points that a robust field cannot agree with.
-void rejectByField(OrientedPoints& points, NeighbourSearch& search, const Options& options, Report& report,
+void rejectByField(OrientedPoints& points, NeighborSearch& search, const Options& options, Report& report,
                    Execution& execution)
 {
   if (!options.outliers.robust)
@@ -194,18 +203,18 @@ void resolveByData(const OrientedPoints& points, const Options& requested, Optio
 /// A part of the points that is solved on its own, and what answers for it.
 struct Piece {
   const OrientedPoints* points;
-  const NeighbourSearch* search;
+  const NeighborSearch* search;
   BoundingBox volume; ///< what its field is to cover: the points' box, unless the padding is automatic
 };
 
 /// The parts of a cloud in several pieces; empty if it is in one.
 struct OwnedPieces {
   std::vector<OrientedPoints> points;
-  std::vector<std::unique_ptr<NeighbourSearch>> searches;
+  std::vector<std::unique_ptr<NeighborSearch>> searches;
 };
 
 /// Splits a cloud whose parts cannot see each other, and drops points that are alone.
-OwnedPieces split(OrientedPoints& points, NeighbourSearch& search, const Options& options, Report& report,
+OwnedPieces split(OrientedPoints& points, NeighborSearch& search, const Options& options, Report& report,
                   Execution& execution)
 {
   // Holes up to the limit are to be filled; boxes grow by the padding, and must not meet.
@@ -245,7 +254,7 @@ void chooseVolumes(std::vector<Piece>& pieces, const Options& options, Report& r
                                 options.prior, options.solver, options.multiscale, maxHole, execution);
 }
 
-Support supportOf(const OrientedPoints& points, const NeighbourSearch& search, float reach, float spacing,
+Support supportOf(const OrientedPoints& points, const NeighborSearch& search, float reach, float spacing,
                   const Options& options)
 {
   return {points, search, reach, options.unit == LengthUnit::density ? spacing : 0}; // the paper has one for all points
@@ -275,14 +284,14 @@ SurfaceFilter trimmedGenerously(const Piece& piece, const Options& options, Trim
 
 /// The fields of all pieces; the report gets their levels.
 /// \param trimming as it was asked for \param diagonal that its limits follow
-DistanceField regularise(const std::vector<Piece>& pieces, const Options& options, const TrimmingOptions& trimming,
+DistanceField regularize(const std::vector<Piece>& pieces, const Options& options, const TrimmingOptions& trimming,
                          float diagonal, Report& report, Execution& execution)
 {
-  const StageTimer timer("regularisation", report, execution);
+  const StageTimer timer("regularization", report, execution);
   std::vector<DistanceField> fields;
   for (const Piece& piece : pieces) {
     MultiscaleResult result =
-        regularise(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
+        regularize(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
                    options.prior, options.solver, options.multiscale, execution,
                    trimmedGenerously(piece, options, trimming, diagonal, report.density.spacing, execution));
     report.predictedBytes = std::max(report.predictedBytes, result.predictedBytes);
@@ -295,6 +304,26 @@ DistanceField regularise(const std::vector<Piece>& pieces, const Options& option
   return DistanceField::ofPieces(std::move(fields));
 }
 
+PointSet gather(RawCloud cloud, const Options& options, Report& report, Execution& execution)
+{
+  const StageTimer timer("gathering", report, execution);
+  return gather(std::move(cloud), options, report.points, execution);
+}
+
+/// Attributes of the cloud at the vertices, if the options ask for them.
+void interpolate(const PointAttributes& attributes, const NeighborSearch& search, Execution& execution,
+                 Reconstruction& result)
+{
+  if (attributes.channels < 1 || result.report.options.colors != ColorMode::input)
+    return;
+  const StageTimer timer("attributes", result.report, execution);
+  result.channels = attributes.channels;
+  result.attributes = interpolateAttributes(
+      result.mesh.vertices, search,
+      [&](std::size_t point, float* values) { attributes.read(result.points.origins[point], values); },
+      attributes.channels, execution);
+}
+
 void setVertexFields(Reconstruction& result, const Support& support, const Options& options, Execution& execution)
 {
   setNormals(result.mesh, result.field, execution);
@@ -303,19 +332,21 @@ void setVertexFields(Reconstruction& result, const Support& support, const Optio
 
 } // namespace
 
-void reconstruct(PointSet points, const PointCounts& counts, const Options& options, NeighbourSearch& search,
-                 Execution& execution, Reconstruction& result)
+void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search, Execution& execution,
+                 Reconstruction& result)
 {
   result = Reconstruction();
   Report& report = result.report;
   const RunTimer whole(report);
   report.options = options;
-  report.points = counts;
   report.threads = execution.threads();
   validate(options);
+  warnOfUnusedOptions(options, report);
 
-  execution.beginRun(expectedStages(points.size(), options));
-  const double resolution = resolutionOf(points);
+  execution.beginRun(expectedStages(cloud.positions.size(), options));
+  const PointAttributes attributes = std::move(cloud.attributes);
+  PointSet points = gather(std::move(cloud), options, report, execution);
+  const double resolution = points.resolution;
   result.points = preprocess(std::move(points), options, search, report, execution);
   requireVoxelsWithinCloud(options.multiscale.voxelSize, boundingBox(result.points.positions).diagonal());
   Options resolved = resolve(options, report.density);
@@ -340,24 +371,28 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
   if (!resolved.observation.atPoints() && resolved.prior.beta > 0)
     report.smoothingLength = smoothingLength(resolved.prior, resolved.multiscale.voxelSize);
   warnOfCoarseInput(resolution, resolved.multiscale.voxelSize, report);
-  result.field = regularise(pieces, resolved, options.trimming, largest, report, execution);
+  result.field = regularize(pieces, resolved, options.trimming, largest, report, execution);
   warnOfUnsolvedLevels(report);
   {
     const StageTimer timer("polygonizer", report, execution);
     result.mesh = polygonize(result.field, resolved.polygonizer, execution);
   }
   if (result.mesh.triangles.empty())
-    throw InvalidInput("the field has no zero level: the normals may all point the same way around, or β = " +
-                       std::to_string(options.prior.beta) + " is too small");
+    throw InvalidInput("the field has no zero level: the normals may all point the same way around" +
+                       (resolved.observation.atPoints()
+                            ? ""
+                            : ", or prior.beta = " + decimalText(resolved.prior.beta) + " is too small"));
   const Support support =
       supportOf(result.points, search, resolved.observation.maxDistance, report.density.spacing, resolved);
+  std::optional<MeshStatistics> statistics;
   {
     const StageTimer timer("trimming", report, execution);
     setVertexFields(result, support, resolved, execution);
-    report.trimming = trim(std::move(result.mesh), result.points, search, largest, options.trimming, execution);
-    result.mesh = std::move(report.trimming.mesh);
-    report.trimming.mesh = TriangleMesh();
-    const bool isCut = resolved.trimming.trimming != Trimming::none && !report.trimming.statistics;
+    TrimResult trimmed = trim(std::move(result.mesh), result.points, search, largest, options.trimming, execution);
+    report.trimming = trimmed.summary();
+    statistics = trimmed.statistics;
+    result.mesh = std::move(trimmed.mesh);
+    const bool isCut = resolved.trimming.trimming != Trimming::none && !statistics;
     if (isCut && tightenBorders(result.mesh, support, execution) > 0 && resolved.remesher.rounds == 0)
       setVertexFields(result, support, resolved, execution);
   }
@@ -366,17 +401,14 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
         "trimming left no surface: nothing of the zero level is supported by data; trim less, or choose a "
         "larger voxel size than " +
         std::to_string(resolved.multiscale.voxelSize));
-  report.mesh = report.trimming.statistics ? *report.trimming.statistics : measure(result.mesh, execution);
+  report.mesh = statistics ? *statistics : measure(result.mesh, execution);
   report.meshBeforeRemeshing = report.mesh;
   if (resolved.remesher.rounds > 0) {
     const StageTimer timer("remesher", report, execution);
     RemeshResult remeshed = remesh(result.mesh, result.field, resolved.remesher, execution);
     result.mesh = std::move(remeshed.mesh);
     setVertexFields(result, support, resolved, execution);
-    report.splits = remeshed.splits;
-    report.collapses = remeshed.collapses;
-    report.flips = remeshed.flips;
-    report.refusedOperations = remeshed.refusedOperations;
+    report.remesher = remeshed.summary();
     report.intersectingBeforeRemeshing = remeshed.intersectingBefore;
     report.intersecting = remeshed.intersecting;
     report.options.remesher.targetEdge = static_cast<float>(remeshed.targetEdge);
@@ -385,9 +417,30 @@ void reconstruct(PointSet points, const PointCounts& counts, const Options& opti
     report.intersecting = static_cast<std::int64_t>(selfIntersectingTriangles(result.mesh, execution).size());
     report.intersectingBeforeRemeshing = report.intersecting;
   }
+  interpolate(attributes, search, execution, result);
   execution.endRun();
   report.status = Status::ok;
   report.message = "ok";
+}
+
+Reconstruction reconstruct(RawCloud cloud, const Options& options, Execution& execution)
+{
+  const auto search = makePointBins();
+  Reconstruction result;
+  reconstruct(std::move(cloud), options, *search, execution, result);
+  return result;
+}
+
+std::vector<Rgb> vertexColors(const Reconstruction& result)
+{
+  std::vector<Rgb> colors;
+  if (result.report.options.colors == ColorMode::confidence)
+    for (const float confidence : result.mesh.confidences)
+      colors.push_back(confidenceColor(confidence));
+  else if (result.channels == 3)
+    for (std::size_t n = 0; n < result.attributes.size(); n += 3)
+      colors.push_back(toRgb(&result.attributes[n]));
+  return colors;
 }
 
 void setFailure(const std::exception_ptr& error, Report& report) noexcept

@@ -52,7 +52,7 @@ void Relaxation::computeSteps()
       Vector3f sum = Vector3f::Zero();
       float weight = 0;
       const Vector3f p = mesh.positions[v], n = mesh.normals[v];
-      mesh.forNeighbours(v, [&](std::int32_t w) {
+      mesh.forNeighbors(v, [&](std::int32_t w) {
         sum += areas[w] * (mesh.positions[w] - p);
         weight += areas[w];
       });
@@ -76,7 +76,7 @@ void Relaxation::moveInRanges()
       if (mesh.pinned[v] || steps_[v].isSettled)
         continue;
       bool isInside = true;
-      mesh.forNeighbours(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
+      mesh.forNeighbors(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
       if (!isInside)
         isWaiting_[v] = 1;
       else if (!move(v))

@@ -5,8 +5,8 @@
 
 #include "border_curves.h"
 #include "half_edge_mesh.h"
+#include "reference_surface.h"
 #include "triangle_shape.h"
-#include "zero_level.h"
 
 #include <pcl/surface/mrf/remesher.h>
 
@@ -32,14 +32,14 @@ struct Site {
 /// The mesh in the making, the surface and the curves that it follows, and what was done to it.
 struct RemeshedSurface {
   HalfEdgeMesh mesh;
-  ZeroLevel level;
+  const ReferenceSurface& level;
   BorderCurves curves;  ///< of the borders as they were at first
   float targetEdge = 0; ///< cloud's unit
   RemeshResult result;  ///< counts so far; the mesh comes in the end
 
-  /// \param field must outlive this
-  RemeshedSurface(const TriangleMesh& triangles, const DistanceField& field, Execution& execution)
-      : mesh(triangles, execution), level(field, .5f * static_cast<float>(field.lattice().spacing))
+  /// \param surface must outlive this
+  RemeshedSurface(const TriangleMesh& triangles, const ReferenceSurface& surface, Execution& execution)
+      : mesh(triangles, execution), level(surface)
   {}
 
   Corner corner(std::int32_t vertex) const { return {mesh.positions[vertex], mesh.normals[vertex]}; }

@@ -5,6 +5,8 @@
 #include "polling.h"
 #include "relaxation.h"
 #include "remeshed_surface.h"
+#include "triangle_surface.h"
+#include "zero_level.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/remesher.h>
@@ -53,7 +55,7 @@ void checkSize(const RemeshedSurface& surface)
   }
 }
 
-/// Those of the field, where that has none those of the triangles.
+/// Those of the surface, where that has none those of the triangles.
 void setNormals(RemeshedSurface& surface, Execution& execution)
 {
   HalfEdgeMesh& mesh = surface.mesh;
@@ -67,10 +69,10 @@ void setNormals(RemeshedSurface& surface, Execution& execution)
 }
 
 /// The mesh without vertices that are in no triangle, and all that the passes read of it but for the borders' curves.
-RemeshedSurface prepared(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
+RemeshedSurface prepared(const TriangleMesh& mesh, const ReferenceSurface& level, const RemesherOptions& options,
                          Execution& execution)
 {
-  RemeshedSurface surface(mesh, field, execution);
+  RemeshedSurface surface(mesh, level, execution);
   execution.poll();
   surface.targetEdge = options.targetEdge > 0 ? options.targetEdge : medianEdge(surface);
   checkSize(surface);
@@ -85,9 +87,9 @@ RemeshedSurface prepared(const TriangleMesh& mesh, const DistanceField& field, c
 class Remesher {
 public:
   /// \param watched where to look for intersections after each round
-  Remesher(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
+  Remesher(const TriangleMesh& mesh, const ReferenceSurface& level, const RemesherOptions& options,
            IntersectionWatch::Place watched, Execution& execution)
-      : options_(options), execution_(execution), surface_(prepared(mesh, field, options, execution)),
+      : options_(options), execution_(execution), surface_(prepared(mesh, level, options, execution)),
         watch_(watched, surface_.mesh, surface_.targetEdge, execution)
   {}
 
@@ -132,11 +134,11 @@ private:
       const std::vector<std::int32_t> intersecting = runPasses();
       if (intersecting.empty())
         return true; // what was pinned stays so: the next round would run into the same trouble
-      std::vector<Vector3f> centres;
-      centres.reserve(intersecting.size());
+      std::vector<Vector3f> centers;
+      centers.reserve(intersecting.size());
       for (const std::int32_t v : intersecting)
-        centres.push_back(surface_.mesh.positions[v]);
-      pinAround(centres, radius, before.positions, pinned);
+        centers.push_back(surface_.mesh.positions[v]);
+      pinAround(centers, radius, before.positions, pinned);
       surface_.mesh = before;
       surface_.mesh.pinned = pinned;
       const std::int64_t refusals = surface_.result.refusedOperations;
@@ -179,23 +181,43 @@ private:
   IntersectionWatch watch_;
 };
 
+RemeshResult remeshOn(const ReferenceSurface& level, const TriangleMesh& mesh, const RemesherOptions& options,
+                      Execution& execution)
+{
+  using Place = IntersectionWatch::Place;
+  std::optional<RemeshResult> result = Remesher(mesh, level, options, Place::expected, execution).run();
+  return result ? *std::move(result) : *Remesher(mesh, level, options, Place::everywhere, execution).run();
+}
+
+/// What no rounds leave.
+RemeshResult unchanged(const TriangleMesh& mesh)
+{
+  RemeshResult result;
+  result.mesh.vertices = mesh.vertices;
+  result.mesh.triangles = mesh.triangles;
+  return result;
+}
+
 } // namespace
 
 RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
                     Execution& execution)
 {
   validate(options);
-  if (options.rounds == 0 || mesh.triangles.empty()) {
-    RemeshResult unchanged;
-    unchanged.mesh.vertices = mesh.vertices;
-    unchanged.mesh.triangles = mesh.triangles;
-    return unchanged;
-  }
+  if (options.rounds == 0 || mesh.triangles.empty())
+    return unchanged(mesh);
   if (field.empty())
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
-  using Place = IntersectionWatch::Place;
-  std::optional<RemeshResult> result = Remesher(mesh, field, options, Place::expected, execution).run();
-  return result ? *std::move(result) : *Remesher(mesh, field, options, Place::everywhere, execution).run();
+  return remeshOn(ZeroLevel(field, .5f * static_cast<float>(field.lattice().spacing)), mesh, options, execution);
+}
+
+RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution)
+{
+  validate(options);
+  if (options.rounds == 0 || mesh.triangles.empty())
+    return unchanged(mesh);
+  const float edge = std::max(medianEdge(mesh), options.targetEdge);
+  return remeshOn(TriangleSurface(mesh, .5f * edge), mesh, options, execution);
 }
 
 } // namespace mrf

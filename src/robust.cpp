@@ -45,7 +45,7 @@ float deviation(const std::vector<float>& absolute)
 
 } // namespace
 
-std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
+std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                                       double voxelSize, std::size_t maxMemory, Execution& execution)
 {
   const auto side = static_cast<float>(2 * voxelSize);
@@ -65,7 +65,7 @@ std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const Neighb
     for (std::size_t i = 0; i < points.size(); ++i)
       weighted.confidences[i] = weights[i] * points.confidence(i);
     const DistanceField field =
-        regularise(weighted, search, spacing, box, observation, prior, {}, multiscale, execution).field;
+        regularize(weighted, search, spacing, box, observation, prior, {}, multiscale, execution).field;
     errors = residuals(points.positions, field, execution);
     // Beneath a tenth of a voxel residuals are the grid's, not the points'.
     const float limit = step.scale * std::max(deviation(errors), .1f * side);

@@ -9,7 +9,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include <cstddef>
@@ -25,7 +25,7 @@ namespace mrf {
 /// \param search holds points.positions \param maxMemory as MultiscaleOptions::maxMemory, of a solution
 /// \throw ResourceLimit if a solution takes more, or is out of proportion to the points
 /// Cost: five solutions of the thin-plate prior at twice the voxel size, an eighth of the voxels.
-std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
+std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                                       double voxelSize, std::size_t maxMemory, Execution& execution);
 
 } // namespace mrf

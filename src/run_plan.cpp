@@ -14,7 +14,8 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
                              options.multiscale.quality == Quality::normal;
   // Iterations that pass on one voxel's width each take that much longer than multigrid.
   const double solving = options.solver.method == SolverMethod::multigrid ? 1 : 20;
-  return {{"outliers", .6 * millions},
+  return {{"gathering", .1 * millions},
+          {"outliers", .6 * millions},
           {"sampling density", .05 * millions},
           {"normals", estimatesNormals ? .5 * millions : 0},
           {"orientation", .5 * millions},
@@ -22,10 +23,11 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"smoothing length", choosesSmoothing ? .5 : 0},
           {"resolution", choosesVoxels ? .3 : 0},
           {"volume", options.multiscale.padding == 0 ? .05 : 0},
-          {"regularisation", solving * (.2 + 14 * millions)},
+          {"regularization", solving * (.2 + 14 * millions)},
           {"polygonizer", millions},
           {"trimming", 6 * millions},
-          {"remesher", 2.2 * options.remesher.rounds * millions}};
+          {"remesher", 2.2 * options.remesher.rounds * millions},
+          {"attributes", .2 * millions}};
 }
 
 } // namespace mrf

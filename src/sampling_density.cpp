@@ -34,49 +34,48 @@ void requireTwo(std::size_t count)
 
 } // namespace
 
-NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search, Execution& execution)
+NeighborDistances measureNeighbors(const PointSet& points, const NeighborSearch& search, Execution& execution)
 {
   const std::vector<Eigen::Vector3f>& positions = points.positions;
-  NeighbourDistances distances;
+  NeighborDistances distances;
   distances.nearest.resize(positions.size());
   distances.eighth.resize(positions.size());
   distances.mean.resize(positions.size());
   std::atomic<bool> hasCoincident{false};
   const auto isCoincident = [&](std::size_t i) {
     // Squared distances of tiny clouds are zero as well.
-    Neighbours found;
+    Neighbors found;
     const int number = search.nearest(positions[i], 2, found);
     return std::any_of(found.indices.begin(), found.indices.begin() + number, [&](int index) {
       const auto j = static_cast<std::size_t>(index);
       return j != i && positions[j] == positions[i];
     });
   };
-  search.forEachPosition(positions, measuredNeighbours + 1, NeighbourSearch::Answer::distances, execution,
-                         [&](const NeighbourBatch& batch) {
-                           for (std::size_t q = 0; q < batch.size; ++q) {
-                             const std::size_t i = batch.positions[q];
-                             const float* squared =
-                                 batch.squaredDistances + q * batch.k; // the first is the point itself
-                             double total = 0;
-                             int others = 0;
-                             for (int n = 1; n <= measuredNeighbours && std::isfinite(squared[n]); ++n, ++others)
-                               total += std::sqrt(squared[n]);
-                             distances.nearest[i] = std::sqrt(squared[1]);
-                             distances.eighth[i] = std::sqrt(squared[measuredNeighbours]);
-                             distances.mean[i] = others > 0 ? static_cast<float>(total / others) : 0;
-                             if (squared[1] == 0 && isCoincident(i))
-                               hasCoincident = true;
-                           }
-                         });
+  search.forEachPosition(
+      positions, measuredNeighbors + 1, NeighborSearch::Answer::distances, execution, [&](const NeighborBatch& batch) {
+        for (std::size_t q = 0; q < batch.size; ++q) {
+          const std::size_t i = batch.positions[q];
+          const float* squared = batch.squaredDistances + q * batch.k; // the first is the point itself
+          double total = 0;
+          int others = 0;
+          for (int n = 1; n <= measuredNeighbors && std::isfinite(squared[n]); ++n, ++others)
+            total += std::sqrt(squared[n]);
+          distances.nearest[i] = std::sqrt(squared[1]);
+          distances.eighth[i] = std::sqrt(squared[measuredNeighbors]);
+          distances.mean[i] = others > 0 ? static_cast<float>(total / others) : 0;
+          if (squared[1] == 0 && isCoincident(i))
+            hasCoincident = true;
+        }
+      });
   distances.hasCoincident = hasCoincident;
   return distances;
 }
 
-std::vector<float> localSpacings(const PointSet& points, const NeighbourDistances& distances, Execution& execution)
+std::vector<float> localSpacings(const PointSet& points, const NeighborDistances& distances, Execution& execution)
 {
-  if (distances.eighth.size() <= measuredNeighbours)
+  if (distances.eighth.size() <= measuredNeighbors)
     return {};
-  // One point's 8th neighbour is known to a fifth. The points before and after it in memory lie close by, most of them,
+  // One point's 8th neighbor is known to a fifth. The points before and after it in memory lie close by, most of them,
   // and cost no search.
   constexpr std::size_t reach = 8;
   const std::size_t count = points.size();
@@ -96,14 +95,14 @@ std::vector<float> localSpacings(const PointSet& points, const NeighbourDistance
   return spacings;
 }
 
-SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search, Execution& execution,
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborSearch& search, Execution& execution,
                                         LengthUnit unit)
 {
   requireTwo(points.size());
-  return estimateSamplingDensity(points, measureNeighbours(points, search, execution), execution, unit);
+  return estimateSamplingDensity(points, measureNeighbors(points, search, execution), execution, unit);
 }
 
-SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourDistances& distances,
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDistances& distances,
                                         Execution& execution, LengthUnit unit)
 {
   requireTwo(points.size());
@@ -113,9 +112,9 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourD
     PointSet once;
     once.positions = distinct(points.positions);
     requireTwo(once.size());
-    const std::unique_ptr<NeighbourSearch> search = makePointBins();
+    const std::unique_ptr<NeighborSearch> search = makePointBins();
     search->setPoints(once.positions, execution);
-    return estimateSamplingDensity(once, measureNeighbours(once, *search, execution), execution, unit);
+    return estimateSamplingDensity(once, measureNeighbors(once, *search, execution), execution, unit);
   }
 
   const std::vector<float>& nearest = distances.nearest;
@@ -135,7 +134,7 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourD
   SamplingDensity density;
   density.nearestMean = static_cast<float>(mean);
   density.nearestDeviation = static_cast<float>(std::sqrt(variance));
-  if (count > measuredNeighbours)
+  if (count > measuredNeighbors)
     density.eighthMedian = median(distances.eighth, execution);
   const bool isByDensity = unit == LengthUnit::density && density.eighthMedian > 0;
   density.spacing = isByDensity ? nearestToEighth * density.eighthMedian : density.nearestMean;

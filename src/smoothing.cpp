@@ -94,7 +94,7 @@ private:
 struct Trial {
   double voxelSize;
   float gradientWeight;
-  double discRadius; ///< 0: one point in ten is left out; else all this close to a cube's centre, cloud's unit
+  double discRadius; ///< 0: one point in ten is left out; else all this close to a cube's center, cloud's unit
 
   bool operator<(const Trial& other) const
   {
@@ -111,21 +111,21 @@ struct Cube {
   std::vector<float> field;                     ///< of the ℓ tried last: the start for the next
   std::map<double, std::vector<double>> errors; ///< by the ℓ that were tried
 
-  /// \param core side of the cube around the centre whose points judge: the same for all that are compared
-  Cube(const OrientedPoints& points, const PointRuns& runs, const Eigen::Vector3f& centre, const Trial& trial,
+  /// \param core side of the cube around the center whose points judge: the same for all that are compared
+  Cube(const OrientedPoints& points, const PointRuns& runs, const Eigen::Vector3f& center, const Trial& trial,
        double core)
   {
     const int side = static_cast<int>(std::ceil(core / trial.voxelSize + 2 * margin - 1e-6)) + 1;
     lattice.size = {side, side, side};
     lattice.spacing = trial.voxelSize;
-    lattice.origin = centre.cast<double>() - Eigen::Vector3d::Constant(trial.voxelSize * (side - 1) / 2);
+    lattice.origin = center.cast<double>() - Eigen::Vector3d::Constant(trial.voxelSize * (side - 1) / 2);
     const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(trial.voxelSize * side / 2));
-    runs.forEachNear({centre - reach, centre + reach}, [&](std::size_t i) {
+    runs.forEachNear({center - reach, center + reach}, [&](std::size_t i) {
       const Eigen::Vector3d voxel = lattice.toVoxels(points.positions[i]);
       const bool isWithheld =
-          trial.discRadius > 0 ? (points.positions[i] - centre).norm() < trial.discRadius : isHeldOut(i);
+          trial.discRadius > 0 ? (points.positions[i] - center).norm() < trial.discRadius : isHeldOut(i);
       if (isWithheld) {
-        if (2 * (points.positions[i] - centre).cwiseAbs().maxCoeff() <= core)
+        if (2 * (points.positions[i] - center).cwiseAbs().maxCoeff() <= core)
           judges.push_back(points.positions[i]);
       } else if ((voxel.array() >= 0).all() && (voxel.array() <= side - 1).all()) {
         seen.positions.push_back(points.positions[i]);
@@ -317,15 +317,15 @@ Cleanness cleanness(const Verdict& shortest, const Verdict& second, double spaci
 } // namespace
 
 /// Cubes are made and judged once, whatever asks for them.
-class HoldOut::Judgement {
+class HoldOut::Judgment {
 public:
-  Judgement(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
-            Execution& execution)
+  Judgment(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
+           Execution& execution)
       : points_(points), spacing_(spacing), finest_(finest), prior_(prior), gradientWeight_(gradientWeight),
         execution_(execution), core_((cubeSide - 1 - 2 * margin) * finest), runs_(points.positions, execution)
   {
     if (points.size() > 0)
-      centres_ = spread(points.positions, (cubeSide - 2 * margin) * finest);
+      centers_ = spread(points.positions, (cubeSide - 2 * margin) * finest);
   }
 
   SmoothingChoice chooseSmoothing()
@@ -420,10 +420,10 @@ private:
   /// \param noise of the points, as far as it is known: the field need not be exact beneath it
   Verdict verdict(const Trial& trial, std::size_t cubes, double smoothing, double noise)
   {
-    const std::size_t used = std::min(cubes, centres_.size());
+    const std::size_t used = std::min(cubes, centers_.size());
     std::vector<Cube>& made = cubes_[trial];
     while (made.size() < used)
-      made.emplace_back(points_, runs_, centres_[made.size()], trial, core_);
+      made.emplace_back(points_, runs_, centers_[made.size()], trial, core_);
     // In voxels, of a step near the zero level; what is left after it is about twice as much.
     const double tolerance = std::max(3e-3, .02 * noise / trial.voxelSize);
     const PointWeights weights = pointWeights(prior_, smoothing, spacing_, trial.voxelSize, trial.gradientWeight);
@@ -447,7 +447,7 @@ private:
     for (const auto& [voxelSize, number] : asked)
       cubes = std::min(cubes, number);
     for (const auto& [voxelSize, number] : asked) {
-      choice.cubes += static_cast<std::int64_t>(std::min(number, centres_.size()));
+      choice.cubes += static_cast<std::int64_t>(std::min(number, centers_.size()));
       const Verdict verdict = ask(voxelSize, cubes);
       choice.heldOut = verdict.heldOut();
       choice.curve.push_back({voxelSize, verdict.error});
@@ -511,31 +511,31 @@ private:
   Execution& execution_;
   const double core_; ///< side of the cubes whose points judge: does not depend on the voxel size that is tried
   const PointRuns runs_;
-  std::vector<Eigen::Vector3f> centres_; ///< of the cubes
+  std::vector<Eigen::Vector3f> centers_; ///< of the cubes
   std::map<Trial, std::vector<Cube>> cubes_;
 };
 
 HoldOut::HoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
                  const ObservationOptions& observation, Execution& execution)
-    : judgement_(std::make_unique<Judgement>(points, spacing, voxelSize, prior, resolvedGradientWeight(observation),
-                                             execution))
+    : judgment_(
+          std::make_unique<Judgment>(points, spacing, voxelSize, prior, resolvedGradientWeight(observation), execution))
 {}
 
 HoldOut::~HoldOut() = default;
 
 SmoothingChoice HoldOut::chooseSmoothing()
 {
-  return judgement_->chooseSmoothing();
+  return judgment_->chooseSmoothing();
 }
 
 float HoldOut::chooseGradientWeight(double smoothing, double noise)
 {
-  return judgement_->chooseGradientWeight(smoothing, noise);
+  return judgment_->chooseGradientWeight(smoothing, noise);
 }
 
 ResolutionChoice HoldOut::chooseResolution(double smoothing, float gradientWeight, double noise)
 {
-  return judgement_->chooseResolution(smoothing, gradientWeight, noise);
+  return judgment_->chooseResolution(smoothing, gradientWeight, noise);
 }
 
 double shortestSmoothing(double spacing)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Sorting positions so that neighbours in space are neighbours in memory.
+/// \brief Sorting positions so that neighbors in space are neighbors in memory.
 #pragma once
 
-#include "uninitialised.h"
+#include "uninitialized.h"
 
 #include <pcl/surface/mrf/execution.h>
 
@@ -33,7 +33,7 @@ constexpr std::uint64_t mortonCode(std::uint32_t x, std::uint32_t y, std::uint32
   return spreadBits(x) | spreadBits(y) << 1 | spreadBits(z) << 2;
 }
 
-using SortKeys = std::vector<std::uint64_t, UninitialisedAllocator<std::uint64_t>>;
+using SortKeys = std::vector<std::uint64_t, UninitializedAllocator<std::uint64_t>>;
 
 /// Sorts the keys and, with them, the values; equal keys keep their order. In parallel, radix by radix.
 void sortByKey(SortKeys& keys, std::vector<std::uint32_t>& values, Execution& execution);

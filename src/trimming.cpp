@@ -76,7 +76,7 @@ float resolvedMaxGap(const TrimmingOptions& options, float diagonal)
   return options.maxGap > 0 ? options.maxGap : options.maxHole > 0 ? options.maxHole : .24f * diagonal;
 }
 
-TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search, float diagonal,
+TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborSearch& search, float diagonal,
                 const TrimmingOptions& options, Execution& execution)
 {
   validate(options);

@@ -10,7 +10,7 @@ namespace mrf {
 namespace {
 
 /// Unknowns of which a dense factor is made, column by column: a fraction of a millisecond.
-constexpr std::int64_t factorisedUnknowns = 100;
+constexpr std::int64_t factorizedUnknowns = 100;
 
 } // namespace
 
@@ -32,11 +32,11 @@ VCycle::VCycle(const std::vector<SolverGrid>& grids, const PriorConstants& prior
     levels_.push_back(std::move(level));
     tautness *= 2; // the same wave in larger voxels
   }
-  if (grids.size() > 1 && grids.back().voxels.count() <= factorisedUnknowns)
-    factoriseCoarsest(execution);
+  if (grids.size() > 1 && grids.back().voxels.count() <= factorizedUnknowns)
+    factorizeCoarsest(execution);
 }
 
-void VCycle::factoriseCoarsest(Execution& execution)
+void VCycle::factorizeCoarsest(Execution& execution)
 {
   GridOperator& system = *levels_.back().system;
   const auto count = static_cast<Eigen::Index>(system.voxels().count());

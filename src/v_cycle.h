@@ -21,7 +21,7 @@ struct SmootherDegrees {
   int coarsest;      ///< where the coarsest grid is too large for a factor
 };
 
-/// The V-cycle of a hierarchy of grids, each with the operator discretised anew; a dense Cholesky factor on the
+/// The V-cycle of a hierarchy of grids, each with the operator discretized anew; a dense Cholesky factor on the
 /// coarsest if it is small.
 ///
 /// It is symmetric and positive definite if the degrees before and after are the same, but alone it diverges for k = 3
@@ -48,7 +48,7 @@ private:
     PackedValues before, after; ///< iterate before and after the coarse correction; after holds the residual, too
   };
 
-  void factoriseCoarsest(Execution& execution);
+  void factorizeCoarsest(Execution& execution);
   void solveCoarsest(const float* b, Level& level, Execution& execution);
   const PackedValues& cycle(std::size_t index, const float* b, Execution& execution);
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::int64_t grain = 1024;
 
-/// Area-weighted mean normals of the triangles around each vertex, not normalised.
+/// Area-weighted mean normals of the triangles around each vertex, not normalized.
 std::vector<Eigen::Vector3d> triangleNormals(const TriangleMesh& mesh)
 {
   std::vector<Eigen::Vector3d> normals(mesh.vertices.size(), Eigen::Vector3d::Zero());
@@ -59,19 +59,19 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
 float Support::reach(std::size_t point) const
 {
   constexpr float farthest = 4;
-  constexpr float atBorder = 1.5f; // the 8th neighbour of a point at the rim is √2 as far as in the middle
+  constexpr float atBorder = 1.5f; // the 8th neighbor of a point at the rim is √2 as far as in the middle
   return spacing_ > 0 ? maxDistance_ * std::clamp(points_.spacings[point] / (atBorder * spacing_), 1.f, farthest)
                       : maxDistance_;
 }
 
-float Support::margin(const Eigen::Vector3f& position, Neighbours& scratch) const
+float Support::margin(const Eigen::Vector3f& position, Neighbors& scratch) const
 {
   if (search_.nearest(position, 1, scratch) < 1)
     return -std::numeric_limits<float>::infinity();
   return reach(static_cast<std::size_t>(scratch.indices[0])) - std::sqrt(scratch.squaredDistances[0]);
 }
 
-float Support::confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbours& scratch) const
+float Support::confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbors& scratch) const
 {
   if (search_.nearest(position, 1, scratch) < 1)
     return 0;
@@ -83,22 +83,23 @@ void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape 
 {
   mesh.confidences.assign(mesh.vertices.size(), 0);
   execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours nearest;
+    Neighbors nearest;
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
       mesh.confidences[v] = support.confidence(mesh.vertices[v], shape, nearest);
   });
 }
 
-std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighbourSearch& search,
-                                         const std::vector<float>& attributes, int channels, Execution& execution)
+std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighborSearch& search,
+                                         const AttributeReader& read, int channels, Execution& execution)
 {
-  if (channels < 1 || attributes.size() % static_cast<std::size_t>(channels) != 0)
-    throw std::invalid_argument("interpolateAttributes: needs `channels` values per point");
+  if (channels < 1)
+    throw std::invalid_argument("interpolateAttributes: needs a channel at least");
   const auto stride = static_cast<std::size_t>(channels);
   std::vector<float> values(vertices.size() * stride, 0);
   execution.forRange(static_cast<std::int64_t>(vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours nearest;
+    Neighbors nearest;
     std::vector<double> sums(stride);
+    std::vector<float> ofPoint(stride);
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
       const int found = search.nearest(vertices[v], 4, nearest);
       if (found < 1)
@@ -113,8 +114,9 @@ std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& ver
         if (!(weight > 0))
           continue;
         weights += weight;
+        read(static_cast<std::size_t>(nearest.indices[n]), ofPoint.data());
         for (std::size_t c = 0; c < stride; ++c)
-          sums[c] += weight * attributes[static_cast<std::size_t>(nearest.indices[n]) * stride + c];
+          sums[c] += weight * ofPoint[c];
       }
       for (std::size_t c = 0; c < stride; ++c)
         values[v * stride + c] = static_cast<float>(sums[c] / weights);
@@ -125,20 +127,20 @@ std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& ver
 
 Rgb toRgb(const float* channels)
 {
-  Rgb colour;
-  for (std::size_t c = 0; c < colour.size(); ++c)
-    colour[c] = static_cast<std::uint8_t>(std::min(std::max(channels[c] + .5f, 0.f), 255.f));
-  return colour;
+  Rgb color;
+  for (std::size_t c = 0; c < color.size(); ++c)
+    color[c] = static_cast<std::uint8_t>(std::min(std::max(channels[c] + .5f, 0.f), 255.f));
+  return color;
 }
 
-Rgb confidenceColour(float confidence)
+Rgb confidenceColor(float confidence)
 {
   constexpr std::array<float, 3> blue{58, 92, 190}, skin{232, 190, 165};
   const float share = confidence > 0 ? std::min(confidence, 1.f) : 0; // NaN is no confidence
-  Rgb colour;
+  Rgb color;
   for (std::size_t c = 0; c < 3; ++c)
-    colour[c] = static_cast<std::uint8_t>(std::lround(blue[c] + share * (skin[c] - blue[c])));
-  return colour;
+    color[c] = static_cast<std::uint8_t>(std::lround(blue[c] + share * (skin[c] - blue[c])));
+  return color;
 }
 
 } // namespace mrf

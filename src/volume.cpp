@@ -45,7 +45,7 @@ constexpr float sightPerDistance = 3;
 class Openings {
 public:
   Openings(const TriangleMesh& mesh, const DistanceField& field, const OrientedPoints& points,
-           const NeighbourSearch& search)
+           const NeighborSearch& search)
       : mesh_(mesh), openingOf_(mesh.vertices.size())
   {
     const std::size_t count = mesh.vertices.size();
@@ -68,7 +68,7 @@ public:
     agreeing_.assign(count, 0);
     const VertexCorners corners = groupCorners(mesh);
     Ring ring;
-    Neighbours nearest;
+    Neighbors nearest;
     for (std::size_t v = 0; v < count; ++v) {
       openingOf_[v] = root(openings, v);
       if (!isFree(static_cast<std::int32_t>(v)) || !hasPoints[root(components, v)] ||
@@ -137,7 +137,7 @@ private:
 
 } // namespace
 
-BoundingBox chooseVolume(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
+BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                          const ObservationOptions& observation, const PriorOptions& prior, const SolverOptions& solver,
                          const MultiscaleOptions& multiscale, float maxHole, Execution& execution)
 {
@@ -151,7 +151,7 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighbourSearch& se
   coarse.maxDistance = std::max(resolvedMaxDistance(observation, spacing, pilot.voxelSize), 1.5f * pilot.voxelSize);
   SolverOptions rough = solver;
   rough.changeTolerance = std::max(rough.changeTolerance, pilotTolerance);
-  const DistanceField field = regularise(points, search, spacing, box, coarse, prior, rough, pilot, execution).field;
+  const DistanceField field = regularize(points, search, spacing, box, coarse, prior, rough, pilot, execution).field;
   TriangleMesh mesh = polygonize(field, {}, execution);
   setConfidences(mesh, {points, search, coarse.maxDistance, 0}, coarse.confidenceShape, execution);
 

@@ -23,7 +23,7 @@ namespace mrf {
 /// \param search holds points.positions \param spacing l̄, cloud's unit \param multiscale with the voxel size set
 /// \param maxHole diameter of the largest hole that is to be filled, cloud's unit; infinite: all
 /// Cost: that of a grid of some 60,000 voxels.
-BoundingBox chooseVolume(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
+BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                          const ObservationOptions& observation, const PriorOptions& prior, const SolverOptions& solver,
                          const MultiscaleOptions& multiscale, float maxHole, Execution& execution);
 

@@ -27,7 +27,7 @@ constexpr std::uint32_t mostNumbers = std::numeric_limits<std::uint32_t>::max();
 /// Planes per piece of parallel work.
 constexpr int grainPlanes = 8;
 
-/// The same where each piece begins with windows or planes of its neighbours.
+/// The same where each piece begins with windows or planes of its neighbors.
 constexpr int windowPlanes = 32;
 
 /// Calls body(begin, end) for the maximal ranges of set bits.
@@ -213,7 +213,7 @@ private:
       MaskPlane& plane = planes_[step].back();
       if (step == 0) {
         plane.clear();
-        band_->rasterise(newest, plane);
+        band_->rasterize(newest, plane);
       } else {
         const std::vector<MaskPlane>& before = planes_[step - 1];
         plane = before[1];
@@ -308,7 +308,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
     rowBegin_[r + 1] = rowBegin_[r] + runsInRow[r];
 }
 
-void VoxelSet::rasterise(int z, MaskPlane& mask) const
+void VoxelSet::rasterize(int z, MaskPlane& mask) const
 {
   if (z < 0 || z >= size_.z)
     return;
@@ -331,7 +331,7 @@ VoxelSet dilated(const VoxelSet& band, int steps, int stepsX, Execution& executi
       band.size(),
       [&](int z, MaskPlane& mask) {
         for (int other = z - steps; other <= z + steps; ++other)
-          band.rasterise(other, mask);
+          band.rasterize(other, mask);
         mask.growAlongY(steps);
         mask.growAlongX(stepsX);
       },
@@ -358,8 +358,8 @@ PackedValues degrees(const VoxelSet& band, Execution& execution)
         kernels::clear(band.plane(z - 3), window(z - 3));
       kernels::fill(band.plane(z), 1, window(z));
       if (z > first)
-        kernels::sumNeighbours(band.plane(z - 1), band.windowStride(), window(z - 2), window(z - 1), window(z),
-                               result.data() + band.planeFirst(z - 1));
+        kernels::sumNeighbors(band.plane(z - 1), band.windowStride(), window(z - 2), window(z - 1), window(z),
+                              result.data() + band.planeFirst(z - 1));
     }
   });
   return result;
@@ -439,10 +439,10 @@ MRF_ALWAYS_INLINE void forEachVoxel(Runs runs, const Body& body)
   }
 }
 
-MRF_ALWAYS_INLINE float sumOfNeighbours(std::int64_t i, std::int64_t stride, const float* below, const float* centre,
-                                        const float* above)
+MRF_ALWAYS_INLINE float sumOfNeighbors(std::int64_t i, std::int64_t stride, const float* below, const float* center,
+                                       const float* above)
 {
-  return (centre[i - 1] + centre[i + 1]) + (centre[i - stride] + centre[i + stride]) + (below[i] + above[i]);
+  return (center[i - 1] + center[i + 1]) + (center[i - stride] + center[i + stride]) + (below[i] + above[i]);
 }
 
 } // namespace
@@ -479,42 +479,42 @@ MRF_MULTIVERSION(void, scaleAndAdd, (Runs runs, const float* a, const float* pac
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] = a[v] * window[i] + packed[v]; });
 }
 
-MRF_MULTIVERSION(void, sumNeighbours,
-                 (Runs runs, int stride, const float* below, const float* centre, const float* above,
+MRF_MULTIVERSION(void, sumNeighbors,
+                 (Runs runs, int stride, const float* below, const float* center, const float* above,
                   float* __restrict packed),
-                 (runs, stride, below, centre, above, packed))
+                 (runs, stride, below, center, above, packed))
 {
   forEachVoxel(runs,
-               [=](std::int64_t i, std::int64_t v) { packed[v] = sumOfNeighbours(i, stride, below, centre, above); });
+               [=](std::int64_t i, std::int64_t v) { packed[v] = sumOfNeighbors(i, stride, below, center, above); });
 }
 
 MRF_MULTIVERSION(void, laplacian,
-                 (Runs runs, const float* degrees, int stride, const float* below, const float* centre,
+                 (Runs runs, const float* degrees, int stride, const float* below, const float* center,
                   const float* above, float* __restrict out),
-                 (runs, degrees, stride, below, centre, above, out))
+                 (runs, degrees, stride, below, center, above, out))
 {
   if (degrees)
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
-      out[i] = degrees[v] * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+      out[i] = degrees[v] * center[i] - sumOfNeighbors(i, stride, below, center, above);
     });
   else
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t) {
-      out[i] = 6 * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+      out[i] = 6 * center[i] - sumOfNeighbors(i, stride, below, center, above);
     });
 }
 
 MRF_MULTIVERSION(void, addLaplacian,
-                 (Runs runs, const float* degrees, int stride, const float* below, const float* centre,
+                 (Runs runs, const float* degrees, int stride, const float* below, const float* center,
                   const float* above, float* __restrict out),
-                 (runs, degrees, stride, below, centre, above, out))
+                 (runs, degrees, stride, below, center, above, out))
 {
   if (degrees)
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
-      out[i] += degrees[v] * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+      out[i] += degrees[v] * center[i] - sumOfNeighbors(i, stride, below, center, above);
     });
   else
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t) {
-      out[i] += 6 * centre[i] - sumOfNeighbours(i, stride, below, centre, above);
+      out[i] += 6 * center[i] - sumOfNeighbors(i, stride, below, center, above);
     });
 }
 

@@ -4,7 +4,7 @@
 ///
 /// A grid's level in a band keeps one value per voxel of its runs, plane after plane, in plain arrays ("packed"). The
 /// stencils work on windows: dense planes, zero outside the runs, of which only the few that a sweep has in flight
-/// exist. A Laplacian then needs no neighbour table, and memory grows with the surface.
+/// exist. A Laplacian then needs no neighbor table, and memory grows with the surface.
 #pragma once
 
 #include "packed_values.h"
@@ -54,8 +54,8 @@ public:
   void growAlongX(int steps); ///< to both sides
   void growAlongY(int steps);
   void growUpwards();     ///< by the next voxel along x, along y, and along both: from the lowest ones of cells to all
-  void growCrosswise();   ///< by the four neighbours in the plane
-  void shrinkCrosswise(); ///< to those whose four neighbours in the plane are set
+  void growCrosswise();   ///< by the four neighbors in the plane
+  void shrinkCrosswise(); ///< to those whose four neighbors in the plane are set
 
 private:
   std::uint64_t lastWord() const; ///< the bits of a row's last word that are voxels
@@ -180,7 +180,7 @@ public:
   int xOf(const Run& run, int y) const { return run.at - windowIndex(0, y); }
 
   /// Sets the bits of plane z.
-  void rasterise(int z, MaskPlane& mask) const;
+  void rasterize(int z, MaskPlane& mask) const;
 
   std::size_t bytes() const;
 
@@ -216,7 +216,7 @@ VoxelSet dilated(const VoxelSet& band, int steps, int stepsX, Execution& executi
 /// The voxels of which all that are at most `steps` edges of the lattice away are in the band.
 VoxelSet eroded(const VoxelSet& band, int steps, Execution& execution);
 
-/// How many of the six neighbours of each voxel are in the band, packed. As floats: the stencils would spend more on
+/// How many of the six neighbors of each voxel are in the band, packed. As floats: the stencils would spend more on
 /// converting bytes than on the sums.
 PackedValues degrees(const VoxelSet& band, Execution& execution);
 
@@ -233,14 +233,14 @@ void store(Runs runs, const float* window, float* packed);
 void addToWindow(Runs runs, float a, const float* packed, float* window);
 /// window = a ∘ window + packed, a packed
 void scaleAndAdd(Runs runs, const float* a, const float* packed, float* window);
-/// packed = Σ of the six neighbours
-void sumNeighbours(Runs runs, int stride, const float* below, const float* centre, const float* above, float* packed);
-/// out = L x of the graph of the band, whose voxels have `degrees` neighbours (packed); windows are zero outside of the
-/// runs. Without degrees: of the lattice, all neighbours' values being in the windows.
-void laplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre, const float* above,
+/// packed = Σ of the six neighbors
+void sumNeighbors(Runs runs, int stride, const float* below, const float* center, const float* above, float* packed);
+/// out = L x of the graph of the band, whose voxels have `degrees` neighbors (packed); windows are zero outside of the
+/// runs. Without degrees: of the lattice, all neighbors' values being in the windows.
+void laplacian(Runs runs, const float* degrees, int stride, const float* below, const float* center, const float* above,
                float* out);
 /// out += L x
-void addLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* centre,
+void addLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* center,
                   const float* above, float* out);
 /// out += a x, both windows
 void addWindow(Runs runs, float a, const float* x, float* out);

@@ -15,7 +15,7 @@ namespace mrf {
 ///     product, x of s   . . . . z
 ///
 /// The iterate is updated in place. Steps trail each other by k planes, for k = 1 by two, as an update would overtake
-/// the next plane's product. A slab computes k planes of its neighbours for each step again.
+/// the next plane's product. A slab computes k planes of its neighbors for each step again.
 class Wavefront {
 public:
   /// \param steps that update the iterate \param endsWithProduct a product of what they leave follows them

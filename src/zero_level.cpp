@@ -36,7 +36,7 @@ std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
   const auto slopeAt = [&](const Vector3f& x) { return slopeOf(field_.sampleGradient(x)); };
   Vector3f x = start;
   // Each step integrates dx/dd = ∇d/|∇d|² from d to 0.
-  for (int step = 0; step < maxSteps && (x - start).squaredNorm() <= maxStep_ * maxStep_; ++step) {
+  for (int step = 0; step < maxSteps && (x - start).squaredNorm() <= maxStep() * maxStep(); ++step) {
     Vector3f gradient;
     const float d = field_.sampleDistance(x, gradient);
     const Vector3f k1 = slopeOf(gradient);

@@ -3,7 +3,7 @@
 /// \brief The zero level of a distance field, as the remesher follows it.
 #pragma once
 
-#include "triangle_shape.h"
+#include "reference_surface.h"
 
 #include <pcl/surface/mrf/distance_field.h>
 
@@ -14,24 +14,19 @@
 namespace pcl {
 namespace mrf {
 
-/// Finds the surface near a position. Refers to the field, which must outlive it.
-class ZeroLevel {
+/// Refers to the field, which must outlive it.
+class ZeroLevel : public ReferenceSurface {
 public:
-  /// \param maxStep how far from a position the surface is looked for, cloud's unit
-  ZeroLevel(const DistanceField& field, float maxStep) : field_(field), maxStep_(maxStep) {}
-
-  float maxStep() const { return maxStep_; }
+  ZeroLevel(const DistanceField& field, float maxStep) : ReferenceSurface(maxStep), field_(field) {}
 
   /// Unit normal of the field, or the fallback where its gradient vanishes.
-  Eigen::Vector3f normalAt(const Eigen::Vector3f& position, const Eigen::Vector3f& fallback) const;
+  Eigen::Vector3f normalAt(const Eigen::Vector3f& position, const Eigen::Vector3f& fallback) const override;
 
-  /// Follows the gradient to the zero level.
-  /// \return what is reached, with its unit normal; nothing if it is too far, or the gradient vanishes on the way
-  std::optional<Corner> trace(const Eigen::Vector3f& start) const;
+  /// Follows the gradient to the zero level; reaches nothing if it vanishes on the way, too.
+  std::optional<Corner> trace(const Eigen::Vector3f& start) const override;
 
 private:
   const DistanceField& field_;
-  float maxStep_;
 };
 
 } // namespace mrf

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Installs what is missing, builds, and runs all tests: the optimised build with warnings as errors, then the tests of
-# the stages under the address, undefined-behaviour and thread sanitizers.
+# Installs what is missing, builds, and runs all tests: the optimized build with warnings as errors, then the tests of
+# the stages under the address, undefined-behavior and thread sanitizers.
 #   bash test/run.sh              everything
-#   bash test/run.sh release      only the optimised build
+#   bash test/run.sh release      only the optimized build
 #   bash test/run.sh sanitize     only the sanitizers
 set -euo pipefail
 
@@ -53,7 +53,7 @@ run build-sanitize
 export TSAN_OPTIONS="halt_on_error=1:second_deadlock_stack=1:suppressions='$PWD/test/support/tsan.supp'"
 # Eigen's assertions are checked above.
 build build-thread parallel_tests -DCMAKE_BUILD_TYPE=Release -DMRF_SANITIZE=thread -DMRF_BUILD_APPS=OFF
-# GCC 12's run time cannot map its shadow memory where the kernel randomises more than 28 bits of the address.
+# GCC 12's run time cannot map its shadow memory where the kernel randomizes more than 28 bits of the address.
 if [ "$(cat /proc/sys/vm/mmap_rnd_bits 2>/dev/null || echo 0)" -gt 28 ]; then
   prefix='setarch --addr-no-randomize'
 fi

@@ -73,7 +73,7 @@ MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t dense
   observation.estimate = estimate;
   MultiscaleOptions multiscale;
   multiscale.denseVoxels = denseVoxels;
-  return regularise(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior, {},
+  return regularize(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior, {},
                     multiscale, execution, wanted);
 }
 
@@ -174,7 +174,7 @@ TEST(VoxelSet, GrowsAndShrinksLikeItsVoxels)
   });
 }
 
-TEST(VoxelSet, CountsNeighboursAndFollowsThem)
+TEST(VoxelSet, CountsNeighborsAndFollowsThem)
 {
   Execution execution(2);
   const Voxels voxels = randomVoxels(5, .2);

@@ -386,7 +386,7 @@ TEST(Invariance, Rotation)
     expectClosed(run, 1, 2);
     const double distance = hausdorff(mapped(run.mesh, back), lopsidedRun().mesh);
     std::cout << "rotation by " << angle << ": " << distance / h << " voxel\n";
-    // The lattice cuts the shape elsewhere: both results differ from the truth by their discretisation, which is
+    // The lattice cuts the shape elsewhere: both results differ from the truth by their discretization, which is
     // largest in the crease between the ball and the tube.
     EXPECT_LT(distance, .4 * h);
     EXPECT_NEAR(run.report.mesh.volume, lopsidedRun().report.mesh.volume, .005 * run.report.mesh.volume);

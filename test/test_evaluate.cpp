@@ -296,14 +296,14 @@ TEST(SurfaceSamples, areUniform)
 
 TEST(Summary, ofKnownValues)
 {
-  const Statistics statistics = summarise({4, 1, 3, 2, 0});
+  const Statistics statistics = summarize({4, 1, 3, 2, 0});
   EXPECT_EQ(statistics.count, 5);
   EXPECT_DOUBLE_EQ(statistics.mean, 2);
   EXPECT_DOUBLE_EQ(statistics.median, 2);
   EXPECT_DOUBLE_EQ(statistics.rms, std::sqrt(6.));
   EXPECT_DOUBLE_EQ(statistics.percentile95, 3.8);
   EXPECT_DOUBLE_EQ(statistics.max, 4);
-  EXPECT_EQ(summarise({}).count, 0);
+  EXPECT_EQ(summarize({}).count, 0);
 }
 
 TEST(Evaluate, scaledSphereIsOnePerCentOff)
@@ -322,7 +322,7 @@ TEST(Evaluate, scaledSphereIsOnePerCentOff)
   const nlohmann::ordered_json json = toJson(onReference);
   EXPECT_NEAR(json["distances"]["cloudPercent"]["rms"].get<double>(), 1, 1e-10);
 
-  // Everywhere else the gap is a hundredth of the distance of a facet's plane from the centre: at least `lowest`.
+  // Everywhere else the gap is a hundredth of the distance of a facet's plane from the center: at least `lowest`.
   double lowest = 1;
   for (std::size_t t = 0; t < reference.triangles.size(); ++t)
     lowest = std::min(lowest, areaVector(reference, t).normalized().dot(reference.vertices[reference.triangles[t][0]]) /
@@ -428,7 +428,7 @@ TEST(Evaluate, translation)
   EXPECT_NEAR(here.reference->meshToReference.max, away.reference->meshToReference.max, tolerance);
   EXPECT_NEAR(here.reference->hausdorff, away.reference->hausdorff, tolerance);
   EXPECT_EQ(here.selfIntersectingTriangles, away.selfIntersectingTriangles);
-  // Checked in single precision, relative to the centre.
+  // Checked in single precision, relative to the center.
   EXPECT_NEAR(here.mesh.area, away.mesh.area, 1e-5);
   EXPECT_EQ(away.mesh.degenerateTriangles, 0);
 }
@@ -720,16 +720,16 @@ TEST(Scans, rmsAgreesWithCgal)
   const scans::Scan scan = scans::load("bunny");
   // Distances of all sizes: to a sphere around the middle. A part of the points, because far ones take long.
   Points input;
-  Vector3d centre = Vector3d::Zero();
+  Vector3d center = Vector3d::Zero();
   for (std::size_t i = 0; i < scan.points.size(); i += 16) {
     input.push_back(scan.points.positions[i].cast<double>());
-    centre += input.back();
+    center += input.back();
   }
-  centre /= static_cast<double>(input.size());
+  center /= static_cast<double>(input.size());
   SurfaceMesh mesh = sphere(5, .25 * scan.diagonal);
   pcl::mrf::TriangleMesh plain;
   for (Vector3d& vertex : mesh.vertices) {
-    plain.vertices.push_back((vertex + centre).cast<float>());
+    plain.vertices.push_back((vertex + center).cast<float>());
     vertex = plain.vertices.back().cast<double>();
   }
   plain.triangles = mesh.triangles;

@@ -18,7 +18,7 @@ protected:
   }
 };
 
-TEST_F(EvaluateTool, TableJsonAndColours)
+TEST_F(EvaluateTool, TableJsonAndColors)
 {
   const tool::Outcome outcome = run({"flat.off", "--input", "cloud.xyz", "--held-out", "cloud.xyz", "--reference",
                                      "above.off", "--json", "r.json", "--colored", "c.vtk", "--samples", "1000"});
@@ -45,9 +45,9 @@ TEST_F(EvaluateTool, TableJsonAndColours)
   EXPECT_EQ(json["mesh"]["selfIntersectingTriangles"], 0);
   EXPECT_EQ(json["mesh"]["eulerCharacteristic"], 1);
 
-  const std::string coloured = tool::readText(path("c.vtk"));
-  EXPECT_NE(coloured.find("rgb"), std::string::npos);
-  EXPECT_NE(coloured.find("error"), std::string::npos);
+  const std::string colored = tool::readText(path("c.vtk"));
+  EXPECT_NE(colored.find("rgb"), std::string::npos);
+  EXPECT_NE(colored.find("error"), std::string::npos);
   EXPECT_EQ(mrf_apps::readMesh(path("c.vtk").string()).triangles.size(), 2u);
 }
 

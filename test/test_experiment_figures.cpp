@@ -168,9 +168,9 @@ TEST(FigureSupport, discsFaceTheViewer)
   const SurfaceMesh mesh = facingDiscs(points, {0, 0, 1}, .5);
   ASSERT_EQ(mesh.triangles.size(), 8u) << "two hexagons";
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const Vector3d centre = v < 6 ? points.positions[0] : points.positions[2];
-    EXPECT_NEAR((mesh.vertices[v] - centre).norm(), .5, 1e-15);
-    EXPECT_NEAR((mesh.vertices[v] - centre).dot(v < 6 ? points.normals[0] : points.normals[2]), 0, 1e-15);
+    const Vector3d center = v < 6 ? points.positions[0] : points.positions[2];
+    EXPECT_NEAR((mesh.vertices[v] - center).norm(), .5, 1e-15);
+    EXPECT_NEAR((mesh.vertices[v] - center).dot(v < 6 ? points.normals[0] : points.normals[2]), 0, 1e-15);
   }
   for (const auto& [a, b, c] : mesh.triangles) {
     const Vector3d& first = mesh.vertices[static_cast<std::size_t>(a)];
@@ -180,18 +180,18 @@ TEST(FigureSupport, discsFaceTheViewer)
   }
 }
 
-TEST(FigureSupport, barsShowTheColoursOfTheSurface)
+TEST(FigureSupport, barsShowTheColorsOfTheSurface)
 {
   const Legend errors = errorLegend("error", 4), confidences = confidenceLegend();
   EXPECT_EQ(errors.lower, 0);
   EXPECT_EQ(errors.upper, 4);
   for (const double share : {0., .25, .5, 1.}) {
-    const auto index = static_cast<std::size_t>(share * static_cast<double>(errors.colours.size() - 1));
-    EXPECT_EQ(errors.colours[index], errorColour(4 * share, 4)) << share;
-    EXPECT_EQ(confidences.colours[index], pcl::mrf::confidenceColour(static_cast<float>(share))) << share;
+    const auto index = static_cast<std::size_t>(share * static_cast<double>(errors.colors.size() - 1));
+    EXPECT_EQ(errors.colors[index], errorColor(4 * share, 4)) << share;
+    EXPECT_EQ(confidences.colors[index], pcl::mrf::confidenceColor(static_cast<float>(share))) << share;
   }
-  EXPECT_EQ(std::set<Colour>(errors.colours.begin(), errors.colours.end()).size(), errors.colours.size());
-  EXPECT_EQ(errorColour(9, 4), errorColour(4, 4)) << "larger errors share the last colour";
+  EXPECT_EQ(std::set<Color>(errors.colors.begin(), errors.colors.end()).size(), errors.colors.size());
+  EXPECT_EQ(errorColor(9, 4), errorColor(4, 4)) << "larger errors share the last color";
 }
 
 TEST(FigureSupport, onlyFillingsShowTheirError)
@@ -202,13 +202,13 @@ TEST(FigureSupport, onlyFillingsShowTheirError)
   scan.diagonal = 200;
   SurfaceMesh mesh = square(0);
   pcl::mrf::Execution execution(2);
-  colourFillings(scan, {9, 1, 1, 9}, 1, mesh, execution);
-  ASSERT_EQ(mesh.colours.size(), 4u);
-  EXPECT_EQ(mesh.colours[1], errorColour(1, 2)) << "1 % of the diagonal is the largest error";
-  EXPECT_EQ(mesh.colours[2], mesh.colours[1]);
-  EXPECT_EQ(mesh.colours[3], errorColour(2, 2));
+  colorFillings(scan, {9, 1, 1, 9}, 1, mesh, execution);
+  ASSERT_EQ(mesh.colors.size(), 4u);
+  EXPECT_EQ(mesh.colors[1], errorColor(1, 2)) << "1 % of the diagonal is the largest error";
+  EXPECT_EQ(mesh.colors[2], mesh.colors[1]);
+  EXPECT_EQ(mesh.colors[3], errorColor(2, 2));
   const Legend bar = errorLegend("", 2);
-  EXPECT_EQ(std::count(bar.colours.begin(), bar.colours.end(), mesh.colours[0]), 0) << "beside the point";
+  EXPECT_EQ(std::count(bar.colors.begin(), bar.colors.end(), mesh.colors[0]), 0) << "beside the point";
 }
 
 TEST(FigureSupport, numbersAndLazyValues)

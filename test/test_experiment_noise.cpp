@@ -142,7 +142,7 @@ TEST(RandomScans, areAllThatTheirSeedSays)
     EXPECT_LE(random.options.noise.value, 1);
     EXPECT_LE(random.options.uniformOutliers, 3);
     if (random.kind != "bunny") {
-      EXPECT_NO_THROW(random.load()) << "parameters are within what the catalogue takes";
+      EXPECT_NO_THROW(random.load()) << "parameters are within what the catalog takes";
     }
   }
   EXPECT_EQ(kinds.size(), 12u);
@@ -207,7 +207,7 @@ TEST(Noise, peersOnOurPointsGetNoOutliers)
   const std::size_t outliers = far;
   peerOnOurPoints(probe).run(scan, execution);
   EXPECT_GE(counts.back(), scan.clean.size() * 99 / 100);
-  // The few that are left have neighbours in a plane with them, by chance: there are no normals to tell.
+  // The few that are left have neighbors in a plane with them, by chance: there are no normals to tell.
   EXPECT_LE(10 * far, outliers);
 }
 

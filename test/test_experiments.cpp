@@ -164,7 +164,7 @@ TEST_F(JournalFile, BuildIsTheProgramWithItsLibrary)
     EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::canonical(file))) << file;
   // Where the library's code is tells whether it is a file of its own.
   Dl_info library{};
-  ASSERT_NE(dladdr(reinterpret_cast<void*>(&pcl::mrf::confidenceColour), &library), 0);
+  ASSERT_NE(dladdr(reinterpret_cast<void*>(&pcl::mrf::confidenceColor), &library), 0);
   const auto isLibrary = [&](const std::string& file) { return std::filesystem::equivalent(file, library.dli_fname); };
   EXPECT_TRUE(std::any_of(files.begin(), files.end(), isLibrary)) << library.dli_fname;
   EXPECT_EQ(identityOf(files).size(), 16u);

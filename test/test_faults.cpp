@@ -183,6 +183,7 @@ void failAllocations(const pcl::mrf::Options& options, bool allOfThem)
   for (std::int64_t n = 0; n < total; n += step) {
     SCOPED_TRACE(n);
     Mrf mrf;
+    mrf.setKeepResult(true);
     mrf.setOptions(options);
     mrf.setInputCloud(cloud);
     Outputs<pcl::PointNormal> outputs;
@@ -275,7 +276,7 @@ TEST(Callbacks, WhatTheyThrowIsReportedOrLeavesOnRequest)
   EXPECT_FALSE(mrf.getReport().levels.empty()) << "the report has what was done";
   EXPECT_GT(mrf.getReport().seconds, 0);
   EXPECT_GT(mrf.getReport().peakBytes, 0u);
-  EXPECT_EQ(mrf.getReport().times.back().stage, "regularisation");
+  EXPECT_EQ(mrf.getReport().times.back().stage, "regularization");
 
   Outputs<pcl::PointNormal> outputs;
   mrf.setThrowing(true);
@@ -405,7 +406,7 @@ TEST(Options, EnumerationsOutOfRange)
       [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },
       [](auto& o) { o.polygonizer.decomposition = static_cast<pcl::mrf::CellDecomposition>(2); },
       [](auto& o) { o.trimming.trimming = static_cast<pcl::mrf::Trimming>(3); },
-      [](auto& o) { o.colours = static_cast<pcl::mrf::ColourMode>(3); }};
+      [](auto& o) { o.colors = static_cast<pcl::mrf::ColorMode>(3); }};
   for (const auto& change : changes) {
     Mrf mrf;
     mrf.setInputCloud(smallCloud());

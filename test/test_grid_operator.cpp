@@ -74,8 +74,8 @@ VoxelSet withObserved(const VoxelSet& voxels, const std::vector<PointSample>& sa
   return VoxelSet(
       voxels.size(),
       [&](int z, MaskPlane& mask) {
-        voxels.rasterise(z, mask);
-        observed.rasterise(z, mask);
+        voxels.rasterize(z, mask);
+        observed.rasterize(z, mask);
       },
       0, execution);
 }
@@ -155,12 +155,12 @@ struct SphereLevel {
     const std::size_t level = addCoarserGrids(lattices);
     std::mt19937 random(3);
     std::vector<PointSample> points;
-    const float radius = .32f * static_cast<float>(side), centre = .5f * static_cast<float>(side - 1);
+    const float radius = .32f * static_cast<float>(side), center = .5f * static_cast<float>(side - 1);
     for (int n = 0; n < 4 * side * side / 3; ++n) {
       const Eigen::Vector3f normal =
           Eigen::Vector3f(uniform(random, 2) - 1, uniform(random, 2) - 1, uniform(random, 2) - 1).normalized();
       if (normal.z() < .8f)
-        points.emplace_back(Eigen::Vector3f(radius * normal + Eigen::Vector3f::Constant(centre)), normal, 1.f);
+        points.emplace_back(Eigen::Vector3f(radius * normal + Eigen::Vector3f::Constant(center)), normal, 1.f);
     }
     samples = LevelSamples(sortedByCells(points, execution), lattices, execution);
     observation.samples = &samples;

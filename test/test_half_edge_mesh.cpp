@@ -54,11 +54,11 @@ void expectConsistent(const HalfEdgeMesh& mesh)
       continue;
     }
     ASSERT_EQ(mesh.origin[mesh.outgoing[v]], v);
-    int met = 0, neighbours = 0;
+    int met = 0, neighbors = 0;
     mesh.forOutgoing(v, [&](std::int32_t h) { met += mesh.origin[h] == v ? 1 : 0; });
-    mesh.forNeighbours(v, [&](std::int32_t) { ++neighbours; });
+    mesh.forNeighbors(v, [&](std::int32_t) { ++neighbors; });
     ASSERT_EQ(met, corners[v]) << "turning from outgoing must meet all triangles";
-    ASSERT_EQ(neighbours, edges[v]);
+    ASSERT_EQ(neighbors, edges[v]);
     ASSERT_EQ(mesh.valence[v], edges[v]);
   }
 }

@@ -18,7 +18,7 @@ TEST(Assemble, weightsAndTargetsOfJointAndWeightedEnergy)
   observation.distances = {.5f, -2.f};
   observation.confidences = {1.f, .25f};
   for (const Prior prior : allPriors) {
-    const double c = centreCoefficient(prior);
+    const double c = centerCoefficient(prior);
     const auto joint = assemble(observation, priorOptions(prior, Energy::joint, .8f));
     const auto weighted = assemble(observation, priorOptions(prior, Energy::weighted, .8f));
     EXPECT_TRUE(joint.prior.voxelWeights.empty());
@@ -57,11 +57,11 @@ TEST(Assemble, weightsOfThePapersText)
     EXPECT_DOUBLE_EQ(system.rightHandSide[3], -2 * expected);
     EXPECT_EQ(system.data.coeff(0, 0), 0);
     EXPECT_DOUBLE_EQ(dataCoefficient(options), 3 * expected);
-    EXPECT_EQ(dataCoefficient(priorOptions(prior, Energy::joint)), centreCoefficient(prior));
-    EXPECT_EQ(dataCoefficient(priorOptions(prior, Energy::weighted)), centreCoefficient(prior));
+    EXPECT_EQ(dataCoefficient(priorOptions(prior, Energy::joint)), centerCoefficient(prior));
+    EXPECT_EQ(dataCoefficient(priorOptions(prior, Energy::weighted)), centerCoefficient(prior));
     // What the data hold back less is smoothed over a longer way, by the ratio of the weights.
     const double ratio = smoothingLength(options, 1) / smoothingLength(priorOptions(prior, Energy::joint, .5f), 1);
-    EXPECT_NEAR(std::pow(ratio, 2 * order(prior)), centreCoefficient(prior) / dataCoefficient(options), 1e-9);
+    EXPECT_NEAR(std::pow(ratio, 2 * order(prior)), centerCoefficient(prior) / dataCoefficient(options), 1e-9);
   }
 }
 

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmark/heap.h"
 #include "support/clouds.h"
+#include "support/conversion.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf_reconstruction.h>
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
+#include <iostream>
 #include <string>
 #include <tuple>
 
@@ -22,7 +25,7 @@ constexpr double radius = 1, area = 4 * M_PI * radius * radius;
 /// Points on a sphere about as far apart as the voxels are large.
 struct SphereRun {
   OrientedPoints points;
-  std::unique_ptr<NeighbourSearch> search = makePointBins();
+  std::unique_ptr<NeighborSearch> search = makePointBins();
   float spacing = 0;
   ObservationOptions observation;
   PriorOptions prior;
@@ -60,7 +63,7 @@ struct SphereRun {
     const std::int64_t before = benchmarks::heapBytes();
     benchmarks::resetPeak();
     try {
-      regularise(points, *search, spacing, boundingBox(points.positions), observation, prior, solver, options,
+      regularize(points, *search, spacing, boundingBox(points.positions), observation, prior, solver, options,
                  execution);
     } catch (const Cancelled&) {
     }
@@ -145,4 +148,43 @@ TEST(Memory, WhatDoesNotFitIsRefusedBeforeItIsTaken)
   run.solver.maxFactorBytes = 1 << 30;
   const std::string message = clouds::messageOf<ResourceLimit>([&] { run.measured(); });
   EXPECT_NE(message.find("maxFactorBytes (1024 MiB)"), std::string::npos) << message;
+}
+
+TEST(Memory, TheClassTakesWhatTheStagesTake)
+{
+  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .0112); // 100,000
+  Options options;
+  options.remesher.rounds = 0;
+  options.threads = 2;
+  const auto peakOf = [](const auto& run) {
+    const std::int64_t before = benchmarks::heapBytes();
+    benchmarks::resetPeak();
+    run();
+    return static_cast<double>(benchmarks::peakBytes() - before);
+  };
+  std::int64_t triangles = 0;
+  const double stages = peakOf([&] {
+    Execution execution(options.threads);
+    const Reconstruction result = reconstruct(clouds::raw(points.positions, points.normals), options, execution);
+    triangles = result.report.mesh.triangles;
+  });
+  // What the caller holds is no cost of either.
+  pcl::MRFReconstruction<pcl::PointNormal> mrf;
+  mrf.setInputCloud(conversion::make<pcl::PointNormal>(points));
+  mrf.setOptions(options);
+  pcl::PolygonMesh mesh;
+  const double ofClass = peakOf([&] { mrf.reconstruct(mesh); });
+  ASSERT_EQ(static_cast<std::int64_t>(mesh.polygons.size()), triangles);
+  std::cout << points.size() << " points: stages " << stages / 1e6 << " MB, class " << ofClass / 1e6 << " MB\n";
+  EXPECT_LT(ofClass, 1.1 * stages);
+
+  // Afterwards there is the output, of whose many small arrays each takes twice its size. Field, points and a second
+  // mesh would be three times as much.
+  const double output =
+      static_cast<double>(mesh.cloud.data.capacity() + mesh.polygons.capacity() * sizeof(pcl::Vertices)) +
+      static_cast<double>(mesh.polygons.size() * 2 * 3 * sizeof(pcl::index_t));
+  mesh = pcl::PolygonMesh();
+  const std::int64_t before = benchmarks::heapBytes();
+  mrf.reconstruct(mesh);
+  EXPECT_LT(static_cast<double>(benchmarks::heapBytes() - before), 1.1 * output);
 }

@@ -73,7 +73,7 @@ bool has(const Triangle& t, std::int32_t v)
 }
 
 /// Number of sets of triangles when all that share an edge (v, w) with isJoint(v, w) are joined, by repeated
-/// relabelling.
+/// relabeling.
 template <typename IsJoint>
 std::int64_t joinedOver(const TriangleMesh& mesh, const IsJoint& isJoint)
 {
@@ -206,7 +206,7 @@ TEST(MeshQuality, threeTrianglesOnAnEdge)
   EXPECT_FALSE(s.manifold());
 }
 
-TEST(MeshQuality, flippedNeighbourIsFoundOnItsEdges)
+TEST(MeshQuality, flippedNeighborIsFoundOnItsEdges)
 {
   TriangleMesh mesh = tetrahedron();
   std::swap(mesh.triangles[3][0], mesh.triangles[3][1]);
@@ -246,7 +246,7 @@ TEST(MeshQuality, openAndClosedFans)
 TEST(MeshQuality, annulusHasTwoBoundaryLoops)
 {
   TriangleMesh mesh = torus(12, 9, 2, .5);
-  // Without the triangles between two neighbouring rows of vertices the torus is an open tube.
+  // Without the triangles between two neighboring rows of vertices the torus is an open tube.
   mesh.triangles.erase(mesh.triangles.begin(), mesh.triangles.begin() + 24);
   const MeshStatistics s = measure(mesh);
   EXPECT_TRUE(s.manifold());

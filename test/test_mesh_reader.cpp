@@ -92,7 +92,7 @@ TEST_F(MeshReader, readsWhatIsWritten)
 
 TEST_F(MeshReader, keepsDoublePrecision)
 {
-  // Steps of a centimetre in survey coordinates, which float resolves to half a metre.
+  // Steps of a centimeter in survey coordinates, which float resolves to half a meter.
   SurfaceMesh mesh;
   constexpr int side = 12;
   for (int j = 0; j < side; ++j)
@@ -179,7 +179,7 @@ TEST_F(MeshReader, everyEncodingOfVtk)
 {
   SurfaceMesh mesh = large();
   mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::UnitZ());
-  mesh.colours.assign(mesh.vertices.size(), {10, 13, 32}); // bytes that are ends of lines and blanks
+  mesh.colors.assign(mesh.vertices.size(), {10, 13, 32}); // bytes that are ends of lines and blanks
   mesh.confidences.assign(mesh.vertices.size(), .5f);
   for (const bool isBinary : {false, true})
     for (const int version :

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <thread>
 
 using namespace contract;
 using conversion::sameBytes;
@@ -15,8 +16,11 @@ using pcl::mrf::Status;
 
 template <typename PointT>
 class EveryPointType : public ::testing::Test {};
-using PointTypes = ::testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZRGB, pcl::PointNormal,
-                                    pcl::PointXYZINormal, pcl::PointXYZRGBNormal>;
+using PointTypes =
+    ::testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZL, pcl::PointXYZRGBA, pcl::PointXYZRGB,
+                     pcl::PointXYZRGBL, pcl::PointXYZLAB, pcl::PointXYZHSV, pcl::InterestPoint, pcl::PointNormal,
+                     pcl::PointXYZRGBNormal, pcl::PointXYZINormal, pcl::PointXYZLNormal, pcl::PointWithRange,
+                     pcl::PointWithViewpoint, pcl::PointWithScale, pcl::PointSurfel, pcl::PointDEM>;
 TYPED_TEST_SUITE(EveryPointType, PointTypes);
 
 TYPED_TEST(EveryPointType, GivesAClosedSphereThroughBothOverloads)
@@ -65,6 +69,9 @@ TYPED_TEST(EveryPointType, GivesAClosedSphereThroughBothOverloads)
     EXPECT_EQ(Eigen::Vector3f(points[v].getVector3fMap()), mesh.vertices[v]);
     if constexpr (pcl::traits::has_normal<Point>::value) {
       EXPECT_EQ(Eigen::Vector3f(points[v].getNormalVector3fMap()), mesh.normals[v]);
+    }
+    if constexpr (pcl::traits::has_field<Point, pcl::fields::confidence>::value) {
+      EXPECT_EQ(points[v].confidence, mesh.confidences[v]);
     }
   }
 }
@@ -203,12 +210,146 @@ TEST(Interface, AsksTheGivenSearchObject)
   EXPECT_GE(search->queries, static_cast<int>(sphere().size() + expected.vertices.size()));
 }
 
+TEST(Interface, TheGivenSearchObjectIsLeftAsItWas)
+{
+  const Cloud::Ptr own = conversion::make<pcl::PointNormal>(patch());
+  const pcl::IndicesPtr indices(new pcl::Indices{3, 5, 8, 13, 21});
+  const pcl::search::KdTree<pcl::PointNormal>::Ptr used(new pcl::search::KdTree<pcl::PointNormal>),
+      fresh(new pcl::search::KdTree<pcl::PointNormal>);
+  used->setInputCloud(own, indices);
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  mrf.setSearchMethod(used);
+  run(mrf);
+  EXPECT_EQ(used->getInputCloud(), own);
+  EXPECT_EQ(used->getIndices(), indices);
+  pcl::Indices found;
+  std::vector<float> distances;
+  EXPECT_EQ(used->nearestKSearch((*own)[8], 100, found, distances), 5) << "its answers are its own points again";
+  EXPECT_EQ(found.front(), 8);
+
+  // After a failure, too.
+  mrf.setProgressCallback([](const std::string&, double fraction) { return fraction < .2; });
+  expectFailure(mrf, Status::cancelled);
+  EXPECT_EQ(used->getInputCloud(), own);
+
+  mrf.setProgressCallback({});
+  mrf.setSearchMethod(fresh);
+  run(mrf);
+  EXPECT_EQ(fresh->getInputCloud(), mrf.getInputCloud()) << "as PCL's own classes leave it";
+}
+
+TEST(Interface, TwoObjectsRunInTwoThreads)
+{
+  const auto torus = conversion::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, spacing));
+  Mrf alone;
+  alone.setInputCloud(sphereCloud());
+  const pcl::mrf::TriangleMesh sphereMesh = run(alone);
+  alone.setInputCloud(torus);
+  const pcl::mrf::TriangleMesh torusMesh = run(alone);
+
+  Mrf first, second;
+  first.setInputCloud(sphereCloud());
+  second.setInputCloud(torus);
+  pcl::mrf::TriangleMesh firstMesh, secondMesh;
+  std::thread other([&] { secondMesh = run(second); });
+  firstMesh = run(first);
+  other.join();
+  EXPECT_TRUE(sameBytes(firstMesh, sphereMesh));
+  EXPECT_TRUE(sameBytes(secondMesh, torusMesh));
+}
+
+TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
+{
+  Mrf mrf;
+  mrf.setPreset(pcl::mrf::Preset::paper);
+  EXPECT_EQ(mrf.getPreset(), pcl::mrf::Preset::paper);
+  EXPECT_EQ(mrf.getObservation(), pcl::mrf::Estimate::median);
+  EXPECT_EQ(mrf.getBeta(), pcl::mrf::paperPreset().prior.beta);
+  mrf.setPreset(pcl::mrf::Preset::standard);
+  EXPECT_EQ(mrf.getObservation(), pcl::mrf::Estimate::points) << "of the paper's nothing is left";
+
+  mrf.setQuality(pcl::mrf::Quality::fine);
+  mrf.setSmoothing(.5f);
+  mrf.setNoise(.25f);
+  mrf.setRobust(true);
+  mrf.setMaxHole(3);
+  mrf.setTargetEdge(.125f);
+  mrf.setNumberOfRemeshingRounds(4);
+  mrf.setConfidenceField("curvature");
+  mrf.setObservation(pcl::mrf::Estimate::plane);
+  mrf.setThrowing(true);
+  mrf.setProgressCallback([](const std::string&, double) { return false; });
+  mrf.setSensorPositions({{1, 2, 3}, {4, 5, 6}}, {0, 1, 1});
+
+  EXPECT_EQ(mrf.getQuality(), pcl::mrf::Quality::fine);
+  EXPECT_EQ(mrf.getSmoothing(), .5f);
+  EXPECT_EQ(mrf.getNoise(), .25f);
+  EXPECT_TRUE(mrf.getRobust());
+  EXPECT_EQ(mrf.getMaxHole(), 3);
+  EXPECT_EQ(mrf.getTargetEdge(), .125f);
+  EXPECT_EQ(mrf.getNumberOfRemeshingRounds(), 4);
+  EXPECT_EQ(mrf.getConfidenceField(), "curvature");
+  EXPECT_EQ(mrf.getObservation(), pcl::mrf::Estimate::plane);
+  EXPECT_TRUE(mrf.getThrowing());
+  EXPECT_FALSE(mrf.getProgressCallback()("", 0));
+  EXPECT_EQ(mrf.getSensorPositions().at(1), Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(mrf.getSensorViews(), (std::vector<std::int32_t>{0, 1, 1}));
+
+  const pcl::mrf::Options& options = mrf.getOptions();
+  EXPECT_EQ(options.multiscale.quality, pcl::mrf::Quality::fine);
+  EXPECT_EQ(options.observation.smoothing, .5f);
+  EXPECT_EQ(options.observation.noise, .25f);
+  EXPECT_TRUE(options.outliers.robust);
+  EXPECT_EQ(options.trimming.maxHole, 3);
+  EXPECT_EQ(options.remesher.targetEdge, .125f);
+  EXPECT_EQ(options.remesher.rounds, 4);
+  EXPECT_EQ(options.confidenceField, "curvature");
+  EXPECT_EQ(options.observation.estimate, pcl::mrf::Estimate::plane);
+}
+
+TEST(Interface, TellsOfABetaThatHasNoEffect)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  mrf.setBeta(.5f);
+  run(mrf);
+  ASSERT_EQ(mrf.getReport().warnings.size(), 1u);
+  EXPECT_NE(mrf.getReport().warnings.front().find("prior.beta = 0.5 has no effect"), std::string::npos)
+      << mrf.getReport().warnings.front();
+  mrf.setObservation(pcl::mrf::Estimate::plane);
+  run(mrf);
+  EXPECT_TRUE(mrf.getReport().warnings.empty()) << mrf.getReport().warnings.front();
+}
+
+TEST(Interface, KeepsTheResultOnRequestOnly)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  const pcl::mrf::TriangleMesh mesh = run(mrf);
+  EXPECT_TRUE(mrf.getDistanceField().empty());
+  EXPECT_TRUE(mrf.getResult().mesh.vertices.empty());
+  EXPECT_EQ(mrf.getResult().points.positions.capacity(), 0u) << "their memory is free as well";
+  EXPECT_EQ(mrf.getReport().mesh.triangles, static_cast<std::int64_t>(mesh.triangles.size()));
+
+  mrf.setKeepResult(true);
+  run(mrf);
+  EXPECT_EQ(mrf.getResult().mesh.triangles, mesh.triangles);
+  EXPECT_EQ(mrf.getResult().points.size(), sphere().size());
+  EXPECT_FALSE(mrf.getDistanceField().empty());
+  mrf.releaseResult();
+  EXPECT_TRUE(mrf.getDistanceField().empty());
+  EXPECT_EQ(mrf.getResult().mesh.vertices.capacity(), 0u);
+  EXPECT_EQ(mrf.getReport().status, Status::ok) << "the report stays";
+}
+
 TEST(Interface, FieldIsReadableAndFitsTheMesh)
 {
   Cloud::Ptr cloud = sphereCloud();
   for (pcl::PointNormal& point : *cloud)
     point.getVector3fMap() += Eigen::Vector3f(100, 200, 300);
   Mrf mrf;
+  mrf.setKeepResult(true);
   mrf.setInputCloud(cloud);
   EXPECT_TRUE(mrf.getDistanceField().empty());
   const pcl::mrf::TriangleMesh mesh = run(mrf);
@@ -222,8 +363,8 @@ TEST(Interface, FieldIsReadableAndFitsTheMesh)
     const Eigen::Vector3f position = (vertex.cast<double>() - mrf.getOffset()).cast<float>();
     EXPECT_LT(std::abs(field.sampleDistance(position)), .1 * h);
   }
-  const Eigen::Vector3f centre = (Eigen::Vector3d(100, 200, 300) - mrf.getOffset()).cast<float>();
-  EXPECT_LT(field.sampleDistance(centre), -h) << "negative inside";
+  const Eigen::Vector3f center = (Eigen::Vector3d(100, 200, 300) - mrf.getOffset()).cast<float>();
+  EXPECT_LT(field.sampleDistance(center), -h) << "negative inside";
 }
 
 TEST(VertexFields, ConfidenceTellsObservedFromInvented)
@@ -243,7 +384,7 @@ TEST(VertexFields, ConfidenceTellsObservedFromInvented)
       nearest = std::min(nearest, (mesh.vertices[v] - (position + open.offset.cast<float>())).norm());
     EXPECT_GE(mesh.confidences[v], 0);
     EXPECT_LE(mesh.confidences[v], 1);
-    // α is interpolated between voxel centres, which are up to √3 h away.
+    // α is interpolated between voxel centers, which are up to √3 h away.
     if (nearest > reach + 1.74f * h) {
       EXPECT_EQ(mesh.confidences[v], 0);
       ++invented;
@@ -257,7 +398,7 @@ TEST(VertexFields, ConfidenceTellsObservedFromInvented)
   EXPECT_GT(invented, 5);
 }
 
-TEST(VertexFields, ColoursAreInterpolated)
+TEST(VertexFields, ColorsAreInterpolated)
 {
   pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud = conversion::make<pcl::PointXYZRGBNormal>(sphere());
   const auto red = [](const auto& point) { return 128 + 100 * point.x; };
@@ -301,19 +442,19 @@ TEST(VertexFields, IntensityIsInterpolated)
     EXPECT_NEAR(point.intensity, 5 + point.y, spacing);
 }
 
-TEST(VertexFields, ColourModes)
+TEST(VertexFields, ColorModes)
 {
-  pcl::MRFReconstruction<pcl::PointXYZRGB> coloured;
-  coloured.setInputCloud(conversion::make<pcl::PointXYZRGB>(sphere()));
-  coloured.setColourMode(pcl::mrf::ColourMode::none);
+  pcl::MRFReconstruction<pcl::PointXYZRGB> colored;
+  colored.setInputCloud(conversion::make<pcl::PointXYZRGB>(sphere()));
+  colored.setColorMode(pcl::mrf::ColorMode::none);
   pcl::PolygonMesh output;
-  coloured.reconstruct(output);
-  ASSERT_EQ(coloured.getReport().status, Status::ok);
+  colored.reconstruct(output);
+  ASSERT_EQ(colored.getReport().status, Status::ok);
   EXPECT_FALSE(conversion::hasField(output, "rgb"));
 
   Mrf mrf;
   mrf.setInputCloud(sphereCloud());
-  mrf.setColourMode(pcl::mrf::ColourMode::confidence);
+  mrf.setColorMode(pcl::mrf::ColorMode::confidence);
   mrf.reconstruct(output);
   ASSERT_EQ(mrf.getReport().status, Status::ok);
   ASSERT_TRUE(conversion::hasField(output, "rgb"));
@@ -321,7 +462,7 @@ TEST(VertexFields, ColourModes)
   pcl::fromPCLPointCloud2(output.cloud, points);
   const std::vector<float> confidences = conversion::plain(output).confidences;
   for (std::size_t v = 0; v < points.size(); ++v)
-    EXPECT_EQ((pcl::mrf::Rgb{points[v].r, points[v].g, points[v].b}), pcl::mrf::confidenceColour(confidences[v]));
+    EXPECT_EQ((pcl::mrf::Rgb{points[v].r, points[v].g, points[v].b}), pcl::mrf::confidenceColor(confidences[v]));
 }
 
 TEST(VertexFields, PointConfidencesWeighTheData)
@@ -368,6 +509,18 @@ TEST(Sensors, TurnNormalsTowardsThem)
     for (const Eigen::Vector3f& normal : conversion::plain(output).normals)
       EXPECT_GT(side * normal.z(), .99);
   }
+}
+
+TEST(Sensors, AreGivenAsPclHasThem)
+{
+  Mrf mrf;
+  const Eigen::Vector4f origin(1, 2, 3, 0);
+  mrf.setSensorPosition(origin);
+  EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(1, 2, 3)});
+  mrf.setSensorPosition(Eigen::Vector3f(4, 5, 6));
+  EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(4, 5, 6)});
+  mrf.setSensorPosition({7, 8, 9});
+  EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(7, 8, 9)});
 }
 
 TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
@@ -471,6 +624,7 @@ TEST(Progress, ReportsStagesAndFractions)
 TEST(Progress, CancelsWhereverItIsAsked)
 {
   Mrf mrf;
+  mrf.setKeepResult(true);
   mrf.setInputCloud(sphereCloud());
   int calls = 0;
   mrf.setProgressCallback([&](const std::string&, double) { return ++calls, true; });
@@ -517,6 +671,7 @@ TEST(Padding, IsUsableUpToItsLimit)
   options.multiscale.padding = 100;
   options.trimming.trimming = pcl::mrf::Trimming::none; // what is far away is looked at as well
   Mrf mrf;
+  mrf.setKeepResult(true);
   mrf.setOptions(options);
   mrf.setInputCloud(sphereCloud());
   EXPECT_TRUE(pcl::mrf::measure(run(mrf)).closed());
@@ -558,7 +713,8 @@ TEST(Errors, MemoryLimitHoldsForTheRobustField)
 TEST(Errors, ReportOfAFailureHasWhatWasDone)
 {
   Mrf mrf;
-  EXPECT_NE(mrf.getReport().status, Status::ok) << "before the first run";
+  EXPECT_EQ(mrf.getReport().status, Status::notRun);
+  EXPECT_EQ(toString(Status::notRun), std::string("not run"));
   mrf.setInputCloud(sphereCloud());
   run(mrf);
   int calls = 0;

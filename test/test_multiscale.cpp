@@ -35,14 +35,14 @@ Workload ofArea(double area)
   return workload;
 }
 
-MultiscaleResult regularisePoints(const PointSet& points, float spacing, const PriorOptions& prior = {},
+MultiscaleResult regularizePoints(const PointSet& points, float spacing, const PriorOptions& prior = {},
                                   const MultiscaleOptions& options = {}, const SolverOptions& solver = {},
                                   int threads = 1, const ObservationOptions& observation = {})
 {
   Execution execution(threads);
   const auto search = makeKdTree();
   search->setPoints(points.positions);
-  return regularise(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior,
+  return regularize(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior,
                     solver, options, execution);
 }
 
@@ -70,7 +70,7 @@ std::pair<Lattice, Lattice> nestedLattices()
   return {coarse, fine};
 }
 
-/// A function at the centres of the voxels.
+/// A function at the centers of the voxels.
 template <typename Function>
 std::vector<float> valuesOf(const Function& function, const Lattice& lattice)
 {
@@ -310,7 +310,7 @@ TEST_P(EveryModel, FitsASphereBetterOnAFinerGrid)
   const PointSet truth = shapes::sample(sdf, 1.2, .09, 7);
   const auto errorAt = [&](float spacing) {
     const PointSet points = shapes::sample(sdf, 1.2, spacing);
-    return surfaceError(regularisePoints(points, spacing, prior, {}, {}, 1, observation).field, truth);
+    return surfaceError(regularizePoints(points, spacing, prior, {}, {}, 1, observation).field, truth);
   };
   const double coarse = errorAt(.12f), fine = errorAt(.06f);
   EXPECT_LT(coarse, .1);
@@ -318,11 +318,11 @@ TEST_P(EveryModel, FitsASphereBetterOnAFinerGrid)
   EXPECT_LT(fine, std::max(.7 * coarse, .01));
 }
 
-INSTANTIATE_TEST_SUITE_P(Regularise, EveryModel,
+INSTANTIATE_TEST_SUITE_P(Regularize, EveryModel,
                          testing::Combine(testing::Values(Estimate::points, Estimate::plane),
                                           testing::Values(Prior::membrane, Prior::thinPlate, Prior::triharmonic)));
 
-TEST(Regularise, FillsAHoleInASphere)
+TEST(Regularize, FillsAHoleInASphere)
 {
   const auto sdf = shapes::sphere(1);
   const auto isHole = [](const Eigen::Vector3f& p) { return (p - Eigen::Vector3f(0, .6f, .8f)).norm() < .5f; };
@@ -333,7 +333,7 @@ TEST(Regularise, FillsAHoleInASphere)
   for (const Prior order : {Prior::membrane, Prior::thinPlate, Prior::triharmonic}) {
     PriorOptions prior;
     prior.prior = order;
-    errors.push_back(surfaceError(regularisePoints(points, .06f, prior).field, hole));
+    errors.push_back(surfaceError(regularizePoints(points, .06f, prior).field, hole));
   }
   // Voxel sides; the hole is 8 wide and its cap 1.1 high. The membrane flattens it, the higher orders follow the
   // curvature.
@@ -343,7 +343,7 @@ TEST(Regularise, FillsAHoleInASphere)
 }
 
 // w = αβ/(1−αβ) is αβ for low β, so that the text's weights are the program's with another β.
-TEST(Regularise, BandsWeighDataByTheEnergyAsDenseLevelsDo)
+TEST(Regularize, BandsWeighDataByTheEnergyAsDenseLevelsDo)
 {
   ObservationOptions observation;
   observation.estimate = Estimate::plane;
@@ -356,7 +356,7 @@ TEST(Regularise, BandsWeighDataByTheEnergyAsDenseLevelsDo)
       prior.energy = energy;
       MultiscaleOptions options;
       options.denseVoxels = denseVoxels;
-      return surfaceError(regularisePoints(points, .05f, prior, options, {}, 1, observation).field, points);
+      return surfaceError(regularizePoints(points, .05f, prior, options, {}, 1, observation).field, points);
     };
     const float beta = .02f;
     const double text = errorOf(Energy::paperText, beta);
@@ -365,12 +365,12 @@ TEST(Regularise, BandsWeighDataByTheEnergyAsDenseLevelsDo)
   }
 }
 
-TEST(Regularise, ConfidenceOfVoxelsIsZeroAwayFromThePoints)
+TEST(Regularize, ConfidenceOfVoxelsIsZeroAwayFromThePoints)
 {
   ObservationOptions observation;
   observation.estimate = Estimate::plane;
   const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .1);
-  const DistanceField field = regularisePoints(points, .1f, {}, {}, {}, 1, observation).field;
+  const DistanceField field = regularizePoints(points, .1f, {}, {}, {}, 1, observation).field;
   ASSERT_TRUE(field.hasConfidences());
   const GridSize size = field.lattice().size;
   for (int k = 0; k < size.z; ++k)
@@ -384,10 +384,10 @@ TEST(Regularise, ConfidenceOfVoxelsIsZeroAwayFromThePoints)
         }
       }
   EXPECT_LT(field.sampleDistance(Eigen::Vector3f::Zero()), -.5f);
-  EXPECT_FALSE(regularisePoints(points, .1f).field.hasConfidences());
+  EXPECT_FALSE(regularizePoints(points, .1f).field.hasConfidences());
 }
 
-TEST(Regularise, StartsFromTheInterpolationThatWasAskedFor)
+TEST(Regularize, StartsFromTheInterpolationThatWasAskedFor)
 {
   // One sweep of ICM leaves what it starts from in most of the volume.
   SolverOptions solver;
@@ -401,7 +401,7 @@ TEST(Regularise, StartsFromTheInterpolationThatWasAskedFor)
     options.interpolation = interpolation;
     PriorOptions prior;
     prior.prior = Prior::membrane;
-    return regularisePoints(points, .1f, prior, options, solver, 1, observation).field;
+    return regularizePoints(points, .1f, prior, options, solver, 1, observation).field;
   };
   const DistanceField cubic = fieldOf(Interpolation::cubic), linear = fieldOf(Interpolation::linear);
   double largest = 0;
@@ -413,12 +413,12 @@ TEST(Regularise, StartsFromTheInterpolationThatWasAskedFor)
   EXPECT_GT(largest, .01 * .2) << "a hundredth of a voxel";
 }
 
-TEST(Regularise, DoesNotDependOnTheNumberOfThreads)
+TEST(Regularize, DoesNotDependOnTheNumberOfThreads)
 {
   const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .1);
-  const auto one = regularisePoints(points, .1f);
+  const auto one = regularizePoints(points, .1f);
   for (const int threads : {2, 4}) {
-    const auto more = regularisePoints(points, .1f, {}, {}, {}, threads);
+    const auto more = regularizePoints(points, .1f, {}, {}, {}, threads);
     const GridSize size = one.field.lattice().size;
     ASSERT_EQ(size, more.field.lattice().size);
     for (int k = 0; k < size.z; ++k)
@@ -428,7 +428,7 @@ TEST(Regularise, DoesNotDependOnTheNumberOfThreads)
   }
 }
 
-TEST(Regularise, RefusesSurfacesThatNoPointsTellOf)
+TEST(Regularize, RefusesSurfacesThatNoPointsTellOf)
 {
   // A plane through a dozen points, a thousand spacings apart.
   PointSet points;
@@ -441,7 +441,7 @@ TEST(Regularise, RefusesSurfacesThatNoPointsTellOf)
   const auto refusal = [&](float voxelSize) -> std::string {
     options.voxelSize = voxelSize;
     try {
-      regularisePoints(points, 1, {}, options);
+      regularizePoints(points, 1, {}, options);
     } catch (const ResourceLimit& error) {
       return error.message();
     }
@@ -457,7 +457,7 @@ TEST(Regularise, RefusesSurfacesThatNoPointsTellOf)
   EXPECT_NE(refusal(2).find("along the surface, "), std::string::npos) << refusal(2);
 }
 
-TEST(Regularise, SaysWhatIsWrongWhenNothingIsObserved)
+TEST(Regularize, SaysWhatIsWrongWhenNothingIsObserved)
 {
   Execution execution(1);
   PointSet points = shapes::sample(shapes::sphere(1), 1.2, .3);
@@ -466,7 +466,7 @@ TEST(Regularise, SaysWhatIsWrongWhenNothingIsObserved)
   ObservationOptions observation;
   observation.estimate = Estimate::plane;
   observation.maxDistance = 1e-4f;
-  EXPECT_THROW(regularise(shapes::oriented(points), *search, .3f, boundingBox(points.positions), observation, {}, {},
+  EXPECT_THROW(regularize(shapes::oriented(points), *search, .3f, boundingBox(points.positions), observation, {}, {},
                           {}, execution),
                InvalidInput);
 }

@@ -61,7 +61,7 @@ TEST(Normals, OfAPlaneAreExact)
     points.normals[i] = rotation * points.normals[i];
   }
   const NormalEstimates estimates = normalsOf(points);
-  // Coordinates are rounded to 6e-8; the narrowest neighbourhoods are some 1e-2 wide.
+  // Coordinates are rounded to 6e-8; the narrowest neighborhoods are some 1e-2 wide.
   EXPECT_LT(errorsOf(points, estimates).back(), 1e-2);
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_NEAR(estimates.normals[i].norm(), 1, 1e-6);
@@ -73,7 +73,7 @@ TEST(Normals, OfAPlaneAreExact)
 
 TEST(Normals, OfASphereConvergeWithTheSpacing)
 {
-  // The bias of a plane fit is the curvature times the neighbourhood's asymmetry: of first order in the spacing.
+  // The bias of a plane fit is the curvature times the neighborhood's asymmetry: of first order in the spacing.
   double previous = 0;
   for (const double spacing : {.16, .08, .04}) {
     const PointSet points = shapes::sample(shapes::sphere(1), 1.2, spacing);
@@ -181,7 +181,7 @@ TEST(Normals, NoiseCriteriaFindPointsOffTheSurface)
   EXPECT_EQ(std::count(lenient.isNoise.begin(), lenient.isNoise.end(), 1), 0);
 }
 
-TEST(Normals, SparseRegionsTakeTheirNearestNeighbours)
+TEST(Normals, SparseRegionsTakeTheirNearestNeighbors)
 {
   // A dense square decides on l̄; a square ten times as sparse has nobody inside the radius.
   PointSet points = clouds::lattice(40, .1f);
@@ -195,7 +195,7 @@ TEST(Normals, SparseRegionsTakeTheirNearestNeighbours)
     EXPECT_GT(std::abs(estimates.normals[i].x()), .9999f);
 }
 
-TEST(Normals, NeighbourhoodsReachTheNextRingOfALidar)
+TEST(Normals, NeighborhoodsReachTheNextRingOfALidar)
 {
   const PointSet points = clouds::lidar();
   const std::vector<double> errors = errorsOf(points, normalsOf(points));
@@ -208,14 +208,14 @@ TEST(Normals, NeighbourhoodsReachTheNextRingOfALidar)
   EXPECT_GT(ofOneRing[ofOneRing.size() * 9 / 10], 20) << "the case is too easy";
 }
 
-TEST(Normals, NeighbourhoodsGrowTheSameForAnyNumberOfThreads)
+TEST(Normals, NeighborhoodsGrowTheSameForAnyNumberOfThreads)
 {
   const PointSet points = clouds::lidar();
   const NormalEstimates one = normalsOf(points, {}, 1, .05f);
   EXPECT_EQ(normalsOf(points, {}, 3, .05f).normals, one.normals);
 }
 
-TEST(Normals, NoiseWidensTheNeighbourhoods)
+TEST(Normals, NoiseWidensTheNeighborhoods)
 {
   PointSet points = clouds::randomSquare(40000, 1); // .01 = 1/√ρ
   for (const float noise : {.02f, .1f}) {

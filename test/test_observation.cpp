@@ -157,7 +157,7 @@ TEST(Observation, ConfidenceOfThePointsMultipliesAlphaAndWeighsTheMean)
   lattice.spacing = 1;
   ObservationOptions options;
   options.estimate = Estimate::mean;
-  options.neighbours = 2;
+  options.neighbors = 2;
   options.confidenceShape = ConfidenceShape::linear;
   const Observation observation = observeAll(points, lattice, .2f, 1, options);
   ASSERT_EQ(observation.voxels.size(), 1u);
@@ -182,9 +182,9 @@ TEST(Observation, DoesNotDependOnTheNumberOfThreads)
 TEST(Observation, RefusesOptionsOutsideTheirRange)
 {
   ObservationOptions options;
-  options.neighbours = 0;
+  options.neighbors = 0;
   EXPECT_THROW(validate(options), InvalidOption);
-  options.neighbours = 101;
+  options.neighbors = 101;
   EXPECT_THROW(validate(options), InvalidOption);
   options = {};
   options.maxDistance = -1;

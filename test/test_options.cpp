@@ -51,18 +51,18 @@ std::vector<Limit> limits()
   const auto trimming = &Options::trimming;
   const auto remesher = &Options::remesher;
   return {
-      limit("spacingNeighbours", outliers, &OutlierOptions::spacingNeighbours, {1, 1000}, {0, -1, 1001}),
+      limit("spacingNeighbors", outliers, &OutlierOptions::spacingNeighbors, {1, 1000}, {0, -1, 1001}),
       limit("spacingFactor", outliers, &OutlierOptions::spacingFactor, {1.001, 100}, {1, 0, -3}),
-      limit("statisticalNeighbours", outliers, &OutlierOptions::statisticalNeighbours, {1, 1000}, {0, -1, 1001}),
+      limit("statisticalNeighbors", outliers, &OutlierOptions::statisticalNeighbors, {1, 1000}, {0, -1, 1001}),
       limit("statisticalDeviations", outliers, &OutlierOptions::statisticalDeviations, {.001, 10}, {0, -1}),
       limit("radius", normals, &NormalOptions::radius, {0, 1}, {-1}),
       limit("maxThirdEigenvalue", normals, &NormalOptions::maxThirdEigenvalue, {.001, 1. / 3}, {0, -.1, .34}),
       limit("maxPlaneDistance", normals, &NormalOptions::maxPlaneDistance, {0, 1}, {-1}),
-      limit("neighbourDistance", orientation, &OrientationOptions::neighbourDistance, {0, 1}, {-1}),
+      limit("neighborDistance", orientation, &OrientationOptions::neighborDistance, {0, 1}, {-1}),
       limit("maxAngle", orientation, &OrientationOptions::maxAngle, {.001, 90}, {0, -1, 90.1}),
       limit("minComponentShare", orientation, &OrientationOptions::minComponentShare, {0, .999}, {-.1, 1}),
       limit("lowAgreement", orientation, &OrientationOptions::lowAgreement, {0, 1}, {-.1, 1.1}),
-      limit("neighbours", observation, &ObservationOptions::neighbours, {1, 100}, {0, -1, 101}),
+      limit("neighbors", observation, &ObservationOptions::neighbors, {1, 100}, {0, -1, 101}),
       limit("maxDistance", observation, &ObservationOptions::maxDistance, {0, 1}, {-1}),
       limit("smoothing", observation, &ObservationOptions::smoothing, {0, 1}, {-1}),
       limit("noise", observation, &ObservationOptions::noise, {0, 1}, {-1}),
@@ -136,12 +136,12 @@ TEST(Options, ThePapersPresetIsWhatItSays)
   SamplingDensity density;
   density.spacing = density.nearestMean = 2;
   density.nearestDeviation = 1;
-  EXPECT_EQ(resolvedNeighbourDistance(paper.orientation, density), 8) << "l̄ + 6 σ";
+  EXPECT_EQ(resolvedNeighborDistance(paper.orientation, density), 8) << "l̄ + 6 σ";
   density.nearestDeviation = 0;
-  EXPECT_EQ(resolvedNeighbourDistance(paper.orientation, density), 5) << "not below 2.5 l̄";
+  EXPECT_EQ(resolvedNeighborDistance(paper.orientation, density), 5) << "not below 2.5 l̄";
 
   EXPECT_EQ(paper.observation.estimate, Estimate::median);
-  EXPECT_EQ(paper.observation.neighbours, 5);
+  EXPECT_EQ(paper.observation.neighbors, 5);
   EXPECT_EQ(paper.observation.confidenceShape, ConfidenceShape::linear);
   EXPECT_EQ(resolvedMaxDistance(paper.observation, 2, 2 * spacingsPerVoxel(paper.multiscale.quality)), 6) << "3 l̄";
   EXPECT_TRUE(paper.observation.scaleWithLevel);

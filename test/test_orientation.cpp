@@ -155,7 +155,7 @@ TEST(Orientation, NoiseLeavesAlmostAllRight)
 
 TEST(Orientation, ThinPlateHasTwoSides)
 {
-  // 2.5 spacings thick: the sides are each other's neighbours, and only the rim, where estimated normals are poor,
+  // 2.5 spacings thick: the sides are each other's neighbors, and only the rim, where estimated normals are poor,
   // tells how they belong together.
   for (const double rounding : {0.0, .039}) {
     const PointSet points = shapes::sample(shapes::box({1, 1, .04}, rounding), 1.2, .04);
@@ -187,7 +187,7 @@ TEST(Orientation, TwoSheetsVoteOnTheirOwn)
 
 TEST(Orientation, SheetsOfGivenNormalsAreTwoSidesOfOneObject)
 {
-  // Nearer than the neighbour distance, without a rim, so that only edges along the normals join them.
+  // Nearer than the neighbor distance, without a rim, so that only edges along the normals join them.
   PointSet points = clouds::lattice(30, 1);
   PointSet below = moved(points, {0, 0, -2.2f});
   for (Vector3f& normal : below.normals)
@@ -196,7 +196,7 @@ TEST(Orientation, SheetsOfGivenNormalsAreTwoSidesOfOneObject)
   points.sensors = {{0, 0, 100}};
   const std::vector<Vector3f> normals = scrambled(points);
   OrientationOptions options;
-  options.neighbourDistance = 2.3f; // an automatic one reaches farther at the lattice's border
+  options.neighborDistance = 2.3f; // an automatic one reaches farther at the lattice's border
   const OrientationResult outward = orient(points, normals, OrientationVote::outward, options);
   EXPECT_EQ(outward.components, 1);
   EXPECT_EQ(shareRight(points, outward), 1);
@@ -218,7 +218,7 @@ TEST(Orientation, EveryComponentVotesOnItsOwn)
   EXPECT_EQ(result.componentsDropped, 0);
   EXPECT_EQ(shareRight(points, result), 1);
 
-  // Two tubes side by side, farther apart than the neighbour distance.
+  // Two tubes side by side, farther apart than the neighbor distance.
   const shapes::Sdf tubes =
       shapes::unite(shapes::tube({-1, -.3, 0}, {1, -.3, 0}, .2), shapes::tube({-1, .3, 0}, {1, .3, 0}, .2));
   const PointSet pair = shapes::sample(tubes, 1.6, .06);
@@ -240,7 +240,7 @@ TEST(Orientation, UnevenSamplingDoesNotTurnTheVolumeInside)
     unweighted += points.positions[i].dot(points.normals[i]);
   ASSERT_LT(unweighted, 0) << "the case is too easy";
   OrientationOptions options;
-  options.neighbourDistance = .3f; // of the coarse half
+  options.neighborDistance = .3f; // of the coarse half
   EXPECT_EQ(shareRight(points, orient(points, scrambled(points), OrientationVote::outward, options)), 1);
 }
 
@@ -289,7 +289,7 @@ TEST(Orientation, OpenSurfacesSayThatTheirSideIsAGuess)
 
 TEST(Orientation, PiecesOfAHeightFieldShareASide)
 {
-  // Steps of a terrain, too far apart to be neighbours: the guess may be wrong, but only as a whole.
+  // Steps of a terrain, too far apart to be neighbors: the guess may be wrong, but only as a whole.
   PointSet points;
   for (int step = 0; step < 6; ++step)
     clouds::append(points, moved(clouds::randomSquare(800, .5f, static_cast<unsigned>(step)),
@@ -349,14 +349,14 @@ TEST(Orientation, FewPointsFollowTheLargerComponentBesideThem)
       clouds::append(points, 1.2f * outward + along * Vector3f::UnitZ(), outward);
   }
   OrientationOptions options;
-  options.neighbourDistance = .15f;
+  options.neighborDistance = .15f;
   const OrientationResult result = orient(points, scrambled(points), OrientationVote::outward, options);
   EXPECT_EQ(result.components, 21);
   EXPECT_EQ(result.pointsDropped, 0);
   EXPECT_EQ(shareRight(points, result), 1) << "of " << points.size() - large;
 }
 
-TEST(Orientation, NeighboursAreThoseOfTheLocalSpacing)
+TEST(Orientation, NeighborsAreThoseOfTheLocalSpacing)
 {
   // Rows of a range image whose spacing grows from .01 to 1: one distance for all cuts the sparse part into pieces.
   PointSet points;
@@ -492,11 +492,11 @@ TEST(Orientation, ComponentsWithoutAVoteAreThoseOfAllEdges)
   for (const bool joinAcrossCreases : {true, false})
     for (const float distance : {.03f, .06f, .15f}) {
       OrientationOptions options;
-      options.neighbourDistance = distance;
+      options.neighborDistance = distance;
       options.joinAcrossCreases = joinAcrossCreases;
       options.minComponentShare = .05f;
       const float minCosine = std::cos(options.maxAngle * static_cast<float>(EIGEN_PI) / 180);
-      // Every point takes the label of its neighbours until nothing changes.
+      // Every point takes the label of its neighbors until nothing changes.
       const std::size_t count = points.size();
       const auto labelsBy = [&](const auto& isEdge) {
         std::vector<std::size_t> labels(count);
@@ -593,18 +593,18 @@ TEST(Orientation, CreasesSeparateOnlyOnRequest)
 
 TEST(Orientation, ScanLinesFartherApartThanTheirPointsAreOneComponent)
 {
-  // The 12 nearest neighbours all lie on the point's own line, 15 times as dense as the lines are.
+  // The 12 nearest neighbors all lie on the point's own line, 15 times as dense as the lines are.
   PointSet points;
   for (int line = 0; line < 30; ++line)
     for (int n = 0; n < 450; ++n)
       clouds::append(points, {static_cast<float>(n) / 15 - 15, static_cast<float>(line) - 15, 0}, Vector3f::UnitZ());
   points.sensors = {{0, 0, 100}};
   OrientationOptions options;
-  options.neighbourDistance = 1.5f;
+  options.neighborDistance = 1.5f;
   const OrientationResult result = orient(points, scrambled(points), OrientationVote::sensor, options);
   EXPECT_EQ(result.components, 1);
   EXPECT_EQ(shareRight(points, result), 1);
-  options.neighbourDistance = .9f;
+  options.neighborDistance = .9f;
   EXPECT_EQ(orient(points, scrambled(points), OrientationVote::sensor, options).components, 30);
 }
 
@@ -687,7 +687,7 @@ TEST(Orientation, DoesNotDependOnOrderOrScale)
 
   for (const float factor : {1e-3f, 1e3f}) {
     const OrientationResult scaled = orient(clouds::scaled(points, factor), normals, OrientationVote::outward);
-    // Rounding moves few neighbours across the distance and few edges in their order.
+    // Rounding moves few neighbors across the distance and few edges in their order.
     std::size_t different = 0;
     for (std::size_t i = 0; i < points.size(); ++i)
       different += scaled.normals[i] != expected.normals[i];
@@ -715,9 +715,9 @@ TEST(Orientation, OptionsOutOfRangeAreNamed)
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_NO_THROW(validate(OrientationOptions()));
-  EXPECT_NE(refused([](auto& o) { o.neighbourDistance = -1; }).find("orientation.neighbourDistance = -1 is outside"),
+  EXPECT_NE(refused([](auto& o) { o.neighborDistance = -1; }).find("orientation.neighborDistance = -1 is outside"),
             std::string::npos);
-  EXPECT_NE(refused([&](auto& o) { o.neighbourDistance = nan; }), "");
+  EXPECT_NE(refused([&](auto& o) { o.neighborDistance = nan; }), "");
   EXPECT_EQ(refused([](auto& o) { o.maxAngle = 91; }),
             "orientation.maxAngle = 91 is outside its range (0, 90] degrees");
   EXPECT_NE(refused([](auto& o) { o.maxAngle = 0; }), "");

@@ -94,7 +94,7 @@ TEST(Outliers, PlantedOnesAreFoundAndNothingElse)
     for (std::size_t i = 0; i < points.size(); ++i)
       EXPECT_EQ(result.keep[i] != 0, i < clean) << i;
   }
-  // Without normals a few have neighbours in a plane around them, by chance: their bubbles have few points behind them.
+  // Without normals a few have neighbors in a plane around them, by chance: their bubbles have few points behind them.
   const OutlierResult result = outliersOf(withoutNormals(points));
   EXPECT_GE(result.droppedAlone, 24);
   for (std::size_t i = 0; i < clean; ++i)
@@ -150,7 +150,7 @@ TEST(Outliers, ASmallClusterIsOne)
 {
   PointSet points = sphere();
   const std::size_t clean = points.size();
-  for (int n = 0; n < 4; ++n) // 3 near neighbours of 8 cannot bring the mean down
+  for (int n = 0; n < 4; ++n) // 3 near neighbors of 8 cannot bring the mean down
     clouds::append(points, {2.5f, .05f * static_cast<float>(n), 0}, Eigen::Vector3f::UnitZ());
   for (const OutlierResult& result : {outliersOf(points), outliersOf(points, spacingOnly())}) {
     EXPECT_EQ(result.droppedAlone + result.droppedBySpacing, 4);
@@ -163,7 +163,7 @@ TEST(Outliers, StatisticalIsPcls)
   PointSet points = sphere();
   plantOutliers(points, 30);
   OutlierOptions options = statisticalOnly();
-  options.statisticalNeighbours = 10;
+  options.statisticalNeighbors = 10;
   options.statisticalDeviations = 1;
 
   auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
@@ -216,7 +216,7 @@ TEST(Outliers, NoneWithoutACriterion)
 
 TEST(Outliers, CoincidingPointsAreNoMeasure)
 {
-  // Nine copies of each point: all neighbours at distance 0, and so is the median.
+  // Nine copies of each point: all neighbors at distance 0, and so is the median.
   PointSet points;
   for (int n = 0; n < 9; ++n)
     clouds::append(points, clouds::lattice(5, 1));
@@ -225,7 +225,7 @@ TEST(Outliers, CoincidingPointsAreNoMeasure)
   EXPECT_EQ(outliersOf(points, spacingOnly()).droppedBySpacing, 0);
 }
 
-TEST(Outliers, FewerPointsThanNeighbours)
+TEST(Outliers, FewerPointsThanNeighbors)
 {
   OutlierOptions options;
   options.statistical = true;
@@ -270,18 +270,18 @@ TEST(Outliers, OptionsOutOfRangeAreNamed)
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_NO_THROW(validate(OutlierOptions()));
-  EXPECT_EQ(refused([](auto& o) { o.spacingNeighbours = 0; }),
-            "outliers.spacingNeighbours = 0 is outside its range [1, 1000]");
-  EXPECT_NE(refused([](auto& o) { o.spacingNeighbours = 1001; }), "");
+  EXPECT_EQ(refused([](auto& o) { o.spacingNeighbors = 0; }),
+            "outliers.spacingNeighbors = 0 is outside its range [1, 1000]");
+  EXPECT_NE(refused([](auto& o) { o.spacingNeighbors = 1001; }), "");
   EXPECT_NE(refused([](auto& o) { o.aloneFactor = 1; }).find("outliers.aloneFactor = 1 "), std::string::npos);
   EXPECT_NE(refused([&](auto& o) { o.aloneFactor = nan; }), "");
   EXPECT_NE(refused([](auto& o) { o.spacingFactor = 1; }).find("outliers.spacingFactor = 1 "), std::string::npos);
   EXPECT_NE(refused([&](auto& o) { o.spacingFactor = nan; }), "");
-  EXPECT_NE(refused([](auto& o) { o.statisticalNeighbours = 0; }).find("outliers.statisticalNeighbours = 0 "),
+  EXPECT_NE(refused([](auto& o) { o.statisticalNeighbors = 0; }).find("outliers.statisticalNeighbors = 0 "),
             std::string::npos);
-  EXPECT_NE(refused([](auto& o) { o.statisticalNeighbours = 1001; }), "");
+  EXPECT_NE(refused([](auto& o) { o.statisticalNeighbors = 1001; }), "");
   EXPECT_NE(refused([](auto& o) { o.statisticalDeviations = 0; }).find("outliers.statisticalDeviations = 0 "),
             std::string::npos);
   EXPECT_NE(refused([&](auto& o) { o.statisticalDeviations = nan; }), "");
-  EXPECT_EQ(refused([](auto& o) { o.spacingNeighbours = o.statisticalNeighbours = 1000; }), "");
+  EXPECT_EQ(refused([](auto& o) { o.spacingNeighbors = o.statisticalNeighbors = 1000; }), "");
 }

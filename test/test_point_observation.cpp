@@ -21,7 +21,7 @@ PointSample sampleAt(const Eigen::Vector3f& position, const Eigen::Vector3f& nor
   return {position, normal, weight};
 }
 
-/// Random points in the grid, some beyond its outermost voxel centres.
+/// Random points in the grid, some beyond its outermost voxel centers.
 std::vector<PointSample> randomSamples(GridSize size, int count, unsigned seed)
 {
   std::mt19937 random(seed);

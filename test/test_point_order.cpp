@@ -46,7 +46,7 @@ Gathered gathered(const std::vector<Eigen::Vector3f>& positions, const std::vect
 {
   Execution execution(threads);
   Gathered result;
-  result.points = gather(positions, normals, {}, {}, {}, true, result.counts, execution);
+  result.points = gather(clouds::raw(positions, normals), {}, result.counts, execution);
   return result;
 }
 
@@ -80,7 +80,7 @@ TEST(SortByKey, ByTheUpperHalfAlone)
   EXPECT_EQ(values, expected);
 }
 
-TEST(Gather, NeighboursInSpaceAreNeighboursInMemory)
+TEST(Gather, NeighborsInSpaceAreNeighborsInMemory)
 {
   const PointSet square = clouds::randomSquare(many, 1);
   const PointSet points = gathered(square.positions).points;

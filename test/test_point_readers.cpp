@@ -165,7 +165,7 @@ TEST(PointReader, straysCostTheOthersNoDigits)
   EXPECT_TRUE(floatOffset({{1, 2, 3}, {.5, .25, 7}}).isZero(0)) << "float holds these";
 }
 
-TEST(PointReader, coloursOfAnyValueAreBytes)
+TEST(PointReader, colorsOfAnyValueAreBytes)
 {
   EXPECT_EQ(toByte(std::nan("")), 0);
   EXPECT_EQ(toByte(-1e300), 0);
@@ -175,7 +175,7 @@ TEST(PointReader, coloursOfAnyValueAreBytes)
   for (const std::string value : {"nan", "1e300", "-1e300", "inf", "-inf"}) {
     const std::uint8_t expected = value == "1e300" || value == "inf" ? 255 : 0;
     const std::string three = value + " " + value + " " + value;
-    const auto red = [](const PointTable& table) { return static_cast<int>(table.colours.at(0)[0]); };
+    const auto red = [](const PointTable& table) { return static_cast<int>(table.colors.at(0)[0]); };
     EXPECT_EQ(red(parsePoints("obj", "a.obj", "v 0 0 0 " + three + "\n")), expected) << value;
     EXPECT_EQ(red(parsePoints("ply", "a.ply",
                               "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty "
@@ -195,11 +195,11 @@ TEST(PcdReader, fieldsOfEveryType)
   const std::string header = names +
                              "SIZE 4 8 2 1 4 1 4 4 4 4\nTYPE F F I U F U F F F F\n"
                              "COUNT 1 1 1 1 1 3 1 1 1 2\nWIDTH 1\nHEIGHT 2\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\n";
-  const std::uint32_t colour = 0xff102030;
+  const std::uint32_t color = 0xff102030;
   std::string binary;
   for (int i = 0; i < 2; ++i) {
     binary += bytesOf(1.5f + static_cast<float>(i)) + bytesOf(.1) + bytesOf(std::int16_t{-3}) +
-              bytesOf(std::uint8_t{200}) + bytesOf(colour) + "abc" + bytesOf(0.f) + bytesOf(0.f) + bytesOf(1.f) +
+              bytesOf(std::uint8_t{200}) + bytesOf(color) + "abc" + bytesOf(0.f) + bytesOf(0.f) + bytesOf(1.f) +
               bytesOf(7.f) + bytesOf(8.f);
   }
   const PointTable table = parsePoints("pcd", "all.pcd", header + "DATA binary\n" + binary);
@@ -208,7 +208,7 @@ TEST(PcdReader, fieldsOfEveryType)
   EXPECT_EQ(table.normals.at(1), Eigen::Vector3f(0, 0, 1));
   EXPECT_EQ(table.scalars.at("intensity"), (std::vector<float>{200, 200}));
   EXPECT_EQ(table.scalars.count("vector"), 0u);
-  EXPECT_EQ(table.colours.at(1), (std::array<std::uint8_t, 3>{0x10, 0x20, 0x30}));
+  EXPECT_EQ(table.colors.at(1), (std::array<std::uint8_t, 3>{0x10, 0x20, 0x30}));
 }
 
 TEST(PcdReader, viewpointIsTheSensor)
@@ -308,14 +308,14 @@ TEST(PointReader, offHasVerticesWithNormalsAndColors)
   const PointTable plain = read("OFF # a triangle\n3 1 0\n0 0 0\n\n431000.25 0 0\n# between\n0 1 0\n3 0 1 2\n");
   ASSERT_EQ(plain.size(), 3u);
   EXPECT_EQ(plain.positions[1], Eigen::Vector3d(431000.25, 0, 0));
-  EXPECT_TRUE(plain.normals.empty() && plain.colours.empty());
+  EXPECT_TRUE(plain.normals.empty() && plain.colors.empty());
   const PointTable all = read("CNOFF\n2 0 0\n0 0 0 0 0 1 255 128 0\n1 0 0 0 1 0 1 2 3\n");
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all.normals[1], Eigen::Vector3f(0, 1, 0));
-  EXPECT_EQ(all.colours[0], (std::array<std::uint8_t, 3>{255, 128, 0}));
-  EXPECT_EQ(all.colours[1], (std::array<std::uint8_t, 3>{1, 2, 3}));
+  EXPECT_EQ(all.colors[0], (std::array<std::uint8_t, 3>{255, 128, 0}));
+  EXPECT_EQ(all.colors[1], (std::array<std::uint8_t, 3>{1, 2, 3}));
   const PointTable shares = read("COFF 1 0\n0 0 0 1 .5 0 1\n");
-  EXPECT_EQ(shares.colours.at(0), (std::array<std::uint8_t, 3>{255, 128, 0}));
+  EXPECT_EQ(shares.colors.at(0), (std::array<std::uint8_t, 3>{255, 128, 0}));
   // A mesh that is cut off among its faces has all its points.
   EXPECT_EQ(read("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").size(), 3u);
   EXPECT_THROW(parseMesh("off", "file", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), FileError);

@@ -123,7 +123,7 @@ TEST_P(Polygonizer, everySignPatternOfACellIsClosedAndManifold)
 }
 
 /// Each sign pattern next to each other one: a shared face must be cut alike from both sides.
-TEST_P(Polygonizer, everyPairOfNeighbouringPatternsIsClosedAndManifold)
+TEST_P(Polygonizer, everyPairOfNeighboringPatternsIsClosedAndManifold)
 {
   for (int signs = 0; signs < 4096; ++signs) {
     const DistanceField field = enclosed({5, 4, 4}, .7f, [&](int i, int j, int k) {

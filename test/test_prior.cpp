@@ -100,18 +100,18 @@ TEST(Prior, annihilatesConstantsExactly)
     }
 }
 
-TEST(Prior, centreCoefficientsOfTheInterior)
+TEST(Prior, centerCoefficientsOfTheInterior)
 {
   const GridSize size{9, 9, 9};
   for (const Prior prior : allPriors) {
     std::vector<double> unit(static_cast<std::size_t>(size.count()));
-    const auto centre = static_cast<std::size_t>(size.index(4, 4, 4));
-    unit[centre] = 1;
-    EXPECT_EQ(product(makePrior(size, prior, false), unit)[centre], centreCoefficient(prior));
+    const auto center = static_cast<std::size_t>(size.index(4, 4, 4));
+    unit[center] = 1;
+    EXPECT_EQ(product(makePrior(size, prior, false), unit)[center], centerCoefficient(prior));
   }
-  EXPECT_EQ(centreCoefficient(Prior::membrane), 6);
-  EXPECT_EQ(centreCoefficient(Prior::thinPlate), 42);
-  EXPECT_EQ(centreCoefficient(Prior::triharmonic), 324);
+  EXPECT_EQ(centerCoefficient(Prior::membrane), 6);
+  EXPECT_EQ(centerCoefficient(Prior::thinPlate), 42);
+  EXPECT_EQ(centerCoefficient(Prior::triharmonic), 324);
 }
 
 TEST(Prior, annihilatesThePolynomialsBelowItsOrderInTheInterior)
@@ -124,15 +124,15 @@ TEST(Prior, annihilatesThePolynomialsBelowItsOrderInTheInterior)
         linear.push_back(3 * x - 2 * y + z + 5);
         cubic.push_back(x * x * y - z * z * z + 2 * x * y * z + y * y);
       }
-  const auto centre = static_cast<std::size_t>(size.index(5, 5, 5));
-  EXPECT_EQ(product(makePrior(size, Prior::membrane, false), linear)[centre], 0);
-  EXPECT_EQ(product(makePrior(size, Prior::thinPlate, false), cubic)[centre], 0);
-  EXPECT_EQ(product(makePrior(size, Prior::triharmonic, false), cubic)[centre], 0);
+  const auto center = static_cast<std::size_t>(size.index(5, 5, 5));
+  EXPECT_EQ(product(makePrior(size, Prior::membrane, false), linear)[center], 0);
+  EXPECT_EQ(product(makePrior(size, Prior::thinPlate, false), cubic)[center], 0);
+  EXPECT_EQ(product(makePrior(size, Prior::triharmonic, false), cubic)[center], 0);
   // −Δ of x² is −2.
   std::vector<double> square;
   for (int i = 0; i < size.count(); ++i)
     square.push_back((i % size.x) * (i % size.x));
-  EXPECT_EQ(product(makePrior(size, Prior::membrane, false), square)[centre], -2);
+  EXPECT_EQ(product(makePrior(size, Prior::membrane, false), square)[center], -2);
 }
 
 TEST(Prior, sameBytesForAnyNumberOfThreads)

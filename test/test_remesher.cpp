@@ -4,6 +4,7 @@
 #include "relaxation.h"
 #include "support/cancelling.h"
 #include "support/shapes.h"
+#include "zero_level.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/polygonizer.h>
@@ -197,13 +198,13 @@ TEST(Remesher, ClosedShapesBecomeEvenAndStayOnTheSurface)
 
 TEST(Remesher, TinyTrianglesAndTheirNeedlesGo)
 {
-  // Where the surface passes a voxel centre closely, polygonizing cuts off a tiny triangle with a needle on each of its
+  // Where the surface passes a voxel center closely, polygonizing cuts off a tiny triangle with a needle on each of its
   // sides: no edge of these can go without making another needle thinner for the moment.
   const Lattice lattice = shapes::field(shapes::sphere(.5), halfSide, voxels).lattice();
-  const double toCentre = lattice.position(26, 24, 18).cast<double>().norm();
+  const double toCenter = lattice.position(26, 24, 18).cast<double>().norm();
   for (const double voxelsAway : {.001, .002, -.001}) {
     SCOPED_TRACE(voxelsAway);
-    const DistanceField field = shapes::field(shapes::sphere(toCentre + voxelsAway * spacing), halfSide, voxels);
+    const DistanceField field = shapes::field(shapes::sphere(toCenter + voxelsAway * spacing), halfSide, voxels);
     const TriangleMesh raw = zeroLevel(field);
     ASSERT_LT(measure(raw).minQuality, .01) << "no needles to begin with";
     const RemeshResult result = remeshed(raw, field);
@@ -373,10 +374,10 @@ TriangleMesh cutAtRandom(const TriangleMesh& mesh, std::mt19937& random)
   std::uniform_real_distribution<double> coordinate(-.9, .9), radius(.1, .4);
   std::vector<std::uint8_t> keep(mesh.triangles.size(), 1);
   for (int ball = 0; ball < 6; ++ball) {
-    const Vector3d centre(coordinate(random), coordinate(random), coordinate(random));
+    const Vector3d center(coordinate(random), coordinate(random), coordinate(random));
     const double r = radius(random);
     for (std::size_t t = 0; t < keep.size(); ++t)
-      if ((middleOf(mesh, mesh.triangles[t]) - centre).norm() < r)
+      if ((middleOf(mesh, mesh.triangles[t]) - center).norm() < r)
         keep[t] = 0;
   }
   TriangleMesh result = select(mesh, keep);
@@ -641,6 +642,98 @@ TEST(Remesher, TooManyTrianglesAreRefused)
   }
 }
 
+namespace {
+
+/// A sphere of radius 1 by longitude and latitude: needles at the poles, and edges from .02 to .2.
+TriangleMesh globe(int rings, int segments)
+{
+  TriangleMesh mesh;
+  for (int ring = 1; ring < rings; ++ring)
+    for (int segment = 0; segment < segments; ++segment) {
+      const double latitude = M_PI * ring / rings, longitude = 2 * M_PI * segment / segments;
+      mesh.vertices.push_back(Vector3d(std::sin(latitude) * std::cos(longitude),
+                                       std::sin(latitude) * std::sin(longitude), std::cos(latitude))
+                                  .cast<float>());
+    }
+  const auto north = static_cast<std::int32_t>(mesh.vertices.size()), south = north + 1;
+  mesh.vertices.emplace_back(0, 0, 1);
+  mesh.vertices.emplace_back(0, 0, -1);
+  const auto at = [&](int ring, int segment) { return (ring - 1) * segments + segment % segments; };
+  for (int segment = 0; segment < segments; ++segment) {
+    mesh.triangles.push_back({north, at(1, segment), at(1, segment + 1)});
+    mesh.triangles.push_back({south, at(rings - 1, segment + 1), at(rings - 1, segment)});
+    for (int ring = 1; ring + 1 < rings; ++ring) {
+      mesh.triangles.push_back({at(ring, segment), at(ring + 1, segment), at(ring + 1, segment + 1)});
+      mesh.triangles.push_back({at(ring, segment), at(ring + 1, segment + 1), at(ring, segment + 1)});
+    }
+  }
+  return mesh;
+}
+
+} // namespace
+
+TEST(Remesher, AnyMeshIsRemeshedOnItsOwnSurface)
+{
+  const TriangleMesh raw = globe(32, 64);
+  const MeshStatistics before = measure(raw);
+  ASSERT_LT(before.minQuality, .35);
+  RemesherOptions options;
+  options.targetEdge = .1f;
+  Execution serial(1);
+  const RemeshResult result = remesh(raw, options, serial);
+  const MeshStatistics after = measure(result.mesh);
+  expectSound(after);
+  EXPECT_TRUE(after.closed());
+  EXPECT_EQ(after.eulerCharacteristic, 2);
+  EXPECT_EQ(result.intersecting, 0);
+  EXPECT_GT(after.meanQuality, .92);
+  EXPECT_GT(after.minQuality, .3);
+  EXPECT_NEAR(after.meanEdge, .1, .015);
+  // The globe's edges of .1 cut off l²/8 = .0013 at their middles, its quadrangles' diagonals twice that.
+  for (const Vector3f& p : result.mesh.vertices)
+    ASSERT_NEAR(p.norm(), 1, .003);
+  // So much of the volume that both meshes cut off: 3 · 2/3 · .0013 at the most.
+  EXPECT_NEAR(after.volume, before.volume, .004 * before.volume);
+
+  for (const int threads : {2, 4}) {
+    Execution execution(threads);
+    const RemeshResult other = remesh(raw, options, execution);
+    EXPECT_EQ(other.mesh.vertices, result.mesh.vertices);
+    EXPECT_EQ(other.mesh.triangles, result.mesh.triangles);
+  }
+}
+
+TEST(Remesher, AnOpenMeshKeepsItsBorderWithoutAField)
+{
+  TriangleMesh half = globe(32, 64);
+  std::vector<std::uint8_t> keep;
+  for (const Triangle& t : half.triangles)
+    keep.push_back(std::all_of(
+        t.begin(), t.end(), [&](std::int32_t v) { return half.vertices[static_cast<std::size_t>(v)].z() > -1e-3f; }));
+  half = select(half, keep);
+  Execution execution(1);
+  const RemeshResult result = remesh(half, {}, execution);
+  const MeshStatistics after = measure(result.mesh);
+  expectSound(after);
+  EXPECT_EQ(after.boundaryLoops, 1);
+  EXPECT_EQ(after.eulerCharacteristic, 1);
+  for (const Vector3f& p : result.mesh.vertices)
+    ASSERT_GT(p.z(), -.01f) << "the border is the equator, smoothed";
+  EXPECT_NEAR(after.area, measure(half).area, .01 * measure(half).area);
+}
+
+TEST(Remesher, RefusesWhatIsNoMeshWithoutAField)
+{
+  Execution execution(1);
+  TriangleMesh broken = globe(8, 16);
+  broken.triangles[3][1] = 100000;
+  EXPECT_THROW(remesh(broken, {}, execution), InvalidInput);
+  broken = globe(8, 16);
+  std::swap(broken.triangles[5][0], broken.triangles[5][1]);
+  EXPECT_THROW(remesh(broken, {}, execution), InvalidInput) << "it disagrees with its neighbors";
+  EXPECT_TRUE(remesh(TriangleMesh(), {}, execution).mesh.triangles.empty());
+}
+
 TEST(Remesher, CanBeCancelled)
 {
   const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, 16);
@@ -659,7 +752,8 @@ TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
   // Edges of a third of a voxel, so that one round has as many operations as ten of the raw mesh have.
   const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, 2 * voxels);
   Execution serial(1);
-  RemeshedSurface surface(zeroLevel(field), field, serial);
+  const ZeroLevel level(field, static_cast<float>(spacing / 4));
+  RemeshedSurface surface(zeroLevel(field), level, serial);
   HalfEdgeMesh& mesh = surface.mesh;
   for (std::int32_t v = 0; v < mesh.vertexCount(); ++v)
     mesh.normals[v] = surface.level.normalAt(mesh.positions[v], Vector3f::UnitZ());

@@ -4,7 +4,7 @@
 // Structured outliers against a robust field.
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -44,12 +44,12 @@ struct Clustered {
     inliers = points.size();
     std::mt19937 random(1);
     for (int cluster = 0; cluster < 6; ++cluster) {
-      const std::size_t centre = random() % inliers;
-      const Eigen::Vector3f normal = points.normals[centre];
+      const std::size_t center = random() % inliers;
+      const Eigen::Vector3f normal = points.normals[center];
       const Eigen::Vector3f side = normal.unitOrthogonal(), other = normal.cross(side);
       for (int n = 0; n < 30; ++n) {
         const float u = spacing * static_cast<float>(n % 6 - 3), v = spacing * static_cast<float>(n / 6 - 2);
-        points.positions.push_back(points.positions[centre] + .35f * normal + u * side + v * other);
+        points.positions.push_back(points.positions[center] + .35f * normal + u * side + v * other);
         points.normals.push_back(normal);
       }
     }

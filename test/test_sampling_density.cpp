@@ -37,7 +37,7 @@ TEST(SamplingDensity, OfALatticeIsItsSpacing)
 TEST(SamplingDensity, OfRandomPointsIsTheExpectationOfAPoissonProcess)
 {
   // 20,000 points in an area of 4: mean nearest distance ½ ρ^(-½), standard deviation ((4 − π)/4π ρ)^½, and the 8th
-  // neighbour's median (7.669/π ρ)^½. The border (1 % of the points) and chance make less than 3 %.
+  // neighbor's median (7.669/π ρ)^½. The border (1 % of the points) and chance make less than 3 %.
   const SamplingDensity density = densityOf(clouds::randomSquare(20000, 1));
   const double scale = 1 / std::sqrt(5000.0);
   EXPECT_NEAR(density.nearestMean / scale, .5, .015);
@@ -63,7 +63,7 @@ TEST(SamplingDensity, OverlappingScansDoNotShrinkTheSpacing)
 
 TEST(SamplingDensity, EvenAndRandomPointsOfOneDensityHaveOneSpacing)
 {
-  // 40² and 1,600 points in an area of 1. The lattice's 8th neighbour is √2 away, random points' 1.56 in the median.
+  // 40² and 1,600 points in an area of 1. The lattice's 8th neighbor is √2 away, random points' 1.56 in the median.
   const SamplingDensity even = densityOf(clouds::lattice(40, 1.f / 40)),
                         random = densityOf(clouds::randomSquare(1600, .5f));
   EXPECT_NEAR(even.spacing / random.spacing, std::sqrt(2.) / 1.562, .05);
@@ -88,7 +88,7 @@ TEST(SamplingDensity, LocalSpacingsFollowTheDensity)
     position.x() += 100;
   clouds::append(points, sparse);
   Execution execution;
-  const NeighbourDistances distances = measureNeighbours(points, *clouds::searchOf(points), execution);
+  const NeighborDistances distances = measureNeighbors(points, *clouds::searchOf(points), execution);
   const std::vector<float> spacings = localSpacings(points, distances, execution);
   ASSERT_EQ(spacings.size(), points.size());
   for (std::size_t i = 0; i < spacings.size(); ++i) {
@@ -103,7 +103,7 @@ TEST(SamplingDensity, DuplicatesCountOnce)
 {
   const PointSet once = clouds::randomSquare(500, 1);
   PointSet repeated = once;
-  for (std::size_t i = 0; i < once.size(); i += 3) // up to 20 times: more than the neighbours that are looked at
+  for (std::size_t i = 0; i < once.size(); i += 3) // up to 20 times: more than the neighbors that are looked at
     for (std::size_t n = 0; n < i % 20; ++n)
       clouds::append(repeated, once.positions[i], once.normals[i]);
   const SamplingDensity expected = densityOf(once), density = densityOf(repeated);
@@ -128,12 +128,12 @@ TEST(SamplingDensity, NeedsTwoDistinctPositions)
   EXPECT_FLOAT_EQ(densityOf(points).spacing, 2);
 }
 
-TEST(SamplingDensity, FewPointsHaveNoEighthNeighbour)
+TEST(SamplingDensity, FewPointsHaveNoEighthNeighbor)
 {
   PointSet points = clouds::lattice(2, 1);
   EXPECT_EQ(densityOf(points).eighthMedian, 0);
   EXPECT_FLOAT_EQ(densityOf(points).spacing, 1);
-  clouds::append(points, clouds::lattice(2, 3)); // 8 points: 7 neighbours each
+  clouds::append(points, clouds::lattice(2, 3)); // 8 points: 7 neighbors each
   EXPECT_EQ(densityOf(points).eighthMedian, 0);
   clouds::append(points, {0, 0, 0}, Eigen::Vector3f::UnitZ());
   EXPECT_GT(densityOf(points).eighthMedian, 0);

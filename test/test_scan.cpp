@@ -233,7 +233,7 @@ TEST(ScanScanner, HitsAreTheFirstOfTheirRays)
     ScanOptions options;
     options.sampling.points = 1500;
     options.sampling.pattern = Pattern::scanner;
-    options.sensors = {box.centre() + box.diagonal() * Vector3d(.2, .4, 1.5)};
+    options.sensors = {box.center() + box.diagonal() * Vector3d(.2, .4, 1.5)};
     const Scan result = scanOf(surface, options);
     ASSERT_GT(result.cloud.size(), 1000u);
     EXPECT_GT(result.spacing, 0);
@@ -314,13 +314,13 @@ TEST(ScanViews, SensorsWhereAsked)
     ASSERT_EQ(sensors.size(), 40u);
     Vector3d mean = Vector3d::Zero();
     for (const Vector3d& sensor : sensors) {
-      EXPECT_NEAR((sensor - box.centre()).norm(), 2 * 3, 1e-9);
-      mean += (sensor - box.centre()) / 40;
+      EXPECT_NEAR((sensor - box.center()).norm(), 2 * 3, 1e-9);
+      mean += (sensor - box.center()) / 40;
       if (placement != Placement::sphere) {
-        EXPECT_NEAR(sensor.y(), box.centre().y(), 1e-9);
+        EXPECT_NEAR(sensor.y(), box.center().y(), 1e-9);
       }
       if (placement == Placement::front) { // half of 90 degrees to either side of +z
-        EXPECT_GE((sensor - box.centre()).z(), 6 * std::sqrt(.5) - 1e-9);
+        EXPECT_GE((sensor - box.center()).z(), 6 * std::sqrt(.5) - 1e-9);
       }
     }
     if (placement != Placement::front) {
@@ -536,14 +536,14 @@ TEST(ScanHoles, EmptyInsideAndHeldOutPointsInThem)
   options.holes = 4;
   options.smallestHole = {4, Length::Unit::diagonalPercent};
   options.largestHole = {8, Length::Unit::diagonalPercent};
-  options.holeCentres = {{1.4, 0, 0}};
+  options.holeCenters = {{1.4, 0, 0}};
   options.uniformOutliers = 5;
   const Scan result = scanOf(torus, options);
   ASSERT_EQ(result.holes.size(), 5u);
   EXPECT_EQ(result.heldOut.size() + result.clean.size(), 8000u);
   const auto holeOf = [&](const Vector3d& x) {
     return std::find_if(result.holes.begin(), result.holes.end(),
-                        [&](const Hole& hole) { return (x - hole.centre).norm() < hole.radius; }) != result.holes.end();
+                        [&](const Hole& hole) { return (x - hole.center).norm() < hole.radius; }) != result.holes.end();
   };
   for (const Vector3d& x : result.cloud.positions)
     ASSERT_FALSE(holeOf(x));
@@ -552,7 +552,7 @@ TEST(ScanHoles, EmptyInsideAndHeldOutPointsInThem)
     ASSERT_TRUE(holeOf(x));
     ASSERT_LT(std::abs(torus.distance()(x)), 1e-9);
   }
-  EXPECT_EQ(result.holes[0].centre, Vector3d(1.4, 0, 0));
+  EXPECT_EQ(result.holes[0].center, Vector3d(1.4, 0, 0));
   for (std::size_t i = 0; i < 5; ++i) {
     const Hole& hole = result.holes[i];
     taken += hole.points;
@@ -560,7 +560,7 @@ TEST(ScanHoles, EmptyInsideAndHeldOutPointsInThem)
     EXPECT_GE(hole.radius, .04 * result.diagonal * (1 - 1e-12));
     EXPECT_LE(hole.radius, .08 * result.diagonal * (1 + 1e-12));
     for (std::size_t j = 0; j < i; ++j)
-      EXPECT_GE((hole.centre - result.holes[j].centre).norm(), hole.radius + result.holes[j].radius);
+      EXPECT_GE((hole.center - result.holes[j].center).norm(), hole.radius + result.holes[j].radius);
   }
   EXPECT_EQ(taken, static_cast<std::int64_t>(result.heldOut.size())) << "holes do not overlap";
 
@@ -592,7 +592,7 @@ TEST(ScanDeterminism, SeedDecidesAllAndThreadsNothing)
   options.seed = 2;
   const Scan other = scanOf(surface, options, 1);
   EXPECT_FALSE(sameBytes(first.cloud, other.cloud));
-  EXPECT_NE(first.holes[0].centre, other.holes[0].centre);
+  EXPECT_NE(first.holes[0].center, other.holes[0].center);
 }
 
 TEST(ScanDeterminism, SameBitsOnEveryPlatform)

@@ -108,9 +108,9 @@ TEST(TriangleTree, AgreesWithTryingAllTriangles)
   Random random(5, 1);
   Soup soup;
   for (std::int32_t i = 0; i < 600; ++i) {
-    const Vector3d centre(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
+    const Vector3d center(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1));
     for (int corner = 0; corner < 3; ++corner)
-      soup.vertices.push_back(centre + .15 * random.normalVector());
+      soup.vertices.push_back(center + .15 * random.normalVector());
     soup.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
   const TriangleTree tree(soup.vertices, soup.triangles);
@@ -253,9 +253,9 @@ TEST(ScanDisplacement, HeightAndNormals)
         EXPECT_TRUE(displacement.apply(point));
         return point;
       };
-      const SurfacePoint centre = displaced(0, 0);
+      const SurfacePoint center = displaced(0, 0);
       for (const Vector3d& tangent : {Vector3d(displaced(h, 0).position - displaced(-h, 0).position),
                                       Vector3d(displaced(0, h).position - displaced(0, -h).position)})
-        EXPECT_NEAR(tangent.normalized().dot(centre.normal), 0, 1e-6); // error of the difference: h² and 1e-16/h
+        EXPECT_NEAR(tangent.normalized().dot(center.normal), 0, 1e-6); // error of the difference: h² and 1e-16/h
     }
 }

@@ -90,8 +90,8 @@ TEST_F(ScanTool, AllFilesBelongTogether)
   for (const Vector3d& x : held.positions) {
     bool isIn = false;
     for (const auto& hole : report["holes"]) {
-      const Vector3d centre(hole["centre"][0], hole["centre"][1], hole["centre"][2]);
-      isIn = isIn || (x - centre).norm() < hole["radius"].get<double>() + floatError(1.4);
+      const Vector3d center(hole["center"][0], hole["center"][1], hole["center"][2]);
+      isIn = isIn || (x - center).norm() < hole["radius"].get<double>() + floatError(1.4);
     }
     ASSERT_TRUE(isIn);
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The real scans beside the project: validity of the meshes, accuracy and hole filling against fixed bars.
+#include "support/clouds.h"
 #include "support/mesh_distance.h"
 #include "support/scans.h"
 #include "support/statistics.h"
@@ -29,17 +30,16 @@ Outcome run(const std::string& name, Options options, int remeshingRounds = 0)
 {
   options.remesher.rounds = remeshingRounds;
   const scans::Scan scan = scans::load(name);
-  PointCounts counts;
-  const PointSet points = gather(scan.points.positions, scan.points.normals, {}, {}, {}, true, counts);
   Execution execution(0);
   const auto search = makeKdTree();
   Outcome outcome;
-  reconstruct(points, counts, options, *search, execution, outcome.reconstruction);
+  reconstruct(clouds::raw(scan.points.positions, scan.points.normals), options, *search, execution,
+              outcome.reconstruction);
 
   const Reconstruction& r = outcome.reconstruction;
   const auto relativeError = [&](std::vector<Eigen::Vector3d> truth) {
     for (Eigen::Vector3d& p : truth)
-      p -= points.offset;
+      p -= r.points.offset;
     return 100 * rootMeanSquare(distancesToMesh(truth, r.mesh)) / scan.diagonal;
   };
   std::vector<Eigen::Vector3d> input;
@@ -216,8 +216,8 @@ TEST_P(NoisyScan, OnlyFillingsOfItsHolesAreFarFromTheTrueSurface)
     return search;
   };
   const auto scanned = searchOf(scan.clean), withheld = searchOf(scan.heldOut);
-  Neighbours nearest;
-  const auto distance = [&](const NeighbourSearch& search, const Eigen::Vector3f& v) {
+  Neighbors nearest;
+  const auto distance = [&](const NeighborSearch& search, const Eigen::Vector3f& v) {
     search.nearest(v, 1, nearest);
     return 100 * std::sqrt(nearest.squaredDistances.front()) / scan.diagonal;
   };

@@ -76,7 +76,7 @@ TEST(Solver, halvesAWaveOfTheSmoothingLength)
     const int k = order(prior);
     const double theta = M_PI * 10 / size.x; // wavelength 48 voxels
     // c_k w = θ^(2k), so that the smoothing length is 1/θ voxels.
-    const double w = std::pow(theta, 2 * k) / centreCoefficient(prior);
+    const double w = std::pow(theta, 2 * k) / centerCoefficient(prior);
     const PriorOptions options = priorOptions(prior, Energy::joint, static_cast<float>(w / (1 + w)));
     EXPECT_NEAR(smoothingLength(options, .5), .5 / theta, 1e-5);
     Observation observation;
@@ -189,7 +189,7 @@ TEST(Multigrid, tinyWeightsStayDefinite)
       if (beta >= 1e-6f) {
         d = zeros(system);
         EXPECT_TRUE(solve(system, solverOptions(SolverMethod::multigrid, 1e-6), 1, d, execution).converged);
-        // Equal observations are met exactly by the constant, which the prior does not penalise.
+        // Equal observations are met exactly by the constant, which the prior does not penalize.
         for (const double value : d)
           ASSERT_NEAR(value, 1, 1e-3);
       }
@@ -218,7 +218,7 @@ TEST(Icm, everySweepLowersTheEnergy)
     }
 }
 
-TEST(Icm, oneSweepMinimisesOverALoneVoxel)
+TEST(Icm, oneSweepMinimizesOverALoneVoxel)
 {
   Execution execution;
   for (const Prior prior : allPriors) {
@@ -251,10 +251,10 @@ TEST(Icm, stopsOnTheChangeInVoxelSides)
 {
   Execution execution;
   const auto plain = assemble(observeSphere({14, 13, 12}), priorOptions(Prior::membrane));
-  const auto metres = assemble(observeSphere({14, 13, 12}, 0, 1024), priorOptions(Prior::membrane));
-  auto d = zeros(plain), e = zeros(metres);
+  const auto meters = assemble(observeSphere({14, 13, 12}, 0, 1024), priorOptions(Prior::membrane));
+  auto d = zeros(plain), e = zeros(meters);
   const SolveReport first = solve(plain, solverOptions(SolverMethod::icm, 1e-3), 1, d, execution);
-  const SolveReport second = solve(metres, solverOptions(SolverMethod::icm, 1e-3), 1024, e, execution);
+  const SolveReport second = solve(meters, solverOptions(SolverMethod::icm, 1e-3), 1024, e, execution);
   EXPECT_TRUE(first.converged);
   EXPECT_EQ(first.iterations, second.iterations);
 }
@@ -331,7 +331,7 @@ TEST(Cholesky, itsStructureHoldsEveryGridAndCoupling)
 
 TEST(Cholesky, canBeLeftWithinASecond)
 {
-  // 24³ voxels take seconds to factorise on a slow machine; between two chances to leave lies a fraction of one.
+  // 24³ voxels take seconds to factorize on a slow machine; between two chances to leave lies a fraction of one.
   using Clock = std::chrono::steady_clock;
   const auto system = assemble(observeSphere({24, 24, 24}), priorOptions(Prior::triharmonic));
   Clock::time_point last = Clock::now();

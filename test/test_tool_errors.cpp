@@ -202,7 +202,7 @@ TEST_F(ToolErrors, SensorFiles)
   expectFailure(base, 1, "holds no sensor positions");
   write("sensors.txt", "0 0 3\n");
   write("views.txt", "0\n0\n");
-  expectFailure(withViews(), 1, "holds 2 views for 400 points");
+  expectFailure(withViews(), 1, "2 views for 400 points");
   std::string views;
   for (int i = 0; i < 400; ++i)
     views += "1\n";

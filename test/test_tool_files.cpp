@@ -39,8 +39,8 @@ vtkSmartPointer<vtkPolyData> readMesh(const std::string& path)
 
 class ToolFiles : public tool::Test {
 protected:
-  /// The points as a cloud with every field that the tool keeps. Intensity and colour grow with z.
-  static pcl::PointCloud<pcl::PointXYZRGBNormal> colouredSphere(double offset = 0)
+  /// The points as a cloud with every field that the tool keeps. Intensity and color grow with z.
+  static pcl::PointCloud<pcl::PointXYZRGBNormal> coloredSphere(double offset = 0)
   {
     pcl::PointCloud<pcl::PointXYZRGBNormal> cloud;
     for (const Eigen::Vector3d& p : tool::spherePoints(pointCount)) {
@@ -110,7 +110,7 @@ TEST_F(ToolFiles, PcdTellsWhereItsSensorWas)
 
 TEST_F(ToolFiles, PcdInEveryEncoding)
 {
-  const auto cloud = colouredSphere();
+  const auto cloud = coloredSphere();
   pcl::PCDWriter writer;
   ASSERT_EQ(writer.writeASCII(path("ascii.pcd").string(), cloud), 0);
   ASSERT_EQ(writer.writeBinary(path("binary.PCD").string(), cloud), 0);
@@ -122,14 +122,14 @@ TEST_F(ToolFiles, PcdInEveryEncoding)
 TEST_F(ToolFiles, PlyWithOtherPropertiesInEveryEncoding)
 {
   pcl::PLYWriter writer;
-  ASSERT_EQ(writer.write(path("binary.ply").string(), colouredSphere(), true), 0);
-  ASSERT_EQ(writer.write(path("ascii.ply").string(), colouredSphere(), false), 0);
+  ASSERT_EQ(writer.write(path("binary.ply").string(), coloredSphere(), true), 0);
+  ASSERT_EQ(writer.write(path("ascii.ply").string(), coloredSphere(), false), 0);
   reconstruct("binary.ply", true);
   reconstruct("ascii.ply", true);
   // Doubles, a list among the vertex properties, faces, and an element nobody knows.
   std::ostringstream text;
   text << "ply\nformat ascii 1.0\ncomment scanned\nelement vertex " << pointCount
-       << "\nproperty double x\nproperty double y\nproperty double z\nproperty list uchar int neighbours\n"
+       << "\nproperty double x\nproperty double y\nproperty double z\nproperty list uchar int neighbors\n"
           "property uchar quality\nelement face 1\nproperty list uchar int vertex_indices\nelement box 1\n"
           "property float side\nend_header\n";
   for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
@@ -209,13 +209,13 @@ TEST_F(ToolFiles, NumbersBeyondDoubles)
   EXPECT_EQ(near.at("/points/used"_json_pointer), pointCount + 1) << "at (0, 0, 1.01), near the pole";
 }
 
-TEST_F(ToolFiles, ColumnsFourToSixMayBeColours)
+TEST_F(ToolFiles, ColumnsFourToSixMayBeColors)
 {
   std::ostringstream rows;
   for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
     rows << p.x() << ' ' << p.y() << ' ' << p.z() << " 200 100 50\n";
-  write("coloured.xyz", rows.str());
-  reconstruct("coloured.xyz", false);
+  write("colored.xyz", rows.str());
+  reconstruct("colored.xyz", false);
   pcl::PointCloud<pcl::PointXYZRGB> cloud;
   ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), cloud), 0);
   for (const pcl::PointXYZRGB& point : cloud) {
@@ -226,7 +226,7 @@ TEST_F(ToolFiles, ColumnsFourToSixMayBeColours)
 
 TEST_F(ToolFiles, EveryMeshFormatHoldsTheSameMesh)
 {
-  pcl::io::savePCDFileBinary(path("in.pcd").string(), colouredSphere());
+  pcl::io::savePCDFileBinary(path("in.pcd").string(), coloredSphere());
   const json report = reportOf({"in.pcd", "out.ply"});
   const vtkIdType vertices = report.at("/mesh/vertices"_json_pointer),
                   triangles = report.at("/mesh/triangles"_json_pointer);
@@ -269,7 +269,7 @@ TEST_F(ToolFiles, EveryMeshFormatHoldsTheSameMesh)
     EXPECT_GT(confidence->GetRange()[1], .5);
     EXPECT_LE(confidence->GetRange()[1], 1);
     for (vtkIdType v = 0; v < vertices; ++v) {
-      // The colour of the points, red growing with z; a vertex is less than two edges of .3 from what it mixes.
+      // The color of the points, red growing with z; a vertex is less than two edges of .3 from what it mixes.
       ASSERT_NEAR(scalars->GetComponent(v, 0), 127 * (mesh->GetPoint(v)[2] + 1), 127 * .6);
       ASSERT_EQ(scalars->GetComponent(v, 2), 200);
       ASSERT_GT(Eigen::Map<const Eigen::Vector3d>(normals->GetTuple3(v))
@@ -299,11 +299,11 @@ TEST_F(ToolFiles, IntensitySurvives)
 
 TEST_F(ToolFiles, FieldIsInTheFrameOfTheCloud)
 {
-  const Eigen::Vector3d centre(300, -200, 100);
+  const Eigen::Vector3d center(300, -200, 100);
   std::ostringstream rows;
   rows.precision(12);
   for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
-    rows << (p + centre).transpose() << ' ' << p.transpose() << '\n';
+    rows << (p + center).transpose() << ' ' << p.transpose() << '\n';
   write("in.xyz", rows.str());
   const tool::Outcome outcome = run({"in.xyz", "out.ply", "--field", "field.vti", "--observation", "plane"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -317,7 +317,7 @@ TEST_F(ToolFiles, FieldIsInTheFrameOfTheCloud)
   const double voxel = image->GetSpacing()[0];
   int checked = 0;
   for (vtkIdType i = 0; i < image->GetNumberOfPoints(); ++i) {
-    const double truth = (Eigen::Map<const Eigen::Vector3d>(image->GetPoint(i)) - centre).norm() - 1;
+    const double truth = (Eigen::Map<const Eigen::Vector3d>(image->GetPoint(i)) - center).norm() - 1;
     if (confidence->GetTuple1(i) < .5)
       continue;
     ++checked;
@@ -354,11 +354,11 @@ TEST_F(ToolFiles, APieceFarAwayHasAFieldOfItsOwn)
 TEST_F(ToolFiles, SurveyCoordinatesKeepTheirDigits)
 {
   // Float resolves .06 at a million; the sphere's radius is 1.
-  const Eigen::Vector3d centre(1234567.25, 7654321.5, 321);
+  const Eigen::Vector3d center(1234567.25, 7654321.5, 321);
   std::ostringstream rows;
   rows.precision(15);
   for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
-    rows << (p + centre).transpose() << '\n';
+    rows << (p + center).transpose() << '\n';
   write("in.xyz", rows.str());
   for (const char* name : {"out.vtp", "out.obj"}) {
     const tool::Outcome outcome = run({"in.xyz", name});
@@ -369,7 +369,7 @@ TEST_F(ToolFiles, SurveyCoordinatesKeepTheirDigits)
   ASSERT_GT(mesh->GetNumberOfPoints(), 100);
   for (vtkIdType v = 0; v < mesh->GetNumberOfPoints(); ++v)
     // A fifth of a voxel of .3.
-    ASSERT_NEAR((Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(v)) - centre).norm(), 1, .06);
+    ASSERT_NEAR((Eigen::Map<const Eigen::Vector3d>(mesh->GetPoint(v)) - center).norm(), 1, .06);
   EXPECT_NE(tool::readText(path("out.obj")).find("v 123456"), std::string::npos);
 }
 
@@ -411,7 +411,7 @@ TEST_F(ToolFiles, AFailureIsReportedAsWell)
   };
   const json large = reported({"in.xyz", "out.ply", "--voxel-size", "0.001", "--max-memory", "16"}, 3);
   EXPECT_EQ(large.at("status"), "resource limit");
-  EXPECT_EQ(large.at("schema"), 1);
+  EXPECT_EQ(large.at("schema"), 2);
   EXPECT_EQ(large.at("tool"), "pcl_mrf_reconstruction");
   EXPECT_FALSE(large.at("version").get<std::string>().empty());
   EXPECT_EQ(large.at("/points/used"_json_pointer), pointCount) << "what was done up to there";

@@ -128,9 +128,9 @@ TEST_F(ToolOutputs, FewDescriptorsAreEnough)
 TEST_F(ToolOutputs, StlOfSurveyCoordinatesSaysWhatItIsRelativeTo)
 {
   std::string rows;
-  const Eigen::Vector3d centre(431234.56, 4500123.78, 321.12);
+  const Eigen::Vector3d center(431234.56, 4500123.78, 321.12);
   for (const Eigen::Vector3d& p : tool::spherePoints(400)) {
-    const Eigen::Vector3d q = p + centre;
+    const Eigen::Vector3d q = p + center;
     for (const double value : {q.x(), q.y(), q.z()})
       rows += std::to_string(value) + " ";
     rows += "\n";
@@ -142,7 +142,7 @@ TEST_F(ToolOutputs, StlOfSurveyCoordinatesSaysWhatItIsRelativeTo)
   const nlohmann::json report = nlohmann::json::parse(tool::readText(path("r.json")));
   for (std::size_t axis = 0; axis < 3; ++axis)
     // In whole units, because the sphere is a few of them wide.
-    EXPECT_NEAR(report.at("offset").at(axis), centre[static_cast<Eigen::Index>(axis)], 1.);
+    EXPECT_NEAR(report.at("offset").at(axis), center[static_cast<Eigen::Index>(axis)], 1.);
   EXPECT_EQ(report.at("warnings").size(), 1u);
 }
 

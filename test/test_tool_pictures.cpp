@@ -33,7 +33,7 @@ Pixels countPixels(const std::string& path)
     for (int channel = 0; channel < 3; ++channel)
       rgb[channel] = bytes[components < 3 ? 0 : channel];
     ++pixels.all;
-    // Shading scales the channels; what tells the two colours apart is which one leads, and clearly.
+    // Shading scales the channels; what tells the two colors apart is which one leads, and clearly.
     const bool isSkin = rgb[0] > 40 && rgb[0] > 1.15 * rgb[2];
     pixels.skin += isSkin;
     if (isSkin) { // VTK's images start at the bottom
@@ -92,7 +92,7 @@ protected:
   }
 };
 
-TEST_F(ToolPictures, ShowsTheSurfaceWithItsColours)
+TEST_F(ToolPictures, ShowsTheSurfaceWithItsColors)
 {
   const tool::Outcome outcome = runUnderX(
       {MRF_TOOL, "sphere.xyz", "out.ply", "--color", "confidence", "--max-hole", "5", "--picture", "out.png"});
@@ -143,7 +143,7 @@ TEST_F(ToolPictures, LooksFromTheSensor)
   EXPECT_GT(countPixels(path("amid.png")).blue, .1 * camera.all);
 }
 
-TEST_F(ToolPictures, PclViewerShowsAColouredSurface)
+TEST_F(ToolPictures, PclViewerShowsAColoredSurface)
 {
   if (!tool::hasProgram("pcl_viewer") || !tool::hasProgram("import"))
     GTEST_SKIP() << "pcl_viewer or ImageMagick's import is not installed";

@@ -36,7 +36,7 @@ constexpr double reach = 3 * spacing; // confidence ends here, as with the defau
 struct Scene {
   TriangleMesh mesh;
   OrientedPoints observed;
-  std::unique_ptr<NeighbourSearch> search = makeKdTree();
+  std::unique_ptr<NeighborSearch> search = makeKdTree();
 
   Scene(const shapes::Sdf& sdf, const PointSet& points, int voxels = 34)
   {
@@ -47,7 +47,7 @@ struct Scene {
     setNormals(mesh, field, execution);
     observed.positions = points.positions;
     observed.normals = points.normals;
-    observed.spacings = localSpacings(points, measureNeighbours(points, *search, execution), execution);
+    observed.spacings = localSpacings(points, measureNeighbors(points, *search, execution), execution);
     setConfidences(mesh, {observed, *search, static_cast<float>(reach), 0}, ConfidenceShape::linear, execution);
   }
 
@@ -535,7 +535,7 @@ std::vector<float> marginsAtBorder(const TriangleMesh& mesh, const Support& supp
       if (edges.erase({t[(i + 1) % 3], t[i]}) == 0)
         edges.insert({t[i], t[(i + 1) % 3]});
   std::vector<float> margins;
-  Neighbours scratch;
+  Neighbors scratch;
   for (const auto& edge : edges)
     for (const std::int32_t v : {edge.first, edge.second})
       margins.push_back(support.margin(mesh.vertices[static_cast<std::size_t>(v)], scratch));

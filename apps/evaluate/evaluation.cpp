@@ -91,7 +91,7 @@ struct MeasuredPoints {
     distances.reserve(places.size());
     for (const ClosestPlace& place : places)
       distances.push_back(place.distance);
-    return summarise(std::move(distances));
+    return summarize(std::move(distances));
   }
 };
 
@@ -166,12 +166,12 @@ ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMe
   }
   result.inventedShare = shareAbove(distances, options.farLimit);
   result.flippedShare = shareAbove(angles, 90);
-  result.normalDeviation = summarise(std::move(angles));
-  result.meshToReference = summarise(std::move(distances));
+  result.normalDeviation = summarize(std::move(angles));
+  result.meshToReference = summarize(std::move(distances));
 
   distances = toMesh.distances(sampleSurface(reference, options.samples, options.seed).positions, execution);
   result.missingShare = shareAbove(distances, options.farLimit);
-  result.referenceToMesh = summarise(std::move(distances));
+  result.referenceToMesh = summarize(std::move(distances));
 
   result.hausdorff = std::max({result.meshToReference.max, result.referenceToMesh.max,
                                largest(toReference.distances(usedVertices(mesh), execution)),
@@ -286,7 +286,7 @@ void validate(const EvaluationOptions& options)
           "from 1 to 100000000");
 }
 
-Statistics summarise(std::vector<double> values)
+Statistics summarize(std::vector<double> values)
 {
   Statistics result;
   result.count = static_cast<std::int64_t>(values.size());

@@ -22,7 +22,7 @@ struct Statistics {
 };
 
 /// Quantiles between two values are interpolated linearly. All zero for no values.
-Statistics summarise(std::vector<double> values);
+Statistics summarize(std::vector<double> values);
 
 /// What the mesh is measured against; whatever is empty is not measured.
 struct EvaluationInput {

@@ -31,7 +31,7 @@ LocalSpacing::LocalSpacing(const std::vector<Vector3d>& points, Execution& execu
     box.extend(point);
   if (distinct_.size() < static_cast<std::size_t>(pointsNeeded) || !std::isfinite(box.diagonal().norm()))
     return;
-  centre_ = box.center();
+  center_ = box.center();
   diagonal_ = box.diagonal().norm();
 
   std::vector<Eigen::Vector3f> positions;
@@ -43,7 +43,7 @@ LocalSpacing::LocalSpacing(const std::vector<Vector3d>& points, Execution& execu
 
   std::vector<double> ofDistinct(distinct_.size());
   execution.forRange(static_cast<std::int64_t>(distinct_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    pcl::mrf::Neighbours found;
+    pcl::mrf::Neighbors found;
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
       ofDistinct[i] = spacingOf(i, found);
   });
@@ -71,10 +71,10 @@ void LocalSpacing::findDistinct()
 
 Eigen::Vector3f LocalSpacing::inFrame(const Vector3d& place) const
 {
-  return ((place - centre_) / diagonal_).cast<float>();
+  return ((place - center_) / diagonal_).cast<float>();
 }
 
-double LocalSpacing::spacingOf(std::size_t distinct, pcl::mrf::Neighbours& found) const
+double LocalSpacing::spacingOf(std::size_t distinct, pcl::mrf::Neighbors& found) const
 {
   const Vector3d& point = points_[distinct_[distinct]];
   const int count = search_->nearest(inFrame(point), pointsNeeded, found);
@@ -93,7 +93,7 @@ std::vector<NearestPoint> LocalSpacing::nearest(const std::vector<Vector3d>& pla
 {
   std::vector<NearestPoint> result(places.size());
   execution.forRange(static_cast<std::int64_t>(places.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    pcl::mrf::Neighbours found;
+    pcl::mrf::Neighbors found;
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       search_->nearest(inFrame(places[i]), 1, found);
       const std::size_t point = distinct_[static_cast<std::size_t>(found.indices[0])];

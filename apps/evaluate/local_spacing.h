@@ -4,7 +4,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 
 #include <Eigen/Core>
 
@@ -41,15 +41,15 @@ public:
 private:
   void findDistinct();
   Eigen::Vector3f inFrame(const Eigen::Vector3d& place) const;
-  double spacingOf(std::size_t distinct, pcl::mrf::Neighbours& found) const;
+  double spacingOf(std::size_t distinct, pcl::mrf::Neighbors& found) const;
 
   std::vector<Eigen::Vector3d> points_;
   std::vector<std::size_t> distinct_;   ///< points at different places
   std::vector<std::size_t> distinctOf_; ///< index into distinct_ of each point
   // The search works on floats: in a frame in which the cloud is as large as 1.
-  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
   double diagonal_ = 0;
-  std::unique_ptr<pcl::mrf::NeighbourSearch> search_; ///< in the distinct points
+  std::unique_ptr<pcl::mrf::NeighborSearch> search_; ///< in the distinct points
   std::vector<double> spacings_;
 };
 

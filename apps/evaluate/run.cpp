@@ -40,23 +40,23 @@ PointTable readCloud(const std::string& path)
   throw FileError(path, "has no finite point");
 }
 
-/// From blue over grey to red, evenly in what the eye sees; grey where there is no error to show.
+/// From blue over gray to red, evenly in what the eye sees; gray where there is no error to show.
 std::vector<std::array<std::uint8_t, 3>> errorColors(const std::vector<float>& errors, double range)
 {
   vtkNew<vtkColorTransferFunction> map;
   map->SetColorSpaceToDiverging();
   map->AddRGBPoint(0, .23, .30, .75);
   map->AddRGBPoint(range, .71, .02, .15);
-  std::vector<std::array<std::uint8_t, 3>> colours;
-  colours.reserve(errors.size());
+  std::vector<std::array<std::uint8_t, 3>> colors;
+  colors.reserve(errors.size());
   for (const float error : errors) {
     std::array<double, 3> rgb{.5, .5, .5};
     if (std::isfinite(error))
       map->GetColor(std::min(static_cast<double>(error), range), rgb.data());
     const auto byte = [](double share) { return static_cast<std::uint8_t>(std::lround(255 * share)); };
-    colours.push_back({byte(rgb[0]), byte(rgb[1]), byte(rgb[2])});
+    colors.push_back({byte(rgb[0]), byte(rgb[1]), byte(rgb[2])});
   }
-  return colours;
+  return colors;
 }
 
 nlohmann::ordered_json filesOf(const EvaluateCommand& command)
@@ -109,7 +109,7 @@ void run(const EvaluateCommand& command)
     });
   if (!command.colored.empty()) {
     std::vector<float> errors = vertexErrors(mesh, input, execution);
-    mesh.colours = errorColors(errors, command.colorRange > 0 ? command.colorRange : evaluation.options.farLimit);
+    mesh.colors = errorColors(errors, command.colorRange > 0 ? command.colorRange : evaluation.options.farLimit);
     mesh.scalars["error"] = std::move(errors);
     outputs.write(command.colored, [&](const std::string& path) { writeMesh(mesh, path, extension(command.colored)); });
   }

@@ -19,7 +19,7 @@
 namespace mrf_apps {
 
 struct SurfaceDistance::Locator {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
   std::vector<std::int32_t> triangles; ///< of the mesh, by cell
   vtkNew<vtkPolyData> data;
   vtkNew<vtkStaticCellLocator> cells;
@@ -41,7 +41,7 @@ SurfaceDistance::SurfaceDistance(const SurfaceMesh& mesh) : locator_(std::make_u
   if (locator_->triangles.empty())
     throw pcl::mrf::InvalidInput("the mesh has no triangle with an area");
   // Far from the origin the products of the locator's arithmetic would lose digits that the differences have.
-  locator_->centre = box.center();
+  locator_->center = box.center();
 
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
@@ -49,7 +49,7 @@ SurfaceDistance::SurfaceDistance(const SurfaceMesh& mesh) : locator_(std::make_u
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const bool usable = mesh.vertices[v].allFinite();
     const Eigen::Vector3d position =
-        usable ? Eigen::Vector3d(mesh.vertices[v] - locator_->centre) : Eigen::Vector3d::Zero();
+        usable ? Eigen::Vector3d(mesh.vertices[v] - locator_->center) : Eigen::Vector3d::Zero();
     points->SetPoint(static_cast<vtkIdType>(v), position.data());
   }
   locator_->data->SetPoints(points);
@@ -69,7 +69,7 @@ std::vector<ClosestPlace> SurfaceDistance::closest(const std::vector<Eigen::Vect
   execution.forRange(static_cast<std::int64_t>(points.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
     vtkNew<vtkGenericCell> cell;
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const Eigen::Vector3d query = points[i] - locator_->centre;
+      const Eigen::Vector3d query = points[i] - locator_->center;
       Eigen::Vector3d place;
       vtkIdType id = -1;
       int part = 0;

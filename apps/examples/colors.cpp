@@ -32,7 +32,7 @@ int main(int argc, char** argv)
 
   pcl::MRFReconstruction<Point> mrf;
   mrf.setInputCloud(cloud);
-  mrf.setColourMode(byConfidence ? pcl::mrf::ColourMode::confidence : pcl::mrf::ColourMode::input);
+  mrf.setColorMode(byConfidence ? pcl::mrf::ColorMode::confidence : pcl::mrf::ColorMode::input);
   // Vertices of the input's type, as the other overload of PCL's classes gives them.
   pcl::PointCloud<Point> vertices;
   std::vector<pcl::Vertices> triangles;

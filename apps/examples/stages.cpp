@@ -61,8 +61,10 @@ pcl::mrf::TriangleMesh reconstruct(const std::vector<Eigen::Vector3f>& positions
   const mrf::Options options = mrf::defaultPreset();
   mrf::Report report;
 
-  // Points without normals, confidences and sensors, recentred; then outliers, normals and their sides (Sec. 3.1).
-  mrf::PointSet gathered = mrf::gather(positions, {}, {}, {}, {}, false, report.points, execution);
+  // Points without normals, confidences and sensors, recentered; then outliers, normals and their sides (Sec. 3.1).
+  mrf::RawCloud cloud;
+  cloud.positions = positions;
+  mrf::PointSet gathered = mrf::gather(std::move(cloud), options, report.points, execution);
   const auto search = mrf::makePointBins();
   const mrf::OrientedPoints points = mrf::preprocess(std::move(gathered), options, *search, report, execution);
   offset = points.offset;
@@ -70,8 +72,8 @@ pcl::mrf::TriangleMesh reconstruct(const std::vector<Eigen::Vector3f>& positions
   const mrf::BoundingBox box = mrf::boundingBox(points.positions);
 
   // The signed distance, coarse to fine (Sec. 3.2 to 3.4). Its zero level is the surface (Sec. 3.5).
-  execution.beginStage("regularisation");
-  const mrf::DistanceField field = mrf::regularise(points, *search, spacing, box, options.observation, options.prior,
+  execution.beginStage("regularization");
+  const mrf::DistanceField field = mrf::regularize(points, *search, spacing, box, options.observation, options.prior,
                                                    options.solver, options.multiscale, execution)
                                        .field;
   execution.beginStage("polygonizer");

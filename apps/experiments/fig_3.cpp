@@ -67,7 +67,7 @@ json measureTubes(const pcl::mrf::Reconstruction& result, std::uint64_t seed, Ex
   const SurfaceDistance distance(mesh);
   json measured;
   measured["components"] = result.report.mesh.components;
-  measured["gap"] = toJson(summarise(distance.distances(placesInGap(), execution)), voxel);
+  measured["gap"] = toJson(summarize(distance.distances(placesInGap(), execution)), voxel);
 
   std::vector<double> errors;
   double sum = 0;
@@ -82,7 +82,7 @@ json measureTubes(const pcl::mrf::Reconstruction& result, std::uint64_t seed, Ex
       ++count;
     }
   }
-  measured["elsewhere"] = toJson(summarise(std::move(errors)), voxel);
+  measured["elsewhere"] = toJson(summarize(std::move(errors)), voxel);
   measured["waist"] = count > 0 ? json(sum / static_cast<double>(count)) : json();
   return measured;
 }
@@ -122,7 +122,7 @@ void addTubes(Laboratory& laboratory, Section& section)
     const std::string file = "fig-3-tubes-" + k + ".png";
     laboratory.draw(file, picture, [&] {
       SurfaceMesh mesh = toSurfaceMesh(result());
-      colourByConfidence(mesh);
+      colorByConfidence(mesh);
       return mesh;
     });
     section.pictures.push_back({file, std::string("tubes, ") + nameOf(prior) + "; blue: no data"});
@@ -136,7 +136,7 @@ json measurePrimitives(const pcl::mrf::Reconstruction& result, const shapes::Sdf
   for (const Eigen::Vector3d& place : sampleSurface(toSurfaceMesh(result), 200000, seed).positions)
     errors.push_back(std::abs(truth(place)));
   return {{"components", result.report.mesh.components},
-          {"surface", toJson(summarise(std::move(errors)), result.report.options.multiscale.voxelSize)}};
+          {"surface", toJson(summarize(std::move(errors)), result.report.options.multiscale.voxelSize)}};
 }
 
 void addPrimitives(Laboratory& laboratory, Section& section)
@@ -185,9 +185,9 @@ Section fig3(Laboratory& laboratory)
       "In the gap the truth is taken to be the straight tube that goes through both: distances are from evenly spread "
       "places of it to the surface, so that a gap that is not bridged counts as well. Elsewhere, and for the "
       "primitives, they are from evenly spread samples of the surface to the exact shape.",
-      "The paper's figure shows that the membrane (differences of neighbours) closes what is open with the least area, "
+      "The paper's figure shows that the membrane (differences of neighbors) closes what is open with the least area, "
       "while the thin plate (Laplacian) continues the tangents. The triharmonic prior, which continues curvature, is "
-      "the exact minimiser of the energy that the paper writes for its Laplacian prior."};
+      "the exact minimizer of the energy that the paper writes for its Laplacian prior."};
   addTubes(laboratory, section);
   addPrimitives(laboratory, section);
   return section;

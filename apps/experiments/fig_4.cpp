@@ -123,7 +123,7 @@ json measureClasses(const Subject& subject, const pcl::mrf::Reconstruction& resu
   const double percent = 100 / result.report.diagonal;
   json measured{{"unknown", 100 * static_cast<double>(unknown) / all}, {"classes", json::array()}};
   for (std::size_t index = 0; index < classes; ++index) {
-    const Statistics statistics = summarise(std::move(errors[index]));
+    const Statistics statistics = summarize(std::move(errors[index]));
     measured["classes"].push_back({{"share", 100 * static_cast<double>(counts[index]) / all},
                                    {"rms", percent * statistics.rms},
                                    {"percentile95", percent * statistics.percentile95},
@@ -143,7 +143,7 @@ Section fig4(Laboratory& laboratory)
       "with the distance to the nearest one, and 0 where the prior alone made the surface.",
       "The table shows what α says about the error: the distance from evenly spread samples of the surface to the mesh "
       "that was scanned. Samples whose closest place is at that mesh's border have a share of the area but no error, "
-      "because the truth is not known there. The paper's figure shows the same colouring."};
+      "because the truth is not known there. The paper's figure shows the same coloring."};
   Plot plot = emptyPlot(Plot::Kind::bars, "fig-4", "Error by confidence", "class of confidence (0: no data)",
                         "RMS error, % of diagonal");
   plot.logY = true;
@@ -179,10 +179,10 @@ Section fig4(Laboratory& laboratory)
     const std::string file = "fig-4-" + subject.id + ".png";
     laboratory.draw(file, picture, [&] {
       SurfaceMesh mesh = toSurfaceMesh(result());
-      colourByConfidence(mesh);
+      colorByConfidence(mesh);
       return mesh;
     });
-    section.pictures.push_back({file, subject.title + ", coloured by α"});
+    section.pictures.push_back({file, subject.title + ", colored by α"});
   }
   if (section.tables.empty())
     section.paragraphs.push_back(

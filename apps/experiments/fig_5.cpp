@@ -79,16 +79,16 @@ std::vector<Object> objects(const ExperimentOptions& options)
   return result;
 }
 
-/// Everything is seen, apart from one hole. \param centre none: at random
+/// Everything is seen, apart from one hole. \param center none: at random
 pcl::mrf::scan::Scan scanWithHole(const Object& object, std::uint64_t seed,
-                                  const std::optional<Eigen::Vector3d>& centre, Laboratory& laboratory)
+                                  const std::optional<Eigen::Vector3d>& center, Laboratory& laboratory)
 {
   pcl::mrf::scan::ScanOptions options;
   options.views.count = 0;
   options.sampling.points = laboratory.options().quick ? 8000 : 28000;
   options.smallestHole.value = options.largestHole.value = holeRadius;
-  if (centre)
-    options.holeCentres.push_back(*centre);
+  if (center)
+    options.holeCenters.push_back(*center);
   else
     options.holes = 1;
   options.seed = seed;
@@ -97,7 +97,7 @@ pcl::mrf::scan::Scan scanWithHole(const Object& object, std::uint64_t seed,
 
 json measureHole(const SurfaceMesh& mesh, const pcl::mrf::scan::Scan& scan, Execution& execution)
 {
-  const Statistics errors = summarise(SurfaceDistance(mesh).distances(scan.heldOut.positions, execution));
+  const Statistics errors = summarize(SurfaceDistance(mesh).distances(scan.heldOut.positions, execution));
   const double percent = 100 / scan.diagonal;
   return {{"points", errors.count},
           {"rms", percent * errors.rms},
@@ -143,10 +143,10 @@ void addPictured(Laboratory& laboratory, Section& section)
                           rounded(measured["max"])});
     const std::string file = "fig-5-" + method.id + ".png";
     laboratory.draw(file, picture, [&] {
-      SurfaceMesh coloured = mesh();
-      colourFillings(scan(), SurfaceDistance(*truth).distances(coloured.vertices, laboratory.execution()), limitPercent,
-                     coloured, laboratory.execution());
-      return coloured;
+      SurfaceMesh colored = mesh();
+      colorFillings(scan(), SurfaceDistance(*truth).distances(colored.vertices, laboratory.execution()), limitPercent,
+                    colored, laboratory.execution());
+      return colored;
     });
     section.pictures.push_back({file, method.title + ": RMS error " + text(measured["rms"]) + " % of the diagonal"});
   }
@@ -166,7 +166,7 @@ void addManyHoles(Laboratory& laboratory, Section& section)
   const auto addRows = [&](const std::string& title, std::size_t count,
                            const std::vector<std::vector<double>>& errors) {
     for (std::size_t m = 0; m < allMethods.size(); ++m) {
-      const Statistics statistics = summarise(errors[m]);
+      const Statistics statistics = summarize(errors[m]);
       const auto cell = [&](double value) { return statistics.count > 0 ? json(rounded(value)) : json(); };
       table.rows.push_back({title, count, allMethods[m].title, cell(statistics.median), cell(statistics.max)});
     }
@@ -175,7 +175,7 @@ void addManyHoles(Laboratory& laboratory, Section& section)
   for (const Object& object : all) {
     std::vector<std::vector<double>> errors(allMethods.size());
     for (int hole = 0; hole < holes; ++hole) {
-      // Another stream of places than the neighbouring seeds of a user's own runs.
+      // Another stream of places than the neighboring seeds of a user's own runs.
       const std::uint64_t seed = laboratory.options().seed * 1000 + static_cast<std::uint64_t>(hole);
       Lazy<pcl::mrf::scan::Scan> scan([&] { return scanWithHole(object, seed, std::nullopt, laboratory); });
       for (std::size_t m = 0; m < allMethods.size(); ++m) {
@@ -209,7 +209,7 @@ Section fig5(Laboratory& laboratory)
           "and otherwise its own defaults. The points that the hole took away are the truth: the error is their "
           "distance to the surface. The default with a wider volume around the points shows how much of its error "
           "comes from the volume's border.",
-      "In the pictures, surface within three mean spacings of a point is grey; what was filled in is coloured by its "
+      "In the pictures, surface within three mean spacings of a point is gray; what was filled in is colored by its "
       "distance to the true surface. In the table of random holes one hole is one scan; a hole this large takes "
       "features with it that no prior can know, so the worst figures are more about the object than about the method.",
       "The paper's figure shows the same: the membrane spans the hole like a soap film, the thin plate continues the "

@@ -97,7 +97,7 @@ void addLine(Plot& plot, const std::string& name, const json& measured, const st
     plot.curves.push_back({name, {at.back(), at.front()}, {measured["accuracy"], measured["accuracy"]}});
 }
 
-/// Two pictures of the first object under noise of one spacing, coloured by the distance to the true surface.
+/// Two pictures of the first object under noise of one spacing, colored by the distance to the true surface.
 void addPictures(Laboratory& laboratory, Section& section, const ScanObject& object, Lazy<Scan>& scan,
                  const std::vector<std::pair<NoisyMethod, json>>& pictured)
 {
@@ -111,9 +111,9 @@ void addPictures(Laboratory& laboratory, Section& section, const ScanObject& obj
     const std::string file = "fig-8-" + method.id + ".png";
     laboratory.draw(file, picture, [&, run = method.run] {
       SurfaceMesh mesh = run(scan(), laboratory.execution()).mesh;
-      mesh.colours.clear();
+      mesh.colors.clear();
       for (const double error : object.load().distances(mesh.vertices, laboratory.execution()))
-        mesh.colours.push_back(errorColour(error, limitPercent / 100 * scan().diagonal));
+        mesh.colors.push_back(errorColor(error, limitPercent / 100 * scan().diagonal));
       return mesh;
     });
     section.pictures.push_back({file, object.title + ", noise of one mean spacing. " + method.title + ": RMS " +
@@ -294,7 +294,7 @@ Section fig8(Laboratory& laboratory)
   section.paragraphs = {
       "Scans from 12 views, of " + std::to_string(baseScan(options).sampling.points) +
           " points each, without normals: this method estimates them and turns them to the sensors. Others are given "
-          "all points, with normals of planes fitted to their neighbours, each facing the sensor that saw its point. "
+          "all points, with normals of planes fitted to their neighbors, each facing the sensor that saw its point. "
           "\"On the default's points\" means that they are given what the first stage of the default leaves: no "
           "outliers, consistent normals.",
       "The error is the distance of the surface from where the scanned points truly are, before noise; holes that the "

@@ -41,7 +41,7 @@ struct Subject {
   Eigen::Vector3d axis;
 };
 
-/// The sphere without its cap around −z: the catalogue's cap around +z, nearly closed.
+/// The sphere without its cap around −z: the catalog's cap around +z, nearly closed.
 pcl::mrf::scan::Scan cutSphere(pcl::mrf::scan::Pattern pattern, Laboratory& laboratory)
 {
   pcl::mrf::scan::ScanOptions options;
@@ -247,7 +247,7 @@ void drawDifference(Laboratory& laboratory, Subject& subject, Section& section)
       EvaluationInput input;
       input.reference = unrotated;
       for (const float error : vertexErrors(mesh, input, laboratory.execution()))
-        mesh.colours.push_back(errorColour(error, limit));
+        mesh.colors.push_back(errorColor(error, limit));
       return mesh;
     });
     section.pictures.push_back({file, caption});
@@ -274,7 +274,7 @@ Section fig9(Laboratory& laboratory)
       "Compared are the unrotated and the rotated-back surface, both ways: evenly spread samples of either one and "
       "their exact distances to the other. The filled cap is what lies in the cone of the missing cap and within " +
           text(reach) +
-          " of the centre; where data are, the surface lies within two voxels of the sphere outside of that cone.",
+          " of the center; where data are, the surface lies within two voxels of the sphere outside of that cone.",
       "The paper gives 2.47 as its largest difference. The first table repeats it as published: the points are random, "
       "no axis of the rotation or the cap is one of the rotated grid, and the preset paper has its fixed volume. "
       "Beside "

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 
 namespace mrf_apps {
 namespace figures {
@@ -18,21 +19,8 @@ using pcl::mrf::Execution;
 
 namespace {
 
-/// Of a bar of colours.
+/// Of a bar of colors.
 constexpr int legendSteps = 32;
-
-pcl::mrf::Reconstruction reconstructGathered(const Places& positions, const Places& normals,
-                                             const std::vector<std::int32_t>& views, const Places& sensors,
-                                             const pcl::mrf::Options& options, Execution& execution)
-{
-  pcl::mrf::PointCounts counts;
-  const pcl::mrf::PointSet points =
-      pcl::mrf::gather(toFloat(positions), toFloat(normals), {}, views, sensors, !normals.empty(), counts);
-  const auto search = pcl::mrf::makePointBins();
-  pcl::mrf::Reconstruction result;
-  pcl::mrf::reconstruct(points, counts, options, *search, execution, result);
-  return result;
-}
 
 } // namespace
 
@@ -55,16 +43,26 @@ std::vector<Eigen::Vector3f> toFloat(const Places& places)
 pcl::mrf::Reconstruction reconstruct(const Places& positions, const Places& normals, const pcl::mrf::Options& options,
                                      Execution& execution)
 {
-  return reconstructGathered(positions, normals, {}, {}, options, execution);
+  pcl::mrf::RawCloud cloud;
+  cloud.positions = toFloat(positions);
+  cloud.normals = toFloat(normals);
+  return pcl::mrf::reconstruct(std::move(cloud), options, execution);
+}
+
+pcl::mrf::RawCloud withoutNormals(const pcl::mrf::scan::Scan& scan)
+{
+  pcl::mrf::RawCloud cloud;
+  cloud.positions = toFloat(scan.cloud.positions);
+  cloud.views = scan.cloud.views;
+  cloud.sensors = scan.sensors;
+  return cloud;
 }
 
 pcl::mrf::Reconstruction reconstruct(const pcl::mrf::scan::Scan& scan, bool hasNormals,
                                      const pcl::mrf::Options& options, Execution& execution)
 {
-  const pcl::mrf::scan::Points& cloud = scan.cloud;
-  if (hasNormals)
-    return reconstruct(cloud.positions, cloud.normals, options, execution);
-  return reconstructGathered(cloud.positions, {}, cloud.views, scan.sensors, options, execution);
+  return hasNormals ? reconstruct(scan.cloud.positions, scan.cloud.normals, options, execution)
+                    : pcl::mrf::reconstruct(withoutNormals(scan), options, execution);
 }
 
 SurfaceMesh toSurfaceMesh(const pcl::mrf::Reconstruction& reconstruction)
@@ -84,7 +82,7 @@ std::vector<double> distancesToPoints(const Places& places, const Places& points
   search->setPoints(positions);
   std::vector<double> distances(places.size());
   execution.forRange(static_cast<std::int64_t>(places.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
-    pcl::mrf::Neighbours nearest;
+    pcl::mrf::Neighbors nearest;
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       search->nearest(local(places[i]), 1, nearest);
       distances[i] = std::sqrt(nearest.squaredDistances.front());
@@ -114,54 +112,54 @@ SurfaceMesh facingDiscs(const pcl::mrf::scan::Points& points, const Eigen::Vecto
   return mesh;
 }
 
-void colourByConfidence(SurfaceMesh& mesh)
+void colorByConfidence(SurfaceMesh& mesh)
 {
-  mesh.colours.clear();
-  mesh.colours.reserve(mesh.confidences.size());
+  mesh.colors.clear();
+  mesh.colors.reserve(mesh.confidences.size());
   for (const float confidence : mesh.confidences)
-    mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
+    mesh.colors.push_back(pcl::mrf::confidenceColor(confidence));
 }
 
 Legend confidenceLegend()
 {
   Legend legend{"confidence", 0, 1, {}};
   for (int i = 0; i <= legendSteps; ++i)
-    legend.colours.push_back(pcl::mrf::confidenceColour(static_cast<float>(i) / legendSteps));
+    legend.colors.push_back(pcl::mrf::confidenceColor(static_cast<float>(i) / legendSteps));
   return legend;
 }
 
-Colour errorColour(double error, double largest)
+Color errorColor(double error, double largest)
 {
-  constexpr std::array<Colour, 5> colours = {
+  constexpr std::array<Color, 5> colors = {
       {{118, 190, 196}, {232, 226, 166}, {240, 166, 92}, {205, 76, 60}, {118, 18, 48}}};
-  const double position = std::clamp(error / largest, 0., 1.) * static_cast<double>(colours.size() - 1);
-  const auto below = std::min(static_cast<std::size_t>(position), colours.size() - 2);
-  Colour colour{};
+  const double position = std::clamp(error / largest, 0., 1.) * static_cast<double>(colors.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(position), colors.size() - 2);
+  Color color{};
   for (std::size_t channel = 0; channel < 3; ++channel) {
-    const double a = colours[below][channel], b = colours[below + 1][channel];
-    colour[channel] = static_cast<std::uint8_t>(std::lround(a + (position - static_cast<double>(below)) * (b - a)));
+    const double a = colors[below][channel], b = colors[below + 1][channel];
+    color[channel] = static_cast<std::uint8_t>(std::lround(a + (position - static_cast<double>(below)) * (b - a)));
   }
-  return colour;
+  return color;
 }
 
 Legend errorLegend(const std::string& title, double largest)
 {
   Legend legend{title, 0, largest, {}};
   for (int i = 0; i <= legendSteps; ++i)
-    legend.colours.push_back(errorColour(i, legendSteps));
+    legend.colors.push_back(errorColor(i, legendSteps));
   return legend;
 }
 
-void colourFillings(const pcl::mrf::scan::Scan& scan, const std::vector<double>& errors, double largestPercent,
-                    SurfaceMesh& mesh, Execution& execution)
+void colorFillings(const pcl::mrf::scan::Scan& scan, const std::vector<double>& errors, double largestPercent,
+                   SurfaceMesh& mesh, Execution& execution)
 {
-  constexpr Colour supported{204, 199, 189};
+  constexpr Color supported{204, 199, 189};
   const std::vector<double> toPoints = distancesToPoints(mesh.vertices, scan.cloud.positions, execution);
-  mesh.colours.clear();
-  mesh.colours.reserve(mesh.vertices.size());
+  mesh.colors.clear();
+  mesh.colors.reserve(mesh.vertices.size());
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    mesh.colours.push_back(
-        toPoints[v] < 3 * scan.spacing ? supported : errorColour(errors[v], largestPercent / 100 * scan.diagonal));
+    mesh.colors.push_back(toPoints[v] < 3 * scan.spacing ? supported
+                                                         : errorColor(errors[v], largestPercent / 100 * scan.diagonal));
 }
 
 const char* nameOf(pcl::mrf::Prior prior)

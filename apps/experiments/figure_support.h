@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief What the figures share: objects, reconstructions, colours, numbers for tables.
+/// \brief What the figures share: objects, reconstructions, colors, numbers for tables.
 #pragma once
 
 #include "experiment.h"
@@ -20,7 +20,7 @@ namespace mrf_apps {
 namespace figures {
 
 using Places = std::vector<Eigen::Vector3d>;
-using Colour = std::array<std::uint8_t, 3>;
+using Color = std::array<std::uint8_t, 3>;
 
 /// Computes a value when it is first asked for: what was measured by an earlier run needs no reconstruction, unless a
 /// picture of it is missing.
@@ -50,6 +50,9 @@ std::optional<SurfaceMesh> bunny();
 pcl::mrf::Reconstruction reconstruct(const Places& positions, const Places& normals, const pcl::mrf::Options& options,
                                      pcl::mrf::Execution& execution);
 
+/// What a scanner delivers, for the library: normals are left out.
+pcl::mrf::RawCloud withoutNormals(const pcl::mrf::scan::Scan& scan);
+
 /// Runs all stages on what a scanner delivers. \param hasNormals false: they are estimated, and face the sensor that
 /// saw their point
 pcl::mrf::Reconstruction reconstruct(const pcl::mrf::scan::Scan& scan, bool hasNormals,
@@ -68,19 +71,19 @@ std::vector<double> distancesToPoints(const Places& places, const Places& points
 /// A small disc across the normal of each point that faces a viewer in the direction `from`.
 SurfaceMesh facingDiscs(const pcl::mrf::scan::Points& points, const Eigen::Vector3d& from, double radius);
 
-/// Colours of confidences 0..1 and their bar.
-void colourByConfidence(SurfaceMesh& mesh);
+/// Colors of confidences 0..1 and their bar.
+void colorByConfidence(SurfaceMesh& mesh);
 Legend confidenceLegend();
 
 /// Light to dark from 0 to the largest error that is told apart, which larger ones share.
-Colour errorColour(double error, double largest);
+Color errorColor(double error, double largest);
 Legend errorLegend(const std::string& title, double largest);
 
-/// Where points support the surface it has one colour; the rest shows its distance to the truth. Lengths in % of the
+/// Where points support the surface it has one color; the rest shows its distance to the truth. Lengths in % of the
 /// scan's diagonal.
 /// \param errors of the vertices, cloud's unit
-void colourFillings(const pcl::mrf::scan::Scan& scan, const std::vector<double>& errors, double largestPercent,
-                    SurfaceMesh& mesh, pcl::mrf::Execution& execution);
+void colorFillings(const pcl::mrf::scan::Scan& scan, const std::vector<double>& errors, double largestPercent,
+                   SurfaceMesh& mesh, pcl::mrf::Execution& execution);
 
 const char* nameOf(pcl::mrf::Prior prior);
 constexpr pcl::mrf::Prior allPriors[] = {pcl::mrf::Prior::membrane, pcl::mrf::Prior::thinPlate,

@@ -22,7 +22,7 @@ using pcl::mrf::scan::ScanOptions;
 
 namespace {
 
-enum class Colouring { plain, confidence };
+enum class Coloring { plain, confidence };
 
 /// Options, as the command line names them. Lengths are known once the scan is.
 struct Variant {
@@ -35,7 +35,7 @@ struct Case {
   std::string id, title;
   ScanOptions scan;
   bool hasNormals;
-  Colouring colouring;
+  Coloring coloring;
   Eigen::Vector3d from; ///< where the pictures are taken
   std::vector<Variant> variants;
 };
@@ -52,14 +52,14 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
 
   ScanOptions holes = scan;
   holes.views.count = 8;
-  holes.holeCentres = {{.45, .32, .4}, {-.75, .25, .35}, {0, -.45, .7}};
+  holes.holeCenters = {{.45, .32, .4}, {-.75, .25, .35}, {0, -.45, .7}};
   holes.smallestHole = holes.largestHole = {6, Length::Unit::diagonalPercent};
   const Change polygonized = [](Options& options, double) { options.remesher.rounds = 0; };
   result.push_back({"holes",
                     "scan with holes",
                     holes,
                     true,
-                    Colouring::confidence,
+                    Coloring::confidence,
                     front,
                     {byDefault,
                      {"no-remesh", "--no-remesh", polygonized},
@@ -79,7 +79,7 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
                     "noise of one mean spacing, normals estimated with the sensors known",
                     noisy,
                     false,
-                    Colouring::plain,
+                    Coloring::plain,
                     front,
                     {{"voxels", "--observation plane",
                       [](Options& options, double) { options.observation.estimate = pcl::mrf::Estimate::plane; }},
@@ -92,7 +92,7 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
        "3 % false matches in clusters of " + std::to_string(clusters.clusterSize),
        clusters,
        true,
-       Colouring::plain,
+       Coloring::plain,
        front,
        {byDefault, {"robust", "--robust", [](Options& options, double) { options.outliers.robust = true; }}}});
 
@@ -102,7 +102,7 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
                     "2,000 points",
                     sparse,
                     true,
-                    Colouring::plain,
+                    Coloring::plain,
                     front,
                     {byDefault, {"fine", "--quality fine", [](Options& options, double) {
                                    options.multiscale.quality = pcl::mrf::Quality::fine;
@@ -117,7 +117,7 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
        "scan from the front only",
        open,
        true,
-       Colouring::confidence,
+       Coloring::confidence,
        {1.5, .5, .2},
        {{"none", "--trim none", [](Options& options, double) { options.trimming.trimming = pcl::mrf::Trimming::none; }},
         byDefault,
@@ -126,13 +126,13 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
 
   ScanOptions large = scan;
   large.views.count = 0;
-  large.holeCentres = {{.5, .28, .36}};
+  large.holeCenters = {{.5, .28, .36}};
   large.smallestHole = large.largestHole = {22, Length::Unit::diagonalPercent};
   result.push_back({"large-hole",
                     "hole with a radius of 22 % of the diagonal",
                     large,
                     true,
-                    Colouring::confidence,
+                    Coloring::confidence,
                     {.85, .55, 1},
                     {byDefault,
                      {"tight", "--padding " + std::to_string(pcl::mrf::leastPadding),
@@ -167,7 +167,7 @@ json measure(const Run& result, const pcl::mrf::scan::Scan& scan, const SurfaceM
   const std::vector<double> support = distancesToPoints(samples, scan.cloud.positions, execution);
   const auto far = std::count_if(support.begin(), support.end(), [&](double d) { return d > 3 * scan.spacing; });
   const auto rms = [&](const SurfaceDistance& surface, const Places& places) {
-    return percent * summarise(surface.distances(places, execution)).rms;
+    return percent * summarize(surface.distances(places, execution)).rms;
   };
   json measured{{"clean", rms(toMesh, scan.clean.positions)},
                 {"truth", rms(SurfaceDistance(truth), samples)},
@@ -179,11 +179,11 @@ json measure(const Run& result, const pcl::mrf::scan::Scan& scan, const SurfaceM
   return measured;
 }
 
-SurfaceMesh coloured(const Case& one, const pcl::mrf::Reconstruction& result)
+SurfaceMesh colored(const Case& one, const pcl::mrf::Reconstruction& result)
 {
   SurfaceMesh mesh = toSurfaceMesh(result);
-  if (one.colouring == Colouring::confidence)
-    colourByConfidence(mesh);
+  if (one.coloring == Coloring::confidence)
+    colorByConfidence(mesh);
   return mesh;
 }
 
@@ -203,7 +203,7 @@ Section guide(Laboratory& laboratory)
       "helps. Distances are root mean squares in % of the diagonal: from the noise-free points to the surface, from "
       "points that a hole took away to the surface, and from the surface to the object. Surface without data lies "
       "farther than three mean spacings from every point.",
-      "In pictures with two colours, blue is surface without data. One object says which way an option works, not how "
+      "In pictures with two colors, blue is surface without data. One object says which way an option works, not how "
       "much it gains on another."};
   Table table{"guide",
               "Options against traits of the scan",
@@ -236,7 +236,7 @@ Section guide(Laboratory& laboratory)
                             rounded(measured["truth"]), rounded(measured["unsupported"]), measured["components"],
                             rounded(measured["processorSeconds"], 2)});
       const std::string file = "guide-" + one.id + "-" + variant.id + ".png";
-      laboratory.draw(file, picture, [&] { return coloured(one, result().reconstruction); });
+      laboratory.draw(file, picture, [&] { return colored(one, result().reconstruction); });
       section.pictures.push_back({file, one.title + ": " + variant.words});
     }
   }

@@ -20,12 +20,6 @@ using pcl::mrf::scan::Scan;
 
 namespace {
 
-pcl::mrf::PointSet gatherPoints(const Scan& scan, pcl::mrf::PointCounts& counts)
-{
-  return pcl::mrf::gather(figures::toFloat(scan.cloud.positions), {}, {}, scan.cloud.views, scan.sensors, false,
-                          counts);
-}
-
 void add(Points& points, const Eigen::Vector3d& position, const Eigen::Vector3f& normal)
 {
   points.positions.push_back(position);
@@ -74,7 +68,7 @@ NoisyMethod peerOnOurPoints(const Method& method)
   return {method.id + "-filtered", method.title + ", on the default's points",
           [method](const Scan& scan, Execution& execution) {
             pcl::mrf::Report report;
-            const pcl::mrf::PointSet gathered = gatherPoints(scan, report.points);
+            const pcl::mrf::PointSet gathered = gather(figures::withoutNormals(scan), {}, report.points, execution);
             const auto search = pcl::mrf::makePointBins();
             const pcl::mrf::OrientedPoints oriented =
                 pcl::mrf::preprocess(gathered, Options(), *search, report, execution);
@@ -88,7 +82,7 @@ NoisyMethod peerOnOurPoints(const Method& method)
 Points withEstimatedNormals(const Scan& scan, Execution& execution)
 {
   pcl::mrf::PointCounts counts;
-  const pcl::mrf::PointSet gathered = gatherPoints(scan, counts);
+  const pcl::mrf::PointSet gathered = gather(figures::withoutNormals(scan), {}, counts, execution);
   const auto search = pcl::mrf::makePointBins();
   search->setPoints(gathered.positions);
   const std::vector<Eigen::Vector3f> normals =

@@ -39,7 +39,7 @@ NoisyMethod peerOnNoise(const Method& method);
 /// Another method on what the first stage of ours leaves: points without outliers, consistent normals.
 NoisyMethod peerOnOurPoints(const Method& method);
 
-/// What a method gets that cannot do without normals: those of the planes fitted to the points' neighbours, facing the
+/// What a method gets that cannot do without normals: those of the planes fitted to the points' neighbors, facing the
 /// sensor that saw the point.
 pcl::mrf::scan::Points withEstimatedNormals(const pcl::mrf::scan::Scan& scan, pcl::mrf::Execution& execution);
 

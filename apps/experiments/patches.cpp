@@ -37,7 +37,7 @@ const char* nameOf(Pattern pattern)
 
 double median(std::vector<double> values)
 {
-  return summarise(std::move(values)).median;
+  return summarize(std::move(values)).median;
 }
 
 } // namespace
@@ -51,7 +51,7 @@ std::vector<std::int32_t> holesOf(const Places& points, const std::vector<Hole>&
     // The boundary belongs to the ball, whichever way it was rounded.
     double least = 1 + 1e-6;
     for (std::size_t h = 0; h < holes.size(); ++h) {
-      const double share = (point - holes[h].centre).norm() / holes[h].radius;
+      const double share = (point - holes[h].center).norm() / holes[h].radius;
       if (share < least) {
         least = share;
         deepest = static_cast<std::int32_t>(h);
@@ -73,7 +73,7 @@ std::vector<double> rmsPerHole(const std::vector<double>& distances, const std::
   result.reserve(count);
   for (std::vector<double>& values : perHole)
     result.push_back(values.size() < std::max<std::size_t>(leastPoints, 1) ? std::numeric_limits<double>::quiet_NaN()
-                                                                           : summarise(std::move(values)).rms);
+                                                                           : summarize(std::move(values)).rms);
   return result;
 }
 
@@ -174,9 +174,9 @@ json measureSurface(const SurfaceMesh& mesh, const LoadedObject& object, const S
   for (const Eigen::Vector3d& vertex : mesh.vertices)
     plain.vertices.push_back(vertex.cast<float>());
   const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(plain);
-  return {{"accuracy", percent * summarise(toMesh.distances(scan.clean.positions, execution)).rms},
+  return {{"accuracy", percent * summarize(toMesh.distances(scan.clean.positions, execution)).rms},
           {"holes", holes},
-          {"reference", percent * summarise(toTruth).rms},
+          {"reference", percent * summarize(toTruth).rms},
           {"invented", 100 * static_cast<double>(far) / static_cast<double>(samples.size())},
           {"components", statistics.components},
           {"boundaryLoops", statistics.boundaryLoops},
@@ -226,8 +226,8 @@ std::vector<std::string> patchColumns()
 
 std::vector<json> patchCells(const PatchResults& results)
 {
-  const Statistics holes = summarise(results.holes), accuracies = summarise(results.accuracies),
-                   invented = summarise(results.invented), seconds = summarise(results.processor);
+  const Statistics holes = summarize(results.holes), accuracies = summarize(results.accuracies),
+                   invented = summarize(results.invented), seconds = summarize(results.processor);
   const auto cell = [](const Statistics& statistics, double value, int digits) {
     return statistics.count > 0 ? json(rounded(value, digits)) : json();
   };

@@ -15,9 +15,9 @@ namespace {
 
 constexpr double width = 430, height = 300, left = 62, right = 16, top = 36, bottom = 48;
 
-/// Told apart in print and by colour-blind eyes; marks differ as well.
-constexpr std::array<const char*, 8> colours = {"#1f5fa8", "#c8501e", "#2a8a57", "#8a4aa0",
-                                                "#a8842a", "#3f9fb5", "#b03a5b", "#555f68"};
+/// Told apart in print and by color-blind eyes; marks differ as well.
+constexpr std::array<const char*, 8> colors = {"#1f5fa8", "#c8501e", "#2a8a57", "#8a4aa0",
+                                               "#a8842a", "#3f9fb5", "#b03a5b", "#555f68"};
 
 __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...)
 {
@@ -83,16 +83,16 @@ void fit(Axis& axis, const std::vector<double>& values, bool withZero, bool isRo
 
 std::string mark(std::size_t curve, double x, double y)
 {
-  const char* colour = colours[curve % colours.size()];
+  const char* color = colors[curve % colors.size()];
   switch (curve % 4) {
   case 0:
-    return format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.2\" fill=\"%s\"/>", x, y, colour);
+    return format("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.2\" fill=\"%s\"/>", x, y, color);
   case 1:
-    return format("<rect x=\"%.1f\" y=\"%.1f\" width=\"5.8\" height=\"5.8\" fill=\"%s\"/>", x - 2.9, y - 2.9, colour);
+    return format("<rect x=\"%.1f\" y=\"%.1f\" width=\"5.8\" height=\"5.8\" fill=\"%s\"/>", x - 2.9, y - 2.9, color);
   case 2:
-    return format("<path d=\"M%.1f %.1fl3.8 6.4h-7.6z\" fill=\"%s\"/>", x, y - 3.8, colour);
+    return format("<path d=\"M%.1f %.1fl3.8 6.4h-7.6z\" fill=\"%s\"/>", x, y - 3.8, color);
   default:
-    return format("<path d=\"M%.1f %.1fl4 4l-4 4l-4 -4z\" fill=\"%s\"/>", x, y - 4, colour);
+    return format("<path d=\"M%.1f %.1fl4 4l-4 4l-4 -4z\" fill=\"%s\"/>", x, y - 4, color);
   }
 }
 
@@ -134,11 +134,11 @@ std::string legend(const Plot& plot)
     const double y = top + 10 + 19 * static_cast<double>(i), x = width + 4;
     if (plot.kind == Plot::Kind::lines)
       result +=
-          format("<path d=\"M%.1f %.1fh20\" stroke=\"%s\" stroke-width=\"1.8\"/>", x, y, colours[i % colours.size()]) +
+          format("<path d=\"M%.1f %.1fh20\" stroke=\"%s\" stroke-width=\"1.8\"/>", x, y, colors[i % colors.size()]) +
           mark(i, x + 10, y);
     else
       result += format("<rect x=\"%.1f\" y=\"%.1f\" width=\"14\" height=\"10\" fill=\"%s\"/>", x + 3, y - 5,
-                       colours[i % colours.size()]);
+                       colors[i % colors.size()]);
     result += format("<text x=\"%.1f\" y=\"%.1f\">", x + 27, y + 4) + escaped(plot.curves[i].name) + "</text>";
   }
   return result;
@@ -167,7 +167,7 @@ std::string lines(const Plot& plot, const Axis& x, const Axis& y)
       result.append("<path d=\"")
           .append(path)
           .append(format("\" fill=\"none\" stroke=\"%s\" stroke-width=\"1.8\" stroke-linejoin=\"round\"/>",
-                         colours[c % colours.size()]))
+                         colors[c % colors.size()]))
           .append(marks);
   }
   return result;
@@ -201,7 +201,7 @@ std::string bars(const Plot& plot, const Axis& x, const Axis& y, double step)
       const double at = y.place(curve.y[i]);
       result += format("<rect x=\"%.2f\" y=\"%.1f\" width=\"%.2f\" height=\"%.1f\" fill=\"%s\"/>",
                        x.place(curve.x[i]) - .5 * room + each * static_cast<double>(c), std::min(at, base),
-                       std::max(each - .4, .4), std::abs(at - base), colours[c % colours.size()]);
+                       std::max(each - .4, .4), std::abs(at - base), colors[c % colors.size()]);
     }
   }
   return result;

@@ -16,7 +16,7 @@
 namespace mrf_apps {
 
 struct RandomScan {
-  std::string kind;   ///< of object: a shape of the catalogue, or bunny
+  std::string kind;   ///< of object: a shape of the catalog, or bunny
   std::string object; ///< as pcl_mrf_scan takes it
   pcl::mrf::scan::ScanOptions options;
   bool hasNormals = true;

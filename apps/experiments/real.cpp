@@ -48,13 +48,13 @@ RealResult runOurs(const RealCloud& cloud, bool hasNormals, Execution& execution
 {
   pcl::mrf::Options options;
   options.remesher.rounds = 0;
-  pcl::mrf::PointCounts counts;
-  const pcl::mrf::PointSet points = pcl::mrf::gather(
-      figures::toFloat(cloud.input.positions), figures::toFloat(hasNormals ? cloud.input.normals : Places()), {}, {},
-      cloud.sensors.size() == 1 ? cloud.sensors : Places(), hasNormals, counts);
-  const auto search = pcl::mrf::makePointBins();
-  pcl::mrf::Reconstruction result;
-  pcl::mrf::reconstruct(points, counts, options, *search, execution, result);
+  pcl::mrf::RawCloud raw;
+  raw.positions = figures::toFloat(cloud.input.positions);
+  if (hasNormals)
+    raw.normals = figures::toFloat(cloud.input.normals);
+  if (cloud.sensors.size() == 1)
+    raw.sensors = cloud.sensors;
+  const pcl::mrf::Reconstruction result = pcl::mrf::reconstruct(std::move(raw), options, execution);
   return {figures::toSurfaceMesh(result), droppedShare(result.report.points), 0};
 }
 
@@ -99,7 +99,7 @@ json measureReal(const RealResult& result, const RealCloud& cloud, Execution& ex
   const auto local = compareLocally(result.mesh, input, options, execution);
   if (!local)
     throw pcl::mrf::InvalidInput("the cloud has too few points");
-  const Statistics random = summarise(SurfaceDistance(result.mesh).distances(cloud.random, execution));
+  const Statistics random = summarize(SurfaceDistance(result.mesh).distances(cloud.random, execution));
   const auto orNull = [](const std::optional<double>& value) { return value ? json(*value) : json(); };
   return {{"points", cloud.input.size()},
           {"unevenness", local->unevenness},

@@ -36,7 +36,7 @@ constexpr double randomShare = .1;
 enum Stream : std::uint64_t { choosingDiscs = 101, choosingPoints };
 
 struct Ball {
-  Eigen::Vector3d centre;
+  Eigen::Vector3d center;
   double radius;
 };
 
@@ -52,7 +52,7 @@ std::vector<Ball> chooseDiscs(const Points& points, std::uint64_t seed, Executio
     const std::size_t i = random.index(points.size());
     const Ball ball{points.positions[i], spacings[i] * random.uniform(smallestDisc, largestDisc)};
     const auto isApart = [&](const Ball& other) {
-      return (other.centre - ball.centre).norm() > other.radius + ball.radius;
+      return (other.center - ball.center).norm() > other.radius + ball.radius;
     };
     if (std::all_of(discs.begin(), discs.end(), isApart))
       discs.push_back(ball);
@@ -139,7 +139,7 @@ RealCase simulated(const std::string& id, const std::string& title,
       std::move(view));
 }
 
-/// A shape of the catalogue.
+/// A shape of the catalog.
 std::function<const pcl::mrf::scan::Surface&()> shape(const std::string& description)
 {
   const auto object = std::make_shared<figures::Lazy<LoadedObject>>([=] { return loadShape(description); });
@@ -156,7 +156,7 @@ RealCloud withhold(const Points& points, const Places& truth, std::uint64_t seed
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3d& place = points.positions[i];
     const bool isInDisc = std::any_of(discs.begin(), discs.end(),
-                                      [&](const Ball& disc) { return (place - disc.centre).norm() < disc.radius; });
+                                      [&](const Ball& disc) { return (place - disc.center).norm() < disc.radius; });
     // Drawn for every point: what becomes of one does not depend on the others.
     const bool isChosen = random.uniform() < randomShare;
     if (isInDisc)

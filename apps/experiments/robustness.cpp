@@ -53,7 +53,7 @@ json check(const RandomScan& random, Execution& execution)
   return {{"faults", faultsOf(result, execution)},     {"triangles", statistics.triangles},
           {"components", statistics.components},       {"closed", statistics.closed()},
           {"meanQuality", statistics.meanQuality},     {"minQuality", statistics.minQuality},
-          {"regularShare", statistics.regularShare()}, {"refused", result.report.refusedOperations}};
+          {"regularShare", statistics.regularShare()}, {"refused", result.report.remesher.refusedOperations}};
 }
 
 /// Of the scans of one kind of object.
@@ -131,7 +131,7 @@ Section robustness(Laboratory& laboratory)
           " scans drawn at random: object, its proportions, size and rotation; 3,000 to 5,000 points; noise of 0 to 1 "
           "mean spacing; 0 to 3 % outliers; 0 to 4 holes; misaligned views; half of them without normals, which are "
           "then estimated and face their sensors. Each is reconstructed with the default options, remeshing included.",
-      "A mesh is without fault if every edge and every vertex is manifold, neighbouring triangles agree on the "
+      "A mesh is without fault if every edge and every vertex is manifold, neighboring triangles agree on the "
       "orientation, no triangle is degenerate, none intersects another (exact predicates), closed meshes are not "
       "inside out, and a mesh is closed unless an extrapolation was trimmed. Accuracy is not judged here: some of "
       "these scans do not determine their object. Quality is twice the ratio of the radii of a triangle's inner and "

@@ -34,7 +34,7 @@ Statistics differenceWithin(const SurfaceMesh& a, const SurfaceMesh& b,
   std::vector<double> distances = SurfaceDistance(b).distances(onA, execution);
   const std::vector<double> back = SurfaceDistance(a).distances(onB, execution);
   distances.insert(distances.end(), back.begin(), back.end());
-  return summarise(std::move(distances));
+  return summarize(std::move(distances));
 }
 
 void keepWithin(double radius, SurfaceMesh& mesh)

@@ -106,7 +106,7 @@ std::vector<Crossing> findCrossings(const Lattice& lattice, const Field& values)
       for (int x = 0; x < lattice.size.x; ++x)
         for (int axis = 0; axis < 3; ++axis)
           addEdge({x, y, z}, Eigen::Vector3i(x, y, z) + Eigen::Vector3i::Unit(axis));
-  const double least = .3 * summarise(slopes).median;
+  const double least = .3 * summarize(slopes).median;
   for (Crossing& crossing : crossings)
     crossing.slope = std::max(crossing.slope, least);
   return crossings;
@@ -279,7 +279,7 @@ Section section34(Laboratory& laboratory)
           text(accuracy) +
           " is more than enough for a surface. The converged solution is that of multigrid in double precision to a "
           "residual of 10⁻¹². An empty cell in the table: not reached within the time that a curve was given. Cholesky "
-          "is left out where factorising the wide stencil would take minutes: for k = 3, and in a quick run for k = 2.",
+          "is left out where factorizing the wide stencil would take minutes: for k = 3, and in a quick run for k = 2.",
       "The paper solves its coarsest level by Cholesky and the others by ICM, from the interpolated solution."};
   Table table{"sec-3-4",
               "Time to " + text(accuracy) + " voxel RMS of the converged surface",
@@ -298,7 +298,7 @@ Section section34(Laboratory& laboratory)
     for (const SolverMethod method :
          {SolverMethod::icm, SolverMethod::cg, SolverMethod::cholesky, SolverMethod::multigrid})
       for (const bool isCold : {false, true}) {
-        // A factorisation has no start, and takes minutes for the wider stencils.
+        // A factorization has no start, and takes minutes for the wider stencils.
         if (method == SolverMethod::cholesky && (!isCold || order(prior) > (laboratory.options().quick ? 1 : 2)))
           continue;
         const std::string start = isCold ? "cold" : "interpolated";

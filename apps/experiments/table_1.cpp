@@ -71,7 +71,7 @@ void addPictures(const std::vector<Measured>& all, const std::vector<Method>& me
   picture.width = picture.height = 600;
   picture.from = from.normalized();
   picture.up = std::abs(picture.from.y()) < .9 ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitZ();
-  picture.focus = hole.centre;
+  picture.focus = hole.center;
   picture.extent = 5 * hole.radius;
   constexpr double limitPercent = 3;
   picture.legend = figures::errorLegend("distance to the object, % of the diagonal", limitPercent);
@@ -97,8 +97,8 @@ void addPictures(const std::vector<Measured>& all, const std::vector<Method>& me
     const std::string file = stem + methods[m].id + ".png";
     laboratory.draw(file, picture, [&] {
       SurfaceMesh mesh = run(methods[m], scan.cloud, scan.spacing, laboratory.execution()).mesh;
-      figures::colourFillings(scan, shown.scan.object.load().distances(mesh.vertices, laboratory.execution()),
-                              limitPercent, mesh, laboratory.execution());
+      figures::colorFillings(scan, shown.scan.object.load().distances(mesh.vertices, laboratory.execution()),
+                             limitPercent, mesh, laboratory.execution());
       return mesh;
     });
     section.pictures.push_back(

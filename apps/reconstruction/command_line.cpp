@@ -8,6 +8,8 @@
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
 
+#include <pcl/surface/mrf/option_names.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -20,7 +22,7 @@ using pcl::mrf::Options;
 /// What is parsed besides the command itself.
 struct Parsed {
   std::vector<std::string> operands;
-  std::string preset = "default";
+  pcl::mrf::Preset preset = pcl::mrf::Preset::standard;
   std::string confidenceField, outputFormat, report, field, picture;
   bool isQuiet = false, isVerbose = false;
 };
@@ -60,8 +62,8 @@ void addInputOptions(OptionParser& parser, Command& command, Parsed& parsed)
 void addPreprocessingOptions(OptionParser& parser)
 {
   parser.group("Outliers");
-  for (const char* name : {"outliers.alone", "outliers.aloneFactor", "outliers.spacing", "outliers.spacingNeighbours",
-                           "outliers.spacingFactor", "outliers.statistical", "outliers.statisticalNeighbours",
+  for (const char* name : {"outliers.alone", "outliers.aloneFactor", "outliers.spacing", "outliers.spacingNeighbors",
+                           "outliers.spacingFactor", "outliers.statistical", "outliers.statisticalNeighbors",
                            "outliers.statisticalDeviations"})
     parser.declared(name);
   parser.declaredFlag("outliers.robust");
@@ -70,7 +72,7 @@ void addPreprocessingOptions(OptionParser& parser)
 
   parser.group("Orientation");
   for (const char* name :
-       {"orientation.neighbourDistance", "orientation.localDistance", "orientation.maxAngle",
+       {"orientation.neighborDistance", "orientation.localDistance", "orientation.maxAngle",
         "orientation.joinAcrossCreases", "orientation.minComponentShare", "orientation.lowAgreement"})
     parser.declared(name);
 }
@@ -81,7 +83,7 @@ void addModelOptions(OptionParser& parser)
   parser.declared("observation.estimate");
   CLI::Option* smoothing = parser.declared("observation.smoothing");
   parser.declared("observation.noise")->excludes(smoothing);
-  for (const char* name : {"observation.gradientWeight", "observation.neighbours", "observation.maxDistance",
+  for (const char* name : {"observation.gradientWeight", "observation.neighbors", "observation.maxDistance",
                            "observation.scaleWithLevel", "observation.confidenceShape"})
     parser.declared(name);
 
@@ -113,7 +115,7 @@ void addMeshOptions(OptionParser& parser)
             [&parser] { parser.change([](Options& options) { options.remesher.rounds = 0; }); })
       ->excludes(remesh);
   for (const char* name : {"remesher.targetEdge", "remesher.relaxation", "trimming.trimming", "trimming.maxHole",
-                           "trimming.maxGap", "trimming.minComponentPoints", "trimming.minComponentShare", "colours"})
+                           "trimming.maxGap", "trimming.minComponentPoints", "trimming.minComponentShare", "colors"})
     parser.declared(name);
 }
 
@@ -259,8 +261,8 @@ Command parseCommandLine(int argc, const char* const* argv)
   parser.operand("OUTPUT", std::string("mesh: ") + meshFileExtensions + "; -: standard output");
   addEverydayOptions(parser);
   parser.group("Preset");
-  parser.words("--preset", {"default", "paper"}, "settings that the other options change; default: as shown here",
-               [&parsed](const std::string& word) { parsed.preset = word; });
+  parser.choice("--preset", pcl::mrf::names<pcl::mrf::Preset>(), parsed.preset,
+                "settings that the other options change; default: as shown here");
   addInputOptions(parser, command, parsed);
   addPreprocessingOptions(parser);
   addModelOptions(parser);
@@ -275,7 +277,7 @@ Command parseCommandLine(int argc, const char* const* argv)
   command.information = parser.parse(argc, argv);
   if (!command.information.empty())
     return command;
-  command.options = parsed.preset == "paper" ? pcl::mrf::paperPreset() : pcl::mrf::defaultPreset();
+  command.options = presetOptions(parsed.preset);
   parser.apply(command.options);
   command.options.confidenceField = parsed.confidenceField;
   command.verbosity = parsed.isQuiet ? Verbosity::quiet : parsed.isVerbose ? Verbosity::verbose : Verbosity::normal;

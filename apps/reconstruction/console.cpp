@@ -156,8 +156,9 @@ void printDetails(const Report& report, const Log& print)
   print("quality", format("mean %.3f, least %.3f; edges %.4g to %.4g, mean %.4g; %.1f %% of the vertices have six",
                           report.mesh.meanQuality, report.mesh.minQuality, report.mesh.minEdge, report.mesh.maxEdge,
                           report.mesh.meanEdge, 100 * report.mesh.regularShare()));
-  print("remesher", grouped(report.splits) + " splits, " + grouped(report.collapses) + " collapses, " +
-                        grouped(report.flips) + " flips, " + grouped(report.refusedOperations) + " refused");
+  print("remesher", grouped(report.remesher.splits) + " splits, " + grouped(report.remesher.collapses) +
+                        " collapses, " + grouped(report.remesher.flips) + " flips, " +
+                        grouped(report.remesher.refusedOperations) + " refused");
   print("", grouped(report.intersectingBeforeRemeshing) + " triangles that intersect others before, " +
                 grouped(report.intersecting) + " after");
   const nlohmann::ordered_json options = toJson(report)["options"];

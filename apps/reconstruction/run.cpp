@@ -22,6 +22,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <exception>
@@ -32,8 +33,6 @@
 
 namespace mrf_apps {
 namespace {
-
-using pcl::mrf::NormalSource;
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -51,11 +50,8 @@ double secondsSince(std::chrono::steady_clock::time_point start)
 
 struct Input {
   PointTable table;
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< subtracted from the table's positions
-  std::vector<float> confidences;                   ///< empty: none
-  std::vector<Eigen::Vector3d> sensors;             ///< in the table's frame
-  std::vector<std::int32_t> views;
-  bool hasSensorOrigin = false; ///< the sensor is the one that the file names
+  pcl::mrf::RawCloud cloud;             ///< of the table, which keeps colors and scalars
+  std::vector<Eigen::Vector3d> sensors; ///< with the one that the file names, if it counts
 };
 
 struct Result {
@@ -74,38 +70,27 @@ std::string scalarNames(const PointTable& table)
   return result.empty() ? "none" : result;
 }
 
-Input readInput(const Job& job, const Command& command)
+/// The confidences, sensors and views of the command.
+void addSensors(const Job& job, const Command& command, Input& input)
 {
-  Input input;
-  input.table = readPoints(job.input, command.inputFormat);
-  input.offset = floatOffset(input.table.positions);
-  const NormalSource source = command.options.normals.source;
-  if (input.table.normals.empty() && (source == NormalSource::use || source == NormalSource::reference))
-    throw UsageError("--normals " + nameOf(source) + ": '" + job.input + "' has no normals");
   const std::string& field = command.options.confidenceField;
   if (!field.empty()) {
     const auto found = input.table.scalars.find(field);
     if (found == input.table.scalars.end())
       throw UsageError("--confidence-field: '" + job.input + "' has no field '" + field +
                        "'; its scalar fields are: " + scalarNames(input.table));
-    input.confidences = found->second;
+    input.cloud.confidences = found->second;
   }
-  input.sensors = command.sensorsFile.empty() ? command.sensors : readSensors(command.sensorsFile);
-  if (input.sensors.empty() && input.table.sensorOrigin && command.options.orientation.sensorOrigin) {
-    input.sensors.push_back(*input.table.sensorOrigin);
-    input.hasSensorOrigin = true;
+  input.cloud.sensors = command.sensorsFile.empty() ? command.sensors : readSensors(command.sensorsFile);
+  input.cloud.sensorOrigin = input.table.sensorOrigin;
+  if (command.viewsFile.empty())
+    return;
+  input.cloud.views = readViews(command.viewsFile);
+  try {
+    validate(input.cloud);
+  } catch (const pcl::mrf::InvalidInput& error) {
+    throw FileError(command.viewsFile, error.message());
   }
-  if (!command.viewsFile.empty()) {
-    input.views = readViews(command.viewsFile);
-    if (input.views.size() != input.table.size())
-      throw FileError(command.viewsFile, "holds " + std::to_string(input.views.size()) + " views for " +
-                                             std::to_string(input.table.size()) + " points");
-    for (const std::int32_t view : input.views)
-      if (static_cast<std::size_t>(view) >= input.sensors.size())
-        throw FileError(command.viewsFile, "names sensor " + std::to_string(view) + ", counted from 0; there are " +
-                                               std::to_string(input.sensors.size()));
-  }
-  return input;
 }
 
 std::vector<Eigen::Vector3f> toFloat(const std::vector<Eigen::Vector3d>& positions, const Eigen::Vector3d& offset)
@@ -117,81 +102,61 @@ std::vector<Eigen::Vector3f> toFloat(const std::vector<Eigen::Vector3d>& positio
   return result;
 }
 
-/// The part of the input that the stages use. The table's positions and normals are taken: of millions of points, the
-/// memory is needed.
-pcl::mrf::PointSet gatherPoints(Input& input, const pcl::mrf::Options& options, pcl::mrf::PointCounts& counts,
-                                pcl::mrf::Execution& execution)
+/// Colors of the input, or its intensities if it has no colors. \param table outlives what is returned
+pcl::mrf::PointAttributes attributesOf(const PointTable& table)
 {
-  std::vector<Eigen::Vector3d> sensors = input.sensors;
-  for (Eigen::Vector3d& sensor : sensors)
-    sensor -= input.offset;
-  const std::vector<Eigen::Vector3f> positions = toFloat(input.table.positions, input.offset);
-  input.table.positions = std::vector<Eigen::Vector3d>(); // {} would keep their memory
-  std::vector<Eigen::Vector3f> normals = std::move(input.table.normals);
-  const NormalSource source = options.normals.source;
-  if (source == NormalSource::estimate)
-    normals = std::vector<Eigen::Vector3f>();
-  const bool normalsNeeded = source == NormalSource::automatic || source == NormalSource::use;
-  pcl::mrf::PointSet points =
-      pcl::mrf::gather(positions, normals, input.confidences, input.views, sensors, normalsNeeded, counts, execution);
-  points.hasSensorOrigin = input.hasSensorOrigin;
-  return points;
-}
-
-/// Colours of the input at the vertices, 3 channels each, or its intensities if it has no colours; empty: neither.
-std::vector<float> attributesAt(const std::vector<Eigen::Vector3f>& vertices, const PointTable& table,
-                                const std::vector<std::uint32_t>& origins, const pcl::mrf::NeighbourSearch& search,
-                                pcl::mrf::Execution& execution)
-{
-  if (table.colours.empty() && !table.hasIntensity())
+  if (!table.colors.empty())
+    return {3, [&table](std::size_t point, float* values) {
+              std::copy(table.colors[point].begin(), table.colors[point].end(), values);
+            }};
+  if (!table.hasIntensity())
     return {};
-  const int channels = table.colours.empty() ? 1 : 3;
-  std::vector<float> attributes;
-  for (const std::uint32_t origin : origins)
-    if (channels == 3)
-      attributes.insert(attributes.end(), table.colours[origin].begin(), table.colours[origin].end());
-    else
-      attributes.push_back(table.scalars.at("intensity")[origin]);
-  return interpolateAttributes(vertices, search, attributes, channels, execution);
+  const std::vector<float>& intensities = table.scalars.at("intensity");
+  return {1, [&intensities](std::size_t point, float* values) { *values = intensities[point]; }};
 }
 
-/// The stages without the class for PCL's clouds and meshes, which would hold everything twice.
+/// Positions and normals are taken out of the table: of millions of points, the memory is needed. \pre the input stays
+/// where it is
+void readInput(const Job& job, const Command& command, Input& input)
+{
+  PointTable& table = input.table;
+  table = readPoints(job.input, command.inputFormat);
+  input.cloud.offset = floatOffset(table.positions);
+  input.cloud.positions = toFloat(table.positions, input.cloud.offset);
+  table.positions = std::vector<Eigen::Vector3d>(); // {} would keep their memory
+  input.cloud.normals = std::move(table.normals);
+  input.cloud.attributes = attributesOf(table);
+  addSensors(job, command, input);
+  input.sensors = sensorsOf(input.cloud, command.options);
+}
+
+/// The stages without the class for PCL's clouds and meshes, which know single precision only.
 /// \param report has what was done also if that throws
 Result reconstruct(Input& input, const Job& job, const Command& command, const pcl::mrf::ProgressCallback& progress,
                    pcl::mrf::Report& report)
 {
   pcl::mrf::Execution execution(command.options.threads, progress);
-  pcl::mrf::PointCounts counts;
-  pcl::mrf::PointSet points = gatherPoints(input, command.options, counts, execution);
+  const bool isExact = !input.cloud.offset.isZero(0);
   const auto search = pcl::mrf::makePointBins();
   pcl::mrf::Reconstruction reconstruction;
   try {
-    pcl::mrf::reconstruct(std::move(points), counts, command.options, *search, execution, reconstruction);
+    pcl::mrf::reconstruct(std::move(input.cloud), command.options, *search, execution, reconstruction);
   } catch (...) {
     report = std::move(reconstruction.report);
     throw;
   }
 
   Result result;
+  std::vector<pcl::mrf::Rgb> colors = vertexColors(reconstruction);
+  result.fieldOffset = reconstruction.points.offset;
+  result.mesh = toSurfaceMesh(std::move(reconstruction.mesh), result.fieldOffset);
+  result.mesh.doublePrecision = isExact;
+  result.mesh.colors = std::move(colors);
+  if (reconstruction.channels == 1)
+    result.mesh.intensities = std::move(reconstruction.attributes);
   result.report = std::move(reconstruction.report);
   if (!job.field.empty())
     result.field = std::move(reconstruction.field);
-  result.fieldOffset = reconstruction.points.offset + input.offset;
-  std::vector<float> attributes;
-  if (command.options.colours == pcl::mrf::ColourMode::input)
-    attributes =
-        attributesAt(reconstruction.mesh.vertices, input.table, reconstruction.points.origins, *search, execution);
-  SurfaceMesh& mesh = result.mesh;
-  mesh = toSurfaceMesh(std::move(reconstruction.mesh), result.fieldOffset);
-  mesh.doublePrecision = !input.offset.isZero(0);
-  if (command.options.colours == pcl::mrf::ColourMode::confidence)
-    for (const float confidence : mesh.confidences)
-      mesh.colours.push_back(pcl::mrf::confidenceColour(confidence));
-  else if (input.table.colours.empty())
-    mesh.intensities = std::move(attributes);
-  else
-    for (std::size_t v = 0; 3 * v < attributes.size(); ++v)
-      mesh.colours.push_back(pcl::mrf::toRgb(&attributes[3 * v]));
   return result;
 }
 
@@ -209,7 +174,7 @@ PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d
 }
 
 /// To be raised when a name in the report changes its meaning or goes.
-constexpr int reportSchema = 1;
+constexpr int reportSchema = 2;
 
 void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfOutput, const Job& job,
                  const std::string& path)
@@ -259,17 +224,17 @@ RunSummary summarize(const Input& input, const Job& job)
 {
   RunSummary summary;
   summary.input = job.input;
-  summary.points = input.table.size();
-  if (!input.table.normals.empty())
+  summary.points = input.cloud.positions.size();
+  if (!input.cloud.normals.empty())
     summary.fields.emplace_back("normals");
-  if (!input.table.colours.empty())
+  if (!input.table.colors.empty())
     summary.fields.emplace_back("colors");
   for (const auto& scalar : input.table.scalars)
     summary.fields.push_back(scalar.first);
   summary.notes = input.table.notes;
-  if (!input.sensors.empty() && !input.hasSensorOrigin)
-    summary.notes.push_back(std::to_string(input.sensors.size()) + " sensors" +
-                            (input.views.empty() ? "" : ", one known for each point"));
+  if (!input.cloud.sensors.empty())
+    summary.notes.push_back(std::to_string(input.cloud.sensors.size()) + " sensors" +
+                            (input.cloud.views.empty() ? "" : ", one known for each point"));
   return summary;
 }
 
@@ -308,7 +273,8 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
 {
   const auto start = std::chrono::steady_clock::now();
   progress("reading", 0);
-  Input input = readInput(job, command);
+  Input input;
+  readInput(job, command, input);
   RunSummary summary = summarize(input, job);
   summary.readingSeconds = secondsSince(start);
 

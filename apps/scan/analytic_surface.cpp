@@ -28,13 +28,13 @@ void setFrame(SurfacePoint& point, const Vector3d& tangent, double curvature1, d
 }
 
 /// The part of a sphere with z ≥ lowest · radius.
-Patch zonePatch(double radius, const Vector3d& centre, double lowest)
+Patch zonePatch(double radius, const Vector3d& center, double lowest)
 {
   const auto at = [=](const Draw& draw, SurfacePoint& point) {
     const double z = lowest + (1 - lowest) * draw.u, across = std::sqrt(std::max(0.0, 1 - z * z));
     const SinCos around = sinCos(draw.v);
     point.normal = {across * around.cosine, across * around.sine, z};
-    point.position = centre + radius * point.normal;
+    point.position = center + radius * point.normal;
     setFrame(point, portable::perpendicular(point.normal), 1 / radius, 1 / radius);
     return true;
   };
@@ -43,9 +43,9 @@ Patch zonePatch(double radius, const Vector3d& centre, double lowest)
 
 } // namespace
 
-Patch spherePatch(double radius, const Vector3d& centre)
+Patch spherePatch(double radius, const Vector3d& center)
 {
-  return zonePatch(radius, centre, -1);
+  return zonePatch(radius, center, -1);
 }
 
 Patch capPatch(double radius, double angle)
@@ -53,7 +53,7 @@ Patch capPatch(double radius, double angle)
   return zonePatch(radius, Vector3d::Zero(), sinCos(angle).cosine);
 }
 
-Patch torusPatch(double majorRadius, double minorRadius, const Vector3d& centre)
+Patch torusPatch(double majorRadius, double minorRadius, const Vector3d& center)
 {
   const auto at = [=](const Draw& draw, SurfacePoint& point) {
     const SinCos tube = sinCos(draw.u), around = sinCos(draw.v);
@@ -63,7 +63,7 @@ Patch torusPatch(double majorRadius, double minorRadius, const Vector3d& centre)
       return false;
     const Vector3d outwards(around.cosine, around.sine, 0);
     point.normal = tube.cosine * outwards + Vector3d(0, 0, tube.sine);
-    point.position = centre + radius * outwards + Vector3d(0, 0, minorRadius * tube.sine);
+    point.position = center + radius * outwards + Vector3d(0, 0, minorRadius * tube.sine);
     setFrame(point, Vector3d(-around.sine, around.cosine, 0), tube.cosine / radius, 1 / minorRadius);
     return true;
   };
@@ -83,13 +83,13 @@ Patch cylinderPatch(const Vector3d& a, const Vector3d& b, double radius)
   return {2 * pi * radius * portable::norm(b - a), at};
 }
 
-Patch discPatch(const Vector3d& centre, const Vector3d& normal, double radius)
+Patch discPatch(const Vector3d& center, const Vector3d& normal, double radius)
 {
   const Vector3d unit = portable::unit(normal), x = portable::perpendicular(unit), y = portable::cross(unit, x);
   const auto at = [=](const Draw& draw, SurfacePoint& point) {
     const SinCos around = sinCos(draw.v);
     point.normal = unit;
-    point.position = centre + radius * std::sqrt(draw.u) * (around.cosine * x + around.sine * y);
+    point.position = center + radius * std::sqrt(draw.u) * (around.cosine * x + around.sine * y);
     setFrame(point, x, 0, 0);
     return true;
   };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Analytic shapes as surfaces to scan, and the catalogue of shapes by name.
+/// \brief Analytic shapes as surfaces to scan, and the catalog of shapes by name.
 #pragma once
 
 #include "surface.h"
@@ -16,20 +16,20 @@ namespace pcl {
 namespace mrf {
 namespace scan {
 
-/// A piece of surface with a closed parametrisation.
+/// A piece of surface with a closed parametrization.
 struct Patch {
   double area = 0; ///< that the draws are spread over
   /// Sets position, normal, tangents and the normal's changes; false rejects the draw.
   std::function<bool(const Draw& draw, SurfacePoint& point)> at;
 };
 
-Patch spherePatch(double radius, const Eigen::Vector3d& centre);
+Patch spherePatch(double radius, const Eigen::Vector3d& center);
 /// The part of a sphere around the +z pole whose polar angle is at most `angle` (in turns).
 Patch capPatch(double radius, double angle);
-Patch torusPatch(double majorRadius, double minorRadius, const Eigen::Vector3d& centre);
+Patch torusPatch(double majorRadius, double minorRadius, const Eigen::Vector3d& center);
 /// The side of a cylinder from a to b, without its ends.
 Patch cylinderPatch(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius);
-Patch discPatch(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double radius);
+Patch discPatch(const Eigen::Vector3d& center, const Eigen::Vector3d& normal, double radius);
 /// corner + s·side1 + t·side2 with perpendicular sides; the normal is side1 × side2.
 Patch rectanglePatch(const Eigen::Vector3d& corner, const Eigen::Vector3d& side1, const Eigen::Vector3d& side2);
 /// The same patch, seen from the other side: the wall of a cavity.

@@ -126,7 +126,7 @@ void addHoleOptions(Parser& parser, ScanCommand& command)
       "--hole-radius", "LENGTH[:LENGTH]", "or a range of radii; default 7%", [&options](const std::string& text) {
         return parseRadii(text, options) ? "" : "is not a length such as 0.5, 2% or 0.5s, or two with a colon between";
       });
-  parser.places("--hole", options.holeCentres, "center of a ball to cut out; may be repeated");
+  parser.places("--hole", options.holeCenters, "center of a ball to cut out; may be repeated");
 }
 
 void addOutputOptions(Parser& parser, ScanCommand& command)
@@ -158,7 +158,7 @@ void check(const ScanCommand& command)
     require(path.empty() || isWritableCloud(extension(path)),
             std::string(name) + " '" + path + "' does not end in " + pointOutputExtensions);
   const ScanOptions& options = command.options;
-  require(command.heldOut.empty() || options.holes > 0 || !options.holeCentres.empty(),
+  require(command.heldOut.empty() || options.holes > 0 || !options.holeCenters.empty(),
           "--write-held-out needs holes: --holes or --hole");
   require(command.sensorsFile.empty() || options.sensors.empty(), "--sensor and --sensors exclude each other");
   if (command.sensorsFile.empty() && options.sensors.empty() && options.views.count == 0) {

@@ -129,7 +129,7 @@ bool MeshSurface::sample(const Draw& draw, SurfacePoint& point) const
     point.normalChanges[0] = (n1 - portable::dot(n1, direction) * direction) / length;
     point.normalChanges[1] = (n2 - portable::dot(n2, direction) * direction) / length;
   } else {
-    // The neighbours' normals cancel: a fold, which has no direction to be displaced along.
+    // The neighbors' normals cancel: a fold, which has no direction to be displaced along.
     point.displacementDirection = Vector3d::Zero();
     point.normalChanges[0] = point.normalChanges[1] = Vector3d::Zero();
   }

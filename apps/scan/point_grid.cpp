@@ -87,8 +87,8 @@ bool PointGrid::hasWithin(const Vector3d& position, const Vector3d& normal, doub
 double PointGrid::nearestOther(std::size_t i) const
 {
   const Vector3d& position = points_[i].position;
-  const Cell centre = cellOf(position);
-  const std::int64_t farthest = std::max((centre - lower_).maxCoeff(), (upper_ - centre).maxCoeff());
+  const Cell center = cellOf(position);
+  const std::int64_t farthest = std::max((center - lower_).maxCoeff(), (upper_ - center).maxCoeff());
   double best = std::numeric_limits<double>::infinity();
   // Shells of cells; what is not in the first `shell` of them is farther than that many sides.
   for (std::int64_t shell = 0; shell <= farthest && best > static_cast<double>(shell - 1) * side_; ++shell)
@@ -96,7 +96,7 @@ double PointGrid::nearestOther(std::size_t i) const
       for (std::int64_t y = -shell; y <= shell; ++y) {
         const bool isWall = std::abs(z) == shell || std::abs(y) == shell;
         for (std::int64_t x = -shell; x <= shell; x += isWall || shell == 0 ? 1 : 2 * shell)
-          for (std::int64_t j = firstIn(centre + Cell(x, y, z)); j >= 0;
+          for (std::int64_t j = firstIn(center + Cell(x, y, z)); j >= 0;
                j = points_[static_cast<std::size_t>(j)].next) {
             const double distance = portable::norm(points_[static_cast<std::size_t>(j)].position - position);
             if (distance > 0 && distance < best)

@@ -96,7 +96,7 @@ nlohmann::ordered_json toJson(const ScanCommand& command, const Scan& scan)
                                  {"visibleArea", scan.visibleArea},
                                  {"holes", nlohmann::ordered_json::array()}};
   for (const Hole& hole : scan.holes)
-    json["holes"].push_back({{"centre", vector(hole.centre)}, {"radius", hole.radius}, {"points", hole.points}});
+    json["holes"].push_back({{"center", vector(hole.center)}, {"radius", hole.radius}, {"points", hole.points}});
   return json;
 }
 

@@ -199,12 +199,12 @@ double meanSpacing(const std::vector<Vector3d>& points, const Box& box, Executio
 {
   PointSet set;
   for (const Vector3d& x : points)
-    set.positions.push_back(((x - box.centre()) / box.diagonal()).cast<float>());
+    set.positions.push_back(((x - box.center()) / box.diagonal()).cast<float>());
   const auto search = makePointBins();
   search->setPoints(set.positions, execution);
   double sum = 0;
   std::int64_t finite = 0;
-  for (const float distance : measureNeighbours(set, *search, execution).nearest)
+  for (const float distance : measureNeighbors(set, *search, execution).nearest)
     if (std::isfinite(distance)) {
       sum += static_cast<double>(distance);
       ++finite;
@@ -259,7 +259,7 @@ std::vector<Vector3d> placeSensors(const ViewOptions& options, const Box& object
     }
     const portable::SinCos around = portable::sinCos(turn);
     const Vector3d direction = sine * axis + cosine * (around.cosine * x + around.sine * y);
-    sensors.push_back(object.centre() + options.distance * object.diagonal() * direction);
+    sensors.push_back(object.center() + options.distance * object.diagonal() * direction);
   }
   return sensors;
 }

@@ -35,14 +35,14 @@ enum class Placement {
 struct ViewOptions {
   Placement placement = Placement::sphere;
   int count = 12;                                     ///< 0 to 10000; with 0 every point is seen
-  double distance = 1.5;                              ///< from the object's centre, in its diagonals, > 0
+  double distance = 1.5;                              ///< from the object's center, in its diagonals, > 0
   double elevation = 0;                               ///< degrees above the ring or the arc, -90 to 90
   double fan = 90;                                    ///< degrees that the front's arc spans, 0 to 360
   Eigen::Vector3d axis = Eigen::Vector3d(0, 1, 0);    ///< not zero
   Eigen::Vector3d forward = Eigen::Vector3d(0, 0, 1); ///< not zero; the part across the axis counts
 };
 
-/// Sensor positions around the box's centre.
+/// Sensor positions around the box's center.
 /// \throw InvalidOption naming the first field that is out of range
 std::vector<Eigen::Vector3d> placeSensors(const ViewOptions& options, const Box& object);
 

@@ -61,8 +61,8 @@ void validate(const ScanOptions& options)
           "outliers must be 0 to below 100 % of the points");
   require(options.clusterSize >= 1 && options.clusterSize <= 1000000, "a cluster must have 1 to 1000000 points");
   require(options.holes >= 0 && options.holes <= 100000, "the number of holes must be 0 to 100000");
-  for (const Vector3d& centre : options.holeCentres)
-    require(centre.allFinite(), "the holes' centres must be finite");
+  for (const Vector3d& center : options.holeCenters)
+    require(center.allFinite(), "the holes' centers must be finite");
   require(options.smallestHole.unit == options.largestHole.unit &&
               options.smallestHole.value <= options.largestHole.value && options.smallestHole.value > 0,
           "the holes' radii must be positive, the smaller one first, both in one unit");
@@ -148,8 +148,8 @@ private:
   {
     scan_.sensors = options_.sensors;
     if (scan_.sensors.empty()) {
-      const Vector3d half = .5 * (box.upper - box.lower), centre = rotate(options_.rotation, box.centre());
-      scan_.sensors = placeSensors(options_.views, {centre - half, centre + half});
+      const Vector3d half = .5 * (box.upper - box.lower), center = rotate(options_.rotation, box.center());
+      scan_.sensors = placeSensors(options_.views, {center - half, center + half});
     }
     std::vector<Vector3d> seenFromObject;
     for (const Vector3d& sensor : scan_.sensors)
@@ -179,19 +179,19 @@ private:
   {
     Random random(options_.seed, cutting);
     const double smallest = inCloudUnit(options_.smallestHole), largest = inCloudUnit(options_.largestHole);
-    for (const Vector3d& centre : options_.holeCentres)
-      scan_.holes.push_back({centre, random.uniform(smallest, largest), 0});
+    for (const Vector3d& center : options_.holeCenters)
+      scan_.holes.push_back({center, random.uniform(smallest, largest), 0});
     const std::vector<Vector3d>& places = scan_.clean.positions;
     for (int i = 0; i < options_.holes; ++i) {
       Hole hole{Vector3d::Zero(), random.uniform(smallest, largest), 0};
       const auto isApart = [&](const Hole& other) {
-        return portable::norm(other.centre - hole.centre) >= other.radius + hole.radius;
+        return portable::norm(other.center - hole.center) >= other.radius + hole.radius;
       };
       int tries = 0;
       do {
         require(++tries <= 10000, "only " + std::to_string(i) + " of " + std::to_string(options_.holes) +
                                       " holes find room on the object: ask for fewer or smaller ones");
-        hole.centre = places[random.index(places.size())];
+        hole.center = places[random.index(places.size())];
       } while (!std::all_of(scan_.holes.begin(), scan_.holes.end(), isApart));
       scan_.holes.push_back(hole);
     }
@@ -219,7 +219,7 @@ private:
 
   static bool isInside(const Hole& hole, const Vector3d& x)
   {
-    const Vector3d apart = x - hole.centre;
+    const Vector3d apart = x - hole.center;
     return dot(apart, apart) < hole.radius * hole.radius;
   }
 
@@ -245,7 +245,7 @@ private:
     if (scan_.sensors.empty() || (options_.misalignmentAngle == 0 && shift == 0))
       return;
     Random random(options_.seed, misaligning);
-    const Vector3d middle = rotate(options_.rotation, surface_.boundingBox().centre());
+    const Vector3d middle = rotate(options_.rotation, surface_.boundingBox().center());
     std::vector<Vector3d> turns, shifts;
     for (std::size_t view = 0; view < scan_.sensors.size(); ++view) {
       turns.push_back(options_.misalignmentAngle * random.normalVector());

@@ -49,14 +49,14 @@ struct ScanOptions {
   Length clusterRadius{1, Length::Unit::diagonalPercent};
 
   int holes = 0;                            ///< at random points of the surface, apart from each other
-  std::vector<Eigen::Vector3d> holeCentres; ///< more holes, in the cloud's frame
+  std::vector<Eigen::Vector3d> holeCenters; ///< more holes, in the cloud's frame
   Length smallestHole{7, Length::Unit::diagonalPercent}, largestHole{7, Length::Unit::diagonalPercent}; ///< radii
 
   std::uint64_t seed = 1;
 };
 
 struct Hole {
-  Eigen::Vector3d centre;
+  Eigen::Vector3d center;
   double radius;
   std::int64_t points; ///< it took away
 };
@@ -75,7 +75,7 @@ struct Scan {
 
 /// Samples the surface, makes holes, adds noise, misalignment and outliers, and shuffles.
 ///
-/// Holes are balls about their centres: they take the points of all sheets inside, by the points' true places, and no
+/// Holes are balls about their centers: they take the points of all sheets inside, by the points' true places, and no
 /// outlier falls into them. Normals are those of the surface, turned with their view; an outlier's is random and faces
 /// its sensor.
 /// \throw InvalidOption naming what is out of range

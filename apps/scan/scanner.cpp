@@ -57,7 +57,7 @@ Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& optio
   head.position = sensor;
   head.azimuthPhase = random.uniform();
   head.rowPhase = random.uniform();
-  const Vector3d sight = box.centre() - sensor;
+  const Vector3d sight = box.center() - sensor;
   const double distance = portable::norm(sight), radius = .5 * box.diagonal();
   const bool isOutside = distance > radius;
   if (isOutside) {

@@ -16,7 +16,7 @@ using shapes::Sdf;
 namespace {
 
 /// The six faces of a box, shorter by `margin` at each end.
-void addFaces(std::vector<Patch>& patches, const Vector3d& half, const Vector3d& centre, double margin)
+void addFaces(std::vector<Patch>& patches, const Vector3d& half, const Vector3d& center, double margin)
 {
   for (int axis = 0; axis < 3; ++axis) {
     const int second = (axis + 1) % 3, third = (axis + 2) % 3;
@@ -25,31 +25,31 @@ void addFaces(std::vector<Patch>& patches, const Vector3d& half, const Vector3d&
     const Vector3d out = half[axis] * Vector3d::Unit(axis);
     const Vector3d u = (half[second] - margin) * Vector3d::Unit(second),
                    v = (half[third] - margin) * Vector3d::Unit(third);
-    patches.push_back(rectanglePatch(centre + out - u - v, 2 * u, 2 * v));
-    patches.push_back(rectanglePatch(centre - out - u - v, 2 * v, 2 * u));
+    patches.push_back(rectanglePatch(center + out - u - v, 2 * u, 2 * v));
+    patches.push_back(rectanglePatch(center - out - u - v, 2 * v, 2 * u));
   }
 }
 
 } // namespace
 
-Box boxOf(const Vector3d& half, const Vector3d& centre)
+Box boxOf(const Vector3d& half, const Vector3d& center)
 {
-  return {centre - half, centre + half};
+  return {center - half, center + half};
 }
 
-Shape makeBox(const Vector3d& half, double rounding, const Vector3d& centre)
+Shape makeBox(const Vector3d& half, double rounding, const Vector3d& center)
 {
   Shape shape;
-  shape.distance = shapes::translate(shapes::box(half, rounding), centre);
-  shape.box = boxOf(half, centre);
-  addFaces(shape.patches, half, centre, rounding);
+  shape.distance = shapes::translate(shapes::box(half, rounding), center);
+  shape.box = boxOf(half, center);
+  addFaces(shape.patches, half, center, rounding);
   if (rounding == 0)
     return shape;
   // Whole cylinders and spheres: what lies inside of the box is rejected.
   const Vector3d inner = half - Vector3d::Constant(rounding);
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-    const Vector3d at = centre + inner.cwiseProduct(sign);
+    const Vector3d at = center + inner.cwiseProduct(sign);
     shape.patches.push_back(spherePatch(rounding, at));
     for (int axis = 0; axis < 3; ++axis)
       if (sign[axis] < 0 && inner[axis] > 0)
@@ -58,17 +58,17 @@ Shape makeBox(const Vector3d& half, double rounding, const Vector3d& centre)
   return shape;
 }
 
-Shape makeSphere(double radius, const Vector3d& centre)
+Shape makeSphere(double radius, const Vector3d& center)
 {
-  return {shapes::sphere(radius, centre), {spherePatch(radius, centre)}, boxOf(Vector3d::Constant(radius), centre)};
+  return {shapes::sphere(radius, center), {spherePatch(radius, center)}, boxOf(Vector3d::Constant(radius), center)};
 }
 
-Shape makeTorus(double majorRadius, double minorRadius, const Vector3d& centre)
+Shape makeTorus(double majorRadius, double minorRadius, const Vector3d& center)
 {
   const double side = majorRadius + minorRadius;
-  return {shapes::translate(shapes::torus(majorRadius, minorRadius), centre),
-          {torusPatch(majorRadius, minorRadius, centre)},
-          boxOf({side, side, minorRadius}, centre)};
+  return {shapes::translate(shapes::torus(majorRadius, minorRadius), center),
+          {torusPatch(majorRadius, minorRadius, center)},
+          boxOf({side, side, minorRadius}, center)};
 }
 
 Shape makeCylinder(const Vector3d& a, const Vector3d& b, double radius, bool areEndsClosed)

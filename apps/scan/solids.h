@@ -11,16 +11,16 @@ namespace pcl {
 namespace mrf {
 namespace scan {
 
-/// The box of these half sides about a centre.
-Box boxOf(const Eigen::Vector3d& half, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero());
+/// The box of these half sides about a center.
+Box boxOf(const Eigen::Vector3d& half, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
 
 /// \param rounding of the edges, at most the shortest half side
-Shape makeBox(const Eigen::Vector3d& half, double rounding, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero());
+Shape makeBox(const Eigen::Vector3d& half, double rounding, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
 
-Shape makeSphere(double radius, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero());
+Shape makeSphere(double radius, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
 
 /// Around an axis parallel to z.
-Shape makeTorus(double majorRadius, double minorRadius, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero());
+Shape makeTorus(double majorRadius, double minorRadius, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
 
 /// Along one of the axes. \param areEndsClosed false: its ends belong to the solid, but are not seen
 Shape makeCylinder(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius, bool areEndsClosed);

@@ -19,7 +19,7 @@ namespace scan {
 struct Box {
   Eigen::Vector3d lower = Eigen::Vector3d::Zero();
   Eigen::Vector3d upper = Eigen::Vector3d::Zero();
-  Eigen::Vector3d centre() const { return .5 * (lower + upper); }
+  Eigen::Vector3d center() const { return .5 * (lower + upper); }
   double diagonal() const { return portable::norm(upper - lower); }
 
   /// Where a ray leaves the box, in lengths of its direction; negative if it misses it.

@@ -48,7 +48,7 @@ struct Bounds {
 struct TriangleTree::Builder {
   TriangleTree& tree;
   std::vector<Bounds> bounds; ///< per triangle
-  std::vector<Vector3d> centres;
+  std::vector<Vector3d> centers;
   std::vector<std::int32_t> order;
 
   /// Where to cut a range of triangles, -1 axis if it is better left whole.
@@ -61,7 +61,7 @@ struct TriangleTree::Builder {
   {
     Bounds centroids;
     for (std::int32_t i = begin; i < end; ++i)
-      centroids.add(centres[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])]);
+      centroids.add(centers[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])]);
     const Vector3d extent = centroids.upper - centroids.lower;
     // Costs in units of one triangle test times the node's area; a step down costs about one test.
     double best = (end - begin) * node.area();
@@ -75,7 +75,7 @@ struct TriangleTree::Builder {
       const double scale = bins / extent[axis];
       for (std::int32_t i = begin; i < end; ++i) {
         const auto t = static_cast<std::size_t>(order[static_cast<std::size_t>(i)]);
-        const int bin = std::min(bins - 1, static_cast<int>((centres[t][axis] - centroids.lower[axis]) * scale));
+        const int bin = std::min(bins - 1, static_cast<int>((centers[t][axis] - centroids.lower[axis]) * scale));
         binBounds[static_cast<std::size_t>(bin)].add(bounds[t]);
         ++binCounts[static_cast<std::size_t>(bin)];
       }
@@ -122,7 +122,7 @@ struct TriangleTree::Builder {
     auto middle = order.begin() + begin;
     if (cut.axis >= 0)
       middle = std::partition(order.begin() + begin, order.begin() + end, [&](std::int32_t t) {
-        return centres[static_cast<std::size_t>(t)][cut.axis] < cut.position;
+        return centers[static_cast<std::size_t>(t)][cut.axis] < cut.position;
       });
     auto left = static_cast<std::int32_t>(middle - order.begin());
     if (left == begin || left == end) {
@@ -150,7 +150,7 @@ TriangleTree::TriangleTree(const std::vector<Vector3d>& vertices, const std::vec
     for (const std::int32_t corner : t)
       box.add(vertices[static_cast<std::size_t>(corner)]);
     builder.bounds.push_back(box);
-    builder.centres.push_back(.5 * (box.lower + box.upper));
+    builder.centers.push_back(.5 * (box.lower + box.upper));
   }
   builder.order.resize(triangles.size());
   std::iota(builder.order.begin(), builder.order.end(), 0);

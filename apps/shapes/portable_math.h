@@ -2,7 +2,7 @@
 /// \file
 /// \brief Arithmetic that gives the same bits on every IEEE machine.
 ///
-/// The mathematical functions of the C library and the order of Eigen's vectorised sums differ between platforms;
+/// The mathematical functions of the C library and the order of Eigen's vectorized sums differ between platforms;
 /// these are made of additions, multiplications, divisions and square roots in a fixed order.
 #pragma once
 

@@ -22,9 +22,9 @@ double hypotenuse(double a, double b)
 
 } // namespace
 
-Sdf sphere(double radius, const Vector3d& centre)
+Sdf sphere(double radius, const Vector3d& center)
 {
-  return [=](const Vector3d& x) { return norm(x - centre) - radius; };
+  return [=](const Vector3d& x) { return norm(x - center) - radius; };
 }
 
 Sdf torus(double majorRadius, double minorRadius)
@@ -50,11 +50,11 @@ Sdf tube(const Vector3d& a, const Vector3d& b, double radius)
 
 Sdf cylinder(const Vector3d& a, const Vector3d& b, double radius)
 {
-  const Vector3d centre = .5 * (a + b), axis = portable::unit(b - a);
+  const Vector3d center = .5 * (a + b), axis = portable::unit(b - a);
   const double halfLength = .5 * norm(b - a);
   return [=](const Vector3d& x) {
-    const double height = dot(x - centre, axis);
-    const double across = norm(x - centre - height * axis) - radius;
+    const double height = dot(x - center, axis);
+    const double across = norm(x - center - height * axis) - radius;
     const double along = std::abs(height) - halfLength;
     return hypotenuse(std::max(across, 0.0), std::max(along, 0.0)) + std::min(std::max(across, along), 0.0);
   };

@@ -14,7 +14,7 @@ namespace shapes {
 /// nothing else is said.
 using Sdf = std::function<double(const Eigen::Vector3d&)>;
 
-Sdf sphere(double radius, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero());
+Sdf sphere(double radius, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
 /// Torus around the z axis.
 Sdf torus(double majorRadius, double minorRadius);
 /// Axis-aligned box with its edges rounded by `rounding`; `half` are the outer half sides.

@@ -31,7 +31,7 @@ public:
   {
     words();
     numbers_.clear();
-    // Behind the indices of a face there may be a colour, by whatever name.
+    // Behind the indices of a face there may be a color, by whatever name.
     for (double value = 0; numbers_.size() < words_.size() && toNumber(words_[numbers_.size()], value);)
       numbers_.push_back(value);
     if (numbers_.size() < least)
@@ -69,7 +69,7 @@ void addColors(const std::vector<Eigen::Vector3d>& colors, PointTable& table)
     areShares = areShares && color.maxCoeff() <= 1;
   const double scale = areShares ? 255 : 1;
   for (const Eigen::Vector3d& color : colors)
-    table.colours.push_back({toByte(scale * color.x()), toByte(scale * color.y()), toByte(scale * color.z())});
+    table.colors.push_back({toByte(scale * color.x()), toByte(scale * color.y()), toByte(scale * color.z())});
 }
 
 void readVertices(OffLines& lines, const OffHeader& header, double count, PointTable& table)

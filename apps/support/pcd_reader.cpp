@@ -22,7 +22,7 @@ struct Field {
   std::size_t count = 1; ///< numbers per point
 
   std::size_t bytes() const { return size * count; }
-  bool isColour() const { return name == "rgb" || name == "rgba"; }
+  bool isColor() const { return name == "rgb" || name == "rgba"; }
   bool isPadding() const { return name == "_"; }
 };
 
@@ -148,7 +148,7 @@ std::vector<Field> parseFields(const std::string& path, const HeaderLines& lines
     if (!isPower || !isType)
       throw FileError(path, "is a malformed PCD file: there is no type " + std::string(types[f]) + " of " +
                                 std::to_string(field.size) + " bytes");
-    if (field.isColour() && field.bytes() != 4)
+    if (field.isColor() && field.bytes() != 4)
       throw FileError(path, "is a malformed PCD file: " + field.name + " does not take four bytes");
     fields.push_back(std::move(field));
   }
@@ -215,10 +215,10 @@ double valueAs(const char* bytes)
   return static_cast<double>(value);
 }
 
-/// One number of a field; the four bytes of a colour as a whole number, whatever type the field claims.
+/// One number of a field; the four bytes of a color as a whole number, whatever type the field claims.
 double valueAt(const Field& field, const char* bytes)
 {
-  if (field.isColour())
+  if (field.isColor())
     return valueAs<std::uint32_t>(bytes);
   if (field.type == 'F')
     return field.size == 4 ? valueAs<float>(bytes) : valueAs<double>(bytes);
@@ -349,13 +349,13 @@ private:
     for (std::size_t f = 0; f < columns_.size(); ++f) {
       const Field& field = header_.fields[f];
       if (field.count == 1 && !field.isPadding())
-        columns_[f].push_back(field.isColour() ? packedColour(field, values[first]) : values[first]);
+        columns_[f].push_back(field.isColor() ? packedColor(field, values[first]) : values[first]);
       first += field.count;
     }
   }
 
-  /// Text has the bytes of a colour as the number that they are in the field's type.
-  static double packedColour(const Field& field, double value)
+  /// Text has the bytes of a color as the number that they are in the field's type.
+  static double packedColor(const Field& field, double value)
   {
     if (field.type != 'F')
       return value >= -2147483648. && value <= 4294967295.
@@ -396,16 +396,16 @@ std::vector<Eigen::Vector3d> takeVectors(const Header& header, Body& body, const
 }
 
 /// Blue comes first in the four bytes.
-std::vector<std::array<std::uint8_t, 3>> toColours(const std::vector<double>& packed)
+std::vector<std::array<std::uint8_t, 3>> toColors(const std::vector<double>& packed)
 {
-  std::vector<std::array<std::uint8_t, 3>> colours;
-  colours.reserve(packed.size());
+  std::vector<std::array<std::uint8_t, 3>> colors;
+  colors.reserve(packed.size());
   for (const double value : packed) {
     const auto bits = static_cast<std::uint32_t>(value);
-    colours.push_back({static_cast<std::uint8_t>(bits >> 16 & 255), static_cast<std::uint8_t>(bits >> 8 & 255),
-                       static_cast<std::uint8_t>(bits & 255)});
+    colors.push_back({static_cast<std::uint8_t>(bits >> 16 & 255), static_cast<std::uint8_t>(bits >> 8 & 255),
+                      static_cast<std::uint8_t>(bits & 255)});
   }
-  return colours;
+  return colors;
 }
 
 bool isVectorPart(const std::string& name)
@@ -430,8 +430,8 @@ PointTable readPcd(const std::string& path, const std::string& text)
     const Field& field = header.fields[f];
     if (isVectorPart(field.name) || field.count > 1 || field.isPadding())
       continue;
-    if (field.isColour())
-      table.colours = toColours(body.take(f));
+    if (field.isColor())
+      table.colors = toColors(body.take(f));
     else {
       // Of two fields with one name the first counts.
       std::vector<float>& scalar = table.scalars[field.name];

@@ -47,10 +47,10 @@ vtkSmartPointer<vtkRenderer> makeLegend(const Legend& legend, int pictureHeight)
   renderer->SetBackground(1, 1, 1);
   renderer->SetViewport(0, 0, 1, legendHeight);
   auto table = vtkSmartPointer<vtkLookupTable>::New();
-  table->SetNumberOfTableValues(static_cast<vtkIdType>(legend.colours.size()));
+  table->SetNumberOfTableValues(static_cast<vtkIdType>(legend.colors.size()));
   table->SetRange(legend.lower, legend.upper);
-  for (std::size_t i = 0; i < legend.colours.size(); ++i) {
-    const auto& [red, green, blue] = legend.colours[i];
+  for (std::size_t i = 0; i < legend.colors.size(); ++i) {
+    const auto& [red, green, blue] = legend.colors[i];
     table->SetTableValue(static_cast<vtkIdType>(i), red / 255., green / 255., blue / 255.);
   }
   auto bar = vtkSmartPointer<vtkScalarBarActor>::New();
@@ -160,19 +160,19 @@ void requireDisplay()
 void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const std::string& path)
 {
   // Far from the origin the graphics card's floats would show.
-  SurfaceMesh centred = mesh;
+  SurfaceMesh centered = mesh;
   Eigen::Vector3d lower = mesh.vertices.front(), upper = lower;
   for (const Eigen::Vector3d& vertex : mesh.vertices) {
     lower = lower.cwiseMin(vertex);
     upper = upper.cwiseMax(vertex);
   }
-  for (Eigen::Vector3d& vertex : centred.vertices)
+  for (Eigen::Vector3d& vertex : centered.vertices)
     vertex -= (lower + upper) / 2;
-  centred.doublePrecision = false;
+  centered.doublePrecision = false;
 
   auto mapper = vtkSmartPointer<vtkPolyDataMapper>::New();
-  mapper->SetInputData(toPolyData(centred));
-  mapper->SetScalarVisibility(!mesh.colours.empty());
+  mapper->SetInputData(toPolyData(centered));
+  mapper->SetScalarVisibility(!mesh.colors.empty());
   auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(.80, .78, .74);
@@ -221,9 +221,9 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
     const double distance = .5 * options.extent / std::tan(viewAngle * M_PI / 360);
     camera->SetPosition(Eigen::Vector3d(focus + distance * from.normalized()).data());
   } else {
-    const double legend = options.legend.colours.empty() ? 0 : legendHeight;
+    const double legend = options.legend.colors.empty() ? 0 : legendHeight;
     const double aspect = options.width / (options.height * (1 - legend));
-    const double distance = fittingDistance(centred.vertices, focus, from.normalized(), up, viewAngle, aspect);
+    const double distance = fittingDistance(centered.vertices, focus, from.normalized(), up, viewAngle, aspect);
     camera->SetPosition(Eigen::Vector3d(focus + distance * from.normalized()).data());
   }
 
@@ -232,7 +232,7 @@ void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const 
   window->SetMultiSamples(8);
   window->SetSize(options.width, options.height);
   window->AddRenderer(renderer);
-  if (!options.legend.colours.empty()) {
+  if (!options.legend.colors.empty()) {
     renderer->SetViewport(0, legendHeight, 1, 1);
     window->AddRenderer(makeLegend(options.legend, options.height));
   }

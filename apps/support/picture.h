@@ -18,11 +18,11 @@ namespace mrf_apps {
 /// \throw FileError naming xvfb-run if there is no X display that answers: Debian's VTK renders through one
 void requireDisplay();
 
-/// A bar of colours with its values, in a strip below the picture proper.
+/// A bar of colors with its values, in a strip below the picture proper.
 struct Legend {
   std::string title;
   double lower = 0, upper = 1;
-  std::vector<std::array<std::uint8_t, 3>> colours; ///< evenly spaced from lower to upper; empty: no legend
+  std::vector<std::array<std::uint8_t, 3>> colors; ///< evenly spaced from lower to upper; empty: no legend
 };
 
 /// Share of the picture's height that a legend takes.
@@ -52,7 +52,7 @@ struct PictureOptions {
 /// y. A sensor amid the object cannot see it at once: the options are the default ones then.
 PictureOptions pictureFrom(const Eigen::Vector3d& sensor, const SurfaceMesh& mesh);
 
-/// Renders the mesh with its vertex colours, or in one colour, on a light background, into a PNG file.
+/// Renders the mesh with its vertex colors, or in one color, on a light background, into a PNG file.
 /// \throw FileError
 void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const std::string& path);
 

@@ -265,22 +265,21 @@ Eigen::Vector3d pick(const Columns& columns, std::size_t row, const std::array<i
 
 void readVertices(const std::string& path, const Element& element, Body& body, PointTable& table)
 {
-  const auto position = find(element, {"x", "y", "z"}), colour = find(element, {"red", "green", "blue"});
+  const auto position = find(element, {"x", "y", "z"}), color = find(element, {"red", "green", "blue"});
   auto normal = find(element, {"nx", "ny", "nz"});
   if (!complete(normal))
     normal = find(element, {"normal_x", "normal_y", "normal_z"});
   if (!complete(position))
     throw FileError(path, "has no vertices with the properties x, y and z");
-  // Colours are bytes, or floats from 0 to 1.
-  const bool areBytes =
-      complete(colour) && element.properties[static_cast<std::size_t>(colour[0])].type < Type::float32;
+  // Colors are bytes, or floats from 0 to 1.
+  const bool areBytes = complete(color) && element.properties[static_cast<std::size_t>(color[0])].type < Type::float32;
 
   std::vector<std::vector<float>*> scalars(element.properties.size(), nullptr);
   for (std::size_t p = 0; p < scalars.size(); ++p) {
     const auto isPartOf = [p](const std::array<int, 3>& vector) {
       return complete(vector) && std::count(vector.begin(), vector.end(), static_cast<int>(p)) > 0;
     };
-    if (!element.properties[p].isList && !isPartOf(position) && !isPartOf(normal) && !isPartOf(colour)) {
+    if (!element.properties[p].isList && !isPartOf(position) && !isPartOf(normal) && !isPartOf(color)) {
       std::vector<float>& scalar = table.scalars[element.properties[p].name];
       // Of two properties with one name the first counts.
       if (std::find(scalars.begin(), scalars.end(), &scalar) == scalars.end())
@@ -292,7 +291,7 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
   const auto count = static_cast<std::size_t>(element.count);
   table.positions.reserve(count);
   table.normals.reserve(complete(normal) ? count : 0);
-  table.colours.reserve(complete(colour) ? count : 0);
+  table.colors.reserve(complete(color) ? count : 0);
   for (std::vector<float>* scalar : scalars)
     if (scalar != nullptr)
       scalar->reserve(count);
@@ -307,10 +306,10 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
     if (complete(normal))
       for (std::size_t row = 0; row < rows; ++row)
         table.normals.push_back(pick(columns, row, normal).cast<float>());
-    if (complete(colour))
+    if (complete(color))
       for (std::size_t row = 0; row < rows; ++row) {
-        const Eigen::Vector3d bytes = pick(columns, row, colour) * (areBytes ? 1 : 255);
-        table.colours.push_back({toByte(bytes.x()), toByte(bytes.y()), toByte(bytes.z())});
+        const Eigen::Vector3d bytes = pick(columns, row, color) * (areBytes ? 1 : 255);
+        table.colors.push_back({toByte(bytes.x()), toByte(bytes.y()), toByte(bytes.z())});
       }
     for (std::size_t p = 0; p < scalars.size(); ++p)
       if (scalars[p] != nullptr)

@@ -20,7 +20,7 @@ struct Polygons {
   void close() { ends.push_back(corners.size()); }
 };
 
-/// A colour channel out of a file: rounded, kept within what a byte holds; 0 if it is not a number.
+/// A color channel out of a file: rounded, kept within what a byte holds; 0 if it is not a number.
 inline std::uint8_t toByte(double value)
 {
   return value > 0 ? static_cast<std::uint8_t>(std::min(value + .5, 255.)) : std::uint8_t{0};

@@ -19,7 +19,7 @@ namespace mrf_apps {
 struct PointTable {
   std::vector<Eigen::Vector3d> positions;
   std::vector<Eigen::Vector3f> normals;
-  std::vector<std::array<std::uint8_t, 3>> colours;
+  std::vector<std::array<std::uint8_t, 3>> colors;
   std::map<std::string, std::vector<float>> scalars; ///< every other column, by its name in the file
   std::optional<Eigen::Vector3d> sensorOrigin;       ///< where the sensor was, if the file says so
   std::vector<std::string> notes;                    ///< what the user should know about how the file was understood
@@ -48,7 +48,7 @@ const std::vector<std::string>& pointFormats();
 extern const char* const pointFileExtensions;
 
 /// What to subtract from the positions before they are rounded to float: zero where float holds them to 10⁻⁷ of the
-/// diagonal of their box, else the centre of the box (survey coordinates from text or double-precision files). The box
+/// diagonal of their box, else the center of the box (survey coordinates from text or double-precision files). The box
 /// is that of the inner 98 % along each axis, so that a few strays, such as a point at zero, cost the others no digits.
 Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions);
 

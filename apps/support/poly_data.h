@@ -10,7 +10,7 @@
 
 namespace mrf_apps {
 
-/// Colours are the scalars where the mesh has them, else intensities, else confidences; all other fields are named
+/// Colors are the scalars where the mesh has them, else intensities, else confidences; all other fields are named
 /// arrays.
 vtkSmartPointer<vtkPolyData> toPolyData(const SurfaceMesh& mesh);
 

@@ -23,10 +23,10 @@ Json toJson(const Options& options)
            {{"alone", outliers.alone},
             {"aloneFactor", outliers.aloneFactor},
             {"spacing", outliers.spacing},
-            {"spacingNeighbours", outliers.spacingNeighbours},
+            {"spacingNeighbors", outliers.spacingNeighbors},
             {"spacingFactor", outliers.spacingFactor},
             {"statistical", outliers.statistical},
-            {"statisticalNeighbours", outliers.statisticalNeighbours},
+            {"statisticalNeighbors", outliers.statisticalNeighbors},
             {"statisticalDeviations", outliers.statisticalDeviations},
             {"robust", outliers.robust}}},
           {"normals",
@@ -36,7 +36,7 @@ Json toJson(const Options& options)
             {"maxThirdEigenvalue", normals.maxThirdEigenvalue},
             {"maxPlaneDistance", normals.maxPlaneDistance}}},
           {"orientation",
-           {{"neighbourDistance", orientation.neighbourDistance},
+           {{"neighborDistance", orientation.neighborDistance},
             {"localDistance", orientation.localDistance},
             {"maxAngle", orientation.maxAngle},
             {"joinAcrossCreases", orientation.joinAcrossCreases},
@@ -48,7 +48,7 @@ Json toJson(const Options& options)
             {"smoothing", observation.smoothing},
             {"noise", observation.noise},
             {"gradientWeight", observation.gradientWeight},
-            {"neighbours", observation.neighbours},
+            {"neighbors", observation.neighbors},
             {"maxDistance", observation.maxDistance},
             {"scaleWithLevel", observation.scaleWithLevel},
             {"confidenceShape", nameOf(observation.confidenceShape)}}},
@@ -85,7 +85,7 @@ Json toJson(const Options& options)
             {"targetEdge", options.remesher.targetEdge},
             {"relaxation", options.remesher.relaxation}}},
           {"unit", nameOf(options.unit)},
-          {"colours", nameOf(options.colours)},
+          {"colors", nameOf(options.colors)},
           {"confidenceField", options.confidenceField},
           {"threads", options.threads}};
 }
@@ -107,7 +107,7 @@ Json toJson(const PointCounts& points)
           {"used", points.used}};
 }
 
-Json toJson(const OrientationResult& orientation)
+Json toJson(const OrientationSummary& orientation)
 {
   return {{"components", orientation.components},
           {"componentsAtCreases", orientation.componentsAtCreases},
@@ -225,10 +225,10 @@ Json toJson(const Report& report)
             {"areaDropped", report.trimming.areaDropped},
             {"largestHole", report.trimming.largestHole}}},
           {"remesher",
-           {{"splits", report.splits},
-            {"collapses", report.collapses},
-            {"flips", report.flips},
-            {"refusedOperations", report.refusedOperations}}},
+           {{"splits", report.remesher.splits},
+            {"collapses", report.remesher.collapses},
+            {"flips", report.remesher.flips},
+            {"refusedOperations", report.remesher.refusedOperations}}},
           {"intersectingTriangles",
            {{"beforeRemeshing", report.intersectingBeforeRemeshing}, {"mesh", report.intersecting}}},
           {"meshBeforeRemeshing", toJson(report.meshBeforeRemeshing)},

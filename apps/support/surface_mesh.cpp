@@ -7,14 +7,15 @@
 #include "text_file.h"
 #include "vtk_output.h"
 
+#include <pcl/common/io.h>
 #include <pcl/PCLPointCloud2.h>
+#include <pcl/surface/mrf/mesh_files.h>
 
 #include <vtkCellArray.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
-#include <vtkPolyDataWriter.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkXMLPolyDataWriter.h>
 
@@ -45,51 +46,36 @@ float floatAt(const std::uint8_t* bytes)
   return value;
 }
 
-/// Not VTK's or PCL's writer: neither keeps the confidence, VTK's no normals.
-void writePly(const SurfaceMesh& mesh, const std::string& path)
+/// The mesh as the library's writers see it.
+pcl::mrf::MeshView viewOf(const SurfaceMesh& mesh)
 {
-  const bool exact = mesh.doublePrecision;
-  ByteWriter file(path);
-  file.text("ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertices.size()) + "\n");
-  for (const char* name : {"x", "y", "z"})
-    file.text(std::string("property ") + (exact ? "double " : "float ") + name + "\n");
-  if (!mesh.normals.empty())
-    file.text("property float nx\nproperty float ny\nproperty float nz\n");
-  if (!mesh.colours.empty())
-    file.text("property uchar red\nproperty uchar green\nproperty uchar blue\n");
-  if (!mesh.intensities.empty())
-    file.text("property float intensity\n");
-  if (!mesh.confidences.empty())
-    file.text("property float confidence\n");
-  for (const auto& scalar : mesh.scalars)
-    file.text("property float " + scalar.first + "\n");
-  file.text("element face " + std::to_string(mesh.triangles.size()) +
-            "\nproperty list uchar int vertex_indices\nend_header\n");
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    for (int axis = 0; axis < 3; ++axis)
-      if (exact)
-        file.value(mesh.vertices[v][axis]);
-      else
-        file.value(static_cast<float>(mesh.vertices[v][axis]));
-    if (!mesh.normals.empty())
-      for (int axis = 0; axis < 3; ++axis)
-        file.value(mesh.normals[v][axis]);
-    if (!mesh.colours.empty())
-      for (const std::uint8_t channel : mesh.colours[v])
-        file.value(channel);
-    if (!mesh.intensities.empty())
-      file.value(mesh.intensities[v]);
-    if (!mesh.confidences.empty())
-      file.value(mesh.confidences[v]);
-    for (const auto& scalar : mesh.scalars)
-      file.value(scalar.second[v]);
-  }
-  for (const auto& triangle : mesh.triangles) {
-    file.value(std::uint8_t{3});
-    for (const std::int32_t vertex : triangle)
-      file.value(vertex);
-  }
-  file.close();
+  using pcl::PCLPointField;
+  pcl::mrf::MeshView view;
+  view.vertices = mesh.vertices.size();
+  view.inSinglePrecision = !mesh.doublePrecision;
+  // Consecutive components, one field each, of an array with an element per vertex.
+  const auto add = [&](std::initializer_list<const char*> names, const auto& values, std::uint8_t type) {
+    std::size_t offset = 0;
+    for (const char* name : names) {
+      if (values.size() != mesh.vertices.size())
+        continue; // the mesh has none
+      const auto* const first = reinterpret_cast<const char*>(values.data());
+      view.fields.push_back({name, first + offset, sizeof(values[0]), type});
+      offset += static_cast<std::size_t>(pcl::getFieldSize(type));
+    }
+  };
+  add({"x", "y", "z"}, mesh.vertices, PCLPointField::FLOAT64);
+  add({"nx", "ny", "nz"}, mesh.normals, PCLPointField::FLOAT32);
+  add({"red", "green", "blue"}, mesh.colors, PCLPointField::UINT8);
+  add({"intensity"}, mesh.intensities, PCLPointField::FLOAT32);
+  add({"confidence"}, mesh.confidences, PCLPointField::FLOAT32);
+  for (const auto& [name, values] : mesh.scalars)
+    add({name.c_str()}, values, PCLPointField::FLOAT32);
+  view.polygons = mesh.triangles.size();
+  view.corners = [&mesh](std::size_t triangle, std::vector<std::int32_t>& corners) {
+    corners.assign(mesh.triangles[triangle].begin(), mesh.triangles[triangle].end());
+  };
+  return view;
 }
 
 void writeObj(const SurfaceMesh& mesh, const std::string& path)
@@ -106,9 +92,9 @@ void writeObj(const SurfaceMesh& mesh, const std::string& path)
     file.text("v");
     for (int axis = 0; axis < 3; ++axis)
       coordinate(mesh.vertices[v][axis]);
-    // The widespread extension: colours 0..1 behind the coordinates.
-    if (!mesh.colours.empty())
-      for (const std::uint8_t channel : mesh.colours[v]) {
+    // The widespread extension: colors 0..1 behind the coordinates.
+    if (!mesh.colors.empty())
+      for (const std::uint8_t channel : mesh.colors[v]) {
         file.text(" ");
         file.decimal(static_cast<float>(channel) / 255.f);
       }
@@ -222,7 +208,7 @@ SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& o
   forEach("x", result.vertices,
           [&](const std::uint8_t* p) -> Eigen::Vector3d { return vectorAt(p).cast<double>() + offset; });
   forEach("normal_x", result.normals, vectorAt);
-  forEach("rgb", result.colours, [](const std::uint8_t* p) { return std::array<std::uint8_t, 3>{p[2], p[1], p[0]}; });
+  forEach("rgb", result.colors, [](const std::uint8_t* p) { return std::array<std::uint8_t, 3>{p[2], p[1], p[0]}; });
   forEach("intensity", result.intensities, floatAt);
   forEach("confidence", result.confidences, floatAt);
   result.triangles.reserve(mesh.polygons.size());
@@ -249,13 +235,13 @@ vtkSmartPointer<vtkPolyData> toPolyData(const SurfaceMesh& mesh)
   result->SetPolys(cells);
 
   vtkPointData* data = result->GetPointData();
-  if (!mesh.colours.empty()) {
-    auto colours = vtkSmartPointer<vtkUnsignedCharArray>::New();
-    colours->SetName("rgb");
-    colours->SetNumberOfComponents(3);
-    colours->SetNumberOfTuples(static_cast<vtkIdType>(mesh.colours.size()));
-    std::memcpy(colours->GetPointer(0), mesh.colours.data(), 3 * mesh.colours.size());
-    data->SetScalars(colours);
+  if (!mesh.colors.empty()) {
+    auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
+    colors->SetName("rgb");
+    colors->SetNumberOfComponents(3);
+    colors->SetNumberOfTuples(static_cast<vtkIdType>(mesh.colors.size()));
+    std::memcpy(colors->GetPointer(0), mesh.colors.data(), 3 * mesh.colors.size());
+    data->SetScalars(colors);
   }
   if (!mesh.normals.empty()) {
     const auto normals = namedArray("normals", 3, mesh.normals.size());
@@ -314,25 +300,21 @@ bool isMeshFormat(const std::string& extension)
 
 void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format)
 {
-  if (format == "ply")
-    return writePly(mesh, path);
+  if (format == "ply" || format == "vtk") {
+    try {
+      return format == "ply" ? pcl::mrf::writePLY(viewOf(mesh), path) : pcl::mrf::writeVTK(viewOf(mesh), path);
+    } catch (const pcl::mrf::FileError& error) {
+      throw FileError(error.what());
+    }
+  }
   if (format == "obj")
     return writeObj(mesh, path);
   if (format == "stl")
     return writeStl(mesh, path);
-  const auto data = toPolyData(mesh);
-  if (format == "vtk") {
-    auto writer = vtkSmartPointer<vtkPolyDataWriter>::New();
-    writer->SetFileTypeToBinary();
-    // Readers before VTK 9 know nothing newer.
-    writer->SetFileVersion(vtkDataWriter::VTK_LEGACY_READER_VERSION_4_2);
-    writer->SetHeader("Markov random field surface reconstruction");
-    writeThroughVtk(*writer, data, path);
-  } else if (format == "vtp") {
-    auto writer = vtkSmartPointer<vtkXMLPolyDataWriter>::New();
-    writeThroughVtk(*writer, data, path);
-  } else
+  if (format != "vtp")
     throw UsageError("'" + path + "': mesh files end in " + meshFileExtensions);
+  auto writer = vtkSmartPointer<vtkXMLPolyDataWriter>::New();
+  writeThroughVtk(*writer, toPolyData(mesh), path);
 }
 
 } // namespace mrf_apps

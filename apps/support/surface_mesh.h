@@ -22,7 +22,7 @@ struct SurfaceMesh {
   std::vector<std::array<std::int32_t, 3>> triangles;
   std::vector<Eigen::Vector3f> normals;
   std::vector<float> confidences;
-  std::vector<std::array<std::uint8_t, 3>> colours;
+  std::vector<std::array<std::uint8_t, 3>> colors;
   std::vector<float> intensities;
   std::map<std::string, std::vector<float>> scalars; ///< further fields by name, one word each
   bool doublePrecision = false; ///< float does not hold the vertices: formats that can are written in double
@@ -43,7 +43,7 @@ bool isMeshFormat(const std::string& extension);
 /// Extensions that writeMesh knows, for messages.
 extern const char* const meshFileExtensions;
 
-/// What an STL file of this mesh leaves off the vertices, because its coordinates are floats: near the mesh's centre,
+/// What an STL file of this mesh leaves off the vertices, because its coordinates are floats: near the mesh's center,
 /// in few digits, or zero unless the mesh has doublePrecision.
 Eigen::Vector3d stlOffset(const SurfaceMesh& mesh);
 

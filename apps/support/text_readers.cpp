@@ -98,18 +98,18 @@ void addVectorColumns(const Rows& rows, PointTable& table)
     bytes += v.array().round().matrix() == v && v.minCoeff() >= 0 && v.maxCoeff() <= 255;
   }
   const bool areNormals = 10 * units >= 9 * rows.size();
-  const bool areColours = bytes == rows.size();
-  if (areColours && !areNormals) {
-    table.notes.emplace_back("columns 4 to 6 are whole numbers up to 255: taken for colours");
+  const bool areColors = bytes == rows.size();
+  if (areColors && !areNormals) {
+    table.notes.emplace_back("columns 4 to 6 are whole numbers up to 255: taken for colors");
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const Eigen::Vector3d v = rows.vectorAt(i, 3);
-      table.colours.push_back({toByte(v.x()), toByte(v.y()), toByte(v.z())});
+      table.colors.push_back({toByte(v.x()), toByte(v.y()), toByte(v.z())});
     }
   } else if (areNormals)
     for (std::size_t i = 0; i < rows.size(); ++i)
       table.normals.push_back(rows.vectorAt(i, 3).cast<float>());
   else
-    table.notes.emplace_back("columns 4 to 6 are neither unit normals nor colours: ignored");
+    table.notes.emplace_back("columns 4 to 6 are neither unit normals nor colors: ignored");
 }
 
 struct Face {
@@ -138,7 +138,7 @@ bool parseCorner(std::string_view word, std::int64_t vertices, std::int64_t norm
 }
 
 struct ObjData {
-  std::vector<Eigen::Vector3d> positions, colours, normals;
+  std::vector<Eigen::Vector3d> positions, colors, normals;
   std::vector<Face> corners;
   std::vector<std::size_t> faceEnds; ///< in corners
 };
@@ -149,7 +149,7 @@ void addObjVertex(const std::string& path, std::size_t line, const std::vector<d
     failAt(path, line, "a vertex needs three coordinates");
   data.positions.push_back(vectorAt(values, 0));
   if (values.size() >= 6)
-    data.colours.push_back(vectorAt(values, 3));
+    data.colors.push_back(vectorAt(values, 3));
 }
 
 ObjData parseObjLines(const std::string& path, std::string_view text)
@@ -238,9 +238,9 @@ PointTable parseObj(const std::string& path, const std::string& text, Polygons* 
     throw FileError(path, "is not an OBJ file, or has no vertices");
   PointTable table;
   table.positions = data.positions;
-  if (data.colours.size() == data.positions.size())
-    for (const Eigen::Vector3d& colour : data.colours)
-      table.colours.push_back({toByte(255 * colour.x()), toByte(255 * colour.y()), toByte(255 * colour.z())});
+  if (data.colors.size() == data.positions.size())
+    for (const Eigen::Vector3d& color : data.colors)
+      table.colors.push_back({toByte(255 * color.x()), toByte(255 * color.y()), toByte(255 * color.z())});
   addObjNormals(data, table);
   if (faces != nullptr) {
     std::size_t corner = 0;

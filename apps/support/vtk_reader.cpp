@@ -280,25 +280,25 @@ private:
   {
     const auto is = [&](std::string_view word) { return equalsIgnoringCase(keyword, word); };
     constexpr Type real = {"float", Kind::real, 4}, byte = {"unsigned_char", Kind::unsignedInteger, 1};
-    const Type& packed = binary_ ? byte : real; // colours
+    const Type& packed = binary_ ? byte : real; // colors
     if (is("SCALARS")) {
       skipScalars(tuples);
       return true;
     }
-    const bool isColour = is("COLOR_SCALARS"), isTable = is("LOOKUP_TABLE"), isTexture = is("TEXTURE_COORDINATES");
+    const bool isColor = is("COLOR_SCALARS"), isTable = is("LOOKUP_TABLE"), isTexture = is("TEXTURE_COORDINATES");
     const double components = is("VECTORS") || is("NORMALS")                               ? 3
                               : is("TENSORS")                                              ? 9
                               : is("TENSORS6")                                             ? 6
                               : isTable                                                    ? 4
                               : is("GLOBAL_IDS") || is("PEDIGREE_IDS") || is("EDGE_FLAGS") ? 1
-                              : isColour || isTexture                                      ? 0
+                              : isColor || isTexture                                       ? 0
                                                                                            : -1;
     if (components < 0)
       return false;
     nextWord(); // the name
     if (isTable)
       skipNumbers(components * nextCount(), packed);
-    else if (isColour)
+    else if (isColor)
       skipNumbers(nextCount() * tuples, packed);
     else {
       const double values = isTexture ? nextCount() : components;
@@ -307,7 +307,7 @@ private:
     return true;
   }
 
-  /// Name, type, maybe a number of components, maybe the name of a table of colours on a line of its own.
+  /// Name, type, maybe a number of components, maybe the name of a table of colors on a line of its own.
   void skipScalars(double tuples)
   {
     nextWord();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Benchmarks of the regularisation, and of the smoother's use of the memory.
+/// \brief Benchmarks of the regularization, and of the smoother's use of the memory.
 #include "grids.h"
 #include "inputs.h"
 
@@ -21,7 +21,7 @@ namespace {
 
 struct Scan {
   OrientedPoints points;
-  std::unique_ptr<NeighbourSearch> search;
+  std::unique_ptr<NeighborSearch> search;
   float spacing;
 
   explicit Scan(const PointSet& sphere)
@@ -40,7 +40,7 @@ struct Scan {
 };
 
 /// All levels at the default voxel size of two spacings.
-void regularisation(benchmark::State& state, Estimate estimate, std::int64_t count, std::int64_t threads)
+void regularization(benchmark::State& state, Estimate estimate, std::int64_t count, std::int64_t threads)
 {
   const Scan& scan = Scan::of(count);
   ObservationOptions observation;
@@ -54,7 +54,7 @@ void regularisation(benchmark::State& state, Estimate estimate, std::int64_t cou
   MultiscaleResult result;
   runStage(state, threads, "point", static_cast<double>(count), [&](Execution& execution) {
     result = MultiscaleResult();
-    result = regularise(scan.points, *scan.search, scan.spacing, box, observation, prior, {}, options, execution);
+    result = regularize(scan.points, *scan.search, scan.spacing, box, observation, prior, {}, options, execution);
   });
   state.counters["predicted/taken"] =
       static_cast<double>(result.predictedBytes) / (state.counters["bytes/point"].value * static_cast<double>(count));
@@ -66,18 +66,18 @@ void regularisation(benchmark::State& state, Estimate estimate, std::int64_t cou
 
 void pointWise(benchmark::State& state)
 {
-  regularisation(state, Estimate::points, state.range(0), state.range(2));
+  regularization(state, Estimate::points, state.range(0), state.range(2));
 }
 
 void voxelWise(benchmark::State& state)
 {
-  regularisation(state, Estimate::plane, state.range(0), state.range(2));
+  regularization(state, Estimate::plane, state.range(0), state.range(2));
 }
 
 /// A volume of 150³ voxels of two spacings each, as in the paper's example: sphere, median of five planes.
 void volume150(benchmark::State& state)
 {
-  regularisation(state, state.range(0) == 0 ? Estimate::points : Estimate::median, 221000, 1);
+  regularization(state, state.range(0) == 0 ? Estimate::points : Estimate::median, 221000, 1);
 }
 
 /// Bytes per second of a triad over arrays of the size of the field, the best of some runs.

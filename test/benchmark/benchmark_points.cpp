@@ -20,7 +20,7 @@ namespace {
 /// A cloud with its search and density; the last one is kept, because benchmarks of one size follow each other.
 struct Cloud {
   PointSet points;
-  std::unique_ptr<NeighbourSearch> search;
+  std::unique_ptr<NeighborSearch> search;
   SamplingDensity density;
 
   explicit Cloud(std::int64_t count)

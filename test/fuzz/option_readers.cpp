@@ -48,17 +48,17 @@ template <typename Visit>
 void forEachMember(Options& o, const Visit& visit)
 {
   const auto all = [&](auto&... members) { (visit(members), ...); };
-  all(o.unit, o.colours, o.threads);
-  all(o.outliers.alone, o.outliers.aloneFactor, o.outliers.spacing, o.outliers.spacingNeighbours,
-      o.outliers.spacingFactor, o.outliers.statistical, o.outliers.statisticalNeighbours,
+  all(o.unit, o.colors, o.threads);
+  all(o.outliers.alone, o.outliers.aloneFactor, o.outliers.spacing, o.outliers.spacingNeighbors,
+      o.outliers.spacingFactor, o.outliers.statistical, o.outliers.statisticalNeighbors,
       o.outliers.statisticalDeviations, o.outliers.robust);
   all(o.normals.source, o.normals.radius, o.normals.noiseCriteria, o.normals.maxThirdEigenvalue,
       o.normals.maxPlaneDistance);
-  all(o.orientation.neighbourDistance, o.orientation.localDistance, o.orientation.maxAngle,
+  all(o.orientation.neighborDistance, o.orientation.localDistance, o.orientation.maxAngle,
       o.orientation.joinAcrossCreases, o.orientation.minComponentShare, o.orientation.lowAgreement,
       o.orientation.sensorOrigin);
   all(o.observation.estimate, o.observation.smoothing, o.observation.noise, o.observation.gradientWeight,
-      o.observation.neighbours, o.observation.scaleWithLevel, o.observation.maxDistance, o.observation.confidenceShape);
+      o.observation.neighbors, o.observation.scaleWithLevel, o.observation.maxDistance, o.observation.confidenceShape);
   all(o.prior.prior, o.prior.beta, o.prior.energy);
   all(o.solver.method, o.solver.maxIterations, o.solver.residualTolerance, o.solver.changeTolerance,
       o.solver.smootherDegree, o.solver.choleskyOnCoarsest, o.solver.seed, o.solver.maxFactorBytes);

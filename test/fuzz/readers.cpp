@@ -30,7 +30,7 @@ void readPointsAs(const char* type, const std::string& bytes)
 {
   const PointTable table = parsePoints(type, path, bytes);
   const auto fits = [&](std::size_t size) { return size == 0 || size == table.size(); };
-  require(table.size() > 0 && fits(table.normals.size()) && fits(table.colours.size()), "columns of different lengths");
+  require(table.size() > 0 && fits(table.normals.size()) && fits(table.colors.size()), "columns of different lengths");
   for (const auto& scalar : table.scalars)
     require(scalar.second.size() == table.size(), "a scalar of another length");
   floatOffset(table.positions);

@@ -13,7 +13,7 @@ namespace clouds {
 
 using pcl::mrf::PointSet;
 
-std::unique_ptr<pcl::mrf::NeighbourSearch> searchOf(const PointSet& points)
+std::unique_ptr<pcl::mrf::NeighborSearch> searchOf(const PointSet& points)
 {
   auto search = pcl::mrf::makePointBins();
   search->setPoints(points.positions);
@@ -150,12 +150,15 @@ void append(PointSet& points, const PointSet& more)
 pcl::mrf::Reconstruction reconstruct(const PointSet& cloud, const pcl::mrf::Options& options, int threads)
 {
   pcl::mrf::Execution execution(threads);
-  pcl::mrf::PointCounts counts;
-  PointSet points = pcl::mrf::gather(cloud.positions, cloud.normals, {}, {}, {}, true, counts, execution);
-  const auto search = pcl::mrf::makePointBins();
-  pcl::mrf::Reconstruction result;
-  pcl::mrf::reconstruct(std::move(points), counts, options, *search, execution, result);
-  return result;
+  return pcl::mrf::reconstruct(raw(cloud.positions, cloud.normals), options, execution);
+}
+
+pcl::mrf::RawCloud raw(std::vector<Eigen::Vector3f> positions, std::vector<Eigen::Vector3f> normals)
+{
+  pcl::mrf::RawCloud cloud;
+  cloud.positions = std::move(positions);
+  cloud.normals = std::move(normals);
+  return cloud;
 }
 
 } // namespace clouds

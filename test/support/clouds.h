@@ -3,7 +3,7 @@
 /// \brief Changes of point sets that must not change, or must scale, what a stage finds.
 #pragma once
 
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
@@ -15,7 +15,7 @@
 namespace clouds {
 
 /// The default search, in the points.
-std::unique_ptr<pcl::mrf::NeighbourSearch> searchOf(const pcl::mrf::PointSet& points);
+std::unique_ptr<pcl::mrf::NeighborSearch> searchOf(const pcl::mrf::PointSet& points);
 
 /// Positions and sensors multiplied by a factor.
 pcl::mrf::PointSet scaled(pcl::mrf::PointSet points, float factor);
@@ -43,7 +43,10 @@ void append(pcl::mrf::PointSet& points, const Eigen::Vector3f& position, const E
 /// Appends all points of `more`.
 void append(pcl::mrf::PointSet& points, const pcl::mrf::PointSet& more);
 
-/// What `reconstruct` makes of a cloud with normals, gathered first.
+/// As a cloud comes, without sensors.
+pcl::mrf::RawCloud raw(std::vector<Eigen::Vector3f> positions, std::vector<Eigen::Vector3f> normals = {});
+
+/// What `reconstruct` makes of a cloud with normals.
 pcl::mrf::Reconstruction reconstruct(const pcl::mrf::PointSet& cloud, const pcl::mrf::Options& options = {},
                                      int threads = 1);
 

@@ -26,19 +26,19 @@ void add(Cloud& cloud, const Vector3d& position, const Vector3d& normal)
   cloud.normals.push_back(normal);
 }
 
-void addSphere(Cloud& cloud, std::size_t points, const Vector3d& centre, double radius, Random& random)
+void addSphere(Cloud& cloud, std::size_t points, const Vector3d& center, double radius, Random& random)
 {
   for (std::size_t n = 0; n < points; ++n) {
     const Vector3d normal = random.direction();
-    add(cloud, centre + radius * normal, normal);
+    add(cloud, center + radius * normal, normal);
   }
 }
 
-/// A square of side 2 in z = 0 around the centre, moved and turned.
-void addSquare(Cloud& cloud, std::size_t points, const Vector3d& centre, const Eigen::Matrix3d& turn, Random& random)
+/// A square of side 2 in z = 0 around the center, moved and turned.
+void addSquare(Cloud& cloud, std::size_t points, const Vector3d& center, const Eigen::Matrix3d& turn, Random& random)
 {
   for (std::size_t n = 0; n < points; ++n)
-    add(cloud, centre + turn * Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), 0), turn.col(2));
+    add(cloud, center + turn * Vector3d(random.uniform(-1, 1), random.uniform(-1, 1), 0), turn.col(2));
 }
 
 Eigen::Matrix3d turned(Random& random)

@@ -105,10 +105,10 @@ const std::vector<Change>& changes()
       toggle("alone", outliers, &OutlierOptions::alone),
       number("aloneFactor", outliers, &OutlierOptions::aloneFactor, 1.1, 5, 1.0001, huge),
       toggle("spacing", outliers, &OutlierOptions::spacing),
-      number("spacingNeighbours", outliers, &OutlierOptions::spacingNeighbours, 1, 30, 1, 1000),
+      number("spacingNeighbors", outliers, &OutlierOptions::spacingNeighbors, 1, 30, 1, 1000),
       number("spacingFactor", outliers, &OutlierOptions::spacingFactor, 1.1, 5, 1.0001, huge),
       toggle("statistical", outliers, &OutlierOptions::statistical),
-      number("statisticalNeighbours", outliers, &OutlierOptions::statisticalNeighbours, 1, 30, 1, 1000),
+      number("statisticalNeighbors", outliers, &OutlierOptions::statisticalNeighbors, 1, 30, 1, 1000),
       number("statisticalDeviations", outliers, &OutlierOptions::statisticalDeviations, .5, 5, 1e-30, huge),
       toggle("robust", outliers, &OutlierOptions::robust),
       choice("source", normals, &NormalOptions::source, 0, 3),
@@ -116,7 +116,7 @@ const std::vector<Change>& changes()
       toggle("noiseCriteria", normals, &NormalOptions::noiseCriteria),
       number("maxThirdEigenvalue", normals, &NormalOptions::maxThirdEigenvalue, .01, .3, 1e-30, 1. / 3),
       length("maxPlaneDistance", normals, &NormalOptions::maxPlaneDistance),
-      length("neighbourDistance", orientation, &OrientationOptions::neighbourDistance),
+      length("neighborDistance", orientation, &OrientationOptions::neighborDistance),
       toggle("localDistance", orientation, &OrientationOptions::localDistance),
       number("maxAngle", orientation, &OrientationOptions::maxAngle, 5, 60, 1e-30, 90),
       toggle("joinAcrossCreases", orientation, &OrientationOptions::joinAcrossCreases),
@@ -127,7 +127,7 @@ const std::vector<Change>& changes()
       length("smoothing", observation, &ObservationOptions::smoothing),
       length("noise", observation, &ObservationOptions::noise, -2, 1),
       number("gradientWeight", observation, &ObservationOptions::gradientWeight, .1, 10, 1e-30, 100),
-      number("neighbours", observation, &ObservationOptions::neighbours, 1, 20, 1, 100),
+      number("neighbors", observation, &ObservationOptions::neighbors, 1, 20, 1, 100),
       toggle("scaleWithLevel", observation, &ObservationOptions::scaleWithLevel),
       length("maxDistance", observation, &ObservationOptions::maxDistance),
       choice("confidenceShape", observation, &ObservationOptions::confidenceShape, 0, 1),
@@ -162,10 +162,10 @@ const std::vector<Change>& changes()
       number("rounds", remesher, &RemesherOptions::rounds, 0, 12, 0, 50), // a thousand would take a minute indeed
       length("targetEdge", remesher, &RemesherOptions::targetEdge, -.5, 1.5),
       number("relaxation", remesher, &RemesherOptions::relaxation, .1, 1, 1e-30, 1),
-      {"colours",
+      {"colors",
        [](Options& o, Random& random, double) {
-         o.colours = static_cast<ColourMode>(random.index(3));
-         return text(static_cast<int>(o.colours));
+         o.colors = static_cast<ColorMode>(random.index(3));
+         return text(static_cast<int>(o.colors));
        }},
       {"threads",
        [](Options& o, Random& random, double) {

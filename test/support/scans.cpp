@@ -29,7 +29,7 @@ std::vector<Eigen::Vector3d> positionsOf(const pcl::PointCloud<pcl::PointNormal>
   return positions;
 }
 
-/// Positions and normals, not recentred.
+/// Positions and normals, not recentered.
 pcl::mrf::PointSet pointsOf(const pcl::PointCloud<pcl::PointNormal>& cloud)
 {
   pcl::mrf::PointSet points;

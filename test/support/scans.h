@@ -14,7 +14,7 @@ namespace scans {
 
 /// One case of ../shared/data, seen from the source directory.
 struct Scan {
-  pcl::mrf::PointSet points;            ///< not recentred: offset 0; with normals, sensors and views
+  pcl::mrf::PointSet points;            ///< not recentered: offset 0; with normals, sensors and views
   std::vector<Eigen::Vector3d> heldOut; ///< noise-free points that the holes removed
   std::vector<Eigen::Vector3d> clean;   ///< the inliers before noise; the input itself where there is no noise
   double diagonal = 0;                  ///< of the bounding box that distances are quoted relative to

@@ -19,7 +19,7 @@
 
 namespace pcl {
 
-/// Reconstructs a surface from points by regularising a signed distance field with a Markov random field
+/// Reconstructs a surface from points by regularizing a signed distance field with a Markov random field
 /// (R. R. Paulsen, J. A. Bærentzen, R. Larsen, IEEE TVCG 16(4), 2010).
 ///
 /// \code
@@ -32,7 +32,8 @@ namespace pcl {
 /// \endcode
 ///
 /// Every length left at 0 is derived from the sampling density of the cloud. Setters only store; `reconstruct`
-/// validates everything once, so their order never matters.
+/// validates everything once, so their order does not matter, but for setPreset and setOptions, which replace all
+/// options.
 ///
 /// On failure the output is cleared but for its header and fields, one PCL_ERROR is logged, and the report has status
 /// and message; nothing is thrown, whatever a callback or a search object throw (Status::internalError); see
@@ -40,12 +41,16 @@ namespace pcl {
 /// normal_z, confidence (α, 0..1) and rgb or intensity where the input had them (mean of the 4 nearest points, weights
 /// 1/d²). The result does not depend on the number of threads.
 ///
-/// The search object of setSearchMethod is used for every query; it is handed clouds in a recentred frame. An answer
-/// with indices that are none of the cloud's, or with distances that are none, ends the run as invalid input. Without
-/// one, the library searches in sorted bins.
+/// The search object of setSearchMethod is used for every query; it is handed clouds in a recentered frame, and in the
+/// end its own cloud again, or the input cloud if it had none. An answer with indices that are none of the cloud's, or
+/// with distances that are none, ends the run as invalid input. Without one, the library searches in sorted bins.
 ///
-/// Compiled for PointXYZ, PointXYZI, PointXYZRGB, PointNormal, PointXYZINormal and PointXYZRGBNormal. For another type
-/// include pcl/surface/impl/mrf_reconstruction.hpp.
+/// Objects share nothing: two of them may run in two threads. One object is for one thread at a time.
+///
+/// Compiled for all of PCL's point types with x y z. For a type of your own (floats x y z, registered with
+/// POINT_CLOUD_REGISTER_POINT_STRUCT; normal_x normal_y normal_z, rgb or rgba, intensity and confidence are used if it
+/// has them) include pcl/surface/impl/mrf_reconstruction.hpp, or define PCL_NO_PRECOMPILE before the first header of
+/// PCL's, as for its own classes.
 template <typename PointNT>
 class PCL_MRF_EXPORT MRFReconstruction : public SurfaceReconstruction<PointNT> {
 public:
@@ -58,44 +63,50 @@ public:
   /// \name Everyday settings
   /// @{
 
-  /// Voxel side of the finest level, cloud's unit; 0 = 2 l̄.
+  /// Replaces all options, also what other setters set before, by those of the preset.
+  void setPreset(mrf::Preset preset)
+  {
+    preset_ = preset;
+    options_ = mrf::presetOptions(preset);
+  }
+  /// The one that was set last, whatever other setters changed since.
+  mrf::Preset getPreset() const { return preset_; }
+
+  /// The finest voxels beside the sampling, unless their size is set.
+  void setQuality(mrf::Quality quality) { options_.multiscale.quality = quality; }
+  mrf::Quality getQuality() const { return options_.multiscale.quality; }
+
+  /// Voxel side of the finest level, cloud's unit; 0 = by the quality.
   void setVoxelSize(float size) { options_.multiscale.voxelSize = size; }
   float getVoxelSize() const { return options_.multiscale.voxelSize; }
 
-  void setPrior(mrf::Prior prior) { options_.prior.prior = prior; }
-  mrf::Prior getPrior() const { return options_.prior.prior; }
+  /// What is smaller is smoothed away, cloud's unit; 0 = by the noise, if it is set, or else chosen by the data.
+  void setSmoothing(float length) { options_.observation.smoothing = length; }
+  float getSmoothing() const { return options_.observation.smoothing; }
 
-  /// Global weight of the data β, [0, 1).
-  void setBeta(float beta) { options_.prior.beta = beta; }
-  float getBeta() const { return options_.prior.beta; }
+  /// Standard deviation of the scanner's noise, cloud's unit; 0 = unknown.
+  void setNoise(float deviation) { options_.observation.noise = deviation; }
+  float getNoise() const { return options_.observation.noise; }
 
-  /// How the distances to the nearest points' planes become one (the paper's norm: median = L1, mean = L2).
-  void setEstimate(mrf::Estimate estimate) { options_.observation.estimate = estimate; }
-  mrf::Estimate getEstimate() const { return options_.observation.estimate; }
-
-  void setSolver(mrf::SolverMethod method) { options_.solver.method = method; }
-  mrf::SolverMethod getSolver() const { return options_.solver.method; }
+  /// Whether points are dropped that a robust coarse field cannot agree with: clusters of false matches.
+  void setRobust(bool robust) { options_.outliers.robust = robust; }
+  bool getRobust() const { return options_.outliers.robust; }
 
   /// What becomes of the cloud's normals. NormalSource::use and NormalSource::reference need a point type with normals.
   void setNormalSource(mrf::NormalSource source) { options_.normals.source = source; }
   mrf::NormalSource getNormalSource() const { return options_.normals.source; }
 
-  /// Rounds of remeshing; 0 = leave the polygonizer's triangles.
-  void setRemeshing(int rounds) { options_.remesher.rounds = rounds; }
-  int getRemeshing() const { return options_.remesher.rounds; }
-
-  void setTrimming(mrf::Trimming trimming) { options_.trimming.trimming = trimming; }
-  mrf::Trimming getTrimming() const { return options_.trimming.trimming; }
-
-  void setColourMode(mrf::ColourMode mode) { options_.colours = mode; }
-  mrf::ColourMode getColourMode() const { return options_.colours; }
-
-  /// 0 = one thread per hardware thread.
-  void setNumberOfThreads(int threads) { options_.threads = threads; }
-  int getNumberOfThreads() const { return options_.threads; }
-
   /// One sensor for the whole cloud, in the cloud's frame: normals are turned towards it.
   void setSensorPosition(const Eigen::Vector3d& position) { setSensorPositions({position}, {}); }
+
+  /// The same for positions of PCL's, such as a cloud's sensor_origin_: the fourth coordinate of an Eigen::Vector4f
+  /// says nothing.
+  template <typename Derived>
+  void setSensorPosition(const Eigen::MatrixBase<Derived>& position)
+  {
+    static_assert(Derived::SizeAtCompileTime == 3 || Derived::SizeAtCompileTime == 4, "a position is x y z");
+    setSensorPosition(Eigen::Vector3d(position.template head<3>().template cast<double>()));
+  }
 
   /// Sensors, and optionally the index of the one that saw each point of the input cloud (not of the indices).
   /// Without views each point's sensor is the nearest. An empty list removes the sensors.
@@ -105,6 +116,68 @@ public:
     views_ = views;
   }
   const std::vector<Eigen::Vector3d>& getSensorPositions() const { return sensors_; }
+  const std::vector<std::int32_t>& getSensorViews() const { return views_; }
+
+  /// Name of a float field of the points with the confidence of each, 0..1; empty: all count the same.
+  void setConfidenceField(const std::string& name) { options_.confidenceField = name; }
+  const std::string& getConfidenceField() const { return options_.confidenceField; }
+
+  /// Which surface without points is kept.
+  void setTrimming(mrf::Trimming trimming) { options_.trimming.trimming = trimming; }
+  mrf::Trimming getTrimming() const { return options_.trimming.trimming; }
+
+  /// Largest diameter of a hole that is filled, cloud's unit; 0 = half the diagonal of the points' bounding box.
+  void setMaxHole(float diameter) { options_.trimming.maxHole = diameter; }
+  float getMaxHole() const { return options_.trimming.maxHole; }
+
+  /// 0 = leave the polygonizer's triangles.
+  void setNumberOfRemeshingRounds(int rounds) { options_.remesher.rounds = rounds; }
+  int getNumberOfRemeshingRounds() const { return options_.remesher.rounds; }
+
+  /// Edge that the remesher aims at, cloud's unit; 0 = the median edge of the polygonizer's triangles.
+  void setTargetEdge(float length) { options_.remesher.targetEdge = length; }
+  float getTargetEdge() const { return options_.remesher.targetEdge; }
+
+  void setColorMode(mrf::ColorMode mode) { options_.colors = mode; }
+  mrf::ColorMode getColorMode() const { return options_.colors; }
+
+  /// 0 = one thread per hardware thread.
+  void setNumberOfThreads(int threads) { options_.threads = threads; }
+  int getNumberOfThreads() const { return options_.threads; }
+
+  /// Called with the running stage and the fraction of the whole run that is done; returning false cancels.
+  void setProgressCallback(const mrf::ProgressCallback& callback) { callback_ = callback; }
+  const mrf::ProgressCallback& getProgressCallback() const { return callback_; }
+
+  /// True: reconstruct rethrows what was thrown (pcl::mrf::Error, std::bad_alloc, or an exception of the user's own
+  /// callback or search object) after clearing the output.
+  void setThrowing(bool throwing) { throwing_ = throwing; }
+  bool getThrowing() const { return throwing_; }
+
+  /// True: getResult and getDistanceField have what the last run made until the next one or releaseResult. By default
+  /// the object keeps the report only: field, points and a second mesh take several times the memory of the output.
+  void setKeepResult(bool keep) { keepResult_ = keep; }
+  bool getKeepResult() const { return keepResult_; }
+  /// @}
+
+  /// \name For experts
+  /// @{
+
+  /// What a surface without data looks like.
+  void setPrior(mrf::Prior prior) { options_.prior.prior = prior; }
+  mrf::Prior getPrior() const { return options_.prior.prior; }
+
+  /// Where the field is observed: at the points, or at voxels, as in the paper (median is its L1 norm, mean L2).
+  void setObservation(mrf::Estimate observation) { options_.observation.estimate = observation; }
+  mrf::Estimate getObservation() const { return options_.observation.estimate; }
+
+  /// Global weight β of data that are observed at voxels, [0, 1). Observations at points, the default, have no such
+  /// weight: setSmoothing says how far to trust them, and a warning is given if β was changed.
+  void setBeta(float beta) { options_.prior.beta = beta; }
+  float getBeta() const { return options_.prior.beta; }
+
+  void setSolver(mrf::SolverMethod method) { options_.solver.method = method; }
+  mrf::SolverMethod getSolver() const { return options_.solver.method; }
 
   /// Whether the cloud's sensor_origin_ is its sensor (on by default) if setSensorPositions names none: an origin that
   /// is not zero, or any of an organized cloud (height > 1). It votes on the signs of estimated normals only.
@@ -114,31 +187,30 @@ public:
   /// All options, one struct per stage.
   void setOptions(const mrf::Options& options) { options_ = options; }
   const mrf::Options& getOptions() const { return options_; }
-
-  /// Called with the running stage and the fraction of the whole run that is done; returning false cancels.
-  void setProgressCallback(const mrf::ProgressCallback& callback) { callback_ = callback; }
-
-  /// True: reconstruct rethrows what was thrown (pcl::mrf::Error, std::bad_alloc, or an exception of the user's own
-  /// callback or search object) after clearing the output.
-  void setThrowing(bool throwing) { throwing_ = throwing; }
   /// @}
 
   /// Reconstructs into a mesh whose cloud carries all fields. Never leaves a partial result in `output`.
   void reconstruct(pcl::PolygonMesh& output) override;
 
-  /// The same into a cloud of the input's type: fields that PointNT lacks are left out, `confidence` among them.
+  /// The same into a cloud of the input's type: fields that PointNT lacks are left out.
   void reconstruct(PointCloud& points, std::vector<pcl::Vertices>& polygons) override;
 
   /// What the last run did, up to where it failed, also after a failure.
   const mrf::Report& getReport() const { return result_.report; }
 
-  /// The regularised field of the last successful run, empty before. Its frame is the cloud's minus getOffset().
-  /// If the cloud is in pieces far apart it is that of the one with most points, with the others as its otherPieces();
-  /// sampling it finds the right one.
+  /// Mesh, field and points of the last successful run in plain arrays; empty without setKeepResult(true).
+  const mrf::Reconstruction& getResult() const { return result_; }
+
+  /// The regularized field of the last successful run; empty without setKeepResult(true). Its frame is the cloud's
+  /// minus getOffset(). If the cloud is in pieces far apart it is that of the one with most points, with the others as
+  /// its otherPieces(); sampling it finds the right one.
   const mrf::DistanceField& getDistanceField() const { return result_.field; }
 
-  /// Add to positions of the field's frame to be in the cloud's.
+  /// Add to positions of the result's frame to be in the cloud's.
   const Eigen::Vector3d& getOffset() const { return result_.points.offset; }
+
+  /// Frees what setKeepResult(true) had kept, but for the report.
+  void releaseResult();
 
 protected:
   using SurfaceReconstruction<PointNT>::input_;
@@ -150,16 +222,16 @@ protected:
   std::string getClassName() const override { return "MRFReconstruction"; }
 
 private:
-  /// Gathers the cloud and runs the stages into result_ and attributes_. \throw mrf::Error
+  /// Gathers the cloud and runs the stages into result_. \throw mrf::Error
   void gatherAndRun();
   /// The same, and `fill` with what is there then. Whatever is thrown is logged once and kept in the report, with
   /// nothing left of the result, and `clear` called.
   template <typename Fill, typename Clear>
   void run(const Fill& fill, const Clear& clear);
-  void checkViews() const;
-  void interpolateAttributes(const mrf::NeighbourSearch& search, mrf::Execution& execution);
+  void checkInput();
+  mrf::RawCloud rawCloud() const;
   static void log(const mrf::Report& report) noexcept;
-  bool isColoured() const;
+  bool isColored() const;
   bool isIntense() const;
   /// Empty, with header and fields.
   void clear(pcl::PolygonMesh& output) const;
@@ -167,13 +239,21 @@ private:
   void write(PointCloud& points, std::vector<pcl::Vertices>& polygons) const;
   void writePolygons(std::vector<pcl::Vertices>& polygons) const;
 
+  /// What the output does not need.
+  void releaseFieldAndPoints();
+
+  mrf::Preset preset_ = mrf::Preset::standard;
   mrf::Options options_;
   std::vector<Eigen::Vector3d> sensors_;
   std::vector<std::int32_t> views_;
   mrf::ProgressCallback callback_;
   bool throwing_ = false;
+  bool keepResult_ = false;
   mrf::Reconstruction result_;
-  std::vector<float> attributes_; ///< colour or intensity per vertex of the mesh, channel by channel; empty: none
 };
 
 } // namespace pcl
+
+#ifdef PCL_NO_PRECOMPILE
+#include <pcl/surface/impl/mrf_reconstruction.hpp>
+#endif

@@ -8,7 +8,9 @@
 #include <pcl/common/io.h>
 #include <pcl/console/print.h>
 #include <pcl/conversions.h>
-#include <pcl/search/search.h>
+#include <pcl/impl/pcl_base.hpp>
+#include <pcl/point_types.h>
+#include <pcl/search/impl/search.hpp>
 #include <pcl/type_traits.h>
 
 #include <algorithm>
@@ -27,11 +29,48 @@ namespace pcl {
 namespace mrf {
 namespace detail {
 
-/// The user's search object on recentred positions.
+/// Positions and normals as they lie in the point: types of users may lack PCL's maps.
 template <typename PointNT>
-class UserSearch : public NeighbourSearch {
+Eigen::Vector3f positionOf(const PointNT& point)
+{
+  return {point.x, point.y, point.z};
+}
+
+template <typename PointNT>
+void setPosition(PointNT& point, const Eigen::Vector3f& position)
+{
+  point.x = position.x();
+  point.y = position.y();
+  point.z = position.z();
+}
+
+/// The user's search object on recentered positions, lent: in the end it has its own cloud again.
+template <typename PointNT>
+class UserSearch : public NeighborSearch {
 public:
-  explicit UserSearch(typename search::Search<PointNT>::Ptr search) : search_(std::move(search)) {}
+  using SearchPtr = typename search::Search<PointNT>::Ptr;
+  using CloudPtr = typename PointCloud<PointNT>::ConstPtr;
+
+  /// \param input what it gets in the end if it has no cloud, as from PCL's own classes
+  UserSearch(SearchPtr search, const CloudPtr& input)
+      : search_(std::move(search)), cloud_(search_->getInputCloud()), indices_(search_->getIndices())
+  {
+    if (!cloud_) {
+      cloud_ = input;
+      indices_.reset();
+    }
+  }
+
+  UserSearch(const UserSearch&) = delete;
+  UserSearch& operator=(const UserSearch&) = delete;
+
+  ~UserSearch() override
+  {
+    try {
+      search_->setInputCloud(cloud_, indices_);
+    } catch (...) { // it throws what it threw in the run, or there is no memory; the run's own outcome counts
+    }
+  }
 
   void setPoints(const std::vector<Eigen::Vector3f>& positions) override
   {
@@ -43,12 +82,12 @@ public:
     count_ = positions.size();
   }
 
-  int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override
+  int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override
   {
     return checked(search_->nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances), k, result);
   }
 
-  int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override
+  int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override
   {
     const int found = search_->radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances);
     return checked(found, std::numeric_limits<int>::max(), result);
@@ -56,7 +95,7 @@ public:
 
 private:
   /// The stages use the indices as they are: what they ask for is checked here, once.
-  int checked(int found, int most, Neighbours& result) const
+  int checked(int found, int most, Neighbors& result) const
   {
     const auto fail = [](const std::string& what) {
       throw InvalidInput("the object of setSearchMethod answered with " + what);
@@ -80,12 +119,12 @@ private:
   static PointNT toPoint(const Eigen::Vector3f& position)
   {
     PointNT point;
-    point.getVector3fMap() = position;
+    setPosition(point, position);
     return point;
   }
 
   /// An octree answers in the order of its cells.
-  static void sort(Neighbours& result)
+  static void sort(Neighbors& result)
   {
     std::vector<std::pair<float, int>> entries;
     for (std::size_t n = 0; n < result.indices.size(); ++n)
@@ -95,27 +134,54 @@ private:
       std::tie(result.squaredDistances[n], result.indices[n]) = entries[n];
   }
 
-  typename search::Search<PointNT>::Ptr search_;
+  SearchPtr search_;
+  CloudPtr cloud_; ///< that it is to have again, with the indices
+  IndicesConstPtr indices_;
   std::size_t count_ = 0;
 };
 
-/// Colour and intensity of a point as floats, where its type has them.
+inline std::uint32_t packRgb(const Rgb& rgb)
+{
+  return static_cast<std::uint32_t>(rgb[0]) << 16 | static_cast<std::uint32_t>(rgb[1]) << 8 | rgb[2];
+}
+
+/// Color and intensity of a point as floats, where its type has them.
 template <typename PointNT>
 struct Attributes {
   static constexpr bool hasRgb = traits::has_color<PointNT>::value;
   static constexpr bool hasIntensity = traits::has_intensity<PointNT>::value;
   static constexpr int channels = hasRgb ? 3 : hasIntensity ? 1 : 0;
 
-  static void append(const PointNT& point, std::vector<float>& values)
+  static void read(const PointNT& point, float* values)
   {
     if constexpr (hasRgb) {
-      values.push_back(point.r);
-      values.push_back(point.g);
-      values.push_back(point.b);
+      std::uint32_t packed;
+      std::memcpy(&packed, reinterpret_cast<const char*>(&point) + rgbOffset(), sizeof(packed));
+      for (const unsigned shift : {16u, 8u, 0u})
+        *values++ = static_cast<float>(packed >> shift & 0xff);
     } else if constexpr (hasIntensity)
-      values.push_back(point.intensity);
+      *values = point.intensity;
     else
       static_cast<void>(point), static_cast<void>(values);
+  }
+
+  /// What lies beside the color, PCL's alpha, stays.
+  static void setColor(PointNT& point, const Rgb& rgb)
+  {
+    char* const place = reinterpret_cast<char*>(&point) + rgbOffset();
+    std::uint32_t packed;
+    std::memcpy(&packed, place, sizeof(packed));
+    packed = (packed & 0xff000000) | packRgb(rgb);
+    std::memcpy(place, &packed, sizeof(packed));
+  }
+
+private:
+  static constexpr std::size_t rgbOffset()
+  {
+    if constexpr (traits::has_field<PointNT, fields::rgb>::value)
+      return traits::offset<PointNT, fields::rgb>::value;
+    else
+      return traits::offset<PointNT, fields::rgba>::value;
   }
 };
 
@@ -163,11 +229,6 @@ inline std::size_t addField(PCLPointCloud2& cloud, const char* name, PCLPointFie
   return field.offset;
 }
 
-inline std::uint32_t packRgb(std::uint8_t r, std::uint8_t g, std::uint8_t b)
-{
-  return static_cast<std::uint32_t>(r) << 16 | static_cast<std::uint32_t>(g) << 8 | b;
-}
-
 } // namespace detail
 } // namespace mrf
 
@@ -179,15 +240,36 @@ MRFReconstruction<PointNT>::MRFReconstruction()
 }
 
 template <typename PointNT>
-void MRFReconstruction<PointNT>::gatherAndRun()
+mrf::RawCloud MRFReconstruction<PointNT>::rawCloud() const
 {
-  result_.report.options = options_;
-  mrf::validate(options_);
+  using Attributes = mrf::detail::Attributes<PointNT>;
   constexpr bool hasNormals = traits::has_normal<PointNT>::value;
-  const mrf::NormalSource source = options_.normals.source;
-  if (!hasNormals && (source == mrf::NormalSource::use || source == mrf::NormalSource::reference))
-    throw mrf::InvalidOption("normals.source = use or reference needs a point type with normals; estimate them, or "
-                             "use pcl::PointNormal");
+  mrf::RawCloud cloud;
+  cloud.positions.reserve(indices_->size());
+  cloud.normals.reserve(hasNormals ? indices_->size() : 0);
+  cloud.views.reserve(views_.empty() ? 0 : indices_->size());
+  for (const auto index : *indices_) {
+    const PointNT& point = (*input_)[static_cast<std::size_t>(index)];
+    cloud.positions.push_back(mrf::detail::positionOf(point));
+    if constexpr (hasNormals)
+      cloud.normals.emplace_back(point.normal_x, point.normal_y, point.normal_z);
+    if (!views_.empty())
+      cloud.views.push_back(views_[static_cast<std::size_t>(index)]);
+  }
+  if (!options_.confidenceField.empty())
+    cloud.confidences = mrf::detail::readField(*input_, *indices_, options_.confidenceField);
+  cloud.sensors = sensors_;
+  cloud.sensorOrigin = mrf::detail::sensorOriginOf(*input_);
+  cloud.attributes.channels = Attributes::channels;
+  cloud.attributes.read = [this](std::size_t point, float* values) {
+    Attributes::read((*input_)[static_cast<std::size_t>((*indices_)[point])], values);
+  };
+  return cloud;
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::checkInput()
+{
   if (!input_ || input_->empty())
     throw mrf::InvalidInput("the input cloud is missing or empty; call setInputCloud with a cloud that has points");
   if (!this->initCompute())
@@ -198,75 +280,25 @@ void MRFReconstruction<PointNT>::gatherAndRun()
     if (index < 0 || static_cast<std::size_t>(index) >= input_->size())
       throw mrf::InvalidInput("index " + std::to_string(index) + " is outside the cloud of " +
                               std::to_string(input_->size()) + " points");
-  checkViews();
-
-  std::vector<Eigen::Vector3f> positions, normals;
-  std::vector<std::int32_t> views;
-  positions.reserve(indices_->size());
-  if (hasNormals && source != mrf::NormalSource::estimate)
-    normals.reserve(indices_->size());
-  if (!views_.empty())
-    views.reserve(indices_->size());
-  for (const auto index : *indices_) {
-    const PointNT& point = (*input_)[static_cast<std::size_t>(index)];
-    positions.push_back(point.getVector3fMap());
-    if constexpr (hasNormals)
-      if (source != mrf::NormalSource::estimate)
-        normals.push_back(point.getNormalVector3fMap());
-    if (!views_.empty())
-      views.push_back(views_[static_cast<std::size_t>(index)]);
-  }
-  std::vector<float> confidences;
-  if (!options_.confidenceField.empty())
-    confidences = mrf::detail::readField(*input_, *indices_, options_.confidenceField);
-
-  const bool normalsNeeded = source == mrf::NormalSource::automatic || source == mrf::NormalSource::use;
-  mrf::PointCounts counts;
-  mrf::Execution execution(options_.threads, callback_);
-  std::vector<Eigen::Vector3d> sensors = sensors_;
-  if (const auto origin = mrf::detail::sensorOriginOf(*input_);
-      origin && sensors.empty() && options_.orientation.sensorOrigin)
-    sensors.push_back(*origin);
-  mrf::PointSet points = mrf::gather(positions, normals, confidences, views, sensors, normalsNeeded, counts, execution);
-  points.hasSensorOrigin = sensors.size() > sensors_.size();
-  // Millions of points need the room; {} would keep it.
-  positions = std::vector<Eigen::Vector3f>();
-  normals = std::vector<Eigen::Vector3f>();
-  std::unique_ptr<mrf::NeighbourSearch> search;
-  if (tree_)
-    search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_);
-  else
-    search = mrf::makePointBins();
-  mrf::reconstruct(std::move(points), counts, options_, *search, execution, result_);
-  interpolateAttributes(*search, execution);
-}
-
-template <typename PointNT>
-void MRFReconstruction<PointNT>::checkViews() const
-{
-  if (views_.empty())
-    return;
-  if (views_.size() != input_->size())
+  if (!views_.empty() && views_.size() != input_->size())
     throw mrf::InvalidInput("there are " + std::to_string(views_.size()) + " views for " +
                             std::to_string(input_->size()) +
                             " points; setSensorPositions wants one per point of the cloud");
-  for (const std::int32_t view : views_)
-    if (view < 0 || static_cast<std::size_t>(view) >= sensors_.size())
-      throw mrf::InvalidInput("view " + std::to_string(view) + " has no sensor; there are " +
-                              std::to_string(sensors_.size()) + " sensor positions");
 }
 
 template <typename PointNT>
-void MRFReconstruction<PointNT>::interpolateAttributes(const mrf::NeighbourSearch& search, mrf::Execution& execution)
+void MRFReconstruction<PointNT>::gatherAndRun()
 {
-  attributes_.clear();
-  if (mrf::detail::Attributes<PointNT>::channels == 0 || options_.colours != mrf::ColourMode::input)
-    return;
-  std::vector<float> values;
-  for (const std::uint32_t origin : result_.points.origins)
-    mrf::detail::Attributes<PointNT>::append((*input_)[static_cast<std::size_t>((*indices_)[origin])], values);
-  attributes_ = mrf::interpolateAttributes(result_.mesh.vertices, search, values,
-                                           mrf::detail::Attributes<PointNT>::channels, execution);
+  result_.report.options = options_;
+  mrf::validate(options_);
+  checkInput();
+  mrf::Execution execution(options_.threads, callback_);
+  std::unique_ptr<mrf::NeighborSearch> search;
+  if (tree_)
+    search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_, input_);
+  else
+    search = mrf::makePointBins();
+  mrf::reconstruct(rawCloud(), options_, *search, execution, result_);
 }
 
 template <typename PointNT>
@@ -288,16 +320,18 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
   std::exception_ptr error;
   try {
     result_ = mrf::Reconstruction();
-    attributes_.clear();
     clear();
     gatherAndRun();
+    if (!keepResult_)
+      releaseFieldAndPoints();
     fill();
+    if (!keepResult_)
+      releaseResult();
   } catch (...) {
     error = std::current_exception();
     mrf::Report report = std::move(result_.report);
     result_ = mrf::Reconstruction();
     result_.report = std::move(report);
-    attributes_ = decltype(attributes_)();
     mrf::setFailure(error, result_.report);
     try {
       clear();
@@ -308,6 +342,23 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
   log(result_.report);
   if (error && throwing_)
     std::rethrow_exception(error);
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::releaseFieldAndPoints()
+{
+  result_.field = mrf::DistanceField();
+  const Eigen::Vector3d offset = result_.points.offset;
+  result_.points = mrf::OrientedPoints();
+  result_.points.offset = offset;
+}
+
+template <typename PointNT>
+void MRFReconstruction<PointNT>::releaseResult()
+{
+  releaseFieldAndPoints();
+  result_.mesh = mrf::TriangleMesh();
+  result_.attributes = std::vector<float>();
 }
 
 template <typename PointNT>
@@ -349,17 +400,17 @@ void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::
 }
 
 template <typename PointNT>
-bool MRFReconstruction<PointNT>::isColoured() const
+bool MRFReconstruction<PointNT>::isColored() const
 {
-  return options_.colours == mrf::ColourMode::confidence ||
-         (mrf::detail::Attributes<PointNT>::hasRgb && options_.colours == mrf::ColourMode::input);
+  return options_.colors == mrf::ColorMode::confidence ||
+         (mrf::detail::Attributes<PointNT>::hasRgb && options_.colors == mrf::ColorMode::input);
 }
 
 template <typename PointNT>
 bool MRFReconstruction<PointNT>::isIntense() const
 {
   return mrf::detail::Attributes<PointNT>::hasIntensity && !mrf::detail::Attributes<PointNT>::hasRgb &&
-         options_.colours == mrf::ColourMode::input;
+         options_.colors == mrf::ColorMode::input;
 }
 
 template <typename PointNT>
@@ -374,7 +425,7 @@ void MRFReconstruction<PointNT>::clear(pcl::PolygonMesh& output) const
   cloud.is_dense = 1;
   for (const char* name : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "confidence"})
     mrf::detail::addField(cloud, name, PCLPointField::FLOAT32);
-  if (isColoured())
+  if (isColored())
     mrf::detail::addField(cloud, "rgb", PCLPointField::FLOAT32);
   if (isIntense())
     mrf::detail::addField(cloud, "intensity", PCLPointField::FLOAT32);
@@ -384,6 +435,7 @@ template <typename PointNT>
 void MRFReconstruction<PointNT>::write(pcl::PolygonMesh& output) const
 {
   const mrf::TriangleMesh& mesh = result_.mesh;
+  const std::vector<mrf::Rgb> colors = mrf::vertexColors(result_);
   pcl::PCLPointCloud2& cloud = output.cloud;
   cloud.width = static_cast<std::uint32_t>(mesh.vertices.size());
   cloud.row_step = cloud.point_step * cloud.width;
@@ -393,14 +445,11 @@ void MRFReconstruction<PointNT>::write(pcl::PolygonMesh& output) const
     const Eigen::Vector3f& normal = mesh.normals[v];
     std::array<float, 8> values = {position.x(), position.y(), position.z(),        normal.x(),
                                    normal.y(),   normal.z(),   mesh.confidences[v], 0};
-    if (isColoured()) {
-      mrf::Rgb rgb = mrf::confidenceColour(mesh.confidences[v]);
-      if (options_.colours == mrf::ColourMode::input)
-        rgb = mrf::toRgb(&attributes_[3 * v]);
-      const std::uint32_t packed = mrf::detail::packRgb(rgb[0], rgb[1], rgb[2]);
+    if (!colors.empty()) {
+      const std::uint32_t packed = mrf::detail::packRgb(colors[v]);
       std::memcpy(&values[7], &packed, sizeof(packed));
-    } else if (isIntense())
-      values[7] = attributes_[v];
+    } else if (result_.channels == 1)
+      values[7] = result_.attributes[v];
     std::memcpy(cloud.data.data() + v * cloud.point_step, values.data(), cloud.point_step);
   }
   writePolygons(output.polygons);
@@ -411,24 +460,25 @@ void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vert
 {
   using Attributes = mrf::detail::Attributes<PointNT>;
   const mrf::TriangleMesh& mesh = result_.mesh;
+  const std::vector<mrf::Rgb> colors = Attributes::hasRgb ? mrf::vertexColors(result_) : std::vector<mrf::Rgb>();
   points.resize(mesh.vertices.size());
   points.is_dense = true;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     PointNT& point = points[v];
-    point.getVector3fMap() = (mesh.vertices[v].template cast<double>() + getOffset()).template cast<float>();
-    if constexpr (traits::has_normal<PointNT>::value)
-      point.getNormalVector3fMap() = mesh.normals[v];
+    mrf::detail::setPosition(point, (mesh.vertices[v].template cast<double>() + getOffset()).template cast<float>());
+    if constexpr (traits::has_normal<PointNT>::value) {
+      point.normal_x = mesh.normals[v].x();
+      point.normal_y = mesh.normals[v].y();
+      point.normal_z = mesh.normals[v].z();
+    }
+    if constexpr (traits::has_field<PointNT, fields::confidence>::value)
+      point.confidence = mesh.confidences[v];
     if constexpr (Attributes::hasRgb) {
-      if (options_.colours != mrf::ColourMode::none) {
-        const mrf::Rgb rgb = options_.colours == mrf::ColourMode::input ? mrf::toRgb(&attributes_[3 * v])
-                                                                        : mrf::confidenceColour(mesh.confidences[v]);
-        point.r = rgb[0];
-        point.g = rgb[1];
-        point.b = rgb[2];
-      }
+      if (!colors.empty())
+        Attributes::setColor(point, colors[v]);
     } else if constexpr (Attributes::hasIntensity)
-      if (!attributes_.empty())
-        point.intensity = attributes_[v];
+      if (result_.channels == 1)
+        point.intensity = result_.attributes[v];
   }
   writePolygons(polygons);
 }

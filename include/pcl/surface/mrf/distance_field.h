@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The regularised signed distance field and its geometry.
+/// \brief The regularized signed distance field and its geometry.
 #pragma once
 
 #include <pcl/surface/mrf/export.h>
@@ -70,7 +70,7 @@ public:
   /// not stored take the sign of the stored one before them.
   void signsOfRow(int j, int k, std::uint64_t* words) const;
 
-  /// Trilinear interpolation of the distance at a position of the recentred frame, clamped to the lattice.
+  /// Trilinear interpolation of the distance at a position of the recentered frame, clamped to the lattice.
   float sampleDistance(const Eigen::Vector3f& position) const;
 
   /// Trilinear interpolation of central differences: continuous, not of unit length, points outward.

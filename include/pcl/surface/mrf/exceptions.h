@@ -11,9 +11,10 @@
 namespace pcl {
 namespace mrf {
 
-/// How a reconstruction ended. Anything but `ok` comes with a message that names the value and the remedy.
+/// How a reconstruction ended, if there was one. What went wrong comes with a message that names the value and the
+/// remedy.
 /// internalError: an exception that is not the module's own, such as one of a callback or a search object of the user.
-enum class Status { ok, invalidInput, invalidOption, resourceLimit, solverFailure, cancelled, internalError };
+enum class Status { notRun, ok, invalidInput, invalidOption, resourceLimit, solverFailure, cancelled, internalError };
 
 /// \return the status as a word for reports: "ok", "invalid input", ...
 PCL_MRF_EXPORT const char* toString(Status status);
@@ -59,6 +60,16 @@ public:
 class PCL_MRF_EXPORT Cancelled : public Error {
 public:
   explicit Cancelled(const std::string& message) : Error(Status::cancelled, message) {}
+};
+
+/// A file cannot be written, and why.
+class PCL_MRF_EXPORT FileError : public pcl::IOException {
+public:
+  explicit FileError(const std::string& message) : pcl::IOException(message), message_(message) {}
+  const char* what() const noexcept override { return message_.c_str(); }
+
+private:
+  std::string message_;
 };
 
 } // namespace mrf

@@ -26,17 +26,17 @@ struct GridSize {
   }
   bool contains(int i, int j, int k) const { return i >= 0 && j >= 0 && k >= 0 && i < x && j < y && k < z; }
 
-  /// Size of the next coarser grid of cell-centred coarsening, ⌈n/2⌉ along each axis.
+  /// Size of the next coarser grid of cell-centered coarsening, ⌈n/2⌉ along each axis.
   GridSize coarsened() const { return {(x + 1) / 2, (y + 1) / 2, (z + 1) / 2}; }
 
   bool operator==(const GridSize& other) const { return x == other.x && y == other.y && z == other.z; }
   bool operator!=(const GridSize& other) const { return !(*this == other); }
 };
 
-/// A grid placed in the recentred frame of the points. Values sit at voxel centres; x runs fastest in memory.
+/// A grid placed in the recentered frame of the points. Values sit at voxel centers; x runs fastest in memory.
 struct Lattice {
   GridSize size;
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< centre of voxel (0, 0, 0)
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero(); ///< center of voxel (0, 0, 0)
   double spacing = 1;                               ///< voxel side h, cloud's unit
 
   Eigen::Vector3f position(int i, int j, int k) const
@@ -44,7 +44,7 @@ struct Lattice {
     return (origin + spacing * Eigen::Vector3d(i, j, k)).cast<float>();
   }
 
-  /// Position in units of voxels, relative to the centre of voxel (0, 0, 0).
+  /// Position in units of voxels, relative to the center of voxel (0, 0, 0).
   Eigen::Vector3d toVoxels(const Eigen::Vector3f& position) const
   {
     return (position.cast<double>() - origin) / spacing;

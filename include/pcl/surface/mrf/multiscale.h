@@ -6,7 +6,7 @@
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/observation.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/prior.h>
@@ -117,7 +117,7 @@ int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& w
 /// \param voxelSize of that level, cloud's unit \return the part of the mesh
 using SurfaceFilter = std::function<TriangleMesh(TriangleMesh zeroLevel, float voxelSize)>;
 
-/// Regularises the observed distances, coarse to fine.
+/// Regularizes the observed distances, coarse to fine.
 ///
 /// Each level starts from the interpolation of the coarser one, the coarsest from 0.
 /// \param search holds points.positions \param spacing l̄, cloud's unit
@@ -127,7 +127,7 @@ using SurfaceFilter = std::function<TriangleMesh(TriangleMesh zeroLevel, float v
 /// \throw InvalidInput if nothing is observed; SolverFailure; Cancelled
 /// \throw ResourceLimit if the levels would take more memory than the limit, as the box or the surface in it foretells,
 /// or if the surface would take millions of voxels that are out of proportion to the points: thousands of each
-PCL_MRF_EXPORT MultiscaleResult regularise(const OrientedPoints& points, const NeighbourSearch& search, float spacing,
+PCL_MRF_EXPORT MultiscaleResult regularize(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                                            const BoundingBox& volume, const ObservationOptions& observation,
                                            const PriorOptions& prior, const SolverOptions& solver,
                                            const MultiscaleOptions& options, Execution& execution,

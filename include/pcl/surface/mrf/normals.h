@@ -5,7 +5,7 @@
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include <cstdint>
@@ -24,7 +24,7 @@ enum class NormalSource {
 
 struct NormalOptions {
   NormalSource source = NormalSource::automatic;
-  float radius = 0;           ///< neighbourhood radius, cloud's unit; 0 = by the points' own spacing, or, with
+  float radius = 0;           ///< neighborhood radius, cloud's unit; 0 = by the points' own spacing, or, with
                               ///< noiseCriteria, 2.5 l̄ as in the paper
   bool noiseCriteria = false; ///< drop noise as the paper does, by the two limits below
   float maxThirdEigenvalue =
@@ -46,26 +46,26 @@ struct NormalEstimates {
 /// The radius for all points, cloud's unit; 0 = each has its own.
 PCL_MRF_EXPORT float resolvedRadius(const NormalOptions& options, float spacing);
 
-/// Fits a plane to the neighbours of each point, as pcl::NormalEstimation does and with PCL's covariance and eigenvalue
+/// Fits a plane to the neighbors of each point, as pcl::NormalEstimation does and with PCL's covariance and eigenvalue
 /// functions, but in double precision.
 ///
-/// Automatic neighbourhoods are the 13 nearest points, wherever they are, twice as many where those are rough (third
+/// Automatic neighborhoods are the 13 nearest points, wherever they are, twice as many where those are rough (third
 /// eigenvalue over 1/16 of the second). They double while the points nearly lie on a line (second eigenvalue under a
 /// tenth of the first), as those of one ring of a lidar or one line of a scanner do, up to some 16,000 points; above 32
 /// they are represented by every fourth, sixteenth, ... point. Noise that is known widens them to four standard
 /// deviations, and to where the normal is off by about 5°.
 ///
-/// With a radius, a point with fewer than 12 neighbours inside it, itself included, takes its 12 nearest instead:
+/// With a radius, a point with fewer than 12 neighbors inside it, itself included, takes its 12 nearest instead:
 /// randomly sampled surfaces have 6 on average within 2.5 l̄, which is too few for a normal under noise.
-/// Neighbours on a line do not define a plane.
+/// Neighbors on a line do not define a plane.
 /// \param spacing l̄, for the paper's automatic lengths
 /// \param search holds exactly points.positions
 /// \param noise standard deviation of the points from the surface, cloud's unit; 0 = unknown. Not used with a radius
 /// \throw InvalidOption as validate does
-/// Cost: one or two neighbour queries per point, up to a dozen where a neighbourhood has to grow. The result does not
-/// depend on the number of threads; where neighbourhoods grow, it depends on the order of the points, which gather
+/// Cost: one or two neighbor queries per point, up to a dozen where a neighborhood has to grow. The result does not
+/// depend on the number of threads; where neighborhoods grow, it depends on the order of the points, which gather
 /// fixes.
-PCL_MRF_EXPORT NormalEstimates estimateNormals(const PointSet& points, const NeighbourSearch& search, float spacing,
+PCL_MRF_EXPORT NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& search, float spacing,
                                                const NormalOptions& options, Execution& execution, float noise = 0);
 
 } // namespace mrf

@@ -6,7 +6,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/lattice.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include <algorithm>
@@ -44,10 +44,10 @@ struct ObservationOptions {
                             ///< data, or .4 where the smoothing is given
 
   // Of observations at the voxels.
-  int neighbours = 5;         ///< points per voxel, 1..100
+  int neighbors = 5;          ///< points per voxel, 1..100
   bool scaleWithLevel = true; ///< coarser levels, and their automatic dEmax, reach at least 1.5 h of the level
 
-  // Of the confidence: of voxels, and of the surface in colours and trimming.
+  // Of the confidence: of voxels, and of the surface in colors and trimming.
   float maxDistance =
       0; ///< dEmax, cloud's unit; 0 = 3 l̄ (the paper's), 3.25 l̄ for points, plane and trapezoid (measured)
   ConfidenceShape confidenceShape = ConfidenceShape::quadratic;
@@ -91,7 +91,7 @@ struct Observation {
 /// \param maxDistance dEmax for this level, cloud's unit, > 0
 /// Cost: about (dEmax/h)³ per point and one query per observed voxel.
 /// The result does not depend on the number of threads.
-PCL_MRF_EXPORT Observation observe(const OrientedPoints& points, const NeighbourSearch& search, const Lattice& lattice,
+PCL_MRF_EXPORT Observation observe(const OrientedPoints& points, const NeighborSearch& search, const Lattice& lattice,
                                    float spacing, float maxDistance, const ObservationOptions& options,
                                    Execution& execution);
 

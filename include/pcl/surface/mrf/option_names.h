@@ -45,7 +45,9 @@ PCL_MRF_EXPORT const Names<CellDecomposition>& names();
 template <>
 PCL_MRF_EXPORT const Names<Trimming>& names();
 template <>
-PCL_MRF_EXPORT const Names<ColourMode>& names();
+PCL_MRF_EXPORT const Names<ColorMode>& names();
+template <>
+PCL_MRF_EXPORT const Names<Preset>& names();
 
 template <typename Enum>
 std::string nameOf(Enum value)

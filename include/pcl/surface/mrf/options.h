@@ -35,7 +35,7 @@ struct Options {
   PolygonizerOptions polygonizer;
   TrimmingOptions trimming;
   RemesherOptions remesher;
-  ColourMode colours = ColourMode::input;
+  ColorMode colors = ColorMode::input;
   std::string confidenceField; ///< field of the cloud that holds per-point confidences 0..1; empty: none
   int threads = 0;             ///< 0 = one per hardware thread, ..1024
 };
@@ -64,6 +64,14 @@ PCL_MRF_EXPORT Options defaultPreset();
 /// - Mesh (Sec. 3.5): the zero level is cut out of all cells, not followed from seeds, so that sheets far from the
 ///   data come with it. The remesher refuses what would spoil the mesh, and smooths borders (remesher.h).
 PCL_MRF_EXPORT Options paperPreset();
+
+/// The presets by name.
+enum class Preset {
+  standard, ///< defaultPreset
+  paper     ///< paperPreset
+};
+
+PCL_MRF_EXPORT Options presetOptions(Preset preset);
 
 /// Validates every stage's options at once.
 /// \throw InvalidOption naming the first value that is out of range, its range and the remedy

@@ -5,7 +5,7 @@
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/sampling_density.h>
 
@@ -16,7 +16,7 @@ namespace pcl {
 namespace mrf {
 
 struct OrientationOptions {
-  float neighbourDistance = 0;   ///< two points are neighbours if closer, cloud's unit; 0 = by localDistance
+  float neighborDistance = 0;    ///< two points are neighbors if closer, cloud's unit; 0 = by localDistance
   bool localDistance = true;     ///< the automatic distance is five local spacings of each of the two points; false:
                                  ///< the paper's, max(l̄ + 6 σ_l, 2.5 l̄) for all
   float maxAngle = 15;           ///< and their normals within this angle, degrees, (0, 90]
@@ -29,15 +29,13 @@ struct OrientationOptions {
 };
 
 /// The option, or its automatic value, cloud's unit; of local distances the median.
-PCL_MRF_EXPORT float resolvedNeighbourDistance(const OrientationOptions& options, const SamplingDensity& density);
+PCL_MRF_EXPORT float resolvedNeighborDistance(const OrientationOptions& options, const SamplingDensity& density);
 
 /// \throw InvalidOption naming the first field that is out of range
 PCL_MRF_EXPORT void validate(const OrientationOptions& options);
 
-/// How the sign of a component was decided.
-struct OrientationResult {
-  std::vector<Eigen::Vector3f> normals; ///< consistently oriented, unit; one per point
-  std::vector<std::uint8_t> keep;       ///< 0 for points of small components
+/// How the signs of the components were decided.
+struct OrientationSummary {
   std::int64_t components = 0;          ///< after joining, before dropping
   std::int64_t componentsAtCreases = 0; ///< as the angle criterion alone cuts them
   std::int64_t componentsDropped = 0;
@@ -53,6 +51,13 @@ struct OrientationResult {
   bool sideIsGuessed = false;
 };
 
+struct OrientationResult : OrientationSummary {
+  std::vector<Eigen::Vector3f> normals; ///< consistently oriented, unit; one per point
+  std::vector<std::uint8_t> keep;       ///< 0 for points of small components
+
+  const OrientationSummary& summary() const { return *this; }
+};
+
 /// Which votes decide the sign of a component.
 enum class OrientationVote {
   none,      ///< keep the normals' signs as they are; only the components are computed
@@ -64,7 +69,7 @@ enum class OrientationVote {
 
 /// Makes normals consistent inside each connected component and decides the sign of each component by a vote.
 ///
-/// Edges join points closer than the neighbour distance (the 12 nearest, and what connectivity needs besides). They are
+/// Edges join points closer than the neighbor distance (the 12 nearest, and what connectivity needs besides). They are
 /// taken best first, and the component's tree fixes the relative signs. An edge is the better, the more parallel the
 /// two normals are up to sign after reflection at the edge's bisector plane, which is exact on circular arcs, and the
 /// less the edge leaves the tangent planes: edges along the normals lead to the opposite sheet of a thin object.
@@ -89,17 +94,17 @@ enum class OrientationVote {
 /// near a scanner, or else outward if that is decisive, or else to the positive side of its axis. All of that is a
 /// guess. Components of under 50 points follow the nearest larger one where it is close.
 ///
-/// Without a vote no sign is changed, and the components are those of all edges up to the neighbour distance.
+/// Without a vote no sign is changed, and the components are those of all edges up to the neighbor distance.
 ///
 /// Opposite sheets closer than about twice l̄ cannot be told apart by their points; agreement is then low unless
 /// views or reference normals are given.
 /// \param normals unit length, one per point, as estimated or as they came; a zero normal joins nothing and is dropped
 /// \param vote OrientationVote::sensor needs points.sensors, reference needs points.normals
 /// \throw InvalidOption as validate does; InvalidInput if what the vote needs is missing
-/// Cost: one 13-neighbour query per point, and sorting about 7 edges per point; without a vote one 5-neighbour query.
+/// Cost: one 13-neighbor query per point, and sorting about 7 edges per point; without a vote one 5-neighbor query.
 /// The result does not depend on the number of threads or, up to ties, on the order of the points.
 PCL_MRF_EXPORT OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                                               const NeighbourSearch& search, const SamplingDensity& density,
+                                               const NeighborSearch& search, const SamplingDensity& density,
                                                OrientationVote vote, const OrientationOptions& options,
                                                Execution& execution);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Points as the stages see them: plain arrays in a recentred frame, without PCL point types.
+/// \brief Points as the stages see them: plain arrays in a recentered frame, without PCL point types.
 #pragma once
 
 #include <pcl/surface/mrf/export.h>
@@ -22,8 +22,9 @@ struct PointSet {
   std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
   std::vector<float> spacings;          ///< local sampling distance, see localSpacings; empty: not measured
   std::vector<std::uint32_t> origins;   ///< index of each point in the cloud it came from
-  std::vector<Eigen::Vector3f> sensors; ///< sensor positions, in the same recentred frame; empty: unknown
+  std::vector<Eigen::Vector3f> sensors; ///< sensor positions, in the same recentered frame; empty: unknown
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to a position to be back in the cloud's frame
+  float resolution = 0;            ///< steps of the largest coordinate as it came in single precision, cloud's unit
   bool hasSensorOrigin = false;    ///< the one sensor is the cloud's own origin, which nobody gave explicitly
   bool hadOnlyZeroNormals = false; ///< the cloud's normals, all zero or not finite, were left out
 

@@ -10,12 +10,12 @@ namespace mrf {
 
 /// Order k of the prior; the system's operator is L^k.
 enum class Prior {
-  membrane = 1,   ///< differences of neighbours (paper Eq. 5, 9, 13)
+  membrane = 1,   ///< differences of neighbors (paper Eq. 5, 9, 13)
   thinPlate = 2,  ///< the fixed point of the paper's ICM for its Laplacian prior (Eq. 6)
-  triharmonic = 3 ///< the exact minimiser of the sum of Eq. 6 over all voxels
+  triharmonic = 3 ///< the exact minimizer of the sum of Eq. 6 over all voxels
 };
 
-/// Which energy is minimised; a = αβ, w = a/(1−a).
+/// Which energy is minimized; a = αβ, w = a/(1−a).
 ///
 /// The paper has two readings of how much the data weigh beside its Laplacian prior. Its program moves a voxel to
 /// a d° + (1−a) d̄, with d̄ the value that the prior alone asks for given the neighbors: the same as a weight of 42 w
@@ -29,7 +29,7 @@ enum class Prior {
 /// Energy::weighted. Here it counts once, so that a constant a gives what Energy::joint gives.
 enum class Energy {
   joint,    ///< Eq. 9 / 13, the paper's program: L^k d + c_k W (d − d°) = 0
-  weighted, ///< Eq. 10–11: the prior of voxel i is weighted by (1−a_i) as well, its data by a_i; has another minimiser
+  weighted, ///< Eq. 10–11: the prior of voxel i is weighted by (1−a_i) as well, its data by a_i; has another minimizer
   paperText ///< the text for Eq. 6: L^k d + 6 W, 36/7 W, 18 W (d − d°) = 0 for k = 1, 2, 3
 };
 
@@ -48,8 +48,8 @@ inline int order(Prior prior)
   return static_cast<int>(prior);
 }
 
-/// c_k: the centre coefficient of L^k in the interior, 6, 42 or 324.
-inline int centreCoefficient(Prior prior)
+/// c_k: the center coefficient of L^k in the interior, 6, 42 or 324.
+inline int centerCoefficient(Prior prior)
 {
   return prior == Prior::membrane ? 6 : prior == Prior::thinPlate ? 42 : 324;
 }

@@ -6,61 +6,92 @@
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
+#include <pcl/surface/mrf/vertex_fields.h>
 
+#include <cstdint>
 #include <exception>
+#include <optional>
+#include <vector>
 
 namespace pcl {
 namespace mrf {
 
+/// What a cloud has beside its geometry, to be interpolated at the vertices of the mesh: colors as red, green and blue
+/// 0..255, or one intensity.
+struct PointAttributes {
+  int channels = 0; ///< values per point; 0: none
+  /// Writes the values of a point of the cloud, by its index. Called from several threads at once, and only for points
+  /// next to a vertex: nothing is copied before.
+  AttributeReader read;
+};
+
+/// A cloud as it comes, without PCL's point types. Arrays are either empty or as long as `positions`, but for sensors.
+struct RawCloud {
+  std::vector<Eigen::Vector3f> positions; ///< possibly not finite
+  std::vector<Eigen::Vector3f> normals;   ///< of any length; empty: none
+  std::vector<float> confidences;         ///< the scanner's, 0..1; empty: 1 everywhere
+  std::vector<std::int32_t> views;        ///< index into `sensors` per point; empty: unknown
+  std::vector<Eigen::Vector3d> sensors;   ///< in the cloud's frame; empty: unknown
+  /// Where the cloud itself says that its sensor was, see OrientationOptions::sensorOrigin; counts without `sensors`.
+  std::optional<Eigen::Vector3d> sensorOrigin;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to positions to be in the cloud's frame
+  PointAttributes attributes;
+};
+
+/// The cloud's sensors, or else the one that it names itself if the options let that count.
+PCL_MRF_EXPORT std::vector<Eigen::Vector3d> sensorsOf(const RawCloud& cloud, const Options& options);
+
+/// \throw InvalidInput if an array is too short or too long, or a view names no sensor
+PCL_MRF_EXPORT void validate(const RawCloud& cloud);
+
 struct Reconstruction {
-  TriangleMesh mesh;     ///< with normals and confidences, in the recentred frame (add points.offset)
-  DistanceField field;   ///< the regularised field of the finest level, same frame
+  TriangleMesh mesh;             ///< with normals and confidences, in the recentered frame (add points.offset)
+  std::vector<float> attributes; ///< of the cloud, interpolated, `channels` per vertex; empty: it has none, or
+                                 ///< Options::colors does not ask for them
+  int channels = 0;
+  DistanceField field;   ///< the regularized field of the finest level, same frame
   OrientedPoints points; ///< what was observed
   Report report;
 };
 
-/// Builds the gathered points: the part of a cloud the stages can use.
-/// \param positions in the cloud's frame, possibly not finite
-/// \param normals empty or one per position; \param confidences, views likewise
-/// \param sensors positions in the cloud's frame
-/// \param counts receives input, notFinite, duplicates, zeroNormals, zeroConfidence
-/// \throw InvalidInput if a sensor is not finite, or farther than 1e18 from the cloud
-/// Points with a normal that is zero or not finite are dropped only if `normalsNeeded`. If all normals are, they are
-/// left out instead, as of a cloud that has none yet. Of equal positions the first is kept.
-/// \return the points along a space-filling curve, so that the stages find neighbours close in memory; neither their
-/// positions nor their order depend on the order they came in
-PCL_MRF_EXPORT PointSet gather(const std::vector<Eigen::Vector3f>& positions,
-                               const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& confidences,
-                               const std::vector<std::int32_t>& views, const std::vector<Eigen::Vector3d>& sensors,
-                               bool normalsNeeded, PointCounts& counts, Execution& execution);
+/// The color of each vertex as Options::colors asks for it: by its confidence, or the input's; empty: none.
+PCL_MRF_EXPORT std::vector<Rgb> vertexColors(const Reconstruction& result);
 
-/// The same on one thread.
-PCL_MRF_EXPORT PointSet gather(const std::vector<Eigen::Vector3f>& positions,
-                               const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& confidences,
-                               const std::vector<std::int32_t>& views, const std::vector<Eigen::Vector3d>& sensors,
-                               bool normalsNeeded, PointCounts& counts);
+/// Builds the gathered points: the part of a cloud the stages can use.
+/// \param cloud its arrays are freed one after the other, as soon as they have been read
+/// \param counts receives input, notFinite, duplicates, zeroNormals, zeroConfidence
+/// \throw InvalidInput as validate does, or if a sensor is not finite, or farther than 1e18 from the cloud
+/// \throw InvalidOption if the options want normals that the cloud has not
+/// Points with a normal that is zero or not finite are dropped only if the normals are to be used as they are. If all
+/// normals are, they are left out instead, as of a cloud that has none yet. Of equal positions the first is kept.
+/// \return the points along a space-filling curve, so that the stages find neighbors close in memory; neither their
+/// positions nor their order depend on the order they came in
+PCL_MRF_EXPORT PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Execution& execution);
 
 /// Section 3.1: outliers, normals, components, orientation. Fills the report's density, counts and orientation.
 /// \param search is given the points that are left; it holds result.positions on return
 /// \throw InvalidInput if too few points are left
-PCL_MRF_EXPORT OrientedPoints preprocess(PointSet points, const Options& options, NeighbourSearch& search,
+PCL_MRF_EXPORT OrientedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search,
                                          Report& report, Execution& execution);
 
-/// Runs all stages.
-/// \param points as gather gives them, with the counts it gave
+/// Runs all stages: the one way from a cloud to a mesh, of the class for PCL's point types as of the tools.
+/// \param cloud moved in, so that its arrays are freed as soon as the stages have read them
 /// \param search is used for every query; see makePointBins
 /// \param result replaced; after an error its report has what was done so far and the rest is empty or partial
 /// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled; and whatever the search or the progress
 /// callback throw
 /// Points nearer than 1e-8 to each other on average, or in a box with a diagonal above 1e9, are refused as
 /// InvalidInput. The result is the same bytes for any number of threads.
-PCL_MRF_EXPORT void reconstruct(PointSet points, const PointCounts& counts, const Options& options,
-                                NeighbourSearch& search, Execution& execution, Reconstruction& result);
+PCL_MRF_EXPORT void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search, Execution& execution,
+                                Reconstruction& result);
+
+/// The same by the library's own search, for whoever needs no report of a failure.
+PCL_MRF_EXPORT Reconstruction reconstruct(RawCloud cloud, const Options& options, Execution& execution);
 
 /// Sets status and message of the report by what was thrown: the module's errors as they are, std::bad_alloc as a
 /// resource limit, all others as internal errors.

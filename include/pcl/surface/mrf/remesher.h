@@ -21,19 +21,24 @@ struct RemesherOptions {
 /// \throw InvalidOption naming the first field that is out of range
 PCL_MRF_EXPORT void validate(const RemesherOptions& options);
 
-struct RemeshResult {
-  TriangleMesh mesh; ///< vertices and triangles only
+struct RemeshSummary {
   std::int64_t splits = 0, collapses = 0, flips = 0;
-  std::int64_t refusedOperations = 0;  ///< that would have flipped a triangle, broken the topology or left the surface
+  std::int64_t refusedOperations = 0; ///< that would have flipped a triangle, broken the topology or left the surface
+  double targetEdge = 0;              ///< that was used
+};
+
+struct RemeshResult : RemeshSummary {
+  TriangleMesh mesh;                   ///< vertices and triangles only
   std::int64_t intersectingBefore = 0; ///< triangles that meet others, as far as sheets are close there, or on a border
   std::int64_t intersecting = 0;       ///< those of the result, all of them
-  double targetEdge = 0;               ///< that was used
+
+  const RemeshSummary& summary() const { return *this; }
 };
 
 /// Makes triangles nearly equilateral and of one size without leaving the zero level.
 ///
 /// A round: split edges longer than 4/3 l, collapse edges shorter than 4/5 l, flip edges towards valence 6 (4 on the
-/// boundary), relax each vertex to the area-weighted centroid of its neighbours in its tangent plane (normal from the
+/// boundary), relax each vertex to the area-weighted centroid of its neighbors in its tangent plane (normal from the
 /// field), trace it back to d = 0 along ∇d / |∇d|². Steps of less than 2 % of l are not taken.
 ///
 /// Borders are remeshed as curves: the border of the input, smoothed within half a voxel, which takes away the teeth
@@ -54,6 +59,14 @@ struct RemeshResult {
 /// parallel. The result does not depend on the number of threads.
 PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
                                    Execution& execution);
+
+/// The same for any triangle mesh, of whatever method: the surface not to be left is the mesh itself, as it was.
+///
+/// New vertices lie on its triangles, so that what these cut off at a curve stays cut off; normals are those of the
+/// vertices, or else of the triangles around them. Edges and corners of the shape are nothing special, and get rounded
+/// by parts of an edge; so do the ends and corners of borders, which stay within half an edge.
+/// Cost: as above, and a search for the nearest triangle at each step of each vertex.
+PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution);
 
 /// Traces a position to the zero level along the (not unit-length) gradient: fourth-order Runge–Kutta, straight for the
 /// last quarter of a voxel.

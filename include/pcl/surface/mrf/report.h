@@ -47,7 +47,7 @@ struct PieceReport {
 };
 
 struct Report {
-  Status status = Status::invalidInput;
+  Status status = Status::notRun;
   std::string message = "not run"; ///< "ok", or what went wrong and what to do about it
   std::vector<std::string> warnings;
 
@@ -62,12 +62,12 @@ struct Report {
   bool normalsEstimated = false;
   OrientationVote vote = OrientationVote::none;
   bool sensorOriginUsed = false; ///< the sensor that voted is the origin that the cloud names
-  OrientationResult orientation; ///< counts and agreement; its arrays are empty
+  OrientationSummary orientation;
 
   std::vector<LevelReport> levels;      ///< coarsest first; of a cloud in pieces those of the one with most points
   std::vector<PieceReport> otherPieces; ///< see pieces.h; mostly none
-  TrimResult trimming;                  ///< its mesh is empty
-  std::int64_t splits = 0, collapses = 0, flips = 0, refusedOperations = 0; ///< of the remesher
+  TrimSummary trimming;
+  RemeshSummary remesher; ///< without remeshing all 0
   /// Triangles that intersect others, of the zero level and of the mesh: by remeshing none are added. A closed zero
   /// level has none; where a cut runs through one vertex twice, trimming leaves some, which remeshing takes apart.
   std::int64_t intersectingBeforeRemeshing = 0, intersecting = 0;

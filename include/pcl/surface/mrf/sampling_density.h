@@ -5,7 +5,7 @@
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include <vector>
@@ -24,19 +24,19 @@ struct SamplingDensity {
   float spacing = 0;          ///< the unit, as chosen; what the other stages call l̄
   float nearestMean = 0;      ///< mean distance to the closest other point (the paper's l̄)
   float nearestDeviation = 0; ///< standard deviation of that distance, σ_l
-  float eighthMedian = 0;     ///< median distance to the 8th neighbour; 0 with fewer than 9 distinct points
+  float eighthMedian = 0;     ///< median distance to the 8th neighbor; 0 with fewer than 9 distinct points
 };
 
-/// Nearest others of each point that NeighbourDistances tell of.
-constexpr int measuredNeighbours = 8;
+/// Nearest others of each point that NeighborDistances tell of.
+constexpr int measuredNeighbors = 8;
 
-/// The mean nearest distance of random points of density ρ, .5/√ρ, in distances to the 8th neighbour: .320 of its
+/// The mean nearest distance of random points of density ρ, .5/√ρ, in distances to the 8th neighbor: .320 of its
 /// median where the points are random, .354 on a square lattice; scans are spread a little more evenly than at random.
 constexpr float nearestToEighth = .323f;
 
 /// Distances from each point to its nearest others, cloud's unit: what the sampling density and the outlier filter are
 /// made of. One entry per point.
-struct NeighbourDistances {
+struct NeighborDistances {
   std::vector<float> nearest; ///< to the closest other point, infinite without one
   std::vector<float> eighth;  ///< to the 8th other point, infinite without one
   std::vector<float> mean;    ///< mean over the 8 nearest others, or as many as there are; 0 without one
@@ -44,31 +44,31 @@ struct NeighbourDistances {
 };
 
 /// \param search holds exactly points.positions
-/// Cost: one 9-neighbour query per point.
-PCL_MRF_EXPORT NeighbourDistances measureNeighbours(const PointSet& points, const NeighbourSearch& search,
-                                                    Execution& execution);
+/// Cost: one 9-neighbor query per point.
+PCL_MRF_EXPORT NeighborDistances measureNeighbors(const PointSet& points, const NeighborSearch& search,
+                                                  Execution& execution);
 
-/// Local sampling distances: .323 times the distance to the 8th neighbour, the mean nearest distance of random points
+/// Local sampling distances: .323 times the distance to the 8th neighbor, the mean nearest distance of random points
 /// of that density, averaged over what lies close by in memory as well as in space. Range data thin out with distance
 /// and angle, by factors of five in one Kinect frame. \return one per point, cloud's unit; empty if there are too few
 /// points to tell
-PCL_MRF_EXPORT std::vector<float> localSpacings(const PointSet& points, const NeighbourDistances& distances,
+PCL_MRF_EXPORT std::vector<float> localSpacings(const PointSet& points, const NeighborDistances& distances,
                                                 Execution& execution);
 
 /// Estimates the sampling density.
 ///
 /// The mean nearest distance tells of pairs, not of density: evenly spread points have twice that of random ones, and
-/// overlapping scans almost none. The distance to the 8th neighbour is about √(8/πρ) in all of them, hence the unit
+/// overlapping scans almost none. The distance to the 8th neighbor is about √(8/πρ) in all of them, hence the unit
 /// .323 times its median (not in the paper). Fewer than nine points have their mean nearest distance.
 /// \param points at least 2 distinct positions; coincident ones count once
 /// \param search holds exactly points.positions
 /// \throw InvalidInput if fewer than two positions are distinct
-/// Cost: one 9-neighbour query per point. The result does not depend on the number of threads.
-PCL_MRF_EXPORT SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourSearch& search,
+/// Cost: one 9-neighbor query per point. The result does not depend on the number of threads.
+PCL_MRF_EXPORT SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborSearch& search,
                                                        Execution& execution, LengthUnit unit = LengthUnit::density);
 
 /// The same from distances that have been measured. Coincident points are measured again without their duplicates.
-PCL_MRF_EXPORT SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighbourDistances& distances,
+PCL_MRF_EXPORT SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDistances& distances,
                                                        Execution& execution, LengthUnit unit = LengthUnit::density);
 
 } // namespace mrf

@@ -82,7 +82,7 @@ public:
 
   /// Chooses the weight of the normals, g²/ℓ², for the noise: .4 or 4.
   ///
-  /// A filling leans on the normals at its rim, so discs that are left out, of 6 l̄ around the cubes' centres, tell what
+  /// A filling leans on the normals at its rim, so discs that are left out, of 6 l̄ around the cubes' centers, tell what
   /// they are worth. 4 is chosen where it brings discs nearer by 8 % and scattered points no farther, on clouds with
   /// noise of .2 l̄ and more. On clean ones the positions are worth more: 4 makes the surface's distance from the points
   /// a third larger, on three head scans.
@@ -100,8 +100,8 @@ public:
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise);
 
 private:
-  class Judgement;
-  std::unique_ptr<Judgement> judgement_;
+  class Judgment;
+  std::unique_ptr<Judgment> judgment_;
 };
 
 } // namespace mrf

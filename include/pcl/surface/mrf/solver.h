@@ -16,7 +16,7 @@ enum class SolverMethod {
   multigrid, ///< conjugate gradients preconditioned by one multigrid V-cycle; see grid_solver.h
   icm,       ///< the paper's iterated conditional modes; see icm.h
   cg,        ///< Fletcher–Reeves conjugate gradients on the energy; see conjugate_gradients.h
-  cholesky   ///< sparse Cholesky factorisation in double precision, the reference; see cholesky.h
+  cholesky   ///< sparse Cholesky factorization in double precision, the reference; see cholesky.h
 };
 
 struct SolverOptions {
@@ -30,7 +30,7 @@ struct SolverOptions {
   int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 10 for k = 1 / 2 /
                           ///< 3, on levels in bands 2 / 4 / 5
   bool choleskyOnCoarsest =
-      false;              ///< factorise the coarsest level of the multiscale scheme whatever the method (the paper's)
+      false;              ///< factorize the coarsest level of the multiscale scheme whatever the method (the paper's)
   std::uint64_t seed = 1; ///< of icm's visiting order
   std::size_t maxFactorBytes = std::size_t{4} << 30; ///< cholesky refuses when its factor is predicted to be larger
 };

@@ -16,12 +16,12 @@ namespace mrf {
 
 using Triangle = std::array<std::int32_t, 3>;
 
-/// An indexed triangle mesh in the recentred frame. Triangles are counter-clockwise seen from outside (d > 0).
+/// An indexed triangle mesh in the recentered frame. Triangles are counter-clockwise seen from outside (d > 0).
 /// Optional per-vertex arrays are either empty or as long as `vertices`.
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;
   std::vector<Triangle> triangles;
-  std::vector<Eigen::Vector3f> normals; ///< unit, outward: the normalised gradient of the field
+  std::vector<Eigen::Vector3f> normals; ///< unit, outward: the normalized gradient of the field
   std::vector<float> confidences;       ///< α at the vertex, 0..1
 };
 

@@ -7,7 +7,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/mesh_quality.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 #include <pcl/surface/mrf/vertex_fields.h>
@@ -52,14 +52,19 @@ PCL_MRF_EXPORT float resolvedMaxHole(const TrimmingOptions& options, float diago
 /// The option, or maxHole, or 24 % of that diagonal: the upper limit.
 PCL_MRF_EXPORT float resolvedMaxGap(const TrimmingOptions& options, float diagonal);
 
-struct TrimResult {
-  TriangleMesh mesh;                        ///< all per-vertex arrays follow
-  std::optional<MeshStatistics> statistics; ///< of the mesh, if they had to be measured to see that all is kept
-  std::int64_t holesFilled = 0;             ///< unsupported pieces that were kept, bays of the rim among them
-  std::int64_t extrapolationsDropped = 0;   ///< unsupported pieces that were dropped
+struct TrimSummary {
+  std::int64_t holesFilled = 0;           ///< unsupported pieces that were kept, bays of the rim among them
+  std::int64_t extrapolationsDropped = 0; ///< unsupported pieces that were dropped
   std::int64_t componentsDropped = 0;
   double areaFilled = 0, areaDropped = 0; ///< cloud's unit squared
   double largestHole = 0;                 ///< diameter of the largest piece that was kept, cloud's unit
+};
+
+struct TrimResult : TrimSummary {
+  TriangleMesh mesh;                        ///< all per-vertex arrays follow
+  std::optional<MeshStatistics> statistics; ///< of the mesh, if they had to be measured to see that all is kept
+
+  const TrimSummary& summary() const { return *this; }
 };
 
 /// Drops surface that no data support.
@@ -85,7 +90,7 @@ struct TrimResult {
 /// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
 /// Cost: linear in the number of triangles, one query per vertex of the regions in question, and n log n for the n
 /// vertices of extrapolation that are closer than maxGap. The result does not depend on the number of threads.
-PCL_MRF_EXPORT TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighbourSearch& search,
+PCL_MRF_EXPORT TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborSearch& search,
                                float diagonal, const TrimmingOptions& options, Execution& execution);
 
 /// Pulls the vertices of borders that no point supports back to where support ends: trimming cuts along edges, up to an

@@ -1,57 +1,58 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Per-vertex fields of the output: normals, confidence, attributes of the input, colours.
+/// \brief Per-vertex fields of the output: normals, confidence, attributes of the input, colors.
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/export.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/observation.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace pcl {
 namespace mrf {
 
-/// Which colours the output carries.
-enum class ColourMode {
+/// Which colors the output carries.
+enum class ColorMode {
   none,      ///< none
   input,     ///< the input's RGB or intensity, interpolated, where it had them
-  confidence ///< α as a colour: blue where interpolated, skin where observed (paper Fig. 4)
+  confidence ///< α as a color: blue where interpolated, skin where observed (paper Fig. 4)
 };
 
 using Rgb = std::array<std::uint8_t, 3>;
 
-/// Sets the normals: the normalised gradient of the field; the mean triangle normal where it vanishes.
+/// Sets the normals: the normalized gradient of the field; the mean triangle normal where it vanishes.
 PCL_MRF_EXPORT void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
 
 /// How far each point supports a surface around it: dEmax, and up to four times as far where the points lie farther
-/// apart than on average: a wall at six metres is as much surface as a cup at one.
+/// apart than on average: a wall at six meters is as much surface as a cup at one.
 class PCL_MRF_EXPORT Support {
 public:
   /// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
   /// \param spacing l̄, cloud's unit; 0, or points without spacings: dEmax is the same everywhere
   /// \pre the arguments outlive this
-  Support(const OrientedPoints& points, const NeighbourSearch& search, float maxDistance, float spacing)
+  Support(const OrientedPoints& points, const NeighborSearch& search, float maxDistance, float spacing)
       : points_(points), search_(search), maxDistance_(maxDistance), spacing_(points.spacings.empty() ? 0 : spacing)
   {}
 
   /// What the nearest point leaves of its reach at a position: ≤ 0 without support, −inf without points.
-  float margin(const Eigen::Vector3f& position, Neighbours& scratch) const;
+  float margin(const Eigen::Vector3f& position, Neighbors& scratch) const;
 
   /// Paper Sec. 3.3.3: α by the distance to the nearest point, times that point's own confidence.
-  float confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbours& scratch) const;
+  float confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbors& scratch) const;
 
 private:
   float reach(std::size_t point) const;
 
   const OrientedPoints& points_;
-  const NeighbourSearch& search_;
+  const NeighborSearch& search_;
   float maxDistance_, spacing_;
 };
 
@@ -59,20 +60,22 @@ private:
 PCL_MRF_EXPORT void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape,
                                    Execution& execution);
 
+/// Writes the values of a point, by its index. Called from several threads at once.
+using AttributeReader = std::function<void(std::size_t point, float* values)>;
+
 /// Interpolates attributes of the data points at the vertices: mean of the 4 nearest points with weights 1/d², the
 /// nearest one's value where it coincides.
-/// \param attributes `channels` values per data point, point by point, in the order of the search's points
+/// \param read writes `channels` values of one of the search's points
 /// \return `channels` values per vertex
 PCL_MRF_EXPORT std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices,
-                                                        const NeighbourSearch& search,
-                                                        const std::vector<float>& attributes, int channels,
-                                                        Execution& execution);
+                                                        const NeighborSearch& search, const AttributeReader& read,
+                                                        int channels, Execution& execution);
 
-/// Interpolated channels 0..255 as a colour, rounded. \param channels three values
+/// Interpolated channels 0..255 as a color, rounded. \param channels three values
 PCL_MRF_EXPORT Rgb toRgb(const float* channels);
 
-/// The colour of a confidence: blue at 0 to skin at 1, linear between.
-PCL_MRF_EXPORT Rgb confidenceColour(float confidence);
+/// The color of a confidence: blue at 0 to skin at 1, linear between.
+PCL_MRF_EXPORT Rgb confidenceColor(float confidence);
 
 } // namespace mrf
 } // namespace pcl

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Nearest-neighbour queries on plain positions.
+/// \brief Nearest-neighbor queries on plain positions.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -18,25 +18,25 @@ namespace pcl {
 namespace mrf {
 
 /// The answer to one query: indices into the positions, and squared distances, nearest first, equals by index.
-struct Neighbours {
+struct Neighbors {
   std::vector<int> indices;
   std::vector<float> squaredDistances;
 };
 
-/// The answers for some of the positions themselves: `k` neighbours each, the position itself among them, as
-/// NeighbourSearch::nearest finds them. Where there are fewer, the rest has an infinite distance.
-struct NeighbourBatch {
+/// The answers for some of the positions themselves: `k` neighbors each, the position itself among them, as
+/// NeighborSearch::nearest finds them. Where there are fewer, the rest has an infinite distance.
+struct NeighborBatch {
   std::size_t size = 0;                     ///< positions answered for
-  std::size_t k = 0;                        ///< neighbours of each
+  std::size_t k = 0;                        ///< neighbors of each
   const std::uint32_t* positions = nullptr; ///< `size` indices
   const float* squaredDistances = nullptr;  ///< those of entry n from n·k on, ascending
   const std::uint32_t* indices = nullptr;   ///< likewise; null if only distances were asked for
 };
 
-/// A set of positions that answers nearest-neighbour queries. Queries may run concurrently, each with its own result.
-class PCL_MRF_EXPORT NeighbourSearch {
+/// A set of positions that answers nearest-neighbor queries. Queries may run concurrently, each with its own result.
+class PCL_MRF_EXPORT NeighborSearch {
 public:
-  virtual ~NeighbourSearch() = default;
+  virtual ~NeighborSearch() = default;
 
   /// Replaces the positions that are searched (copied as far as the implementation needs them).
   virtual void setPoints(const std::vector<Eigen::Vector3f>& positions) = 0;
@@ -52,10 +52,10 @@ public:
   /// The k nearest positions (fewer if there are fewer), nearest first; the point itself is among them if it is a
   /// position. Of equals at the k-th distance, the one with the smaller index where the implementation says so.
   /// \return how many were found
-  virtual int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const = 0;
+  virtual int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const = 0;
 
   /// All positions closer than `radius`, nearest first. \return how many were found
-  virtual int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const = 0;
+  virtual int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const = 0;
 
   /// What the answers of forEachPosition hold.
   enum class Answer { distances, indicesAndDistances };
@@ -64,17 +64,17 @@ public:
   /// than a query at a time. `visit` is called concurrently.
   /// \param positions those that setPoints was given
   virtual void forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
-                               Execution& execution, const std::function<void(const NeighbourBatch&)>& visit) const;
+                               Execution& execution, const std::function<void(const NeighborBatch&)>& visit) const;
 };
 
 /// The default: sorted uniform bins for the common case, a tree of bounding boxes over the same sorted positions for
 /// all others, so that uneven clouds and far outliers cost little. Exact: distances in single precision, of equals the
 /// smaller indices. Built in parallel; same answers for any number of threads.
 /// About 30 bytes per position, twice that while it is built.
-PCL_MRF_EXPORT std::unique_ptr<NeighbourSearch> makePointBins();
+PCL_MRF_EXPORT std::unique_ptr<NeighborSearch> makePointBins();
 
 /// pcl::KdTreeFLANN with exact queries; which of equals at the k-th distance it finds is not defined.
-PCL_MRF_EXPORT std::unique_ptr<NeighbourSearch> makeKdTree();
+PCL_MRF_EXPORT std::unique_ptr<NeighborSearch> makeKdTree();
 
 } // namespace mrf
 } // namespace pcl

@@ -9,13 +9,13 @@
 namespace pcl {
 namespace mrf {
 
-/// Leaves new elements uninitialised: clearing a large array first would cost one thread as much as filling it costs
+/// Leaves new elements uninitialized: clearing a large array first would cost one thread as much as filling it costs
 /// all of them.
 template <typename T>
-struct UninitialisedAllocator : std::allocator<T> {
+struct UninitializedAllocator : std::allocator<T> {
   template <typename U>
   struct rebind {
-    using other = UninitialisedAllocator<U>;
+    using other = UninitializedAllocator<U>;
   };
 
   template <typename U>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 
 #include "support/clouds.h"
 
@@ -15,9 +15,9 @@
 using pcl::mrf::Execution;
 using pcl::mrf::makeKdTree;
 using pcl::mrf::makePointBins;
-using pcl::mrf::NeighbourBatch;
-using pcl::mrf::Neighbours;
-using pcl::mrf::NeighbourSearch;
+using pcl::mrf::NeighborBatch;
+using pcl::mrf::Neighbors;
+using pcl::mrf::NeighborSearch;
 
 namespace {
 
@@ -135,7 +135,7 @@ const Cloud hardClouds[] = {
 class HardClouds : public testing::TestWithParam<Cloud> {};
 
 /// Of equals the smaller indices.
-Neighbours bruteForce(const Positions& positions, const Eigen::Vector3f& query, std::size_t k, float limit)
+Neighbors bruteForce(const Positions& positions, const Eigen::Vector3f& query, std::size_t k, float limit)
 {
   std::vector<std::pair<float, int>> all;
   for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -146,7 +146,7 @@ Neighbours bruteForce(const Positions& positions, const Eigen::Vector3f& query, 
   }
   std::sort(all.begin(), all.end());
   all.resize(std::min(k, all.size()));
-  Neighbours result;
+  Neighbors result;
   for (const auto& [distance, index] : all) {
     result.indices.push_back(index);
     result.squaredDistances.push_back(distance);
@@ -157,7 +157,7 @@ Neighbours bruteForce(const Positions& positions, const Eigen::Vector3f& query, 
 constexpr float noLimit = std::numeric_limits<float>::infinity();
 constexpr std::size_t all = std::numeric_limits<std::size_t>::max();
 
-void expectEqual(const Neighbours& found, const Neighbours& expected)
+void expectEqual(const Neighbors& found, const Neighbors& expected)
 {
   EXPECT_EQ(found.indices, expected.indices);
   EXPECT_EQ(found.squaredDistances, expected.squaredDistances);
@@ -188,11 +188,11 @@ TEST_P(HardClouds, BinsAgreeWithBruteForce)
   const Positions positions = GetParam().make();
   const auto bins = makePointBins();
   bins->setPoints(positions);
-  Neighbours found;
+  Neighbors found;
   for (const Eigen::Vector3f& query : queriesFor(positions))
     for (const int k : {1, 2, 4, 9, 13, 40}) {
       SCOPED_TRACE(k);
-      const Neighbours expected = bruteForce(positions, query, static_cast<std::size_t>(k), noLimit);
+      const Neighbors expected = bruteForce(positions, query, static_cast<std::size_t>(k), noLimit);
       EXPECT_EQ(bins->nearest(query, k, found), static_cast<int>(expected.indices.size()));
       expectEqual(found, expected);
       if (testing::Test::HasFailure())
@@ -205,16 +205,16 @@ TEST_P(HardClouds, RadiusQueriesAgreeWithBruteForce)
   const Positions positions = GetParam().make();
   const auto bins = makePointBins();
   bins->setPoints(positions);
-  Neighbours found;
-  // From a few neighbours up to the whole cloud, however it is scaled.
+  Neighbors found;
+  // From a few neighbors up to the whole cloud, however it is scaled.
   for (const Eigen::Vector3f& query : queriesFor(positions))
     for (const std::size_t rank : {std::size_t{1}, std::size_t{10}, std::size_t{200}, positions.size()}) {
       SCOPED_TRACE(rank);
-      const Neighbours around = bruteForce(positions, query, rank, noLimit);
+      const Neighbors around = bruteForce(positions, query, rank, noLimit);
       const float radius = 1.2f * std::sqrt(around.squaredDistances.back());
       if (!(radius > 0) || !std::isfinite(radius * radius))
         continue;
-      const Neighbours expected = bruteForce(positions, query, all, static_cast<float>(double{radius} * radius));
+      const Neighbors expected = bruteForce(positions, query, all, static_cast<float>(double{radius} * radius));
       EXPECT_EQ(bins->within(query, radius, found), static_cast<int>(expected.indices.size()));
       expectEqual(found, expected);
       if (testing::Test::HasFailure())
@@ -229,13 +229,13 @@ TEST_P(HardClouds, AllPositionsAtOnceAgreeWithSingleQueries)
   Execution execution(2);
   bins->setPoints(positions, execution);
   for (const int k : {1, 5, 9, 13, 20})
-    for (const auto answer : {NeighbourSearch::Answer::distances, NeighbourSearch::Answer::indicesAndDistances}) {
+    for (const auto answer : {NeighborSearch::Answer::distances, NeighborSearch::Answer::indicesAndDistances}) {
       SCOPED_TRACE(k);
       const auto wanted = static_cast<std::size_t>(k);
-      std::vector<Neighbours> answers(positions.size());
-      bins->forEachPosition(positions, k, answer, execution, [&](const NeighbourBatch& batch) {
+      std::vector<Neighbors> answers(positions.size());
+      bins->forEachPosition(positions, k, answer, execution, [&](const NeighborBatch& batch) {
         for (std::size_t q = 0; q < batch.size; ++q) {
-          Neighbours& own = answers[batch.positions[q]];
+          Neighbors& own = answers[batch.positions[q]];
           for (std::size_t n = 0; n < batch.k && std::isfinite(batch.squaredDistances[q * batch.k + n]); ++n) {
             own.squaredDistances.push_back(batch.squaredDistances[q * batch.k + n]);
             if (batch.indices)
@@ -243,7 +243,7 @@ TEST_P(HardClouds, AllPositionsAtOnceAgreeWithSingleQueries)
           }
         }
       });
-      Neighbours expected;
+      Neighbors expected;
       for (std::size_t i = 0; i < positions.size(); ++i) {
         bins->nearest(positions[i], k, expected);
         // Of a far outlier the distances overflow, and an infinite one is none.
@@ -252,7 +252,7 @@ TEST_P(HardClouds, AllPositionsAtOnceAgreeWithSingleQueries)
           expected.indices.pop_back();
         }
         ASSERT_EQ(answers[i].squaredDistances, expected.squaredDistances) << "point " << i;
-        if (answer == NeighbourSearch::Answer::indicesAndDistances) {
+        if (answer == NeighborSearch::Answer::indicesAndDistances) {
           ASSERT_EQ(answers[i].indices, expected.indices) << "point " << i;
         }
       }
@@ -266,7 +266,7 @@ TEST_P(HardClouds, BinsAndKdTreeFindTheSameDistances)
   const auto bins = makePointBins(), tree = makeKdTree();
   bins->setPoints(positions);
   tree->setPoints(positions);
-  Neighbours found, expected;
+  Neighbors found, expected;
   for (const Eigen::Vector3f& query : queriesFor(positions)) {
     EXPECT_EQ(bins->nearest(query, 9, found), tree->nearest(query, 9, expected));
     // Which of equals at the last distance the kd-tree finds is left to it.
@@ -298,7 +298,7 @@ TEST_P(HardClouds, WhatIsLeftAfterDroppingPoints)
         left.push_back(positions[i]);
     }
     bins->dropPoints(left, keep, execution);
-    Neighbours found;
+    Neighbors found;
     for (const Eigen::Vector3f& query : queriesFor(left)) {
       bins->nearest(query, 9, found);
       expectEqual(found, bruteForce(left, query, 9, noLimit));
@@ -307,11 +307,11 @@ TEST_P(HardClouds, WhatIsLeftAfterDroppingPoints)
     }
     std::size_t answered = 0;
     Execution serial;
-    bins->forEachPosition(left, 3, NeighbourSearch::Answer::indicesAndDistances, serial,
-                          [&](const NeighbourBatch& batch) {
+    bins->forEachPosition(left, 3, NeighborSearch::Answer::indicesAndDistances, serial,
+                          [&](const NeighborBatch& batch) {
                             answered += batch.size;
                             for (std::size_t q = 0; q < batch.size; ++q) {
-                              const Neighbours expected = bruteForce(left, left[batch.positions[q]], 3, noLimit);
+                              const Neighbors expected = bruteForce(left, left[batch.positions[q]], 3, noLimit);
                               for (std::size_t n = 0; n < expected.indices.size(); ++n)
                                 ASSERT_EQ(batch.squaredDistances[3 * q + n], expected.squaredDistances[n]);
                             }
@@ -320,7 +320,7 @@ TEST_P(HardClouds, WhatIsLeftAfterDroppingPoints)
   }
 }
 
-TEST(NeighbourSearch, CellsAndBricksMayLoseAllTheirPoints)
+TEST(NeighborSearch, CellsAndBricksMayLoseAllTheirPoints)
 {
   // A small ball beside a large one: a few per cent of the points, and all of some bricks.
   Positions positions = onSphere(4000, 1, 1);
@@ -333,23 +333,23 @@ TEST(NeighbourSearch, CellsAndBricksMayLoseAllTheirPoints)
   bins->setPoints(positions, execution);
   bins->dropPoints(left, keep, execution);
   std::size_t answered = 0;
-  bins->forEachPosition(left, 5, NeighbourSearch::Answer::distances, execution,
-                        [&](const NeighbourBatch& batch) { answered += batch.size; });
+  bins->forEachPosition(left, 5, NeighborSearch::Answer::distances, execution,
+                        [&](const NeighborBatch& batch) { answered += batch.size; });
   EXPECT_EQ(answered, left.size());
-  Neighbours found;
+  Neighbors found;
   for (const Eigen::Vector3f& query : queriesFor(positions)) {
     bins->nearest(query, 5, found);
     expectEqual(found, bruteForce(left, query, 5, noLimit));
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(NeighbourSearch, HardClouds, testing::ValuesIn(hardClouds), [](const auto& test) {
+INSTANTIATE_TEST_SUITE_P(NeighborSearch, HardClouds, testing::ValuesIn(hardClouds), [](const auto& test) {
   std::string name = test.param.name;
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
 });
 
-TEST(NeighbourSearch, BatchesOfTheKdTreeAreItsAnswers)
+TEST(NeighborSearch, BatchesOfTheKdTreeAreItsAnswers)
 {
   const Positions positions = onSphere(500, 1, 1);
   const auto tree = makeKdTree(), bins = makePointBins();
@@ -358,17 +358,17 @@ TEST(NeighbourSearch, BatchesOfTheKdTreeAreItsAnswers)
   bins->setPoints(positions, execution);
   std::vector<float> fromTree(positions.size()), fromBins(positions.size());
   const auto into = [](std::vector<float>& distances) {
-    return [&distances](const NeighbourBatch& batch) {
+    return [&distances](const NeighborBatch& batch) {
       for (std::size_t q = 0; q < batch.size; ++q)
         distances[batch.positions[q]] = batch.squaredDistances[(q + 1) * batch.k - 1];
     };
   };
-  tree->forEachPosition(positions, 9, NeighbourSearch::Answer::distances, execution, into(fromTree));
-  bins->forEachPosition(positions, 9, NeighbourSearch::Answer::distances, execution, into(fromBins));
+  tree->forEachPosition(positions, 9, NeighborSearch::Answer::distances, execution, into(fromTree));
+  bins->forEachPosition(positions, 9, NeighborSearch::Answer::distances, execution, into(fromBins));
   EXPECT_EQ(fromTree, fromBins);
 }
 
-TEST(NeighbourSearch, SameAnswersForAnyNumberOfThreads)
+TEST(NeighborSearch, SameAnswersForAnyNumberOfThreads)
 {
   // Enough for several pieces of work in every pass.
   const Positions positions = onSphere(70000, 1, 1);
@@ -377,8 +377,8 @@ TEST(NeighbourSearch, SameAnswersForAnyNumberOfThreads)
     const auto bins = makePointBins();
     bins->setPoints(positions, execution);
     std::vector<std::uint32_t> indices(5 * positions.size());
-    bins->forEachPosition(positions, 5, NeighbourSearch::Answer::indicesAndDistances, execution,
-                          [&](const NeighbourBatch& batch) {
+    bins->forEachPosition(positions, 5, NeighborSearch::Answer::indicesAndDistances, execution,
+                          [&](const NeighborBatch& batch) {
                             for (std::size_t q = 0; q < batch.size; ++q)
                               std::copy_n(batch.indices + 5 * q, 5, indices.begin() + 5 * batch.positions[q]);
                           });
@@ -389,10 +389,10 @@ TEST(NeighbourSearch, SameAnswersForAnyNumberOfThreads)
   EXPECT_EQ(one, indicesWith(3));
 }
 
-TEST(NeighbourSearch, NoPointsNoAnswers)
+TEST(NeighborSearch, NoPointsNoAnswers)
 {
   const auto bins = makePointBins();
-  Neighbours found;
+  Neighbors found;
   for (const Positions& positions : {Positions{}, Positions{{1, 2, 3}}}) {
     bins->setPoints(positions);
     EXPECT_EQ(bins->nearest({0, 0, 0}, 0, found), 0);
@@ -405,17 +405,17 @@ TEST(NeighbourSearch, NoPointsNoAnswers)
   EXPECT_EQ(bins->nearest({0, 0, 0}, 3, found), 0);
   EXPECT_EQ(bins->within({0, 0, 0}, 3, found), 0);
   Execution execution;
-  bins->forEachPosition({}, 3, NeighbourSearch::Answer::distances, execution,
-                        [](const NeighbourBatch&) { ADD_FAILURE(); });
+  bins->forEachPosition({}, 3, NeighborSearch::Answer::distances, execution,
+                        [](const NeighborBatch&) { ADD_FAILURE(); });
 }
 
-TEST(NeighbourSearch, AnotherSetOfPointsReplacesTheFirst)
+TEST(NeighborSearch, AnotherSetOfPointsReplacesTheFirst)
 {
   const auto bins = makePointBins();
   bins->setPoints(onSphere(2000, 1, 1));
   const Positions second = inCube(300, 50, 2);
   bins->setPoints(second);
-  Neighbours found;
+  Neighbors found;
   for (const Eigen::Vector3f& query : queriesFor(second)) {
     bins->nearest(query, 5, found);
     expectEqual(found, bruteForce(second, query, 5, noLimit));

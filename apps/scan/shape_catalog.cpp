@@ -156,16 +156,16 @@ Shape makeCheese(const Parameters& parameters)
     cavities.push_back(shapes::cylinder(middle - reach, middle + reach, tunnel));
     shape.patches.push_back(reversed(cylinderPatch(middle - reach, middle + reach, tunnel)));
   }
-  // Bubbles are centred on the faces, so that each is open; their places belong to the shape, not to the scan's seed.
+  // Bubbles are centered on the faces, so that each is open; their places belong to the shape, not to the scan's seed.
   Random random(1, 0);
   for (int i = 0; i < bubbles; ++i) {
-    Vector3d centre;
+    Vector3d center;
     for (int axis = 0; axis < 3; ++axis)
-      centre[axis] = random.uniform(-.4, .4) * side;
-    centre[i % 3] = (i / 3 % 2 ? .5 : -.5) * side;
+      center[axis] = random.uniform(-.4, .4) * side;
+    center[i % 3] = (i / 3 % 2 ? .5 : -.5) * side;
     const double bubble = radius * random.uniform(.5, 1);
-    cavities.push_back(shapes::sphere(bubble, centre));
-    shape.patches.push_back(reversed(spherePatch(bubble, centre)));
+    cavities.push_back(shapes::sphere(bubble, center));
+    shape.patches.push_back(reversed(spherePatch(bubble, center)));
   }
   shape.distance = shapes::subtract(shape.distance, std::move(cavities));
   return shape;
@@ -201,7 +201,7 @@ struct Entry {
   Shape (*make)(const Parameters&);
 };
 
-const std::vector<Entry>& catalogue()
+const std::vector<Entry>& catalog()
 {
   static const std::vector<Entry> entries = {
       {"sphere",
@@ -254,7 +254,7 @@ const std::vector<Entry>& catalogue()
 const Entry* find(const std::string& description)
 {
   const std::string name = description.substr(0, description.find(':'));
-  for (const Entry& entry : catalogue())
+  for (const Entry& entry : catalog())
     if (name == entry.name)
       return &entry;
   return nullptr;
@@ -272,7 +272,7 @@ Shape makeShape(const std::string& description)
   const Entry* entry = find(description);
   if (!entry) {
     std::string names;
-    for (const Entry& known : catalogue())
+    for (const Entry& known : catalog())
       names += (names.empty() ? "" : ", ") + std::string(known.name);
     throw InvalidOption("unknown shape '" + description + "', there are " + names);
   }
@@ -282,7 +282,7 @@ Shape makeShape(const std::string& description)
 std::string describeShapes()
 {
   std::string lines;
-  for (const Entry& entry : catalogue()) {
+  for (const Entry& entry : catalog()) {
     std::string line = std::string("  ") + entry.name;
     char separator = ':';
     for (const Parameter& parameter : entry.parameters) {

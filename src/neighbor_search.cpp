@@ -2,7 +2,7 @@
 #include <pcl/kdtree/kdtree_flann.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
-#include <pcl/surface/mrf/neighbour_search.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 
 #include <algorithm>
 #include <limits>
@@ -11,7 +11,7 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-class KdTree : public NeighbourSearch {
+class KdTree : public NeighborSearch {
 public:
   void setPoints(const std::vector<Eigen::Vector3f>& positions) override
   {
@@ -22,18 +22,18 @@ public:
     tree_.setInputCloud(cloud);
   }
 
-  int nearest(const Eigen::Vector3f& query, int k, Neighbours& result) const override
+  int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override
   {
     return orderTies(tree_.nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances), result);
   }
 
-  int within(const Eigen::Vector3f& query, float radius, Neighbours& result) const override
+  int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override
   {
     return orderTies(tree_.radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances), result);
   }
 
 private:
-  static int orderTies(int found, Neighbours& result)
+  static int orderTies(int found, Neighbors& result)
   {
     for (std::size_t n = 1; n < static_cast<std::size_t>(found); ++n)
       for (std::size_t m = n; m > 0 && result.squaredDistances[m] == result.squaredDistances[m - 1] &&
@@ -53,24 +53,23 @@ constexpr std::int64_t grain = 1024;
 
 } // namespace
 
-void NeighbourSearch::setPoints(const std::vector<Eigen::Vector3f>& positions, Execution&)
+void NeighborSearch::setPoints(const std::vector<Eigen::Vector3f>& positions, Execution&)
 {
   setPoints(positions);
 }
 
-void NeighbourSearch::dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>&,
-                                 Execution& execution)
+void NeighborSearch::dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>&,
+                                Execution& execution)
 {
   setPoints(left, execution);
 }
 
-void NeighbourSearch::forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
-                                      Execution& execution,
-                                      const std::function<void(const NeighbourBatch&)>& visit) const
+void NeighborSearch::forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
+                                     Execution& execution, const std::function<void(const NeighborBatch&)>& visit) const
 {
   const auto wanted = static_cast<std::size_t>(std::max(k, 0));
   execution.forRange(static_cast<std::int64_t>(positions.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbours found;
+    Neighbors found;
     std::vector<std::uint32_t> indices(wanted);
     for (std::int64_t i = begin; i < end; ++i) {
       const int number = nearest(positions[static_cast<std::size_t>(i)], k, found);
@@ -78,7 +77,7 @@ void NeighbourSearch::forEachPosition(const std::vector<Eigen::Vector3f>& positi
       for (std::size_t n = 0; n < wanted; ++n)
         indices[n] = n < static_cast<std::size_t>(number) ? static_cast<std::uint32_t>(found.indices[n]) : 0;
       const auto position = static_cast<std::uint32_t>(i);
-      NeighbourBatch batch;
+      NeighborBatch batch;
       batch.size = 1;
       batch.k = wanted;
       batch.positions = &position;
@@ -89,7 +88,7 @@ void NeighbourSearch::forEachPosition(const std::vector<Eigen::Vector3f>& positi
   });
 }
 
-std::unique_ptr<NeighbourSearch> makeKdTree()
+std::unique_ptr<NeighborSearch> makeKdTree()
 {
   return std::make_unique<KdTree>();
 }

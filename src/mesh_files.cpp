@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/surface/mrf/mesh_files.h>
+
+#include <pcl/common/io.h>
+#include <pcl/console/print.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+#include <type_traits>
+
+#include <unistd.h>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class ByteOrder { little, big };
+
+/// Bytes on their way into a file, a block at a time. The machine is little-endian, as PCL's own files are.
+class Output {
+public:
+  Output(const std::string& path, ByteOrder order) : file_(path, std::ios::binary | std::ios::trunc), order_(order)
+  {
+    requireWritten();
+    block_.reserve(2 * blockBytes);
+  }
+
+  void text(const std::string& characters)
+  {
+    block_ += characters;
+    writeFullBlock();
+  }
+
+  template <typename T>
+  void value(T number)
+  {
+    std::array<char, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), &number, sizeof(T));
+    if (order_ == ByteOrder::big)
+      std::reverse(bytes.begin(), bytes.end());
+    block_.append(bytes.data(), bytes.size());
+    writeFullBlock();
+  }
+
+  /// When all is written. \throw FileError if anything could not be
+  void close()
+  {
+    write();
+    file_.close();
+    requireWritten();
+  }
+
+private:
+  static constexpr std::size_t blockBytes = 1 << 16;
+
+  void requireWritten() const
+  {
+    if (!file_)
+      throw FileError(std::string("could not be written: ") + std::strerror(errno));
+  }
+
+  void write()
+  {
+    file_.write(block_.data(), static_cast<std::streamsize>(block_.size()));
+    block_.clear();
+    requireWritten();
+  }
+
+  void writeFullBlock()
+  {
+    if (block_.size() >= blockBytes)
+      write();
+  }
+
+  std::ofstream file_;
+  std::string block_;
+  ByteOrder order_;
+};
+
+/// Of the types that a field of a cloud may have, those of 64-bit whole numbers fit no file.
+std::uint8_t writtenType(const VertexField& field, bool inSinglePrecision)
+{
+  switch (field.type) {
+  case PCLPointField::BOOL:
+    return PCLPointField::UINT8;
+  case PCLPointField::INT64:
+  case PCLPointField::UINT64:
+    return PCLPointField::FLOAT64;
+  case PCLPointField::FLOAT64:
+    return inSinglePrecision ? PCLPointField::FLOAT32 : PCLPointField::FLOAT64;
+  default:
+    return field.type;
+  }
+}
+
+/// Calls visit(value) with the value of a vertex, in the field's own type.
+template <typename Visit>
+void visitValue(const VertexField& field, std::size_t vertex, const Visit& visit)
+{
+  const char* const place = static_cast<const char*>(field.values) + vertex * field.stride;
+  const auto as = [&](auto number) {
+    std::memcpy(&number, place, sizeof(number));
+    visit(number);
+  };
+  switch (field.type) {
+  case PCLPointField::INT8:
+    return as(std::int8_t{});
+  case PCLPointField::BOOL:
+  case PCLPointField::UINT8:
+    return as(std::uint8_t{});
+  case PCLPointField::INT16:
+    return as(std::int16_t{});
+  case PCLPointField::UINT16:
+    return as(std::uint16_t{});
+  case PCLPointField::INT32:
+    return as(std::int32_t{});
+  case PCLPointField::UINT32:
+    return as(std::uint32_t{});
+  case PCLPointField::INT64:
+    return as(std::int64_t{});
+  case PCLPointField::UINT64:
+    return as(std::uint64_t{});
+  case PCLPointField::FLOAT32:
+    return as(float{});
+  case PCLPointField::FLOAT64:
+    return as(double{});
+  default: // which nameOf has refused
+    return;
+  }
+}
+
+void writeValue(const VertexField& field, std::size_t vertex, bool inSinglePrecision, Output& file)
+{
+  visitValue(field, vertex, [&](auto number) {
+    using Number = decltype(number);
+    if constexpr (std::is_integral_v<Number> && sizeof(Number) == 8)
+      file.value(static_cast<double>(number));
+    else if constexpr (std::is_same_v<Number, double>) {
+      if (inSinglePrecision)
+        file.value(static_cast<float>(number));
+      else
+        file.value(number);
+    } else
+      file.value(number);
+  });
+}
+
+/// The corners of all polygons, one polygon after the other: visit(corners).
+template <typename Visit>
+void forPolygons(const MeshView& mesh, const Visit& visit)
+{
+  std::vector<std::int32_t> corners;
+  for (std::size_t p = 0; p < mesh.polygons; ++p) {
+    mesh.corners(p, corners);
+    for (const std::int32_t vertex : corners)
+      if (vertex < 0 || static_cast<std::size_t>(vertex) >= mesh.vertices)
+        throw FileError("cannot be written: polygon " + std::to_string(p) + " has vertex " + std::to_string(vertex) +
+                        ", and the mesh " + std::to_string(mesh.vertices));
+    visit(corners);
+  }
+}
+
+const VertexField* find(const MeshView& mesh, const std::string& name)
+{
+  const auto found = std::find_if(mesh.fields.begin(), mesh.fields.end(),
+                                  [&](const VertexField& field) { return field.name == name; });
+  return found == mesh.fields.end() ? nullptr : &*found;
+}
+
+using Triple = std::array<const VertexField*, 3>;
+
+/// Three fields of one type that belong together; nullptr if one is missing.
+Triple findAll(const MeshView& mesh, const std::array<const char*, 3>& names)
+{
+  const Triple fields = {find(mesh, names[0]), find(mesh, names[1]), find(mesh, names[2])};
+  const bool areThere = std::find(fields.begin(), fields.end(), nullptr) == fields.end();
+  return areThere && fields[0]->type == fields[1]->type && fields[0]->type == fields[2]->type ? fields : Triple{};
+}
+
+Triple requirePosition(const MeshView& mesh)
+{
+  const Triple position = findAll(mesh, {"x", "y", "z"});
+  if (position[0] == nullptr)
+    throw FileError("cannot be written: the mesh's vertices have no x, y and z of one type");
+  return position;
+}
+
+/// What files call the types that are written.
+struct TypeName {
+  std::uint8_t type;
+  const char *ply, *vtk;
+};
+
+const TypeName& nameOf(const VertexField& field, bool inSinglePrecision)
+{
+  static constexpr std::array<TypeName, 8> all = {{{PCLPointField::INT8, "char", "char"},
+                                                   {PCLPointField::UINT8, "uchar", "unsigned_char"},
+                                                   {PCLPointField::INT16, "short", "short"},
+                                                   {PCLPointField::UINT16, "ushort", "unsigned_short"},
+                                                   {PCLPointField::INT32, "int", "int"},
+                                                   {PCLPointField::UINT32, "uint", "unsigned_int"},
+                                                   {PCLPointField::FLOAT32, "float", "float"},
+                                                   {PCLPointField::FLOAT64, "double", "double"}}};
+  const std::uint8_t type = writtenType(field, inSinglePrecision);
+  const auto found = std::find_if(all.begin(), all.end(), [&](const TypeName& name) { return name.type == type; });
+  if (found == all.end())
+    throw FileError("cannot be written: field '" + field.name + "' is of an unknown type");
+  return *found;
+}
+
+/// The point data of a VTK file: all fields but the position.
+class VtkPointData {
+public:
+  VtkPointData(const MeshView& mesh, Output& file)
+      : mesh_(mesh), file_(file), colors_(findAll(mesh, {"red", "green", "blue"})),
+        normals_(findAll(mesh, {"nx", "ny", "nz"}))
+  {
+    if (colors_[0] != nullptr && colors_[0]->type != PCLPointField::UINT8)
+      colors_ = {};
+    const Triple position = findAll(mesh, {"x", "y", "z"});
+    for (const VertexField& field : mesh.fields)
+      if (!isPart(position, field) && !isPart(colors_, field) && !isPart(normals_, field))
+        others_.push_back(&field);
+  }
+
+  void write()
+  {
+    const auto vertices = std::to_string(mesh_.vertices);
+    file_.text("POINT_DATA " + vertices + "\n");
+    std::size_t first = 0; // of the others that are in no place of their own
+    if (colors_[0] != nullptr) {
+      file_.text("COLOR_SCALARS rgb 3\n");
+      values(colors_);
+    } else if (!others_.empty()) {
+      file_.text("SCALARS " + others_[0]->name + " " + typeOf(*others_[0]) + " 1\nLOOKUP_TABLE default\n");
+      values(std::array{others_[first++]});
+    }
+    if (normals_[0] != nullptr) {
+      file_.text("NORMALS normals " + typeOf(*normals_[0]) + "\n");
+      values(normals_);
+    }
+    if (others_.size() > first)
+      file_.text("FIELD FieldData " + std::to_string(others_.size() - first) + "\n");
+    for (; first < others_.size(); ++first) {
+      file_.text(others_[first]->name + " 1 " + vertices + " " + typeOf(*others_[first]) + "\n");
+      values(std::array{others_[first]});
+    }
+  }
+
+private:
+  static bool isPart(const Triple& fields, const VertexField& field)
+  {
+    return std::find(fields.begin(), fields.end(), &field) != fields.end();
+  }
+
+  std::string typeOf(const VertexField& field) const { return nameOf(field, mesh_.inSinglePrecision).vtk; }
+
+  template <std::size_t Count>
+  void values(const std::array<const VertexField*, Count>& fields)
+  {
+    for (std::size_t v = 0; v < mesh_.vertices; ++v)
+      for (const VertexField* field : fields)
+        writeValue(*field, v, mesh_.inSinglePrecision, file_);
+    file_.text("\n");
+  }
+
+  const MeshView& mesh_;
+  Output& file_;
+  Triple colors_, normals_;
+  std::vector<const VertexField*> others_;
+};
+
+/// PCL's fields under the names that files have for them.
+MeshView viewOf(const pcl::PolygonMesh& mesh)
+{
+  const pcl::PCLPointCloud2& cloud = mesh.cloud;
+  MeshView view;
+  view.vertices = std::size_t{cloud.width} * cloud.height;
+  if (cloud.data.size() < view.vertices * cloud.point_step)
+    throw FileError("cannot be written: the mesh's cloud has fewer bytes than its " + std::to_string(view.vertices) +
+                    " points take");
+  for (const PCLPointField& field : cloud.fields) {
+    const auto add = [&](const std::string& name, std::size_t offset, std::uint8_t type) {
+      view.fields.push_back({name, cloud.data.data() + field.offset + offset, cloud.point_step, type});
+    };
+    if (field.name == "_")
+      continue; // room between fields
+    if (field.name == "rgb" || field.name == "rgba") {
+      add("red", 2, PCLPointField::UINT8);
+      add("green", 1, PCLPointField::UINT8);
+      add("blue", 0, PCLPointField::UINT8);
+    } else if (field.name.size() == 8 && field.name.compare(0, 7, "normal_") == 0)
+      add(std::string("n") + field.name[7], 0, field.datatype);
+    else if (field.count <= 1)
+      add(field.name, 0, field.datatype);
+    else
+      for (std::uint32_t n = 0; n < field.count; ++n)
+        add(field.name + "_" + std::to_string(n), n * static_cast<std::size_t>(getFieldSize(field.datatype)),
+            field.datatype);
+  }
+  view.polygons = mesh.polygons.size();
+  view.corners = [&mesh](std::size_t polygon, std::vector<std::int32_t>& corners) {
+    const pcl::Indices& vertices = mesh.polygons[polygon].vertices;
+    corners.assign(vertices.begin(), vertices.end());
+  };
+  return view;
+}
+
+/// A file that is not there until it is whole.
+template <typename Writer>
+void writeWhole(const std::string& path, const Writer& writer)
+{
+  std::error_code error;
+  const fs::path target = fs::weakly_canonical(path, error); // renaming would replace a link
+  if (error)
+    throw FileError("cannot be written: " + error.message());
+  if (fs::exists(target) && !fs::is_regular_file(target))
+    return writer(path);
+  const std::string temporary = target.string() + "." + std::to_string(getpid()) + ".part";
+  try {
+    writer(temporary);
+    fs::rename(temporary, target);
+  } catch (...) {
+    fs::remove(temporary, error);
+    throw;
+  }
+}
+
+/// \param caller the function that messages name
+int save(const char* caller, const std::string& path, const pcl::PolygonMesh& mesh,
+         void (*write)(const MeshView&, const std::string&))
+{
+  try {
+    writeWhole(path, [&](const std::string& temporary) { write(viewOf(mesh), temporary); });
+    return 0;
+  } catch (const std::exception& error) {
+    PCL_ERROR("[pcl::mrf::%s] '%s' %s\n", caller, path.c_str(), error.what());
+    return -1;
+  }
+}
+
+} // namespace
+
+void writePLY(const MeshView& mesh, const std::string& path)
+{
+  requirePosition(mesh);
+  Output file(path, ByteOrder::little);
+  file.text("ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertices) + "\n");
+  for (const VertexField& field : mesh.fields)
+    file.text(std::string("property ") + nameOf(field, mesh.inSinglePrecision).ply + " " + field.name + "\n");
+  file.text("element face " + std::to_string(mesh.polygons) + "\nproperty list uchar int vertex_indices\nend_header\n");
+  for (std::size_t v = 0; v < mesh.vertices; ++v)
+    for (const VertexField& field : mesh.fields)
+      writeValue(field, v, mesh.inSinglePrecision, file);
+  forPolygons(mesh, [&](const std::vector<std::int32_t>& corners) {
+    constexpr std::size_t mostCorners = 255; // the count is a byte
+    if (corners.size() > mostCorners)
+      throw FileError("cannot be written: a polygon has " + std::to_string(corners.size()) + " vertices");
+    file.value(static_cast<std::uint8_t>(corners.size()));
+    for (const std::int32_t vertex : corners)
+      file.value(vertex);
+  });
+  file.close();
+}
+
+void writeVTK(const MeshView& mesh, const std::string& path)
+{
+  const Triple position = requirePosition(mesh);
+  Output file(path, ByteOrder::big);
+  file.text("# vtk DataFile Version 3.0\nMarkov random field surface reconstruction\nBINARY\nDATASET POLYDATA\n");
+  file.text("POINTS " + std::to_string(mesh.vertices) + " " + nameOf(*position[0], mesh.inSinglePrecision).vtk + "\n");
+  for (std::size_t v = 0; v < mesh.vertices; ++v)
+    for (const VertexField* axis : position)
+      writeValue(*axis, v, mesh.inSinglePrecision, file);
+  std::size_t numbers = 0;
+  forPolygons(mesh, [&](const std::vector<std::int32_t>& corners) { numbers += 1 + corners.size(); });
+  file.text("\nPOLYGONS " + std::to_string(mesh.polygons) + " " + std::to_string(numbers) + "\n");
+  forPolygons(mesh, [&](const std::vector<std::int32_t>& corners) {
+    file.value(static_cast<std::int32_t>(corners.size()));
+    for (const std::int32_t vertex : corners)
+      file.value(vertex);
+  });
+  file.text("\n");
+  VtkPointData(mesh, file).write();
+  file.close();
+}
+
+int savePLY(const std::string& path, const pcl::PolygonMesh& mesh)
+{
+  return save("savePLY", path, mesh, &writePLY);
+}
+
+int saveVTK(const std::string& path, const pcl::PolygonMesh& mesh)
+{
+  return save("saveVTK", path, mesh, &writeVTK);
+}
+
+} // namespace mrf
+} // namespace pcl
