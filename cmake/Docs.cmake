@@ -22,6 +22,10 @@ if(DOXYGEN_FOUND)
   set(DOXYGEN_QUIET YES)
   set(DOXYGEN_WARN_IF_INCOMPLETE_DOC NO)
   set(DOXYGEN_WARN_AS_ERROR FAIL_ON_WARNINGS)
-  doxygen_add_docs(docs ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/README.md
+  # The README's links lead to pages of the reference as well.
+  set(pages README.md apps/README.md apps/experiments/README.md test/benchmark/README.md .github/CONTRIBUTING.md
+      .github/CHANGELOG.md)
+  list(TRANSFORM pages PREPEND ${PROJECT_SOURCE_DIR}/)
+  doxygen_add_docs(docs ${PROJECT_SOURCE_DIR}/include ${pages}
     COMMENT "API reference in ${DOXYGEN_OUTPUT_DIRECTORY}/html/index.html")
 endif()

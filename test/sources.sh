@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Every source file says what it is under, and spells as PCL does. Run by ctest with the source directory.
+# Every source file says what it is under, and spells as PCL does; README and example agree. Run by ctest with the source directory.
 set -euo pipefail
 cd "$1"
 
@@ -22,5 +22,12 @@ if grep -rniE "$british|behaviour|catalogue" include src apps test --include='*.
   echo "sources: spelled as in Britain" >&2
   failed=1
 fi
+
+# The program that the README shows is the one that is built and run.
+shown=$(sed -n '/^```cpp$/,/^```$/p' README.md | sed '1d;$d')
+[ "$shown" = "$(sed 1,2d apps/examples/files_to_mesh.cpp)" ] || {
+  echo "README.md: its program is not apps/examples/files_to_mesh.cpp" >&2
+  failed=1
+}
 [ "$count" -gt 100 ] || failed=1
 exit "$failed"

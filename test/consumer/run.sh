@@ -45,7 +45,7 @@ run_examples() {
   local in=$scratch/sphere.ply out=$scratch/mesh
   sphere >"$in"
   sed '1,/end_header/d' "$in" | cut -d' ' -f1-3 >"$scratch/sphere.xyz"
-  expect ' closed, ' "$1/example_files_to_mesh" "$in" "$out.ply"
+  expect '^2000 of 2000 points, [1-9]' "$1/example_files_to_mesh" "$in" "$out.ply"
   expect 'poisson: [1-9]' "$1/example_poisson_replaced" poisson "$in" "$out.poisson.ply"
   expect 'ok: 2000 points, volume 4.1' "$1/example_poisson_replaced" mrf "$in" "$out.mrf.ply"
   expect 'mean color 200 120 40' "$1/example_colors" "$in" "$out.colors.ply"
