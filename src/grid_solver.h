@@ -26,7 +26,7 @@ constexpr int wholeLevelSteps = 100;
 constexpr double residualOfChange = .05;
 
 /// SolveReport::remainingChange of a band that counts as converged, voxel sides.
-constexpr double changeLeftInBands = .05;
+constexpr double changeLeftInBands = .1;
 
 /// The smoother's degree: the option, or the prior's.
 int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole);

@@ -47,7 +47,7 @@ struct SolveReport {
   /// last step and the fall of the residual foretell.
   double remainingChange = 0;
   double remainingChangeOfFillings = 0; ///< the same of voxels near the zero level where nothing is observed
-  /// The tolerance of the method is met; on levels in bands, which take a fixed number of steps: remainingChange ≤ .05.
+  /// The tolerance of the method is met; on levels in bands, which take a fixed number of steps: remainingChange ≤ .1.
   bool converged = false;
   std::vector<double>
       history; ///< per iteration: relative residual (multigrid, cg), energy per voxel (icm); empty for cholesky
