@@ -4,12 +4,12 @@
 ///
 ///     example_files_to_mesh scan.pcd mesh.ply
 
+#include <pcl/surface/mrf/mesh_files.h>
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <pcl/common/io.h>
 #include <pcl/conversions.h>
 #include <pcl/io/auto_io.h>
-#include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
 
 #include <cstdio>
@@ -52,5 +52,5 @@ int main(int argc, char** argv)
   pcl::PolygonMesh mesh;
   if (hasNormals ? !reconstruct<pcl::PointNormal>(file, mesh) : !reconstruct<pcl::PointXYZ>(file, mesh))
     return 1;
-  return pcl::io::savePLYFileBinary(argv[2], mesh) < 0 ? 1 : 0; // which leaves the field `confidence` out, and says so
+  return pcl::mrf::savePLY(argv[2], mesh) < 0 ? 1 : 0; // with `confidence`, which PCL's own writer leaves out
 }
