@@ -462,18 +462,6 @@ private:
 
 } // namespace
 
-void validate(const MultiscaleOptions& options)
-{
-  if (!(options.voxelSize >= 0) || !std::isfinite(options.voxelSize))
-    refuse("voxelSize", options.voxelSize, "[0, inf), 0 = by the quality");
-  if (options.padding != 0 && (options.padding < 2 || options.padding > 100))
-    refuse("padding", options.padding, "2..100, 0 = chosen by a coarse solution");
-  if (options.denseVoxels < 0)
-    refuse("denseVoxels", options.denseVoxels, "[0, inf)");
-  if (options.coarsestSide < 4 || options.coarsestSide > 256)
-    refuse("coarsestSide", options.coarsestSide, "4..256");
-}
-
 int resolvedPadding(const MultiscaleOptions& options)
 {
   return options.padding > 0 ? options.padding : leastPadding;

@@ -82,12 +82,24 @@ void validate(const RemesherOptions& options)
   requireStage(&Options::remesher, options, "remesher");
 }
 
+void validate(const PriorOptions& options)
+{
+  requireStage(&Options::prior, options, "prior");
+}
+
+void validate(const SolverOptions& options)
+{
+  requireStage(&Options::solver, options, "solver");
+}
+
+void validate(const MultiscaleOptions& options)
+{
+  requireStage(&Options::multiscale, options, "multiscale");
+}
+
 void validate(const Options& options)
 {
   requireDeclared(options);
-  validate(options.prior);
-  validate(options.solver);
-  validate(options.multiscale);
 }
 
 } // namespace mrf

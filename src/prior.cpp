@@ -1,25 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/prior.h>
 
-#include <pcl/surface/mrf/exceptions.h>
-
 #include <cmath>
-#include <string>
 
 namespace pcl {
 namespace mrf {
-
-void validate(const PriorOptions& options)
-{
-  const int k = order(options.prior);
-  if (k < 1 || k > 3)
-    throw InvalidOption("prior is of order " + std::to_string(k) + "; it must be 1, 2 or 3");
-  if (!(options.beta >= 0 && options.beta < 1))
-    throw InvalidOption("beta is " + std::to_string(options.beta) + "; it must be at least 0 and below 1");
-  if (options.energy != Energy::joint && options.energy != Energy::weighted && options.energy != Energy::paperText)
-    throw InvalidOption("energy is " + std::to_string(static_cast<int>(options.energy)) +
-                        "; it must be joint, weighted or paperText");
-}
 
 double dataCoefficient(const PriorOptions& options)
 {

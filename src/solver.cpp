@@ -9,20 +9,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <stdexcept>
 
 namespace pcl {
 namespace mrf {
 namespace {
-
-template <typename Value>
-[[noreturn]] void refuse(const char* name, const Value& value, const char* range)
-{
-  std::ostringstream message;
-  message << name << " is " << value << "; it must be " << range;
-  throw InvalidOption(message.str());
-}
 
 void checkSizes(const LinearSystem& system, const std::vector<double>& d)
 {
@@ -35,23 +26,6 @@ void checkSizes(const LinearSystem& system, const std::vector<double>& d)
 }
 
 } // namespace
-
-void validate(const SolverOptions& options)
-{
-  const int method = static_cast<int>(options.method);
-  if (method < 0 || method > static_cast<int>(SolverMethod::cholesky))
-    refuse("solver method", method, "multigrid, icm, cg or cholesky");
-  if (options.maxIterations < 0)
-    refuse("maxIterations", options.maxIterations, "at least 0 (0 = the method's default)");
-  if (!(options.residualTolerance > 0 && options.residualTolerance < 1))
-    refuse("residualTolerance", options.residualTolerance, "above 0 and below 1");
-  if (!(options.changeTolerance >= 0 && std::isfinite(options.changeTolerance)))
-    refuse("changeTolerance", options.changeTolerance, "finite and at least 0 (0 = stop by sweeps only)");
-  if (options.smootherDegree < 0 || options.smootherDegree > 50)
-    refuse("smootherDegree", options.smootherDegree, "from 0 to 50 (0 = the prior's default)");
-  if (options.maxFactorBytes == 0)
-    refuse("maxFactorBytes", options.maxFactorBytes, "above 0");
-}
 
 SolveReport solve(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                   Execution& execution)

@@ -187,4 +187,8 @@ TEST(Memory, TheClassTakesWhatTheStagesTake)
   const std::int64_t before = benchmarks::heapBytes();
   mrf.reconstruct(mesh);
   EXPECT_LT(static_cast<double>(benchmarks::heapBytes() - before), 1.1 * output);
+  mesh = pcl::PolygonMesh();
+  mrf.setKeepResult(true);
+  mrf.reconstruct(mesh);
+  EXPECT_GT(static_cast<double>(benchmarks::heapBytes() - before), 2 * output) << "what it was asked to keep";
 }

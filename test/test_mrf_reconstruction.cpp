@@ -685,6 +685,19 @@ TEST(Padding, IsUsableUpToItsLimit)
   EXPECT_GT(run(mrf).triangles.size(), 1000u);
 }
 
+TEST(Errors, AFieldWithoutAZeroLevelIsBlamedOnBetaAtVoxels)
+{
+  Mrf mrf;
+  mrf.setInputCloud(sphereCloud());
+  mrf.setObservation(pcl::mrf::Estimate::plane);
+  mrf.setBeta(1e-10f);
+  const std::string message = expectFailure(mrf, Status::invalidInput);
+  EXPECT_NE(message.find("prior.beta = 1e-10 is too small"), std::string::npos) << message;
+  // At points it has no effect, and nothing to be blamed for.
+  mrf.setObservation(pcl::mrf::Estimate::points);
+  run(mrf);
+}
+
 TEST(Errors, MemoryLimitNamesTheVoxelSizeThatFits)
 {
   Mrf mrf;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every option's limits: the ends of its range are accepted, what lies beyond is refused with the option's name and
 // value.
+#include "support/clouds.h"
+
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/options.h>
@@ -113,6 +115,25 @@ TEST(Options, ValuesBeyondThemAreRefusedByName)
         EXPECT_EQ(error.status(), pcl::mrf::Status::invalidOption);
       }
     }
+}
+
+TEST(Options, StagesRefuseInTheSameWords)
+{
+  Options options;
+  const auto expectSame = [&](const auto& stage, const std::string& message) {
+    EXPECT_EQ(clouds::messageOf<pcl::mrf::InvalidOption>([&] { validate(stage); }), message);
+    EXPECT_EQ(clouds::messageOf<pcl::mrf::InvalidOption>([&] { validate(options); }), message);
+    options = Options();
+  };
+  options.prior.beta = 1.5f;
+  expectSame(options.prior, "prior.beta = 1.5 is outside its range [0, 1)");
+  options.solver.smootherDegree = 51;
+  expectSame(options.solver,
+             "solver.smootherDegree = 51 is " + pcl::mrf::optionDeclaration("solver.smootherDegree").refusal());
+  options.multiscale.coarsestSide = 3;
+  expectSame(options.multiscale, "multiscale.coarsestSide = 3 is outside its range [4, 256] voxels");
+  options.prior.energy = static_cast<pcl::mrf::Energy>(9);
+  expectSame(options.prior, "prior.energy = 9 is none of joint, weighted, paper-text");
 }
 
 /// What the docstring of paperPreset() says, setting by setting.

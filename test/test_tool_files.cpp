@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every input and output format, as other programs write and read it.
+#include "support/conversion.h"
 #include "support/tool.h"
 
 #include <pcl/io/pcd_io.h>
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
+#include <pcl/surface/mrf_reconstruction.h>
 
 #include <vtkDataArray.h>
 #include <vtkImageData.h>
@@ -277,6 +279,33 @@ TEST_F(ToolFiles, EveryMeshFormatHoldsTheSameMesh)
                 .9);
     }
   }
+}
+
+TEST_F(ToolFiles, TheClassMakesTheSameMesh)
+{
+  pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr input(new pcl::PointCloud<pcl::PointXYZRGBNormal>);
+  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount)) {
+    pcl::PointXYZRGBNormal point;
+    point.getVector3fMap() = (p + Eigen::Vector3d(3, 4, 5)).cast<float>();
+    point.getNormalVector3fMap() = p.cast<float>();
+    point.r = static_cast<std::uint8_t>(100 + 100 * p.z());
+    input->push_back(point);
+  }
+  pcl::io::savePCDFileBinary(path("in.pcd").string(), *input);
+  ASSERT_EQ(run({"in.pcd", "out.ply", "-q"}).status, 0);
+  pcl::PolygonMesh byTool, byClass;
+  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), byTool), 0);
+  pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;
+  mrf.setInputCloud(input);
+  mrf.reconstruct(byClass);
+  const pcl::mrf::TriangleMesh ofClass = conversion::plain(byClass);
+  ASSERT_FALSE(ofClass.triangles.empty());
+  EXPECT_TRUE(conversion::sameBytes(conversion::plain(byTool), ofClass));
+  pcl::PointCloud<pcl::PointXYZRGB> toolColors, classColors;
+  pcl::fromPCLPointCloud2(byTool.cloud, toolColors);
+  pcl::fromPCLPointCloud2(byClass.cloud, classColors);
+  for (std::size_t v = 0; v < classColors.size(); ++v)
+    ASSERT_EQ(toolColors[v].rgba & 0xffffff, classColors[v].rgba & 0xffffff);
 }
 
 TEST_F(ToolFiles, IntensitySurvives)

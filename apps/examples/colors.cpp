@@ -4,11 +4,11 @@
 ///
 ///     example_colors scan.pcd mesh.ply [confidence]
 
+#include <pcl/surface/mrf/mesh_files.h>
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <pcl/conversions.h>
 #include <pcl/io/auto_io.h>
-#include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
 
 #include <cstdio>
@@ -53,5 +53,5 @@ int main(int argc, char** argv)
   pcl::PolygonMesh mesh;
   pcl::toPCLPointCloud2(vertices, mesh.cloud);
   mesh.polygons = triangles;
-  return pcl::io::savePLYFileBinary(argv[2], mesh) < 0 ? 1 : 0;
+  return pcl::mrf::savePLY(argv[2], mesh) < 0 ? 1 : 0;
 }
