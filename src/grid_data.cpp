@@ -174,6 +174,19 @@ public:
     });
   }
 
+  void addDraw(int z, const NormalDraws& draws, float* y, float* yAbove) const override
+  {
+    const SampleLayer layer = layerAt(z);
+    layer.forEach([&](const PointSample& s, const EdgeWeights& edges, float u, std::int64_t at) {
+      const auto index = static_cast<std::uint64_t>(2 * (&s - samples_.data()));
+      const std::array<float, 2> first = draws.pair(NormalDraws::Kind::samples, index),
+                                 second = draws.pair(NormalDraws::Kind::samples, index + 1);
+      const float value = std::sqrt(value_ * s.weight), gradient = std::sqrt(gradient_ * s.weight);
+      scatter(spread(edges, u, value * first[0], gradient * first[1], gradient * second[0], gradient * second[1]), at,
+              layer.stride, y, yAbove);
+    });
+  }
+
   bool isDiagonal() const override { return false; }
 
   /// Calls body(window index of the cell's lowest voxel, the matrix of the sample) for the samples of a layer.
@@ -311,6 +324,11 @@ public:
 
   void addRightHandSide(int z, float* y, float* yAbove) const override { perSample_.addRightHandSide(z, y, yAbove); }
 
+  void addDraw(int z, const NormalDraws& draws, float* y, float* yAbove) const override
+  {
+    perSample_.addDraw(z, draws, y, yAbove);
+  }
+
   bool isDiagonal() const override { return false; }
 
 private:
@@ -347,6 +365,17 @@ public:
       const std::int64_t first = voxels_.planeFirst(z) + run.first;
       for (std::int32_t i = 0; i < run.count; ++i)
         y[run.at + i] += weights_[static_cast<std::size_t>(first + i)] * targets_[static_cast<std::size_t>(first + i)];
+    }
+  }
+
+  void addDraw(int z, const NormalDraws& draws, float* y, float*) const override
+  {
+    for (const Run& run : voxels_.plane(z)) {
+      const std::int64_t first = voxels_.planeFirst(z) + run.first;
+      for (std::int32_t i = 0; i < run.count; ++i)
+        if (const float weight = weights_[static_cast<std::size_t>(first + i)]; weight > 0)
+          y[run.at + i] +=
+              std::sqrt(weight) * draws.pair(NormalDraws::Kind::samples, static_cast<std::uint64_t>(first + i))[0];
     }
   }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "grid_transfer.h"
+#include "normal_draws.h"
 #include "point_observation.h"
 #include "voxel_set.h"
 
@@ -26,6 +27,9 @@ public:
 
   /// Adds b.
   virtual void addRightHandSide(int z, float* y, float* yAbove) const = 0;
+
+  /// Adds a draw from N(0, C): what the observations say of a field that is zero if each of them is off by chance.
+  virtual void addDraw(int z, const NormalDraws& draws, float* y, float* yAbove) const = 0;
 
   /// True if C has no entry off its diagonal.
   virtual bool isDiagonal() const = 0;

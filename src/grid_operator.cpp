@@ -42,6 +42,24 @@ bool haveSameVoxels(const Runs& a, const Runs& b)
                     [](const Run& run, const Run& other) { return run.at == other.at && run.count == other.count; });
 }
 
+/// Packed values of what layer(z, window of z, window of z + 1) adds up to over a grid.
+template <typename Layer>
+void sumLayers(const VoxelSet& voxels, const Layer& layer, PackedValues& result, Execution& execution)
+{
+  result.resize(static_cast<std::size_t>(voxels.count()));
+  execution.forRange(voxels.size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
+    WindowRing ring;
+    ring.reset(voxels, 2);
+    ring.enter(static_cast<int>(begin) - 1);
+    for (int z = static_cast<int>(begin) - 1; z < static_cast<int>(end); ++z) {
+      float* above = ring.enter(z + 1);
+      layer(z, ring[z], above);
+      if (z >= begin)
+        kernels::store(voxels.plane(z), ring[z], result.data() + voxels.planeFirst(z));
+    }
+  });
+}
+
 } // namespace
 
 void WindowRing::reset(const VoxelSet& voxels, int planes)
@@ -84,12 +102,19 @@ void WindowRing::clear()
     }
 }
 
+void drawOfData(const SolverGrid& grid, const NormalDraws& draws, PackedValues& result, Execution& execution)
+{
+  sumLayers(
+      grid.voxels, [&](int z, float* y, float* yAbove) { grid.data->addDraw(z, draws, y, yAbove); }, result, execution);
+}
+
 GridOperator::GridOperator(const SolverGrid& grid, const PriorConstants& prior, double tautness, Execution& execution)
     : grid_(grid), prior_(prior),
       tension_(prior.order == 1 || grid.isWhole ? 0.f : static_cast<float>(std::pow(tautness, 2 * (prior.order - 1))))
 {
   const auto largest = static_cast<float>(1.01 * (std::pow(12.0, prior.order) + 12 * tension_));
-  sumLayers([this](int z, float* y, float* yAbove) { grid_.data->addRowSums(z, y, yAbove); }, inverseD_, execution);
+  sumLayers(
+      voxels(), [this](int z, float* y, float* yAbove) { grid_.data->addRowSums(z, y, yAbove); }, inverseD_, execution);
   execution.forRange(static_cast<std::int64_t>(inverseD_.size()), grainValues,
                      [&](std::int64_t begin, std::int64_t end) {
                        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
@@ -103,25 +128,8 @@ GridOperator::GridOperator(const SolverGrid& grid, const PriorConstants& prior, 
 
 void GridOperator::rightHandSide(PackedValues& b, Execution& execution) const
 {
-  sumLayers([this](int z, float* y, float* yAbove) { grid_.data->addRightHandSide(z, y, yAbove); }, b, execution);
-}
-
-/// Packed values of what the layers add up to.
-template <typename Layer>
-void GridOperator::sumLayers(const Layer& layer, PackedValues& result, Execution& execution) const
-{
-  result.resize(static_cast<std::size_t>(voxels().count()));
-  execution.forRange(voxels().size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
-    WindowRing ring;
-    ring.reset(voxels(), 2);
-    ring.enter(static_cast<int>(begin) - 1);
-    for (int z = static_cast<int>(begin) - 1; z < static_cast<int>(end); ++z) {
-      float* above = ring.enter(z + 1);
-      layer(z, ring[z], above);
-      if (z >= begin)
-        kernels::store(voxels().plane(z), ring[z], result.data() + voxels().planeFirst(z));
-    }
-  });
+  sumLayers(
+      voxels(), [this](int z, float* y, float* yAbove) { grid_.data->addRightHandSide(z, y, yAbove); }, b, execution);
 }
 
 void GridOperator::connect(const VoxelSet& coarse, Execution& execution)

@@ -78,6 +78,9 @@ struct Sweep {
   bool isForCoarser = false; ///< the product goes to restrictTo
 };
 
+/// Sums up a draw from N(0, C) of a grid's data, packed.
+void drawOfData(const SolverGrid& grid, const NormalDraws& draws, PackedValues& result, Execution& execution);
+
 /// A = P + C on a grid, P = L^k of the grid's own graph: missing neighbors are dropped.
 ///
 /// The smoother is a Chebyshev polynomial of the 4th kind in D⁻¹A, D = 12^k + the row sums of |C|, so that no
@@ -120,8 +123,6 @@ private:
   class SlabPass;
 
   int slabsFor(std::size_t threads) const;
-  template <typename Layer>
-  void sumLayers(const Layer& layer, PackedValues& result, Execution& execution) const;
   void run(const Sweep& sweep, const VoxelSet& support, std::vector<SweepScratch>& scratch, Execution& execution) const;
 
   const SolverGrid& grid_;

@@ -137,7 +137,7 @@ int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole)
 
 SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, const VoxelSet& support,
                          const LevelPlan& plan, const SolverOptions& options, double unit, float* values,
-                         Execution& execution)
+                         Execution& execution, const PackedValues* rightHandSide)
 {
   SolveReport report;
   report.method = SolverMethod::multigrid;
@@ -147,8 +147,14 @@ SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, cons
                execution);
   GridOperator& system = cycle.finest();
 
+  const auto setRightHandSide = [&](PackedValues& b) {
+    if (rightHandSide)
+      b = *rightHandSide;
+    else
+      system.rightHandSide(b, execution);
+  };
   PackedValues r;
-  system.rightHandSide(r, execution);
+  setRightHandSide(r);
   const double norm = std::sqrt(dotProduct(r, r, execution));
   system.multiply(support, values, r.data(), r.data(), cycle.scratch(), execution);
   if (!isWhole)
@@ -171,7 +177,7 @@ SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, cons
     if (!isWhole || settled)
       return report;
     // The recursion drifts from the residual by rounding: what counts is the residual itself.
-    system.rightHandSide(r, execution);
+    setRightHandSide(r);
     system.multiply(support, values, r.data(), r.data(), cycle.scratch(), execution);
     squared = dotProduct(r, r, execution);
     report.relativeResidual = std::sqrt(squared) / scale;

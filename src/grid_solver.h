@@ -48,10 +48,11 @@ int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole);
 /// \param grids finest first; the coarser ones make the preconditioner
 /// \param values on `support`, in a band a superset of the grid by k voxels on all sides; in: the guess, out: the
 /// solution \param unit length of a voxel side in the unit of the field
+/// \param rightHandSide b, packed; none: that of the data
 /// \throw SolverFailure if values are not finite
 SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, const VoxelSet& support,
                          const LevelPlan& plan, const SolverOptions& options, double unit, float* values,
-                         Execution& execution);
+                         Execution& execution, const PackedValues* rightHandSide = nullptr);
 
 } // namespace mrf
 } // namespace pcl

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief Random numbers that are looked up instead of drawn one after the other.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace pcl {
+namespace mrf {
+
+/// Standard normal numbers, independent of each other, by what they belong to: who asks, when, and on which thread does
+/// not matter. SplitMix64 (Steele, Lea, Flood 2014) as a hash, Box and Muller's transformation behind it.
+class NormalDraws {
+public:
+  /// What the indices count; each has numbers of its own.
+  enum class Kind : std::uint64_t { samples, voxels, edges };
+
+  /// \param seed, draw whatever they are, another pair is another set of numbers
+  NormalDraws(std::uint64_t seed, std::uint64_t draw) : key_(mixed(mixed(seed + step) + draw + step)) {}
+
+  /// Two of them.
+  std::array<float, 2> pair(Kind kind, std::uint64_t index) const
+  {
+    const std::uint64_t bits = mixed(mixed(key_ + static_cast<std::uint64_t>(kind) + 1) + step * (index + 1));
+    constexpr double unit = 0x1p-32, half = 0x1p-33; // never 0, whose logarithm is none
+    const double radius = std::sqrt(-2 * std::log(static_cast<double>(bits >> 32) * unit + half)),
+                 angle = 2 * M_PI * unit * static_cast<double>(bits & 0xffffffffu);
+    return {static_cast<float>(radius * std::cos(angle)), static_cast<float>(radius * std::sin(angle))};
+  }
+
+private:
+  static constexpr std::uint64_t step = 0x9e3779b97f4a7c15u;
+
+  static std::uint64_t mixed(std::uint64_t bits)
+  {
+    bits = (bits ^ bits >> 30) * 0xbf58476d1ce4e5b9u;
+    bits = (bits ^ bits >> 27) * 0x94d049bb133111ebu;
+    return bits ^ bits >> 31;
+  }
+
+  std::uint64_t key_;
+};
+
+} // namespace mrf
+} // namespace pcl
