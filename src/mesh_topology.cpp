@@ -267,6 +267,10 @@ void splitFans(TriangleMesh& mesh)
       mesh.normals.push_back(Eigen::Vector3f(mesh.normals[v]));
     if (!mesh.confidences.empty())
       mesh.confidences.push_back(float{mesh.confidences[v]});
+    if (!mesh.sigmas.empty())
+      mesh.sigmas.push_back(float{mesh.sigmas[v]});
+    if (!mesh.calibrated.empty())
+      mesh.calibrated.push_back(std::uint8_t{mesh.calibrated[v]});
   }
 }
 

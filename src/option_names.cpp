@@ -107,8 +107,10 @@ const Names<Trimming>& names()
 template <>
 const Names<ColorMode>& names()
 {
-  static const Names<ColorMode> all = {
-      {"confidence", ColorMode::confidence}, {"input", ColorMode::input}, {"none", ColorMode::none}};
+  static const Names<ColorMode> all = {{"confidence", ColorMode::confidence},
+                                       {"sigma", ColorMode::sigma},
+                                       {"input", ColorMode::input},
+                                       {"none", ColorMode::none}};
   return all;
 }
 

@@ -321,7 +321,8 @@ void declareSolver(Table& table)
       .automatic = "2, 5, 10 by the order of the prior, near the surface only 2, 4, 5";
   table.onOff("choleskyOnCoarsest", "--cholesky-coarsest", field(stage, &SolverOptions::choleskyOnCoarsest),
               "factorize the coarsest level whatever the solver");
-  table.number("seed", "--seed", "n", notNegative, field(stage, &SolverOptions::seed), "of icm's visiting order");
+  table.number("seed", "--seed", "n", notNegative, field(stage, &SolverOptions::seed),
+               "of icm's visiting order and of the draws of --uncertainty");
   table.number("maxFactorBytes", "--max-factor-memory", "MiB", positive, field(stage, &SolverOptions::maxFactorBytes),
                "memory a Cholesky factor may take", mebibyte);
 }
@@ -388,14 +389,28 @@ void declareMesh(Table& table)
                "the same for those with less of the supported area");
 }
 
+void declareUncertainty(Table& table)
+{
+  table.stage("uncertainty");
+  const auto stage = &Options::uncertainty;
+  table.onOff(
+      "compute", "--uncertainty", field(stage, &UncertaintyOptions::compute),
+      "fields sigma, the standard deviation of the surface along its normal as a length, and sigma_calibrated, 0 "
+      "where it is an extrapolation");
+  table.number("samples", "--samples", "n", between(2, 1000), field(stage, &UncertaintyOptions::samples),
+               "draws from the posterior that --uncertainty makes, see --seed");
+}
+
 void declareOthers(Table& table)
 {
   table.stage("");
   table.choice("unit", "--unit", field(&Options::unit),
                "s, the unit of automatic lengths: half the side of the square that a point stands for, or the mean "
                "distance to the nearest point (the paper's)");
-  table.choice("colors", "--color", field(&Options::colors),
-               "colors of the mesh: blue where interpolated and skin where observed, the input's, or none");
+  table.choice(
+      "colors", "--color", field(&Options::colors),
+      "colors of the mesh: blue where interpolated and skin where observed, by sigma as --uncertainty computes it from "
+      "blue to red, the input's, or none");
   table.number("threads", "--threads", "n", upTo(1024), field(&Options::threads), "the result does not depend on it")
       .automatic = "one per hardware thread";
 }
@@ -411,6 +426,7 @@ std::vector<OptionDeclaration> declareAll()
   declareSolver(table);
   declareMultiscale(table);
   declareMesh(table);
+  declareUncertainty(table);
   declareOthers(table);
   return std::move(table.rows);
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/options.h>
 
@@ -97,9 +98,17 @@ void validate(const MultiscaleOptions& options)
   requireStage(&Options::multiscale, options, "multiscale");
 }
 
+void validate(const UncertaintyOptions& options)
+{
+  requireStage(&Options::uncertainty, options, "uncertainty");
+}
+
 void validate(const Options& options)
 {
   requireDeclared(options);
+  if (wantsUncertainty(options) && !options.observation.atPoints())
+    throw InvalidOption("uncertainty.compute = on, and colors = sigma, need observation.estimate = points, where each "
+                        "point speaks once: what voxels observe is made of the same points again and again");
 }
 
 } // namespace mrf

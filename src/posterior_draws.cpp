@@ -10,49 +10,40 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Voxels per piece.
+/// Voxels, or numbers, per piece.
 constexpr std::int64_t grain = 1 << 14;
 
-std::vector<double> drawOfVoxels(std::int64_t count, const NormalDraws& draws, Execution& execution)
+/// The first numbers of a kind.
+std::vector<float> drawOf(NormalDraws::Kind kind, std::int64_t count, const NormalDraws& draws, Execution& execution)
 {
-  std::vector<double> values(static_cast<std::size_t>(count));
+  std::vector<float> values(static_cast<std::size_t>(count));
   execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) { // the grain is even
     for (std::int64_t v = begin; v < end; v += 2) {
-      const std::array<float, 2> pair = draws.pair(NormalDraws::Kind::voxels, static_cast<std::uint64_t>(v));
-      for (std::int64_t i = 0; i < std::min<std::int64_t>(2, end - v); ++i)
-        values[static_cast<std::size_t>(v + i)] = pair[static_cast<std::size_t>(i)];
+      const std::array<float, 2> pair = draws.pair(kind, static_cast<std::uint64_t>(v / 2));
+      values[static_cast<std::size_t>(v)] = pair[0];
+      if (v + 1 < end)
+        values[static_cast<std::size_t>(v + 1)] = pair[1];
     }
   });
   return values;
 }
 
-/// The numbers of the edges that start at a voxel, along each axis.
-std::array<float, 3> drawOfEdges(std::int64_t voxel, const NormalDraws& draws)
-{
-  const auto first = static_cast<std::uint64_t>(2 * voxel);
-  const std::array<float, 2> xy = draws.pair(NormalDraws::Kind::edges, first);
-  return {xy[0], xy[1], draws.pair(NormalDraws::Kind::edges, first + 1)[0]};
-}
-
-/// Dᵀξ.
+/// Dᵀξ: each edge adds its number where it starts and takes it off where it ends.
 std::vector<double> drawOfDifferences(const GridSize& size, const NormalDraws& draws, Execution& execution)
 {
+  // Three of each voxel, along x, y and z; what leads out of the grid is not used.
+  const std::vector<float> edges = drawOf(NormalDraws::Kind::edges, 3 * size.count(), draws, execution);
   std::vector<double> values(static_cast<std::size_t>(size.count()));
-  const std::array<std::int64_t, 3> strides{1, size.x, size.planeCount()};
+  const auto stride = static_cast<std::size_t>(size.x), plane = static_cast<std::size_t>(size.planeCount());
   execution.forRange(size.z, 1, [&](std::int64_t z, std::int64_t) {
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) {
-        const std::int64_t voxel = size.index(x, y, static_cast<int>(z));
-        const std::array<int, 3> at{x, y, static_cast<int>(z)}, last{size.x - 1, size.y - 1, size.z - 1};
-        const std::array<float, 3> own = drawOfEdges(voxel, draws);
-        double sum = 0;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          if (at[axis] < last[axis])
-            sum += own[axis];
-          if (at[axis] > 0)
-            sum -= drawOfEdges(voxel - strides[axis], draws)[axis];
-        }
-        values[static_cast<std::size_t>(voxel)] = sum;
+        const auto voxel = static_cast<std::size_t>(size.index(x, y, static_cast<int>(z)));
+        const float along = (x + 1 < size.x ? edges[3 * voxel] : 0) - (x > 0 ? edges[3 * (voxel - 1)] : 0);
+        const float across =
+            (y + 1 < size.y ? edges[3 * voxel + 1] : 0) - (y > 0 ? edges[3 * (voxel - stride) + 1] : 0);
+        const float up = (z + 1 < size.z ? edges[3 * voxel + 2] : 0) - (z > 0 ? edges[3 * (voxel - plane) + 2] : 0);
+        values[voxel] = static_cast<double>(along + across + up);
       }
   });
   return values;
@@ -61,9 +52,13 @@ std::vector<double> drawOfDifferences(const GridSize& size, const NormalDraws& d
 /// A factor of L^k times ξ.
 std::vector<double> drawOfPrior(const GridSize& size, Prior prior, const NormalDraws& draws, Execution& execution)
 {
-  const bool isOdd = order(prior) % 2 != 0;
-  std::vector<double> values =
-      isOdd ? drawOfDifferences(size, draws, execution) : drawOfVoxels(size.count(), draws, execution);
+  std::vector<double> values;
+  if (order(prior) % 2 != 0) {
+    values = drawOfDifferences(size, draws, execution);
+  } else {
+    const std::vector<float> voxels = drawOf(NormalDraws::Kind::voxels, size.count(), draws, execution);
+    values.assign(voxels.begin(), voxels.end());
+  }
   const PriorOperator laplacian{size, Prior::membrane, {}};
   std::vector<double> product(values.size()), scratch;
   for (int power = 0; power < order(prior) / 2; ++power) {

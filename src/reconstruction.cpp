@@ -9,6 +9,7 @@
 #include "robust.h"
 #include "run_plan.h"
 #include "stage_timer.h"
+#include "uncertainty.h"
 #include "volume.h"
 
 #include <algorithm>
@@ -324,6 +325,20 @@ void interpolate(const PointAttributes& attributes, const NeighborSearch& search
       attributes.channels, execution);
 }
 
+/// Sets sigma at the vertices, if it was asked for.
+void estimateUncertainty(Reconstruction& result, const std::vector<Piece>& pieces, const Options& options,
+                         Execution& execution)
+{
+  if (!wantsUncertainty(options))
+    return;
+  const StageTimer timer("uncertainty", result.report, execution);
+  std::vector<SolvedPiece> solved;
+  for (const Piece& piece : pieces)
+    solved.push_back({piece.points, piece.search, piece.volume});
+  result.report.uncertainty =
+      estimateUncertainty(solved, result.field, result.report.density.spacing, options, result.mesh, execution);
+}
+
 void setVertexFields(Reconstruction& result, const Support& support, const Options& options, Execution& execution)
 {
   setNormals(result.mesh, result.field, execution);
@@ -418,6 +433,7 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
     report.intersectingBeforeRemeshing = report.intersecting;
   }
   interpolate(attributes, search, execution, result);
+  estimateUncertainty(result, pieces, resolved, execution);
   execution.endRun();
   report.status = Status::ok;
   report.message = "ok";
@@ -437,7 +453,12 @@ std::vector<Rgb> vertexColors(const Reconstruction& result)
   if (result.report.options.colors == ColorMode::confidence)
     for (const float confidence : result.mesh.confidences)
       colors.push_back(confidenceColor(confidence));
-  else if (result.channels == 3)
+  else if (result.report.options.colors == ColorMode::sigma) {
+    const std::vector<float>& sigmas = result.mesh.sigmas;
+    const float largest = sigmas.empty() ? 1 : largestSigmaShown(sigmas);
+    for (const float sigma : sigmas)
+      colors.push_back(sigmaColor(sigma, largest));
+  } else if (result.channels == 3)
     for (std::size_t n = 0; n < result.attributes.size(); n += 3)
       colors.push_back(toRgb(&result.attributes[n]));
   return colors;

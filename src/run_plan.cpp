@@ -27,7 +27,8 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"polygonizer", millions},
           {"trimming", 6 * millions},
           {"remesher", 2.2 * options.remesher.rounds * millions},
-          {"attributes", .2 * millions}};
+          {"attributes", .2 * millions},
+          {"uncertainty", wantsUncertainty(options) ? .8 + 2 * millions : 0}};
 }
 
 } // namespace mrf

@@ -31,6 +31,10 @@ TriangleMesh select(const TriangleMesh& mesh, const std::vector<std::uint8_t>& k
       kept.normals.push_back(mesh.normals[v]);
     if (!mesh.confidences.empty())
       kept.confidences.push_back(mesh.confidences[v]);
+    if (!mesh.sigmas.empty())
+      kept.sigmas.push_back(mesh.sigmas[v]);
+    if (!mesh.calibrated.empty())
+      kept.calibrated.push_back(mesh.calibrated[v]);
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!keep[t])

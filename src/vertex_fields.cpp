@@ -133,6 +133,30 @@ Rgb toRgb(const float* channels)
   return color;
 }
 
+float largestSigmaShown(std::vector<float> sigmas)
+{
+  const auto at = sigmas.begin() + static_cast<std::ptrdiff_t>(.95 * static_cast<double>(sigmas.size() - 1));
+  std::nth_element(sigmas.begin(), at, sigmas.end());
+  if (!(*at > 0))
+    return 1;
+  const double digit = std::pow(10., std::floor(std::log10(static_cast<double>(*at))) - 1);
+  return static_cast<float>(std::ceil(static_cast<double>(*at) / digit - 1e-6) * digit);
+}
+
+Rgb sigmaColor(float sigma, float largest)
+{
+  constexpr std::array<std::array<float, 3>, 5> steps{
+      {{49, 84, 166}, {65, 152, 175}, {120, 190, 120}, {238, 208, 84}, {196, 55, 40}}};
+  const float share = sigma < largest ? std::max(sigma, 0.f) / largest : 1; // NaN is not known at all
+  const float position = share * static_cast<float>(steps.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(position), steps.size() - 2);
+  const float part = position - static_cast<float>(below);
+  Rgb color;
+  for (std::size_t c = 0; c < 3; ++c)
+    color[c] = static_cast<std::uint8_t>(std::lround(steps[below][c] + part * (steps[below + 1][c] - steps[below][c])));
+  return color;
+}
+
 Rgb confidenceColor(float confidence)
 {
   constexpr std::array<float, 3> blue{58, 92, 190}, skin{232, 190, 165};

@@ -3,6 +3,7 @@
 #include "evaluate/evaluation.h"
 #include "evaluate/evaluation_report.h"
 #include "evaluate/local_spacing.h"
+#include "evaluate/sigma_evaluation.h"
 #include "evaluate/surface_distance.h"
 #include "evaluate/surface_samples.h"
 #include "support/mesh_distance.h"
@@ -741,4 +742,48 @@ TEST(Scans, rmsAgreesWithCgal)
   const double hole = rootMeanSquare(distancesToMesh(scan.heldOut, plain));
   EXPECT_NEAR(evaluation.cloud->rms, accuracy, 1e-12 * accuracy);
   EXPECT_NEAR(evaluation.heldOut->rms, hole, 1e-12 * hole);
+}
+
+/// Errors that are Gaussian with the sigmas that are told, of two sizes; half of them in fillings.
+std::vector<SigmaSample> gaussianErrors(double factor)
+{
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  std::vector<SigmaSample> samples;
+  for (int n = 0; n < 40000; ++n) {
+    const double sigma = n % 4 < 2 ? 1 : 3;
+    samples.push_back({std::abs(sigma * normal(random)), factor * sigma, n % 2 == 0 ? 1. : 0., 1});
+  }
+  return samples;
+}
+
+TEST(SigmaEvaluation, CoversWhatIsGaussian)
+{
+  const SigmaEvaluation right = evaluateSigma(gaussianErrors(1), 10);
+  // Four standard errors of a share of 20000.
+  for (const SigmaStatistics& statistics : {right.measured, right.fillings}) {
+    EXPECT_EQ(statistics.count, 20000);
+    for (std::size_t level = 0; level < 3; ++level)
+      EXPECT_NEAR(statistics.coverage[level], SigmaStatistics::levels[level], .0142);
+  }
+  EXPECT_NEAR(right.measured.rmsError, std::sqrt(5.), .1) << "of one and nine";
+  // Wrong widths cover more or less, and are told by the likelihood either way.
+  const SigmaEvaluation wide = evaluateSigma(gaussianErrors(2), 10), narrow = evaluateSigma(gaussianErrors(.5), 10);
+  EXPECT_GT(wide.measured.coverage[2], .99);
+  EXPECT_LT(narrow.measured.coverage[2], .75);
+  EXPECT_GT(wide.measured.negativeLogLikelihood, right.measured.negativeLogLikelihood);
+  EXPECT_GT(narrow.measured.negativeLogLikelihood, right.measured.negativeLogLikelihood);
+}
+
+TEST(SigmaEvaluation, SparsificationRanksPredictors)
+{
+  std::vector<SigmaSample> samples = gaussianErrors(1);
+  const SigmaEvaluation honest = evaluateSigma(samples, 10);
+  EXPECT_GT(honest.sparsification.sigma, 0);
+  EXPECT_LT(honest.sparsification.sigma, .9 * honest.sparsification.confidence)
+      << "sigma knows the size, the confidence nothing";
+  for (SigmaSample& sample : samples)
+    sample.sigma = sample.error + 1e-9;
+  EXPECT_NEAR(evaluateSigma(samples, 10).sparsification.sigma, 0, 1e-9) << "the errors themselves";
+  EXPECT_EQ(evaluateSigma({{1, 0, 1, 1}, {1, 1, 1, 1}}, 10).notKnown, 1);
 }

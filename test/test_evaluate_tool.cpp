@@ -4,6 +4,7 @@
 #include "support/tool.h"
 
 #include <algorithm>
+#include <regex>
 #include <sstream>
 
 namespace {
@@ -17,6 +18,47 @@ protected:
     write("cloud.xyz", "1 1 .25\n2 2 -.25\n");
   }
 };
+
+/// Two triangles at z = 0 whose fields say what sigma is, of which one corner is in a filling.
+std::string withSigma(const std::string& sigma)
+{
+  return "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+         "property float confidence\nproperty float sigma\nelement face 2\nproperty list uchar int vertex_indices\n"
+         "end_header\n0 0 0 1 " +
+         sigma + "\n3 0 0 1 .2\n3 4 0 1 1\n0 4 0 0 .5\n3 0 1 2\n3 0 2 3\n";
+}
+
+TEST_F(EvaluateTool, TellsWhetherSigmaIsRight)
+{
+  write("sigma.ply", withSigma(".4"));
+  const tool::Outcome outcome = run({"sigma.ply", "--sigma", "--reference", "above.off", "--json", "r.json"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("measured"), std::string::npos) << outcome.out;
+  const nlohmann::json json = nlohmann::json::parse(tool::readText(path("r.json")))["sigma"];
+  // All are off by .5: 1.25, 2.5 and .5 sigma, at corners with 2/6, 1/6 and 2/6 of the area.
+  EXPECT_EQ(json["measured"]["count"], 3);
+  EXPECT_NEAR(json["measured"]["coverage"][0].get<double>(), .4, 1e-6);
+  EXPECT_NEAR(json["measured"]["coverage"][1].get<double>(), .8, 1e-6);
+  EXPECT_NEAR(json["measured"]["coverage"][2].get<double>(), .8, 1e-6);
+  EXPECT_NEAR(json["measured"]["rmsError"].get<double>(), .5, 1e-6);
+  EXPECT_NEAR(json["measured"]["medianHalfWidth"].get<double>(), 1.96 * .4, 1e-4);
+  EXPECT_EQ(json["fillings"]["count"], 1);
+  EXPECT_EQ(json["fillings"]["coverage"], nlohmann::json({0, 1, 1}));
+  EXPECT_EQ(json["notKnown"], 0);
+
+  write("sigma.ply", withSigma("nan"));
+  ASSERT_EQ(run({"sigma.ply", "--sigma", "--reference", "above.off", "--json", "r.json"}).status, 0);
+  EXPECT_EQ(nlohmann::json::parse(tool::readText(path("r.json")))["sigma"]["notKnown"], 1);
+}
+
+TEST_F(EvaluateTool, SigmaNeedsAFieldAndSomethingToCompareWith)
+{
+  write("sigma.ply", withSigma(".4"));
+  expectFailure({"sigma.ply", "--sigma"}, 2, "--sigma needs something to compare with");
+  expectFailure({"flat.off", "--sigma", "--reference", "above.off"}, 2, "ply");
+  write("plain.ply", std::regex_replace(withSigma(".4"), std::regex("float sigma"), "float other"));
+  expectFailure({"plain.ply", "--sigma", "--reference", "above.off"}, 1, "no field `sigma`");
+}
 
 TEST_F(EvaluateTool, TableJsonAndColors)
 {

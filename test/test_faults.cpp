@@ -406,7 +406,7 @@ TEST(Options, EnumerationsOutOfRange)
       [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },
       [](auto& o) { o.polygonizer.decomposition = static_cast<pcl::mrf::CellDecomposition>(2); },
       [](auto& o) { o.trimming.trimming = static_cast<pcl::mrf::Trimming>(3); },
-      [](auto& o) { o.colors = static_cast<pcl::mrf::ColorMode>(3); }};
+      [](auto& o) { o.colors = static_cast<pcl::mrf::ColorMode>(4); }};
   for (const auto& change : changes) {
     Mrf mrf;
     mrf.setInputCloud(smallCloud());

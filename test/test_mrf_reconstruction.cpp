@@ -442,6 +442,37 @@ TEST(VertexFields, IntensityIsInterpolated)
     EXPECT_NEAR(point.intensity, 5 + point.y, spacing);
 }
 
+TEST(VertexFields, SigmaIfItIsAskedFor)
+{
+  pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;
+  mrf.setInputCloud(conversion::make<pcl::PointXYZRGBNormal>(sphere()));
+  EXPECT_FALSE(mrf.getComputeUncertainty());
+  mrf.setComputeUncertainty(true);
+  pcl::PolygonMesh mesh;
+  mrf.reconstruct(mesh);
+  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  const std::vector<float> sigmas = conversion::values(mesh.cloud, "sigma"),
+                           calibrated = conversion::values(mesh.cloud, "sigma_calibrated");
+  ASSERT_EQ(sigmas.size(), mesh.cloud.width);
+  ASSERT_EQ(calibrated.size(), mesh.cloud.width);
+  EXPECT_TRUE(conversion::hasField(mesh, "rgb"));
+  const pcl::mrf::SigmaQuantiles& measured = mrf.getReport().uncertainty.measured;
+  EXPECT_EQ(measured.vertices, static_cast<std::int64_t>(mesh.cloud.width)) << "a whole sphere";
+  EXPECT_FLOAT_EQ(*std::max_element(sigmas.begin(), sigmas.end()), static_cast<float>(measured.max));
+
+  // Colors by sigma need it as well, and the largest ones are red.
+  mrf.setComputeUncertainty(false);
+  mrf.setColorMode(pcl::mrf::ColorMode::sigma);
+  pcl::PointCloud<pcl::PointXYZRGBNormal> points;
+  std::vector<pcl::Vertices> polygons;
+  mrf.reconstruct(points, polygons);
+  ASSERT_EQ(points.size(), sigmas.size());
+  const auto largest = static_cast<std::size_t>(std::max_element(sigmas.begin(), sigmas.end()) - sigmas.begin());
+  EXPECT_GT(points[largest].r, 2 * points[largest].b);
+  mrf.reconstruct(mesh);
+  EXPECT_TRUE(conversion::hasField(mesh, "sigma"));
+}
+
 TEST(VertexFields, ColorModes)
 {
   pcl::MRFReconstruction<pcl::PointXYZRGB> colored;

@@ -57,13 +57,13 @@ private:
   static std::vector<PointSample> pointsOnSphere(const GridSize& size)
   {
     std::mt19937 random(3);
-    const float radius = .3f * static_cast<float>(size.x), centre = .5f * static_cast<float>(size.x - 1);
+    const float radius = .3f * static_cast<float>(size.x), center = .5f * static_cast<float>(size.x - 1);
     std::vector<PointSample> points;
     for (int n = 0; n < 2 * size.x * size.x; ++n) {
       const Eigen::Vector3f normal =
           Eigen::Vector3f(uniform(random, 2) - 1, uniform(random, 2) - 1, uniform(random, 2) - 1).normalized();
       if (normal.z() < .5f)
-        points.emplace_back(Eigen::Vector3f(radius * normal + Eigen::Vector3f::Constant(centre)), normal,
+        points.emplace_back(Eigen::Vector3f(radius * normal + Eigen::Vector3f::Constant(center)), normal,
                             .5f + uniform(random, 1));
     }
     return points;

@@ -402,6 +402,38 @@ TEST_F(ToolFiles, SurveyCoordinatesKeepTheirDigits)
   EXPECT_NE(tool::readText(path("out.obj")).find("v 123456"), std::string::npos);
 }
 
+TEST_F(ToolFiles, SigmaIsInEveryFormatThatHoldsFields)
+{
+  write("in.xyz", tool::sphereRows(2000, .75));
+  const json report = reportOf({"in.xyz", "out.ply", "--uncertainty", "--samples", "3"});
+  const json& uncertainty = report.at("uncertainty");
+  EXPECT_EQ(uncertainty.at("samples"), 3);
+  EXPECT_GT(uncertainty.at("/fillings/vertices"_json_pointer), 0) << "the hole above z = .75";
+  EXPECT_GT(uncertainty.at("/fillings/median"_json_pointer), uncertainty.at("/measured/median"_json_pointer));
+  const tool::Outcome told = run({"in.xyz", "again.ply", "--uncertainty"});
+  ASSERT_EQ(told.status, 0) << told.err;
+  EXPECT_NE(told.out.find("with 95 % probability"), std::string::npos) << told.out;
+
+  pcl::PolygonMesh ply;
+  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), ply), 0);
+  for (const char* name : {"sigma", "sigma_calibrated"})
+    EXPECT_TRUE(std::any_of(ply.cloud.fields.begin(), ply.cloud.fields.end(), [&](const pcl::PCLPointField& field) {
+      return field.name == name;
+    })) << name;
+  for (const char* name : {"out.vtk", "out.vtp"}) {
+    ASSERT_EQ(run({"in.xyz", name, "-q", "--color", "sigma"}).status, 0);
+    const auto mesh = std::string(name) == "out.vtk" ? readMesh<vtkPolyDataReader>(path(name))
+                                                     : readMesh<vtkXMLPolyDataReader>(path(name));
+    vtkDataArray* sigma = mesh->GetPointData()->GetArray("sigma");
+    ASSERT_NE(sigma, nullptr) << name;
+    EXPECT_EQ(sigma->GetNumberOfTuples(), mesh->GetNumberOfPoints());
+    EXPECT_GT(sigma->GetRange()[0], 0);
+    EXPECT_EQ(mesh->GetPointData()->GetScalars()->GetNumberOfComponents(), 3) << "colors";
+  }
+  EXPECT_FALSE(reportOf({"in.xyz", "plain.ply"}).contains("uncertainty"));
+  expectFailure({"in.xyz", "no.ply", "--uncertainty", "--observation", "plane"}, 2, "observation.estimate = points");
+}
+
 TEST_F(ToolFiles, ReportHoldsEverything)
 {
   write("in.xyz", tool::sphereRows(2000, .75));

@@ -26,6 +26,9 @@ void check(const EvaluateCommand& command)
   require(command.colored.empty() || !command.reference.empty() || !command.cloud.empty() || !command.heldOut.empty() ||
               !command.clean.empty(),
           "--colored needs something to compare with: --reference, --input, --clean or --held-out");
+  require(!command.sigma || extension(command.mesh) == "ply", "--sigma: only of ply files is the field read");
+  require(!command.sigma || !command.reference.empty() || !command.heldOut.empty() || !command.clean.empty(),
+          "--sigma needs something to compare with: --reference, --held-out or --clean");
   validate(command.options);
 }
 
@@ -55,6 +58,10 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
   parser.flag("--merge", command.merge,
               "take vertices of MESH with equal coordinates for one: for files that give every triangle its own "
               "corners");
+  parser.flag("--sigma", command.sigma,
+              "whether the field sigma of MESH, a ply file of pcl_mrf_reconstruction --uncertainty, is right: how many "
+              "errors are within its 50, 80 and 95 % intervals, how wide these are, and how it ranks the errors, by "
+              "--reference, else by --held-out and --clean");
   parser.positive(
       "--diagonal", "LENGTH", options.diagonal,
       "what percentages refer to; default: of the bounding box of the reference, else the input, else MESH");

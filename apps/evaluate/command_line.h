@@ -18,6 +18,7 @@ struct EvaluateCommand {
   double colorRange = 0; ///< error that becomes red, cloud's unit; 0 = the far limit
   int threads = 0;
   bool merge = false; ///< vertices of the mesh with equal coordinates
+  bool sigma = false; ///< whether the error bars of the mesh are right
   bool quiet = false;
   std::string information; ///< text of --help or --version; if set, the rest is not
 };

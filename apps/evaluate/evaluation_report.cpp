@@ -222,7 +222,44 @@ ordered_json toJson(const LocalComparison& local)
   return json;
 }
 
+ordered_json toJson(const SigmaStatistics& s)
+{
+  return {{"count", s.count},
+          {"levels", SigmaStatistics::levels},
+          {"coverage", s.coverage},
+          {"rmsError", s.rmsError},
+          {"medianHalfWidth", s.medianHalfWidth},
+          {"negativeLogLikelihood", s.negativeLogLikelihood}};
+}
+
 } // namespace
+
+std::string toText(const SigmaEvaluation& evaluation)
+{
+  Text text;
+  text.add("\nsigma         number   in 50 %%   in 80 %%   in 95 %%  RMS error  half-width   -log lik.\n");
+  const std::pair<const char*, const SigmaStatistics&> rows[] = {{"measured", evaluation.measured},
+                                                                 {"fillings", evaluation.fillings}};
+  for (const auto& [label, s] : rows)
+    if (s.count > 0)
+      text.add("  %-8s %9lld %9.1f%% %8.1f%% %8.1f%% %10.4g  %10.4g  %10.3f\n", label, static_cast<long long>(s.count),
+               100 * s.coverage[0], 100 * s.coverage[1], 100 * s.coverage[2], s.rmsError, s.medianHalfWidth,
+               s.negativeLogLikelihood);
+  text.add("  area between the sparsification curve and the errors' own: by sigma %.4f, by confidence %.4f\n",
+           evaluation.sparsification.sigma, evaluation.sparsification.confidence);
+  if (evaluation.notKnown > 0)
+    text.add("  %lld places without sigma or error were left out\n", static_cast<long long>(evaluation.notKnown));
+  return text.take();
+}
+
+nlohmann::ordered_json toJson(const SigmaEvaluation& evaluation)
+{
+  return {{"measured", toJson(evaluation.measured)},
+          {"fillings", toJson(evaluation.fillings)},
+          {"sparsification",
+           {{"sigma", evaluation.sparsification.sigma}, {"confidence", evaluation.sparsification.confidence}}},
+          {"notKnown", evaluation.notKnown}};
+}
 
 std::string toText(const Evaluation& evaluation)
 {

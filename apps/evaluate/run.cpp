@@ -2,6 +2,7 @@
 #include "run.h"
 
 #include "evaluation_report.h"
+#include "sigma_evaluation.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/output_files.h"
@@ -100,11 +101,16 @@ void run(const EvaluateCommand& command)
 
   pcl::mrf::Execution execution(command.threads);
   const Evaluation evaluation = evaluate(mesh, input, command.options, execution);
+  std::optional<SigmaEvaluation> sigma;
+  if (command.sigma)
+    sigma = evaluateSigma(sigmaSamples(mesh, input, execution), evaluation.options.diagonal);
 
   if (!command.json.empty())
     outputs.write(command.json, [&](const std::string& path) {
       nlohmann::ordered_json json = {{"files", filesOf(command)}};
       json.update(toJson(evaluation));
+      if (sigma)
+        json["sigma"] = toJson(*sigma);
       writeText(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     });
   if (!command.colored.empty()) {
@@ -117,7 +123,7 @@ void run(const EvaluateCommand& command)
   if (extension(command.colored) == "stl" && !stlOffset(mesh).isZero(0))
     std::fprintf(stderr, "warning: %s\n", shiftWarning(command.colored, stlOffset(mesh)).c_str());
   if (!command.quiet)
-    std::fputs((command.mesh + ": " + toText(evaluation)).c_str(), stdout);
+    std::fputs((command.mesh + ": " + toText(evaluation) + (sigma ? toText(*sigma) : "")).c_str(), stdout);
 }
 
 } // namespace mrf_apps

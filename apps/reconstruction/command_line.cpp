@@ -119,6 +119,13 @@ void addMeshOptions(OptionParser& parser)
     parser.declared(name);
 }
 
+void addUncertaintyOptions(OptionParser& parser)
+{
+  parser.group("Error bars");
+  parser.declaredFlag("uncertainty.compute");
+  parser.declared("uncertainty.samples");
+}
+
 void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
 {
   parser.group("Files");
@@ -267,6 +274,7 @@ Command parseCommandLine(int argc, const char* const* argv)
   addPreprocessingOptions(parser);
   addModelOptions(parser);
   addMeshOptions(parser);
+  addUncertaintyOptions(parser);
   addOutputOptions(parser, command, parsed);
   parser.note("The method is that of Paulsen, Baerentzen and Larsen, Markov Random Field Surface Reconstruction, 2010. "
               "s is the sampling distance of the points, see --unit. Lengths are in the unit of INPUT; auto, or 0, "

@@ -141,6 +141,27 @@ std::string topology(const pcl::mrf::MeshStatistics& mesh)
   return text;
 }
 
+/// \param sigma of the vertices that `what` names
+std::string halfWidths(const char* what, const pcl::mrf::SigmaQuantiles& sigma)
+{
+  constexpr double interval = 1.96; // 95 %
+  return format("%s +-%.3g (median), +-%.3g (95 %% of the vertices)", what, interval * sigma.median,
+                interval * sigma.percentile95);
+}
+
+void printUncertainty(const pcl::mrf::UncertaintyReport& uncertainty, const Log& print)
+{
+  print("off by", halfWidths("with 95 % probability: amid points", uncertainty.measured));
+  if (uncertainty.fillings.vertices > 0)
+    print("", halfWidths("in fillings", uncertainty.fillings) + format(", by %s discs left out, the largest %.3g wide",
+                                                                       grouped(uncertainty.patches).c_str(),
+                                                                       uncertainty.largestPatch));
+  if (uncertainty.notCalibrated > 0)
+    print("", grouped(uncertainty.notCalibrated) + " vertices are beyond what such discs can tell of");
+  print("", format("the scanner's noise is %.3g, by ", uncertainty.noise) +
+                counted(uncertainty.heldOut, "point", "points") + " left out");
+}
+
 void printDetails(const Report& report, const Log& print)
 {
   for (std::size_t i = 0; i < report.levels.size(); ++i) {
@@ -266,6 +287,8 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
                   (report.trimming.holesFilled > 0 ? format(" (largest %.4g)", report.trimming.largestHole) : "") +
                   ", " + counted(report.trimming.extrapolationsDropped, "extrapolation", "extrapolations") +
                   " dropped");
+  if (report.uncertainty.isComputed)
+    printUncertainty(report.uncertainty, print);
   std::vector<std::string> files;
   for (const auto& [path, size] : run.written)
     files.push_back(path + " (" + bytes(static_cast<double>(size)) + ")");

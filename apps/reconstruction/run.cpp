@@ -60,6 +60,7 @@ struct Result {
   pcl::mrf::DistanceField field; ///< only if it is to be written
   Eigen::Vector3d fieldOffset = Eigen::Vector3d::Zero();
   Eigen::Vector3d shiftOfOutput = Eigen::Vector3d::Zero(); ///< what the mesh's file leaves off the vertices
+  Legend legend;                                           ///< of the colors, for a picture
 };
 
 std::string scalarNames(const PointTable& table)
@@ -130,6 +131,18 @@ void readInput(const Job& job, const Command& command, Input& input)
   input.sensors = sensorsOf(input.cloud, command.options);
 }
 
+/// What a picture's colors stand for.
+Legend legendOfSigma(const std::vector<float>& sigmas)
+{
+  Legend legend;
+  legend.title = "sigma: standard deviation of the surface, unit of the input";
+  legend.upper = static_cast<double>(pcl::mrf::largestSigmaShown(sigmas));
+  constexpr int steps = 64;
+  for (int step = 0; step < steps; ++step)
+    legend.colors.push_back(pcl::mrf::sigmaColor((static_cast<float>(step) + .5f) / steps, 1));
+  return legend;
+}
+
 /// The stages without the class for PCL's clouds and meshes, which know single precision only.
 /// \param report has what was done also if that throws
 Result reconstruct(Input& input, const Job& job, const Command& command, const pcl::mrf::ProgressCallback& progress,
@@ -152,6 +165,8 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
   result.mesh = toSurfaceMesh(std::move(reconstruction.mesh), result.fieldOffset);
   result.mesh.doublePrecision = isExact;
   result.mesh.colors = std::move(colors);
+  if (result.mesh.colors.size() > 0 && reconstruction.report.options.colors == pcl::mrf::ColorMode::sigma)
+    result.legend = legendOfSigma(result.mesh.scalars.at("sigma"));
   if (reconstruction.channels == 1)
     result.mesh.intensities = std::move(reconstruction.attributes);
   result.report = std::move(reconstruction.report);
@@ -168,9 +183,11 @@ std::string fieldFile(const std::string& path, std::size_t piece)
 }
 
 /// From the sensor, if there is one; several see the object from all around.
-PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors)
+PictureOptions viewOf(const Result& result, const std::vector<Eigen::Vector3d>& sensors)
 {
-  return sensors.size() == 1 ? pictureFrom(sensors.front(), mesh) : PictureOptions();
+  PictureOptions options = sensors.size() == 1 ? pictureFrom(sensors.front(), result.mesh) : PictureOptions();
+  options.legend = result.legend;
+  return options;
 }
 
 /// To be raised when a name in the report changes its meaning or goes.
@@ -260,8 +277,7 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
       write(file,
             [&](const std::string& path) { writeField(result.field.otherPieces()[n], result.fieldOffset, path); });
     }
-  write(job.picture,
-        [&](const std::string& path) { writePicture(result.mesh, viewOf(result.mesh, input.sensors), path); });
+  write(job.picture, [&](const std::string& path) { writePicture(result.mesh, viewOf(result, input.sensors), path); });
   write(job.report, [&](const std::string& path) { writeReport(result.report, result.shiftOfOutput, job, path); });
   return written;
 }

@@ -16,6 +16,7 @@ SurfaceMesh withFaces(const std::string& path, PointTable&& table, const Polygon
 {
   SurfaceMesh mesh;
   mesh.vertices = std::move(table.positions);
+  mesh.scalars = std::move(table.scalars);
   addPolygons(path, faces, mesh);
   return mesh;
 }

@@ -84,6 +84,7 @@ Json toJson(const Options& options)
            {{"rounds", options.remesher.rounds},
             {"targetEdge", options.remesher.targetEdge},
             {"relaxation", options.remesher.relaxation}}},
+          {"uncertainty", {{"compute", options.uncertainty.compute}, {"samples", options.uncertainty.samples}}},
           {"unit", nameOf(options.unit)},
           {"colors", nameOf(options.colors)},
           {"confidenceField", options.confidenceField},
@@ -155,6 +156,30 @@ Json toJson(const LevelReport& level)
             {"history", level.solve.history}}}};
 }
 
+Json toJson(const SigmaQuantiles& sigma)
+{
+  return {
+      {"vertices", sigma.vertices}, {"median", sigma.median}, {"percentile95", sigma.percentile95}, {"max", sigma.max}};
+}
+
+Json toJson(const UncertaintyReport& uncertainty)
+{
+  return {{"samples", uncertainty.samples},
+          {"voxelSize", uncertainty.voxelSize},
+          {"voxels", uncertainty.voxels},
+          {"noise", uncertainty.noise},
+          {"heldOut", uncertainty.heldOut},
+          {"measuredError", uncertainty.measuredError},
+          {"patches", uncertainty.patches},
+          {"patchPoints", uncertainty.patchPoints},
+          {"largestPatch", uncertainty.largestPatch},
+          {"largestOpening", uncertainty.largestOpening},
+          {"fillingFactor", uncertainty.fillingFactor},
+          {"notCalibrated", uncertainty.notCalibrated},
+          {"measured", toJson(uncertainty.measured)},
+          {"fillings", toJson(uncertainty.fillings)}};
+}
+
 } // namespace
 
 Json toJson(const MeshStatistics& mesh)
@@ -197,47 +222,50 @@ Json toJson(const Report& report)
   Json times = Json::array();
   for (const StageTime& time : report.times)
     times.push_back({{"stage", time.stage}, {"seconds", time.seconds}});
-  return {{"status", toString(report.status)},
-          {"message", report.message},
-          {"warnings", report.warnings},
-          {"options", toJson(report.options)},
-          {"density",
-           {{"spacing", report.density.spacing},
-            {"nearestMean", report.density.nearestMean},
-            {"nearestDeviation", report.density.nearestDeviation},
-            {"eighthMedian", report.density.eighthMedian}}},
-          {"diagonal", report.diagonal},
-          {"smoothingLength", report.smoothingLength},
-          {"smoothing", toJson(report.smoothing)},
-          {"resolution", toJson(report.resolution)},
-          {"points", toJson(report.points)},
-          {"normalsEstimated", report.normalsEstimated},
-          {"vote", nameOf(report.vote)},
-          {"sensorOriginUsed", report.sensorOriginUsed},
-          {"orientation", toJson(report.orientation)},
-          {"levels", toJson(report.levels)},
-          {"otherPieces", otherPieces},
-          {"trimming",
-           {{"holesFilled", report.trimming.holesFilled},
-            {"extrapolationsDropped", report.trimming.extrapolationsDropped},
-            {"componentsDropped", report.trimming.componentsDropped},
-            {"areaFilled", report.trimming.areaFilled},
-            {"areaDropped", report.trimming.areaDropped},
-            {"largestHole", report.trimming.largestHole}}},
-          {"remesher",
-           {{"splits", report.remesher.splits},
-            {"collapses", report.remesher.collapses},
-            {"flips", report.remesher.flips},
-            {"refusedOperations", report.remesher.refusedOperations}}},
-          {"intersectingTriangles",
-           {{"beforeRemeshing", report.intersectingBeforeRemeshing}, {"mesh", report.intersecting}}},
-          {"meshBeforeRemeshing", toJson(report.meshBeforeRemeshing)},
-          {"mesh", toJson(report.mesh)},
-          {"times", times},
-          {"seconds", report.seconds},
-          {"predictedBytes", report.predictedBytes},
-          {"peakBytes", report.peakBytes},
-          {"threads", report.threads}};
+  Json json = {{"status", toString(report.status)},
+               {"message", report.message},
+               {"warnings", report.warnings},
+               {"options", toJson(report.options)},
+               {"density",
+                {{"spacing", report.density.spacing},
+                 {"nearestMean", report.density.nearestMean},
+                 {"nearestDeviation", report.density.nearestDeviation},
+                 {"eighthMedian", report.density.eighthMedian}}},
+               {"diagonal", report.diagonal},
+               {"smoothingLength", report.smoothingLength},
+               {"smoothing", toJson(report.smoothing)},
+               {"resolution", toJson(report.resolution)},
+               {"points", toJson(report.points)},
+               {"normalsEstimated", report.normalsEstimated},
+               {"vote", nameOf(report.vote)},
+               {"sensorOriginUsed", report.sensorOriginUsed},
+               {"orientation", toJson(report.orientation)},
+               {"levels", toJson(report.levels)},
+               {"otherPieces", otherPieces},
+               {"trimming",
+                {{"holesFilled", report.trimming.holesFilled},
+                 {"extrapolationsDropped", report.trimming.extrapolationsDropped},
+                 {"componentsDropped", report.trimming.componentsDropped},
+                 {"areaFilled", report.trimming.areaFilled},
+                 {"areaDropped", report.trimming.areaDropped},
+                 {"largestHole", report.trimming.largestHole}}},
+               {"remesher",
+                {{"splits", report.remesher.splits},
+                 {"collapses", report.remesher.collapses},
+                 {"flips", report.remesher.flips},
+                 {"refusedOperations", report.remesher.refusedOperations}}},
+               {"intersectingTriangles",
+                {{"beforeRemeshing", report.intersectingBeforeRemeshing}, {"mesh", report.intersecting}}},
+               {"meshBeforeRemeshing", toJson(report.meshBeforeRemeshing)},
+               {"mesh", toJson(report.mesh)},
+               {"times", times},
+               {"seconds", report.seconds},
+               {"predictedBytes", report.predictedBytes},
+               {"peakBytes", report.peakBytes},
+               {"threads", report.threads}};
+  if (report.uncertainty.isComputed)
+    json["uncertainty"] = toJson(report.uncertainty);
+  return json;
 }
 
 } // namespace mrf_apps

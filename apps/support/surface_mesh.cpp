@@ -184,6 +184,10 @@ SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& of
   result.triangles = std::move(mesh.triangles);
   result.normals = std::move(mesh.normals);
   result.confidences = std::move(mesh.confidences);
+  if (!mesh.sigmas.empty()) {
+    result.scalars["sigma"] = std::move(mesh.sigmas);
+    result.scalars["sigma_calibrated"].assign(mesh.calibrated.begin(), mesh.calibrated.end());
+  }
   return result;
 }
 

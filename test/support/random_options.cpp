@@ -162,9 +162,15 @@ const std::vector<Change>& changes()
       number("rounds", remesher, &RemesherOptions::rounds, 0, 12, 0, 50), // a thousand would take a minute indeed
       length("targetEdge", remesher, &RemesherOptions::targetEdge, -.5, 1.5),
       number("relaxation", remesher, &RemesherOptions::relaxation, .1, 1, 1e-30, 1),
+      number("samples", &Options::uncertainty, &UncertaintyOptions::samples, 2, 6, 2, 1000),
+      {"uncertainty.compute",
+       [](Options& o, Random& random, double) {
+         o.uncertainty.compute = random.index(2) == 1;
+         return text(static_cast<int>(o.uncertainty.compute));
+       }},
       {"colors",
        [](Options& o, Random& random, double) {
-         o.colors = static_cast<ColorMode>(random.index(3));
+         o.colors = static_cast<ColorMode>(random.index(4));
          return text(static_cast<int>(o.colors));
        }},
       {"threads",

@@ -141,6 +141,11 @@ public:
   void setColorMode(mrf::ColorMode mode) { options_.colors = mode; }
   mrf::ColorMode getColorMode() const { return options_.colors; }
 
+  /// Whether each vertex gets a sigma, the standard deviation of the surface along its normal, cloud's unit, and a flag
+  /// that is 0 where it is an extrapolation (off by default); see mrf/uncertainty.h. Needs observations at points.
+  void setComputeUncertainty(bool compute) { options_.uncertainty.compute = compute; }
+  bool getComputeUncertainty() const { return options_.uncertainty.compute; }
+
   /// 0 = one thread per hardware thread.
   void setNumberOfThreads(int threads) { options_.threads = threads; }
   int getNumberOfThreads() const { return options_.threads; }

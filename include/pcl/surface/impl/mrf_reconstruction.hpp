@@ -402,7 +402,7 @@ void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::
 template <typename PointNT>
 bool MRFReconstruction<PointNT>::isColored() const
 {
-  return options_.colors == mrf::ColorMode::confidence ||
+  return options_.colors == mrf::ColorMode::confidence || options_.colors == mrf::ColorMode::sigma ||
          (mrf::detail::Attributes<PointNT>::hasRgb && options_.colors == mrf::ColorMode::input);
 }
 
@@ -429,6 +429,9 @@ void MRFReconstruction<PointNT>::clear(pcl::PolygonMesh& output) const
     mrf::detail::addField(cloud, "rgb", PCLPointField::FLOAT32);
   if (isIntense())
     mrf::detail::addField(cloud, "intensity", PCLPointField::FLOAT32);
+  if (wantsUncertainty(options_))
+    for (const char* name : {"sigma", "sigma_calibrated"})
+      mrf::detail::addField(cloud, name, PCLPointField::FLOAT32);
 }
 
 template <typename PointNT>
@@ -443,13 +446,18 @@ void MRFReconstruction<PointNT>::write(pcl::PolygonMesh& output) const
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const Eigen::Vector3f position = (mesh.vertices[v].template cast<double>() + getOffset()).template cast<float>();
     const Eigen::Vector3f& normal = mesh.normals[v];
-    std::array<float, 8> values = {position.x(), position.y(), position.z(),        normal.x(),
-                                   normal.y(),   normal.z(),   mesh.confidences[v], 0};
+    std::array<float, 10> values = {position.x(), position.y(), position.z(),       normal.x(),
+                                    normal.y(),   normal.z(),   mesh.confidences[v]};
+    std::size_t next = 7;
     if (!colors.empty()) {
       const std::uint32_t packed = mrf::detail::packRgb(colors[v]);
-      std::memcpy(&values[7], &packed, sizeof(packed));
+      std::memcpy(&values[next++], &packed, sizeof(packed));
     } else if (result_.channels == 1)
-      values[7] = result_.attributes[v];
+      values[next++] = result_.attributes[v];
+    if (!mesh.sigmas.empty()) {
+      values[next++] = mesh.sigmas[v];
+      values[next] = static_cast<float>(mesh.calibrated[v]);
+    }
     std::memcpy(cloud.data.data() + v * cloud.point_step, values.data(), cloud.point_step);
   }
   writePolygons(output.polygons);

@@ -15,6 +15,7 @@
 #include <pcl/surface/mrf/sampling_density.h>
 #include <pcl/surface/mrf/solver.h>
 #include <pcl/surface/mrf/trimming.h>
+#include <pcl/surface/mrf/uncertainty.h>
 #include <pcl/surface/mrf/vertex_fields.h>
 
 #include <string>
@@ -35,10 +36,17 @@ struct Options {
   PolygonizerOptions polygonizer;
   TrimmingOptions trimming;
   RemesherOptions remesher;
+  UncertaintyOptions uncertainty;
   ColorMode colors = ColorMode::input;
   std::string confidenceField; ///< field of the cloud that holds per-point confidences 0..1; empty: none
   int threads = 0;             ///< 0 = one per hardware thread, ..1024
 };
+
+/// Whether sigma is computed: on its own, or for the colors.
+inline bool wantsUncertainty(const Options& options)
+{
+  return options.uncertainty.compute || options.colors == ColorMode::sigma;
+}
 
 /// The settings that our measurements recommend; the same as Options().
 PCL_MRF_EXPORT Options defaultPreset();

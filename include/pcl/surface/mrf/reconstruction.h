@@ -59,7 +59,7 @@ struct Reconstruction {
   Report report;
 };
 
-/// The color of each vertex as Options::colors asks for it: by its confidence, or the input's; empty: none.
+/// The color of each vertex as Options::colors asks for it: by its confidence, its sigma, or the input's; empty: none.
 PCL_MRF_EXPORT std::vector<Rgb> vertexColors(const Reconstruction& result);
 
 /// Builds the gathered points: the part of a cloud the stages can use.

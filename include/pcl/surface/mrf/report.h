@@ -10,6 +10,7 @@
 #include <pcl/surface/mrf/orientation.h>
 #include <pcl/surface/mrf/sampling_density.h>
 #include <pcl/surface/mrf/smoothing.h>
+#include <pcl/surface/mrf/uncertainty.h>
 
 #include <cstdint>
 #include <string>
@@ -73,6 +74,7 @@ struct Report {
   std::int64_t intersectingBeforeRemeshing = 0, intersecting = 0;
   MeshStatistics meshBeforeRemeshing; ///< after trimming; without remeshing the same as mesh
   MeshStatistics mesh;
+  UncertaintyReport uncertainty; ///< empty unless it was asked for
 
   std::vector<StageTime> times;   ///< in the order they ran
   double seconds = 0;             ///< wall clock of the whole run

@@ -31,7 +31,7 @@ struct SolverOptions {
                           ///< 3, on levels in bands 2 / 4 / 5
   bool choleskyOnCoarsest =
       false;              ///< factorize the coarsest level of the multiscale scheme whatever the method (the paper's)
-  std::uint64_t seed = 1; ///< of icm's visiting order
+  std::uint64_t seed = 1; ///< of icm's visiting order, and of the draws of UncertaintyOptions
   std::size_t maxFactorBytes = std::size_t{4} << 30; ///< cholesky refuses when its factor is predicted to be larger
 };
 

@@ -23,6 +23,9 @@ struct TriangleMesh {
   std::vector<Triangle> triangles;
   std::vector<Eigen::Vector3f> normals; ///< unit, outward: the normalized gradient of the field
   std::vector<float> confidences;       ///< α at the vertex, 0..1
+  /// Standard deviation of the surface along its normal, cloud's unit; see uncertainty.h. Empty: not asked for.
+  std::vector<float> sigmas;
+  std::vector<std::uint8_t> calibrated; ///< 1, or 0 where sigma is an extrapolation; with sigmas only
 };
 
 /// Keeps the triangles whose flag is set and the vertices they use, in their order, with all per-vertex arrays.

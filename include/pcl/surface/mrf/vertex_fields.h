@@ -21,9 +21,10 @@ namespace mrf {
 
 /// Which colors the output carries.
 enum class ColorMode {
-  none,      ///< none
-  input,     ///< the input's RGB or intensity, interpolated, where it had them
-  confidence ///< α as a color: blue where interpolated, skin where observed (paper Fig. 4)
+  none,       ///< none
+  input,      ///< the input's RGB or intensity, interpolated, where it had them
+  confidence, ///< α as a color: blue where interpolated, skin where observed (paper Fig. 4)
+  sigma       ///< the error bars, which are computed for it: blue where the surface is known best, red where least
 };
 
 using Rgb = std::array<std::uint8_t, 3>;
@@ -73,6 +74,12 @@ PCL_MRF_EXPORT std::vector<float> interpolateAttributes(const std::vector<Eigen:
 
 /// Interpolated channels 0..255 as a color, rounded. \param channels three values
 PCL_MRF_EXPORT Rgb toRgb(const float* channels);
+
+/// The sigma that is shown red: the 95th percentile, in two digits. \param sigmas not empty
+PCL_MRF_EXPORT float largestSigmaShown(std::vector<float> sigmas);
+
+/// The color of a sigma: blue at 0, over green and yellow to red at `largest` and above.
+PCL_MRF_EXPORT Rgb sigmaColor(float sigma, float largest);
 
 /// The color of a confidence: blue at 0 to skin at 1, linear between.
 PCL_MRF_EXPORT Rgb confidenceColor(float confidence);

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sigma_evaluation.h"
+
+#include "surface_distance.h"
+#include "surface_samples.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace mrf_apps {
+namespace {
+
+/// Quantiles of |x| for a standard normal x, by SigmaStatistics::levels.
+constexpr std::array<double, 3> quantiles{.67449, 1.28155, 1.95996};
+
+SigmaStatistics statisticsOf(const std::vector<SigmaSample>& samples, bool areFillings, double diagonal)
+{
+  SigmaStatistics result;
+  double weights = 0;
+  std::vector<std::pair<double, double>> widths; // and weights
+  for (const SigmaSample& sample : samples) {
+    if (areFillings == (sample.confidence > 0))
+      continue;
+    ++result.count;
+    weights += sample.weight;
+    const double ratio = sample.error / sample.sigma;
+    for (std::size_t level = 0; level < quantiles.size(); ++level)
+      result.coverage[level] += ratio <= quantiles[level] ? sample.weight : 0;
+    result.rmsError += sample.weight * sample.error * sample.error;
+    result.negativeLogLikelihood +=
+        sample.weight * (std::log(sample.sigma / diagonal) + ratio * ratio / 2 + std::log(2 * M_PI) / 2);
+    widths.emplace_back(quantiles.back() * sample.sigma, sample.weight);
+  }
+  if (!(weights > 0))
+    return {};
+  for (double& share : result.coverage)
+    share /= weights;
+  result.rmsError = std::sqrt(result.rmsError / weights);
+  result.negativeLogLikelihood /= weights;
+  std::sort(widths.begin(), widths.end());
+  double below = 0;
+  for (const auto& [width, weight] : widths) {
+    below += weight;
+    result.medianHalfWidth = width;
+    if (below >= weights / 2)
+      break;
+  }
+  return result;
+}
+
+/// Area under the curve of RMS errors that are left, the largest predictions being left out first, over the RMS error
+/// of all. \param predictions of the errors, up to any rising function
+double areaOfSparsification(const std::vector<SigmaSample>& samples, const std::vector<double>& predictions)
+{
+  std::vector<std::size_t> order(samples.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return predictions[a] < predictions[b]; });
+  double total = 0;
+  for (const SigmaSample& sample : samples)
+    total += sample.weight;
+  double weights = 0, squares = 0, area = 0;
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    // What has the same prediction is left out together, evenly.
+    double equalWeights = 0, equalSquares = 0;
+    for (; end < order.size() && predictions[order[end]] == predictions[order[begin]]; ++end) {
+      const SigmaSample& sample = samples[order[end]];
+      equalWeights += sample.weight;
+      equalSquares += sample.weight * sample.error * sample.error;
+    }
+    constexpr int steps = 16; // of a curve that is not straight
+    const int parts = end - begin > 1 ? steps : 1;
+    for (int step = 1; step <= parts; ++step) {
+      const double share = (step - .5) / parts;
+      area +=
+          equalWeights / parts / total * std::sqrt((squares + share * equalSquares) / (weights + share * equalWeights));
+    }
+    weights += equalWeights;
+    squares += equalSquares;
+  }
+  return squares > 0 ? area / std::sqrt(squares / weights) : 0;
+}
+
+/// Of the triangles around each vertex, a third each.
+std::vector<double> vertexAreas(const SurfaceMesh& mesh)
+{
+  std::vector<double> areas(mesh.vertices.size(), 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const double third = areaVector(mesh, t).norm() / 3;
+    for (const std::int32_t v : mesh.triangles[t])
+      areas[static_cast<std::size_t>(v)] += std::isfinite(third) ? third : 0;
+  }
+  return areas;
+}
+
+/// Of a triangle, the corner nearest to a point.
+std::size_t nearestCorner(const SurfaceMesh& mesh, std::int32_t triangle, const Eigen::Vector3d& point)
+{
+  const auto& corners = mesh.triangles[static_cast<std::size_t>(triangle)];
+  const auto distance = [&](std::int32_t v) {
+    return (mesh.vertices[static_cast<std::size_t>(v)] - point).squaredNorm();
+  };
+  return static_cast<std::size_t>(*std::min_element(
+      corners.begin(), corners.end(), [&](std::int32_t a, std::int32_t b) { return distance(a) < distance(b); }));
+}
+
+} // namespace
+
+SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double diagonal)
+{
+  SigmaEvaluation result;
+  std::vector<SigmaSample> known;
+  for (const SigmaSample& sample : samples)
+    if (std::isfinite(sample.error) && std::isfinite(sample.sigma) && sample.sigma > 0)
+      known.push_back(sample);
+  result.notKnown = static_cast<std::int64_t>(samples.size() - known.size());
+  result.measured = statisticsOf(known, false, diagonal);
+  result.fillings = statisticsOf(known, true, diagonal);
+  std::vector<double> errors, sigmas, doubts;
+  for (const SigmaSample& sample : known) {
+    errors.push_back(sample.error);
+    sigmas.push_back(sample.sigma);
+    doubts.push_back(-sample.confidence);
+  }
+  const double best = areaOfSparsification(known, errors);
+  result.sparsification.sigma = areaOfSparsification(known, sigmas) - best;
+  result.sparsification.confidence = areaOfSparsification(known, doubts) - best;
+  return result;
+}
+
+std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input,
+                                      pcl::mrf::Execution& execution)
+{
+  const auto fieldOf = [&](const char* name) -> const std::vector<float>& {
+    const auto found = mesh.scalars.find(name);
+    if (found == mesh.scalars.end())
+      throw pcl::mrf::InvalidInput(std::string("the mesh has no field `") + name +
+                                   "`; pcl_mrf_reconstruction --uncertainty writes it into ply files");
+    return found->second;
+  };
+  const std::vector<float>&sigma = fieldOf("sigma"), &confidence = fieldOf("confidence");
+  std::vector<SigmaSample> samples;
+  const auto add = [&](std::size_t v, double error, double weight) {
+    samples.push_back({error, static_cast<double>(sigma[v]), static_cast<double>(confidence[v]), weight});
+  };
+  if (input.reference) {
+    const std::vector<float> errors = vertexErrors(mesh, input, execution);
+    const std::vector<double> areas = vertexAreas(mesh);
+    for (std::size_t v = 0; v < errors.size(); ++v)
+      add(v, static_cast<double>(errors[v]), areas[v]);
+    return samples;
+  }
+  std::vector<Eigen::Vector3d> points;
+  for (const auto* cloud : {&input.heldOut, &input.clean})
+    std::copy_if(cloud->begin(), cloud->end(), std::back_inserter(points),
+                 [](const Eigen::Vector3d& point) { return point.allFinite(); });
+  if (points.empty())
+    throw pcl::mrf::InvalidInput("sigma is compared with a reference, or with held-out or noise-free points; there are "
+                                 "none");
+  const std::vector<ClosestPlace> places = SurfaceDistance(mesh).closest(points, execution);
+  for (std::size_t p = 0; p < points.size(); ++p)
+    add(nearestCorner(mesh, places[p].triangle, points[p]), places[p].distance, 1);
+  return samples;
+}
+
+} // namespace mrf_apps

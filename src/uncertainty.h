@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief Sigma at the vertices of a mesh: posterior draws on a coarse grid, calibrated by what the cloud withholds.
+///
+/// The draws give the posterior's variance V at a place for data of variance 1 (posterior_draws.h). The model is
+/// over-sure where there are points: what is left there is shape that the grid does not resolve, not noise. So the
+/// factors are learnt from points that are left out:
+///
+///     in fillings      σ² = f² V                     f² by discs as wide as the openings, see opening_patches.h
+///     amid the data    σ² = a² V + b² δ² + c²        by what pairs of left-out points share, see held_out_pairs.h
+///
+/// δ is the distance between the surface and that of the coarse grid: where refining has changed much, more is left to
+/// change. Patches and pairs are few on some clouds, and all factors are drawn towards those that were learnt on
+/// simulated scans.
+#pragma once
+
+#include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbor_search.h>
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+#include <pcl/surface/mrf/uncertainty.h>
+
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// A part of the points that has a field of its own.
+struct SolvedPiece {
+  const OrientedPoints* points;
+  const NeighborSearch* search; ///< holds their positions
+  BoundingBox volume;           ///< that its field covers
+};
+
+/// Sets the sigmas and the flags of what is calibrated. \param pieces of the points: all of them
+/// \param field of the finest level \param spacing l̄, cloud's unit \param options resolved, observing at points
+/// \param mesh with confidences
+/// The result does not depend on the number of threads.
+UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field, float spacing,
+                                      const Options& options, TriangleMesh& mesh, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl
