@@ -52,15 +52,16 @@ double quantile(std::vector<Value> values, double share)
 ///
 /// with Ṽ the median of V and δ₇₅ the upper quartile of δ, both amid data.
 ///
-/// The form and the learnt factors come from scans of 30,000 points with six holes of 3 to 8 % of the diagonal, of the
-/// elephant, armadillo, man, bear, camel of CGAL's data and the head Igea, without noise and with .25 % of the
-/// diagonal: σ² grew with √V, and to 3.3 and 12 times at one and at two times δ₇₅ without noise, to 1.4 times and 2
-/// with it.
+/// The form and the learnt factors come from 40 scans of 30,000 points with six holes of 3 to 8 % of the diagonal, of
+/// the elephant, armadillo, man, bear, camel, dragon, femur, blob and pig of CGAL's data and two heads, without noise
+/// and with .25 % of the diagonal: σ² grew with √V, and to 3.3 and 12 times at one and at two times δ₇₅ without noise,
+/// to 1.4 times and 2 with it.
 class SigmaModel {
 public:
   /// \param evidence of the mesh's vertices
   SigmaModel(const std::vector<PieceEvidence>& pieces, const TriangleMesh& mesh, const std::vector<Evidence>& evidence,
-             UncertaintyReport& report)
+             float spacing, UncertaintyReport& report)
+      : least_(squared(leastPerSpacing * static_cast<double>(spacing)))
   {
     describeMeasured(mesh, evidence);
     fitMeasured(pieces, report);
@@ -141,7 +142,7 @@ private:
     for (const PieceEvidence& piece : pieces)
       for (const Evidence& e : piece.atPairs)
         shapes += shape(e);
-    base_ = error / (shapes > 0 ? shapes / count : 1 + growth_ * meanChange_ / upperChange_);
+    base_ = std::max(error, least_) / (shapes > 0 ? shapes / count : 1 + growth_ * meanChange_ / upperChange_);
     report.noise = std::sqrt(noise_);
     report.heldOut = 2 * static_cast<std::int64_t>(squares.size());
     report.measuredError = std::sqrt(error);
@@ -167,7 +168,8 @@ private:
 
   void fitFillings(const std::vector<PieceEvidence>& pieces, UncertaintyReport& report)
   {
-    const double learntFactor = squared(learnt.perChange) * meanChange_ + squared(learnt.perNoise) * noise_;
+    const double learntFactor =
+        std::max(squared(learnt.perChange) * meanChange_ + squared(learnt.perNoise) * noise_, least_);
     double patches = 0;
     for (const PieceEvidence& piece : pieces)
       for (std::size_t n = 0; n < piece.filled.size(); ++n) {
@@ -216,6 +218,10 @@ private:
     return sum / patches;
   }
 
+  /// Of σ amid data, and of f: on an exact plane nothing else keeps them from zero.
+  static constexpr double leastPerSpacing = 1e-4;
+
+  const double least_; ///< squared
   double medianVariance_ = 1, medianChange_ = 0, upperChange_ = 1, meanChange_ = 0;
   double noise_ = 0;          ///< squared
   double base_ = 0;           ///< K
@@ -276,7 +282,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
     }
   }
 
-  const SigmaModel model(ofPieces, mesh, evidence, report);
+  const SigmaModel model(ofPieces, mesh, evidence, spacing, report);
   std::vector<float> measured, fillings;
   mesh.sigmas.resize(mesh.vertices.size());
   mesh.calibrated.resize(mesh.vertices.size());

@@ -178,6 +178,17 @@ TEST(Uncertainty, FewPointsAreNoFailure)
     EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
 }
 
+TEST(Uncertainty, AnExactPlaneHasOneToo)
+{
+  // Nothing that is left out is off: what remains is rounding, but no zero and nothing that is not finite.
+  const PointSet plane = shapes::filter(
+      clouds::lattice(40, .1f), [](const Eigen::Vector3f& p) { return (p - Eigen::Vector3f(2, 2, 0)).norm() > .6f; });
+  const Reconstruction result = clouds::reconstruct(plane, withUncertainty());
+  ASSERT_EQ(result.mesh.sigmas.size(), result.mesh.vertices.size());
+  for (const float sigma : result.mesh.sigmas)
+    EXPECT_TRUE(std::isfinite(sigma) && sigma > 0 && sigma < .1f) << sigma;
+}
+
 TEST(Uncertainty, IsRefusedWhereVoxelsObserve)
 {
   Options options = withUncertainty();
