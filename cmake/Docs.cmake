@@ -23,7 +23,7 @@ if(DOXYGEN_FOUND)
   set(DOXYGEN_WARN_IF_INCOMPLETE_DOC NO)
   set(DOXYGEN_WARN_AS_ERROR FAIL_ON_WARNINGS)
   # The README's links lead to pages of the reference as well.
-  set(pages README.md apps/README.md apps/experiments/README.md test/benchmark/README.md .github/CONTRIBUTING.md
+  set(pages README.md src/README.md apps/README.md apps/experiments/README.md test/benchmark/README.md .github/CONTRIBUTING.md
       .github/CHANGELOG.md)
   list(TRANSFORM pages PREPEND ${PROJECT_SOURCE_DIR}/)
   doxygen_add_docs(docs ${PROJECT_SOURCE_DIR}/include ${pages}

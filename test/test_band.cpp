@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "grid_transfer.h"
+#include "field/grid_transfer.h"
+#include "field/voxel_set.h"
 #include "support/shapes.h"
 #include "support/statistics.h"
 #include "support/zero_level.h"
-#include "voxel_set.h"
 
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/multiscale.h>

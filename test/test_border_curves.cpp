@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "border_curves.h"
+#include "remesher/border_curves.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "crowded_space.h"
+#include "mesh/crowded_space.h"
 
 #include "support/cancelling.h"
 

@@ -4,7 +4,7 @@
 
 #include <pcl/search/kdtree.h>
 
-#include "memory.h"
+#include "base/memory.h"
 
 #include <sys/resource.h>
 #include <unistd.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The grids' operator and its V-cycle against explicit matrices, for all orders of the prior and one that has no name.
-#include "grid_solver.h"
-#include "grids.h"
+#include "solver/grid_solver.h"
+#include "solver/grids.h"
+#include "solver/preconditioned_cg.h"
+#include "solver/v_cycle.h"
 #include "support/linear_systems.h"
-#include "preconditioned_cg.h"
-#include "v_cycle.h"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "half_edge_mesh.h"
+#include "remesher/half_edge_mesh.h"
 
 #include "support/shapes.h"
 

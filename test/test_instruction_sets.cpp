@@ -2,11 +2,11 @@
 // The hot loops exist for several instruction sets: each gives the same bytes, loop by loop and as a whole mesh.
 #include "support/contract.h"
 
-#include "grid_solver.h"
-#include "grids.h"
-#include "instruction_set.h"
-#include "nearest_kernels.h"
-#include "vector_kernels.h"
+#include "base/instruction_set.h"
+#include "base/vector_kernels.h"
+#include "points/nearest_kernels.h"
+#include "solver/grid_solver.h"
+#include "solver/grids.h"
 
 #include <cstring>
 #include <random>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "interpolation.h"
+#include "field/interpolation.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "orientation_graph.h"
+#include "orientation/orientation_graph.h"
 #include "support/clouds.h"
 #include "support/scans.h"
 #include "support/shapes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "pieces.h"
+#include "run/pieces.h"
 
 // Clouds in pieces far apart, and what their fields and meshes are.
 #include "support/clouds.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "point_observation.h"
+#include "observation/point_observation.h"
 
 // Observations at the points: the block operator against its definition, merging, all solvers on it.
 #include "support/linear_systems.h"

@@ -3,10 +3,10 @@
 #include "support/clouds.h"
 #include "support/shapes.h"
 
-#include "disjoint_points.h"
-#include "orientation_graph.h"
-#include "select_values.h"
-#include "spatial_sort.h"
+#include "base/disjoint_points.h"
+#include "base/select_values.h"
+#include "base/spatial_sort.h"
+#include "orientation/orientation_graph.h"
 
 #include <pcl/surface/mrf/reconstruction.h>
 

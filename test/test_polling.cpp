@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "polling.h"
+#include "base/polling.h"
 
 #include "support/cancelling.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Draws from the posterior against the matrix whose inverse is their covariance.
-#include "grids.h"
-#include "posterior_draws.h"
+#include "solver/grids.h"
 #include "support/linear_systems.h"
+#include "uncertainty/posterior_draws.h"
 
 #include <Eigen/SparseCholesky>
 #include <gtest/gtest.h>

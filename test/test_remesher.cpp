@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "edge_operations.h"
-#include "mesh_topology.h"
-#include "relaxation.h"
+#include "mesh/mesh_topology.h"
+#include "remesher/edge_operations.h"
+#include "remesher/relaxation.h"
+#include "remesher/zero_level.h"
 #include "support/cancelling.h"
 #include "support/shapes.h"
-#include "zero_level.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/polygonizer.h>

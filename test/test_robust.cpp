@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "robust.h"
+#include "pilot/robust.h"
 
 // Structured outliers against a robust field.
 #include "support/shapes.h"

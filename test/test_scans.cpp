@@ -72,10 +72,7 @@ struct Bar {
 
 class CleanScan : public testing::TestWithParam<Bar> {
 protected:
-  void SetUp() override
-  {
-    SKIP_WITHOUT_SCANS();
-  }
+  void SetUp() override { SKIP_WITHOUT_SCANS(); }
 };
 
 std::string nameOf(const testing::TestParamInfo<Bar>& bar)

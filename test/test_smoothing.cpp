@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The smoothing length: found by leaving points out, or set by a known noise.
+#include "observation/point_observation.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 

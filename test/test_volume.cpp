@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "volume.h"
+#include "pilot/volume.h"
 
 // How much room the field gets beside openings.
 #include "support/clouds.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "wavefront.h"
+#include "solver/wavefront.h"
 
 #include <gtest/gtest.h>
 

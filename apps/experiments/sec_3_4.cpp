@@ -2,11 +2,11 @@
 #include "figure_support.h"
 #include "figures.h"
 
-#include "interpolation.h"
-#include "linear_system.h"
+#include "field/interpolation.h"
 #include "program.h"
 #include "scan/analytic_surface.h"
 #include "scan/mesh_surface.h"
+#include "solver/linear_system.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/multiscale.h>

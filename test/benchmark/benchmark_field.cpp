@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
 /// \brief Benchmarks of the regularization, and of the smoother's use of the memory.
-#include "grids.h"
 #include "inputs.h"
+#include "solver/grids.h"
 
 #include "support/clouds.h"
 #include "support/shapes.h"

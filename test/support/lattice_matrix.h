@@ -3,7 +3,7 @@
 /// \brief The prior as an explicit matrix, written down from its definition: the oracle for the matrix-free operator.
 #pragma once
 
-#include "linear_system.h"
+#include "solver/linear_system.h"
 
 #include <Eigen/SparseCore>
 

@@ -29,13 +29,6 @@ struct SmoothingChoice {
   std::int64_t heldOut = 0;          ///< points that were scored
 };
 
-/// The shortest ℓ that is tried, which suits clean scans: .5 l̄.
-double shortestSmoothing(double spacing);
-
-/// ℓ for Gaussian noise of a known deviation: l̄ · max(.5, 1.5 (σ/l̄)^.4), cloud's unit.
-/// The exponent is that of the balance between τ ∝ ℓ^(2k−1) and σ² for k = 3; the factor is measured.
-double smoothingForNoise(double noise, double spacing);
-
 /// What points that a field has not seen say about a voxel size.
 struct ResolutionScore {
   double voxelSize = 0; ///< h, cloud's unit

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief The hot loops for several instruction sets.
+#pragma once
+
+#include "base/instruction_set.h"
+
+/// For the bodies that the versions of a function share.
+#if defined(__GNUC__)
+#define MRF_ALWAYS_INLINE inline __attribute__((always_inline))
+#else
+#define MRF_ALWAYS_INLINE inline
+#endif
+
+/// Defines a function that runs the version for the instruction set in use; its body follows:
+///   MRF_MULTIVERSION(void, scale, (int count, float a, float* x), (count, a, x))
+///   {
+///     ...
+///   }
+/// The arithmetic is the same in all versions: the build switches contraction off, and no loop is reassociated.
+#if defined(MRF_HAS_MULTIVERSIONING)
+#define MRF_MULTIVERSION(Result, name, parameters, arguments)                                                          \
+  static MRF_ALWAYS_INLINE Result name##Baseline parameters;                                                           \
+  __attribute__((target("avx512f"))) static Result name##Avx512 parameters                                             \
+  {                                                                                                                    \
+    return name##Baseline arguments;                                                                                   \
+  }                                                                                                                    \
+  __attribute__((target("avx2"))) static Result name##Avx2 parameters                                                  \
+  {                                                                                                                    \
+    return name##Baseline arguments;                                                                                   \
+  }                                                                                                                    \
+  Result name parameters                                                                                               \
+  {                                                                                                                    \
+    switch (instructionSet()) {                                                                                        \
+    case InstructionSet::avx512:                                                                                       \
+      return name##Avx512 arguments;                                                                                   \
+    case InstructionSet::avx2:                                                                                         \
+      return name##Avx2 arguments;                                                                                     \
+    default:                                                                                                           \
+      return name##Baseline arguments;                                                                                 \
+    }                                                                                                                  \
+  }                                                                                                                    \
+  static MRF_ALWAYS_INLINE Result name##Baseline parameters
+#else
+#define MRF_MULTIVERSION(Result, name, parameters, arguments) Result name parameters
+#endif

@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "field/banded_distances.h"
+#include "field/grid_transfer.h"
+
+#include <pcl/surface/mrf/distance_field.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <stdexcept>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// What is traced along a field may leave its lattice by a little.
+constexpr double voxelsAroundPiece = 4;
+
+/// The cell around a position and the weights of its 8 voxels.
+struct Cell {
+  int i, j, k;
+  float u, v, w;
+
+  Cell(const Lattice& lattice, const Eigen::Vector3f& position)
+  {
+    const Eigen::Vector3d x = lattice.toVoxels(position);
+    place(x.x(), lattice.size.x, i, u);
+    place(x.y(), lattice.size.y, j, v);
+    place(x.z(), lattice.size.z, k, w);
+  }
+
+  /// Beyond the lattice the values of its border count. NaN, for which all comparisons are false, becomes 0.
+  static void place(double coordinate, int size, int& index, float& fraction)
+  {
+    const double clamped = std::min(std::max(0.0, coordinate), static_cast<double>(size - 1));
+    index = std::min(static_cast<int>(clamped), size - 2);
+    fraction = static_cast<float>(clamped - index);
+  }
+
+  /// Trilinear interpolation of `value(i, j, k)`.
+  template <typename Value, typename Function>
+  Value interpolate(const Function& value) const
+  {
+    const auto alongX = [&](int y, int z) -> Value { return (1 - u) * value(i, y, z) + u * value(i + 1, y, z); };
+    const auto inPlane = [&](int z) -> Value { return (1 - v) * alongX(j, z) + v * alongX(j + 1, z); };
+    return (1 - w) * inPlane(k) + w * inPlane(k + 1);
+  }
+};
+
+} // namespace
+
+DistanceField::DistanceField(const Lattice& lattice, std::vector<float> distances, std::vector<float> confidences)
+    : stored_(lattice), lattice_(lattice), distances_(std::move(distances)), confidences_(std::move(confidences))
+{
+  const auto count = static_cast<std::size_t>(lattice_.size.count());
+  if (distances_.size() != count || (!confidences_.empty() && confidences_.size() != count) ||
+      std::min({lattice_.size.x, lattice_.size.y, lattice_.size.z}) < 2)
+    throw std::invalid_argument(
+        "DistanceField: needs at least 2 voxels along each axis and one value of each kind per voxel");
+}
+
+DistanceField::DistanceField(const Lattice& lattice, std::shared_ptr<const BandedDistances> distances, AxisOrder axes)
+    : stored_(lattice), axes_(axes), lattice_(axes.fromStored(lattice)), banded_(std::move(distances))
+{
+  const auto count = static_cast<std::size_t>(banded_->band.count());
+  if (banded_->values.size() != count || (!banded_->confidences.empty() && banded_->confidences.size() != count) ||
+      banded_->band.size() != withMargin(stored_.size) || banded_->background.empty())
+    throw std::invalid_argument("DistanceField: needs one value of each kind per voxel of the band, and a background");
+}
+
+/// Boxes of pieces by their lower ends along x, so that the one around a position is found without asking all.
+struct DistanceField::OtherPieces {
+  struct Box {
+    Eigen::AlignedBox3d box;
+    std::size_t field;
+    double farthest; ///< along x, of the boxes so far
+  };
+  std::vector<DistanceField> fields;
+  std::vector<Box> boxes;
+};
+
+DistanceField DistanceField::ofPieces(std::vector<DistanceField> pieces)
+{
+  DistanceField result = pieces.front();
+  if (pieces.size() == 1)
+    return result;
+  auto others = std::make_shared<OtherPieces>();
+  others->fields.assign(std::make_move_iterator(pieces.begin() + 1), std::make_move_iterator(pieces.end()));
+  for (std::size_t n = 0; n < others->fields.size(); ++n) {
+    const Lattice& lattice = others->fields[n].lattice();
+    const Eigen::Vector3d size(lattice.size.x, lattice.size.y, lattice.size.z),
+        around = Eigen::Vector3d::Constant(voxelsAroundPiece * lattice.spacing);
+    others->boxes.push_back({{lattice.origin - around, lattice.origin + lattice.spacing * size + around}, n, 0});
+  }
+  std::stable_sort(others->boxes.begin(), others->boxes.end(),
+                   [](const auto& a, const auto& b) { return a.box.min().x() < b.box.min().x(); });
+  double farthest = others->boxes.front().box.max().x();
+  for (auto& entry : others->boxes)
+    entry.farthest = farthest = std::max(farthest, entry.box.max().x());
+  result.others_ = std::move(others);
+  return result;
+}
+
+const std::vector<DistanceField>& DistanceField::otherPieces() const
+{
+  static const std::vector<DistanceField> none;
+  return others_ ? others_->fields : none;
+}
+
+const DistanceField& DistanceField::pieceAt(const Eigen::Vector3f& position) const
+{
+  if (!others_)
+    return *this;
+  const Eigen::Vector3d at = position.cast<double>();
+  const auto& boxes = others_->boxes;
+  auto next = std::upper_bound(boxes.begin(), boxes.end(), at.x(),
+                               [](double x, const auto& entry) { return x < entry.box.min().x(); });
+  while (next != boxes.begin() && (--next)->farthest >= at.x())
+    if (next->box.contains(at))
+      return others_->fields[next->field];
+  return *this;
+}
+
+DistanceField DistanceField::inStoredAxes() const
+{
+  return banded_ ? DistanceField(stored_, banded_) : *this;
+}
+
+bool DistanceField::hasConfidences() const
+{
+  return !(banded_ ? banded_->confidences : confidences_).empty();
+}
+
+std::int64_t DistanceField::packedIndex(int i, int j, int k) const
+{
+  const Eigen::Array3i at = axes_.toStored(Eigen::Array3i(i, j, k)) + gridMargin;
+  return banded_->band.find(at.x(), at.y(), at.z());
+}
+
+float DistanceField::confidence(int i, int j, int k) const
+{
+  if (!banded_)
+    return confidences_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
+  const std::int64_t at = packedIndex(i, j, k);
+  return at < 0 ? 0 : banded_->confidences[static_cast<std::size_t>(at)];
+}
+
+float DistanceField::bandedDistance(int i, int j, int k) const
+{
+  const Eigen::Array3i at = axes_.toStored(Eigen::Array3i(i, j, k));
+  return storedDistance(at.x(), at.y(), at.z());
+}
+
+float DistanceField::storedDistance(int i, int j, int k) const
+{
+  if (!banded_)
+    return distances_[static_cast<std::size_t>(stored_.size.index(i, j, k))];
+  const std::int64_t at = banded_->band.find(i + gridMargin, j + gridMargin, k + gridMargin);
+  return at < 0 ? banded_->background.sampleDistance(stored_.position(i, j, k))
+                : banded_->values[static_cast<std::size_t>(at)];
+}
+
+bool DistanceField::bandHasCell(int i, int j, int k) const
+{
+  const Eigen::Array3i at = axes_.toStored(Eigen::Array3i(i, j, k)) + gridMargin;
+  const auto hasEdge = [&](int y, int z) {
+    return banded_->band.contains(at.x(), y, z) && banded_->band.contains(at.x() + 1, y, z);
+  };
+  return hasEdge(at.y(), at.z()) && hasEdge(at.y() + 1, at.z()) && hasEdge(at.y(), at.z() + 1) &&
+         hasEdge(at.y() + 1, at.z() + 1);
+}
+
+void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
+{
+  constexpr int wordBits = MaskPlane::wordBits;
+  const int count = lattice_.size.x;
+  std::fill_n(words, (count + wordBits - 1) / wordBits, std::uint64_t{0});
+  if (!banded_) {
+    setNegativeBits(words, 0, count, distances_.data() + lattice_.size.index(0, j, k));
+    return;
+  }
+  if (!axes_.isNatural()) {
+    bool isNegative = distance(0, j, k) < 0;
+    for (int i = 0; i < count; ++i) {
+      if (const std::int64_t at = packedIndex(i, j, k); at >= 0)
+        isNegative = banded_->values[static_cast<std::size_t>(at)] < 0;
+      if (isNegative)
+        setBits(words, i, i + 1);
+    }
+    return;
+  }
+  const VoxelSet& band = banded_->band;
+  int done = 0;
+  bool isNegative = banded_->background.sampleDistance(lattice_.position(0, j, k)) < 0;
+  for (const Run& run : band.row(j + gridMargin, k + gridMargin)) {
+    const int first = band.xOf(run, j + gridMargin) - gridMargin;
+    const float* values = banded_->values.data() + band.planeFirst(k + gridMargin) + run.first;
+    const int begin = std::max(first, 0), end = std::min(first + run.count, count);
+    if (isNegative)
+      setBits(words, done, begin);
+    setNegativeBits(words, begin, end, values + (begin - first));
+    done = std::max(end, done);
+    isNegative = values[run.count - 1] < 0;
+  }
+  if (isNegative)
+    setBits(words, done, count);
+}
+
+std::size_t DistanceField::bytes() const
+{
+  std::size_t result = (distances_.capacity() + confidences_.capacity()) * sizeof(float);
+  if (banded_)
+    result += banded_->band.bytes() + (banded_->values.capacity() + banded_->confidences.capacity()) * sizeof(float) +
+              banded_->background.bytes();
+  for (const DistanceField& piece : otherPieces())
+    result += piece.bytes();
+  return result;
+}
+
+void DistanceField::distancesOfRow(int i, int j, int k, int count, float* out) const
+{
+  if (!banded_) {
+    std::copy_n(distances_.data() + stored_.size.index(i, j, k), count, out);
+    return;
+  }
+  const VoxelSet& band = banded_->band;
+  const int y = j + gridMargin, z = k + gridMargin;
+  const std::int64_t first = band.findInRow(band.windowIndex(i + gridMargin, y), count, y, z);
+  for (int n = 0; n < count; ++n)
+    out[n] = first >= 0 ? banded_->values[static_cast<std::size_t>(first + n)] : storedDistance(i + n, j, k);
+}
+
+float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
+{
+  const DistanceField& piece = pieceAt(position);
+  return Cell(piece.stored_, piece.axes_.toStored(position)).interpolate<float>([&](int i, int j, int k) {
+    return piece.storedDistance(i, j, k);
+  });
+}
+
+Eigen::Vector3f DistanceField::sampleGradient(const Eigen::Vector3f& position) const
+{
+  Eigen::Vector3f gradient;
+  sampleDistance(position, gradient);
+  return gradient;
+}
+
+float DistanceField::sampleDistance(const Eigen::Vector3f& position, Eigen::Vector3f& gradient) const
+{
+  const DistanceField& piece = pieceAt(position);
+  Eigen::Vector3f stored;
+  const float distance = piece.storedSample(piece.axes_.toStored(position), stored);
+  gradient = piece.axes_.fromStored(stored);
+  return distance;
+}
+
+float DistanceField::storedSample(const Eigen::Vector3f& position, Eigen::Vector3f& result) const
+{
+  const GridSize size = stored_.size;
+  const Cell cell(stored_, position);
+  // The cell's voxels and their neighbors, as far as they are in the lattice: [lower, upper) along each axis.
+  constexpr int side = 4;
+  std::array<float, side * side * side> around{};
+  const int lower = std::max(cell.i - 1, 0), upper = std::min(cell.i + 3, size.x);
+  const auto at = [&](int i, int j, int k) {
+    return static_cast<std::size_t>(i - (cell.i - 1) + side * (j - (cell.j - 1) + side * (k - (cell.k - 1))));
+  };
+  const auto isInside = [](int index, int of) { return index == of || index == of + 1; };
+  for (int k = std::max(cell.k - 1, 0); k < std::min(cell.k + 3, size.z); ++k)
+    for (int j = std::max(cell.j - 1, 0); j < std::min(cell.j + 3, size.y); ++j)
+      if (isInside(j, cell.j) || isInside(k, cell.k))
+        distancesOfRow(lower, j, k, upper - lower, around.data() + at(lower, j, k));
+
+  const float inverse = static_cast<float>(1 / stored_.spacing);
+  // One-sided at the border: the divisor is the number of voxel sides between the two samples.
+  const auto difference = [&](int from, int to, float below, float above) {
+    return (above - below) * inverse / static_cast<float>(to - from);
+  };
+  const auto gradient = [&](int i, int j, int k) -> Eigen::Vector3f {
+    const int i0 = std::max(i - 1, 0), i1 = std::min(i + 1, size.x - 1);
+    const int j0 = std::max(j - 1, 0), j1 = std::min(j + 1, size.y - 1);
+    const int k0 = std::max(k - 1, 0), k1 = std::min(k + 1, size.z - 1);
+    return {difference(i0, i1, around[at(i0, j, k)], around[at(i1, j, k)]),
+            difference(j0, j1, around[at(i, j0, k)], around[at(i, j1, k)]),
+            difference(k0, k1, around[at(i, j, k0)], around[at(i, j, k1)])};
+  };
+  result = cell.interpolate<Eigen::Vector3f>(gradient);
+  return cell.interpolate<float>([&](int i, int j, int k) { return around[at(i, j, k)]; });
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief Transfers between a band and the one on the next coarser lattice.
+#pragma once
+
+#include "field/voxel_set.h"
+
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Voxels around a level's lattice that its bands have beside it: sheets run into the border, and their stencils and
+/// interpolation reach over it.
+constexpr int gridMargin = 4;
+
+/// The size of the bands' grid around a lattice.
+inline GridSize withMargin(const GridSize& size)
+{
+  return {size.x + 2 * gridMargin, size.y + 2 * gridMargin, size.z + 2 * gridMargin};
+}
+
+/// How the voxels of a level lie in those of the coarser one, in the indices of their bands' grids.
+struct Refinement {
+  Eigen::Array3i parity = Eigen::Array3i::Zero(); ///< 1 where voxel 0 is the second child of its parent
+  int children = 8;                               ///< of a voxel: 2 along each axis, but for axes of one voxel
+
+  Refinement() = default;
+  Refinement(const Lattice& coarse, const Lattice& fine);
+
+  int parent(int fine, int axis) const { return (fine + gridMargin + parity[axis]) >> 1; }
+  bool isSecond(int fine, int axis) const { return ((fine + parity[axis]) & 1) != 0; }
+  int firstChild(int coarse, int axis) const { return 2 * coarse - gridMargin - parity[axis]; }
+};
+
+/// A window and scratch rows of one thread, zero between uses.
+struct TransferScratch {
+  std::vector<float> window, rows;
+};
+
+/// interpolateCubic from band to band. Values missing in the coarse band count as zero: the caller sees to it that none
+/// is needed.
+class CubicInterpolation {
+public:
+  CubicInterpolation(const VoxelSet& coarse, const float* values, const Refinement& refinement)
+      : coarse_(coarse), values_(values), refinement_(refinement)
+  {}
+
+  /// \param out packed values of the plane of `fine`
+  void evaluatePlane(const VoxelSet& fine, int z, float* out, TransferScratch& scratch) const;
+
+private:
+  const VoxelSet& coarse_;
+  const float* values_;
+  Refinement refinement_;
+};
+
+/// window += P coarse on plane z of the fine band: interpolation with (¾, ¼).
+void addProlonged(const VoxelSet& coarse, const float* values, const Refinement& refinement, const VoxelSet& fine,
+                  int z, float* window, TransferScratch& scratch);
+
+/// coarse = scale · Pᵀ fine on plane z of the coarse band.
+void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& refinement, float scale,
+                   const VoxelSet& coarse, int z, float* out, TransferScratch& scratch);
+
+/// The parents of a band's voxels. \param roundUpTo as in VoxelSet's constructor
+VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, int roundUpTo,
+                   Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief Sparse sets of voxels around a surface: runs of voxels along x, stored by rows and planes.
+///
+/// A grid's level in a band keeps one value per voxel of its runs, plane after plane, in plain arrays ("packed"). The
+/// stencils work on windows: dense planes, zero outside the runs, of which only the few that a sweep has in flight
+/// exist. A Laplacian then needs no neighbor table, and memory grows with the surface.
+#pragma once
+
+#include "base/packed_values.h"
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/lattice.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Voxels beside the rows of windows.
+constexpr int windowMargin = 8;
+
+/// \throw ResourceLimit if 32-bit numbers cannot count the voxels of a window plane of this grid, or its rows
+void requireCountable(const GridSize& size);
+
+/// Bits of one plane of voxels, 64 along x per word.
+class MaskPlane {
+public:
+  static constexpr int wordBits = 64;
+
+  MaskPlane() = default;
+  explicit MaskPlane(GridSize size)
+      : size_(size), words_((size.x + wordBits - 1) / wordBits),
+        bits_(static_cast<std::size_t>(words_) * static_cast<std::size_t>(size.y), 0)
+  {}
+
+  int words() const { return words_; }
+  int rows() const { return size_.y; }
+  std::uint64_t* row(int y) { return bits_.data() + std::ptrdiff_t{words_} * y; }
+  const std::uint64_t* row(int y) const { return bits_.data() + std::ptrdiff_t{words_} * y; }
+
+  void set(int x, int y) { row(y)[x / wordBits] |= std::uint64_t{1} << (x % wordBits); }
+  bool has(int x, int y) const { return row(y)[x / wordBits] >> (x % wordBits) & 1; }
+  void setRange(int begin, int end, int y); ///< x in [begin, end), clipped to the row
+  void clear();
+  bool empty() const;
+  void unite(const MaskPlane& other);
+  void intersect(const MaskPlane& other);
+  void subtract(const MaskPlane& other);
+  void growAlongX(int steps); ///< to both sides
+  void growAlongY(int steps);
+  void growUpwards();     ///< by the next voxel along x, along y, and along both: from the lowest ones of cells to all
+  void growCrosswise();   ///< by the four neighbors in the plane
+  void shrinkCrosswise(); ///< to those whose four neighbors in the plane are set
+
+private:
+  std::uint64_t lastWord() const; ///< the bits of a row's last word that are voxels
+
+  GridSize size_;
+  int words_ = 0;
+  std::vector<std::uint64_t> bits_;
+};
+
+/// Calls body(index of the word, first bit in it, number of bits, first voxel) for the voxels [begin, end) of a row.
+template <typename Body>
+void forEachWord(int begin, int end, const Body& body)
+{
+  while (begin < end) {
+    const int bit = begin % MaskPlane::wordBits, bits = std::min(end - begin, MaskPlane::wordBits - bit);
+    body(begin / MaskPlane::wordBits, bit, bits, begin);
+    begin += bits;
+  }
+}
+
+/// Sets the bits of the voxels [begin, end) of a row.
+inline void setBits(std::uint64_t* words, int begin, int end)
+{
+  forEachWord(begin, end, [&](int word, int bit, int bits, int) {
+    words[word] |= (~std::uint64_t{0} >> (MaskPlane::wordBits - bits)) << bit;
+  });
+}
+
+/// Sets the bits of those voxels [begin, end) of a row whose values are negative. \param values from `begin` on
+inline void setNegativeBits(std::uint64_t* words, int begin, int end, const float* values)
+{
+  forEachWord(begin, end, [&](int word, int bit, int bits, int voxel) {
+    std::uint64_t negative = 0;
+    for (int b = 0; b < bits; ++b)
+      negative |= std::uint64_t{values[voxel - begin + b] < 0} << b;
+    words[word] |= negative << bit;
+  });
+}
+
+/// Consecutive voxels of one row.
+struct Run {
+  std::int32_t at; ///< index of the first in a window plane
+  std::int32_t count;
+  std::uint32_t first; ///< index of its first value in the plane's packed values
+};
+
+/// The runs of consecutive rows.
+struct Runs {
+  const Run* begins = nullptr;
+  const Run* ends = nullptr;
+  std::int32_t origin = 0; ///< window index of voxel 0 of the row, if it is one
+  const Run* begin() const { return begins; }
+  const Run* end() const { return ends; }
+};
+
+/// A set of voxels of a grid.
+class VoxelSet {
+public:
+  /// Sets the bits of plane z of an empty mask.
+  using Fill = std::function<void(int z, MaskPlane& mask)>;
+
+  VoxelSet() = default;
+
+  /// \param fill called concurrently
+  /// \throw ResourceLimit if the grid or its runs are too many for 32-bit numbers
+  /// \param roundUpTo runs are lengthened to whole vectors, but not to this x and beyond; 0: they stay as they are
+  VoxelSet(GridSize size, const Fill& fill, int roundUpTo, Execution& execution);
+
+  /// \param makeFill makes what fills a number of consecutive planes, in ascending order
+  static VoxelSet inPieces(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, Execution& execution);
+
+  GridSize size() const { return size_; }
+  std::int64_t count() const { return planeFirst_.empty() ? 0 : planeFirst_.back(); }
+  bool contains(int x, int y, int z) const { return find(x, y, z) >= 0; }
+
+  /// Index of a voxel's packed value; −1 if it is not in the band.
+  std::int64_t find(int x, int y, int z) const
+  {
+    if (!size_.contains(x, y, z))
+      return -1;
+    return findInRow(windowIndex(x, y), 1, y, z);
+  }
+
+  /// The same for the first of `count` voxels from a window index on, if all are in one run of the row.
+  std::int64_t findInRow(std::int32_t at, int count, int y, int z) const
+  {
+    const Runs runs = row(y, z);
+    for (const Run* run = runs.ends; run != runs.begins;)
+      if ((--run)->at <= at)
+        return at + count <= run->at + run->count ? planeFirst(z) + run->first + (at - run->at) : -1;
+    return -1;
+  }
+
+  /// Packed values of plane z are [planeFirst(z), planeFirst(z + 1)). Planes outside of the grid are empty.
+  std::int64_t planeFirst(int z) const
+  {
+    return planeFirst_[static_cast<std::size_t>(z < 0 ? 0 : z > size_.z ? size_.z : z)];
+  }
+  std::int64_t planeCount(int z) const { return planeFirst(z + 1) - planeFirst(z); }
+  std::int64_t largestPlane() const { return largestPlane_; }
+
+  Runs row(int y, int z) const
+  {
+    const std::size_t at =
+        static_cast<std::size_t>(y) + static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(z);
+    return {runs_.data() + rowBegin_[at], runs_.data() + rowBegin_[at + 1], windowIndex(0, y)};
+  }
+  Runs plane(int z) const
+  {
+    if (z < 0 || z >= size_.z)
+      return {};
+    return {row(0, z).begins, row(size_.y - 1, z).ends, 0};
+  }
+
+  /// Windows have a margin of one row on two sides.
+  int windowStride() const { return size_.x + 2 * windowMargin; }
+  std::size_t windowCount() const
+  {
+    return static_cast<std::size_t>(windowStride()) * static_cast<std::size_t>(size_.y + 2);
+  }
+  std::int32_t windowIndex(int x, int y) const { return (y + 1) * windowStride() + x + windowMargin; }
+  int xOf(const Run& run, int y) const { return run.at - windowIndex(0, y); }
+
+  /// Sets the bits of plane z.
+  void rasterize(int z, MaskPlane& mask) const;
+
+  std::size_t bytes() const;
+
+private:
+  /// \param pieceSize planes that one fill gets
+  void build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize, Execution& execution);
+
+  GridSize size_;
+  std::vector<Run> runs_;
+  std::vector<std::uint32_t> rowBegin_;  ///< per row of the grid, and the end
+  std::vector<std::int64_t> planeFirst_; ///< per plane, and the end
+  std::int64_t largestPlane_ = 0;
+};
+
+/// Calls body(packed index on the band, packed index on the support, count) for the runs of plane z.
+/// \pre the support holds the band; runs of the band lie in one run of the support each
+template <typename Body>
+void forEachPair(const VoxelSet& band, const VoxelSet& support, int z, const Body& body)
+{
+  for (int y = 0; y < band.size().y; ++y) {
+    const Run* outer = support.row(y, z).begins;
+    for (const Run& run : band.row(y, z)) {
+      while (outer->at + outer->count <= run.at)
+        ++outer;
+      body(band.planeFirst(z) + run.first, support.planeFirst(z) + outer->first + (run.at - outer->at), run.count);
+    }
+  }
+}
+
+/// The voxels within a box of 2 · steps + 1 around those of the band, along x of 2 · stepsX + 1.
+VoxelSet dilated(const VoxelSet& band, int steps, int stepsX, Execution& execution);
+
+/// The voxels of which all that are at most `steps` edges of the lattice away are in the band.
+VoxelSet eroded(const VoxelSet& band, int steps, Execution& execution);
+
+/// How many of the six neighbors of each voxel are in the band, packed. As floats: the stencils would spend more on
+/// converting bytes than on the sums.
+PackedValues degrees(const VoxelSet& band, Execution& execution);
+
+/// The connected parts of a band that hold a voxel of another one.
+VoxelSet connectedTo(VoxelSet band, const VoxelSet& other, Execution& execution);
+
+/// \name Work on the runs of a plane: windows are dense, packed arrays start at the plane's first value
+/// @{
+namespace kernels {
+void clear(Runs runs, float* window);
+void fill(Runs runs, float value, float* window);
+void load(Runs runs, const float* packed, float* window);
+void store(Runs runs, const float* window, float* packed);
+void addToWindow(Runs runs, float a, const float* packed, float* window);
+/// window = a ∘ window + packed, a packed
+void scaleAndAdd(Runs runs, const float* a, const float* packed, float* window);
+/// packed = Σ of the six neighbors
+void sumNeighbors(Runs runs, int stride, const float* below, const float* center, const float* above, float* packed);
+/// out = L x of the graph of the band, whose voxels have `degrees` neighbors (packed); windows are zero outside of the
+/// runs. Without degrees: of the lattice, all neighbors' values being in the windows.
+void laplacian(Runs runs, const float* degrees, int stride, const float* below, const float* center, const float* above,
+               float* out);
+/// out += L x
+void addLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* center,
+                  const float* above, float* out);
+/// out += a x, both windows
+void addWindow(Runs runs, float a, const float* x, float* out);
+/// First Chebyshev step from zero: x = z = g D⁻¹ b; z is packed.
+void startChebyshev(Runs runs, float g, const float* b, const float* inverseD, float* z, float* x);
+/// Next Chebyshev step: z = f z + g D⁻¹ (b − product), x += z.
+void stepChebyshev(Runs runs, float f, float g, const float* product, const float* b, const float* inverseD, float* z,
+                   float* x);
+/// r = b − product; r and b may be the same.
+void residual(Runs runs, const float* product, const float* b, float* r);
+/// product += w x, w packed
+void addWeighted(Runs runs, const float* w, const float* x, float* product);
+} // namespace kernels
+/// @}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "levels/level_memory.h"
+
+#include "observation/point_observation.h"
+#include "solver/cholesky.h"
+#include "solver/grid_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Peak bytes of a band per face of a voxel that the surface covers, besides what follows. With it the prediction came
+/// within 6 % of what spheres of 1, 2, 4 and 8 points per face took, 10⁵ to 3·10⁶ points on one thread and on two.
+constexpr double bytesPerFace = 310;
+
+/// The first two bands take several steps, which keeps a direction, with more coarse grids.
+constexpr double moreBytesPerFace = 50;
+constexpr int bandsOfSeveralSteps = 2;
+
+/// Voxels of a band per face.
+constexpr double unknownsPerFace = 7.7;
+
+/// Of the last dense level while bands are solved.
+constexpr double bytesPerBackground = 8;
+
+/// Of each band one entry per row of the box; about ten bands exist at a time.
+constexpr double bytesPerRow = 40;
+
+/// Bytes per observed voxel of a band: the observation, packed weights and targets of all grids, confidences.
+constexpr double bytesPerObservedInBand = 53;
+
+/// Voxels along an axis: positions are counted in voxels in single precision, to a sixteenth.
+constexpr double mostVoxelsAlongAxis = 1 << 20;
+
+/// Voxels whose cells hold points, per face of a voxel that the surface covers, where points lie as densely as they
+/// like; a lone point occupies eight. (Measured on spheres with .25 to 16 points per face.)
+constexpr double occupiedPerFace = 2.6, occupiedPerPoint = 8;
+
+/// Of each of them the row of the plain system that couples it with its neighbors.
+constexpr double bytesPerOccupied = 27 * (sizeof(double) + sizeof(std::int64_t));
+
+/// Of each of them the matrices of the cells on whole levels, 288 bytes for each of .4 cells, with all coarser grids.
+constexpr double blockBytesPerOccupied = 155;
+
+/// Voxels of which a factor takes some tens of terabytes, whatever the prior.
+constexpr double mostVoxelsOfFactor = 1e9;
+
+/// Bytes per observed voxel while a level is solved: what is kept of it for the end, and for the first band.
+constexpr double bytesPerObserved = 24;
+
+double count(const GridSize& size)
+{
+  return static_cast<double>(size.count());
+}
+
+/// Values per voxel of a whole level: the field, the residual and the direction; and of each of its grids: the iterate
+/// before and after, the right-hand side, the scaling, neighbors and shares.
+constexpr double valuesPerVoxel = 3, valuesPerGridVoxel = 6;
+
+/// Of voxels that are observed: weights and targets.
+constexpr double valuesPerObservedGridVoxel = 2;
+
+/// A plain system in double precision: the field twice, the right-hand side, where rows begin, the product and its
+/// scratch, and two more of the solver.
+constexpr double bytesPerPlainVoxel = 60;
+
+/// The voxels that points occupy on a level.
+double occupiedVoxels(const GridSize& size, double side, const Workload& workload)
+{
+  const double surface = occupiedPerFace * workload.area / (side * side);
+  return surface > 0 ? std::min(count(size), surface * (1 - std::exp(-occupiedPerPoint * workload.points / surface)))
+                     : 0;
+}
+
+/// What is kept of the data for all levels.
+double dataBytes(const GridSize& size, double side, const Workload& workload)
+{
+  const double faces = workload.area / (side * side);
+  if (workload.reach > 0)
+    return bytesPerObserved * std::min(2 * workload.reach / side * faces, count(size));
+  double samples = workload.points;
+  // Coarser levels, and the grids of a solver, merge the points: about one is left per occupied cell.
+  for (double surface = faces / 4; surface > 1; surface /= 4)
+    samples += std::min(workload.points, 1.5 * surface);
+  return sizeof(PointSample) * samples;
+}
+
+/// Of the grids of a whole level and the windows that sweep over them.
+double gridBytes(const GridSize& size, const Workload& workload, int threads)
+{
+  const Prior prior = workload.prior.prior;
+  const double values = valuesPerGridVoxel + (workload.reach > 0 ? valuesPerObservedGridVoxel : 0);
+  double bytes = 0;
+  const int degree = smootherDegree(workload.solver, prior, true);
+  for (GridSize grid = size;; grid = grid.coarsened()) {
+    bytes += sizeof(float) * values * count(grid);
+    if (grid == size)
+      bytes += GridOperator::sweepBytes(withMargin(grid), count(grid), order(prior), degree, threads);
+    if (grid.coarsened() == grid)
+      return bytes;
+  }
+}
+
+/// Peak bytes while a dense level is solved.
+double denseBytes(const GridSize& size, double side, const Workload& workload, bool isCoarsest, int threads)
+{
+  const Prior prior = workload.prior.prior;
+  const bool pointwise = workload.reach == 0, weighted = workload.prior.energy == Energy::weighted;
+  const bool factorizes =
+      workload.solver.method == SolverMethod::cholesky || (isCoarsest && workload.solver.choleskyOnCoarsest);
+  const bool usesGrids = workload.solver.method == SolverMethod::multigrid;
+  const double occupied = pointwise ? occupiedVoxels(size, side, workload) : 0;
+  double bytes = dataBytes(size, side, workload) + sizeof(float) * valuesPerVoxel * count(size);
+  if (usesGrids)
+    bytes += gridBytes(size, workload, threads) + blockBytesPerOccupied * occupied;
+  if (!usesGrids || weighted || factorizes)
+    bytes += (bytesPerPlainVoxel + (weighted ? sizeof(double) : 0)) * count(size) + bytesPerOccupied * occupied;
+  if (factorizes)
+    bytes += choleskyCost(size, prior, pointwise).bytes + choleskyBytesPerVoxel * count(size);
+  return bytes;
+}
+
+/// Peak bytes while the finest level is solved in a band. \param bands up to it
+double bandBytes(const GridSize& lattice, double side, const Workload& workload, int bands, int threads)
+{
+  const GridSize size = bandAxes(lattice).toStored(lattice);
+  const double faces = workload.area / (side * side), unknowns = unknownsPerFace * faces;
+  const double data = workload.reach > 0 ? bytesPerObservedInBand * 2 * workload.reach / side * faces
+                                         : sizeof(PointSample) * workload.points;
+  const double perFace = bytesPerFace + (bands <= bandsOfSeveralSteps ? moreBytesPerFace : 0);
+  return data + perFace * faces + bytesPerRow * size.y * size.z +
+         GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.prior),
+                                  smootherDegree(workload.solver, workload.prior.prior, false), threads);
+}
+
+GridSize wholeVoxels(const Eigen::Array3d& voxels)
+{
+  const Eigen::Array3i whole = voxels.ceil().cast<int>();
+  return {whole.x(), whole.y(), whole.z()};
+}
+
+} // namespace
+
+double bytesPerUnknown()
+{
+  return bytesPerFace / unknownsPerFace;
+}
+
+double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
+                      int threads)
+{
+  const double padding = 2. * resolvedPadding(options);
+  const Eigen::Array3d voxels = (box.upper - box.lower).cast<double>().array() / side + padding;
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  if (!(voxels.maxCoeff() <= mostVoxelsAlongAxis))
+    return infinite;
+  // Factors grow with voxels to the power of 4/3: what is beyond any memory is not worth being dissected.
+  if (workload.solver.method == SolverMethod::cholesky && voxels.prod() > mostVoxelsOfFactor)
+    return infinite;
+  GridSize size = wholeVoxels(voxels);
+  const GridSize finest = size;
+  const auto isCoarsest = [&] { return std::max({size.x, size.y, size.z}) <= options.coarsestSide; };
+  double voxelSide = side;
+  int bands = 0;
+  for (; !isCoarsest() && size.count() > options.denseVoxels; ++bands, voxelSide *= 2)
+    size = size.coarsened();
+  double most = bands == 0 ? 0 : bandBytes(finest, side, workload, bands, threads) + bytesPerBackground * count(size);
+  for (;; voxelSide *= 2, size = size.coarsened()) {
+    most = std::max(most, denseBytes(size, voxelSide, workload, isCoarsest(), threads));
+    if (isCoarsest())
+      return most;
+  }
+}
+
+} // namespace mrf
+} // namespace pcl

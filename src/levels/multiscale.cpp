@@ -1,0 +1,574 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/polygonizer.h>
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "field/banded_distances.h"
+#include "field/interpolation.h"
+#include "levels/level_memory.h"
+#include "levels/narrow_band.h"
+#include "observation/point_observation.h"
+#include "solver/cholesky.h"
+#include "solver/grid_solver.h"
+#include "solver/grids.h"
+#include "solver/linear_system.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Voxels of the finest band that a run may take whatever it has points, some seconds of work, and for each of them:
+/// surfaces have about ten, open ones with all of the sheet around them twenty-five.
+constexpr double unknownsOfAnyRun = 4e6, unknownsPerPoint = 2000;
+
+/// Voxels [lower, upper) of a level, in multiples of its voxel side from the corner shared by all levels.
+struct IndexBox {
+  Eigen::Array3i lower = Eigen::Array3i::Zero(), upper = Eigen::Array3i::Zero();
+
+  Lattice toLattice(const Eigen::Vector3d& corner, double spacing) const
+  {
+    Lattice lattice;
+    const Eigen::Array3i size = upper - lower;
+    lattice.size = {size.x(), size.y(), size.z()};
+    lattice.spacing = spacing;
+    lattice.origin = corner + spacing * (lower.cast<double>() + .5).matrix();
+    return lattice;
+  }
+};
+
+Eigen::Array3d halved(const Eigen::Array3i& index)
+{
+  return index.cast<double>() / 2;
+}
+
+/// Voxel sides, in spacings of the points, from which on the finest level merges them, too.
+constexpr float mergedFrom = 10;
+
+LevelSamples samplesOfLevels(const OrientedPoints& points, const std::vector<Lattice>& lattices, float spacing,
+                             Execution& execution)
+{
+  const std::vector<PointSample> finest = toSamples(points, lattices.back(), spacing, execution);
+  // Voxels that hold dozens of points, as a pilot's, need not see each of them.
+  const bool isCoarse = lattices.back().spacing > mergedFrom * spacing;
+  return LevelSamples(isCoarse ? merge(finest, 1, execution) : sortedByCells(finest, execution), lattices, execution);
+}
+
+std::vector<float> denseConfidences(const Observation& observation)
+{
+  std::vector<float> confidences(static_cast<std::size_t>(observation.lattice.size.count()), 0);
+  for (std::size_t v = 0; v < observation.voxels.size(); ++v)
+    confidences[static_cast<std::size_t>(observation.voxels[v])] = observation.confidences[v];
+  return confidences;
+}
+
+/// Local confidences of observed voxels, packed on a band.
+std::vector<float> bandConfidences(const Observation& observation, const VoxelSet& band)
+{
+  const GridSize size = observation.lattice.size;
+  std::vector<float> confidences(static_cast<std::size_t>(band.count()), 0);
+  for (std::size_t v = 0; v < observation.voxels.size(); ++v) {
+    const Eigen::Array3i voxel = size.voxel(observation.voxels[v]) + gridMargin;
+    if (const std::int64_t at = band.find(voxel.x(), voxel.y(), voxel.z()); at >= 0)
+      confidences[static_cast<std::size_t>(at)] = observation.confidences[v];
+  }
+  return confidences;
+}
+
+template <typename Value>
+[[noreturn]] void refuse(const char* name, Value value, const char* range)
+{
+  std::ostringstream text;
+  text << "multiscale." << name << " = " << value << " is outside its range " << range;
+  throw InvalidOption(text.str());
+}
+
+/// Levels are dense for the solvers, and the energy, that bands do not have.
+MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Workload& workload)
+{
+  MultiscaleOptions own = options;
+  if (workload.solver.method != SolverMethod::multigrid || workload.prior.energy == Energy::weighted)
+    own.denseVoxels = std::numeric_limits<std::int64_t>::max();
+  return own;
+}
+
+/// \throw ResourceLimit if a box of this size cannot be solved within the limit, by one thread
+void checkMemory(const BoundingBox& box, float voxelSize, const Workload& workload, const MultiscaleOptions& options)
+{
+  const double limit = memoryLimit(options.maxMemory);
+  const auto bytesFor = [&](double side) { return predictedBytes(box, side, workload, options, 1); };
+  const double predicted = bytesFor(voxelSize);
+  if (predicted <= limit)
+    return;
+  // What is named must not be refused for its factor next.
+  const double fits = workload.solver.method == SolverMethod::cholesky
+                          ? std::min(limit, static_cast<double>(workload.solver.maxFactorBytes))
+                          : limit;
+  double fitting = voxelSize;
+  while (bytesFor(fitting) > fits && fitting < box.diagonal())
+    fitting *= 1.05;
+  std::ostringstream text;
+  text.precision(3);
+  text << "voxel size " << voxelSize << " would take " << predicted / (1 << 30) << " GiB, the limit is "
+       << limit / (1 << 30) << " GiB; a voxel size of " << fitting << " would fit";
+  if (workload.solver.method == SolverMethod::cholesky || workload.solver.choleskyOnCoarsest)
+    text << ", and so may another solver";
+  throw ResourceLimit(text.str());
+}
+
+/// Voxels that a method which visits each of them thousands of times takes on, and for each point of a larger cloud:
+/// eight million kept conjugate gradients busy for more than a minute.
+constexpr double slowVoxels = 4e6, slowVoxelsPerPoint = 100;
+
+/// \throw ResourceLimit if ICM or conjugate gradients would go on and on over a volume that hardly holds points
+void checkPatience(const GridSize& finest, const Workload& workload)
+{
+  const SolverMethod method = workload.solver.method;
+  const double voxels = static_cast<double>(finest.count());
+  if ((method != SolverMethod::icm && method != SolverMethod::cg) ||
+      voxels <= std::max(slowVoxels, slowVoxelsPerPoint * workload.points))
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "solver " << (method == SolverMethod::icm ? "icm" : "cg") << " would visit " << voxels << " voxels around "
+       << workload.points << " points thousands of times; take multigrid, larger voxels or less padding";
+  throw ResourceLimit(text.str());
+}
+
+/// \param unknowns of the finest level, as a coarser one in a band foretells them from the surface that it has found
+/// \throw ResourceLimit if they take more memory than the limit, or are out of proportion to the points
+void checkSurface(double unknowns, std::size_t points, double voxelSize, const MultiscaleOptions& options)
+{
+  const double affordable = memoryLimit(options.maxMemory) / bytesPerUnknown(),
+               sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
+  if (unknowns <= std::min(affordable, sound))
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
+  if (affordable < sound)
+    text << ", " << unknowns * bytesPerUnknown() / (1 << 30) << " GiB, the limit is "
+         << memoryLimit(options.maxMemory) / (1 << 30) << " GiB";
+  else
+    text << " through " << points << " points, which say nothing about most of it";
+  // Faces grow with the square of the voxel size; a quarter more for what coarser levels see otherwise.
+  text << "; a voxel size of " << 1.25 * voxelSize * std::sqrt(unknowns / std::min(affordable, sound)) << " would do";
+  throw ResourceLimit(text.str());
+}
+
+/// The first band, those after it, and the last of several. A guess is right but for what the coarser grid could not
+/// resolve: measured on three scans, points are met after two steps on the first band, holes come no closer to the
+/// truth after the fourth, and where scans contradict each other sheets would go on creeping. On a million points
+/// another step on the last band made points 1 % more accurate and took a third more time, with three coarse grids
+/// each; on three million creeping sheets left the band, so that two steps took six times as long.
+///
+/// A single step weighs short and long waves alike; the long ones are right already and would be spoilt. On one and
+/// three million points holes are off by .034 and .054 % of the diagonal with one coarse grid on the last bands, by
+/// .052 and .076 % with three; without any nothing improves, and twice the smoothing takes the time saved.
+constexpr LevelPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
+
+/// Dense levels that observe points stop this much earlier, by the change: over 80 holes of 16 scans, all levels dense,
+/// they are then 1.4 % farther off than at a fiftieth of it. Observed at voxels, holes get worse at once.
+constexpr double pointTolerance = 4;
+
+/// The points as a level stored in another order of axes sees them.
+OrientedPoints inOrder(const AxisOrder& axes, const OrientedPoints& points)
+{
+  OrientedPoints result = points;
+  for (Eigen::Vector3f& position : result.positions)
+    position = axes.toStored(position);
+  for (Eigen::Vector3f& normal : result.normals)
+    normal = axes.toStored(normal);
+  return result;
+}
+
+/// A search asked in another order of axes.
+class SearchInOrder : public NeighborSearch {
+public:
+  SearchInOrder(const AxisOrder& axes, const NeighborSearch& search) : axes_(axes), search_(search) {}
+
+  void setPoints(const std::vector<Eigen::Vector3f>&) override
+  {
+    throw std::logic_error("SearchInOrder: holds the points of another search");
+  }
+  int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override
+  {
+    return search_.nearest(axes_.fromStored(query), k, result);
+  }
+  int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override
+  {
+    return search_.within(axes_.fromStored(query), radius, result);
+  }
+
+private:
+  const AxisOrder axes_;
+  const NeighborSearch& search_;
+};
+
+/// The levels of one run, coarse to fine: dense ones, then those in bands.
+class LevelSolver {
+public:
+  LevelSolver(const OrientedPoints& points, const NeighborSearch& search, float spacing, std::vector<Lattice> lattices,
+              AxisOrder axes, int bandThreads, float maxDistance, const ObservationOptions& observation,
+              const PriorOptions& prior, const SolverOptions& solver, const MultiscaleOptions& options,
+              const SurfaceFilter& wanted, Execution& execution)
+      : points_(points), search_(search), spacing_(spacing), maxDistance_(maxDistance), lattices_(std::move(lattices)),
+        axes_(axes), bandThreads_(bandThreads), observation_(observation), prior_(prior), solver_(solver),
+        options_(options), wanted_(wanted), execution_(execution)
+  {
+    firstLevel_ = addCoarserGrids(lattices_);
+    denseLevels_ = lattices_.size();
+    // The coarsest level is always dense.
+    while (denseLevels_ > firstLevel_ + 1 && lattices_[denseLevels_ - 1].size.count() > options.denseVoxels)
+      --denseLevels_;
+    if (observation_.atPoints())
+      samples_ = samplesOfLevels(points_, lattices_, spacing_, execution_);
+  }
+
+  MultiscaleResult run()
+  {
+    double totalVoxels = 0, doneVoxels = 0;
+    for (std::size_t level = firstLevel_; level < lattices_.size(); ++level)
+      totalVoxels += static_cast<double>(lattices_[level].size.count());
+    MultiscaleResult result;
+    for (std::size_t level = firstLevel_; level < lattices_.size(); ++level) {
+      const double begin = doneVoxels / totalVoxels;
+      doneVoxels += static_cast<double>(lattices_[level].size.count());
+      execution_.beginStep(begin, doneVoxels / totalVoxels);
+      result.levels.push_back(level < denseLevels_ ? solveDense(level) : solveInBand(level));
+      execution_.progress(1);
+    }
+    if (result.levels.back().observed == 0) {
+      std::ostringstream text;
+      text << "no voxel of side " << lattices_.back().spacing << " is closer than dEmax = " << maxDistance_
+           << " to a point; choose a smaller voxel size or a larger dEmax";
+      throw InvalidInput(text.str());
+    }
+    result.field = field();
+    return result;
+  }
+
+private:
+  bool isFinest(std::size_t level) const { return level + 1 == lattices_.size(); }
+
+  LevelReport newReport(std::size_t level) const
+  {
+    LevelReport report;
+    report.size = axes_.fromStored(lattices_[level].size);
+    report.voxelSize = lattices_[level].spacing;
+    report.maxDistance = maxDistance_;
+    report.unknowns = report.size.count();
+    if (observation_.scaleWithLevel && !isFinest(level))
+      report.maxDistance = std::max(maxDistance_, static_cast<float>(1.5 * report.voxelSize));
+    return report;
+  }
+
+  PointWeights weightsOf(std::size_t level) const
+  {
+    const double voxelSize = lattices_[level].spacing;
+    const double least = isFinest(level) ? 0 : leastSmoothing * voxelSize;
+    const double smoothing = std::max<double>(resolvedSmoothing(observation_, spacing_), least);
+    return pointWeights(prior_.prior, smoothing, spacing_, voxelSize, resolvedGradientWeight(observation_));
+  }
+
+  Observation observeVoxels(std::size_t level, const LevelReport& report)
+  {
+    Observation result =
+        observe(points_, search_, lattices_[level], spacing_, report.maxDistance, observation_, execution_);
+    if (isFinest(level))
+      finest_ = result;
+    return result;
+  }
+
+  LevelObservation observeLevel(std::size_t level, LevelReport& report)
+  {
+    LevelObservation observation;
+    if (observation_.atPoints()) {
+      observation.samples = &samples_;
+      observation.weights = weightsOf(level);
+    } else {
+      observation.voxels = observeVoxels(level, report);
+      observation.prior = prior_;
+      report.observed = static_cast<std::int64_t>(observation.voxels.voxels.size());
+    }
+    return observation;
+  }
+
+  LevelReport solveDense(std::size_t level)
+  {
+    LevelReport report = newReport(level);
+    const Lattice& lattice = lattices_[level];
+    const Clock::time_point start = Clock::now();
+    const LevelObservation observation = observeLevel(level, report);
+    if (observation_.atPoints())
+      report.observed = observedVoxels(samples_.own[level], withMargin(lattice.size), execution_).count();
+    else if (level + 1 == denseLevels_)
+      lastDense_ = observation.voxels.voxels;
+    report.observationSeconds = secondsSince(start);
+
+    const Clock::time_point solverStart = Clock::now();
+    if (level == firstLevel_)
+      distances_.assign(static_cast<std::size_t>(lattice.size.count()), 0);
+    else
+      distances_ = (options_.interpolation == Interpolation::linear ? interpolateLinear : interpolateCubic)(
+          distances_, lattices_[level - 1], lattice, execution_);
+    // With a narrow reach the coarse levels of the paper's scheme may see nothing: their guess is then kept.
+    if (report.observed > 0)
+      report.solve = solveWhole(level, observation);
+    report.solverSeconds = secondsSince(solverStart);
+    return report;
+  }
+
+  SolveReport solveWhole(std::size_t level, const LevelObservation& observation)
+  {
+    const Lattice& lattice = lattices_[level];
+    SolverOptions solver = solver_;
+    if (level == firstLevel_ && solver.choleskyOnCoarsest)
+      solver.method = SolverMethod::cholesky;
+    if (solver.method != SolverMethod::multigrid || prior_.energy == Energy::weighted)
+      return solvePlain(lattice, observation, level, solver);
+    if (observation_.atPoints())
+      solver.changeTolerance *= pointTolerance;
+    const std::vector<SolverGrid> grids = wholeGrids(lattices_, level, observation, prior_.prior, execution_);
+    LevelPlan plan{wholeLevelSteps};
+    plan.threads = execution_.threads();
+    return solveOnGrids(grids, prior_.prior, grids.front().voxels, plan, solver, lattice.spacing, distances_.data(),
+                        execution_);
+  }
+
+  SolveReport solvePlain(const Lattice& lattice, const LevelObservation& observation, std::size_t level,
+                         const SolverOptions& solver)
+  {
+    const LinearSystem system = observation_.atPoints()
+                                    ? assembleAtPoints(lattice.size, prior_.prior, samples_.own[level],
+                                                       observation.weights, lattice.spacing, execution_)
+                                    : assemble(observation.voxels, prior_);
+    std::vector<double> distances(distances_.begin(), distances_.end());
+    const SolveReport report = solve(system, solver, lattice.spacing, distances, execution_);
+    std::transform(distances.begin(), distances.end(), distances_.begin(),
+                   [](double distance) { return static_cast<float>(distance); });
+    return report;
+  }
+
+  LevelReport solveInBand(std::size_t level)
+  {
+    LevelReport report = newReport(level);
+    const Clock::time_point start = Clock::now();
+    if (level == denseLevels_) {
+      const Lattice& coarse = lattices_[level - 1];
+      const GridSize size = withMargin(coarse.size);
+      band_ = fieldOfDense(coarse, distances_,
+                           observation_.atPoints() ? observedVoxels(samples_.own[level - 1], size, execution_)
+                                                   : voxelSetOf(lastDense_, coarse.size, size, execution_),
+                           execution_);
+    }
+    // The first band shapes what fills holes, and feels the sheets around: left out there, the discs of a Kinect frame
+    // came out a tenth worse. The last mesh but one is worth its cost only if there is none before it.
+    if (wanted_ && (level > denseLevels_ ? level == denseLevels_ + 1 || !isFinest(level) : isFinest(level)))
+      keepWanted(level - 1);
+    if (level == denseLevels_ && isFinest(level)) // a band is half as wide at least as what a dense level hands on
+      checkUnknowns(level - 1, .5 * static_cast<double>(band_.unknowns.count()));
+    const LevelObservation observation = observeLevel(level, report);
+    report.observationSeconds = secondsSince(start);
+    const Clock::time_point solverStart = Clock::now();
+    LevelPlan plan = level == denseLevels_ ? firstPlan : isFinest(level) ? lastPlan : middlePlan;
+    plan.threads = bandThreads_;
+    band_ = solveNarrowBand(lattices_, level, band_, observation, prior_.prior, plan, solver_, isFinest(level), report,
+                            execution_);
+    report.solverSeconds = secondsSince(solverStart);
+    if (!isFinest(level))
+      checkUnknowns(level, static_cast<double>(report.unknowns));
+    return report;
+  }
+
+  /// \throw ResourceLimit if what a level's unknowns foretell of the finest one's is too much
+  void checkUnknowns(std::size_t level, double unknowns) const
+  {
+    checkSurface(std::ldexp(unknowns, 2 * static_cast<int>(lattices_.size() - 1 - level)), points_.size(),
+                 lattices_.back().spacing, options_);
+  }
+
+  /// Takes what is not wanted of a level's zero level from the voxels that are refined.
+  void keepWanted(std::size_t level)
+  {
+    const Lattice& lattice = lattices_[level];
+    const auto banded = std::make_shared<BandedDistances>();
+    banded->background = DistanceField(lattices_[denseLevels_ - 1], distances_, {});
+    banded->band = std::move(band_.support);
+    banded->values = std::move(band_.values);
+    TriangleMesh mesh = polygonize(DistanceField(lattice, banded, axes_), {}, execution_);
+    const std::size_t triangles = mesh.triangles.size();
+    mesh = wanted_(std::move(mesh), static_cast<float>(lattice.spacing));
+    band_.support = std::move(banded->band);
+    band_.values = std::move(banded->values);
+    if (mesh.triangles.size() == triangles)
+      return;
+
+    std::vector<std::int64_t> voxels;
+    const Eigen::Array3d last = Eigen::Array3d(lattice.size.x, lattice.size.y, lattice.size.z) - 1;
+    for (const Eigen::Vector3f& vertex : mesh.vertices) {
+      const Eigen::Array3d at = lattice.toVoxels(axes_.toStored(vertex)).array();
+      const Eigen::Array3i voxel = at.max(0).min(last).cast<int>();
+      voxels.push_back(lattice.size.index(voxel.x(), voxel.y(), voxel.z()));
+    }
+    std::sort(voxels.begin(), voxels.end());
+    const GridSize grid = band_.unknowns.size();
+    keepNear(voxelSetOf(voxels, lattice.size, grid, execution_), band_, execution_);
+  }
+
+  DistanceField field()
+  {
+    const Lattice& lattice = lattices_.back();
+    if (denseLevels_ == lattices_.size())
+      return DistanceField(lattice, std::move(distances_),
+                           observation_.atPoints() ? std::vector<float>() : denseConfidences(finest_));
+    auto banded = std::make_shared<BandedDistances>();
+    banded->background = DistanceField(lattices_[denseLevels_ - 1], std::move(distances_), {});
+    banded->band = std::move(band_.support);
+    banded->values = std::move(band_.values);
+    if (!observation_.atPoints())
+      banded->confidences = bandConfidences(finest_, banded->band);
+    return DistanceField(lattice, std::move(banded), axes_);
+  }
+
+  const OrientedPoints& points_;
+  const NeighborSearch& search_;
+  float spacing_, maxDistance_;
+  std::vector<Lattice> lattices_; ///< as they are stored, like the points and all that follows
+  AxisOrder axes_;                ///< of the cloud in that order
+  int bandThreads_;
+  const ObservationOptions& observation_;
+  const PriorOptions& prior_;
+  const SolverOptions& solver_;
+  const MultiscaleOptions& options_;
+  const SurfaceFilter& wanted_;
+  Execution& execution_;
+  std::size_t firstLevel_ = 0;          ///< of the lattices; those before it are grids of the solver
+  std::size_t denseLevels_ = 0;         ///< where the lattices that are solved in bands begin
+  LevelSamples samples_;                ///< if points are observed
+  Observation finest_;                  ///< of the finest level, if voxels are
+  std::vector<std::int64_t> lastDense_; ///< voxels observed on the last dense level
+  std::vector<float> distances_;        ///< of the last dense level so far
+  LevelField band_;                     ///< of the last level in a band so far
+};
+
+} // namespace
+
+int resolvedPadding(const MultiscaleOptions& options)
+{
+  return options.padding > 0 ? options.padding : leastPadding;
+}
+
+int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& workload,
+                      const MultiscaleOptions& options, int threads)
+{
+  const MultiscaleOptions own = withDenseLevels(options, workload);
+  const double limit = memoryLimit(options.maxMemory);
+  int affordable = threads;
+  while (affordable > 1 && predictedBytes(box, voxelSize, workload, own, affordable) > limit)
+    --affordable;
+  return affordable;
+}
+
+AxisOrder bandAxes(const GridSize& size)
+{
+  constexpr double worthwhile = 1.5;
+  std::array<int, 3> byLength{0, 1, 2};
+  const std::array<double, 3> sides{static_cast<double>(size.x), static_cast<double>(size.y),
+                                    static_cast<double>(size.z)};
+  std::stable_sort(byLength.begin(), byLength.end(), [&](int a, int b) {
+    return sides[static_cast<std::size_t>(a)] < sides[static_cast<std::size_t>(b)];
+  });
+  const auto side = [&](int rank) { return sides[static_cast<std::size_t>(byLength[static_cast<std::size_t>(rank)])]; };
+  AxisOrder order;
+  if (sides[0] * sides[1] > worthwhile * side(1) * side(0) || sides[1] * sides[2] > worthwhile * side(0) * side(2))
+    order.axes = {byLength[1], byLength[0], byLength[2]};
+  return order;
+}
+
+double predictedMemory(const BoundingBox& box, float voxelSize, const Workload& workload,
+                       const MultiscaleOptions& options, int threads)
+{
+  return predictedBytes(box, voxelSize, workload, withDenseLevels(options, workload), threads);
+}
+
+std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const Workload& workload,
+                                const MultiscaleOptions& options)
+{
+  validate(options);
+  if (!(voxelSize > 0))
+    refuse("voxelSize", voxelSize, "(0, inf)");
+  checkMemory(box, voxelSize, workload, withDenseLevels(options, workload));
+
+  const Eigen::Vector3d corner = box.lower.cast<double>();
+  const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
+  const int padding = resolvedPadding(options);
+  IndexBox voxels;
+  voxels.lower = Eigen::Array3i::Constant(-padding);
+  voxels.upper = (extent / voxelSize).ceil().cast<int>() + padding;
+  std::vector<Lattice> levels;
+  for (double spacing = voxelSize;; spacing *= 2) {
+    levels.push_back(voxels.toLattice(corner, spacing));
+    const GridSize size = levels.back().size;
+    if (std::max({size.x, size.y, size.z}) <= options.coarsestSide)
+      break;
+    voxels.lower = halved(voxels.lower).floor().cast<int>();
+    // Every point stays inside the outermost voxel centers.
+    voxels.upper = halved(voxels.upper).ceil().cast<int>().max((extent / (2 * spacing) + .5).ceil().cast<int>());
+  }
+  std::reverse(levels.begin(), levels.end());
+  requireCountable(withMargin(bandAxes(levels.back().size).toStored(levels.back().size)));
+  checkPatience(levels.back().size, workload);
+  const SolverOptions& solver = workload.solver;
+  if (solver.method == SolverMethod::cholesky || solver.choleskyOnCoarsest)
+    requireFactorFits((solver.method == SolverMethod::cholesky ? levels.back() : levels.front()).size,
+                      workload.prior.prior, workload.reach == 0, solver);
+  return levels;
+}
+
+MultiscaleResult regularize(const OrientedPoints& points, const NeighborSearch& search, float spacing,
+                            const BoundingBox& volume, const ObservationOptions& observationOptions,
+                            const PriorOptions& prior, const SolverOptions& solver, const MultiscaleOptions& options,
+                            Execution& execution, const SurfaceFilter& wanted)
+{
+  validate(observationOptions);
+  validate(prior);
+  validate(solver);
+  const float voxelSize = options.voxelSize > 0 ? options.voxelSize : spacingsPerVoxel(options.quality) * spacing;
+  const float maxDistance = resolvedMaxDistance(observationOptions, spacing, voxelSize);
+
+  Workload workload;
+  workload.points = static_cast<double>(points.size());
+  workload.area = areaPerPoint * spacing * spacing * workload.points;
+  workload.reach = observationOptions.atPoints() ? 0 : maxDistance;
+  workload.prior = prior;
+  workload.solver = solver;
+  const MultiscaleOptions own = withDenseLevels(options, workload);
+  std::vector<Lattice> lattices = planLevels(volume, voxelSize, workload, own);
+  const int bandThreads = affordableThreads(volume, voxelSize, workload, own, execution.threads());
+  const auto solve = [&](const OrientedPoints& stored, const NeighborSearch& asked, AxisOrder axes) {
+    MultiscaleResult result = LevelSolver(stored, asked, spacing, std::move(lattices), axes, bandThreads, maxDistance,
+                                          observationOptions, prior, solver, own, wanted, execution)
+                                  .run();
+    result.predictedBytes = static_cast<std::size_t>(predictedBytes(volume, voxelSize, workload, own, bandThreads));
+    return result;
+  };
+  const GridSize finest = lattices.back().size;
+  const AxisOrder axes = finest.count() > own.denseVoxels ? bandAxes(finest) : AxisOrder();
+  if (axes.isNatural())
+    return solve(points, search, axes);
+  for (Lattice& lattice : lattices)
+    lattice = axes.toStored(lattice);
+  return solve(inOrder(axes, points), SearchInOrder(axes, search), axes);
+}
+
+} // namespace mrf
+} // namespace pcl

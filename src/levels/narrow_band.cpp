@@ -1,0 +1,448 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "levels/narrow_band.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Steps of a box and of crosses by which the voxels at the zero level grow into a band: 1 + crosses voxels.
+constexpr int crossesNearData = 1, crossesFarFromData = 5, crossesOfDense = 4;
+
+/// What is this close to an observed voxel of the coarser level is near data.
+constexpr int nearData = 2;
+
+/// Voxels around what is wanted of a level's surface that finer levels still solve: trimming closes gaps by 7 voxels of
+/// the finest level from either side even where the coarser ones see no surface to be kept.
+constexpr int nearWanted = 4;
+
+/// Voxels around the unknowns of a level that the interpolation to the next one reaches: half of what that one's
+/// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
+constexpr int interpolationReach = 4, interpolationReachX = 11;
+
+/// How often a band may grow because the solution left the prediction.
+constexpr int mostRounds = 3;
+
+/// Signs of one plane of a field on a band.
+struct SignPlane {
+  MaskPlane known, negative;
+
+  explicit SignPlane(GridSize size) : known(size), negative(size) {}
+
+  void fill(const VoxelSet& band, const float* values, int z)
+  {
+    known.clear();
+    negative.clear();
+    if (z < 0 || z >= band.size().z)
+      return;
+    band.rasterize(z, known);
+    for (int y = 0; y < band.size().y; ++y)
+      for (const Run& run : band.row(y, z)) {
+        const float* value = values + band.planeFirst(z) + run.first;
+        const int x = band.xOf(run, y);
+        setNegativeBits(negative.row(y), x, x + run.count, value);
+      }
+  }
+};
+
+/// Marks the voxels of three planes in turn whose neighbors have another sign.
+class CrossingFinder {
+public:
+  CrossingFinder(const VoxelSet& band, const float* values)
+      : band_(&band), values_(values), planes_(3, SignPlane(band.size()))
+  {}
+
+  void operator()(int z, MaskPlane& mask)
+  {
+    if (z != next_) {
+      planes_[1].fill(*band_, values_, z - 1);
+      planes_[2].fill(*band_, values_, z);
+    }
+    std::rotate(planes_.begin(), planes_.begin() + 1, planes_.end());
+    planes_[2].fill(*band_, values_, z + 1);
+    next_ = z + 1;
+    const SignPlane &below = planes_[0], &own = planes_[1], &above = planes_[2];
+    const int words = mask.words(), rows = band_->size().y;
+    for (int y = 0; y < rows; ++y) {
+      std::uint64_t* const out = mask.row(y);
+      const std::uint64_t *known = own.known.row(y), *negative = own.negative.row(y);
+      const auto mark = [&](const SignPlane& other, int row) {
+        for (int w = 0; w < words; ++w)
+          out[w] |= (negative[w] ^ other.negative.row(row)[w]) & known[w] & other.known.row(row)[w];
+      };
+      mark(below, y);
+      mark(above, y);
+      if (y > 0)
+        mark(own, y - 1);
+      if (y + 1 < rows)
+        mark(own, y + 1);
+      for (int w = 0; w < words; ++w) {
+        const auto following = [&](const std::uint64_t* row) {
+          return row[w] >> 1 | (w + 1 < words ? row[w + 1] << (MaskPlane::wordBits - 1) : 0);
+        };
+        const std::uint64_t cut = (negative[w] ^ following(negative)) & known[w] & following(known);
+        out[w] |= cut | cut << 1;
+        if (w + 1 < words)
+          out[w + 1] |= cut >> (MaskPlane::wordBits - 1);
+      }
+    }
+  }
+
+private:
+  const VoxelSet* band_;
+  const float* values_;
+  std::vector<SignPlane> planes_;
+  int next_ = std::numeric_limits<int>::min();
+};
+
+/// Both ends of all edges of the lattice whose ends have different signs.
+VoxelSet crossings(const VoxelSet& band, const PackedValues& values, Execution& execution)
+{
+  return VoxelSet::inPieces(
+      band.size(), [&]() -> VoxelSet::Fill { return CrossingFinder(band, values.data()); }, 0, execution);
+}
+
+/// The voxels within a box of one and `crosses` crosses around those of a band; adds to the mask.
+void addGrown(const VoxelSet& band, int crosses, int z, MaskPlane& mask)
+{
+  const auto boxed = [&](std::initializer_list<int> planes) {
+    MaskPlane result(band.size());
+    for (const int plane : planes)
+      band.rasterize(plane, result);
+    result.growAlongX(1);
+    result.growAlongY(1);
+    return result;
+  };
+  if (band.planeFirst(z - 1) < band.planeFirst(z + 2)) {
+    MaskPlane nearest = boxed({z - 1, z, z + 1});
+    for (int n = 0; n < crosses; ++n)
+      nearest.growCrosswise();
+    mask.unite(nearest);
+  }
+  for (int away = 1; away <= crosses; ++away) {
+    if (band.planeCount(z - 1 - away) == 0 && band.planeCount(z + 1 + away) == 0)
+      continue;
+    MaskPlane farther = boxed({z - 1 - away, z + 1 + away});
+    for (int n = 0; n < crosses - away; ++n)
+      farther.growCrosswise();
+    mask.unite(farther);
+  }
+}
+
+/// Sets the children of a coarse plane's voxels.
+void rasterizeChildren(const VoxelSet& coarse, const Refinement& refinement, int z, MaskPlane& mask)
+{
+  const int plane = refinement.parent(z, 2);
+  if (plane < 0 || plane >= coarse.size().z)
+    return;
+  for (int y = 0; y < coarse.size().y; ++y)
+    for (const Run& run : coarse.row(y, plane)) {
+      const int x = coarse.xOf(run, y), first = refinement.firstChild(y, 1);
+      for (int child = first; child < first + 2; ++child)
+        if (child >= 0 && child < mask.rows())
+          mask.setRange(refinement.firstChild(x, 0), refinement.firstChild(x + run.count, 0), child);
+    }
+}
+
+/// Voxels this close to the border of the bands' grid are never unknowns: their stencils would leave it.
+constexpr int rim = 3;
+
+void clearRim(const GridSize& size, int z, MaskPlane& mask)
+{
+  MaskPlane inside(size);
+  if (z >= rim && z < size.z - rim)
+    for (int y = rim; y < size.y - rim; ++y)
+      inside.setRange(rim, size.x - rim, y);
+  mask.intersect(inside);
+}
+
+PackedValues interpolated(const LevelField& coarse, const Refinement& refinement, const VoxelSet& fine,
+                          Execution& execution)
+{
+  const CubicInterpolation cubic(coarse.support, coarse.values.data(), refinement);
+  PackedValues values(static_cast<std::size_t>(fine.count()));
+  execution.forRange(fine.size().z, 16, [&](std::int64_t begin, std::int64_t end) {
+    TransferScratch scratch;
+    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+      cubic.evaluatePlane(fine, z, values.data() + fine.planeFirst(z), scratch);
+  });
+  return values;
+}
+
+/// Where the interpolation of a coarser level changes sign, as far as that level's unknowns reach.
+VoxelSet predictedZeroLevel(const LevelField& coarse, const Refinement& refinement, const GridSize& size,
+                            Execution& execution)
+{
+  const VoxelSet predicted(
+      size, [&](int z, MaskPlane& mask) { rasterizeChildren(coarse.unknowns, refinement, z, mask); }, 0, execution);
+  return crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
+}
+
+VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution)
+{
+  return VoxelSet(
+      a.size(),
+      [&](int z, MaskPlane& mask) {
+        a.rasterize(z, mask);
+        b.rasterize(z, mask);
+      },
+      0, execution);
+}
+
+/// The band of a level, from its zero level as far as it is known.
+VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& nearObserved,
+                    const Refinement& refinement, const VoxelSet& coarseUnknowns, Execution& execution)
+{
+  const GridSize size = zeroLevel.size();
+  const VoxelSet farZeroLevel(
+      size,
+      [&](int z, MaskPlane& mask) {
+        MaskPlane near(size);
+        rasterizeChildren(nearObserved, refinement, z, near);
+        zeroLevel.rasterize(z, mask);
+        mask.subtract(near);
+      },
+      0, execution);
+  VoxelSet band(
+      size,
+      [&](int z, MaskPlane& mask) {
+        addGrown(zeroLevel, crossesNearData, z, mask);
+        addGrown(farZeroLevel, crossesFarFromData, z, mask);
+        observed.rasterize(z, mask);
+        // Only there the interpolated values are known all around.
+        MaskPlane predicted(size);
+        rasterizeChildren(coarseUnknowns, refinement, z, predicted);
+        mask.intersect(predicted);
+        clearRim(size, z, mask);
+      },
+      size.x - rim, execution);
+  // What no observation holds would float.
+  return connectedTo(std::move(band), observed, execution);
+}
+
+/// The zero level of a solution where observed voxels are close.
+VoxelSet zeroLevelAtData(const LevelField& field, Execution& execution)
+{
+  return VoxelSet::inPieces(
+      field.support.size(),
+      [&]() -> VoxelSet::Fill {
+        return [&field, finder = CrossingFinder(field.support, field.values.data())](int z, MaskPlane& mask) mutable {
+          finder(z, mask);
+          MaskPlane close(field.support.size());
+          for (const int plane : {z - 1, z, z + 1})
+            field.observed.rasterize(plane, close);
+          close.growAlongX(1);
+          close.growAlongY(1);
+          mask.intersect(close);
+        };
+      },
+      0, execution);
+}
+
+/// True if an unknown at the zero level has a neighbor that is no unknown: the coarser level has missed a sheet.
+/// \param zeroLevel close to observed voxels: far from data sheets end at rims as they please
+bool missesSheet(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution& execution)
+{
+  const GridSize size = unknowns.size();
+  const VoxelSet inside = eroded(unknowns, 1, execution);
+  std::atomic<bool> misses{false};
+  execution.forRange(size.z, 16, [&](std::int64_t begin, std::int64_t end) {
+    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+      MaskPlane atRim(size), solved(size), inner(size);
+      unknowns.rasterize(z, atRim);
+      inside.rasterize(z, inner);
+      zeroLevel.rasterize(z, solved);
+      atRim.subtract(inner);
+      atRim.intersect(solved);
+      clearRim(size, z, atRim);
+      if (!atRim.empty())
+        misses = true;
+    }
+  });
+  return misses;
+}
+
+/// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
+/// closest voxel that has one. \param guess what the unknowns were
+void extendChange(const VoxelSet& unknowns, const VoxelSet& support, const PackedValues& guess, PackedValues& values,
+                  Execution& execution)
+{
+  const GridSize size = support.size();
+  PackedValues change(values.size());
+  PackedFlags isKnown(values.size());
+  const auto forPlanes = [&](const auto& body) {
+    execution.forRange(size.z, 4, [&](std::int64_t begin, std::int64_t end) {
+      for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
+        for (int y = 0; y < size.y; ++y)
+          for (const Run& run : support.row(y, z))
+            body(y, z, run, static_cast<std::size_t>(support.planeFirst(z) + run.first));
+    });
+  };
+  forPlanes([&](int y, int z, const Run& run, std::size_t first) {
+    float* const changes = change.data() + first;
+    int known = -1; // the last voxel of the run with a change of its own
+    for (const Run& inner : unknowns.row(y, z)) {
+      const int begin = inner.at - run.at;
+      if (begin < 0 || begin >= run.count)
+        continue;
+      const float* const before = guess.data() + unknowns.planeFirst(z) + inner.first;
+      for (int i = 0; i < inner.count; ++i)
+        changes[begin + i] = values[first + static_cast<std::size_t>(begin + i)] - before[i];
+      for (int i = known + 1; i < begin; ++i)
+        changes[i] = known >= 0 && i - known <= begin - i ? changes[known] : changes[begin];
+      known = begin + inner.count - 1;
+    }
+    std::fill(changes + known + 1, changes + run.count, known >= 0 ? changes[known] : 0);
+    std::fill_n(isKnown.data() + first, run.count, known >= 0 ? 1 : 0);
+  });
+  for (const int axis : {1, 2}) {
+    const PackedFlags before = isKnown;
+    forPlanes([&](int y, int z, const Run& run, std::size_t first) {
+      const int x = support.xOf(run, y);
+      for (int i = 0; i < run.count; ++i) {
+        const std::size_t at = first + static_cast<std::size_t>(i);
+        for (int step = 1; isKnown[at] == 0 && step <= interpolationReach; ++step)
+          for (const int side : {-step, step}) {
+            const std::int64_t from = support.find(x + i, y + (axis == 1 ? side : 0), z + (axis == 2 ? side : 0));
+            if (from >= 0 && before[static_cast<std::size_t>(from)]) {
+              change[at] = change[static_cast<std::size_t>(from)];
+              isKnown[at] = 1;
+              break;
+            }
+          }
+      }
+    });
+  }
+  forPlanes([&](int y, int z, const Run& run, std::size_t first) {
+    const auto add = [&](std::int32_t from, std::int32_t to) {
+      for (std::int32_t at = from; at < to; ++at)
+        values[first + static_cast<std::size_t>(at - run.at)] += change[first + static_cast<std::size_t>(at - run.at)];
+    };
+    std::int32_t done = run.at;
+    for (const Run& inner : unknowns.row(y, z))
+      if (inner.at >= run.at && inner.at < run.at + run.count) {
+        add(done, inner.at);
+        done = inner.at + inner.count;
+      }
+    add(done, run.at + run.count);
+  });
+}
+
+} // namespace
+
+VoxelSet voxelSetOf(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
+                    Execution& execution)
+{
+  return VoxelSet(
+      grid,
+      [&](int z, MaskPlane& mask) {
+        const int k = z - gridMargin;
+        if (k < 0 || k >= lattice.z)
+          return;
+        const auto begin = std::lower_bound(voxels.begin(), voxels.end(), lattice.planeCount() * k);
+        const auto end = std::lower_bound(begin, voxels.end(), lattice.planeCount() * (k + 1));
+        for (auto voxel = begin; voxel != end; ++voxel) {
+          const auto inPlane = static_cast<int>(*voxel % lattice.planeCount());
+          mask.set(inPlane % lattice.x + gridMargin, inPlane / lattice.x + gridMargin);
+        }
+      },
+      0, execution);
+}
+
+LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values, VoxelSet observed,
+                        Execution& execution)
+{
+  LevelField field;
+  field.lattice = lattice;
+  field.observed = std::move(observed);
+  const GridSize inner = lattice.size, size = withMargin(inner);
+  field.support = VoxelSet(
+      size,
+      [&](int, MaskPlane& mask) {
+        for (int y = 0; y < size.y; ++y)
+          mask.setRange(0, size.x, y);
+      },
+      0, execution);
+  field.values.resize(static_cast<std::size_t>(size.count()));
+  for (int z = 0; z < size.z; ++z)
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x)
+        field.values[static_cast<std::size_t>(size.index(x, y, z))] = values[static_cast<std::size_t>(
+            inner.index(std::clamp(x - gridMargin, 0, inner.x - 1), std::clamp(y - gridMargin, 0, inner.y - 1),
+                        std::clamp(z - gridMargin, 0, inner.z - 1)))];
+  const VoxelSet zeroLevel = crossings(field.support, field.values, execution);
+  field.unknowns = VoxelSet(
+      size,
+      [&](int z, MaskPlane& mask) {
+        addGrown(zeroLevel, crossesOfDense, z, mask);
+        field.observed.rasterize(z, mask);
+      },
+      0, execution);
+  return field;
+}
+
+void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution)
+{
+  const VoxelSet near = dilated(united(surface, field.observed, execution), nearWanted, nearWanted, execution);
+  field.unknowns = VoxelSet(
+      field.unknowns.size(),
+      [&](int z, MaskPlane& mask) {
+        MaskPlane unknown(near.size());
+        near.rasterize(z, mask);
+        field.unknowns.rasterize(z, unknown);
+        mask.intersect(unknown);
+      },
+      0, execution);
+}
+
+LevelField solveNarrowBand(const std::vector<Lattice>& lattices, std::size_t level, const LevelField& coarse,
+                           const LevelObservation& observation, Prior prior, const LevelPlan& plan,
+                           const SolverOptions& solver, bool isFinest, LevelReport& report, Execution& execution)
+{
+  const Lattice& lattice = lattices[level];
+  const GridSize size = withMargin(lattice.size);
+  const Refinement refinement(coarse.lattice, lattice);
+  LevelField field;
+  field.lattice = lattice;
+  field.observed = observation.samples ? observedVoxels(observation.samples->own[level], size, execution)
+                                       : voxelSetOf(observation.voxels.voxels, lattice.size, size, execution);
+  report.observed = field.observed.count();
+
+  VoxelSet zeroLevel = predictedZeroLevel(coarse, refinement, size, execution);
+  const VoxelSet nearObserved = dilated(coarse.observed, nearData, nearData, execution);
+  const int reach = isFinest ? order(prior) : interpolationReach;
+  const int reachX = isFinest ? order(prior) : interpolationReachX;
+  for (int round = 0; round < mostRounds; ++round) {
+    VoxelSet unknowns = bandAround(zeroLevel, field.observed, nearObserved, refinement, coarse.unknowns, execution);
+    field.support = dilated(unknowns, reach, reachX, execution);
+    field.values = interpolated(coarse, refinement, field.support, execution);
+    std::vector<SolverGrid> grids =
+        bandGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
+    report.unknowns = grids[0].voxels.count();
+    // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
+    const SolveReport solve =
+        solveOnGrids(grids, prior, field.support, plan, solver, lattice.spacing, field.values.data(), execution);
+    const int before = report.solve.iterations;
+    report.solve = solve;
+    report.solve.iterations += before;
+    field.unknowns = std::move(grids[0].voxels);
+    // Found again: kept while the level is solved, the guess would add to the peak of memory.
+    const PackedValues guess = interpolated(coarse, refinement, field.unknowns, execution);
+    extendChange(field.unknowns, field.support, guess, field.values, execution);
+    if (round + 1 == mostRounds)
+      break;
+    const VoxelSet solved = zeroLevelAtData(field, execution);
+    if (!missesSheet(field.unknowns, solved, execution))
+      break;
+    zeroLevel = united(zeroLevel, solved, execution);
+  }
+  return field;
+}
+
+} // namespace mrf
+} // namespace pcl

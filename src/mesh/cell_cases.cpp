@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "mesh/cell_cases.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Loop = std::vector<std::uint8_t>;
+
+std::uint8_t toByte(int value)
+{
+  return static_cast<std::uint8_t>(value);
+}
+
+/// All edges of the given directions, ordered by direction and corner.
+CellTable makeEdges(const std::vector<std::uint8_t>& directions)
+{
+  CellTable table;
+  table.directions = directions;
+  for (const std::uint8_t direction : directions)
+    for (int corner = 0; corner < 8; ++corner)
+      if ((corner & direction) == 0)
+        table.edges.push_back({toByte(corner), direction});
+  return table;
+}
+
+std::uint8_t edgeBetween(const CellTable& table, int cornerA, int cornerB)
+{
+  const int lower = cornerA & cornerB, direction = cornerA ^ cornerB;
+  for (std::size_t e = 0; e < table.edges.size(); ++e)
+    if (table.edges[e].corner == lower && table.edges[e].direction == direction)
+      return toByte(static_cast<int>(e));
+  throw std::logic_error("no such edge in the cell");
+}
+
+/// Twice the midpoint of an edge, exact.
+std::array<int, 3> doubledMidpoint(const CellEdge& edge)
+{
+  std::array<int, 3> middle{};
+  for (int axis = 0; axis < 3; ++axis)
+    middle[static_cast<std::size_t>(axis)] = 2 * (edge.corner >> axis & 1) + (edge.direction >> axis & 1);
+  return middle;
+}
+
+int squaredDistance(const std::array<int, 3>& a, const std::array<int, 3>& b)
+{
+  int sum = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    sum += (a[axis] - b[axis]) * (a[axis] - b[axis]);
+  return sum;
+}
+
+/// Bit 2·axis + side for each of the two faces that a cube edge belongs to.
+int facesOf(const CellEdge& edge)
+{
+  int faces = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    if ((edge.direction >> axis & 1) == 0)
+      faces |= 1 << (2 * axis + (edge.corner >> axis & 1));
+  return faces;
+}
+
+/// Triangulates a loop with short diagonals (between the midpoints of the edges), none of them in a face of the cube.
+class LoopTriangulation {
+public:
+  LoopTriangulation(const CellTable& table, const Loop& loop) : table_(table), loop_(loop), size_(loop.size())
+  {
+    cost_.assign(size_ * size_, 0);
+    apex_.assign(size_ * size_, 0);
+    for (std::size_t span = 2; span < size_; ++span)
+      for (std::size_t first = 0; first + span < size_; ++first)
+        chooseApex(first, first + span);
+    if (cost_[size_ - 1] >= impossible)
+      throw std::logic_error("a loop cannot be triangulated without a diagonal in a face");
+  }
+
+  void appendTo(std::vector<std::array<std::uint8_t, 3>>& triangles) const { append(0, size_ - 1, triangles); }
+
+private:
+  static constexpr int impossible = 1 << 20;
+
+  int diagonalCost(std::size_t a, std::size_t b) const
+  {
+    if (b - a == 1 || b - a == size_ - 1)
+      return 0;
+    const CellEdge& edgeA = table_.edges[loop_[a]];
+    const CellEdge& edgeB = table_.edges[loop_[b]];
+    return facesOf(edgeA) & facesOf(edgeB) ? impossible
+                                           : squaredDistance(doubledMidpoint(edgeA), doubledMidpoint(edgeB));
+  }
+
+  /// Cheapest triangulation of the part first..last that is cut off by the diagonal between these two.
+  void chooseApex(std::size_t first, std::size_t last)
+  {
+    int best = std::numeric_limits<int>::max();
+    for (std::size_t apex = first + 1; apex < last; ++apex) {
+      const int cost = cost_[first * size_ + apex] + cost_[apex * size_ + last];
+      if (cost < best) {
+        best = cost;
+        apex_[first * size_ + last] = apex;
+      }
+    }
+    cost_[first * size_ + last] = std::min(best + diagonalCost(first, last), impossible);
+  }
+
+  void append(std::size_t first, std::size_t last, std::vector<std::array<std::uint8_t, 3>>& triangles) const
+  {
+    if (last - first < 2)
+      return;
+    const std::size_t apex = apex_[first * size_ + last];
+    append(first, apex, triangles);
+    triangles.push_back({loop_[first], loop_[apex], loop_[last]});
+    append(apex, last, triangles);
+  }
+
+  const CellTable& table_;
+  const Loop& loop_;
+  std::size_t size_;
+  std::vector<int> cost_;
+  std::vector<std::size_t> apex_;
+};
+
+/// The corners of a cube's face, counter-clockwise seen from outside the cube.
+std::array<int, 4> faceCorners(int axis, int side)
+{
+  const int u = 1 << (axis + 1) % 3, v = 1 << (axis + 2) % 3, base = side << axis;
+  std::array<int, 4> corners{base, base | u, base | u | v, base | v};
+  if (side == 0)
+    std::reverse(corners.begin(), corners.end());
+  return corners;
+}
+
+/// Each run of negative corners around a face gets one segment, from the edge before the run to the edge after it: in
+/// this direction the loop turns counter-clockwise seen from the positive side.
+std::vector<Loop> traceLoops(const CellTable& table, int signs)
+{
+  const auto isNegative = [&](int corner) { return (signs >> corner & 1) != 0; };
+  constexpr std::uint8_t none = 255;
+  std::array<std::uint8_t, 12> next;
+  next.fill(none);
+  for (int face = 0; face < 6; ++face) {
+    const std::array<int, 4> corners = faceCorners(face / 2, face % 2);
+    for (std::size_t m = 0; m < 4; ++m) {
+      const int before = corners[(m + 3) % 4];
+      if (isNegative(before) || !isNegative(corners[m]))
+        continue;
+      std::size_t last = m;
+      while (isNegative(corners[(last + 1) % 4]))
+        ++last;
+      next[edgeBetween(table, before, corners[m])] = edgeBetween(table, corners[last % 4], corners[(last + 1) % 4]);
+    }
+  }
+  std::vector<Loop> loops;
+  for (std::uint8_t& start : next) {
+    Loop loop;
+    for (std::uint8_t* edge = &start; *edge != none; edge = &next[loop.back()]) {
+      loop.push_back(*edge);
+      *edge = none;
+    }
+    if (!loop.empty())
+      loops.push_back(loop);
+  }
+  return loops;
+}
+
+CellTable makeCubeTable()
+{
+  CellTable table = makeEdges({1, 2, 4});
+  for (int signs = 0; signs < 256; ++signs) {
+    CellCase& cell = table.cases[static_cast<std::size_t>(signs)];
+    for (const Loop& loop : traceLoops(table, signs)) {
+      // The four vertices of a quad lie on parallel edges or around one edge: its diagonals are never in a face.
+      if (loop.size() == 4)
+        cell.quads.push_back({loop[0], loop[1], loop[2], loop[3]});
+      else
+        LoopTriangulation(table, loop).appendTo(cell.triangles);
+    }
+  }
+  return table;
+}
+
+/// True if the polygon is clockwise seen from the positive corners of its tetrahedron.
+bool isReversed(const CellTable& table, const Loop& polygon, int negativeCorner, int positiveCorner)
+{
+  const auto a = doubledMidpoint(table.edges[polygon[0]]), b = doubledMidpoint(table.edges[polygon[1]]),
+             c = doubledMidpoint(table.edges[polygon[2]]);
+  int product = 0; // of the normal and the way from the negative to the positive corner
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const int normal = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
+    product += normal * ((positiveCorner >> axis & 1) - (negativeCorner >> axis & 1));
+  }
+  return product < 0;
+}
+
+void cutTetrahedron(const CellTable& table, const std::array<int, 4>& corners, int signs, CellCase& cell)
+{
+  std::vector<int> negative, positive;
+  for (const int corner : corners)
+    (signs >> corner & 1 ? negative : positive).push_back(corner);
+  if (negative.empty() || positive.empty())
+    return;
+  // Around the polygon, neighboring vertices lie on edges with a common corner.
+  Loop polygon;
+  for (const int corner : positive)
+    polygon.push_back(edgeBetween(table, negative.front(), corner));
+  if (negative.size() == 3)
+    polygon = {polygon[0], edgeBetween(table, negative[1], positive[0]), edgeBetween(table, negative[2], positive[0])};
+  if (negative.size() == 2)
+    for (auto corner = positive.rbegin(); corner != positive.rend(); ++corner)
+      polygon.push_back(edgeBetween(table, negative.back(), *corner));
+  if (isReversed(table, polygon, negative.front(), positive.front()))
+    std::reverse(polygon.begin(), polygon.end());
+  if (polygon.size() == 4)
+    cell.quads.push_back({polygon[0], polygon[1], polygon[2], polygon[3]});
+  else
+    cell.triangles.push_back({polygon[0], polygon[1], polygon[2]});
+}
+
+CellTable makeTetrahedraTable()
+{
+  CellTable table = makeEdges({1, 2, 3, 4, 5, 6, 7});
+  std::array<int, 3> axes{0, 1, 2};
+  do {
+    const int first = 1 << axes[0], second = first | 1 << axes[1];
+    for (int signs = 0; signs < 256; ++signs)
+      cutTetrahedron(table, {0, first, second, 7}, signs, table.cases[static_cast<std::size_t>(signs)]);
+  } while (std::next_permutation(axes.begin(), axes.end()));
+  return table;
+}
+
+} // namespace
+
+const CellTable& cubeTable()
+{
+  static const CellTable table = makeCubeTable();
+  return table;
+}
+
+const CellTable& tetrahedraTable()
+{
+  static const CellTable table = makeTetrahedraTable();
+  return table;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,472 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "base/polling.h"
+#include "mesh/predicates.h"
+
+#include <pcl/surface/mrf/self_intersection.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// Closed segments in the plane.
+bool segmentsMeet(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d)
+{
+  const int abc = orientation(a, b, c), abd = orientation(a, b, d);
+  const int cda = orientation(c, d, a), cdb = orientation(c, d, b);
+  if (abc == 0 && abd == 0 && cda == 0 && cdb == 0) // on one line: their boxes tell
+    return (a.cwiseMin(b).array() <= c.cwiseMax(d).array()).all() &&
+           (c.cwiseMin(d).array() <= a.cwiseMax(b).array()).all();
+  return abc * abd <= 0 && cda * cdb <= 0;
+}
+
+using Corners = std::array<Vector3d, 3>;
+
+/// The coordinate plane in which a triangle is not seen edge-on, or none.
+struct Projection {
+  int first = 0, second = 0;
+  int turn = 0; ///< orientation of the projected triangle; 0: the triangle is degenerate
+
+  explicit Projection(const Corners& t)
+  {
+    const Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]).cwiseAbs();
+    int axis;
+    normal.maxCoeff(&axis);
+    // The largest component is the best choice; the others matter only if rounding misled it.
+    for (int i = 0; i < 3 && turn == 0; ++i, axis = (axis + 1) % 3) {
+      first = (axis + 1) % 3;
+      second = (axis + 2) % 3;
+      turn = orientation((*this)(t[0]), (*this)(t[1]), (*this)(t[2]));
+    }
+  }
+
+  Vector2d operator()(const Vector3d& p) const { return {p[first], p[second]}; }
+};
+
+/// Segment and triangle, all in one plane.
+bool meetInPlane(const Vector3d& p, const Vector3d& q, const Corners& t)
+{
+  const Projection project(t);
+  const Vector2d a = project(p), b = project(q);
+  bool inside = true;
+  for (int i = 0; i < 3; ++i) {
+    const Vector2d c = project(t[i]), d = project(t[(i + 1) % 3]);
+    if (segmentsMeet(a, b, c, d))
+      return true;
+    inside = inside && orientation(c, d, a) == project.turn;
+  }
+  return inside;
+}
+
+/// Closed segment and closed triangle that is not degenerate; the sides of the segment's ends against its plane are
+/// known.
+bool meet(const Vector3d& p, int sideOfP, const Vector3d& q, int sideOfQ, const Corners& t)
+{
+  if (sideOfP * sideOfQ > 0)
+    return false;
+  if (sideOfP == 0 && sideOfQ == 0)
+    return meetInPlane(p, q, t);
+  const int first = orientation(p, q, t[0], t[1]);
+  const int second = orientation(p, q, t[1], t[2]);
+  if (first * second < 0)
+    return false;
+  const int third = orientation(p, q, t[2], t[0]);
+  return first * third >= 0 && second * third >= 0;
+}
+
+/// Sides of three points against the plane of t.
+std::array<int, 3> sidesOf(const Corners& points, const Corners& t)
+{
+  return {orientation(t[0], t[1], t[2], points[0]), orientation(t[0], t[1], t[2], points[1]),
+          orientation(t[0], t[1], t[2], points[2])};
+}
+
+bool strictlyOneSided(const std::array<int, 3>& sides)
+{
+  return sides[0] != 0 && sides[0] == sides[1] && sides[1] == sides[2];
+}
+
+bool edgesMeet(const Corners& edges, const std::array<int, 3>& sides, const Corners& t)
+{
+  for (int i = 0; i < 3; ++i)
+    if (meet(edges[i], sides[i], edges[(i + 1) % 3], sides[(i + 1) % 3], t))
+      return true;
+  return false;
+}
+
+/// Without a common vertex. A degenerate triangle counts as its edges.
+bool disjointMeet(const Corners& s, const Corners& t)
+{
+  const std::array<int, 3> sidesOfS = sidesOf(s, t);
+  if (strictlyOneSided(sidesOfS))
+    return false;
+  const std::array<int, 3> sidesOfT = sidesOf(t, s);
+  if (strictlyOneSided(sidesOfT))
+    return false;
+  const bool flat = sidesOfS == std::array<int, 3>{} || sidesOfT == std::array<int, 3>{};
+  const bool solidS = !flat || Projection(s).turn != 0;
+  const bool solidT = !flat || Projection(t).turn != 0;
+  return (solidT && edgesMeet(s, sidesOfS, t)) || (solidS && edgesMeet(t, sidesOfT, s));
+}
+
+/// With s[0] and t[0] in common: anything more than that point shows in an edge opposite to it.
+bool fansMeet(const Corners& s, const Corners& t)
+{
+  const int t1 = orientation(s[0], s[1], s[2], t[1]), t2 = orientation(s[0], s[1], s[2], t[2]);
+  if (t1 * t2 > 0)
+    return false;
+  const int s1 = orientation(t[0], t[1], t[2], s[1]), s2 = orientation(t[0], t[1], t[2], s[2]);
+  if (s1 * s2 > 0)
+    return false;
+  const bool flat = (t1 == 0 && t2 == 0) || (s1 == 0 && s2 == 0);
+  const bool solidS = !flat || Projection(s).turn != 0;
+  const bool solidT = !flat || Projection(t).turn != 0;
+  return (solidS && meet(t[1], t1, t[2], t2, s)) || (solidT && meet(s[1], s1, s[2], s2, t));
+}
+
+/// With the edge s[0] s[1] in common and t[2] the other triangle's third corner: folded flat onto each other?
+bool foldedFlat(const Corners& s, const Vector3d& other)
+{
+  if (orientation(s[0], s[1], s[2], other) != 0)
+    return false;
+  const Projection project(s);
+  return project.turn != 0 && orientation(project(s[0]), project(s[1]), project(other)) == project.turn;
+}
+
+/// True if the plane m·(x − origin) = c lies strictly between two triangles for some c. Rounding moves a product by
+/// less than the margin: four roundings of 2⁻⁵³ of the terms' magnitudes.
+bool separates(const Vector3d& m, const Vector3d& origin, const Corners& s, const Corners& t)
+{
+  double above = -std::numeric_limits<double>::infinity(), below = -above, magnitude = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Vector3d p = s[i] - origin, q = t[i] - origin;
+    above = std::max(above, m.dot(p));
+    below = std::min(below, m.dot(q));
+    magnitude = std::max({magnitude, p.cwiseAbs().maxCoeff(), q.cwiseAbs().maxCoeff()});
+  }
+  return below - above > 4e-15 * magnitude * m.cwiseAbs().sum();
+}
+
+/// Shows for most pairs without a common vertex that they are apart: by a plane across the line between their middles,
+/// or along one of their sides.
+bool apart(const Corners& s, const Corners& t)
+{
+  const Vector3d& origin = s[0];
+  if (separates(t[0] + t[1] + t[2] - s[0] - s[1] - s[2], origin, s, t))
+    return true;
+  const Vector3d normalOfS = (s[1] - s[0]).cross(s[2] - s[0]), normalOfT = (t[1] - t[0]).cross(t[2] - t[0]);
+  for (int i = 0; i < 3; ++i)
+    if (separates((s[(i + 1) % 3] - s[i]).cross(normalOfS), origin, s, t) ||
+        separates((t[(i + 1) % 3] - t[i]).cross(normalOfT), origin, t, s))
+      return true;
+  return false;
+}
+
+/// Shows for most pairs with s[0] = t[0] that they have no more than that in common: the other corners of the one are
+/// strictly in front of, those of the other behind, a plane through it across the difference of their directions.
+bool fansApart(const Corners& s, const Corners& t)
+{
+  const Vector3d s1 = s[1] - s[0], s2 = s[2] - s[0], t1 = t[1] - s[0], t2 = t[2] - s[0];
+  const Vector3d alongS = s1 + s2, alongT = t1 + t2;
+  const Vector3d m = alongS * alongT.cwiseAbs().sum() - alongT * alongS.cwiseAbs().sum();
+  const double margin =
+      4e-15 * m.cwiseAbs().sum() *
+      s1.cwiseAbs().cwiseMax(s2.cwiseAbs()).cwiseMax(t1.cwiseAbs()).cwiseMax(t2.cwiseAbs()).maxCoeff();
+  return m.dot(s1) > margin && m.dot(s2) > margin && m.dot(t1) < -margin && m.dot(t2) < -margin;
+}
+
+/// Shows for most pairs with a common edge s[0] s[1] that they are not folded onto each other: the third corners point
+/// away from it in opposite directions.
+bool unfolded(const Corners& s, const Vector3d& other)
+{
+  const Vector3d edge = s[1] - s[0], p = s[2] - s[0], q = other - s[0];
+  // What of p and q is across the edge: p·q − (p·e)(q·e)/e², times e².
+  const double along = p.dot(edge) * q.dot(edge), across = p.dot(q) * edge.squaredNorm() - along;
+  const double magnitude = p.cwiseAbs().dot(q.cwiseAbs()) * edge.squaredNorm() +
+                           p.cwiseAbs().dot(edge.cwiseAbs()) * q.cwiseAbs().dot(edge.cwiseAbs());
+  return across < -1e-14 * magnitude;
+}
+
+struct Box {
+  std::array<float, 3> lower, upper;
+
+  Box(const TriangleMesh& mesh, const Triangle& t)
+  {
+    const Eigen::Vector3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      lower[i] = std::min({a[axis], b[axis], c[axis]});
+      upper[i] = std::max({a[axis], b[axis], c[axis]});
+    }
+  }
+
+  bool overlaps(const Box& other) const
+  {
+    // Without branches: about a third of the pairs overlap, in no order.
+    return (lower[0] <= other.upper[0]) & (other.lower[0] <= upper[0]) & (lower[1] <= other.upper[1]) &
+           (other.lower[1] <= upper[1]) & (lower[2] <= other.upper[2]) & (other.lower[2] <= upper[2]);
+  }
+};
+
+/// Pairs of triangles whose boxes overlap, from hashed uniform bins.
+class Bins {
+public:
+  Bins(const TriangleMesh& mesh, Execution& execution) : mesh_(mesh)
+  {
+    chooseCells(execution);
+    fill(execution);
+  }
+
+  std::int64_t count() const { return static_cast<std::int64_t>(begin_.size()) - 1; }
+
+  /// Calls body(s, t), s < t, for the pairs in the bins of a range; every pair is in one cell only, but cells may
+  /// share a bin.
+  template <typename Body>
+  void forPairs(std::int64_t firstBin, std::int64_t lastBin, const Body& body) const
+  {
+    std::vector<Box> boxes;
+    for (std::int64_t bin = firstBin; bin < lastBin; ++bin) {
+      const std::int32_t begin = begin_[bin], count = begin_[bin + 1] - begin;
+      boxes.clear();
+      for (std::int32_t i = 0; count > 1 && i < count; ++i)
+        boxes.emplace_back(mesh_, mesh_.triangles[entries_[begin + i]]);
+      for (std::int32_t i = 0; i < count; ++i)
+        for (std::int32_t j = i + 1; j < count; ++j) {
+          // The pair belongs to the cell of its boxes' common lower corner: on each axis one of them starts there.
+          const bool isOwn = (offsets_[begin + i] & offsets_[begin + j]) == 0;
+          if (isOwn & boxes[i].overlaps(boxes[j]))
+            body(entries_[begin + i], entries_[begin + j]);
+        }
+    }
+  }
+
+private:
+  using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
+  struct Cells {
+    Cell low, high;
+    std::int64_t count() const { return ((high - low).array() + 1).prod(); }
+  };
+
+  static constexpr std::int64_t grain = 8192;
+
+  bool isFinite(std::size_t t) const
+  {
+    const Triangle& corners = mesh_.triangles[t];
+    return mesh_.vertices[corners[0]].allFinite() && mesh_.vertices[corners[1]].allFinite() &&
+           mesh_.vertices[corners[2]].allFinite();
+  }
+
+  Cells cellsOf(std::size_t t) const
+  {
+    const Box box(mesh_, mesh_.triangles[t]);
+    const auto cellOf = [&](const std::array<float, 3>& p) -> Cell {
+      const Vector3d x(p[0], p[1], p[2]);
+      return ((x - origin_) / side_).array().floor().cast<std::int64_t>();
+    };
+    return {cellOf(box.lower), cellOf(box.upper)};
+  }
+
+  std::uint32_t binOf(std::int64_t x, std::int64_t y, std::int64_t z) const
+  {
+    std::uint64_t hash = static_cast<std::uint64_t>(x) * 0x9e3779b97f4a7c15ull;
+    hash = (hash ^ (hash >> 32) ^ static_cast<std::uint64_t>(y)) * 0xd6e8feb86659fd93ull;
+    hash = (hash ^ (hash >> 32) ^ static_cast<std::uint64_t>(z)) * 0x9e3779b97f4a7c15ull;
+    return static_cast<std::uint32_t>((hash >> 32) & mask_);
+  }
+
+  /// Sets origin and side of the cells: half as large again as the triangles' boxes on average.
+  void chooseCells(Execution& execution)
+  {
+    struct Part {
+      Eigen::Vector3f lower = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
+      double extents = 0;
+    };
+    const auto triangles = static_cast<std::int64_t>(mesh_.triangles.size());
+    std::vector<Part> parts(static_cast<std::size_t>((triangles + grain - 1) / grain));
+    forRangePolling(execution, triangles, grain, [&](std::int64_t begin, std::int64_t end) {
+      Part& part = parts[static_cast<std::size_t>(begin / grain)];
+      for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+        if (!isFinite(t))
+          continue;
+        const Box box(mesh_, mesh_.triangles[t]);
+        float extent = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+          const auto i = static_cast<std::size_t>(axis);
+          part.lower[axis] = std::min(part.lower[axis], box.lower[i]);
+          extent = std::max(extent, box.upper[i] - box.lower[i]);
+        }
+        part.extents += extent;
+      }
+    });
+    Part whole;
+    for (const Part& part : parts) {
+      whole.lower = whole.lower.cwiseMin(part.lower);
+      whole.extents += part.extents;
+    }
+    origin_ = whole.lower.cast<double>();
+    side_ = 1.5 * whole.extents / static_cast<double>(std::max<std::int64_t>(triangles, 1));
+    if (!(side_ > 0))
+      side_ = 1;
+    coarsen(execution);
+  }
+
+  /// A few triangles far larger than the mean must not fill all the bins of the volume.
+  void coarsen(Execution& execution)
+  {
+    const auto triangles = static_cast<std::int64_t>(mesh_.triangles.size());
+    for (;; side_ *= 2) {
+      const double entries = execution.sum(triangles, grain, [&](std::int64_t begin, std::int64_t end) {
+        double sum = 0;
+        for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
+          if (isFinite(t)) {
+            const Box box(mesh_, mesh_.triangles[t]);
+            double cells = 1;
+            for (std::size_t i = 0; i < 3; ++i)
+              cells *= std::floor((static_cast<double>(box.upper[i]) - box.lower[i]) / side_) + 1;
+            sum += cells;
+          }
+        return sum;
+      });
+      if (entries <= 16.0 * static_cast<double>(triangles))
+        return;
+    }
+  }
+
+  void fill(Execution& execution)
+  {
+    const std::size_t triangles = mesh_.triangles.size();
+    std::size_t bins = 1;
+    while (bins < triangles)
+      bins *= 2;
+    mask_ = bins - 1;
+
+    // The bins of each triangle, in parallel; then one pass in order that sorts them.
+    std::vector<std::int64_t> first(triangles + 1, 0);
+    const auto forRange = [&](const auto& body) {
+      forRangePolling(execution, static_cast<std::int64_t>(triangles), grain,
+                      [&](std::int64_t begin, std::int64_t end) {
+                        for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
+                          if (isFinite(t))
+                            body(t, cellsOf(t));
+                      });
+    };
+    forRange([&](std::size_t t, const Cells& cells) { first[t + 1] = cells.count(); });
+    for (std::size_t t = 0; t < triangles; ++t)
+      first[t + 1] += first[t];
+    const auto total = static_cast<std::size_t>(first.back());
+    std::vector<std::uint32_t> binOfEntry(total);
+    std::vector<std::uint8_t> offsetOfEntry(total);
+    forRange([&](std::size_t t, const Cells& cells) {
+      auto entry = static_cast<std::size_t>(first[t]);
+      for (std::int64_t k = cells.low.z(); k <= cells.high.z(); ++k)
+        for (std::int64_t j = cells.low.y(); j <= cells.high.y(); ++j)
+          for (std::int64_t i = cells.low.x(); i <= cells.high.x(); ++i, ++entry) {
+            binOfEntry[entry] = binOf(i, j, k);
+            offsetOfEntry[entry] = static_cast<std::uint8_t>((i > cells.low.x() ? 1 : 0) | (j > cells.low.y() ? 2 : 0) |
+                                                             (k > cells.low.z() ? 4 : 0));
+          }
+    });
+
+    // Counted one place ahead, so that filling moves each bin's position from its begin to its end.
+    begin_.assign(bins + 2, 0);
+    for (const std::uint32_t bin : binOfEntry)
+      ++begin_[bin + 2];
+    for (std::size_t bin = 0; bin <= bins; ++bin)
+      begin_[bin + 1] += begin_[bin];
+    entries_.resize(total);
+    offsets_.resize(total);
+    Poller poll(execution);
+    for (std::size_t t = 0; t < triangles; ++t) {
+      poll();
+      for (auto entry = static_cast<std::size_t>(first[t]); entry < static_cast<std::size_t>(first[t + 1]); ++entry) {
+        const std::int32_t place = begin_[binOfEntry[entry] + 1]++;
+        entries_[place] = static_cast<std::int32_t>(t);
+        offsets_[place] = offsetOfEntry[entry];
+      }
+    }
+    begin_.pop_back();
+  }
+
+  const TriangleMesh& mesh_;
+  Vector3d origin_ = Vector3d::Zero();
+  double side_ = 1;
+  std::uint64_t mask_ = 0;
+  std::vector<std::int32_t> begin_, entries_; ///< entries of bin b: begin_[b] to begin_[b + 1]
+  std::vector<std::uint8_t> offsets_; ///< of an entry: bit per axis, set if its cell is not the first of the triangle's
+};
+
+bool intersect(const TriangleMesh& mesh, Triangle s, Triangle t)
+{
+  // Common vertices to the front of both, in the same order.
+  int common = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = common; j < 3; ++j)
+      if (s[i] == t[j]) {
+        std::swap(s[common], s[i]);
+        std::swap(t[common], t[j]);
+        ++common;
+        break;
+      }
+  const auto corners = [&](const Triangle& triangle) -> Corners {
+    return {mesh.vertices[triangle[0]].cast<double>(), mesh.vertices[triangle[1]].cast<double>(),
+            mesh.vertices[triangle[2]].cast<double>()};
+  };
+  switch (common) {
+  case 0: {
+    const Corners a = corners(s), b = corners(t);
+    return !apart(a, b) && disjointMeet(a, b);
+  }
+  case 1: {
+    const Corners a = corners(s), b = corners(t);
+    return !fansApart(a, b) && fansMeet(a, b);
+  }
+  case 2: {
+    const Corners a = corners(s);
+    const Vector3d other = mesh.vertices[t[2]].cast<double>();
+    return !unfolded(a, other) && foldedFlat(a, other);
+  }
+  default:
+    return true;
+  }
+}
+
+} // namespace
+
+std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution)
+{
+  const Bins bins(mesh, execution);
+  constexpr std::int64_t grain = 4096;
+  std::vector<std::vector<std::int32_t>> found(static_cast<std::size_t>((bins.count() + grain - 1) / grain));
+  forRangePolling(execution, bins.count(), grain, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<std::int32_t>& hits = found[static_cast<std::size_t>(begin / grain)];
+    bins.forPairs(begin, end, [&](std::int32_t s, std::int32_t t) {
+      if (s != t && intersect(mesh, mesh.triangles[s], mesh.triangles[t]))
+        hits.insert(hits.end(), {s, t});
+    });
+  });
+
+  std::vector<std::int32_t> triangles;
+  for (const std::vector<std::int32_t>& hits : found)
+    triangles.insert(triangles.end(), hits.begin(), hits.end());
+  std::sort(triangles.begin(), triangles.end());
+  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+  return triangles;
+}
+
+std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh)
+{
+  Execution serial(1);
+  return selfIntersectingTriangles(mesh, serial);
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/observation.h>
+
+#include "observation/point_observation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Planes of the lattice that are handled as one piece of work.
+constexpr int slabPlanes = 8;
+
+/// Points sorted by the plane of the lattice they are nearest to.
+struct PointsByPlane {
+  std::vector<std::size_t> first; ///< first[z]..first[z+1] are the entries of plane z
+  std::vector<std::uint32_t> points;
+
+  PointsByPlane(const std::vector<Eigen::Vector3f>& positions, const Lattice& lattice)
+      : first(static_cast<std::size_t>(lattice.size.z) + 1, 0), points(positions.size())
+  {
+    std::vector<int> plane(positions.size());
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      const double z = std::clamp(lattice.toVoxels(positions[i]).z(), 0., lattice.size.z - 1.);
+      plane[i] = static_cast<int>(std::lround(z));
+      ++first[static_cast<std::size_t>(plane[i]) + 1];
+    }
+    for (std::size_t z = 1; z < first.size(); ++z)
+      first[z] += first[z - 1];
+    std::vector<std::size_t> next(first.begin(), first.end() - 1);
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      points[next[static_cast<std::size_t>(plane[i])]++] = static_cast<std::uint32_t>(i);
+  }
+};
+
+/// Lowers the squared distances (in voxels) of the planes [zBegin, zEnd) to those of one point within `reach` voxels.
+void splat(const Eigen::Vector3d& center, double reach, const GridSize& size, int zBegin, int zEnd, float* squared)
+{
+  // Clamped first: a reach of any size may not overflow an index.
+  const auto lower = [&](double c, double first) { return static_cast<int>(std::max(std::ceil(c - reach), first)); };
+  const auto upper = [&](double c, double last) { return static_cast<int>(std::min(std::floor(c + reach), last)); };
+  const int x0 = lower(center.x(), 0), x1 = upper(center.x(), size.x - 1);
+  const int y0 = lower(center.y(), 0), y1 = upper(center.y(), size.y - 1);
+  const int z0 = lower(center.z(), zBegin), z1 = upper(center.z(), zEnd - 1);
+  for (int z = z0; z <= z1; ++z)
+    for (int y = y0; y <= y1; ++y) {
+      const double dz = z - center.z(), dy = y - center.y();
+      const auto across = static_cast<float>(dz * dz + dy * dy);
+      float* row = squared + size.index(0, y, z - zBegin);
+      for (int x = x0; x <= x1; ++x) {
+        const float dx = static_cast<float>(x - center.x());
+        row[x] = std::min(row[x], across + dx * dx);
+      }
+    }
+}
+
+struct ObservedVoxels {
+  std::vector<std::int64_t> voxels;
+  std::vector<float> nearest; ///< distance to the nearest point / dEmax, [0, 1)
+};
+
+/// All voxels closer than maxDistance to a point, found from the points' side: no query is spent on empty space.
+ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice, float maxDistance,
+                            Execution& execution)
+{
+  const PointsByPlane byPlane(points.positions, lattice);
+  const GridSize size = lattice.size;
+  const double reach = maxDistance / lattice.spacing;
+  const auto limit = static_cast<float>(reach * reach);
+  const int slabs = (size.z + slabPlanes - 1) / slabPlanes;
+  std::vector<ObservedVoxels> found(static_cast<std::size_t>(slabs));
+
+  execution.forRange(slabs, 1, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t slab = begin; slab < end; ++slab) {
+      const int zBegin = static_cast<int>(slab) * slabPlanes, zEnd = std::min(zBegin + slabPlanes, size.z);
+      std::vector<float> squared(static_cast<std::size_t>(size.planeCount() * (zEnd - zBegin)), limit);
+      const int margin = static_cast<int>(std::min<double>(std::ceil(reach), size.z)) + 1;
+      const int from = std::max(zBegin - margin, 0), to = std::min(zEnd + margin, size.z);
+      for (std::size_t e = byPlane.first[static_cast<std::size_t>(from)];
+           e < byPlane.first[static_cast<std::size_t>(to)]; ++e)
+        splat(lattice.toVoxels(points.positions[byPlane.points[e]]), reach, size, zBegin, zEnd, squared.data());
+
+      ObservedVoxels& mine = found[static_cast<std::size_t>(slab)];
+      const std::int64_t offset = size.index(0, 0, zBegin);
+      for (std::size_t v = 0; v < squared.size(); ++v)
+        if (squared[v] < limit) {
+          mine.voxels.push_back(offset + static_cast<std::int64_t>(v));
+          mine.nearest.push_back(std::sqrt(squared[v] / limit));
+        }
+    }
+  });
+
+  ObservedVoxels all;
+  for (const ObservedVoxels& piece : found) {
+    all.voxels.insert(all.voxels.end(), piece.voxels.begin(), piece.voxels.end());
+    all.nearest.insert(all.nearest.end(), piece.nearest.begin(), piece.nearest.end());
+  }
+  return all;
+}
+
+float median(std::vector<float>& values)
+{
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1)
+    return *middle;
+  return .5f * (*middle + *std::max_element(values.begin(), middle));
+}
+
+/// Estimates d° at one position from the points found near it.
+class Estimator {
+public:
+  Estimator(const OrientedPoints& points, Estimate estimate, float spacing)
+      : points_(points), estimate_(estimate), halfInverseVariance_(.5f / (.75f * spacing * .75f * spacing))
+  {}
+
+  float operator()(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
+  {
+    projected_.clear();
+    for (const int j : neighbors)
+      projected_.push_back(normal(j).dot(x - position(j)));
+
+    switch (estimate_) {
+    case Estimate::points: // observe() refuses it
+    case Estimate::nearest:
+      return projected_.front();
+    case Estimate::median:
+      return median(projected_);
+    case Estimate::mean:
+      setWeightsToConfidence(neighbors);
+      break;
+    case Estimate::plane:
+      setTangentialWeights(x, neighbors);
+      break;
+    case Estimate::trapezoid:
+      setTangentialWeights(x, neighbors);
+      turnNormalsToMean(x, neighbors);
+      break;
+    }
+    float sum = 0, total = 0;
+    for (std::size_t j = 0; j < projected_.size(); ++j) {
+      sum += weights_[j] * projected_[j];
+      total += weights_[j];
+    }
+    return sum / total;
+  }
+
+private:
+  const Eigen::Vector3f& position(int j) const { return points_.positions[static_cast<std::size_t>(j)]; }
+  const Eigen::Vector3f& normal(int j) const { return points_.normals[static_cast<std::size_t>(j)]; }
+  float confidence(int j) const { return points_.confidence(static_cast<std::size_t>(j)); }
+
+  void setWeightsToConfidence(const std::vector<int>& neighbors)
+  {
+    weights_.clear();
+    for (const int j : neighbors)
+      weights_.push_back(confidence(j));
+  }
+
+  /// Relative to the largest weight: far from the surface all of the Gaussians would underflow.
+  void setTangentialWeights(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
+  {
+    weights_.clear();
+    float closest = std::numeric_limits<float>::max();
+    for (std::size_t j = 0; j < neighbors.size(); ++j) {
+      const float squared = (x - position(neighbors[j])).squaredNorm() - projected_[j] * projected_[j];
+      weights_.push_back(squared);
+      closest = std::min(closest, squared);
+    }
+    for (std::size_t j = 0; j < neighbors.size(); ++j)
+      weights_[j] = confidence(neighbors[j]) * std::exp((closest - weights_[j]) * halfInverseVariance_);
+  }
+
+  /// A chord's two tangents average to its direction on a circle: ½ (n_j + n̄) removes the curvature's share of δ_j.
+  void turnNormalsToMean(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
+  {
+    Eigen::Vector3f mean = Eigen::Vector3f::Zero();
+    for (std::size_t j = 0; j < neighbors.size(); ++j)
+      mean += weights_[j] * normal(neighbors[j]);
+    mean.normalize();
+    for (std::size_t j = 0; j < neighbors.size(); ++j)
+      projected_[j] = .5f * (normal(neighbors[j]) + mean).dot(x - position(neighbors[j]));
+  }
+
+  const OrientedPoints& points_;
+  Estimate estimate_;
+  float halfInverseVariance_;
+  std::vector<float> projected_, weights_;
+};
+
+} // namespace
+
+float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize)
+{
+  if (options.maxDistance > 0)
+    return options.maxDistance;
+  const bool isPapers = options.estimate == Estimate::median || options.estimate == Estimate::mean ||
+                        options.estimate == Estimate::nearest;
+  const float reach = (isPapers ? 3.f : 3.25f) * spacing;
+  return options.scaleWithLevel && !options.atPoints() ? std::max(reach, 1.5f * voxelSize) : reach;
+}
+
+float resolvedSmoothing(const ObservationOptions& options, float spacing)
+{
+  if (options.smoothing > 0)
+    return options.smoothing;
+  return static_cast<float>(smoothingForNoise(options.noise, spacing));
+}
+
+Observation observe(const OrientedPoints& points, const NeighborSearch& search, const Lattice& lattice, float spacing,
+                    float maxDistance, const ObservationOptions& options, Execution& execution)
+{
+  validate(options);
+  if (options.atPoints())
+    throw std::invalid_argument("observe: voxels are not what Estimate::points observes");
+  ObservedVoxels observed = findObserved(points, lattice, maxDistance, execution);
+
+  Observation result;
+  result.lattice = lattice;
+  result.voxels = std::move(observed.voxels);
+  result.distances.resize(result.voxels.size());
+  result.confidences.resize(result.voxels.size());
+
+  const int neighbors = options.estimate == Estimate::nearest ? 1 : options.neighbors;
+  execution.forRange(static_cast<std::int64_t>(result.voxels.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+    Neighbors found;
+    Estimator estimator(points, options.estimate, spacing);
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+      const Eigen::Array3i voxel = lattice.size.voxel(result.voxels[v]);
+      const Eigen::Vector3f x = lattice.position(voxel.x(), voxel.y(), voxel.z());
+      search.nearest(x, neighbors, found);
+      result.distances[v] = estimator(x, found.indices);
+
+      const float t = observed.nearest[v];
+      float confidence = confidenceAt(t, options.confidenceShape);
+      if (!points.confidences.empty()) {
+        float mean = 0;
+        for (const int j : found.indices)
+          mean += points.confidence(static_cast<std::size_t>(j));
+        confidence *= mean / static_cast<float>(found.indices.size());
+      }
+      result.confidences[v] = confidence;
+    }
+  });
+  return result;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,542 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/surface/mrf/smoothing.h>
+
+#include "observation/point_observation.h"
+#include "solver/grid_solver.h"
+#include "solver/grids.h"
+
+#include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/solver.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <random>
+#include <tuple>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+constexpr std::size_t mostCubes = 32;
+constexpr std::size_t firstCubes = 8; ///< that tell a clean scan, which needs no others
+constexpr std::size_t glance = 3;     ///< cubes that tell a very clean one
+constexpr int cubeSide = 22;          ///< voxels of the finest size
+constexpr double margin = 3;     ///< voxels at a cube's border where the field is not what it would be inside the cloud
+constexpr int heldOutShare = 10; ///< one point in so many
+constexpr std::int64_t fewest = 50; ///< held-out points that say something
+
+/// True for one in heldOutShare of the indices, scattered (Knuth's multiplicative hash).
+bool isHeldOut(std::size_t index)
+{
+  return (static_cast<std::uint32_t>(index) * 2654435761u >> 16) % heldOutShare == 0;
+}
+
+/// Points far from each other, among a few random ones; at least `distance`, so that cubes around them judge by other
+/// points.
+std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& positions, double distance)
+{
+  std::mt19937 random(1);
+  std::vector<Eigen::Vector3f> candidates;
+  for (std::size_t n = 0; n < 8 * mostCubes; ++n)
+    candidates.push_back(positions[random() % positions.size()]);
+  std::vector<Eigen::Vector3f> chosen;
+  std::vector<float> nearest(candidates.size(), std::numeric_limits<float>::max());
+  while (chosen.size() < mostCubes) {
+    const auto farthest = std::max_element(nearest.begin(), nearest.end());
+    if (*farthest < distance * distance)
+      break;
+    chosen.push_back(candidates[static_cast<std::size_t>(farthest - nearest.begin())]);
+    for (std::size_t n = 0; n < candidates.size(); ++n)
+      nearest[n] = std::min(nearest[n], (candidates[n] - chosen.back()).squaredNorm());
+  }
+  // The first ones lie at the cloud's ends; any few shall stand for all.
+  for (std::size_t n = chosen.size(); n > 1; --n)
+    std::swap(chosen[n - 1], chosen[random() % n]);
+  return chosen;
+}
+
+/// Boxes around runs of points, so that a cube need not look at all of them. The points are sorted along a curve as
+/// they are gathered; in any other order this is slower but not wrong.
+class PointRuns {
+public:
+  PointRuns(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
+      : count_(positions.size()), boxes_((positions.size() + length - 1) / length)
+  {
+    execution.forRange(static_cast<std::int64_t>(count_), length, [&](std::int64_t begin, std::int64_t end) {
+      Eigen::AlignedBox3f& box = boxes_[static_cast<std::size_t>(begin) / length];
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+        box.extend(positions[i]);
+    });
+  }
+
+  /// Calls visit(i) for all points in the box, and some around it.
+  template <typename Visit>
+  void forEachNear(const Eigen::AlignedBox3f& box, const Visit& visit) const
+  {
+    for (std::size_t run = 0; run < boxes_.size(); ++run)
+      if (boxes_[run].intersects(box))
+        for (std::size_t i = run * length; i < std::min((run + 1) * length, count_); ++i)
+          visit(i);
+  }
+
+private:
+  static constexpr std::size_t length = 512;
+  std::size_t count_;
+  std::vector<Eigen::AlignedBox3f> boxes_;
+};
+
+/// What is tried on all cubes alike.
+struct Trial {
+  double voxelSize;
+  float gradientWeight;
+  double discRadius; ///< 0: one point in ten is left out; else all this close to a cube's center, cloud's unit
+
+  bool operator<(const Trial& other) const
+  {
+    return std::tie(voxelSize, gradientWeight, discRadius) <
+           std::tie(other.voxelSize, other.gradientWeight, other.discRadius);
+  }
+};
+
+/// One of the cubes: a lattice, the points in it that the field sees, and those that judge it.
+struct Cube {
+  Lattice lattice;
+  OrientedPoints seen;
+  std::vector<Eigen::Vector3f> judges;
+  std::vector<float> field;                     ///< of the ℓ tried last: the start for the next
+  std::map<double, std::vector<double>> errors; ///< by the ℓ that were tried
+
+  /// \param core side of the cube around the center whose points judge: the same for all that are compared
+  Cube(const OrientedPoints& points, const PointRuns& runs, const Eigen::Vector3f& center, const Trial& trial,
+       double core)
+  {
+    const int side = static_cast<int>(std::ceil(core / trial.voxelSize + 2 * margin - 1e-6)) + 1;
+    lattice.size = {side, side, side};
+    lattice.spacing = trial.voxelSize;
+    lattice.origin = center.cast<double>() - Eigen::Vector3d::Constant(trial.voxelSize * (side - 1) / 2);
+    const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(trial.voxelSize * side / 2));
+    runs.forEachNear({center - reach, center + reach}, [&](std::size_t i) {
+      const Eigen::Vector3d voxel = lattice.toVoxels(points.positions[i]);
+      const bool isWithheld =
+          trial.discRadius > 0 ? (points.positions[i] - center).norm() < trial.discRadius : isHeldOut(i);
+      if (isWithheld) {
+        if (2 * (points.positions[i] - center).cwiseAbs().maxCoeff() <= core)
+          judges.push_back(points.positions[i]);
+      } else if ((voxel.array() >= 0).all() && (voxel.array() <= side - 1).all()) {
+        seen.positions.push_back(points.positions[i]);
+        seen.normals.push_back(points.normals[i]);
+        if (!points.confidences.empty())
+          seen.confidences.push_back(points.confidences[i]);
+        if (!points.spacings.empty())
+          seen.spacings.push_back(points.spacings[i]);
+      }
+    });
+    if (seen.size() == 0)
+      judges.clear();
+    clip();
+    field.assign(static_cast<std::size_t>(lattice.size.count()), 0);
+  }
+
+  /// Cuts off what is farther from all points than the margin: half of the lattice where the surface is level.
+  void clip()
+  {
+    Eigen::AlignedBox3f box;
+    for (const auto* positions : {&seen.positions, &judges})
+      for (const Eigen::Vector3f& p : *positions)
+        box.extend(p);
+    if (box.isEmpty())
+      return;
+    const Eigen::Array3d size(lattice.size.x, lattice.size.y, lattice.size.z);
+    const Eigen::Array3d lower = (lattice.toVoxels(box.min()).array() - margin).floor().max(0),
+                         upper = (lattice.toVoxels(box.max()).array() + margin).ceil().min(size - 1);
+    const Eigen::Array3i clipped = (upper - lower).cast<int>() + 1;
+    lattice.size = {clipped.x(), clipped.y(), clipped.z()};
+    lattice.origin += lattice.spacing * lower.matrix();
+  }
+
+  /// Solves for one ℓ: the errors are the first-order distances of the judges from the field's zero level.
+  void judge(double smoothing, double spacing, const PointWeights& weights, Prior prior, double tolerance)
+  {
+    if (judges.empty())
+      return;
+    const auto [known, isNew] = errors.try_emplace(smoothing);
+    if (!isNew)
+      return;
+
+    Execution serial(1);
+    std::vector<Lattice> lattices{lattice};
+    const std::size_t level = addCoarserGrids(lattices);
+    const LevelSamples samples(sortedByCells(toSamples(seen, lattice, static_cast<float>(spacing), serial), serial),
+                               lattices, serial);
+    LevelObservation observation;
+    observation.samples = &samples;
+    observation.weights = weights;
+    SolverOptions solver;
+    solver.changeTolerance = tolerance;
+    // A few digits on a small grid: measured a fifth less work than with the solver's own.
+    if (prior != Prior::membrane)
+      solver.smootherDegree = 4;
+    const std::vector<SolverGrid> grids = wholeGrids(lattices, level, observation, prior, serial);
+    solveOnGrids(grids, prior, grids.front().voxels, {wholeLevelSteps}, solver, lattice.spacing, field.data(), serial);
+    const DistanceField distances(lattice, field, {});
+    // Where noise has flattened the field its values are small, where the field follows the noise its slope is large:
+    // neither may pass for a small distance.
+    constexpr double least = .1, most = 1;
+    for (const Eigen::Vector3f& p : judges) {
+      const double slope = std::clamp<double>(distances.sampleGradient(p).norm(), least, most);
+      known->second.push_back(std::abs(distances.sampleDistance(p)) / slope);
+    }
+  }
+};
+
+/// The minimum of a parabola through three equidistant values, as a multiple of the distance from the middle one.
+double parabolaMinimum(double before, double middle, double after)
+{
+  const double curvature = before - 2 * middle + after;
+  return curvature > 0 ? std::clamp((before - after) / (2 * curvature), -.5, .5) : 0;
+}
+
+/// What the judges say of one ℓ.
+struct Verdict {
+  double error = 0; ///< mean
+  double noise = 0;
+  std::vector<double> sums; ///< of the errors in each cube
+  std::vector<std::int64_t> judges;
+
+  /// \param errors cube by cube
+  explicit Verdict(const std::vector<std::vector<double>>& errors)
+  {
+    std::vector<double> all;
+    for (const std::vector<double>& ofCube : errors) {
+      sums.push_back(std::accumulate(ofCube.begin(), ofCube.end(), 0.));
+      judges.push_back(static_cast<std::int64_t>(ofCube.size()));
+      all.insert(all.end(), ofCube.begin(), ofCube.end());
+    }
+    if (all.empty())
+      return;
+    error = std::accumulate(all.begin(), all.end(), 0.) / static_cast<double>(all.size());
+    std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
+    constexpr double deviationPerMedian = 1.4826; // of a Gaussian's absolute value
+    noise = deviationPerMedian * all[all.size() / 2];
+  }
+
+  std::int64_t heldOut() const { return std::accumulate(judges.begin(), judges.end(), std::int64_t{0}); }
+};
+
+/// How clearly the sum over the cubes is above zero: in its standard deviations, over those that so few cubes exceed by
+/// chance once in fifty times (Student's distribution; the quantile is within 1 % from four cubes on).
+double clarity(const std::vector<double>& values)
+{
+  const auto count = static_cast<double>(values.size());
+  const double sum = std::accumulate(values.begin(), values.end(), 0.), mean = sum / count;
+  double squares = 0;
+  for (const double value : values)
+    squares += (value - mean) * (value - mean);
+  const double freedom = std::max(1., count - 1), deviation = std::sqrt(squares * count / freedom);
+  if (!(deviation > 0))
+    return sum > 0 ? std::numeric_limits<double>::infinity() : 0;
+  return sum / deviation / (2.05 + 2.5 / freedom + 5.4 / (freedom * freedom));
+}
+
+/// The clarity that is believed.
+constexpr double clear = 1;
+
+/// The errors of two trials at the same points, so that what is common to them does not count: above zero if the first
+/// ones are larger than `factor` times the second.
+double compare(const Verdict& first, double factor, const Verdict& second)
+{
+  std::vector<double> differences;
+  for (std::size_t c = 0; c < first.sums.size(); ++c)
+    if (first.judges[c] > 0 && first.judges[c] == second.judges[c])
+      differences.push_back(first.sums[c] - factor * second.sums[c]);
+  return clarity(differences);
+}
+
+/// The same of the errors' ratios, for which all cubes count alike: the few that hold an edge rule a sum, and its
+/// deviation, so that it takes many cubes to tell what each of them says.
+double compareRatios(const Verdict& first, double factor, const Verdict& second)
+{
+  std::vector<double> ratios;
+  for (std::size_t c = 0; c < first.sums.size(); ++c)
+    if (first.judges[c] == second.judges[c] && first.sums[c] > 0 && second.sums[c] > 0)
+      ratios.push_back(std::log(first.sums[c] / (factor * second.sums[c])));
+  return clarity(ratios);
+}
+
+/// The same with a fixed error.
+double compare(const Verdict& verdict, double error)
+{
+  std::vector<double> differences;
+  for (std::size_t c = 0; c < verdict.sums.size(); ++c)
+    differences.push_back(verdict.sums[c] - error * static_cast<double>(verdict.judges[c]));
+  return clarity(differences);
+}
+
+/// Whether cubes see a loss, clarity(number of cubes) being how clearly they do. What few of them see clearly is one;
+/// but an edge that suffers may be in none of them, so that all are asked before there is said to be none.
+template <typename Clarity>
+bool findsLoss(const Clarity& clarity)
+{
+  std::size_t cubes = 4;
+  double loss = clarity(cubes);
+  while (loss <= clear && cubes < mostCubes) {
+    cubes = std::min(cubes + cubes / 2, mostCubes);
+    loss = clarity(cubes);
+  }
+  return loss > 0;
+}
+
+/// The lengths that are tried: the shortest times powers of √2.
+constexpr int longest = 6;
+
+double length(int steps, double spacing)
+{
+  return std::pow(1.4142135623730951, steps) * shortestSmoothing(spacing);
+}
+
+/// Whether a scan is clean, as far as the shortest two lengths tell.
+enum class Cleanness { clean, unclear, noisy };
+
+Cleanness cleanness(const Verdict& shortest, const Verdict& second, double spacing, bool isGlance)
+{
+  const double gain = second.error / shortest.error, noise = shortest.noise / spacing;
+  constexpr double worthwhile = .95, clean = .1;
+  if (!isGlance)
+    return gain > worthwhile && noise < clean ? Cleanness::clean : Cleanness::noisy;
+  // About a hundred judges: the ratio of their means is known to some 5 %, their median to some 12 %.
+  if (gain > 1.05 && noise < .75 * clean)
+    return Cleanness::clean;
+  return gain < .8 || noise > 1.5 * clean ? Cleanness::noisy : Cleanness::unclear;
+}
+
+} // namespace
+
+/// Cubes are made and judged once, whatever asks for them.
+class HoldOut::Judgment {
+public:
+  Judgment(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
+           Execution& execution)
+      : points_(points), spacing_(spacing), finest_(finest), prior_(prior), gradientWeight_(gradientWeight),
+        execution_(execution), core_((cubeSide - 1 - 2 * margin) * finest), runs_(points.positions, execution)
+  {
+    if (points.size() > 0)
+      centers_ = spread(points.positions, (cubeSide - 2 * margin) * finest);
+  }
+
+  SmoothingChoice chooseSmoothing()
+  {
+    SmoothingChoice choice;
+    choice.smoothing = shortestSmoothing(spacing_);
+    for (const std::size_t cubes : {glance, firstCubes}) {
+      const Verdict shortest = verdict(finest(), cubes, length(0, spacing_), 0);
+      choice.heldOut = shortest.heldOut();
+      if (choice.heldOut < fewest)
+        continue;
+      const Verdict second = verdict(finest(), cubes, length(1, spacing_), 0);
+      choice.noise = shortest.noise;
+      choice.curve = {{length(0, spacing_), shortest.error}, {length(1, spacing_), second.error}};
+      const Cleanness seen = cleanness(shortest, second, spacing_, cubes == glance);
+      if (seen == Cleanness::clean)
+        return choice;
+      if (seen == Cleanness::noisy)
+        break;
+    }
+    if (choice.heldOut < fewest)
+      return choice;
+    choice.curve.clear();
+    search(choice);
+    return choice;
+  }
+
+  float chooseGradientWeight(double smoothing, double noise)
+  {
+    constexpr float weaker = .4f, stronger = 4;
+    // Beneath so much noise positions are worth more than normals everywhere.
+    constexpr double noisy = .2, fewer = .92;
+    if (noise < noisy * spacing_)
+      return weaker;
+    const auto isBetter = [&](double factor, double discRadius) {
+      for (std::size_t cubes = firstCubes;; cubes *= 2) {
+        const Verdict strong = verdict({finest_, stronger, discRadius}, cubes, smoothing, noise),
+                      weak = verdict({finest_, weaker, discRadius}, cubes, smoothing, noise);
+        const double worse = compare(strong, factor, weak);
+        const bool isDecisive = worse > clear || (worse < -clear && 2 * cubes >= mostCubes);
+        if (strong.heldOut() >= fewest && (isDecisive || cubes >= mostCubes))
+          return worse < 0;
+        if (cubes >= mostCubes)
+          return false;
+      }
+    };
+    return isBetter(fewer, 6. * spacing_) && isBetter(1, 0) ? stronger : weaker;
+  }
+
+  ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise)
+  {
+    constexpr int steps = 4;
+    constexpr double worse = 1.01, invisible = .04;
+    ResolutionChoice choice;
+    choice.voxelSize = finest_;
+    std::map<double, std::size_t> asked; // cubes, by the voxel size
+    const auto at = [&](double voxelSize, std::size_t cubes) {
+      asked[voxelSize] = std::max(asked[voxelSize], cubes);
+      return verdict({voxelSize, gradientWeight, 0}, cubes, smoothing, noise);
+    };
+    for (int step = 1; step < steps; ++step) {
+      const double voxelSize = finest_ * std::pow(1.4142135623730951, step);
+      const auto isVisible = [&](const Verdict& coarse, std::size_t) { return compare(coarse, invisible * spacing_); };
+      const auto isWorse = [&](const Verdict& coarse, std::size_t cubes) {
+        const Verdict fine = at(finest_, cubes);
+        const double bySums = compare(coarse, worse, fine);
+        return bySums > 0 ? std::max(bySums, compareRatios(coarse, worse, fine)) : bySums;
+      };
+      const auto seesLoss = [&](const auto& loss) {
+        return findsLoss([&](std::size_t cubes) {
+          const Verdict coarse = at(voxelSize, cubes);
+          return coarse.heldOut() < fewest ? 0 : loss(coarse, cubes);
+        });
+      };
+      // The finest voxels, which take most of the time, are asked last.
+      const bool isTooCoarse = seesLoss(isVisible) && seesLoss(isWorse);
+      choice.heldOut = at(voxelSize, asked[voxelSize]).heldOut();
+      if (choice.heldOut < fewest)
+        return choice;
+      if (isTooCoarse)
+        break;
+      choice.voxelSize = voxelSize;
+    }
+    tell(asked, at, choice);
+    return choice;
+  }
+
+private:
+  Trial finest() const { return {finest_, gradientWeight_, 0}; }
+
+  /// Judges by up to so many cubes: those that have points to judge and to be judged by.
+  /// \param noise of the points, as far as it is known: the field need not be exact beneath it
+  Verdict verdict(const Trial& trial, std::size_t cubes, double smoothing, double noise)
+  {
+    const std::size_t used = std::min(cubes, centers_.size());
+    std::vector<Cube>& made = cubes_[trial];
+    while (made.size() < used)
+      made.emplace_back(points_, runs_, centers_[made.size()], trial, core_);
+    // In voxels, of a step near the zero level; what is left after it is about twice as much.
+    const double tolerance = std::max(3e-3, .02 * noise / trial.voxelSize);
+    const PointWeights weights = pointWeights(prior_, smoothing, spacing_, trial.voxelSize, trial.gradientWeight);
+    execution_.forRange(static_cast<std::int64_t>(used), 1, [&](std::int64_t begin, std::int64_t end) {
+      for (auto c = static_cast<std::size_t>(begin); c < static_cast<std::size_t>(end); ++c)
+        made[c].judge(smoothing, spacing_, weights, prior_, tolerance);
+    });
+    execution_.poll();
+    std::vector<std::vector<double>> errors;
+    for (std::size_t c = 0; c < used; ++c)
+      errors.push_back(made[c].errors[smoothing]);
+    return Verdict(errors);
+  }
+
+  /// The scores of all voxel sizes that were tried, at the points that all of them were asked about.
+  template <typename Ask>
+  void tell(std::map<double, std::size_t> asked, const Ask& ask, ResolutionChoice& choice)
+  {
+    asked.try_emplace(finest_, firstCubes); // so far nobody may have needed to know
+    std::size_t cubes = mostCubes;
+    for (const auto& [voxelSize, number] : asked)
+      cubes = std::min(cubes, number);
+    for (const auto& [voxelSize, number] : asked) {
+      choice.cubes += static_cast<std::int64_t>(std::min(number, centers_.size()));
+      const Verdict verdict = ask(voxelSize, cubes);
+      choice.heldOut = verdict.heldOut();
+      choice.curve.push_back({voxelSize, verdict.error});
+    }
+  }
+
+  /// The lengths around the one that the noise asks for, until the score rises on both sides.
+  void search(SmoothingChoice& choice)
+  {
+    // Long enough that no noise is followed, so that what is left is the noise.
+    constexpr int reliable = 4;
+    constexpr double rise = 1.01;
+    const double noise = verdict(finest(), firstCubes, length(reliable, spacing_), .25 * spacing_).noise;
+    const double guess = 2 * std::log2(smoothingForNoise(noise, spacing_) / shortestSmoothing(spacing_));
+
+    std::map<int, double> errors;
+    const auto judge = [&](int steps) {
+      errors[steps] = verdict(finest(), mostCubes, length(steps, spacing_), noise).error;
+    };
+    int best = std::clamp(static_cast<int>(std::lround(guess)), 0, longest);
+    judge(best);
+    for (int up = best + 1; up <= longest; ++up) {
+      judge(up);
+      if (errors.at(up) > errors.at(best))
+        break;
+      best = up;
+    }
+    // Downwards past a rise within the scores' own noise.
+    for (int down = errors.begin()->first - 1; down >= 0; --down) {
+      if (errors.at(down + 1) > rise * errors.at(best))
+        break;
+      judge(down);
+      if (errors.at(down) < errors.at(best))
+        best = down;
+    }
+
+    for (const auto& [steps, error] : errors)
+      choice.curve.push_back({length(steps, spacing_), error});
+    choice.smoothing = length(best, spacing_);
+    const Verdict chosen = verdict(finest(), mostCubes, choice.smoothing, noise);
+    choice.noise = chosen.noise;
+    choice.heldOut = chosen.heldOut();
+    const double atBest = errors.at(best);
+    if (errors.count(best - 1) != 0 && errors.count(best + 1) != 0)
+      choice.smoothing *= std::exp2(.5 * parabolaMinimum(errors.at(best - 1), atBest, errors.at(best + 1)));
+    // Under strong noise the score has its accidental minimum at a short ℓ, a shallow one. Where a longer ℓ is much
+    // worse, what the field misses is no noise but edges and depths that it would smooth away.
+    constexpr double shallow = 1.1;
+    double longestAllowed = choice.smoothing;
+    for (const auto& [steps, error] : errors)
+      if (error <= shallow * atBest)
+        longestAllowed = std::max(longestAllowed, length(steps, spacing_));
+    choice.smoothing = std::max(choice.smoothing, std::min(longestAllowed, smoothingForNoise(choice.noise, spacing_)));
+  }
+
+  const OrientedPoints& points_;
+  const float spacing_;
+  const double finest_;
+  const Prior prior_;
+  const float gradientWeight_;
+  Execution& execution_;
+  const double core_; ///< side of the cubes whose points judge: does not depend on the voxel size that is tried
+  const PointRuns runs_;
+  std::vector<Eigen::Vector3f> centers_; ///< of the cubes
+  std::map<Trial, std::vector<Cube>> cubes_;
+};
+
+HoldOut::HoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
+                 const ObservationOptions& observation, Execution& execution)
+    : judgment_(
+          std::make_unique<Judgment>(points, spacing, voxelSize, prior, resolvedGradientWeight(observation), execution))
+{}
+
+HoldOut::~HoldOut() = default;
+
+SmoothingChoice HoldOut::chooseSmoothing()
+{
+  return judgment_->chooseSmoothing();
+}
+
+float HoldOut::chooseGradientWeight(double smoothing, double noise)
+{
+  return judgment_->chooseGradientWeight(smoothing, noise);
+}
+
+ResolutionChoice HoldOut::chooseResolution(double smoothing, float gradientWeight, double noise)
+{
+  return judgment_->chooseResolution(smoothing, gradientWeight, noise);
+}
+
+} // namespace mrf
+} // namespace pcl

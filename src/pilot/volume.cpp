@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "pilot/volume.h"
+
+#include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+#include <pcl/surface/mrf/vertex_fields.h>
+
+#include "mesh/mesh_topology.h"
+#include "observation/point_observation.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+constexpr double pilotTolerance = 1.25e-3; ///< SolverOptions::changeTolerance of its solution
+
+constexpr int pilotSide = 20; ///< voxels of the coarse solution along the points' longest side
+
+constexpr float roomPerOpening = 1.2f; ///< around a vertex without data, in its distances to the nearest point
+
+constexpr float beyondHole = 1.25f; ///< of a hole's limit: the coarse solution sees its size but roughly
+
+/// The sheet around an open surface gets a strip of at most this width, in voxels of the coarse solution and of the
+/// finest level. With two of the former the points of a face seen from the front are .064 % of the diagonal off the
+/// surface, without .074, with three .060 at a third more voxels; beyond some tens of the latter nothing is gained.
+constexpr float coarseVoxelsAtRim = 2, voxelsAtRim = 20;
+
+/// An opening is believed if the coarse solution has the normals of most of the points that are nearest to it: what is
+/// thinner than its voxels, as a long corridor may be, it cannot tell.
+constexpr double leastAgreement = .75;
+constexpr float agreeingCosine = .5f;
+
+/// A vertex is amid data if no wider sector around it is free of them, seen along its normal; they are looked for
+/// within some of its distances to the nearest point.
+constexpr double widestFreeSector = 150 * M_PI / 180;
+constexpr float sightPerDistance = 3;
+
+/// The surface that no point supports, in the parts of the mesh that have some points, by connected openings.
+class Openings {
+public:
+  Openings(const TriangleMesh& mesh, const DistanceField& field, const OrientedPoints& points,
+           const NeighborSearch& search)
+      : mesh_(mesh), openingOf_(mesh.vertices.size())
+  {
+    const std::size_t count = mesh.vertices.size();
+    DisjointSets components(count), openings(count);
+    for (const Triangle& t : mesh.triangles)
+      for (const std::size_t side : {0u, 1u, 2u}) {
+        const std::int32_t a = t[side], b = t[(side + 1) % 3];
+        components.unite(a, b);
+        if (isFree(a) && isFree(b))
+          openings.unite(a, b);
+      }
+    std::vector<std::uint8_t> hasPoints(count, 0);
+    for (std::size_t v = 0; v < count; ++v)
+      if (mesh.confidences[v] > 0)
+        hasPoints[root(components, v)] = 1;
+    distances_.assign(count, 0);
+    largest_.assign(count, 0);
+    reachesBorder_.assign(count, 0);
+    vertices_.assign(count, 0);
+    agreeing_.assign(count, 0);
+    const VertexCorners corners = groupCorners(mesh);
+    Ring ring;
+    Neighbors nearest;
+    for (std::size_t v = 0; v < count; ++v) {
+      openingOf_[v] = root(openings, v);
+      if (!isFree(static_cast<std::int32_t>(v)) || !hasPoints[root(components, v)] ||
+          search.nearest(mesh.vertices[v], 1, nearest) < 1)
+        continue;
+      distances_[v] = std::sqrt(nearest.squaredDistances[0]);
+      float& largest = largest_[openingOf_[v]];
+      largest = std::max(largest, distances_[v]);
+      const auto p = static_cast<std::size_t>(nearest.indices[0]);
+      const Eigen::Vector3f gradient = field.sampleGradient(points.positions[p]);
+      ++vertices_[openingOf_[v]];
+      agreeing_[openingOf_[v]] += gradient.dot(points.normals[p]) > agreeingCosine * gradient.norm() ? 1 : 0;
+      ring.set(mesh, corners, static_cast<std::int32_t>(v));
+      if (!ring.isClosedFan())
+        reachesBorder_[openingOf_[v]] = 1;
+    }
+  }
+
+  /// Distance of a vertex in an opening to the nearest point, else 0.
+  float distance(std::size_t v) const { return distances_[v]; }
+  /// The largest distance in the opening of a vertex.
+  float largest(std::size_t v) const { return largest_[openingOf_[v]]; }
+  /// True if the surface goes on from there to the border of the coarse solution.
+  bool reachesBorder(std::size_t v) const { return reachesBorder_[openingOf_[v]] != 0; }
+
+  /// True if the surface in the opening of a vertex is more than a guess at what the grid cannot tell.
+  bool isBelieved(std::size_t v) const
+  {
+    const std::size_t opening = openingOf_[v];
+    return static_cast<double>(agreeing_[opening]) >= leastAgreement * static_cast<double>(vertices_[opening]);
+  }
+
+  /// True if data are all around a vertex.
+  bool isAmidData(std::size_t v, const Eigen::Vector3f& normal) const
+  {
+    const Eigen::Vector3f u = normal.unitOrthogonal(), w = normal.cross(u);
+    const float sight = sightPerDistance * distances_[v];
+    std::vector<double> angles;
+    for (std::size_t d = 0; d < mesh_.vertices.size(); ++d) {
+      const Eigen::Vector3f to = mesh_.vertices[d] - mesh_.vertices[v];
+      if (mesh_.confidences[d] > 0 && to.squaredNorm() <= sight * sight)
+        angles.push_back(std::atan2(w.dot(to), u.dot(to)));
+    }
+    if (angles.empty())
+      return false;
+    std::sort(angles.begin(), angles.end());
+    double widest = angles.front() + 2 * M_PI - angles.back();
+    for (std::size_t n = 1; n < angles.size(); ++n)
+      widest = std::max(widest, angles[n] - angles[n - 1]);
+    return widest <= widestFreeSector;
+  }
+
+private:
+  bool isFree(std::int32_t v) const { return !(mesh_.confidences[static_cast<std::size_t>(v)] > 0); }
+  static std::size_t root(DisjointSets& sets, std::size_t v)
+  {
+    return static_cast<std::size_t>(sets.find(static_cast<std::int32_t>(v)));
+  }
+
+  const TriangleMesh& mesh_;
+  std::vector<std::size_t> openingOf_; ///< by its first vertex
+  std::vector<float> distances_, largest_;
+  std::vector<std::uint8_t> reachesBorder_;
+  std::vector<std::int32_t> vertices_, agreeing_; ///< of each opening: all, and those whose nearest point agrees
+};
+
+} // namespace
+
+BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& search, float spacing,
+                         const ObservationOptions& observation, const PriorOptions& prior, const SolverOptions& solver,
+                         const MultiscaleOptions& multiscale, float maxHole, Execution& execution)
+{
+  const BoundingBox box = boundingBox(points.positions);
+  const Eigen::Vector3f side = box.upper - box.lower;
+  MultiscaleOptions pilot = multiscale;
+  pilot.voxelSize = std::max(multiscale.voxelSize, side.maxCoeff() / pilotSide);
+  pilot.padding = pilotSide / 2;
+  ObservationOptions coarse = observation;
+  coarse.smoothing = std::max(resolvedSmoothing(observation, spacing), leastSmoothing * pilot.voxelSize);
+  coarse.maxDistance = std::max(resolvedMaxDistance(observation, spacing, pilot.voxelSize), 1.5f * pilot.voxelSize);
+  SolverOptions rough = solver;
+  rough.changeTolerance = std::max(rough.changeTolerance, pilotTolerance);
+  const DistanceField field = regularize(points, search, spacing, box, coarse, prior, rough, pilot, execution).field;
+  TriangleMesh mesh = polygonize(field, {}, execution);
+  setConfidences(mesh, {points, search, coarse.maxDistance, 0}, coarse.confidenceShape, execution);
+
+  setNormals(mesh, field, execution);
+
+  BoundingBox volume = box, rim = box;
+  const auto grow = [](BoundingBox& grown, const Eigen::Vector3f& center, float room) {
+    grown.lower = grown.lower.cwiseMin((center.array() - room).matrix());
+    grown.upper = grown.upper.cwiseMax((center.array() + room).matrix());
+  };
+  const auto limit = [&](BoundingBox& grown, float most) {
+    grown.lower = grown.lower.cwiseMax((box.lower.array() - most).matrix());
+    grown.upper = grown.upper.cwiseMin((box.upper.array() + most).matrix());
+  };
+  const Openings openings(mesh, field, points, search);
+  const float farthest = beyondHole * maxHole / 2;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const float distance = openings.distance(v);
+    const auto isInOpening = [&] {
+      return openings.reachesBorder(v) ? distance <= farthest && openings.isAmidData(v, mesh.normals[v])
+                                       : openings.largest(v) <= farthest;
+    };
+    if (distance == 0)
+      continue;
+    if (openings.isBelieved(v) && isInOpening())
+      grow(volume, mesh.vertices[v], roomPerOpening * distance);
+    else if (distance <= coarseVoxelsAtRim * pilot.voxelSize)
+      grow(rim, mesh.vertices[v], roomPerOpening * distance);
+  }
+  limit(volume, side.maxCoeff() / 2);
+  limit(rim, voxelsAtRim * multiscale.voxelSize);
+  volume.lower = volume.lower.cwiseMin(rim.lower);
+  volume.upper = volume.upper.cwiseMax(rim.upper);
+  return volume;
+}
+
+} // namespace mrf
+} // namespace pcl

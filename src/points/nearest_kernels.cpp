@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "points/nearest_kernels.h"
+
+#include "base/multiversioning.h"
+
+#include <cstring>
+#include <limits>
+
+namespace pcl {
+namespace mrf {
+namespace kernels {
+namespace {
+
+using Lanes4 = float __attribute__((vector_size(16)));
+using Lanes8 = float __attribute__((vector_size(32)));
+using Lanes16 = float __attribute__((vector_size(64)));
+
+/// Keeps k sorted values per lane; a new one sinks to its place by minimum and maximum, without a branch.
+///
+/// Vectors of the width that the instruction set has: left to itself the compiler does not keep the sorted values in
+/// registers, and wider vectors than there are it takes apart into single values.
+template <typename Lanes, std::size_t k>
+MRF_ALWAYS_INLINE void nearestBody(std::size_t count, const float* cx, const float* cy, const float* cz, const float* x,
+                                   const float* y, const float* z, float* result)
+{
+  for (std::size_t lane = 0; lane < queryLanes; lane += sizeof(Lanes) / sizeof(float)) {
+    Lanes qx, qy, qz, best[k];
+    std::memcpy(&qx, x + lane, sizeof qx);
+    std::memcpy(&qy, y + lane, sizeof qy);
+    std::memcpy(&qz, z + lane, sizeof qz);
+    for (Lanes& lanes : best)
+      lanes = Lanes{} + std::numeric_limits<float>::infinity();
+    for (std::size_t c = 0; c < count; ++c) {
+      const Lanes dx = qx - cx[c], dy = qy - cy[c], dz = qz - cz[c];
+      Lanes sinking = dx * dx + dy * dy + dz * dz;
+#pragma GCC unroll 13
+      for (std::size_t n = 0; n < k; ++n) {
+        const Lanes value = best[n];
+        best[n] = sinking < value ? sinking : value;
+        sinking = sinking < value ? value : sinking;
+      }
+    }
+    for (std::size_t n = 0; n < k; ++n)
+      std::memcpy(result + n * queryLanes + lane, &best[n], sizeof best[n]);
+  }
+}
+
+#ifdef MRF_HAS_MULTIVERSIONING
+template <std::size_t k>
+__attribute__((target("avx512f"))) void nearestAvx512(std::size_t count, const float* cx, const float* cy,
+                                                      const float* cz, const float* x, const float* y, const float* z,
+                                                      float* result)
+{
+  nearestBody<Lanes16, k>(count, cx, cy, cz, x, y, z, result);
+}
+
+template <std::size_t k>
+__attribute__((target("avx2"))) void nearestAvx2(std::size_t count, const float* cx, const float* cy, const float* cz,
+                                                 const float* x, const float* y, const float* z, float* result)
+{
+  nearestBody<Lanes8, k>(count, cx, cy, cz, x, y, z, result);
+}
+#endif
+
+template <std::size_t k>
+void nearest(std::size_t count, const float* cx, const float* cy, const float* cz, const float* x, const float* y,
+             const float* z, float* result)
+{
+#ifdef MRF_HAS_MULTIVERSIONING
+  if (instructionSet() == InstructionSet::avx512)
+    return nearestAvx512<k>(count, cx, cy, cz, x, y, z, result);
+  if (instructionSet() == InstructionSet::avx2)
+    return nearestAvx2<k>(count, cx, cy, cz, x, y, z, result);
+#endif
+  nearestBody<Lanes4, k>(count, cx, cy, cz, x, y, z, result);
+}
+
+} // namespace
+
+void nearestDistances(std::size_t count, const float* cx, const float* cy, const float* cz, const float* x,
+                      const float* y, const float* z, std::size_t k, float* result)
+{
+  static_assert(mostNearest == 13, "the largest kernel");
+  float all[mostNearest * queryLanes];
+  if (k <= 5)
+    nearest<5>(count, cx, cy, cz, x, y, z, all);
+  else if (k <= 9)
+    nearest<9>(count, cx, cy, cz, x, y, z, all);
+  else
+    nearest<13>(count, cx, cy, cz, x, y, z, all);
+  for (std::size_t n = 0; n < k * queryLanes; ++n)
+    result[n] = all[n];
+}
+
+MRF_MULTIVERSION(void, distances,
+                 (std::size_t count, const float* cx, const float* cy, const float* cz, float x, float y, float z,
+                  float* __restrict result),
+                 (count, cx, cy, cz, x, y, z, result))
+{
+  for (std::size_t c = 0; c < count; ++c) {
+    const float dx = x - cx[c], dy = y - cy[c], dz = z - cz[c];
+    result[c] = dx * dx + dy * dy + dz * dz;
+  }
+}
+
+} // namespace kernels
+} // namespace mrf
+} // namespace pcl

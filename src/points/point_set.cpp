@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <pcl/surface/mrf/point_set.h>
+
+#include "base/select_values.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <limits>
+#include <string>
+
+namespace pcl {
+namespace mrf {
+
+void requireCountable(std::size_t points)
+{
+  constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
+  if (points > most)
+    throw ResourceLimit("the cloud has " + std::to_string(points) + " points, at most " + std::to_string(most) +
+                        " can be numbered; thin it out, or reconstruct it in parts");
+}
+
+PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
+{
+  PointSet kept;
+  kept.positions = selectValues(points.positions, keep);
+  kept.normals = selectValues(points.normals, keep);
+  kept.confidences = selectValues(points.confidences, keep);
+  kept.views = selectValues(points.views, keep);
+  kept.spacings = selectValues(points.spacings, keep);
+  kept.origins = selectValues(points.origins, keep);
+  kept.sensors = points.sensors;
+  kept.offset = points.offset;
+  kept.hasSensorOrigin = points.hasSensorOrigin;
+  kept.hadOnlyZeroNormals = points.hadOnlyZeroNormals;
+  return kept;
+}
+
+OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep)
+{
+  OrientedPoints kept;
+  kept.positions = selectValues(points.positions, keep);
+  kept.normals = selectValues(points.normals, keep);
+  kept.confidences = selectValues(points.confidences, keep);
+  kept.spacings = selectValues(points.spacings, keep);
+  kept.origins = selectValues(points.origins, keep);
+  kept.offset = points.offset;
+  return kept;
+}
+
+BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& positions)
+{
+  BoundingBox box;
+  if (positions.empty())
+    return box;
+  // Four points at a time: twelve floats make whole vectors.
+  using Four = Eigen::Array<float, 12, 1>;
+  Four lower = positions.front().array().replicate<4, 1>(), upper = lower;
+  const std::size_t whole = positions.size() / 4 * 4;
+  for (std::size_t i = 0; i < whole; i += 4) {
+    const Eigen::Map<const Four> four(positions[i].data());
+    lower = lower.min(four);
+    upper = upper.max(four);
+  }
+  for (std::size_t i = whole; i < positions.size(); ++i) {
+    lower.head<3>() = lower.head<3>().min(positions[i].array());
+    upper.head<3>() = upper.head<3>().max(positions[i].array());
+  }
+  const auto points = [](const Four& four) { return Eigen::Map<const Eigen::Matrix<float, 3, 4>>(four.data()); };
+  box.lower = points(lower).rowwise().minCoeff();
+  box.upper = points(upper).rowwise().maxCoeff();
+  return box;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "base/select_values.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/sampling_density.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <string>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Points per piece of parallel work.
+constexpr std::int64_t grain = 1 << 14;
+
+std::vector<Eigen::Vector3f> distinct(std::vector<Eigen::Vector3f> positions)
+{
+  std::sort(positions.begin(), positions.end(), [](const Eigen::Vector3f& a, const Eigen::Vector3f& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  });
+  positions.erase(std::unique(positions.begin(), positions.end()), positions.end());
+  return positions;
+}
+
+void requireTwo(std::size_t count)
+{
+  if (count < 2)
+    throw InvalidInput("the points have " + std::to_string(count) +
+                       " distinct positions, a sampling density needs at least 2");
+}
+
+} // namespace
+
+NeighborDistances measureNeighbors(const PointSet& points, const NeighborSearch& search, Execution& execution)
+{
+  const std::vector<Eigen::Vector3f>& positions = points.positions;
+  NeighborDistances distances;
+  distances.nearest.resize(positions.size());
+  distances.eighth.resize(positions.size());
+  distances.mean.resize(positions.size());
+  std::atomic<bool> hasCoincident{false};
+  const auto isCoincident = [&](std::size_t i) {
+    // Squared distances of tiny clouds are zero as well.
+    Neighbors found;
+    const int number = search.nearest(positions[i], 2, found);
+    return std::any_of(found.indices.begin(), found.indices.begin() + number, [&](int index) {
+      const auto j = static_cast<std::size_t>(index);
+      return j != i && positions[j] == positions[i];
+    });
+  };
+  search.forEachPosition(
+      positions, measuredNeighbors + 1, NeighborSearch::Answer::distances, execution, [&](const NeighborBatch& batch) {
+        for (std::size_t q = 0; q < batch.size; ++q) {
+          const std::size_t i = batch.positions[q];
+          const float* squared = batch.squaredDistances + q * batch.k; // the first is the point itself
+          double total = 0;
+          int others = 0;
+          for (int n = 1; n <= measuredNeighbors && std::isfinite(squared[n]); ++n, ++others)
+            total += std::sqrt(squared[n]);
+          distances.nearest[i] = std::sqrt(squared[1]);
+          distances.eighth[i] = std::sqrt(squared[measuredNeighbors]);
+          distances.mean[i] = others > 0 ? static_cast<float>(total / others) : 0;
+          if (squared[1] == 0 && isCoincident(i))
+            hasCoincident = true;
+        }
+      });
+  distances.hasCoincident = hasCoincident;
+  return distances;
+}
+
+std::vector<float> localSpacings(const PointSet& points, const NeighborDistances& distances, Execution& execution)
+{
+  if (distances.eighth.size() <= measuredNeighbors)
+    return {};
+  // One point's 8th neighbor is known to a fifth. The points before and after it in memory lie close by, most of them,
+  // and cost no search.
+  constexpr std::size_t reach = 8;
+  const std::size_t count = points.size();
+  std::vector<float> spacings(count);
+  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const float limit = distances.eighth[i] * distances.eighth[i];
+      float sum = 0, found = 0;
+      for (std::size_t j = i - std::min(i, reach); j < std::min(i + reach + 1, count); ++j)
+        if ((points.positions[j] - points.positions[i]).squaredNorm() <= limit) {
+          sum += distances.eighth[j];
+          ++found;
+        }
+      spacings[i] = nearestToEighth * (found > 0 ? sum / found : distances.eighth[i]);
+    }
+  });
+  return spacings;
+}
+
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborSearch& search, Execution& execution,
+                                        LengthUnit unit)
+{
+  requireTwo(points.size());
+  return estimateSamplingDensity(points, measureNeighbors(points, search, execution), execution, unit);
+}
+
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDistances& distances,
+                                        Execution& execution, LengthUnit unit)
+{
+  requireTwo(points.size());
+  if (distances.hasCoincident) {
+    // Rare, because gathering drops them: a search in the distinct positions is simpler than looking past duplicates,
+    // and stays cheap however many of them coincide.
+    PointSet once;
+    once.positions = distinct(points.positions);
+    requireTwo(once.size());
+    const std::unique_ptr<NeighborSearch> search = makePointBins();
+    search->setPoints(once.positions, execution);
+    return estimateSamplingDensity(once, measureNeighbors(once, *search, execution), execution, unit);
+  }
+
+  const std::vector<float>& nearest = distances.nearest;
+  const auto count = static_cast<std::int64_t>(nearest.size());
+  const auto sumOf = [&](auto&& term) {
+    return execution.sum(count, grain, [&](std::int64_t begin, std::int64_t end) {
+      double total = 0;
+      for (std::int64_t i = begin; i < end; ++i)
+        total += term(double{nearest[static_cast<std::size_t>(i)]});
+      return total;
+    });
+  };
+  const double mean = sumOf([](double distance) { return distance; }) / static_cast<double>(count);
+  const double variance =
+      sumOf([&](double distance) { return (distance - mean) * (distance - mean); }) / static_cast<double>(count);
+
+  SamplingDensity density;
+  density.nearestMean = static_cast<float>(mean);
+  density.nearestDeviation = static_cast<float>(std::sqrt(variance));
+  if (count > measuredNeighbors)
+    density.eighthMedian = median(distances.eighth, execution);
+  const bool isByDensity = unit == LengthUnit::density && density.eighthMedian > 0;
+  density.spacing = isByDensity ? nearestToEighth * density.eighthMedian : density.nearestMean;
+  if (!(density.spacing > 0) || !std::isfinite(density.spacing))
+    throw InvalidInput("the points' spacing is " + std::to_string(density.spacing) +
+                       ", beyond the range of single precision; scale the cloud towards unit size");
+  return density;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/border_curves.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Each step goes towards the middle between both neighbors and a little farther back, so that what is long keeps its
+/// size (Taubin, A signal processing approach to fair surface design, 1995). Waves of 2, 4 and 8 edges keep 0, 7 and 87
+/// % of their height, a circle of 12 edges 99 % of its radius.
+constexpr int smoothingSteps = 10;
+constexpr float forth = .5f, back = -.5263f;
+
+std::vector<Vector3f> smoothed(const std::vector<Vector3f>& loop, float maxShift)
+{
+  const std::size_t count = loop.size();
+  std::vector<Vector3f> nodes = loop, next(count);
+  for (int step = 0; step < 2 * smoothingSteps; ++step) {
+    const float share = step % 2 == 0 ? forth : back;
+    for (std::size_t n = 0; n < count; ++n)
+      next[n] = nodes[n] + share * (.5f * (nodes[(n + count - 1) % count] + nodes[(n + 1) % count]) - nodes[n]);
+    nodes.swap(next);
+  }
+  for (std::size_t n = 0; n < count; ++n) {
+    const Vector3f shift = nodes[n] - loop[n];
+    const float length = shift.norm();
+    if (length > maxShift)
+      nodes[n] = loop[n] + maxShift / length * shift;
+  }
+  return nodes;
+}
+
+float squaredDistance(const Vector3f& p, const Vector3f& start, const Vector3f& end)
+{
+  const Vector3f along = end - start, from = p - start;
+  const float squaredLength = along.squaredNorm();
+  const float share = squaredLength > 0 ? std::clamp(from.dot(along) / squaredLength, 0.f, 1.f) : 0.f;
+  return (from - share * along).squaredNorm();
+}
+
+} // namespace
+
+BorderCurves::BorderCurves(HalfEdgeMesh& mesh, float maxShift, const std::function<bool(Vector3f&)>& onSurface)
+{
+  for (std::int32_t start = 0; start < mesh.vertexCount(); ++start) {
+    if (mesh.outgoing[start] < 0 || !mesh.onBoundary(start))
+      continue;
+    if (mesh.places.empty())
+      mesh.places.assign(mesh.positions.size(), -1);
+    if (mesh.places[start] < 0)
+      addLoop(mesh, start, maxShift, onSurface);
+  }
+}
+
+void BorderCurves::addLoop(HalfEdgeMesh& mesh, std::int32_t start, float maxShift,
+                           const std::function<bool(Vector3f&)>& onSurface)
+{
+  std::vector<Vector3f> positions;
+  std::vector<std::int32_t> vertices;
+  for (std::int32_t v = start; vertices.empty() || v != start; v = mesh.target(mesh.outgoing[v])) {
+    vertices.push_back(v);
+    positions.push_back(mesh.positions[v]);
+  }
+  std::vector<Vector3f> course = smoothed(positions, maxShift);
+  for (std::size_t n = 0; n < course.size(); ++n)
+    if (!onSurface(course[n]))
+      course[n] = positions[n];
+  course.push_back(course.front());
+
+  firstNodes_.push_back(nodes_.size());
+  double place = starts_.empty() ? 0 : starts_.back() + maxShift;
+  for (std::size_t n = 0; n < course.size(); ++n) {
+    // Nodes may coincide, their places may not: they tell in which order the vertices are.
+    if (n > 0)
+      place += std::max((course[n] - course[n - 1]).norm(), 1e-3f * maxShift);
+    starts_.push_back(place);
+    nodes_.push_back(course[n]);
+    if (n < vertices.size())
+      mesh.places[vertices[n]] = place;
+  }
+}
+
+std::size_t BorderCurves::nodeBefore(double place) const
+{
+  const auto after = std::upper_bound(starts_.begin(), starts_.end(), place);
+  const auto node = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - starts_.begin() - 1, 0));
+  return std::min(node, starts_.size() - 2);
+}
+
+BorderCurves::Loop BorderCurves::loopOf(double place) const
+{
+  const auto after = std::upper_bound(firstNodes_.begin(), firstNodes_.end(), nodeBefore(place));
+  return {*(after - 1), (after == firstNodes_.end() ? nodes_.size() : *after) - 1};
+}
+
+double BorderCurves::lengthOn(const Loop& loop, double from, double to) const
+{
+  return to > from ? to - from : to - from + starts_[loop.last] - starts_[loop.first];
+}
+
+Vector3f BorderCurves::at(double place) const
+{
+  const std::size_t node = nodeBefore(place);
+  const double share = (place - starts_[node]) / (starts_[node + 1] - starts_[node]);
+  return nodes_[node] + static_cast<float>(std::clamp(share, 0., 1.)) * (nodes_[node + 1] - nodes_[node]);
+}
+
+double BorderCurves::between(double from, double to, double share) const
+{
+  const Loop loop = loopOf(from);
+  const double place = from + share * lengthOn(loop, from, to);
+  return place < starts_[loop.last] ? place : place - starts_[loop.last] + starts_[loop.first];
+}
+
+double BorderCurves::share(double from, double place, double to) const
+{
+  const Loop loop = loopOf(from);
+  return lengthOn(loop, from, place) / lengthOn(loop, from, to);
+}
+
+bool BorderCurves::isNear(double from, double to, const Vector3f& start, const Vector3f& end, float distance) const
+{
+  const Loop loop = loopOf(from);
+  const double length = lengthOn(loop, from, to);
+  std::size_t node = nodeBefore(from);
+  for (std::size_t n = loop.first; n < loop.last; ++n) {
+    node = node + 1 < loop.last ? node + 1 : loop.first; // the last node is the first one
+    if (lengthOn(loop, from, starts_[node]) >= length)
+      break;
+    if (!(squaredDistance(nodes_[node], start, end) <= distance * distance))
+      return false;
+  }
+  return true;
+}
+
+} // namespace mrf
+} // namespace pcl

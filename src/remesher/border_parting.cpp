@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/border_parting.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Thinner triangles for now, and yet the way to get rid of them; not turned over, whatever the field's normals do.
+bool mayRetreat(const RemeshedSurface& surface, std::int32_t v, const Corner& moved)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  bool fits = true;
+  mesh.forOutgoing(v, [&](std::int32_t h) {
+    const TriangleShape former = surface.shape(h);
+    const TriangleShape changed(moved, surface.corner(mesh.target(h)), surface.corner(mesh.opposite(h)));
+    fits = fits && changed.shape > .5f * former.shape && changed.turnsLittle(former);
+  });
+  return fits;
+}
+
+/// Straight, for that cannot fail where a fan is a single triangle; relaxing takes it to the zero level.
+void retreat(RemeshedSurface& surface, std::int32_t v)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  Vector3f sum = Vector3f::Zero();
+  mesh.forNeighbors(v, [&](std::int32_t w) { sum += mesh.positions[w] - mesh.positions[v]; });
+  const Vector3f inwards = sum / static_cast<float>(mesh.valence[v]);
+  for (const float share : {.3f, .15f, .05f}) {
+    const Vector3f position = mesh.positions[v] + share * inwards;
+    const Corner moved{position, surface.level.normalAt(position, mesh.normals[v])};
+    if (mayRetreat(surface, v, moved)) {
+      surface.moveTo(v, {moved});
+      return;
+    }
+  }
+}
+
+} // namespace
+
+void partBorders(RemeshedSurface& surface)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  std::vector<std::int32_t> border;
+  for (std::int32_t v = 0; v < mesh.vertexCount(); ++v)
+    if (mesh.onBoundary(v))
+      border.push_back(v);
+  const auto before = [&](std::int32_t v, std::int32_t w) {
+    const Vector3f &p = mesh.positions[v], &q = mesh.positions[w];
+    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+  };
+  std::stable_sort(border.begin(), border.end(), before);
+  for (auto first = border.begin(), last = first; first != border.end(); first = last) {
+    last = std::upper_bound(first, border.end(), *first, before);
+    if (last - first > 1)
+      for (auto v = first; v != last; ++v)
+        retreat(surface, *v);
+  }
+}
+
+} // namespace mrf
+} // namespace pcl

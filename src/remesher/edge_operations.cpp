@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/edge_operations.h"
+
+#include "base/polling.h"
+#include "base/spatial_sort.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr std::int64_t edgeGrain = 16384;
+
+/// Half-edges that fulfil a condition, ascending.
+template <typename Condition>
+std::vector<std::int32_t> halfEdgesWhere(const RemeshedSurface& surface, const Condition& holds, Execution& execution)
+{
+  const std::int64_t count = surface.mesh.halfEdgeCount();
+  std::vector<std::vector<std::int32_t>> found(static_cast<std::size_t>((count + edgeGrain - 1) / edgeGrain));
+  forRangePolling(execution, count, edgeGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto h = static_cast<std::int32_t>(begin); h < end; ++h)
+      if (holds(surface, h))
+        found[begin / edgeGrain].push_back(h);
+  });
+  std::vector<std::int32_t> result;
+  for (const auto& part : found)
+    result.insert(result.end(), part.begin(), part.end());
+  return result;
+}
+
+/// Half way along an edge on the surface, along the border on its curve; nothing if the surface is not reached.
+std::optional<Site> middleOf(const RemeshedSurface& surface, std::int32_t h)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  const std::int32_t a = mesh.origin[h], b = mesh.target(h);
+  double place = -1;
+  Vector3f middle = .5f * (mesh.positions[a] + mesh.positions[b]);
+  if (mesh.twin[h] < 0) {
+    place = surface.curves.between(mesh.places[a], mesh.places[b], .5);
+    middle = surface.curves.at(place);
+  }
+  const std::optional<Corner> reached = surface.level.trace(middle);
+  return reached ? std::optional<Site>({*reached, place}) : std::nullopt;
+}
+
+bool isLong(const RemeshedSurface& surface, std::int32_t h)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  return mesh.represents(h) && surface.squaredLength(h) > squared(4 * surface.targetEdge / 3) &&
+         !(mesh.pinned[mesh.origin[h]] && mesh.pinned[mesh.target(h)]);
+}
+
+bool split(RemeshedSurface& surface, std::int32_t h)
+{
+  HalfEdgeMesh& mesh = surface.mesh;
+  const std::int32_t g = mesh.twin[h];
+  const std::optional<Site> middle = middleOf(surface, h);
+  if (!middle)
+    return false;
+  const Corner a = surface.corner(mesh.origin[h]), b = surface.corner(mesh.target(h)), m = middle->corner;
+  const auto halvesFit = [&](std::int32_t side, const Corner& from, const Corner& to) {
+    const Corner apex = surface.corner(mesh.opposite(side));
+    TriangleShape former = surface.shape(side);
+    former.shape *= .5f; // half a needle is a thinner one, and yet the way to get rid of it
+    return TriangleShape(from, m, apex).mayReplace(former) && TriangleShape(m, to, apex).mayReplace(former);
+  };
+  if (!halvesFit(h, a, b) || (g >= 0 && !halvesFit(g, b, a)))
+    return false;
+  surface.moveTo(mesh.split(h, m.position, m.normal), *middle);
+  return true;
+}
+
+bool isShort(const RemeshedSurface& surface, std::int32_t h)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  return mesh.represents(h) && surface.squaredLength(h) < squared(4 * surface.targetEdge / 5) &&
+         !mesh.pinned[mesh.origin[h]] && !mesh.pinned[mesh.target(h)];
+}
+
+std::uint64_t keyOf(const RemeshedSurface& surface, std::int32_t h)
+{
+  int exponent;
+  std::frexp(surface.squaredLength(h) / squared(surface.targetEdge), &exponent);
+  return static_cast<std::uint64_t>(exponent + 1024) << 32 | static_cast<std::uint32_t>(h);
+}
+
+/// True if the triangles of both ends may have them merged.
+bool mergedFits(const RemeshedSurface& surface, std::int32_t h, const Corner& merged)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  const std::int32_t g = mesh.twin[h];
+  const float longest = squared(4 * surface.targetEdge / 3);
+  bool fits = true;
+  for (const std::int32_t end : {mesh.origin[h], mesh.target(h)}) {
+    mesh.forNeighbors(end, [&](std::int32_t w) {
+      // Edges that are too long already must not keep a needle's short one from going.
+      const float former = 1.21f * (mesh.positions[w] - mesh.positions[end]).squaredNorm();
+      fits = fits && (mesh.positions[w] - merged.position).squaredNorm() <= std::max(longest, former);
+    });
+    mesh.forOutgoing(end, [&](std::int32_t spoke) {
+      if (!fits || spoke / 3 == h / 3 || (g >= 0 && spoke / 3 == g / 3))
+        return;
+      TriangleShape former = surface.shape(spoke);
+      // Three needles around a tiny triangle: the first collapse thins two of them, the next one takes them away.
+      if (former.shape < TriangleShape::minShape)
+        former.shape *= .5f;
+      fits = TriangleShape(merged, surface.corner(mesh.target(spoke)), surface.corner(mesh.opposite(spoke)))
+                 .mayReplace(former);
+    });
+  }
+  return fits;
+}
+
+bool mergeAt(RemeshedSurface& surface, std::int32_t h, const Site& site)
+{
+  HalfEdgeMesh& mesh = surface.mesh;
+  const std::int32_t a = mesh.origin[h], b = mesh.target(h);
+  const bool isBorder = mesh.twin[h] < 0;
+  if (isBorder && !surface.followsBorder(mesh.previousOnBorder(a), site, mesh.nextOnBorder(b)))
+    return false;
+  if (!mergedFits(surface, h, site.corner))
+    return false;
+  if (isBorder)
+    mesh.collapseBorder(h);
+  else
+    mesh.collapse(h);
+  surface.moveTo(a, site);
+  return true;
+}
+
+/// Merges the ends of an edge half way between them, else where one of them is; on the border if one of them is there.
+bool collapse(RemeshedSurface& surface, std::int32_t edge)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  const bool isBorder = mesh.twin[edge] < 0;
+  const std::int32_t h = !isBorder && mesh.onBoundary(mesh.target(edge)) ? mesh.twin[edge] : edge;
+  const std::int32_t a = mesh.origin[h], b = mesh.target(h);
+  if (isBorder ? !mesh.mayCollapseBorder(h) : !mesh.mayCollapse(h))
+    return false;
+  if (!isBorder && mesh.onBoundary(a))
+    return mergeAt(surface, h, surface.site(a));
+  const std::optional<Site> middle = middleOf(surface, h);
+  return (middle && mergeAt(surface, h, *middle)) || mergeAt(surface, h, surface.site(a)) ||
+         mergeAt(surface, h, surface.site(b));
+}
+
+/// By how much the squared deviation from the ideal valence grows if the valence changes by one.
+int growth(const HalfEdgeMesh& mesh, std::int32_t vertex, int change)
+{
+  const int deviation = mesh.valence[vertex] - (mesh.onBoundary(vertex) ? 4 : 6);
+  return 2 * change * deviation + 1;
+}
+
+bool isToFlip(const RemeshedSurface& surface, std::int32_t h)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  if (!mesh.represents(h) || mesh.twin[h] < 0)
+    return false;
+  const std::int32_t a = mesh.origin[h], b = mesh.target(h), c = mesh.opposite(h), d = mesh.opposite(mesh.twin[h]);
+  if ((mesh.pinned[a] && mesh.pinned[b]) || (mesh.pinned[c] && mesh.pinned[d]))
+    return false;
+  return growth(mesh, a, -1) + growth(mesh, b, -1) + growth(mesh, c, 1) + growth(mesh, d, 1) < 0;
+}
+
+bool flip(RemeshedSurface& surface, std::int32_t h)
+{
+  HalfEdgeMesh& mesh = surface.mesh;
+  const std::int32_t g = mesh.twin[h];
+  const std::int32_t a = mesh.origin[h], b = mesh.origin[g], c = mesh.opposite(h), d = mesh.opposite(g);
+  const int leastA = mesh.onBoundary(a) ? 2 : 3, leastB = mesh.onBoundary(b) ? 2 : 3;
+  if (mesh.valence[a] <= leastA || mesh.valence[b] <= leastB || mesh.adjacent(c, d))
+    return false;
+  const TriangleShape former = surface.shape(h) & surface.shape(g);
+  const Corner cornerC = surface.corner(c), cornerD = surface.corner(d);
+  if (!TriangleShape(surface.corner(a), cornerD, cornerC).mayReplace(former) ||
+      !TriangleShape(cornerD, surface.corner(b), cornerC).mayReplace(former))
+    return false;
+  mesh.flip(h);
+  return true;
+}
+
+using IsWanted = bool(const RemeshedSurface&, std::int32_t h);
+using Operation = bool(RemeshedSurface&, std::int32_t h); ///< \return false if it is refused
+
+/// Half-edges by what comes before may not want the operation any more. \param done counts what was not refused
+void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdges, IsWanted& isWanted,
+             Operation& operation, std::int64_t& done, Execution& execution)
+{
+  Poller poll(execution);
+  for (const std::int32_t h : halfEdges) {
+    poll();
+    if (isWanted(surface, h))
+      ++(operation(surface, h) ? done : surface.result.refusedOperations);
+  }
+}
+
+} // namespace
+
+void splitLongEdges(RemeshedSurface& surface, Execution& execution)
+{
+  operate(surface, halfEdgesWhere(surface, isLong, execution), isLong, split, surface.result.splits, execution);
+}
+
+void collapseShortEdges(RemeshedSurface& surface, Execution& execution)
+{
+  std::vector<std::int32_t> halfEdges = halfEdgesWhere(surface, isShort, execution);
+  std::vector<std::uint64_t> keys;
+  keys.reserve(halfEdges.size());
+  for (const std::int32_t h : halfEdges)
+    keys.push_back(keyOf(surface, h));
+  sortByUpperHalf(keys, execution);
+  std::transform(keys.begin(), keys.end(), halfEdges.begin(),
+                 [](std::uint64_t key) { return static_cast<std::int32_t>(key & 0xffffffff); });
+  operate(surface, halfEdges, isShort, collapse, surface.result.collapses, execution);
+}
+
+void flipEdges(RemeshedSurface& surface, Execution& execution)
+{
+  operate(surface, halfEdgesWhere(surface, isToFlip, execution), isToFlip, flip, surface.result.flips, execution);
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/half_edge_mesh.h"
+
+#include "base/spatial_sort.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <type_traits>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+constexpr std::int64_t renumberingGrain = 16384;
+
+[[noreturn]] void refuse(std::int32_t triangle, const std::string& reason)
+{
+  throw InvalidInput("the mesh to remesh must be oriented and manifold: triangle " + std::to_string(triangle) + " " +
+                     reason);
+}
+
+} // namespace
+
+HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
+    : positions(mesh.vertices), normals(mesh.vertices.size(), Eigen::Vector3f::Zero()), pinned(mesh.vertices.size(), 0),
+      outgoing(mesh.vertices.size(), -1), valence(mesh.vertices.size(), 0), origin(3 * mesh.triangles.size()),
+      twin(3 * mesh.triangles.size(), -1)
+{
+  // The half-edges of each vertex in one run, so that twins are found among a handful.
+  std::vector<std::int32_t> begin(positions.size() + 1, 0);
+  for (std::int32_t h = 0; h < halfEdgeCount(); ++h) {
+    const Triangle& t = mesh.triangles[h / 3];
+    origin[h] = t[h % 3];
+    if (origin[h] < 0 || origin[h] >= vertexCount())
+      refuse(h / 3, "has a vertex index out of range");
+    if (origin[h] == t[(h + 1) % 3])
+      refuse(h / 3, "uses a vertex twice");
+    if (!positions[origin[h]].allFinite())
+      refuse(h / 3, "has a vertex that is not finite");
+    ++begin[origin[h] + 1];
+  }
+  execution.poll();
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    begin[v + 1] += begin[v];
+  std::vector<std::int32_t> starting(origin.size()), end(begin.begin(), begin.end() - 1);
+  for (std::int32_t h = 0; h < halfEdgeCount(); ++h)
+    starting[end[origin[h]]++] = h;
+  execution.poll();
+
+  for (std::int32_t h = 0; h < halfEdgeCount(); ++h) {
+    const std::int32_t from = origin[h], to = target(h);
+    for (std::int32_t i = begin[to]; i < begin[to + 1]; ++i)
+      if (target(starting[i]) == from)
+        twin[h] = starting[i];
+    for (std::int32_t i = begin[from]; i < begin[from + 1]; ++i)
+      if (starting[i] != h && target(starting[i]) == to)
+        refuse(h / 3, "shares a directed edge with another one");
+  }
+  execution.poll();
+  for (std::int32_t v = 0; v < vertexCount(); ++v) {
+    const std::int32_t triangles = begin[v + 1] - begin[v];
+    if (triangles == 0)
+      continue;
+    turnToStart(v, starting[begin[v]]);
+    forOutgoing(v, [&](std::int32_t) { ++valence[v]; });
+    if (valence[v] != triangles)
+      refuse(starting[begin[v]] / 3, "meets another one at a single vertex only");
+    if (onBoundary(v))
+      ++valence[v];
+  }
+}
+
+void HalfEdgeMesh::link(std::int32_t g, std::int32_t h)
+{
+  if (g >= 0)
+    twin[g] = h;
+  if (h >= 0)
+    twin[h] = g;
+}
+
+void HalfEdgeMesh::replaceOutgoing(std::int32_t vertex, std::int32_t former, std::int32_t h)
+{
+  if (outgoing[vertex] == former)
+    outgoing[vertex] = h;
+}
+
+void HalfEdgeMesh::turnToStart(std::int32_t vertex, std::int32_t h)
+{
+  const std::int32_t first = h;
+  while (twin[h] >= 0) {
+    h = next(twin[h]);
+    if (h == first)
+      break;
+  }
+  outgoing[vertex] = h;
+}
+
+bool HalfEdgeMesh::adjacent(std::int32_t v, std::int32_t w) const
+{
+  bool found = false;
+  forNeighbors(v, [&](std::int32_t neighbor) { found = found || neighbor == w; });
+  return found;
+}
+
+std::int32_t HalfEdgeMesh::split(std::int32_t h, const Eigen::Vector3f& position, const Eigen::Vector3f& normal)
+{
+  const std::int32_t m = vertexCount();
+  positions.push_back(position);
+  normals.push_back(normal);
+  pinned.push_back(0);
+  if (!places.empty())
+    places.push_back(-1);
+  valence.push_back(3);
+  outgoing.push_back(-1);
+
+  // a→b with c on the left becomes a→m (in the old triangle) and m→b (in a new one).
+  const std::int32_t g = twin[h], hNext = next(h), b = origin[hNext], c = opposite(h);
+  const std::int32_t upper = halfEdgeCount();
+  origin.insert(origin.end(), {m, b, c});
+  twin.insert(twin.end(), {-1, -1, -1});
+  link(upper + 1, twin[hNext]);
+  origin[hNext] = m;
+  link(hNext, upper + 2);
+  replaceOutgoing(b, hNext, upper + 1);
+  ++valence[c];
+  outgoing[m] = upper;
+  if (g < 0)
+    return m;
+
+  // b→a with d on its left becomes b→m (in the old triangle) and m→a (in a new one).
+  const std::int32_t gNext = next(g), a = origin[gNext], d = opposite(g);
+  const std::int32_t lower = halfEdgeCount();
+  origin.insert(origin.end(), {m, a, d});
+  twin.insert(twin.end(), {-1, -1, -1});
+  link(lower + 1, twin[gNext]);
+  origin[gNext] = m;
+  link(gNext, lower + 2);
+  replaceOutgoing(a, gNext, lower + 1);
+  ++valence[d];
+  valence[m] = 4;
+  link(h, lower);
+  link(g, upper);
+  return m;
+}
+
+bool HalfEdgeMesh::mayCollapse(std::int32_t h) const
+{
+  const std::int32_t a = origin[h], b = target(h);
+  if (onBoundary(a) && onBoundary(b))
+    return false;
+  if (valence[a] <= 3 && valence[b] <= 3)
+    return false; // a tetrahedron, or a disc of which a single triangle would remain
+  return commonNeighbors(a, b) == 2;
+}
+
+int HalfEdgeMesh::commonNeighbors(std::int32_t v, std::int32_t w) const
+{
+  std::array<std::int32_t, 16> around; // of v: it is gone around once, unless there are more
+  std::size_t count = 0;
+  forNeighbors(v, [&](std::int32_t neighbor) {
+    if (count < around.size())
+      around[count] = neighbor;
+    ++count;
+  });
+  int common = 0;
+  forNeighbors(w, [&](std::int32_t neighbor) {
+    const bool isCommon = count <= around.size()
+                              ? std::find(around.begin(), around.begin() + count, neighbor) != around.begin() + count
+                              : adjacent(v, neighbor);
+    common += isCommon ? 1 : 0;
+  });
+  return common;
+}
+
+std::int32_t HalfEdgeMesh::previousOnBorder(std::int32_t vertex) const
+{
+  std::int32_t last = -1;
+  forOutgoing(vertex, [&](std::int32_t h) { last = h; });
+  return opposite(last);
+}
+
+void HalfEdgeMesh::collapse(std::int32_t h)
+{
+  const std::int32_t g = twin[h], a = origin[h], b = target(h), c = opposite(h), d = opposite(g);
+  const std::int32_t cb = twin[next(h)], ac = twin[previous(h)], da = twin[next(g)], bd = twin[previous(g)];
+  std::int32_t spoke = outgoing[b];
+  const std::int32_t first = spoke;
+  do {
+    const std::int32_t following = twin[previous(spoke)]; // b is not on the boundary
+    origin[spoke] = a;
+    spoke = following;
+  } while (spoke != first);
+  valence[a] += valence[b] - 4;
+  --valence[c];
+  --valence[d];
+  outgoing[b] = -1;
+
+  for (const std::int32_t gone : {h, next(h), previous(h), g, next(g), previous(g)}) {
+    origin[gone] = -1;
+    twin[gone] = -1;
+  }
+  link(cb, ac);
+  link(da, bd);
+  turnToStart(a, ac >= 0 ? ac : next(cb));
+  turnToStart(c, cb >= 0 ? cb : next(ac));
+  turnToStart(d, da >= 0 ? da : next(bd));
+}
+
+bool HalfEdgeMesh::mayCollapseBorder(std::int32_t h) const
+{
+  const bool isLone = twin[next(h)] < 0 && twin[previous(h)] < 0;
+  return !isLone && commonNeighbors(origin[h], target(h)) == 1;
+}
+
+void HalfEdgeMesh::collapseBorder(std::int32_t h)
+{
+  const std::int32_t a = origin[h], b = target(h), c = opposite(h);
+  const std::int32_t cb = twin[next(h)], ac = twin[previous(h)];
+  for (std::int32_t spoke = outgoing[b], following; spoke >= 0; spoke = following) {
+    following = twin[previous(spoke)]; // −1 in the triangle of h, the last one
+    origin[spoke] = a;
+  }
+  valence[a] += valence[b] - 3;
+  --valence[c];
+  outgoing[b] = -1;
+  for (const std::int32_t gone : {h, next(h), previous(h)}) {
+    origin[gone] = -1;
+    twin[gone] = -1;
+  }
+  link(cb, ac);
+  turnToStart(a, ac >= 0 ? ac : next(cb));
+  turnToStart(c, cb >= 0 ? cb : next(ac));
+}
+
+void HalfEdgeMesh::flip(std::int32_t h)
+{
+  const std::int32_t g = twin[h];
+  const std::int32_t hNext = next(h), hPrevious = previous(h), gNext = next(g), gPrevious = previous(g);
+  const std::int32_t a = origin[h], b = origin[g], c = origin[hPrevious], d = origin[gPrevious];
+  const std::int32_t outerBC = twin[hNext], outerDB = twin[gPrevious];
+  const std::int32_t outerCA = twin[hPrevious], outerAD = twin[gNext];
+  --valence[a];
+  --valence[b];
+  ++valence[c];
+  ++valence[d];
+
+  // (a, b, c) and (b, a, d) become (d, c, a) and (c, d, b).
+  origin[h] = d;
+  origin[hNext] = c;
+  origin[hPrevious] = a;
+  origin[g] = c;
+  origin[gNext] = d;
+  origin[gPrevious] = b;
+  link(hNext, outerCA);
+  link(hPrevious, outerAD);
+  link(gNext, outerDB);
+  link(gPrevious, outerBC);
+  const std::int32_t formerA = outgoing[a], formerB = outgoing[b], formerC = outgoing[c], formerD = outgoing[d];
+  if (formerA == h || formerA == gNext)
+    outgoing[a] = hPrevious;
+  if (formerB == g || formerB == hNext)
+    outgoing[b] = gPrevious;
+  if (formerC == hPrevious)
+    outgoing[c] = hNext;
+  if (formerD == gPrevious)
+    outgoing[d] = gNext;
+}
+
+void HalfEdgeMesh::compact(Execution& execution)
+{
+  std::vector<std::uint8_t> isUsed(positions.size());
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    isUsed[v] = outgoing[v] >= 0 ? 1 : 0;
+  const std::vector<std::uint32_t> order = spatialOrder(positions, isUsed, execution);
+  std::vector<std::int32_t> newVertex(positions.size(), -1);
+  for (std::size_t n = 0; n < order.size(); ++n)
+    newVertex[order[n]] = static_cast<std::int32_t>(n);
+
+  // Triangles by their first vertex in the new order; as a whole, so that a half-edge keeps its place within its
+  // triangle.
+  const std::int32_t triangles = halfEdgeCount() / 3;
+  const auto firstVertex = [&](std::int32_t t) {
+    return std::min({newVertex[origin[3 * t]], newVertex[origin[3 * t + 1]], newVertex[origin[3 * t + 2]]});
+  };
+  std::vector<std::int32_t> place(order.size() + 1, 0);
+  for (std::int32_t t = 0; t < triangles; ++t)
+    if (origin[3 * t] >= 0)
+      ++place[firstVertex(t) + 1];
+  for (std::size_t n = 0; n < order.size(); ++n)
+    place[n + 1] += place[n];
+  const std::int32_t count = place.back();
+  std::vector<std::int32_t> newTriangle(triangles, -1);
+  for (std::int32_t t = 0; t < triangles; ++t)
+    if (origin[3 * t] >= 0)
+      newTriangle[t] = place[firstVertex(t)]++;
+
+  execution.poll();
+  const auto renumber = [&](std::int32_t h) { return h < 0 ? -1 : 3 * newTriangle[h / 3] + h % 3; };
+  std::vector<std::int32_t> newOrigin(3 * count), newTwin(3 * count);
+  execution.forRange(triangles, renumberingGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto h = static_cast<std::int32_t>(3 * begin); h < 3 * end; ++h) {
+      if (origin[h] < 0)
+        continue;
+      const std::int32_t moved = renumber(h);
+      newOrigin[moved] = newVertex[origin[h]];
+      newTwin[moved] = renumber(twin[h]);
+    }
+  });
+  origin.swap(newOrigin);
+  twin.swap(newTwin);
+  const auto reorder = [&](auto& values, const auto& convert) {
+    std::decay_t<decltype(values)> moved(order.size());
+    execution.forRange(static_cast<std::int64_t>(order.size()), renumberingGrain,
+                       [&](std::int64_t begin, std::int64_t end) {
+                         for (std::int64_t n = begin; n < end; ++n)
+                           moved[n] = convert(values[order[n]]);
+                       });
+    values.swap(moved);
+  };
+  const auto same = [](const auto& value) { return value; };
+  reorder(positions, same);
+  reorder(normals, same);
+  reorder(pinned, same);
+  if (!places.empty())
+    reorder(places, same);
+  reorder(valence, same);
+  reorder(outgoing, renumber);
+}
+
+TriangleMesh HalfEdgeMesh::toTriangles() const
+{
+  TriangleMesh mesh;
+  mesh.vertices = positions;
+  mesh.triangles.reserve(origin.size() / 3);
+  for (std::size_t h = 0; h < origin.size(); h += 3)
+    mesh.triangles.push_back({origin[h], origin[h + 1], origin[h + 2]});
+  return mesh;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/intersection_watch.h"
+
+#include "base/polling.h"
+
+#include <pcl/surface/mrf/self_intersection.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr std::int64_t vertexGrain = 2048;
+
+template <typename Condition>
+bool isAnyCorner(const Triangle& triangle, const Condition& holds)
+{
+  return std::any_of(triangle.begin(), triangle.end(), holds);
+}
+
+} // namespace
+
+IntersectionWatch::IntersectionWatch(Place place, const HalfEdgeMesh& mesh, float edge, Execution& execution)
+{
+  if (place == Place::expected)
+    crowded_.emplace(mesh.positions, mesh.normals, 1.5f * edge, execution);
+}
+
+std::vector<std::uint8_t> IntersectionWatch::watchedVertices(const HalfEdgeMesh& mesh, Execution& execution) const
+{
+  std::vector<std::uint8_t> watched(mesh.positions.size(), 1);
+  if (crowded_)
+    forRangePolling(execution, mesh.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
+        watched[v] = mesh.onBoundary(v) || crowded_->contains(mesh.positions[v]) ? 1 : 0;
+    });
+  return watched;
+}
+
+std::vector<std::int32_t> IntersectionWatch::intersectingTriangles(const HalfEdgeMesh& mesh, Execution& execution) const
+{
+  const std::vector<std::uint8_t> watched = watchedVertices(mesh, execution);
+  TriangleMesh part;
+  std::vector<std::int32_t> own;
+  for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t) {
+    const Triangle vertices = mesh.triangle(t);
+    if (isAnyCorner(vertices, [&](std::int32_t v) { return watched[v] != 0; })) {
+      part.triangles.push_back(vertices);
+      own.push_back(t);
+    }
+  }
+  part.vertices = mesh.positions;
+  execution.poll();
+  std::vector<std::int32_t> result = selfIntersectingTriangles(part, execution);
+  for (std::int32_t& t : result)
+    t = own[t];
+  return result;
+}
+
+std::vector<std::int32_t> changeableCorners(const HalfEdgeMesh& mesh, const std::vector<std::int32_t>& triangles)
+{
+  std::vector<std::int32_t> corners;
+  for (const std::int32_t t : triangles) {
+    const Triangle vertices = mesh.triangle(t);
+    if (isAnyCorner(vertices, [&](std::int32_t v) { return mesh.pinned[v] == 0; }))
+      corners.insert(corners.end(), vertices.begin(), vertices.end());
+  }
+  return corners;
+}
+
+void pinAround(const std::vector<Vector3f>& centers, float radius, const std::vector<Vector3f>& positions,
+               std::vector<std::uint8_t>& pinned)
+{
+  using Cell = std::array<std::int64_t, 3>;
+  const auto cellOf = [&](const Vector3f& p) -> Cell {
+    const auto along = [&](float x) { return static_cast<std::int64_t>(std::floor(x / radius)); };
+    return {along(p.x()), along(p.y()), along(p.z())};
+  };
+  std::vector<Cell> cells; // all within a cell's side of a center
+  for (const Vector3f& center : centers)
+    for (std::int64_t i = 0; i < 27; ++i) {
+      const Cell cell = cellOf(center);
+      cells.push_back({cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1});
+    }
+  std::sort(cells.begin(), cells.end());
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  for (std::size_t v = 0; v < positions.size(); ++v)
+    if (std::binary_search(cells.begin(), cells.end(), cellOf(positions[v])))
+      pinned[v] = 1;
+}
+
+} // namespace mrf
+} // namespace pcl

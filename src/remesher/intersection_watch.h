@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief Where the remesher looks for triangles that intersect, and what it leaves alone around them.
+#pragma once
+
+#include "mesh/crowded_space.h"
+#include "remesher/half_edge_mesh.h"
+
+#include <pcl/surface/mrf/execution.h>
+
+#include <Eigen/Core>
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Looks for intersections everywhere, or only where they are to be expected.
+class IntersectionWatch {
+public:
+  enum class Place {
+    everywhere,
+    expected ///< on the border, where two parts of it may come to overlap, and where sheets are close or folded
+  };
+
+  /// \param mesh with normals \param edge that is aimed at, cloud's unit
+  IntersectionWatch(Place place, const HalfEdgeMesh& mesh, float edge, Execution& execution);
+
+  Place place() const { return crowded_ ? Place::expected : Place::everywhere; }
+
+  /// Numbers of the triangles that intersect others, of those that are watched. \pre no triangle was removed since the
+  /// mesh was made or compacted
+  std::vector<std::int32_t> intersectingTriangles(const HalfEdgeMesh& mesh, Execution& execution) const;
+
+private:
+  std::vector<std::uint8_t> watchedVertices(const HalfEdgeMesh& mesh, Execution& execution) const;
+
+  std::optional<CrowdedSpace> crowded_; ///< without: everywhere
+};
+
+/// Corners of those of the triangles that operations may have changed: none makes or removes an edge between pinned
+/// vertices, so one with three pinned corners is the same as before. What intersects it has changed, or the
+/// intersection is the input's own.
+std::vector<std::int32_t> changeableCorners(const HalfEdgeMesh& mesh, const std::vector<std::int32_t>& triangles);
+
+/// Pins what is within a radius of one of the centers, and some of what is within 2√3 times as much.
+void pinAround(const std::vector<Eigen::Vector3f>& centers, float radius, const std::vector<Eigen::Vector3f>& positions,
+               std::vector<std::uint8_t>& pinned);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/relaxation.h"
+
+#include "base/polling.h"
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3f;
+
+/// Share of the target edge below which a step is not worth the way: it changes angles by about a degree.
+constexpr float minStep = .02f;
+constexpr std::int64_t stepGrain = 2048;
+constexpr std::int64_t moveGrain = 32768; ///< large: vertices at its ends have to wait
+
+} // namespace
+
+Relaxation::Relaxation(RemeshedSurface& surface, float share, Execution& execution)
+    : surface_(surface), share_(share), execution_(execution), steps_(surface.mesh.positions.size()),
+      isWaiting_(surface.mesh.positions.size(), 0), formerPositions_(surface.mesh.positions),
+      formerNormals_(surface.mesh.normals), formerPlaces_(surface.mesh.places)
+{}
+
+void Relaxation::moveAll()
+{
+  computeSteps();
+  moveInRanges();
+  moveWaiting();
+}
+
+/// Twice those of the triangles of each vertex.
+std::vector<float> Relaxation::areas() const
+{
+  const HalfEdgeMesh& mesh = surface_.mesh;
+  std::vector<float> areas(mesh.positions.size(), 0);
+  forRangePolling(execution_, mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
+      mesh.forOutgoing(v, [&](std::int32_t h) { areas[v] += surface_.cross(h).norm(); });
+  });
+  return areas;
+}
+
+void Relaxation::computeSteps()
+{
+  const HalfEdgeMesh& mesh = surface_.mesh;
+  const std::vector<float> areas = this->areas();
+  forRangePolling(execution_, mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
+      if (mesh.pinned[v] || mesh.onBoundary(v))
+        continue;
+      Vector3f sum = Vector3f::Zero();
+      float weight = 0;
+      const Vector3f p = mesh.positions[v], n = mesh.normals[v];
+      mesh.forNeighbors(v, [&](std::int32_t w) {
+        sum += areas[w] * (mesh.positions[w] - p);
+        weight += areas[w];
+      });
+      const Vector3f towards = weight > 0 ? Vector3f(sum / weight) : Vector3f::Zero();
+      Step& step = steps_[v];
+      step.tangential = share_ * (towards - n * n.dot(towards));
+      step.isSettled = step.tangential.squaredNorm() < squared(minStep * surface_.targetEdge);
+      if (!step.isSettled)
+        step.reached = surface_.level.trace(p + step.tangential);
+    }
+  });
+}
+
+void Relaxation::moveInRanges()
+{
+  const HalfEdgeMesh& mesh = surface_.mesh;
+  const std::int64_t count = mesh.vertexCount();
+  std::vector<std::int64_t> refusals(static_cast<std::size_t>((count + moveGrain - 1) / moveGrain), 0);
+  forRangePolling(execution_, count, moveGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
+      if (mesh.pinned[v] || steps_[v].isSettled)
+        continue;
+      bool isInside = true;
+      mesh.forNeighbors(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
+      if (!isInside)
+        isWaiting_[v] = 1;
+      else if (!move(v))
+        ++refusals[begin / moveGrain];
+    }
+  });
+  for (const std::int64_t refusedInRange : refusals)
+    surface_.result.refusedOperations += refusedInRange;
+}
+
+void Relaxation::moveWaiting()
+{
+  Poller poll(execution_);
+  for (std::int32_t v = 0; v < surface_.mesh.vertexCount(); ++v) {
+    poll();
+    if (isWaiting_[v] && !move(v))
+      ++surface_.result.refusedOperations;
+  }
+}
+
+/// Takes what fits of the vertex's step. \return false if nothing tangential did
+bool Relaxation::move(std::int32_t v)
+{
+  return surface_.mesh.onBoundary(v) ? moveAlongBorder(v) : moveInside(v);
+}
+
+bool Relaxation::moveInside(std::int32_t v)
+{
+  const Step& step = steps_[v];
+  return moveByShare(v, [&](float share) -> std::optional<Site> {
+    const std::optional<Corner> moved =
+        share < 1 ? surface_.level.trace(surface_.mesh.positions[v] + share * step.tangential) : step.reached;
+    return moved ? std::optional<Site>({*moved}) : std::nullopt;
+  });
+}
+
+/// Towards the middle between its neighbors along the border's curve.
+bool Relaxation::moveAlongBorder(std::int32_t v)
+{
+  const HalfEdgeMesh& mesh = surface_.mesh;
+  const BorderCurves& curves = surface_.curves;
+  const std::int32_t previous = mesh.previousOnBorder(v), next = mesh.nextOnBorder(v);
+  const double start = mesh.places[previous], end = mesh.places[next];
+  const double own = curves.share(start, mesh.places[v], end);
+  return moveByShare(v, [&](float share) -> std::optional<Site> {
+    const double place = curves.between(start, end, own + static_cast<double>(share * share_) * (.5 - own));
+    const Vector3f& p = mesh.positions[v];
+    const std::optional<Corner> moved = surface_.level.trace(p + share * (curves.at(place) - p));
+    if (!moved || !surface_.followsBorder(previous, {*moved, place}, next))
+      return {};
+    return Site{*moved, place};
+  });
+}
+
+/// \param propose gives the site for a share of the step, if there is one
+template <typename Propose>
+bool Relaxation::moveByShare(std::int32_t v, const Propose& propose)
+{
+  for (const float share : {1.0f, .5f, .25f, 0.0f}) { // the last: to the zero level and no more
+    const std::optional<Site> site = propose(share);
+    if (site && mayMove(v, site->corner)) {
+      surface_.moveTo(v, *site);
+      return share > 0;
+    }
+  }
+  return false;
+}
+
+bool Relaxation::mayMove(std::int32_t v, const Corner& moved) const
+{
+  const HalfEdgeMesh& mesh = surface_.mesh;
+  bool fits = true;
+  mesh.forOutgoing(v, [&](std::int32_t h) {
+    if (fits)
+      fits = TriangleShape(moved, surface_.corner(mesh.target(h)), surface_.corner(mesh.opposite(h)))
+                 .mayReplace(surface_.shape(h));
+  });
+  return fits;
+}
+
+std::vector<std::int32_t> Relaxation::takeBackWhatIntersects(const IntersectionWatch& watch)
+{
+  const HalfEdgeMesh& mesh = surface_.mesh;
+  Poller poll(execution_);
+  while (true) {
+    std::vector<std::int32_t> corners = changeableCorners(mesh, watch.intersectingTriangles(mesh, execution_));
+    if (corners.empty())
+      return {};
+    std::vector<std::int32_t> toReturn;
+    for (const std::int32_t v : corners)
+      if (hasMoved(v))
+        toReturn.push_back(v);
+    if (toReturn.empty())
+      return corners;
+    while (!toReturn.empty()) {
+      const std::int32_t v = toReturn.back();
+      toReturn.pop_back();
+      poll();
+      if (!hasMoved(v))
+        continue;
+      takeBack(v);
+      mesh.forOutgoing(v, [&](std::int32_t h) {
+        if (!surface_.shape(h).sound())
+          toReturn.insert(toReturn.end(), {mesh.target(h), mesh.opposite(h)});
+      });
+    }
+  }
+}
+
+bool Relaxation::hasMoved(std::int32_t v) const
+{
+  return surface_.mesh.positions[v] != formerPositions_[v];
+}
+
+void Relaxation::takeBack(std::int32_t v)
+{
+  surface_.moveTo(v, {{formerPositions_[v], formerNormals_[v]}, formerPlaces_.empty() ? -1 : formerPlaces_[v]});
+  ++surface_.result.refusedOperations;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief What the passes of the remesher share.
+#pragma once
+
+#include "mesh/triangle_shape.h"
+#include "remesher/border_curves.h"
+#include "remesher/half_edge_mesh.h"
+#include "remesher/reference_surface.h"
+
+#include <pcl/surface/mrf/remesher.h>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstdint>
+
+namespace pcl {
+namespace mrf {
+
+constexpr float squared(float value)
+{
+  return value * value;
+}
+
+/// Where a vertex is, or may go to.
+struct Site {
+  Corner corner;
+  double place = -1; ///< on the border's curve; −1 off the border
+};
+
+/// The mesh in the making, the surface and the curves that it follows, and what was done to it.
+struct RemeshedSurface {
+  HalfEdgeMesh mesh;
+  const ReferenceSurface& level;
+  BorderCurves curves;  ///< of the borders as they were at first
+  float targetEdge = 0; ///< cloud's unit
+  RemeshResult result;  ///< counts so far; the mesh comes in the end
+
+  /// \param surface must outlive this
+  RemeshedSurface(const TriangleMesh& triangles, const ReferenceSurface& surface, Execution& execution)
+      : mesh(triangles, execution), level(surface)
+  {}
+
+  Corner corner(std::int32_t vertex) const { return {mesh.positions[vertex], mesh.normals[vertex]}; }
+
+  Site site(std::int32_t vertex) const { return {corner(vertex), mesh.places.empty() ? -1 : mesh.places[vertex]}; }
+
+  void moveTo(std::int32_t vertex, const Site& site)
+  {
+    mesh.positions[vertex] = site.corner.position;
+    mesh.normals[vertex] = site.corner.normal;
+    if (!mesh.places.empty())
+      mesh.places[vertex] = site.place;
+  }
+
+  TriangleShape shape(std::int32_t h) const
+  {
+    return TriangleShape(corner(mesh.origin[h]), corner(mesh.target(h)), corner(mesh.opposite(h)));
+  }
+
+  /// Normal of the triangle of h, twice the area long. Reads positions only: normals may be in the making.
+  Eigen::Vector3f cross(std::int32_t h) const
+  {
+    const Eigen::Vector3f& a = mesh.positions[mesh.origin[h]];
+    return (mesh.positions[mesh.target(h)] - a).cross(mesh.positions[mesh.opposite(h)] - a);
+  }
+
+  float squaredLength(std::int32_t h) const
+  {
+    return (mesh.positions[mesh.target(h)] - mesh.positions[mesh.origin[h]]).squaredNorm();
+  }
+
+  /// True if the border from one vertex over a site to another vertex cuts off no more of its curve than it may.
+  bool followsBorder(std::int32_t previous, const Site& site, std::int32_t next) const
+  {
+    const Eigen::Vector3f& position = site.corner.position;
+    const float distance = .5f * level.maxStep();
+    return curves.isNear(mesh.places[previous], site.place, mesh.positions[previous], position, distance) &&
+           curves.isNear(site.place, mesh.places[next], position, mesh.positions[next], distance);
+  }
+};
+
+} // namespace mrf
+} // namespace pcl

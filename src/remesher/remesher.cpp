@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "base/polling.h"
+#include "remesher/border_parting.h"
+#include "remesher/edge_operations.h"
+#include "remesher/intersection_watch.h"
+#include "remesher/relaxation.h"
+#include "remesher/remeshed_surface.h"
+#include "remesher/triangle_surface.h"
+#include "remesher/zero_level.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/remesher.h>
+#include <pcl/surface/mrf/self_intersection.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <utility>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3f;
+
+constexpr std::int64_t vertexGrain = 2048;
+
+float medianEdge(const RemeshedSurface& surface)
+{
+  std::vector<float> lengths;
+  for (std::int32_t h = 0; h < surface.mesh.halfEdgeCount(); ++h)
+    if (surface.mesh.represents(h))
+      lengths.push_back(surface.squaredLength(h));
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return std::sqrt(*middle);
+}
+
+/// A tiny target edge would ask for more half-edges than 32 bits can count.
+void checkSize(const RemeshedSurface& surface)
+{
+  const float target = surface.targetEdge;
+  double area = 0;
+  for (std::int32_t h = 0; h < surface.mesh.halfEdgeCount(); h += 3)
+    area += .5 * surface.cross(h).norm();
+  const double triangles = area / (.25 * std::sqrt(3.0) * target * target);
+  const double limit = 5e8;
+  if (triangles > limit) {
+    std::ostringstream message;
+    message << "RemesherOptions::targetEdge = " << target << " would give about " << triangles
+            << " triangles; at least " << target * std::sqrt(triangles / limit) << " is needed";
+    throw ResourceLimit(message.str());
+  }
+}
+
+/// Those of the surface, where that has none those of the triangles.
+void setNormals(RemeshedSurface& surface, Execution& execution)
+{
+  HalfEdgeMesh& mesh = surface.mesh;
+  forRangePolling(execution, mesh.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
+      Vector3f sum = Vector3f::Zero();
+      mesh.forOutgoing(v, [&](std::int32_t h) { sum += surface.cross(h); });
+      mesh.normals[v] = surface.level.normalAt(mesh.positions[v], sum.normalized());
+    }
+  });
+}
+
+/// The mesh without vertices that are in no triangle, and all that the passes read of it but for the borders' curves.
+RemeshedSurface prepared(const TriangleMesh& mesh, const ReferenceSurface& level, const RemesherOptions& options,
+                         Execution& execution)
+{
+  RemeshedSurface surface(mesh, level, execution);
+  execution.poll();
+  surface.targetEdge = options.targetEdge > 0 ? options.targetEdge : medianEdge(surface);
+  checkSize(surface);
+  execution.poll();
+  surface.mesh.compact(execution);
+  execution.poll();
+  setNormals(surface, execution);
+  return surface;
+}
+
+/// One remeshing run: the order of the passes.
+class Remesher {
+public:
+  /// \param watched where to look for intersections after each round
+  Remesher(const TriangleMesh& mesh, const ReferenceSurface& level, const RemesherOptions& options,
+           IntersectionWatch::Place watched, Execution& execution)
+      : options_(options), execution_(execution), surface_(prepared(mesh, level, options, execution)),
+        watch_(watched, surface_.mesh, surface_.targetEdge, execution)
+  {}
+
+  /// \return nothing if triangles intersect where they were not expected to
+  std::optional<RemeshResult> run()
+  {
+    surface_.result.intersectingBefore = static_cast<std::int64_t>(intersectingTriangles().size());
+    partBorders(surface_);
+    smoothBorders();
+    for (int round = 0; round < options_.rounds && runRound(); ++round)
+      execution_.progress(static_cast<double>(round + 1) / options_.rounds);
+    return finished();
+  }
+
+private:
+  std::vector<std::int32_t> intersectingTriangles() const
+  {
+    return watch_.intersectingTriangles(surface_.mesh, execution_);
+  }
+
+  void smoothBorders()
+  {
+    Poller poll(execution_);
+    surface_.curves = BorderCurves(surface_.mesh, surface_.level.maxStep(), [&](Vector3f& position) {
+      poll();
+      const std::optional<Corner> reached = surface_.level.trace(position);
+      if (reached)
+        position = reached->position;
+      return reached.has_value();
+    });
+  }
+
+  /// One round of all passes. Moves that made triangles intersect are taken back; where that does not help, the round
+  /// is repeated with the mesh around them left as it was. \return false if no round can be made any more
+  bool runRound()
+  {
+    const HalfEdgeMesh before = surface_.mesh;
+    const RemeshResult resultBefore = surface_.result;
+    std::vector<std::uint8_t> pinned = before.pinned;
+    float radius = .5f * surface_.targetEdge;
+    for (int attempt = 0; attempt < maxAttempts; ++attempt, radius *= 2) {
+      const std::vector<std::int32_t> intersecting = runPasses();
+      if (intersecting.empty())
+        return true; // what was pinned stays so: the next round would run into the same trouble
+      std::vector<Vector3f> centers;
+      centers.reserve(intersecting.size());
+      for (const std::int32_t v : intersecting)
+        centers.push_back(surface_.mesh.positions[v]);
+      pinAround(centers, radius, before.positions, pinned);
+      surface_.mesh = before;
+      surface_.mesh.pinned = pinned;
+      const std::int64_t refusals = surface_.result.refusedOperations;
+      surface_.result = resultBefore;
+      surface_.result.refusedOperations = refusals;
+    }
+    return false;
+  }
+
+  /// \return corners of triangles that intersect
+  std::vector<std::int32_t> runPasses()
+  {
+    splitLongEdges(surface_, execution_);
+    collapseShortEdges(surface_, execution_);
+    flipEdges(surface_, execution_);
+    surface_.mesh.compact(execution_);
+    execution_.poll();
+    Relaxation relaxation(surface_, options_.relaxation, execution_);
+    relaxation.moveAll();
+    return relaxation.takeBackWhatIntersects(watch_);
+  }
+
+  std::optional<RemeshResult> finished()
+  {
+    RemeshResult result = surface_.result;
+    result.mesh = surface_.mesh.toTriangles();
+    result.targetEdge = surface_.targetEdge;
+    const std::vector<std::int32_t> intersecting = selfIntersectingTriangles(result.mesh, execution_);
+    result.intersecting = static_cast<std::int64_t>(intersecting.size());
+    const bool isExpected = watch_.place() == IntersectionWatch::Place::everywhere ||
+                            changeableCorners(surface_.mesh, intersecting).empty();
+    return isExpected ? std::optional<RemeshResult>(std::move(result)) : std::nullopt;
+  }
+
+  static constexpr int maxAttempts = 8;
+
+  const RemesherOptions& options_;
+  Execution& execution_;
+  RemeshedSurface surface_;
+  IntersectionWatch watch_;
+};
+
+RemeshResult remeshOn(const ReferenceSurface& level, const TriangleMesh& mesh, const RemesherOptions& options,
+                      Execution& execution)
+{
+  using Place = IntersectionWatch::Place;
+  std::optional<RemeshResult> result = Remesher(mesh, level, options, Place::expected, execution).run();
+  return result ? *std::move(result) : *Remesher(mesh, level, options, Place::everywhere, execution).run();
+}
+
+/// What no rounds leave.
+RemeshResult unchanged(const TriangleMesh& mesh)
+{
+  RemeshResult result;
+  result.mesh.vertices = mesh.vertices;
+  result.mesh.triangles = mesh.triangles;
+  return result;
+}
+
+} // namespace
+
+RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
+                    Execution& execution)
+{
+  validate(options);
+  if (options.rounds == 0 || mesh.triangles.empty())
+    return unchanged(mesh);
+  if (field.empty())
+    throw InvalidInput("remeshing needs a distance field, and this one is empty");
+  return remeshOn(ZeroLevel(field, .5f * static_cast<float>(field.lattice().spacing)), mesh, options, execution);
+}
+
+RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution)
+{
+  validate(options);
+  if (options.rounds == 0 || mesh.triangles.empty())
+    return unchanged(mesh);
+  const float edge = std::max(medianEdge(mesh), options.targetEdge);
+  return remeshOn(TriangleSurface(mesh, .5f * edge), mesh, options, execution);
+}
+
+} // namespace mrf
+} // namespace pcl

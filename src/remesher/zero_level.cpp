@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/zero_level.h"
+
+#include <pcl/surface/mrf/remesher.h>
+
+#include <cmath>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3f;
+
+/// |d| / |∇d| in voxels up to which a position counts as on the zero level.
+constexpr float onLevel = 1e-3f;
+/// |d| / |∇d| in voxels up to which a straight step is as good as one of four stages: the gradient hardly turns on the
+/// way, and what is left is a part of it for the next step.
+constexpr float straightStep = .25f;
+/// The gradient is that of a smoother interpolation than the distance's, so that a few steps may be needed; many do not
+/// converge.
+constexpr int maxSteps = 8;
+
+} // namespace
+
+Vector3f ZeroLevel::normalAt(const Vector3f& position, const Vector3f& fallback) const
+{
+  const Vector3f gradient = field_.sampleGradient(position);
+  const float norm = gradient.norm();
+  return norm > 1e-6f ? Vector3f(gradient / norm) : fallback;
+}
+
+std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
+{
+  const auto spacing = static_cast<float>(field_.lattice().spacing);
+  const auto slopeOf = [](const Vector3f& gradient) -> Vector3f { return gradient / gradient.squaredNorm(); };
+  const auto slopeAt = [&](const Vector3f& x) { return slopeOf(field_.sampleGradient(x)); };
+  Vector3f x = start;
+  // Each step integrates dx/dd = ∇d/|∇d|² from d to 0.
+  for (int step = 0; step < maxSteps && (x - start).squaredNorm() <= maxStep() * maxStep(); ++step) {
+    Vector3f gradient;
+    const float d = field_.sampleDistance(x, gradient);
+    const Vector3f k1 = slopeOf(gradient);
+    if (!k1.allFinite())
+      break;
+    const float distance = std::abs(d) * k1.norm();
+    if (distance <= onLevel * spacing)
+      return Corner{x, gradient.normalized()};
+    if (distance <= straightStep * spacing) {
+      x -= d * k1;
+    } else {
+      const Vector3f k2 = slopeAt(x - .5f * d * k1);
+      const Vector3f k3 = slopeAt(x - .5f * d * k2);
+      const Vector3f k4 = slopeAt(x - d * k3);
+      x -= d / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    }
+  }
+  return {};
+}
+
+Vector3f traceToZeroLevel(const DistanceField& field, const Vector3f& position, float maxStep)
+{
+  const std::optional<Corner> reached = ZeroLevel(field, maxStep).trace(position);
+  return reached ? reached->position : position;
+}
+
+} // namespace mrf
+} // namespace pcl

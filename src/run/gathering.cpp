@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "base/select_values.h"
+#include "base/spatial_sort.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_names.h>
+#include <pcl/surface/mrf/reconstruction.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+bool isUsable(const Eigen::Vector3f& normal)
+{
+  return normal.allFinite() && normal.cast<double>().norm() > 1e-6;
+}
+
+/// \return whether one of the flagged points has a normal
+bool hasUsableNormals(const std::vector<Eigen::Vector3f>& normals, const std::vector<std::uint8_t>& keep,
+                      Execution& execution)
+{
+  constexpr std::int64_t grain = 1 << 14;
+  return execution.sum(static_cast<std::int64_t>(normals.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+      if (keep[i] && isUsable(normals[i]))
+        return 1.;
+    return 0.;
+  }) > 0;
+}
+
+/// Drops all but the first of equal positions, which follow each other, with their origins. \return how many it dropped
+std::int64_t dropRepeated(PointSet& points)
+{
+  std::size_t kept = 0;
+  for (std::size_t n = 0; n < points.positions.size(); ++n)
+    if (n == 0 || points.positions[n] != points.positions[kept - 1]) {
+      points.positions[kept] = points.positions[n];
+      points.origins[kept++] = points.origins[n];
+    }
+  const std::size_t dropped = points.positions.size() - kept;
+  points.positions.resize(kept);
+  points.origins.resize(kept);
+  return static_cast<std::int64_t>(dropped);
+}
+
+/// \throw InvalidInput if the direction to a sensor cannot be computed in single precision
+void requireSensor(const Eigen::Vector3d& sensor, std::size_t number)
+{
+  constexpr double farthest = 1e18;
+  if (sensor.cwiseAbs().maxCoeff() <= farthest && sensor.allFinite())
+    return;
+  std::ostringstream text;
+  text << "sensor " << number << " (counted from 0) is not finite, or farther than " << farthest
+       << " from the cloud; give a position of the cloud's own frame";
+  throw InvalidInput(text.str());
+}
+
+/// The options' wishes for normals. \return whether points without one are of no use
+bool requireNormals(RawCloud& cloud, NormalSource source)
+{
+  if (source == NormalSource::estimate)
+    cloud.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
+  else if (cloud.normals.empty() && source != NormalSource::automatic)
+    throw InvalidOption("normals.source = " + nameOf(source) +
+                        ", but the cloud has no normals; have them estimated (auto)");
+  return source == NormalSource::automatic || source == NormalSource::use;
+}
+
+/// The float spacing of the largest coordinates.
+float resolutionOf(const BoundingBox& box)
+{
+  const float farthest = std::max(box.lower.cwiseAbs().maxCoeff(), box.upper.cwiseAbs().maxCoeff());
+  return std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+}
+
+/// Values in the order of the points, of an array that is freed.
+template <typename Value, typename Change>
+std::vector<Value> ordered(std::vector<Value>& values, const std::vector<std::uint32_t>& origins, Execution& execution,
+                           const Change& change)
+{
+  constexpr std::int64_t grain = 1 << 14;
+  std::vector<Value> result(values.empty() ? 0 : origins.size());
+  execution.forRange(static_cast<std::int64_t>(result.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
+      result[n] = change(values[origins[n]]);
+  });
+  values = std::vector<Value>();
+  return result;
+}
+
+Eigen::Vector3f unitOrZero(const Eigen::Vector3f& vector)
+{
+  const Eigen::Vector3d normal = vector.cast<double>(); // whose square single precision may not hold
+  const double length = normal.norm();
+  return std::isfinite(length) && length > 0 ? Eigen::Vector3f((normal / length).cast<float>())
+                                             : Eigen::Vector3f::Zero();
+}
+
+} // namespace
+
+std::vector<Eigen::Vector3d> sensorsOf(const RawCloud& cloud, const Options& options)
+{
+  if (cloud.sensors.empty() && cloud.sensorOrigin && options.orientation.sensorOrigin)
+    return {*cloud.sensorOrigin};
+  return cloud.sensors;
+}
+
+void validate(const RawCloud& cloud)
+{
+  const std::size_t points = cloud.positions.size();
+  const auto require = [points](std::size_t values, const char* what) {
+    if (values != 0 && values != points)
+      throw InvalidInput("there are " + std::to_string(values) + " " + what + " for " + std::to_string(points) +
+                         " points; there has to be one for each");
+  };
+  require(cloud.normals.size(), "normals");
+  require(cloud.confidences.size(), "confidences");
+  require(cloud.views.size(), "views");
+  for (const std::int32_t view : cloud.views)
+    if (view < 0 || static_cast<std::size_t>(view) >= cloud.sensors.size())
+      throw InvalidInput("a view names sensor " + std::to_string(view) + ", counted from 0; there are " +
+                         std::to_string(cloud.sensors.size()));
+}
+
+PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Execution& execution)
+{
+  requireCountable(cloud.positions.size());
+  validate(cloud);
+  const bool normalsNeeded = requireNormals(cloud, options.normals.source);
+  counts = PointCounts();
+  counts.input = static_cast<std::int64_t>(cloud.positions.size());
+  PointSet points;
+  bool hasNormals = false;
+  {
+    std::vector<std::uint8_t> keep(cloud.positions.size(), 1);
+    counts.notFinite = dropWhere(
+        keep, [&](std::size_t i) { return !cloud.positions[i].allFinite(); }, execution);
+    hasNormals = hasUsableNormals(cloud.normals, keep, execution);
+    if (normalsNeeded && hasNormals)
+      counts.zeroNormals = dropWhere(
+          keep, [&](std::size_t i) { return !isUsable(cloud.normals[i]); }, execution);
+    if (!cloud.confidences.empty())
+      counts.zeroConfidence = dropWhere(
+          keep, [&](std::size_t i) { return !std::isfinite(cloud.confidences[i]) || !(cloud.confidences[i] > 0); },
+          execution);
+    points.origins = spatialOrder(cloud.positions, keep, execution);
+  }
+  points.hadOnlyZeroNormals = !cloud.normals.empty() && !hasNormals;
+  if (!hasNormals)
+    cloud.normals = std::vector<Eigen::Vector3f>();
+
+  // Each is freed before the next one is ordered; the first decides which points are left.
+  points.positions = ordered(cloud.positions, points.origins, execution, [](const Eigen::Vector3f& p) { return p; });
+  counts.duplicates = dropRepeated(points);
+  counts.used = static_cast<std::int64_t>(points.origins.size());
+  points.normals = ordered(cloud.normals, points.origins, execution, unitOrZero);
+  points.confidences =
+      ordered(cloud.confidences, points.origins, execution, [](float value) { return std::min(value, 1.f); });
+  points.views = ordered(cloud.views, points.origins, execution, [](std::int32_t view) { return view; });
+
+  const BoundingBox box = boundingBox(points.positions);
+  points.resolution = resolutionOf(box);
+  const Eigen::Vector3d center = .5 * (box.lower.cast<double>() + box.upper.cast<double>());
+  constexpr std::int64_t grain = 1 << 14;
+  execution.forRange(static_cast<std::int64_t>(points.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
+      points.positions[n] = (points.positions[n].cast<double>() - center).cast<float>();
+  });
+  points.offset = cloud.offset + center;
+  for (const Eigen::Vector3d& sensor : sensorsOf(cloud, options)) {
+    requireSensor(sensor - points.offset, points.sensors.size());
+    points.sensors.push_back((sensor - points.offset).cast<float>());
+  }
+  points.hasSensorOrigin = points.sensors.size() > cloud.sensors.size();
+  return points;
+}
+
+} // namespace mrf
+} // namespace pcl

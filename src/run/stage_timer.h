@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief What a run and its stages take.
+#pragma once
+
+#include "base/clock.h"
+#include "base/memory.h"
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/report.h>
+
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// Names the running stage and adds it to the report, with its wall-clock time when it goes out of scope.
+class StageTimer {
+public:
+  StageTimer(const char* stage, Report& report, Execution& execution) : times_(report.times), entry_(times_.size())
+  {
+    execution.beginStage(stage);
+    times_.push_back({stage, 0}); // here and not in the destructor, which may not throw
+  }
+  ~StageTimer() { times_[entry_].seconds = secondsSince(start_); }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
+
+private:
+  std::vector<StageTime>& times_;
+  std::size_t entry_;
+  Clock::time_point start_ = Clock::now();
+};
+
+/// Completes the report however the run ends.
+class RunTimer {
+public:
+  explicit RunTimer(Report& report) : report_(report) {}
+  ~RunTimer()
+  {
+    report_.seconds = secondsSince(start_);
+    report_.peakBytes = peakMemory();
+  }
+  RunTimer(const RunTimer&) = delete;
+  RunTimer& operator=(const RunTimer&) = delete;
+
+private:
+  Report& report_;
+  Clock::time_point start_ = Clock::now();
+};
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "solver/grid_operator.h"
+
+#include "solver/wavefront.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// What the windows of one sweep may take of the last-level cache, counting the voxels in runs of a mean plane: that a
+/// few planes along flat parts of the surface do not fit costs less than another sweep over all.
+constexpr double windowBytes = 12 << 20;
+
+/// Planes per piece of the passes without stencils.
+constexpr int grainPlanes = 16;
+
+/// Values per piece of the passes over packed values.
+constexpr std::int64_t grainValues = 1 << 18;
+
+constexpr int noPlane = std::numeric_limits<int>::min();
+
+/// Steps of the smoother that one sweep takes. \param unknowns on the grid
+int stepsPerSweep(const GridSize& size, double unknowns, int order, int slabs)
+{
+  const double planeBytes = std::floor(unknowns / size.z) * sizeof(float);
+  const double stepBytes = planeBytes * (2 * (order + 1) + 3 * (order - 1) + 2);
+  const int inCache = static_cast<int>(std::min(windowBytes / std::max(stepBytes, 1.), 100.));
+  // Each step needs k planes more around a slab: with thin slabs most of the work would be done twice.
+  const int inSlab = slabs > 1 ? size.z / slabs / (2 * order) : inCache;
+  return std::max(1, std::min(inCache, inSlab));
+}
+
+/// True if the runs of two planes are the same.
+bool haveSameVoxels(const Runs& a, const Runs& b)
+{
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Run& run, const Run& other) { return run.at == other.at && run.count == other.count; });
+}
+
+/// Packed values of what layer(z, window of z, window of z + 1) adds up to over a grid.
+template <typename Layer>
+void sumLayers(const VoxelSet& voxels, const Layer& layer, PackedValues& result, Execution& execution)
+{
+  result.resize(static_cast<std::size_t>(voxels.count()));
+  execution.forRange(voxels.size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
+    WindowRing ring;
+    ring.reset(voxels, 2);
+    ring.enter(static_cast<int>(begin) - 1);
+    for (int z = static_cast<int>(begin) - 1; z < static_cast<int>(end); ++z) {
+      float* above = ring.enter(z + 1);
+      layer(z, ring[z], above);
+      if (z >= begin)
+        kernels::store(voxels.plane(z), ring[z], result.data() + voxels.planeFirst(z));
+    }
+  });
+}
+
+} // namespace
+
+void WindowRing::reset(const VoxelSet& voxels, int planes)
+{
+  voxels_ = &voxels;
+  planes_ = planes;
+  const std::size_t needed = voxels.windowCount() * static_cast<std::size_t>(planes);
+  if (values_.size() < needed) {
+    values_ = std::vector<float>(); // growing keeps up to twice as much, and both while it copies
+    values_.resize(needed, 0);
+  }
+  held_.assign(static_cast<std::size_t>(planes), noPlane);
+}
+
+float* WindowRing::enter(int z)
+{
+  const std::size_t s = slot(z);
+  if (held_[s] != noPlane)
+    kernels::clear(voxels_->plane(held_[s]), (*this)[held_[s]]);
+  held_[s] = z;
+  return (*this)[z];
+}
+
+float* WindowRing::enterToOverwrite(int z)
+{
+  int& held = held_[slot(z)];
+  if (held != noPlane && haveSameVoxels(voxels_->plane(held), voxels_->plane(z))) {
+    held = z;
+    return (*this)[z];
+  }
+  return enter(z);
+}
+
+void WindowRing::clear()
+{
+  for (int& z : held_)
+    if (z != noPlane) {
+      kernels::clear(voxels_->plane(z), (*this)[z]);
+      z = noPlane;
+    }
+}
+
+void drawOfData(const SolverGrid& grid, const NormalDraws& draws, PackedValues& result, Execution& execution)
+{
+  sumLayers(
+      grid.voxels, [&](int z, float* y, float* yAbove) { grid.data->addDraw(z, draws, y, yAbove); }, result, execution);
+}
+
+GridOperator::GridOperator(const SolverGrid& grid, const PriorConstants& prior, double tautness, Execution& execution)
+    : grid_(grid), prior_(prior),
+      tension_(prior.order == 1 || grid.isWhole ? 0.f : static_cast<float>(std::pow(tautness, 2 * (prior.order - 1))))
+{
+  const auto largest = static_cast<float>(1.01 * (std::pow(12.0, prior.order) + 12 * tension_));
+  sumLayers(
+      voxels(), [this](int z, float* y, float* yAbove) { grid_.data->addRowSums(z, y, yAbove); }, inverseD_, execution);
+  execution.forRange(static_cast<std::int64_t>(inverseD_.size()), grainValues,
+                     [&](std::int64_t begin, std::int64_t end) {
+                       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+                         inverseD_[i] = 1 / (largest + inverseD_[i]);
+                     });
+  unobserved_ = 1 / largest * .9999f;
+  // The membrane's correction in a band is held at zero around it.
+  if (prior.order > 1 || grid.isWhole)
+    degrees_ = degrees(grid.voxels, execution);
+}
+
+void GridOperator::rightHandSide(PackedValues& b, Execution& execution) const
+{
+  sumLayers(
+      voxels(), [this](int z, float* y, float* yAbove) { grid_.data->addRightHandSide(z, y, yAbove); }, b, execution);
+}
+
+void GridOperator::connect(const VoxelSet& coarse, Execution& execution)
+{
+  if (!grid_.isWhole)
+    return;
+  const PackedValues ones(static_cast<std::size_t>(coarse.count()), 1.f);
+  shares_.resize(static_cast<std::size_t>(voxels().count()));
+  execution.forRange(voxels().size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
+    TransferScratch scratch;
+    std::vector<float> window(voxels().windowCount(), 0);
+    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+      addProlonged(coarse, ones.data(), grid_.refinement, voxels(), z, window.data(), scratch);
+      float* const shares = shares_.data() + voxels().planeFirst(z);
+      kernels::store(voxels().plane(z), window.data(), shares);
+      kernels::clear(voxels().plane(z), window.data());
+      std::transform(shares, shares + voxels().planeCount(z), shares, [](float sum) { return sum > 0 ? 1 / sum : 0; });
+    }
+  });
+}
+
+void GridOperator::smooth(Sweep sweep, int degree, std::vector<SweepScratch>& scratch, Execution& execution)
+{
+  float *const out = sweep.out, *const product = sweep.product;
+  const int steps =
+      stepsPerSweep(voxels().size(), static_cast<double>(voxels().count()), prior_.order, slabsFor(scratch.size()));
+  const int sweeps = (degree + steps - 1) / steps, each = (degree + sweeps - 1) / sweeps;
+  if (sweeps > 1) {
+    iterate_.resize(inverseD_.size());
+    for (auto& direction : directions_)
+      direction.resize(inverseD_.size());
+  }
+  for (int n = 0; n < sweeps; ++n) {
+    const bool isLast = n + 1 == sweeps;
+    if (n > 0) {
+      sweep.source = Sweep::Source::packed;
+      sweep.x = sweep.out;
+      sweep.directionIn = sweep.directionOut;
+    }
+    sweep.first = n * each + 1;
+    sweep.last = std::min(degree, sweep.first + each - 1);
+    // Slabs read planes of their neighbors, so a sweep never writes the array it reads.
+    sweep.out = (sweeps - 1 - n) % 2 == 0 ? out : iterate_.data();
+    sweep.directionOut = isLast ? nullptr : directions_[static_cast<std::size_t>(n % 2)].data();
+    sweep.product = isLast ? product : nullptr;
+    run(sweep, voxels(), scratch, execution);
+  }
+}
+
+void GridOperator::multiply(const VoxelSet& support, const float* x, const float* b, float* out,
+                            std::vector<SweepScratch>& scratch, Execution& execution)
+{
+  Sweep sweep;
+  sweep.x = x;
+  sweep.b = b;
+  sweep.product = out;
+  run(sweep, support, scratch, execution);
+}
+
+void GridOperator::restrictTo(const float* fine, const VoxelSet& coarse, float* out, std::vector<SweepScratch>& scratch,
+                              Execution& execution) const
+{
+  const double damping = grid_.data->isDiagonal() ? prior_.voxelDamping : prior_.pointDamping;
+  const auto scale = static_cast<float>(damping * std::pow(4., prior_.order) / grid_.refinement.children);
+  const int slabs = static_cast<int>(scratch.size());
+  execution.forRange(slabs, 1, [&](std::int64_t slab, std::int64_t) {
+    const auto from = static_cast<int>(coarse.size().z * slab / slabs);
+    const auto to = static_cast<int>(coarse.size().z * (slab + 1) / slabs);
+    for (int z = from; z < to; ++z)
+      restrictPlane(voxels(), fine, grid_.refinement, scale, coarse, z, out + coarse.planeFirst(z),
+                    scratch[static_cast<std::size_t>(slab)].transfer);
+  });
+}
+
+double GridOperator::sweepBytes(const GridSize& size, double unknowns, int order, int degree, int threads)
+{
+  const int steps = stepsPerSweep(size, unknowns, order, threads), sweeps = (degree + steps - 1) / steps;
+  const Wavefront wavefront(order, (degree + sweeps - 1) / sweeps, sweeps > 1, 0, size.z);
+  const double planes = wavefront.products() * (wavefront.powerPlanes() * (order - 1) + wavefront.productPlanes()) +
+                        wavefront.iteratePlanes();
+  const double window = static_cast<double>(size.x + 2 * windowMargin) * (size.y + 2);
+  return sizeof(float) * (planes * threads * window + (sweeps > 1 ? 3 * unknowns : 0));
+}
+
+/// One per thread, but none thinner than the planes around it that a step with a product behind it needs.
+int GridOperator::slabsFor(std::size_t threads) const
+{
+  if (voxels().count() < serialVoxels)
+    return 1;
+  return std::max(1, std::min(static_cast<int>(threads), voxels().size().z / (2 * prior_.order)));
+}
+
+/// What a sweep does with the planes of one slab.
+class GridOperator::SlabPass {
+public:
+  SlabPass(const GridOperator& system, const Sweep& sweep, const VoxelSet& support, int begin, int end,
+           SweepScratch& scratch)
+      : system_(system), sweep_(sweep), support_(support), unknowns_(system.voxels()), scratch_(scratch), begin_(begin),
+        end_(end), order_(system.prior_.order),
+        steps_(sweep.last - sweep.first + 1 - (sweep.source == Sweep::Source::zero ? 1 : 0)),
+        wavefront_(order_, steps_, sweep.product != nullptr, begin, end)
+  {
+    const auto products = static_cast<std::size_t>(wavefront_.products());
+    scratch.iterate.reset(support, wavefront_.iteratePlanes());
+    scratch.powers.resize(std::max(scratch.powers.size(), products));
+    scratch.products.resize(std::max(scratch.products.size(), products));
+    for (std::size_t n = 0; n < products; ++n) {
+      scratch.powers[n].resize(static_cast<std::size_t>(order_ - 1));
+      for (WindowRing& power : scratch.powers[n])
+        power.reset(support, wavefront_.powerPlanes());
+      scratch.products[n].reset(unknowns_, wavefront_.productPlanes());
+      scratch.products[n].enter(wavefront_.low(static_cast<int>(n) + 1) - 1);
+    }
+    const std::size_t needed = static_cast<std::size_t>(unknowns_.largestPlane() * wavefront_.iteratePlanes());
+    if (sweep.first <= sweep.last && scratch.directions.size() < needed) {
+      scratch.directions = PackedValues();
+      scratch.directions.resize(needed); // most of it is never touched
+    }
+  }
+
+  void run()
+  {
+    wavefront_.run(*this);
+    scratch_.iterate.clear();
+    for (std::size_t n = 0; n < static_cast<std::size_t>(wavefront_.products()); ++n) {
+      scratch_.products[n].clear();
+      for (WindowRing& power : scratch_.powers[n])
+        power.clear();
+    }
+  }
+
+  void start(int z)
+  {
+    const bool addsUp = sweep_.source == Sweep::Source::corrected;
+    float* window = addsUp ? scratch_.iterate.enter(z) : scratch_.iterate.enterToOverwrite(z);
+    const std::int64_t first = support_.planeFirst(z);
+    const Runs runs = support_.plane(z);
+    if (sweep_.source == Sweep::Source::zero) {
+      kernels::startChebyshev(runs, gain(1), sweep_.b + first, system_.inverseD_.data() + first, direction(z), window);
+    } else if (sweep_.source == Sweep::Source::corrected) {
+      addProlonged(*sweep_.coarseVoxels, sweep_.coarse, system_.grid_.refinement, support_, z, window,
+                   scratch_.transfer);
+      if (system_.shares_.empty())
+        kernels::addToWindow(runs, 1, sweep_.x + first, window);
+      else
+        kernels::scaleAndAdd(runs, system_.shares_.data() + first, sweep_.x + first, window);
+    } else {
+      kernels::load(runs, sweep_.x + first, window);
+    }
+    if (sweep_.directionIn)
+      std::copy_n(sweep_.directionIn + first, support_.planeCount(z), direction(z));
+    else if (steps_ > 0 && sweep_.source != Sweep::Source::zero)
+      std::fill_n(direction(z), support_.planeCount(z), 0.f);
+    if (steps_ == 0)
+      keep(z);
+  }
+
+  void differentiate(int step, int power, int z)
+  {
+    WindowRing& source = powerOf(step, power - 1);
+    kernels::laplacian(support_.plane(z), degreesOf(z), support_.windowStride(), source[z - 1], source[z],
+                       source[z + 1], powerOf(step, power).enterToOverwrite(z));
+  }
+
+  void addData(int step, int z)
+  {
+    float* above = productOf(step).enter(z + 1);
+    WindowRing& x = scratch_.iterate;
+    system_.grid_.data->addProduct(z, x[z], x[z + 1], productOf(step)[z], above);
+  }
+
+  void addPrior(int step, int z)
+  {
+    WindowRing& source = powerOf(step, order_ - 1);
+    float* const product = productOf(step)[z];
+    kernels::addLaplacian(unknowns_.plane(z), degreesOf(z), support_.windowStride(), source[z - 1], source[z],
+                          source[z + 1], product);
+    if (system_.tension_ > 0 && &support_ == &unknowns_)
+      kernels::addWindow(unknowns_.plane(z), system_.tension_, powerOf(step, 1)[z], product);
+  }
+
+  void update(int step, int z)
+  {
+    const int i = sweep_.last - steps_ + step;
+    const std::int64_t first = unknowns_.planeFirst(z);
+    kernels::stepChebyshev(unknowns_.plane(z), static_cast<float>(2 * i - 3) / static_cast<float>(2 * i + 1), gain(i),
+                           productOf(step)[z], sweep_.b + first, system_.inverseD_.data() + first, direction(z),
+                           scratch_.iterate[z]);
+    if (step == steps_)
+      keep(z);
+  }
+
+  void finish(int z)
+  {
+    const std::int64_t first = unknowns_.planeFirst(z), count = unknowns_.planeCount(z);
+    float* const out = sweep_.product + first;
+    WindowRing& product = productOf(wavefront_.products());
+    if (sweep_.b)
+      kernels::residual(unknowns_.plane(z), product[z], sweep_.b + first, out);
+    else
+      kernels::store(unknowns_.plane(z), product[z], out);
+    if (sweep_.isForCoarser && !system_.shares_.empty())
+      std::transform(out, out + count, system_.shares_.data() + first, out, std::multiplies<float>());
+  }
+
+private:
+  static float gain(int i) { return static_cast<float>(8 * i - 4) / static_cast<float>(2 * i + 1); }
+
+  /// Neighbors of the voxels in their graph; none where the iterate is known all around.
+  const float* degreesOf(int z) const
+  {
+    return &support_ == &unknowns_ && !system_.degrees_.empty() ? system_.degrees_.data() + unknowns_.planeFirst(z)
+                                                                : nullptr;
+  }
+
+  float* direction(int z)
+  {
+    const int planes = wavefront_.iteratePlanes();
+    return scratch_.directions.data() + unknowns_.largestPlane() * ((z + 1000 * planes) % planes);
+  }
+
+  WindowRing& powerOf(int step, int power)
+  {
+    return power == 0 ? scratch_.iterate
+                      : scratch_.powers[static_cast<std::size_t>(step - 1)][static_cast<std::size_t>(power - 1)];
+  }
+
+  WindowRing& productOf(int step) { return scratch_.products[static_cast<std::size_t>(step - 1)]; }
+
+  /// What the sweep leaves of a plane.
+  void keep(int z)
+  {
+    if (z < begin_ || z >= end_)
+      return;
+    if (sweep_.out)
+      kernels::store(unknowns_.plane(z), scratch_.iterate[z], sweep_.out + unknowns_.planeFirst(z));
+    if (sweep_.directionOut)
+      std::copy_n(direction(z), unknowns_.planeCount(z), sweep_.directionOut + unknowns_.planeFirst(z));
+  }
+
+  const GridOperator& system_;
+  const Sweep& sweep_;
+  const VoxelSet &support_, &unknowns_;
+  SweepScratch& scratch_;
+  int begin_, end_, order_, steps_;
+  Wavefront wavefront_;
+};
+
+void GridOperator::run(const Sweep& sweep, const VoxelSet& support, std::vector<SweepScratch>& scratch,
+                       Execution& execution) const
+{
+  // Slabs of about as many voxels each.
+  const std::int64_t slabs = slabsFor(scratch.size());
+  std::vector<int> bounds{0};
+  for (std::int64_t slab = 1; slab < slabs; ++slab) {
+    int z = bounds.back();
+    while (z < voxels().size().z && voxels().planeFirst(z) < voxels().count() * slab / slabs)
+      ++z;
+    bounds.push_back(z);
+  }
+  bounds.push_back(voxels().size().z);
+  execution.forRange(slabs, 1, [&](std::int64_t slab, std::int64_t) {
+    const auto s = static_cast<std::size_t>(slab);
+    SlabPass(*this, sweep, support, bounds[s], bounds[s + 1], scratch[s]).run();
+  });
+  execution.poll(); // a V-cycle of millions of voxels takes seconds
+}
+
+} // namespace mrf
+} // namespace pcl

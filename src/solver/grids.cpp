@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "solver/grids.h"
+
+#include "solver/linear_system.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Voxels of a grid that needs no coarser one.
+constexpr std::int64_t fewVoxels = 100;
+
+/// Samples of coarser grids are closer together than this, in voxels: the whole cells that a level itself is content
+/// with cost its solver a third more steps.
+constexpr float halfCell = .5f;
+
+/// What a sample keeps from the outermost voxel centers of a coarser lattice: beyond them a cell would miss voxels.
+constexpr float fromBorder = 1e-3f;
+
+/// Weights of a level's observed voxels, packed. \param targets likewise
+std::vector<float> packedWeights(const LevelObservation& observation, const VoxelSet& unknowns,
+                                 std::vector<float>& targets)
+{
+  const Observation& observed = observation.voxels;
+  const GridSize size = observed.lattice.size;
+  std::vector<float> weights(static_cast<std::size_t>(unknowns.count()), 0);
+  targets.assign(weights.size(), 0);
+  for (std::size_t n = 0; n < observed.voxels.size(); ++n) {
+    const Eigen::Array3i voxel = size.voxel(observed.voxels[n]) + gridMargin;
+    const std::int64_t at = unknowns.find(voxel.x(), voxel.y(), voxel.z());
+    if (at < 0)
+      continue;
+    weights[static_cast<std::size_t>(at)] = static_cast<float>(
+        dataWeight(observed.confidences[n], observation.prior.beta) * dataCoefficient(observation.prior));
+    targets[static_cast<std::size_t>(at)] = observed.distances[n];
+  }
+  return weights;
+}
+
+/// scale × the mean of the children's weights.
+std::vector<float> coarsenedWeights(const VoxelSet& fine, const std::vector<float>& weights,
+                                    const Refinement& refinement, float scale, const VoxelSet& coarse)
+{
+  std::vector<float> result(static_cast<std::size_t>(coarse.count()), 0);
+  for (int z = 0; z < fine.size().z; ++z)
+    for (int y = 0; y < fine.size().y; ++y)
+      for (const Run& run : fine.row(y, z))
+        for (int i = 0; i < run.count; ++i) {
+          const float weight = weights[static_cast<std::size_t>(fine.planeFirst(z) + run.first + i)];
+          if (weight > 0)
+            result[static_cast<std::size_t>(coarse.find(refinement.parent(fine.xOf(run, y) + i, 0),
+                                                        refinement.parent(y, 1), refinement.parent(z, 2)))] +=
+                scale / static_cast<float>(refinement.children) * weight;
+        }
+  return result;
+}
+
+/// Makes the data of one grid after the other, finest first.
+class DataOfGrids {
+public:
+  DataOfGrids(const LevelObservation& observation, Prior prior, bool areWhole)
+      : observation_(observation), prior_(prior), areWhole_(areWhole)
+  {}
+
+  /// \param finer the grid before, none for the first
+  std::unique_ptr<GridData> make(const VoxelSet& voxels, std::size_t at, double spacing, const SolverGrid* finer)
+  {
+    const double scale = std::pow(4.0, order(prior_));
+    if (observation_.samples) {
+      if (finer) {
+        const double share = priorConstants(prior_).coarseShare * scale / finer->refinement.children;
+        pointWeights_ = {pointWeights_.value * share, pointWeights_.gradient * share / 4};
+      } else {
+        pointWeights_ = observation_.weights;
+      }
+      const LevelSamples& samples = *observation_.samples;
+      return makePointData(finer ? samples.beneath[at] : samples.own[at], voxels, pointWeights_, spacing, areWhole_);
+    }
+    std::vector<float> targets; // the coarser grids have none
+    weights_ = finer ? coarsenedWeights(finer->voxels, weights_, finer->refinement, static_cast<float>(scale), voxels)
+                     : packedWeights(observation_, voxels, targets);
+    return makeVoxelData(voxels, weights_, std::move(targets));
+  }
+
+private:
+  const LevelObservation& observation_;
+  Prior prior_;
+  bool areWhole_;
+  PointWeights pointWeights_;
+  std::vector<float> weights_;
+};
+
+/// \param voxelsOf makes the voxels of lattice `at`, the finer grid being known, if there is one
+template <typename VoxelsOf>
+std::vector<SolverGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_t level, std::size_t depth,
+                                  const LevelObservation& observation, Prior prior, bool areWhole,
+                                  const VoxelsOf& voxelsOf)
+{
+  std::vector<SolverGrid> grids(depth + 1); // never resized: the data refer to the voxels
+  DataOfGrids data(observation, prior, areWhole);
+  for (std::size_t n = 0; n <= depth; ++n) {
+    const std::size_t at = level - n;
+    const SolverGrid* finer = n > 0 ? &grids[n - 1] : nullptr;
+    if (at > 0)
+      grids[n].refinement = Refinement(lattices[at - 1], lattices[at]);
+    grids[n].isWhole = areWhole;
+    grids[n].voxels = voxelsOf(at, finer);
+    grids[n].data = data.make(grids[n].voxels, at, lattices[at].spacing, finer);
+  }
+  return grids;
+}
+
+} // namespace
+
+std::size_t addCoarserGrids(std::vector<Lattice>& lattices)
+{
+  const std::size_t before = lattices.size();
+  while (lattices.front().size.count() > fewVoxels && lattices.front().size.coarsened() != lattices.front().size) {
+    Lattice coarse = lattices.front();
+    coarse.size = coarse.size.coarsened();
+    coarse.origin.array() += coarse.spacing / 2;
+    coarse.spacing *= 2;
+    lattices.insert(lattices.begin(), coarse);
+  }
+  return lattices.size() - before;
+}
+
+LevelSamples::LevelSamples(std::vector<PointSample> finest, const std::vector<Lattice>& lattices, Execution& execution)
+    : own(lattices.size()), beneath(lattices.size())
+{
+  own.back() = std::move(finest);
+  for (std::size_t at = lattices.size() - 1; at > 0; --at) {
+    const std::vector<PointSample>& finer = beneath[at].empty() ? own[at] : beneath[at];
+    beneath[at - 1] = sortedByCells(coarsened(finer, lattices[at], lattices[at - 1], halfCell, execution), execution);
+    own[at - 1] = merge(beneath[at - 1], 1, execution);
+  }
+}
+
+std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, const Lattice& fine, const Lattice& coarse,
+                                   float side, Execution& execution)
+{
+  const auto ratio = static_cast<float>(fine.spacing / coarse.spacing);
+  const Eigen::Vector3f shift = ((fine.origin - coarse.origin) / coarse.spacing).cast<float>();
+  const Eigen::Array3f last = Eigen::Array3f(static_cast<float>(coarse.size.x), static_cast<float>(coarse.size.y),
+                                             static_cast<float>(coarse.size.z)) -
+                              (1 + fromBorder);
+  std::vector<PointSample> moved(samples.size());
+  execution.forRange(static_cast<std::int64_t>(samples.size()), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
+    for (auto s = static_cast<std::size_t>(begin); s < static_cast<std::size_t>(end); ++s) {
+      moved[s] = samples[s];
+      moved[s].position = (ratio * samples[s].position + shift).array().min(last).max(0).matrix();
+    }
+  });
+  return merge(moved, side, execution);
+}
+
+VoxelSet wholeOf(const Lattice& lattice, Execution& execution)
+{
+  const GridSize inner = lattice.size;
+  return VoxelSet(
+      withMargin(inner),
+      [&](int z, MaskPlane& mask) {
+        if (z >= gridMargin && z < gridMargin + inner.z)
+          for (int y = gridMargin; y < gridMargin + inner.y; ++y)
+            mask.setRange(gridMargin, gridMargin + inner.x, y);
+      },
+      0, execution);
+}
+
+std::vector<SolverGrid> wholeGrids(const std::vector<Lattice>& lattices, std::size_t level,
+                                   const LevelObservation& observation, Prior prior, Execution& execution)
+{
+  return makeGrids(lattices, level, level, observation, prior, true,
+                   [&](std::size_t at, const SolverGrid*) { return wholeOf(lattices[at], execution); });
+}
+
+std::vector<SolverGrid> bandGrids(const std::vector<Lattice>& lattices, std::size_t level, VoxelSet unknowns,
+                                  const LevelObservation& observation, Prior prior, std::size_t coarseGrids,
+                                  Execution& execution)
+{
+  return makeGrids(lattices, level, std::min(coarseGrids, level), observation, prior, false,
+                   [&](std::size_t at, const SolverGrid* finer) {
+                     if (!finer)
+                       return std::move(unknowns);
+                     const GridSize size = withMargin(lattices[at].size);
+                     const VoxelSet parents = coarsened(finer->voxels, size, finer->refinement, 0, execution);
+                     const VoxelSet observed = observation.samples
+                                                   ? observedVoxels(observation.samples->own[at], size, execution)
+                                                   : VoxelSet();
+                     return VoxelSet(
+                         size,
+                         [&](int z, MaskPlane& mask) {
+                           parents.rasterize(z, mask);
+                           if (observation.samples)
+                             observed.rasterize(z, mask);
+                         },
+                         size.x - 1, execution);
+                   });
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief The grids of a level's solver: the level's own and the coarser ones of its preconditioner.
+#pragma once
+
+#include "observation/point_observation.h"
+#include "solver/grid_operator.h"
+
+#include <pcl/surface/mrf/observation.h>
+
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// The points as each of the nested lattices sees them, coarsest first, by layers of cells.
+struct LevelSamples {
+  /// On all but the finest one per cell, which is what a level's interpolant can tell apart.
+  std::vector<std::vector<PointSample>> own;
+  /// One per half of a cell, for the grids of the finer levels' solvers; empty for the finest.
+  std::vector<std::vector<PointSample>> beneath;
+
+  LevelSamples() = default;
+
+  /// \param finest by cells
+  LevelSamples(std::vector<PointSample> finest, const std::vector<Lattice>& lattices, Execution& execution);
+};
+
+/// What a level observes: samples at points, or voxels.
+struct LevelObservation {
+  const LevelSamples* samples = nullptr; ///< of all lattices
+  PointWeights weights;                  ///< of this level
+  Observation voxels;                    ///< if there are no samples
+  PriorOptions prior;                    ///< what weighs the voxels
+};
+
+/// Halves the coarsest of nested lattices until its system is a handful of voxels.
+/// \param lattices coarsest first \return how many were put before them
+std::size_t addCoarserGrids(std::vector<Lattice>& lattices);
+
+/// The samples of a lattice as a coarser one sees them. \param side of the cubes of which one is left, voxels
+std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, const Lattice& fine, const Lattice& coarse,
+                                   float side, Execution& execution);
+
+/// All voxels of a lattice, on its grid with margin.
+VoxelSet wholeOf(const Lattice& lattice, Execution& execution);
+
+/// A level that is solved everywhere, and all grids beneath it.
+/// \param lattices coarsest first \param level of them
+std::vector<SolverGrid> wholeGrids(const std::vector<Lattice>& lattices, std::size_t level,
+                                   const LevelObservation& observation, Prior prior, Execution& execution);
+
+/// A level of which some voxels are unknowns, and some grids beneath it. \param coarseGrids how many at most
+std::vector<SolverGrid> bandGrids(const std::vector<Lattice>& lattices, std::size_t level, VoxelSet unknowns,
+                                  const LevelObservation& observation, Prior prior, std::size_t coarseGrids,
+                                  Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

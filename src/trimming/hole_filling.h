@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief What of a mesh fills holes and gaps of the surface that data support, and what is extrapolation (trimming).
+#pragma once
+
+#include "trimming/closing.h"
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbor_search.h>
+#include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+#include <pcl/surface/mrf/trimming.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// How wide what is filled may be, cloud's unit.
+struct FillingLimits {
+  double hole; ///< where filling closes the surface
+  double gap;  ///< elsewhere
+  /// What turns away from the surface around it is closed like the rest. Else, if the points have spacings, only up to
+  /// 28 of those.
+  bool closesBridges;
+};
+
+/// The nearest data points of vertices, each searched for once.
+class NearestPoints {
+public:
+  NearestPoints(const TriangleMesh& mesh, const NeighborSearch& search, Execution& execution)
+      : mesh_(mesh), search_(search), execution_(execution)
+  {}
+
+  /// Searches for those that are not known yet.
+  void find(const std::vector<std::int32_t>& vertices);
+
+  /// \pre the vertex was searched for, and there are points
+  std::size_t point(std::int32_t vertex) const;
+  float squaredDistance(std::int32_t vertex) const;
+
+private:
+  const TriangleMesh& mesh_;
+  const NeighborSearch& search_;
+  Execution& execution_;
+  std::vector<float> squared_; ///< by vertex; empty until the first search
+  std::vector<std::int32_t> points_;
+};
+
+/// Tells fillings of holes from extrapolation, as trim describes it. All arrays go by the mesh's triangles.
+class HoleFinder {
+public:
+  /// \param supported triangles that data support \pre the arguments outlive this
+  HoleFinder(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
+             const OrientedPoints& points, const NeighborSearch& search, Execution& execution);
+
+  /// Flags of the supported triangles and of those that fill a hole or a gap.
+  std::vector<std::uint8_t> keepFillings(const FillingLimits& limits);
+
+  /// Counts and measures what became of the unsupported triangles.
+  void describe(const std::vector<std::uint8_t>& keep, TrimResult& result);
+
+private:
+  /// An edge-connected set of unsupported triangles.
+  struct Region {
+    bool touchesBoundary = false;
+    bool hasSupportedNeighbor = false;
+    double area = 0;
+    float squaredReach = 0; ///< largest squared distance of a vertex to the nearest data point
+
+    bool isBounded() const { return hasSupportedNeighbor && !touchesBoundary; }
+    double diameter() const { return 2 * std::sqrt(static_cast<double>(squaredReach)); }
+    bool fits(double limit) const { return isBounded() && diameter() <= limit; }
+  };
+
+  std::int32_t group(const std::vector<std::int32_t>& triangles, std::vector<std::int32_t>& groupOf) const;
+  template <typename Needs>
+  void measureReach(const std::vector<std::int32_t>& regionOf, const Needs& needs, std::vector<Region>& regions);
+  void findRegions();
+  void findOpenRegions(double maxHole);
+  void keepGaps(double gap, double spacings, std::vector<std::uint8_t>& keep);
+  std::vector<RimVertex> describeRim(const std::vector<std::int32_t>& vertices, double gap, double spacings);
+  std::vector<std::int32_t> findBridges(const std::vector<std::uint8_t>& keep);
+
+  const TriangleMesh& mesh_;
+  const std::vector<std::uint8_t>& supported_;
+  const std::vector<double>& areas_;
+  const OrientedPoints& points_;
+  Execution& execution_;
+  NearestPoints nearest_;
+  std::vector<std::int32_t> unsupported_; ///< triangles, ascending: most meshes have few, and the rest is not visited
+  std::vector<Region> regions_;
+  std::vector<std::int32_t> regionOf_;     ///< of the triangles, negative where they are supported
+  std::vector<std::uint8_t> isOnBoundary_; ///< by vertex, of unsupported triangles: the mesh ends there
+  std::vector<std::uint8_t> isOpen_;       ///< regions on components that filling does not close
+};
+
+} // namespace mrf
+} // namespace pcl

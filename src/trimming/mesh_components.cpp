@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "trimming/mesh_components.h"
+
+#include "mesh/mesh_topology.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Vertices with support of a component that are asked for the points behind it.
+constexpr std::size_t mostAsked = 1024;
+
+/// Of each component some vertices with support, spread evenly over them.
+std::vector<std::vector<std::int32_t>>
+pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componentOf, std::size_t components)
+{
+  std::vector<std::vector<std::int32_t>> picked(components);
+  std::vector<std::uint8_t> isSeen(mesh.vertices.size(), 0);
+  for (std::size_t t = 0; t < componentOf.size(); ++t) {
+    if (componentOf[t] < 0)
+      continue;
+    for (const std::int32_t v : mesh.triangles[t])
+      if (!isSeen[at(v)] && mesh.confidences[at(v)] > 0) {
+        isSeen[at(v)] = 1;
+        picked[at(componentOf[t])].push_back(v);
+      }
+  }
+  for (std::vector<std::int32_t>& vertices : picked) {
+    const std::size_t count = std::min(vertices.size(), mostAsked);
+    for (std::size_t n = 0; n < count; ++n)
+      vertices[n] = vertices[n * vertices.size() / count];
+    vertices.resize(count);
+  }
+  return picked;
+}
+
+/// Counts the points that speak for a component of the mesh. A point stands behind it if no other component is closer;
+/// it is coherent if the normals of a third of its neighbors that stand there, and of two at least, agree with its
+/// own, which outliers' do not. It is apart if those two are closer than any other component: no other surface accounts
+/// for it.
+class Witnesses {
+public:
+  Witnesses(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
+            const std::vector<std::int32_t>& componentOf, Execution& execution)
+      : mesh_(mesh), points_(points), search_(search), vertexSearch_(makePointBins()),
+        componentOfVertex_(mesh.vertices.size(), -1)
+  {
+    for (std::size_t t = 0; t < componentOf.size(); ++t)
+      if (componentOf[t] >= 0)
+        for (const std::int32_t v : mesh.triangles[t])
+          componentOfVertex_[at(v)] = componentOf[t];
+    vertexSearch_->setPoints(mesh.vertices, execution);
+  }
+
+  /// True if `fewest` coherent points are found at the vertices, or `fewestApart` of them apart.
+  bool suffice(std::int32_t component, const std::vector<std::int32_t>& vertices, std::size_t fewest,
+               std::size_t fewestApart) const
+  {
+    std::vector<int> asked;
+    std::size_t coherent = 0, apart = 0;
+    Neighbors nearest;
+    for (const std::int32_t v : vertices) {
+      if (search_.nearest(mesh_.vertices[at(v)], 1, nearest) < 1)
+        continue;
+      const int point = nearest.indices.front();
+      if (std::find(asked.begin(), asked.end(), point) != asked.end())
+        continue;
+      asked.push_back(point);
+      if (componentBehind(point, nearest) != component)
+        continue;
+      const float reach = reachOfFellows(point, component, nearest);
+      if (!(reach > 0))
+        continue;
+      ++coherent;
+      apart += isAlone(point, component, reach, nearest) ? 1 : 0;
+      if (coherent >= fewest || apart >= fewestApart)
+        return true;
+    }
+    return false;
+  }
+
+private:
+  std::int32_t componentBehind(int point, Neighbors& scratch) const
+  {
+    vertexSearch_->nearest(points_.positions[at(point)], 1, scratch);
+    return componentOfVertex_[at(scratch.indices.front())];
+  }
+
+  /// Distance of the second fellow that agrees; 0 if there are not two, or not a third of them.
+  float reachOfFellows(int point, std::int32_t component, Neighbors& scratch) const
+  {
+    constexpr int around = 8;
+    Neighbors neighbors;
+    search_.nearest(points_.positions[at(point)], around + 1, neighbors);
+    int fellows = 0, agreeing = 0;
+    float reach = 0;
+    for (std::size_t n = 0; n < neighbors.indices.size(); ++n) {
+      const int other = neighbors.indices[n];
+      if (neighbors.squaredDistances[n] == 0 || componentBehind(other, scratch) != component)
+        continue;
+      ++fellows;
+      if (points_.normals[at(other)].dot(points_.normals[at(point)]) > minAgreement && ++agreeing == 2)
+        reach = std::sqrt(neighbors.squaredDistances[n]);
+    }
+    return 3 * agreeing >= fellows ? reach : 0;
+  }
+
+  bool isAlone(int point, std::int32_t component, float reach, Neighbors& scratch) const
+  {
+    vertexSearch_->within(points_.positions[at(point)], reach, scratch);
+    return std::all_of(scratch.indices.begin(), scratch.indices.end(),
+                       [&](int v) { return componentOfVertex_[at(v)] == component; });
+  }
+
+  /// Cosine of 40°: one in nine pairs of random directions agrees, one in 70 triples.
+  static constexpr float minAgreement = .766f;
+
+  const TriangleMesh& mesh_;
+  const OrientedPoints& points_;
+  const NeighborSearch& search_;
+  const std::unique_ptr<NeighborSearch> vertexSearch_;
+  std::vector<std::int32_t> componentOfVertex_;
+};
+
+/// As few coherent points make a surface where there is no other: a lone corner of a range scan, a strip of one line.
+constexpr std::size_t fewestApart = 3;
+
+/// The components that too few points speak for, however large they are.
+std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const OrientedPoints& points,
+                                             const NeighborSearch& search, const std::vector<std::int32_t>& componentOf,
+                                             std::size_t components, std::size_t fewest, Execution& execution)
+{
+  std::vector<std::uint8_t> isPoor(components, 0);
+  if (fewest < 2)
+    return isPoor;
+  const std::vector<std::vector<std::int32_t>> picked = pickVertices(mesh, componentOf, components);
+  const Witnesses witnesses(mesh, points, search, componentOf, execution);
+  execution.forRange(static_cast<std::int64_t>(components), 1, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t c = begin; c < end; ++c) {
+      const auto component = static_cast<std::size_t>(c);
+      isPoor[component] =
+          witnesses.suffice(static_cast<std::int32_t>(c), picked[component], fewest, fewestApart) ? 0 : 1;
+    }
+  });
+  return isPoor;
+}
+
+} // namespace
+
+std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
+                                 const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
+                                 const TrimmingOptions& options, std::vector<std::uint8_t>& keep, bool& isTorn,
+                                 Execution& execution)
+{
+  std::vector<std::int32_t> componentOf;
+  const std::int32_t components = groupTriangles(mesh, keep, execution, componentOf, isTorn);
+  if (components < 2)
+    return 0;
+  std::vector<double> area(at(components), 0);
+  double total = 0;
+  for (std::size_t t = 0; t < keep.size(); ++t)
+    if (keep[t] && supported[t]) {
+      area[at(componentOf[t])] += areas[t];
+      total += areas[t];
+    }
+  std::vector<std::uint8_t> isDropped = findPoorComponents(
+      mesh, points, search, componentOf, area.size(), static_cast<std::size_t>(options.minComponentPoints), execution);
+  for (std::size_t c = 0; c < area.size(); ++c)
+    if (area[c] < options.minComponentShare * total)
+      isDropped[c] = 1;
+  isDropped[static_cast<std::size_t>(std::max_element(area.begin(), area.end()) - area.begin())] = 0;
+  for (std::size_t t = 0; t < keep.size(); ++t)
+    if (keep[t] && isDropped[at(componentOf[t])])
+      keep[t] = 0;
+  return std::count(isDropped.begin(), isDropped.end(), std::uint8_t{1});
+}
+
+} // namespace mrf
+} // namespace pcl

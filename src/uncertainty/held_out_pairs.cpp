@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "uncertainty/held_out_pairs.h"
+
+#include "solver/grid_solver.h"
+#include "solver/grids.h"
+
+#include <pcl/surface/mrf/distance_field.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+constexpr std::size_t mostBalls = 24;
+constexpr int attempts = 8;          ///< places that are tried for each
+constexpr double ballRadius = 11;    ///< voxels
+constexpr double margin = 3;         ///< voxels at a ball's rim where the field is not what it would be in the cloud
+constexpr std::size_t pairEach = 20; ///< points, one of which begins a pair
+
+/// Places for balls that do not overlap much.
+std::vector<Eigen::Vector3f> spreadCenters(const std::vector<Eigen::Vector3f>& positions, double distance)
+{
+  std::mt19937 random(2);
+  std::vector<Eigen::Vector3f> centers;
+  for (std::size_t n = 0; n < attempts * mostBalls && centers.size() < mostBalls; ++n) {
+    const Eigen::Vector3f& candidate = positions[random() % positions.size()];
+    if (std::all_of(centers.begin(), centers.end(),
+                    [&](const Eigen::Vector3f& other) { return (other - candidate).norm() > distance; }))
+      centers.push_back(candidate);
+  }
+  return centers;
+}
+
+/// One of the balls: the points in it that the field sees, and the pairs that it does not.
+class Ball {
+public:
+  Ball(const OrientedPoints& points, const NeighborSearch& search, const Eigen::Vector3f& center, double voxelSize)
+  {
+    Neighbors found;
+    search.within(center, static_cast<float>(ballRadius * voxelSize), found);
+    std::vector<std::size_t> inside(found.indices.begin(), found.indices.end());
+    std::sort(inside.begin(), inside.end());
+    const double core = (ballRadius - margin) * voxelSize;
+    std::set<std::size_t> withheld;
+    for (const std::size_t i : inside) {
+      if (hash(i) % pairEach != 0 || (points.positions[i] - center).norm() > core || withheld.count(i) != 0)
+        continue;
+      const std::size_t other = besides(i, points, search, found);
+      if (other == i || withheld.count(other) != 0 || (points.positions[other] - center).norm() > core)
+        continue;
+      withheld.insert({i, other});
+      pairs_.emplace_back(points.positions[i], points.positions[other]);
+    }
+    for (const std::size_t i : inside) {
+      if (withheld.count(i) != 0)
+        continue;
+      seen_.positions.push_back(points.positions[i]);
+      seen_.normals.push_back(points.normals[i]);
+      if (!points.confidences.empty())
+        seen_.confidences.push_back(points.confidences[i]);
+      if (!points.spacings.empty())
+        seen_.spacings.push_back(points.spacings[i]);
+    }
+  }
+
+  std::vector<HeldOutPair> judge(float spacing, const Options& options) const
+  {
+    std::vector<HeldOutPair> result;
+    if (pairs_.empty() || seen_.size() == 0)
+      return result;
+    const Prior prior = options.prior.prior;
+    Execution serial(1);
+    std::vector<Lattice> lattices{latticeAround(options.multiscale.voxelSize)};
+    const Lattice lattice = lattices.front();
+    const std::size_t level = addCoarserGrids(lattices);
+    const LevelSamples samples(sortedByCells(toSamples(seen_, lattice, spacing, serial), serial), lattices, serial);
+    LevelObservation observation;
+    observation.samples = &samples;
+    observation.weights = pointWeights(prior, resolvedSmoothing(options.observation, spacing), spacing, lattice.spacing,
+                                       resolvedGradientWeight(options.observation));
+    SolverOptions solver;
+    solver.changeTolerance = 1e-2; // a few digits on a small grid
+    solver.smootherDegree = prior == Prior::membrane ? 0 : 4;
+    const std::vector<SolverGrid> grids = wholeGrids(lattices, level, observation, prior, serial);
+    std::vector<float> values(static_cast<std::size_t>(lattice.size.count()), 0);
+    solveOnGrids(grids, prior, grids.front().voxels, {wholeLevelSteps}, solver, lattice.spacing, values.data(), serial);
+    const DistanceField field(lattice, std::move(values), {});
+    Eigen::Vector3f gradient;
+    const auto residual = [&](const Eigen::Vector3f& at) {
+      // As in choosing ℓ: neither a flat field nor a steep one passes for a close one.
+      const float distance = field.sampleDistance(at, gradient);
+      return distance / std::clamp(gradient.norm(), .1f, 1.f);
+    };
+    for (const auto& [first, second] : pairs_) {
+      const float ofSecond = residual(second), ofFirst = residual(first);
+      result.push_back({first - ofFirst * gradient.normalized(), ofFirst, ofSecond});
+    }
+    return result;
+  }
+
+private:
+  /// The point beside another one, seen along its normal: the nearest one in space of a noisy cloud is one whose noise
+  /// is about the same.
+  static std::size_t besides(std::size_t i, const OrientedPoints& points, const NeighborSearch& search,
+                             Neighbors& found)
+  {
+    constexpr int asked = 16;
+    search.nearest(points.positions[i], asked, found);
+    std::size_t best = i;
+    float least = std::numeric_limits<float>::infinity();
+    for (const int j : found.indices) {
+      const Eigen::Vector3f to = points.positions[static_cast<std::size_t>(j)] - points.positions[i];
+      const float along = points.normals[i].dot(to), squared = to.squaredNorm() - along * along;
+      const bool isSameSheet = points.normals[static_cast<std::size_t>(j)].dot(points.normals[i]) > 0;
+      if (static_cast<std::size_t>(j) != i && isSameSheet && squared < least) {
+        least = squared;
+        best = static_cast<std::size_t>(j);
+      }
+    }
+    return best;
+  }
+
+  /// Knuth's multiplicative hash.
+  static std::uint32_t hash(std::size_t index) { return static_cast<std::uint32_t>(index) * 2654435761u >> 16; }
+
+  Lattice latticeAround(double voxelSize) const
+  {
+    Eigen::AlignedBox3f box;
+    for (const Eigen::Vector3f& p : seen_.positions)
+      box.extend(p);
+    for (const auto& [first, second] : pairs_) {
+      box.extend(first);
+      box.extend(second);
+    }
+    Lattice lattice;
+    const Eigen::Array3i size =
+        (box.sizes().cast<double>().array() / voxelSize).ceil().cast<int>() + static_cast<int>(2 * margin) + 1;
+    lattice.size = {size.x(), size.y(), size.z()};
+    lattice.spacing = voxelSize;
+    lattice.origin = box.min().cast<double>() - Eigen::Vector3d::Constant(margin * voxelSize);
+    return lattice;
+  }
+
+  OrientedPoints seen_;
+  std::vector<std::pair<Eigen::Vector3f, Eigen::Vector3f>> pairs_;
+};
+
+} // namespace
+
+std::vector<HeldOutPair> holdOutPairs(const OrientedPoints& points, const NeighborSearch& search, float spacing,
+                                      const Options& options, Execution& execution)
+{
+  const double voxelSize = options.multiscale.voxelSize;
+  const std::vector<Eigen::Vector3f> centers = spreadCenters(points.positions, 2 * (ballRadius - margin) * voxelSize);
+  std::vector<std::vector<HeldOutPair>> ofBalls(centers.size());
+  execution.forRange(static_cast<std::int64_t>(centers.size()), 1, [&](std::int64_t begin, std::int64_t end) {
+    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
+      ofBalls[n] = Ball(points, search, centers[n], voxelSize).judge(spacing, options);
+  });
+  execution.poll();
+  std::vector<HeldOutPair> pairs;
+  for (const std::vector<HeldOutPair>& ofBall : ofBalls)
+    pairs.insert(pairs.end(), ofBall.begin(), ofBall.end());
+  return pairs;
+}
+
+} // namespace mrf
+} // namespace pcl

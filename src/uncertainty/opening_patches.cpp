@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "uncertainty/opening_patches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Radii of the discs, in that of the widest opening.
+constexpr float radii[] = {1, .71f, .5f};
+
+/// Of one radius: discs, the share of the points in them, and how many places are tried.
+constexpr std::size_t mostPatches = 16;
+constexpr double mostPoints = 1. / 36;
+constexpr int attempts = 160;
+
+constexpr float apart = 1.3f; ///< between discs, and from openings, in radii from center to rim
+
+/// The points of the sheet around one that are closer than the radius. What faces away is another sheet.
+std::vector<std::uint32_t> pointsOfDisc(const OrientedPoints& points, const NeighborSearch& search, std::size_t center,
+                                        float radius, Neighbors& found)
+{
+  std::vector<std::uint32_t> inside;
+  search.within(points.positions[center], radius, found);
+  for (const int i : found.indices)
+    if (points.normals[static_cast<std::size_t>(i)].dot(points.normals[center]) > 0)
+      inside.push_back(static_cast<std::uint32_t>(i));
+  return inside;
+}
+
+} // namespace
+
+void Openings::add(const Eigen::Vector3f& vertex, float distance)
+{
+  if (distance > 0)
+    vertices.push_back(vertex);
+  largest = std::max(largest, distance);
+}
+
+std::vector<Patch> choosePatches(const OrientedPoints& points, const NeighborSearch& search, const Openings& openings,
+                                 float narrowest, Execution& execution)
+{
+  std::vector<Patch> patches;
+  if (openings.vertices.empty() || points.size() == 0)
+    return patches;
+  const std::unique_ptr<NeighborSearch> nearOpenings = makePointBins();
+  nearOpenings->setPoints(openings.vertices, execution);
+  const auto most = static_cast<std::size_t>(mostPoints * static_cast<double>(points.size()));
+  std::mt19937 random(1);
+  Neighbors found;
+  float last = 0;
+  for (const float share : radii) {
+    const float radius = std::max(share * openings.largest, narrowest);
+    if (radius == last)
+      break;
+    last = radius;
+    std::size_t left = most, count = 0;
+    const auto isFree = [&](const Eigen::Vector3f& center) {
+      nearOpenings->nearest(center, 1, found);
+      return std::sqrt(found.squaredDistances.front()) > apart * radius &&
+             std::all_of(patches.begin(), patches.end(), [&](const Patch& other) {
+               return (other.center - center).norm() > apart * (radius + other.radius);
+             });
+    };
+    for (int attempt = 0; attempt < attempts && count < mostPatches; ++attempt) {
+      const std::size_t center = random() % points.size();
+      if (!isFree(points.positions[center]))
+        continue;
+      std::vector<std::uint32_t> inside = pointsOfDisc(points, search, center, radius, found);
+      if (inside.size() > left)
+        continue;
+      left -= inside.size();
+      ++count;
+      patches.push_back({points.positions[center], radius, std::move(inside)});
+    }
+    execution.poll();
+  }
+  return patches;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "uncertainty/posterior_draws.h"
+
+#include "solver/grid_solver.h"
+#include "solver/linear_system.h"
+
+#include <algorithm>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Voxels, or numbers, per piece.
+constexpr std::int64_t grain = 1 << 14;
+
+/// The first numbers of a kind.
+std::vector<float> drawOf(NormalDraws::Kind kind, std::int64_t count, const NormalDraws& draws, Execution& execution)
+{
+  std::vector<float> values(static_cast<std::size_t>(count));
+  execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) { // the grain is even
+    for (std::int64_t v = begin; v < end; v += 2) {
+      const std::array<float, 2> pair = draws.pair(kind, static_cast<std::uint64_t>(v / 2));
+      values[static_cast<std::size_t>(v)] = pair[0];
+      if (v + 1 < end)
+        values[static_cast<std::size_t>(v + 1)] = pair[1];
+    }
+  });
+  return values;
+}
+
+/// Dᵀξ: each edge adds its number where it starts and takes it off where it ends.
+std::vector<double> drawOfDifferences(const GridSize& size, const NormalDraws& draws, Execution& execution)
+{
+  // Three of each voxel, along x, y and z; what leads out of the grid is not used.
+  const std::vector<float> edges = drawOf(NormalDraws::Kind::edges, 3 * size.count(), draws, execution);
+  std::vector<double> values(static_cast<std::size_t>(size.count()));
+  const auto stride = static_cast<std::size_t>(size.x), plane = static_cast<std::size_t>(size.planeCount());
+  execution.forRange(size.z, 1, [&](std::int64_t z, std::int64_t) {
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x) {
+        const auto voxel = static_cast<std::size_t>(size.index(x, y, static_cast<int>(z)));
+        const float along = (x + 1 < size.x ? edges[3 * voxel] : 0) - (x > 0 ? edges[3 * (voxel - 1)] : 0);
+        const float across =
+            (y + 1 < size.y ? edges[3 * voxel + 1] : 0) - (y > 0 ? edges[3 * (voxel - stride) + 1] : 0);
+        const float up = (z + 1 < size.z ? edges[3 * voxel + 2] : 0) - (z > 0 ? edges[3 * (voxel - plane) + 2] : 0);
+        values[voxel] = static_cast<double>(along + across + up);
+      }
+  });
+  return values;
+}
+
+/// A factor of L^k times ξ.
+std::vector<double> drawOfPrior(const GridSize& size, Prior prior, const NormalDraws& draws, Execution& execution)
+{
+  std::vector<double> values;
+  if (order(prior) % 2 != 0) {
+    values = drawOfDifferences(size, draws, execution);
+  } else {
+    const std::vector<float> voxels = drawOf(NormalDraws::Kind::voxels, size.count(), draws, execution);
+    values.assign(voxels.begin(), voxels.end());
+  }
+  const PriorOperator laplacian{size, Prior::membrane, {}};
+  std::vector<double> product(values.size()), scratch;
+  for (int power = 0; power < order(prior) / 2; ++power) {
+    apply(laplacian, values.data(), product.data(), scratch, execution);
+    values.swap(product);
+  }
+  return values;
+}
+
+} // namespace
+
+PackedValues drawOfTerms(const SolverGrid& grid, const GridSize& size, Prior prior, const NormalDraws& draws,
+                         Execution& execution)
+{
+  PackedValues eta;
+  drawOfData(grid, draws, eta, execution);
+  // Whole grids are packed in the order of their lattice.
+  const std::vector<double> ofPrior = drawOfPrior(size, prior, draws, execution);
+  execution.forRange(size.count(), grain, [&](std::int64_t begin, std::int64_t end) {
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
+      eta[v] += static_cast<float>(ofPrior[v]);
+  });
+  return eta;
+}
+
+std::vector<float> drawOfPosterior(const std::vector<SolverGrid>& grids, const GridSize& size, Prior prior,
+                                   const NormalDraws& draws, int steps, Execution& execution)
+{
+  const PackedValues eta = drawOfTerms(grids.front(), size, prior, draws, execution);
+  std::vector<float> result(static_cast<std::size_t>(size.count()), 0);
+  SolverOptions solver;
+  solver.changeTolerance = 0; // of all voxels near the zero level, which a draw does not have
+  LevelPlan plan{steps};
+  plan.threads = execution.threads();
+  solveOnGrids(grids, prior, grids.front().voxels, plan, solver, 1, result.data(), execution, &eta);
+  return result;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief What a part of a cloud says about how far its surface may be off: draws, and points that were left out.
+#pragma once
+
+#include "uncertainty/held_out_pairs.h"
+#include "uncertainty/opening_patches.h"
+#include "uncertainty/uncertainty.h"
+
+#include <pcl/surface/mrf/distance_field.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// What is known at a vertex, or at a place whose error is.
+struct Evidence {
+  float variance = 0; ///< V over the squared slope
+  float change = 0;   ///< δ², cloud's unit²
+  float distance = 0; ///< to the nearest point, where none supports it; else 0
+  bool isInPatch = false;
+};
+
+/// A place in a disc that was left out, as it was filled.
+struct FilledPlace {
+  float variance, error, distance; ///< V over the squared slope; from the points that were left out; to the others
+  std::int32_t patch;
+};
+
+/// What a piece of the cloud says.
+struct PieceEvidence {
+  double voxelSize = 0;             ///< of the grid of the draws, cloud's unit
+  std::int64_t voxels = 0;          ///< of that grid
+  std::vector<DistanceField> draws; ///< from the posterior for data of variance 1, less its mean
+  std::vector<Patch> patches;
+  std::vector<FilledPlace> filled; ///< in the patches, patch by patch
+  std::vector<HeldOutPair> pairs;  ///< outside of the patches
+  std::vector<Evidence> atPairs;
+};
+
+/// Solves a piece on a coarse grid without some patches, draws from the posterior there, and looks at what was left
+/// out. \param vertices of the mesh, those of the piece \param evidence of all vertices of the mesh: theirs are set
+PieceEvidence gatherEvidence(const SolvedPiece& piece, const DistanceField& field, float spacing,
+                             const Options& options, const TriangleMesh& mesh,
+                             const std::vector<std::int32_t>& vertices, std::vector<Evidence>& evidence,
+                             Execution& execution);
+
+} // namespace mrf
+} // namespace pcl
