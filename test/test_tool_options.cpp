@@ -91,7 +91,7 @@ const std::vector<Case> cases = {
     {{"--color", "confidence"}, "/options/colors", "confidence"},
     {{"--color", "sigma"}, "/options/colors", "sigma"},
     {{"--uncertainty"}, "/options/uncertainty/compute", true},
-    {{"--uncertainty", "--samples", "3"}, "/uncertainty/samples", 3},
+    {{"--uncertainty", "--samples", "3"}, "/options/uncertainty/samples", 3},
     {{"--color", "none"}, "/options/colors", "none"},
     {{"--threads", "3"}, "/threads", 3},
     {{"--sensor-origin", "off"}, "/options/orientation/sensorOrigin", false},

@@ -24,7 +24,7 @@ struct LearntFactors {
   double growthPerNoise; ///< what the squared ratio of noise to σ takes of it
 };
 
-constexpr LearntFactors learnt{.95, .28, .35, 1.15, 2.5, 1.2, 2.3, .6};
+constexpr LearntFactors learnt{.95, .36, .35, 1.4, 2.5, 1.2, 2.3, .6};
 
 /// Discs, and pairs, that the learnt factors count as.
 constexpr double patchesLearnt = 2, pairsLearnt = 20;
