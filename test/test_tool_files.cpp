@@ -432,6 +432,7 @@ TEST_F(ToolFiles, SigmaIsInEveryFormatThatHoldsFields)
   }
   EXPECT_FALSE(reportOf({"in.xyz", "plain.ply"}).contains("uncertainty"));
   expectFailure({"in.xyz", "no.ply", "--uncertainty", "--observation", "plane"}, 2, "observation.estimate = points");
+  expectFailure({"in.xyz", "no.ply", "--samples", "4"}, 2, "--samples has a meaning with --uncertainty");
 }
 
 TEST_F(ToolFiles, ReportHoldsEverything)

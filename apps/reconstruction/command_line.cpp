@@ -244,6 +244,8 @@ void check(const Command& command, const OptionParser& parser)
 {
   if (parser.isGiven("--max-hole") && command.options.trimming.trimming != pcl::mrf::Trimming::holes)
     throw UsageError("--max-hole has a meaning with --trim holes only");
+  if (parser.isGiven("--samples") && !wantsUncertainty(command.options))
+    throw UsageError("--samples has a meaning with --uncertainty or --color sigma only");
   const bool atPoints = command.options.observation.atPoints();
   for (const char* name : {"--smoothing", "--noise", "--gradient-weight"})
     if (!atPoints && parser.isGiven(name))
