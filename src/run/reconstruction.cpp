@@ -94,7 +94,8 @@ void warnOfUnsolvedLevels(Report& report)
   text << "the level with voxels of " << unsolved->voxelSize << " has not converged after " << solve.iterations
        << (solve.method == SolverMethod::icm ? " sweeps" : " iterations");
   if (solve.method == SolverMethod::multigrid)
-    text << ": its surface would still move by about " << solve.remainingChange << " voxels at the points";
+    text << ": its surface would still move by about " << solve.remainingChange << " voxels at the points, "
+         << solve.remainingChangeOfFillings << " elsewhere";
   else
     text << ": its relative residual is " << solve.relativeResidual;
   text << "; allow more (solver.maxIterations)";

@@ -68,6 +68,7 @@ void forEachMember(Options& o, const Visit& visit)
   all(o.trimming.trimming, o.trimming.maxHole, o.trimming.maxGap, o.trimming.minComponentPoints,
       o.trimming.minComponentShare);
   all(o.remesher.rounds, o.remesher.targetEdge, o.remesher.relaxation);
+  all(o.uncertainty.compute, o.uncertainty.samples);
 }
 
 template <typename Member>
