@@ -164,7 +164,8 @@ void addEverydayOptions(ToolOptions& parser)
                    {"--trim", "surface without points: keep all (none), only what fills holes (default), or nothing "
                               "(supported)"},
                    {"--max-hole", "largest hole to be filled"},
-                   {"--color", "confidence, input or none; default input"},
+                   {"--color", "confidence, sigma, input or none; default input"},
+                   {"--uncertainty", "sigma at each vertex: how far it may be off"},
                    {"--preset", "paper: as Paulsen et al. published it"},
                    {"--report", "parameters, counts, times, statistics"},
                    {"--picture", "a rendering; needs an X display (xvfb-run)"},
