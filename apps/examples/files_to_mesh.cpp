@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // From a file of points to a mesh in a file: files_to_mesh scan.pcd mesh.ply
+#include <pcl/conversions.h>
 #include <pcl/io/auto_io.h>
 #include <pcl/point_types.h>
 #include <pcl/surface/mrf/mesh_files.h>
@@ -13,9 +14,11 @@ int main(int argc, char** argv)
     std::cerr << "usage: " << argv[0] << " scan.pcd|ply|obj mesh.ply\n";
     return 2;
   }
-  const pcl::PointCloud<pcl::PointNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointNormal>);
-  if (pcl::io::load(argv[1], *cloud) < 0)
+  pcl::PCLPointCloud2 file;
+  if (pcl::io::load(argv[1], file) < 0)
     return 1;
+  const pcl::PointCloud<pcl::PointNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointNormal>);
+  pcl::fromPCLPointCloud2(file, *cloud);
 
   pcl::MRFReconstruction<pcl::PointNormal> mrf; // without normals in the file they are estimated
   mrf.setInputCloud(cloud);
