@@ -237,8 +237,13 @@ constexpr int holesOfNoisyScan = 6;
 
 void addNoisyScans(Laboratory& laboratory, Section& section)
 {
-  const std::vector<NoisyMethod> methods = {defaultOnNoise(), peerOnNoise(poissonMethod()), peerOnNoise(hoppeMethod()),
-                                            peerOnOurPoints(poissonMethod()), peerOnOurPoints(hoppeMethod())};
+  const std::vector<NoisyMethod> methods = {
+      defaultOnNoise(),
+      peerOnNoise(poissonMethod()),
+      peerOnNoise(hoppeMethod()),
+      peerOnOurPoints(poissonMethod()),
+      peerOnOurPoints(hoppeMethod()),
+      oursOnNoise("exact", "this, all levels whole and exact", solveExactly)};
   std::vector<PatchResults> results(methods.size());
   std::vector<std::vector<Pair>> pairs(methods.size());
   const std::vector<ScanObject> all = realObjects(laboratory.options());

@@ -12,6 +12,8 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
+#include <limits>
+
 namespace mrf_apps {
 
 using pcl::mrf::Execution;
@@ -52,6 +54,12 @@ Method ours(const std::string& id, const std::string& title, const Change& chang
           }};
 }
 
+void solveExactly(Options& options, double)
+{
+  options.multiscale.denseVoxels = std::numeric_limits<std::int64_t>::max();
+  options.solver.changeTolerance /= 200;
+}
+
 std::vector<Method> ownMethods()
 {
   const auto withPrior = [](pcl::mrf::Prior prior) {
@@ -66,7 +74,10 @@ std::vector<Method> ownMethods()
             options = pcl::mrf::paperPreset();
             options.normals.source = pcl::mrf::NormalSource::use; // those that all methods are given
             options.remesher.rounds = 0;
-          })};
+          }),
+          ours("fine", "this, --quality fine",
+               [](Options& options, double) { options.multiscale.quality = pcl::mrf::Quality::fine; }),
+          ours("exact", "this, all levels whole and exact", solveExactly)};
 }
 
 Method poissonMethod(int depth)

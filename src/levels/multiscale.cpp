@@ -176,7 +176,7 @@ void checkSurface(double unknowns, std::size_t points, double voxelSize, const M
 constexpr LevelPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
 
 /// Dense levels that observe points stop this much earlier, by the change: over 80 holes of 16 scans, all levels dense,
-/// they are then 1.4 % farther off than at a fiftieth of it. Observed at voxels, holes get worse at once.
+/// they are then 1.4 % farther off than at a two-hundredth of it. Observed at voxels, holes get worse at once.
 constexpr double pointTolerance = 4;
 
 /// The points as a level stored in another order of axes sees them.
