@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Per-point arrays: dropping entries, the one in the middle.
+/// \brief Per-point arrays: some of their entries, the one in the middle.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -25,6 +25,20 @@ std::vector<Value> selectValues(const std::vector<Value>& values, const std::vec
     if (keep[i])
       kept.push_back(values[i]);
   return kept;
+}
+
+/// The values with these indices, in that order; nothing of an empty array. \pre indices of values, unless there are
+/// none
+template <typename Value>
+std::vector<Value> selectValues(const std::vector<Value>& values, const std::vector<std::uint32_t>& indices)
+{
+  std::vector<Value> selected;
+  if (values.empty())
+    return selected;
+  selected.reserve(indices.size());
+  for (const std::uint32_t i : indices)
+    selected.push_back(values[i]);
+  return selected;
 }
 
 /// The upper median. \pre not empty

@@ -10,6 +10,21 @@
 
 namespace pcl {
 namespace mrf {
+namespace {
+
+/// What points have with and without an orientation. \param which flags or indices
+template <typename Points, typename Which>
+void selectCommon(const Points& points, const Which& which, Points& selected)
+{
+  selected.positions = selectValues(points.positions, which);
+  selected.normals = selectValues(points.normals, which);
+  selected.confidences = selectValues(points.confidences, which);
+  selected.spacings = selectValues(points.spacings, which);
+  selected.origins = selectValues(points.origins, which);
+  selected.offset = points.offset;
+}
+
+} // namespace
 
 void requireCountable(std::size_t points)
 {
@@ -22,14 +37,10 @@ void requireCountable(std::size_t points)
 PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
 {
   PointSet kept;
-  kept.positions = selectValues(points.positions, keep);
-  kept.normals = selectValues(points.normals, keep);
-  kept.confidences = selectValues(points.confidences, keep);
+  selectCommon(points, keep, kept);
   kept.views = selectValues(points.views, keep);
-  kept.spacings = selectValues(points.spacings, keep);
-  kept.origins = selectValues(points.origins, keep);
   kept.sensors = points.sensors;
-  kept.offset = points.offset;
+  kept.resolution = points.resolution;
   kept.hasSensorOrigin = points.hasSensorOrigin;
   kept.hadOnlyZeroNormals = points.hadOnlyZeroNormals;
   return kept;
@@ -38,13 +49,15 @@ PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
 OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep)
 {
   OrientedPoints kept;
-  kept.positions = selectValues(points.positions, keep);
-  kept.normals = selectValues(points.normals, keep);
-  kept.confidences = selectValues(points.confidences, keep);
-  kept.spacings = selectValues(points.spacings, keep);
-  kept.origins = selectValues(points.origins, keep);
-  kept.offset = points.offset;
+  selectCommon(points, keep, kept);
   return kept;
+}
+
+OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint32_t>& indices)
+{
+  OrientedPoints selected;
+  selectCommon(points, indices, selected);
+  return selected;
 }
 
 BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& positions)

@@ -9,7 +9,6 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
-#include <type_traits>
 #include <utility>
 
 namespace pcl {
@@ -217,27 +216,6 @@ Pieces findPieces(const std::vector<Eigen::Vector3f>& positions, float minGap)
       key = parentOf(key);
     cells.unite();
   }
-}
-
-OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint32_t>& indices)
-{
-  const auto selected = [&](const auto& values) {
-    std::decay_t<decltype(values)> result;
-    if (values.empty())
-      return result;
-    result.reserve(indices.size());
-    for (const std::uint32_t i : indices)
-      result.push_back(values[i]);
-    return result;
-  };
-  OrientedPoints result;
-  result.positions = selected(points.positions);
-  result.normals = selected(points.normals);
-  result.confidences = selected(points.confidences);
-  result.spacings = selected(points.spacings);
-  result.origins = selected(points.origins);
-  result.offset = points.offset;
-  return result;
 }
 
 } // namespace mrf

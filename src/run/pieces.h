@@ -33,8 +33,5 @@ struct Pieces {
 /// several pieces.
 Pieces findPieces(const std::vector<Eigen::Vector3f>& positions, float minGap);
 
-/// The points with these indices, in that order.
-OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint32_t>& indices);
-
 } // namespace mrf
 } // namespace pcl

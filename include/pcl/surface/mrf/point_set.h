@@ -54,6 +54,9 @@ struct OrientedPoints {
 /// The same for oriented points.
 PCL_MRF_EXPORT OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep);
 
+/// The points with these indices, in that order.
+PCL_MRF_EXPORT OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint32_t>& indices);
+
 /// Axis-aligned bounding box; `diagonal` is 0 for an empty set.
 struct BoundingBox {
   Eigen::Vector3f lower = Eigen::Vector3f::Zero();
