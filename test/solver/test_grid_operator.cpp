@@ -25,11 +25,6 @@ PriorConstants constantsOf(int order)
   return order <= 3 ? priorConstants(static_cast<Prior>(order)) : PriorConstants{order, 10, 5, .25, .7, .4, .25};
 }
 
-float uniform(std::mt19937& random, float most)
-{
-  return most * static_cast<float>(random()) / 4294967296.f;
-}
-
 std::vector<PointSample> randomSamples(const GridSize& size, int count, unsigned seed)
 {
   std::mt19937 random(seed);
@@ -38,8 +33,8 @@ std::vector<PointSample> randomSamples(const GridSize& size, int count, unsigned
     const Eigen::Vector3f position(uniform(random, static_cast<float>(size.x) - 1.01f),
                                    uniform(random, static_cast<float>(size.y) - 1.01f),
                                    uniform(random, static_cast<float>(size.z) - 1.01f));
-    const Eigen::Vector3f normal(uniform(random, 2) - 1, uniform(random, 2) - 1, uniform(random, 2) - 1);
-    samples.emplace_back(position, normal.normalized(), .5f + uniform(random, 1));
+    const Eigen::Vector3f normal = randomDirection(random);
+    samples.emplace_back(position, normal, .5f + uniform(random, 1));
   }
   return samples;
 }
@@ -141,40 +136,6 @@ Eigen::MatrixXd matrixOf(GridOperator& system, int threads)
   }
   return columns.cast<double>();
 }
-
-/// A sphere seen by its points, on a level with all grids beneath it.
-struct SphereLevel {
-  std::vector<Lattice> lattices;
-  LevelSamples samples;
-  LevelObservation observation;
-  Prior prior;
-  std::vector<SolverGrid> grids;
-
-  SphereLevel(int side, Prior order) : lattices{latticeOf({side, side, side})}, prior(order)
-  {
-    Execution execution(1);
-    const std::size_t level = addCoarserGrids(lattices);
-    std::mt19937 random(3);
-    std::vector<PointSample> points;
-    const float radius = .32f * static_cast<float>(side), center = .5f * static_cast<float>(side - 1);
-    for (int n = 0; n < 4 * side * side / 3; ++n) {
-      const Eigen::Vector3f normal =
-          Eigen::Vector3f(uniform(random, 2) - 1, uniform(random, 2) - 1, uniform(random, 2) - 1).normalized();
-      if (normal.z() < .8f)
-        points.emplace_back(Eigen::Vector3f(radius * normal + Eigen::Vector3f::Constant(center)), normal, 1.f);
-    }
-    samples = LevelSamples(sortedByCells(points, execution), lattices, execution);
-    observation.samples = &samples;
-    observation.weights = pointWeights(prior, .6, .5, 1, .4);
-    grids = wholeGrids(lattices, level, observation, prior, execution);
-  }
-
-  LinearSystem plain() const
-  {
-    Execution execution(1);
-    return assembleAtPoints(lattices.back().size, prior, samples.own.back(), observation.weights, 1, execution);
-  }
-};
 
 } // namespace
 
@@ -305,7 +266,7 @@ TEST(VCycle, isSymmetricAndPositiveDefinite)
 {
   Execution execution(1);
   for (const Prior prior : allPriors) {
-    SphereLevel level(14, prior);
+    SphereLevel level({14, 14, 14}, prior);
     VCycle cycle(level.grids, priorConstants(prior), {4, 4, 8}, 1, execution);
     const auto count = static_cast<Eigen::Index>(level.grids.front().voxels.count());
     Eigen::MatrixXd m(count, count);
@@ -323,7 +284,7 @@ TEST(GridSolver, everyStepLowersTheEnergyDownToThatOfCholesky)
 {
   Execution execution(2);
   for (const Prior prior : allPriors) {
-    const SphereLevel level(24, prior);
+    const SphereLevel level({24, 24, 24}, prior);
     const LinearSystem plain = level.plain();
     const auto count = static_cast<std::size_t>(plain.size().count());
     std::vector<double> exact(count);
@@ -353,7 +314,7 @@ TEST(GridSolver, tellsHowFarTheSurfaceStillIsFromItsSolution)
 {
   Execution execution(2);
   for (const Prior prior : allPriors) {
-    const SphereLevel level(24, prior);
+    const SphereLevel level({24, 24, 24}, prior);
     const SolverGrid& finest = level.grids.front();
     const LinearSystem plain = level.plain();
     std::vector<double> exact(static_cast<std::size_t>(plain.size().count()));
@@ -384,7 +345,7 @@ TEST(GridSolver, convergesAtARateThatDoesNotDependOnTheGrid)
   const double limits[] = {.3, .5, .75};
   for (const Prior prior : allPriors)
     for (const int side : {16, 31, 48}) {
-      const SphereLevel level(side, prior);
+      const SphereLevel level({side, side, side}, prior);
       std::vector<float> d(static_cast<std::size_t>(level.grids.front().voxels.count()), 0);
       const SolveReport report = solveOnGrids(level.grids, prior, level.grids.front().voxels, {wholeLevelSteps, 0, 2},
                                               solverOptions(SolverMethod::multigrid, 1e-3), 1, d.data(), execution);

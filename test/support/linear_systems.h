@@ -3,6 +3,7 @@
 /// \brief Linear systems with known solutions, and how the tests of the solvers compare fields.
 #pragma once
 
+#include "solver/grids.h"
 #include "solver/linear_system.h"
 #include "support/lattice_matrix.h"
 
@@ -12,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <vector>
 
 namespace systems {
@@ -114,6 +116,70 @@ inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4,
   options.maxIterations = maxIterations;
   return options;
 }
+
+/// 0..most, the same with every standard library.
+inline float uniform(std::mt19937& random, float most)
+{
+  return most * static_cast<float>(random()) / 4294967296.f;
+}
+
+inline Eigen::Vector3f randomDirection(std::mt19937& random)
+{
+  const float x = uniform(random, 2) - 1, y = uniform(random, 2) - 1, z = uniform(random, 2) - 1;
+  return Eigen::Vector3f(x, y, z).normalized();
+}
+
+/// A sphere, but for a cap around +z, seen by points of different weights or by the voxels near it: on a level that is
+/// solved everywhere, with all grids beneath it.
+struct SphereLevel {
+  std::vector<pcl::mrf::Lattice> lattices;
+  pcl::mrf::LevelSamples samples;
+  pcl::mrf::LevelObservation observation;
+  Prior prior;
+  std::vector<pcl::mrf::SolverGrid> grids;
+
+  SphereLevel(const GridSize& size, Prior order, bool atPoints = true)
+      : lattices{{size, Eigen::Vector3d::Zero(), 1}}, prior(order)
+  {
+    pcl::mrf::Execution execution(1);
+    const std::size_t level = addCoarserGrids(lattices);
+    if (atPoints) {
+      samples = pcl::mrf::LevelSamples(sortedByCells(pointsOnSphere(size), execution), lattices, execution);
+      observation.samples = &samples;
+      observation.weights = pcl::mrf::pointWeights(prior, .6, .5, 1, .4);
+    } else {
+      observation.voxels = observeSphere(size);
+      observation.prior = priorOptions(prior);
+    }
+    grids = wholeGrids(lattices, level, observation, prior, execution);
+  }
+  SphereLevel(const SphereLevel&) = delete;
+  SphereLevel& operator=(const SphereLevel&) = delete;
+
+  const GridSize& size() const { return lattices.back().size; }
+
+  LinearSystem plain() const
+  {
+    pcl::mrf::Execution execution(1);
+    return observation.samples ? assembleAtPoints(size(), prior, samples.own.back(), observation.weights, 1, execution)
+                               : assemble(observation.voxels, observation.prior);
+  }
+
+private:
+  static std::vector<pcl::mrf::PointSample> pointsOnSphere(const GridSize& size)
+  {
+    std::mt19937 random(3);
+    const float radius = .3f * static_cast<float>(size.x), center = .5f * static_cast<float>(size.x - 1);
+    std::vector<pcl::mrf::PointSample> points;
+    for (int n = 0; n < 2 * size.x * size.x; ++n) {
+      const Eigen::Vector3f normal = randomDirection(random);
+      if (normal.z() < .5f)
+        points.emplace_back(Eigen::Vector3f(radius * normal + Eigen::Vector3f::Constant(center)), normal,
+                            .5f + uniform(random, 1));
+    }
+    return points;
+  }
+};
 
 constexpr std::array<SolverMethod, 4> allMethods = {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg,
                                                     SolverMethod::cholesky};

@@ -15,61 +15,6 @@ using namespace systems;
 
 namespace {
 
-float uniform(std::mt19937& random, float most)
-{
-  return most * static_cast<float>(random()) / 4294967296.f;
-}
-
-/// Points on three quarters of a sphere, or voxels near one, on a level with all grids beneath it.
-struct Level {
-  std::vector<Lattice> lattices;
-  LevelSamples samples;
-  LevelObservation observation;
-  Prior prior;
-  std::vector<SolverGrid> grids;
-  Level(const GridSize& size, Prior order, bool atPoints = true)
-      : lattices{{size, Eigen::Vector3d::Zero(), 1}}, prior(order)
-  {
-    Execution execution(1);
-    const std::size_t level = addCoarserGrids(lattices);
-    if (atPoints) {
-      samples = LevelSamples(sortedByCells(pointsOnSphere(size), execution), lattices, execution);
-      observation.samples = &samples;
-      observation.weights = pointWeights(prior, .6, .5, 1, .4);
-    } else {
-      observation.voxels = observeSphere(size);
-      observation.prior = priorOptions(prior);
-    }
-    grids = wholeGrids(lattices, level, observation, prior, execution);
-  }
-
-  oracle::Matrix matrix() const
-  {
-    Execution execution(1);
-    return systemMatrix(observation.samples
-                            ? assembleAtPoints(size(), prior, samples.own.back(), observation.weights, 1, execution)
-                            : assemble(observation.voxels, observation.prior));
-  }
-
-  const GridSize& size() const { return lattices.back().size; }
-
-private:
-  static std::vector<PointSample> pointsOnSphere(const GridSize& size)
-  {
-    std::mt19937 random(3);
-    const float radius = .3f * static_cast<float>(size.x), center = .5f * static_cast<float>(size.x - 1);
-    std::vector<PointSample> points;
-    for (int n = 0; n < 2 * size.x * size.x; ++n) {
-      const Eigen::Vector3f normal =
-          Eigen::Vector3f(uniform(random, 2) - 1, uniform(random, 2) - 1, uniform(random, 2) - 1).normalized();
-      if (normal.z() < .5f)
-        points.emplace_back(Eigen::Vector3f(radius * normal + Eigen::Vector3f::Constant(center)), normal,
-                            .5f + uniform(random, 1));
-    }
-    return points;
-  }
-};
-
 /// Directions to look at a covariance along: single voxels amid the data and far from them, and all voxels at random.
 std::vector<oracle::Vector> directions(const GridSize& size)
 {
@@ -152,8 +97,8 @@ TEST(PosteriorDraws, termsHaveTheSystemAsTheirCovariance)
   for (const bool atPoints : {true, false})
     for (const Prior prior : allPriors) {
       SCOPED_TRACE(testing::Message() << "k = " << order(prior) << (atPoints ? " at points" : " at voxels"));
-      const Level level({9, 8, 7}, prior, atPoints);
-      const oracle::Matrix matrix = level.matrix();
+      const SphereLevel level({9, 8, 7}, prior, atPoints);
+      const oracle::Matrix matrix = systemMatrix(level.plain());
       const std::vector<oracle::Vector> along = directions(level.size());
       const int count = 2000;
       const std::vector<double> seen = meanSquares(along, count, [&](std::uint64_t n) {
@@ -171,8 +116,8 @@ TEST(PosteriorDraws, haveTheInverseAsTheirCovariance)
   Execution execution(2);
   for (const Prior prior : allPriors) {
     SCOPED_TRACE(testing::Message() << "k = " << order(prior));
-    const Level level({16, 16, 16}, prior);
-    const Eigen::SimplicialLDLT<oracle::Matrix> factor(level.matrix());
+    const SphereLevel level({16, 16, 16}, prior);
+    const Eigen::SimplicialLDLT<oracle::Matrix> factor(systemMatrix(level.plain()));
     ASSERT_EQ(factor.info(), Eigen::Success);
     const std::vector<oracle::Vector> along = directions(level.size());
     std::vector<double> expected;
@@ -191,7 +136,7 @@ TEST(PosteriorDraws, haveTheInverseAsTheirCovariance)
 TEST(PosteriorDraws, areTheSameBytesForAnyNumberOfThreads)
 {
   for (const Prior prior : allPriors) {
-    const Level level({70, 60, 50}, prior); // more than serialVoxels
+    const SphereLevel level({70, 60, 50}, prior); // more than serialVoxels
     Execution one(1), three(3);
     const NormalDraws draws(3, 1);
     EXPECT_EQ(drawOfTerms(level.grids.front(), level.size(), prior, draws, one),
