@@ -83,14 +83,6 @@ std::vector<float> bandConfidences(const Observation& observation, const VoxelSe
   return confidences;
 }
 
-template <typename Value>
-[[noreturn]] void refuse(const char* name, Value value, const char* range)
-{
-  std::ostringstream text;
-  text << "multiscale." << name << " = " << value << " is outside its range " << range;
-  throw InvalidOption(text.str());
-}
-
 /// Levels are dense for the solvers, and the energy, that bands do not have.
 MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Workload& workload)
 {
@@ -271,14 +263,6 @@ private:
     return report;
   }
 
-  PointWeights weightsOf(std::size_t level) const
-  {
-    const double voxelSize = lattices_[level].spacing;
-    const double least = isFinest(level) ? 0 : leastSmoothing * voxelSize;
-    const double smoothing = std::max<double>(resolvedSmoothing(observation_, spacing_), least);
-    return pointWeights(prior_.prior, smoothing, spacing_, voxelSize, resolvedGradientWeight(observation_));
-  }
-
   Observation observeVoxels(std::size_t level, const LevelReport& report)
   {
     Observation result =
@@ -293,7 +277,8 @@ private:
     LevelObservation observation;
     if (observation_.atPoints()) {
       observation.samples = &samples_;
-      observation.weights = weightsOf(level);
+      observation.weights =
+          levelWeights(prior_.prior, observation_, spacing_, lattices_[level].spacing, isFinest(level));
     } else {
       observation.voxels = observeVoxels(level, report);
       observation.prior = prior_;
@@ -337,11 +322,8 @@ private:
       return solvePlain(lattice, observation, level, solver);
     if (observation_.atPoints())
       solver.changeTolerance *= pointTolerance;
-    const std::vector<SolverGrid> grids = wholeGrids(lattices_, level, observation, prior_.prior, execution_);
-    LevelPlan plan{wholeLevelSteps};
-    plan.threads = execution_.threads();
-    return solveOnGrids(grids, prior_.prior, grids.front().voxels, plan, solver, lattice.spacing, distances_.data(),
-                        execution_);
+    return solveWholeGrids(wholeGrids(lattices_, level, observation, prior_.prior, execution_), prior_.prior, solver,
+                           lattice.spacing, distances_, execution_);
   }
 
   SolveReport solvePlain(const Lattice& lattice, const LevelObservation& observation, std::size_t level,
@@ -505,7 +487,8 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
 {
   validate(options);
   if (!(voxelSize > 0))
-    refuse("voxelSize", voxelSize, "(0, inf)");
+    throw InvalidOption("multiscale.voxelSize = " + std::to_string(voxelSize) +
+                        " must be above 0 where levels are planned");
   checkMemory(box, voxelSize, workload, withDenseLevels(options, workload));
 
   const Eigen::Vector3d corner = box.lower.cast<double>();

@@ -178,6 +178,19 @@ PointWeights pointWeights(Prior prior, double smoothing, double spacing, double 
   return {1 / tau, gradientWeight * std::pow(smoothing / voxelSize, 2) / tau};
 }
 
+double levelSmoothing(const ObservationOptions& options, float spacing, double voxelSize, bool isFinest)
+{
+  const double smoothing = resolvedSmoothing(options, spacing);
+  return isFinest ? smoothing : std::max(smoothing, leastSmoothing * voxelSize);
+}
+
+PointWeights levelWeights(Prior prior, const ObservationOptions& options, float spacing, double voxelSize,
+                          bool isFinest)
+{
+  return pointWeights(prior, levelSmoothing(options, spacing, voxelSize, isFinest), spacing, voxelSize,
+                      resolvedGradientWeight(options));
+}
+
 double shortestSmoothing(double spacing)
 {
   return .5 * spacing;

@@ -13,6 +13,7 @@
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
+#include <pcl/surface/mrf/observation.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/prior.h>
 
@@ -68,6 +69,14 @@ struct PointWeights {
 /// The weights of one level. \param smoothing ℓ, \param spacing l̄, \param voxelSize h, all in one unit, > 0
 /// \param gradientWeight g², voxels²
 PointWeights pointWeights(Prior prior, double smoothing, double spacing, double voxelSize, double gradientWeight);
+
+/// ℓ of a level, cloud's unit: that of the options, on a coarse level at least leastSmoothing h. \param spacing l̄,
+/// \param voxelSize h, cloud's unit, > 0
+double levelSmoothing(const ObservationOptions& options, float spacing, double voxelSize, bool isFinest);
+
+/// The weights of a level as the options have them; parameters likewise.
+PointWeights levelWeights(Prior prior, const ObservationOptions& options, float spacing, double voxelSize,
+                          bool isFinest);
 
 /// The shortest ℓ that is tried, which suits clean scans: .5 l̄.
 double shortestSmoothing(double spacing);

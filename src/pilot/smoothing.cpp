@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/smoothing.h>
 
+#include "base/index_hash.h"
 #include "observation/point_observation.h"
-#include "solver/grid_solver.h"
-#include "solver/grids.h"
+#include "solver/whole_level.h"
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/solver.h>
@@ -30,10 +30,10 @@ constexpr double margin = 3;     ///< voxels at a cube's border where the field 
 constexpr int heldOutShare = 10; ///< one point in so many
 constexpr std::int64_t fewest = 50; ///< held-out points that say something
 
-/// True for one in heldOutShare of the indices, scattered (Knuth's multiplicative hash).
+/// True for one in heldOutShare of the indices, scattered.
 bool isHeldOut(std::size_t index)
 {
-  return (static_cast<std::uint32_t>(index) * 2654435761u >> 16) % heldOutShare == 0;
+  return indexHash(index) % heldOutShare == 0;
 }
 
 /// Points far from each other, among a few random ones; at least `distance`, so that cubes around them judge by other
@@ -120,6 +120,7 @@ struct Cube {
     lattice.spacing = trial.voxelSize;
     lattice.origin = center.cast<double>() - Eigen::Vector3d::Constant(trial.voxelSize * (side - 1) / 2);
     const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(trial.voxelSize * side / 2));
+    std::vector<std::uint32_t> inside;
     runs.forEachNear({center - reach, center + reach}, [&](std::size_t i) {
       const Eigen::Vector3d voxel = lattice.toVoxels(points.positions[i]);
       const bool isWithheld =
@@ -128,14 +129,10 @@ struct Cube {
         if (2 * (points.positions[i] - center).cwiseAbs().maxCoeff() <= core)
           judges.push_back(points.positions[i]);
       } else if ((voxel.array() >= 0).all() && (voxel.array() <= side - 1).all()) {
-        seen.positions.push_back(points.positions[i]);
-        seen.normals.push_back(points.normals[i]);
-        if (!points.confidences.empty())
-          seen.confidences.push_back(points.confidences[i]);
-        if (!points.spacings.empty())
-          seen.spacings.push_back(points.spacings[i]);
+        inside.push_back(static_cast<std::uint32_t>(i));
       }
     });
+    seen = select(points, inside);
     if (seen.size() == 0)
       judges.clear();
     clip();
@@ -169,20 +166,9 @@ struct Cube {
       return;
 
     Execution serial(1);
-    std::vector<Lattice> lattices{lattice};
-    const std::size_t level = addCoarserGrids(lattices);
-    const LevelSamples samples(sortedByCells(toSamples(seen, lattice, static_cast<float>(spacing), serial), serial),
-                               lattices, serial);
-    LevelObservation observation;
-    observation.samples = &samples;
-    observation.weights = weights;
-    SolverOptions solver;
-    solver.changeTolerance = tolerance;
-    // A few digits on a small grid: measured a fifth less work than with the solver's own.
-    if (prior != Prior::membrane)
-      solver.smootherDegree = 4;
-    const std::vector<SolverGrid> grids = wholeGrids(lattices, level, observation, prior, serial);
-    solveOnGrids(grids, prior, grids.front().voxels, {wholeLevelSteps}, solver, lattice.spacing, field.data(), serial);
+    const WholeLevel level({lattice}, toSamples(seen, lattice, static_cast<float>(spacing), serial), weights, prior,
+                           serial);
+    level.solve(roughSolver(prior, tolerance), field, serial);
     const DistanceField distances(lattice, field, {});
     // Where noise has flattened the field its values are small, where the field follows the noise its slope is large:
     // neither may pass for a small distance.

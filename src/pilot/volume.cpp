@@ -147,7 +147,7 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& sea
   pilot.voxelSize = std::max(multiscale.voxelSize, side.maxCoeff() / pilotSide);
   pilot.padding = pilotSide / 2;
   ObservationOptions coarse = observation;
-  coarse.smoothing = std::max(resolvedSmoothing(observation, spacing), leastSmoothing * pilot.voxelSize);
+  coarse.smoothing = static_cast<float>(levelSmoothing(observation, spacing, pilot.voxelSize, false));
   coarse.maxDistance = std::max(resolvedMaxDistance(observation, spacing, pilot.voxelSize), 1.5f * pilot.voxelSize);
   SolverOptions rough = solver;
   rough.changeTolerance = std::max(rough.changeTolerance, pilotTolerance);

@@ -188,5 +188,13 @@ SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, cons
   }
 }
 
+SolveReport solveWholeGrids(const std::vector<SolverGrid>& grids, Prior prior, const SolverOptions& options,
+                            double unit, std::vector<float>& values, Execution& execution)
+{
+  LevelPlan plan{wholeLevelSteps};
+  plan.threads = execution.threads();
+  return solveOnGrids(grids, prior, grids.front().voxels, plan, options, unit, values.data(), execution);
+}
+
 } // namespace mrf
 } // namespace pcl

@@ -54,5 +54,12 @@ SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, cons
                          const LevelPlan& plan, const SolverOptions& options, double unit, float* values,
                          Execution& execution, const PackedValues* rightHandSide = nullptr);
 
+/// Solves a level everywhere, within wholeLevelSteps. \param grids whole, finest first
+/// \param unit length of a voxel side in the unit of the field
+/// \param values one per voxel of the lattice; in: the guess, out: the solution
+/// \throw SolverFailure if values are not finite
+SolveReport solveWholeGrids(const std::vector<SolverGrid>& grids, Prior prior, const SolverOptions& options,
+                            double unit, std::vector<float>& values, Execution& execution);
+
 } // namespace mrf
 } // namespace pcl

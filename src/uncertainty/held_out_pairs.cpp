@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/held_out_pairs.h"
 
-#include "solver/grid_solver.h"
-#include "solver/grids.h"
+#include "base/index_hash.h"
+#include "solver/whole_level.h"
 
 #include <pcl/surface/mrf/distance_field.h>
 
@@ -50,7 +50,7 @@ public:
     const double core = (ballRadius - margin) * voxelSize;
     std::set<std::size_t> withheld;
     for (const std::size_t i : inside) {
-      if (hash(i) % pairEach != 0 || (points.positions[i] - center).norm() > core || withheld.count(i) != 0)
+      if (indexHash(i) % pairEach != 0 || (points.positions[i] - center).norm() > core || withheld.count(i) != 0)
         continue;
       const std::size_t other = besides(i, points, search, found);
       if (other == i || withheld.count(other) != 0 || (points.positions[other] - center).norm() > core)
@@ -58,16 +58,11 @@ public:
       withheld.insert({i, other});
       pairs_.emplace_back(points.positions[i], points.positions[other]);
     }
-    for (const std::size_t i : inside) {
-      if (withheld.count(i) != 0)
-        continue;
-      seen_.positions.push_back(points.positions[i]);
-      seen_.normals.push_back(points.normals[i]);
-      if (!points.confidences.empty())
-        seen_.confidences.push_back(points.confidences[i]);
-      if (!points.spacings.empty())
-        seen_.spacings.push_back(points.spacings[i]);
-    }
+    std::vector<std::uint32_t> seen;
+    for (const std::size_t i : inside)
+      if (withheld.count(i) == 0)
+        seen.push_back(static_cast<std::uint32_t>(i));
+    seen_ = select(points, seen);
   }
 
   std::vector<HeldOutPair> judge(float spacing, const Options& options) const
@@ -75,22 +70,14 @@ public:
     std::vector<HeldOutPair> result;
     if (pairs_.empty() || seen_.size() == 0)
       return result;
+    constexpr double tolerance = 1e-2;
     const Prior prior = options.prior.prior;
     Execution serial(1);
-    std::vector<Lattice> lattices{latticeAround(options.multiscale.voxelSize)};
-    const Lattice lattice = lattices.front();
-    const std::size_t level = addCoarserGrids(lattices);
-    const LevelSamples samples(sortedByCells(toSamples(seen_, lattice, spacing, serial), serial), lattices, serial);
-    LevelObservation observation;
-    observation.samples = &samples;
-    observation.weights = pointWeights(prior, resolvedSmoothing(options.observation, spacing), spacing, lattice.spacing,
-                                       resolvedGradientWeight(options.observation));
-    SolverOptions solver;
-    solver.changeTolerance = 1e-2; // a few digits on a small grid
-    solver.smootherDegree = prior == Prior::membrane ? 0 : 4;
-    const std::vector<SolverGrid> grids = wholeGrids(lattices, level, observation, prior, serial);
+    const Lattice lattice = latticeAround(options.multiscale.voxelSize);
+    const WholeLevel level({lattice}, toSamples(seen_, lattice, spacing, serial),
+                           levelWeights(prior, options.observation, spacing, lattice.spacing, true), prior, serial);
     std::vector<float> values(static_cast<std::size_t>(lattice.size.count()), 0);
-    solveOnGrids(grids, prior, grids.front().voxels, {wholeLevelSteps}, solver, lattice.spacing, values.data(), serial);
+    level.solve(roughSolver(prior, tolerance), values, serial);
     const DistanceField field(lattice, std::move(values), {});
     Eigen::Vector3f gradient;
     const auto residual = [&](const Eigen::Vector3f& at) {
@@ -126,9 +113,6 @@ private:
     }
     return best;
   }
-
-  /// Knuth's multiplicative hash.
-  static std::uint32_t hash(std::size_t index) { return static_cast<std::uint32_t>(index) * 2654435761u >> 16; }
 
   Lattice latticeAround(double voxelSize) const
   {

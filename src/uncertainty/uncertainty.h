@@ -7,10 +7,9 @@
 /// is multiplied with is learnt from points that are left out:
 ///
 /// - In fillings by discs as wide as the openings (opening_patches.h), filled on the coarse grid: σ² = f² V + K.
-/// - Amid the data by what pairs of points next to each other share (held_out_pairs.h), which is the surface's error
-/// and
-///   not the scanner's. It is spread over the surface by V and by δ, the distance between the surface and that of the
-///   coarse grid: where refining has changed much, more is left to change.
+/// - Amid the data by what pairs of points next to each other share (held_out_pairs.h): the surface's error, not the
+///   scanner's. It is spread over the surface by V and by δ, the distance between the surface and that of the coarse
+///   grid: where refining has changed much, more is left to change.
 ///
 /// Discs and pairs are few on some clouds, so that all factors are drawn towards those that were learnt on simulated
 /// scans; see SigmaModel. What no point tells of is not in sigma: views that are misplaced against each other, normals

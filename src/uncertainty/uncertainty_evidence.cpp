@@ -2,8 +2,7 @@
 #include "uncertainty/uncertainty_evidence.h"
 
 #include "levels/level_memory.h"
-#include "solver/grid_solver.h"
-#include "solver/grids.h"
+#include "solver/whole_level.h"
 #include "uncertainty/posterior_draws.h"
 
 #include <pcl/surface/mrf/multiscale.h>
@@ -40,74 +39,51 @@ float voxelSizeOfDraws(const BoundingBox& volume, std::size_t points, const Mult
 }
 
 /// A cloud on a grid of that size, solved everywhere.
-class CoarseModel {
-public:
-  CoarseModel(const OrientedPoints& points, const BoundingBox& volume, float spacing, const Options& options,
-              Execution& execution)
-      : prior_(options.prior.prior), execution_(execution)
-  {
-    const float voxelSize = voxelSizeOfDraws(volume, points.size(), options.multiscale);
-    Workload workload;
-    workload.points = static_cast<double>(points.size());
-    workload.area = areaPerPoint * spacing * spacing * workload.points;
-    workload.prior = options.prior;
-    lattices_ = planLevels(volume, voxelSize, workload, options.multiscale);
-    addCoarserGrids(lattices_);
-    constexpr float mergedFrom = 2; // spacings: a cell of that size holds one point
-    const std::vector<PointSample> finest = toSamples(points, lattice(), spacing, execution);
-    samples_ = LevelSamples(voxelSize > mergedFrom * spacing ? merge(finest, .5f, execution)
-                                                             : sortedByCells(finest, execution),
-                            lattices_, execution);
-    samples_.own.back() = sortedByCells(samples_.own.back(), execution);
-    observation_.samples = &samples_;
-    const double least = voxelSize > options.multiscale.voxelSize ? leastSmoothing * voxelSize : 0;
-    observation_.weights =
-        pointWeights(prior_, std::max<double>(resolvedSmoothing(options.observation, spacing), least), spacing,
-                     voxelSize, resolvedGradientWeight(options.observation));
-    grids_ = wholeGrids(lattices_, lattices_.size() - 1, observation_, prior_, execution);
-  }
-  CoarseModel(const CoarseModel&) = delete;
-  CoarseModel& operator=(const CoarseModel&) = delete;
+WholeLevel coarseLevel(const OrientedPoints& points, const BoundingBox& volume, float spacing, const Options& options,
+                       Execution& execution)
+{
+  const float voxelSize = voxelSizeOfDraws(volume, points.size(), options.multiscale);
+  Workload workload;
+  workload.points = static_cast<double>(points.size());
+  workload.area = areaPerPoint * spacing * spacing * workload.points;
+  workload.prior = options.prior;
+  std::vector<Lattice> lattices = planLevels(volume, voxelSize, workload, options.multiscale);
+  constexpr float mergedFrom = 2; // spacings: a cell of that size holds one point
+  std::vector<PointSample> samples = toSamples(points, lattices.back(), spacing, execution);
+  if (voxelSize > mergedFrom * spacing)
+    samples = merge(samples, .5f, execution);
+  const bool isFinest = !(voxelSize > options.multiscale.voxelSize);
+  return WholeLevel(std::move(lattices), samples,
+                    levelWeights(options.prior.prior, options.observation, spacing, voxelSize, isFinest),
+                    options.prior.prior, execution);
+}
 
-  const Lattice& lattice() const { return lattices_.back(); }
+/// The posterior's mean.
+DistanceField meanOf(const WholeLevel& level, Execution& execution)
+{
+  std::vector<float> values(static_cast<std::size_t>(level.lattice().size.count()), 0);
+  SolverOptions solver;
+  solver.changeTolerance = 2e-3;
+  level.solve(solver, values, execution);
+  return DistanceField(level.lattice(), std::move(values), {});
+}
 
-  /// The posterior's mean.
-  DistanceField solve() const
-  {
-    std::vector<float> values(static_cast<std::size_t>(lattice().size.count()), 0);
-    SolverOptions solver;
-    solver.changeTolerance = 2e-3;
-    LevelPlan plan{wholeLevelSteps};
-    plan.threads = execution_.threads();
-    solveOnGrids(grids_, prior_, grids_.front().voxels, plan, solver, lattice().spacing, values.data(), execution_);
-    return DistanceField(lattice(), std::move(values), {});
-  }
-
-  /// Draws from the posterior for data of variance 1, less its mean.
-  std::vector<DistanceField> draws(int count, std::uint64_t seed) const
-  {
-    const auto scale = static_cast<float>(std::sqrt(observation_.weights.value));
-    std::vector<DistanceField> result(static_cast<std::size_t>(count));
-    // Each on one thread: levels of this size gain little by several.
-    execution_.forRange(count, 1, [&](std::int64_t n, std::int64_t) {
-      Execution serial(1);
-      std::vector<float> draw = drawOfPosterior(grids_, lattice().size, prior_,
-                                                NormalDraws(seed, static_cast<std::uint64_t>(n)), stepsOfDraw, serial);
-      for (float& value : draw)
-        value *= scale;
-      result[static_cast<std::size_t>(n)] = DistanceField(lattice(), std::move(draw), {});
-    });
-    return result;
-  }
-
-private:
-  Prior prior_;
-  Execution& execution_;
-  std::vector<Lattice> lattices_;
-  LevelSamples samples_;
-  LevelObservation observation_;
-  std::vector<SolverGrid> grids_;
-};
+/// Draws from the posterior for data of variance 1, less its mean.
+std::vector<DistanceField> drawsOf(const WholeLevel& level, int count, std::uint64_t seed, Execution& execution)
+{
+  const auto scale = static_cast<float>(std::sqrt(level.weights().value));
+  std::vector<DistanceField> result(static_cast<std::size_t>(count));
+  // Each on one thread: levels of this size gain little by several.
+  execution.forRange(count, 1, [&](std::int64_t n, std::int64_t) {
+    Execution serial(1);
+    std::vector<float> draw = drawOfPosterior(level.grids(), level.lattice().size, level.prior(),
+                                              NormalDraws(seed, static_cast<std::uint64_t>(n)), stepsOfDraw, serial);
+    for (float& value : draw)
+      value *= scale;
+    result[static_cast<std::size_t>(n)] = DistanceField(level.lattice(), std::move(draw), {});
+  });
+  return result;
+}
 
 /// The variance of draws at a place.
 float varianceOf(const std::vector<DistanceField>& draws, const Eigen::Vector3f& at)
@@ -153,11 +129,11 @@ public:
   {
     measureDistances(evidence);
     leaveOut(evidence);
-    const CoarseModel model(left_, piece_.volume, spacing_, options_, execution_);
-    result_.voxelSize = model.lattice().spacing;
-    result_.voxels = model.lattice().size.count();
-    const DistanceField coarse = model.solve();
-    result_.draws = model.draws(options_.uncertainty.samples, options_.solver.seed);
+    const WholeLevel level = coarseLevel(left_, piece_.volume, spacing_, options_, execution_);
+    result_.voxelSize = level.lattice().spacing;
+    result_.voxels = level.lattice().size.count();
+    const DistanceField coarse = meanOf(level, execution_);
+    result_.draws = drawsOf(level, options_.uncertainty.samples, options_.solver.seed, execution_);
     forVertices([&](std::size_t v, Neighbors&) {
       const Eigen::Vector3f& at = mesh_.vertices[v];
       const float slope = slopeOf(field_.sampleGradient(at));
