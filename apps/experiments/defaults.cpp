@@ -9,7 +9,7 @@ using figures::Lazy;
 using figures::rounded;
 using figures::text;
 using nlohmann::json;
-using pcl::mrf::Estimate;
+using pcl::mrf::ObservationKind;
 using pcl::mrf::Options;
 using pcl::mrf::Prior;
 using pcl::mrf::Trimming;
@@ -30,15 +30,15 @@ std::vector<Variation> variations()
   const auto add = [&](const std::string& option, const std::string& value, const Change& change) {
     result.push_back({option, value, change});
   };
-  const auto estimate = [&](const std::string& value, Estimate kind) {
-    add("estimate", value, [kind](Options& options, double) { options.observation.estimate = kind; });
+  const auto estimate = [&](const std::string& value, ObservationKind kind) {
+    add("estimate", value, [kind](Options& options, double) { options.observation.kind = kind; });
   };
-  estimate("points", Estimate::points);
-  estimate("median", Estimate::median);
-  estimate("mean", Estimate::mean);
-  estimate("nearest", Estimate::nearest);
-  estimate("plane", Estimate::plane);
-  estimate("trapezoid", Estimate::trapezoid);
+  estimate("points", ObservationKind::points);
+  estimate("median", ObservationKind::median);
+  estimate("mean", ObservationKind::mean);
+  estimate("nearest", ObservationKind::nearest);
+  estimate("plane", ObservationKind::plane);
+  estimate("trapezoid", ObservationKind::trapezoid);
   for (const Prior prior : figures::allPriors)
     add("k", std::to_string(order(prior)), [prior](Options& options, double) { options.prior.prior = prior; });
   for (const double length : {.4, .6, .8, 1.2})
@@ -50,12 +50,12 @@ std::vector<Variation> variations()
         [weight](Options& options, double) { options.observation.gradientWeight = weight; });
   for (const double reach : {2.5, 3., 3.25, 4.})
     add("plane: dEmax, spacings", text(reach), [reach](Options& options, double spacing) {
-      options.observation.estimate = Estimate::plane;
+      options.observation.kind = ObservationKind::plane;
       options.observation.maxDistance = static_cast<float>(reach * spacing);
     });
   for (const float beta : {.9f, .95f, .99f, .999f})
     add("plane: beta", text(beta), [beta](Options& options, double) {
-      options.observation.estimate = Estimate::plane;
+      options.observation.kind = ObservationKind::plane;
       options.prior.beta = beta;
     });
   for (const double voxel : {1.5, 2., 3.})

@@ -11,7 +11,7 @@ namespace mrf_apps {
 
 using namespace figures;
 using nlohmann::json;
-using pcl::mrf::Estimate;
+using pcl::mrf::ObservationKind;
 using pcl::mrf::Options;
 using pcl::mrf::scan::Length;
 using pcl::mrf::scan::Scan;
@@ -166,11 +166,11 @@ void addNoise(Laboratory& laboratory, Section& section)
       }));
       measure(peerOnNoise(mrf_apps::ours("facing", "this, each normal facing its sensor", [](Options&, double) {})));
       std::vector<std::pair<NoisyMethod, json>> pictured = {{ours, byDefault}};
-      for (const Estimate estimate : {Estimate::median, Estimate::mean}) {
+      for (const ObservationKind kind : {ObservationKind::median, ObservationKind::mean}) {
         Curve curve;
-        curve.name = estimate == Estimate::median ? "voxel-wise median, k = 2" : "voxel-wise mean, k = 2";
+        curve.name = kind == ObservationKind::median ? "voxel-wise median, k = 2" : "voxel-wise mean, k = 2";
         for (const double beta : allBetas) {
-          const NoisyMethod method = voxelwiseOnNoise(estimate, beta);
+          const NoisyMethod method = voxelwiseOnNoise(kind, beta);
           const json measured = measure(method);
           if (pictured.size() == 1)
             pictured.emplace_back(method, measured);
@@ -207,7 +207,7 @@ void addOutliers(Laboratory& laboratory, Section& section)
 
   Table table =
       resultTable("fig-8-outliers", "Outliers, without noise on the other points", {"object", "outliers", "method"});
-  const std::vector<NoisyMethod> methods = {defaultOnNoise(), voxelwiseOnNoise(Estimate::median, .99),
+  const std::vector<NoisyMethod> methods = {defaultOnNoise(), voxelwiseOnNoise(ObservationKind::median, .99),
                                             peerOnNoise(poissonMethod()), peerOnNoise(hoppeMethod()),
                                             peerOnOurPoints(poissonMethod())};
   for (const ScanObject& object : objects(laboratory.options()))

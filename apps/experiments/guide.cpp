@@ -82,7 +82,7 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
                     Coloring::plain,
                     front,
                     {{"voxels", "--observation plane",
-                      [](Options& options, double) { options.observation.estimate = pcl::mrf::Estimate::plane; }},
+                      [](Options& options, double) { options.observation.kind = pcl::mrf::ObservationKind::plane; }},
                      byDefault}});
 
   ScanOptions clusters = scan;

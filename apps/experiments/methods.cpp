@@ -69,7 +69,7 @@ std::vector<Method> ownMethods()
           ours("k2", "this, k = 2", withPrior(pcl::mrf::Prior::thinPlate)),
           ours("k1", "this, k = 1", withPrior(pcl::mrf::Prior::membrane)),
           ours("plane", "this, voxel-wise (plane)",
-               [](Options& options, double) { options.observation.estimate = pcl::mrf::Estimate::plane; }),
+               [](Options& options, double) { options.observation.kind = pcl::mrf::ObservationKind::plane; }),
           ours("paper", "this, preset paper", [](Options& options, double) {
             options = pcl::mrf::paperPreset();
             options.normals.source = pcl::mrf::NormalSource::use; // those that all methods are given

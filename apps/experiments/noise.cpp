@@ -45,12 +45,12 @@ NoisyMethod defaultOnNoise()
   return oursOnNoise("default", "this (default)", [](Options&, double) {});
 }
 
-NoisyMethod voxelwiseOnNoise(pcl::mrf::Estimate estimate, double beta)
+NoisyMethod voxelwiseOnNoise(pcl::mrf::ObservationKind kind, double beta)
 {
-  const std::string name = estimate == pcl::mrf::Estimate::mean ? "mean" : "median";
+  const std::string name = kind == pcl::mrf::ObservationKind::mean ? "mean" : "median";
   return oursOnNoise(name + "-" + text(beta), "this, voxel-wise " + name + ", k = 2, beta " + text(beta),
-                     [estimate, beta](Options& options, double) {
-                       options.observation.estimate = estimate;
+                     [kind, beta](Options& options, double) {
+                       options.observation.kind = kind;
                        options.prior.prior = pcl::mrf::Prior::thinPlate;
                        options.prior.beta = static_cast<float>(beta);
                      });

@@ -31,7 +31,7 @@ NoisyMethod oursOnNoise(const std::string& id, const std::string& title, const C
 NoisyMethod defaultOnNoise();
 
 /// Voxel-wise observations with the prior of the paper's figures, k = 2.
-NoisyMethod voxelwiseOnNoise(pcl::mrf::Estimate estimate, double beta);
+NoisyMethod voxelwiseOnNoise(pcl::mrf::ObservationKind kind, double beta);
 
 /// Another method on all points of the scan, with normals as withEstimatedNormals gives them.
 NoisyMethod peerOnNoise(const Method& method);

@@ -131,7 +131,7 @@ Problem makeProblem(Prior prior, Laboratory& laboratory)
   priorOptions.prior = prior;
   // The paper's solvers are of a diagonal data term.
   pcl::mrf::ObservationOptions observationOptions;
-  observationOptions.estimate = pcl::mrf::Estimate::plane;
+  observationOptions.kind = pcl::mrf::ObservationKind::plane;
   pcl::mrf::SolverOptions tight;
   tight.residualTolerance = 1e-12;
   tight.changeTolerance = 0;

@@ -80,7 +80,7 @@ void addPreprocessingOptions(OptionParser& parser)
 void addModelOptions(OptionParser& parser)
 {
   parser.group("Observation");
-  parser.declared("observation.estimate");
+  parser.declared("observation.kind");
   CLI::Option* smoothing = parser.declared("observation.smoothing");
   parser.declared("observation.noise")->excludes(smoothing);
   for (const char* name : {"observation.gradientWeight", "observation.neighbors", "observation.maxDistance",

@@ -44,7 +44,7 @@ Json toJson(const Options& options)
             {"lowAgreement", orientation.lowAgreement},
             {"sensorOrigin", orientation.sensorOrigin}}},
           {"observation",
-           {{"estimate", nameOf(observation.estimate)},
+           {{"estimate", nameOf(observation.kind)},
             {"smoothing", observation.smoothing},
             {"noise", observation.noise},
             {"gradientWeight", observation.gradientWeight},

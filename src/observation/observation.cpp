@@ -116,8 +116,8 @@ float median(std::vector<float>& values)
 /// Estimates d° at one position from the points found near it.
 class Estimator {
 public:
-  Estimator(const OrientedPoints& points, Estimate estimate, float spacing)
-      : points_(points), estimate_(estimate), halfInverseVariance_(.5f / (.75f * spacing * .75f * spacing))
+  Estimator(const OrientedPoints& points, ObservationKind kind, float spacing)
+      : points_(points), kind_(kind), halfInverseVariance_(.5f / (.75f * spacing * .75f * spacing))
   {}
 
   float operator()(const Eigen::Vector3f& x, const std::vector<int>& neighbors)
@@ -126,19 +126,19 @@ public:
     for (const int j : neighbors)
       projected_.push_back(normal(j).dot(x - position(j)));
 
-    switch (estimate_) {
-    case Estimate::points: // observe() refuses it
-    case Estimate::nearest:
+    switch (kind_) {
+    case ObservationKind::points: // observe() refuses it
+    case ObservationKind::nearest:
       return projected_.front();
-    case Estimate::median:
+    case ObservationKind::median:
       return median(projected_);
-    case Estimate::mean:
+    case ObservationKind::mean:
       setWeightsToConfidence(neighbors);
       break;
-    case Estimate::plane:
+    case ObservationKind::plane:
       setTangentialWeights(x, neighbors);
       break;
-    case Estimate::trapezoid:
+    case ObservationKind::trapezoid:
       setTangentialWeights(x, neighbors);
       turnNormalsToMean(x, neighbors);
       break;
@@ -189,7 +189,7 @@ private:
   }
 
   const OrientedPoints& points_;
-  Estimate estimate_;
+  ObservationKind kind_;
   float halfInverseVariance_;
   std::vector<float> projected_, weights_;
 };
@@ -200,8 +200,8 @@ float resolvedMaxDistance(const ObservationOptions& options, float spacing, floa
 {
   if (options.maxDistance > 0)
     return options.maxDistance;
-  const bool isPapers = options.estimate == Estimate::median || options.estimate == Estimate::mean ||
-                        options.estimate == Estimate::nearest;
+  const bool isPapers = options.kind == ObservationKind::median || options.kind == ObservationKind::mean ||
+                        options.kind == ObservationKind::nearest;
   const float reach = (isPapers ? 3.f : 3.25f) * spacing;
   return options.scaleWithLevel && !options.atPoints() ? std::max(reach, 1.5f * voxelSize) : reach;
 }
@@ -218,7 +218,7 @@ Observation observe(const OrientedPoints& points, const NeighborSearch& search, 
 {
   validate(options);
   if (options.atPoints())
-    throw std::invalid_argument("observe: voxels are not what Estimate::points observes");
+    throw std::invalid_argument("observe: voxels are not what ObservationKind::points observes");
   ObservedVoxels observed = findObserved(points, lattice, maxDistance, execution);
 
   Observation result;
@@ -227,10 +227,10 @@ Observation observe(const OrientedPoints& points, const NeighborSearch& search, 
   result.distances.resize(result.voxels.size());
   result.confidences.resize(result.voxels.size());
 
-  const int neighbors = options.estimate == Estimate::nearest ? 1 : options.neighbors;
+  const int neighbors = options.kind == ObservationKind::nearest ? 1 : options.neighbors;
   execution.forRange(static_cast<std::int64_t>(result.voxels.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
     Neighbors found;
-    Estimator estimator(points, options.estimate, spacing);
+    Estimator estimator(points, options.kind, spacing);
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
       const Eigen::Array3i voxel = lattice.size.voxel(result.voxels[v]);
       const Eigen::Vector3f x = lattice.position(voxel.x(), voxel.y(), voxel.z());

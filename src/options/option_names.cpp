@@ -28,11 +28,12 @@ const Names<Energy>& names()
 }
 
 template <>
-const Names<Estimate>& names()
+const Names<ObservationKind>& names()
 {
-  static const Names<Estimate> all = {{"points", Estimate::points}, {"median", Estimate::median},
-                                      {"mean", Estimate::mean},     {"nearest", Estimate::nearest},
-                                      {"plane", Estimate::plane},   {"trapezoid", Estimate::trapezoid}};
+  static const Names<ObservationKind> all = {
+      {"points", ObservationKind::points}, {"median", ObservationKind::median},
+      {"mean", ObservationKind::mean},     {"nearest", ObservationKind::nearest},
+      {"plane", ObservationKind::plane},   {"trapezoid", ObservationKind::trapezoid}};
   return all;
 }
 

@@ -260,7 +260,7 @@ void declareObservation(Table& table)
 {
   table.stage("observation");
   const auto stage = &Options::observation;
-  table.choice("estimate", "--observation", field(stage, &ObservationOptions::estimate),
+  table.choice("kind", "--observation", field(stage, &ObservationOptions::kind),
                "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
   table
       .number("smoothing", "--smoothing", "length", notNegative, field(stage, &ObservationOptions::smoothing),

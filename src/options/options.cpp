@@ -34,7 +34,7 @@ Options paperPreset()
   options.orientation.joinAcrossCreases = false;
   options.orientation.localDistance = false;
   options.orientation.minComponentShare = .01f;
-  options.observation.estimate = Estimate::median;
+  options.observation.kind = ObservationKind::median;
   options.observation.confidenceShape = ConfidenceShape::linear;
   options.prior.prior = Prior::thinPlate;
   options.prior.beta = .9f;
@@ -107,7 +107,7 @@ void validate(const Options& options)
 {
   requireDeclared(options);
   if (wantsUncertainty(options) && !options.observation.atPoints())
-    throw InvalidOption("uncertainty.compute = on, and colors = sigma, need observation.estimate = points, where each "
+    throw InvalidOption("uncertainty.compute = on, and colors = sigma, need observation.kind = points, where each "
                         "point speaks once: what voxels observe is made of the same points again and again");
 }
 

@@ -179,7 +179,8 @@ TEST(Noise, defaultFindsItAndStaysBelow)
   EXPECT_LT(byDefault["reference"], .5 * noisePercent);
   EXPECT_EQ(byDefault["invented"], 0);
 
-  const json voxelwise = measureNoisy(voxelwiseOnNoise(pcl::mrf::Estimate::median, .99), sphere, scan, execution);
+  const json voxelwise =
+      measureNoisy(voxelwiseOnNoise(pcl::mrf::ObservationKind::median, .99), sphere, scan, execution);
   EXPECT_TRUE(voxelwise["noise"].is_null()) << "it looks for none";
   EXPECT_LT(voxelwise["accuracy"], noisePercent);
 }

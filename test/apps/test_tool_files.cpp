@@ -431,7 +431,7 @@ TEST_F(ToolFiles, SigmaIsInEveryFormatThatHoldsFields)
     EXPECT_EQ(mesh->GetPointData()->GetScalars()->GetNumberOfComponents(), 3) << "colors";
   }
   EXPECT_FALSE(reportOf({"in.xyz", "plain.ply"}).contains("uncertainty"));
-  expectFailure({"in.xyz", "no.ply", "--uncertainty", "--observation", "plane"}, 2, "observation.estimate = points");
+  expectFailure({"in.xyz", "no.ply", "--uncertainty", "--observation", "plane"}, 2, "observation.kind = points");
   expectFailure({"in.xyz", "no.ply", "--samples", "4"}, 2, "--samples has a meaning with --uncertainty");
 }
 

@@ -170,7 +170,7 @@ TEST_F(InstructionSets, MeshesAreTheSameBytes)
   pcl::mrf::Options options;
   expectSameMesh(false, options);
   expectSameMesh(true, options);
-  options.observation.estimate = pcl::mrf::Estimate::plane;
+  options.observation.kind = pcl::mrf::ObservationKind::plane;
   expectSameMesh(true, options);
   options.prior.prior = pcl::mrf::Prior::membrane;
   options.prior.energy = pcl::mrf::Energy::weighted;

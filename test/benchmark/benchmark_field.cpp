@@ -40,11 +40,11 @@ struct Scan {
 };
 
 /// All levels at the default voxel size of two spacings.
-void regularization(benchmark::State& state, Estimate estimate, std::int64_t count, std::int64_t threads)
+void regularization(benchmark::State& state, ObservationKind kind, std::int64_t count, std::int64_t threads)
 {
   const Scan& scan = Scan::of(count);
   ObservationOptions observation;
-  observation.estimate = estimate;
+  observation.kind = kind;
   PriorOptions prior;
   prior.prior = static_cast<Prior>(state.range(1));
   MultiscaleOptions options;
@@ -66,18 +66,18 @@ void regularization(benchmark::State& state, Estimate estimate, std::int64_t cou
 
 void pointWise(benchmark::State& state)
 {
-  regularization(state, Estimate::points, state.range(0), state.range(2));
+  regularization(state, ObservationKind::points, state.range(0), state.range(2));
 }
 
 void voxelWise(benchmark::State& state)
 {
-  regularization(state, Estimate::plane, state.range(0), state.range(2));
+  regularization(state, ObservationKind::plane, state.range(0), state.range(2));
 }
 
 /// A volume of 150³ voxels of two spacings each, as in the paper's example: sphere, median of five planes.
 void volume150(benchmark::State& state)
 {
-  regularization(state, state.range(0) == 0 ? Estimate::points : Estimate::median, 221000, 1);
+  regularization(state, state.range(0) == 0 ? ObservationKind::points : ObservationKind::median, 221000, 1);
 }
 
 /// Bytes per second of a triad over arrays of the size of the field, the best of some runs.

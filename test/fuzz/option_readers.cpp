@@ -57,7 +57,7 @@ void forEachMember(Options& o, const Visit& visit)
   all(o.orientation.neighborDistance, o.orientation.localDistance, o.orientation.maxAngle,
       o.orientation.joinAcrossCreases, o.orientation.minComponentShare, o.orientation.lowAgreement,
       o.orientation.sensorOrigin);
-  all(o.observation.estimate, o.observation.smoothing, o.observation.noise, o.observation.gradientWeight,
+  all(o.observation.kind, o.observation.smoothing, o.observation.noise, o.observation.gradientWeight,
       o.observation.neighbors, o.observation.scaleWithLevel, o.observation.maxDistance, o.observation.confidenceShape);
   all(o.prior.prior, o.prior.beta, o.prior.energy);
   all(o.solver.method, o.solver.maxIterations, o.solver.residualTolerance, o.solver.changeTolerance,

@@ -64,13 +64,14 @@ void forAll(const Body& body)
 }
 
 MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t denseVoxels, const PriorOptions& prior,
-                       Estimate estimate = Estimate::points, int threads = 1, const SurfaceFilter& wanted = {})
+                       ObservationKind kind = ObservationKind::points, int threads = 1,
+                       const SurfaceFilter& wanted = {})
 {
   Execution execution(threads);
   const auto search = makeKdTree();
   search->setPoints(points.positions);
   ObservationOptions observation;
-  observation.estimate = estimate;
+  observation.kind = kind;
   MultiscaleOptions multiscale;
   multiscale.denseVoxels = denseVoxels;
   return regularize(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior, {},
@@ -210,16 +211,16 @@ TEST(VoxelSet, CountsNeighborsAndFollowsThem)
   });
 }
 
-class BandedLevels : public testing::TestWithParam<std::tuple<Estimate, Prior>> {};
+class BandedLevels : public testing::TestWithParam<std::tuple<ObservationKind, Prior>> {};
 
 TEST_P(BandedLevels, AgreeWithDenseOnes)
 {
-  const auto [estimate, order] = GetParam();
+  const auto [kind, order] = GetParam();
   const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .04);
   PriorOptions prior;
   prior.prior = order;
-  const MultiscaleResult dense = solve(points, .04f, everything, prior, estimate),
-                         banded = solve(points, .04f, fewVoxels, prior, estimate);
+  const MultiscaleResult dense = solve(points, .04f, everything, prior, kind),
+                         banded = solve(points, .04f, fewVoxels, prior, kind);
   ASSERT_EQ(dense.field.lattice().size, banded.field.lattice().size);
   ASSERT_LT(banded.levels.back().unknowns, dense.levels.back().unknowns / 2);
   EXPECT_LT(banded.field.bytes(), dense.field.bytes());
@@ -235,11 +236,11 @@ TEST_P(BandedLevels, AgreeWithDenseOnes)
   // Away from the band the sign is what counts.
   EXPECT_GT(banded.field.sampleDistance(Eigen::Vector3f::Zero()), 0);
   EXPECT_LT(banded.field.sampleDistance({1, 0, 0}), 0);
-  EXPECT_EQ(banded.field.hasConfidences(), estimate != Estimate::points);
+  EXPECT_EQ(banded.field.hasConfidences(), kind != ObservationKind::points);
 }
 
 INSTANTIATE_TEST_SUITE_P(EveryModel, BandedLevels,
-                         testing::Combine(testing::Values(Estimate::points, Estimate::plane),
+                         testing::Combine(testing::Values(ObservationKind::points, ObservationKind::plane),
                                           testing::Values(Prior::membrane, Prior::thinPlate, Prior::triharmonic)));
 
 TEST(BandedLevels, GradientsAreThoseOfTheVoxelsAround)
@@ -302,8 +303,8 @@ TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
       return natural;
     };
     const PointSet points = shapes::sample([&](const Eigen::Vector3d& p) { return brick(turned(p)); }, 2.5, .05);
-    for (const Estimate estimate : {Estimate::points, Estimate::plane}) {
-      const MultiscaleResult result = solve(points, .05f, fewVoxels, {}, estimate);
+    for (const ObservationKind kind : {ObservationKind::points, ObservationKind::plane}) {
+      const MultiscaleResult result = solve(points, .05f, fewVoxels, {}, kind);
       const DistanceField& field = result.field;
       (field.axes().isMirrored() ? wereMirrored : wereNot) = true;
       const BoundingBox box = boundingBox(points.positions);
@@ -322,8 +323,7 @@ TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
       const TriangleMesh mesh = polygonize(field, {}, execution);
       const MeshStatistics statistics = measure(mesh);
       EXPECT_TRUE(statistics.closed() && statistics.manifold());
-      const double volume =
-          measure(polygonize(solve(points, .05f, everything, {}, estimate).field, {}, execution)).volume;
+      const double volume = measure(polygonize(solve(points, .05f, everything, {}, kind).field, {}, execution)).volume;
       EXPECT_NEAR(statistics.volume, volume, .001 * volume) << "outward, and that of dense levels";
       // Rows of signs say the same as voxels.
       std::vector<std::uint64_t> words(static_cast<std::size_t>(size.x + 63) / 64);
@@ -364,7 +364,7 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
       return select(mesh, keep);
     };
     const MultiscaleResult whole = solve(points, spacing, fewVoxels, {}),
-                           part = solve(points, spacing, fewVoxels, {}, Estimate::points, 2, dropMiddle);
+                           part = solve(points, spacing, fewVoxels, {}, ObservationKind::points, 2, dropMiddle);
     (part.field.axes().isMirrored() ? wereMirrored : wereNot) = true;
     EXPECT_GE(asked, 1);
     EXPECT_LT(static_cast<double>(part.levels.back().unknowns), .9 * static_cast<double>(whole.levels.back().unknowns));
@@ -438,12 +438,12 @@ TEST(BandedLevels, KeepThinPlatesAndNestedShells)
 TEST(BandedLevels, DoNotDependOnTheNumberOfThreads)
 {
   const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .011);
-  const MultiscaleResult result = solve(points, .011f, fewVoxels, {}, Estimate::points, 1);
+  const MultiscaleResult result = solve(points, .011f, fewVoxels, {}, ObservationKind::points, 1);
   ASSERT_GT(result.levels.back().unknowns, 100000) << "too few for slabs of their own";
   const DistanceField& one = result.field;
   const GridSize size = one.lattice().size;
   for (const int threads : {3, 40}) { // 40: more than there are slabs of a useful thickness
-    const DistanceField more = solve(points, .011f, fewVoxels, {}, Estimate::points, threads).field;
+    const DistanceField more = solve(points, .011f, fewVoxels, {}, ObservationKind::points, threads).field;
     for (int k = 0; k < size.z; ++k)
       for (int j = 0; j < size.y; ++j)
         for (int i = 0; i < size.x; i += 3)

@@ -102,10 +102,10 @@ TEST_P(EverySolver, TakesWhatWasPredictedOn100000Voxels)
   SphereRun run(35);
   run.options.denseVoxels = std::int64_t{1} << 40;
   std::tie(run.solver.method, run.prior.prior, run.threads) = GetParam();
-  for (const auto& [estimate, energy] :
-       {std::pair(Estimate::points, Energy::joint), std::pair(Estimate::median, Energy::joint),
-        std::pair(Estimate::plane, Energy::weighted)}) {
-    run.observation.estimate = estimate;
+  for (const auto& [kind, energy] :
+       {std::pair(ObservationKind::points, Energy::joint), std::pair(ObservationKind::median, Energy::joint),
+        std::pair(ObservationKind::plane, Energy::weighted)}) {
+    run.observation.kind = kind;
     run.prior.energy = energy;
     expectPredicted(run);
   }
@@ -121,10 +121,10 @@ TEST(Memory, BandsTakeWhatWasPredicted)
 {
   SphereRun run(178); // 100,000 points
   for (const Prior prior : {Prior::membrane, Prior::thinPlate, Prior::triharmonic})
-    for (const Estimate estimate : {Estimate::points, Estimate::plane}) {
+    for (const ObservationKind kind : {ObservationKind::points, ObservationKind::plane}) {
       run.threads = prior == Prior::thinPlate ? 2 : 1;
       run.prior.prior = prior;
-      run.observation.estimate = estimate;
+      run.observation.kind = kind;
       expectPredicted(run);
     }
 }

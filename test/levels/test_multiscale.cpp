@@ -299,13 +299,13 @@ TEST(Interpolate, LinearStaysWithinItsNeighborsAndAtTheBorderWithItsParent)
         EXPECT_FLOAT_EQ(values[static_cast<std::size_t>(fine.size.index(x, y, z))], static_cast<float>(value));
 }
 
-class EveryModel : public testing::TestWithParam<std::tuple<Estimate, Prior>> {};
+class EveryModel : public testing::TestWithParam<std::tuple<ObservationKind, Prior>> {};
 
 TEST_P(EveryModel, FitsASphereBetterOnAFinerGrid)
 {
   ObservationOptions observation;
   PriorOptions prior;
-  std::tie(observation.estimate, prior.prior) = GetParam();
+  std::tie(observation.kind, prior.prior) = GetParam();
   const auto sdf = shapes::sphere(1);
   const PointSet truth = shapes::sample(sdf, 1.2, .09, 7);
   const auto errorAt = [&](float spacing) {
@@ -319,7 +319,7 @@ TEST_P(EveryModel, FitsASphereBetterOnAFinerGrid)
 }
 
 INSTANTIATE_TEST_SUITE_P(Regularize, EveryModel,
-                         testing::Combine(testing::Values(Estimate::points, Estimate::plane),
+                         testing::Combine(testing::Values(ObservationKind::points, ObservationKind::plane),
                                           testing::Values(Prior::membrane, Prior::thinPlate, Prior::triharmonic)));
 
 TEST(Regularize, FillsAHoleInASphere)
@@ -346,7 +346,7 @@ TEST(Regularize, FillsAHoleInASphere)
 TEST(Regularize, BandsWeighDataByTheEnergyAsDenseLevelsDo)
 {
   ObservationOptions observation;
-  observation.estimate = Estimate::plane;
+  observation.kind = ObservationKind::plane;
   const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .05);
   for (const std::int64_t denseVoxels : {std::int64_t{0}, std::int64_t{1} << 30}) {
     const auto errorOf = [&](Energy energy, float beta) {
@@ -368,7 +368,7 @@ TEST(Regularize, BandsWeighDataByTheEnergyAsDenseLevelsDo)
 TEST(Regularize, ConfidenceOfVoxelsIsZeroAwayFromThePoints)
 {
   ObservationOptions observation;
-  observation.estimate = Estimate::plane;
+  observation.kind = ObservationKind::plane;
   const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .1);
   const DistanceField field = regularizePoints(points, .1f, {}, {}, {}, 1, observation).field;
   ASSERT_TRUE(field.hasConfidences());
@@ -395,7 +395,7 @@ TEST(Regularize, StartsFromTheInterpolationThatWasAskedFor)
   solver.maxIterations = 1;
   const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .1);
   ObservationOptions observation;
-  observation.estimate = Estimate::plane;
+  observation.kind = ObservationKind::plane;
   const auto fieldOf = [&](Interpolation interpolation) {
     MultiscaleOptions options;
     options.interpolation = interpolation;
@@ -464,7 +464,7 @@ TEST(Regularize, SaysWhatIsWrongWhenNothingIsObserved)
   const auto search = makeKdTree();
   search->setPoints(points.positions);
   ObservationOptions observation;
-  observation.estimate = Estimate::plane;
+  observation.kind = ObservationKind::plane;
   observation.maxDistance = 1e-4f;
   EXPECT_THROW(regularize(shapes::oriented(points), *search, .3f, boundingBox(points.positions), observation, {}, {},
                           {}, execution),

@@ -14,8 +14,8 @@ using namespace pcl::mrf;
 
 namespace {
 
-const std::vector<Estimate> allEstimates = {Estimate::median, Estimate::mean, Estimate::nearest, Estimate::plane,
-                                            Estimate::trapezoid};
+const std::vector<ObservationKind> allKinds = {ObservationKind::median, ObservationKind::mean, ObservationKind::nearest,
+                                               ObservationKind::plane, ObservationKind::trapezoid};
 
 Lattice cube(double halfSide, double spacing)
 {
@@ -44,11 +44,11 @@ Observation observeAll(const OrientedPoints& points, const Lattice& lattice, flo
 }
 
 /// Root mean square of d° − d over the observed voxels of a sphere of radius 1, in units of the spacing.
-double sphereError(Estimate estimate, double spacing)
+double sphereError(ObservationKind kind, double spacing)
 {
   const auto sdf = shapes::sphere(1);
   ObservationOptions options;
-  options.estimate = estimate;
+  options.kind = kind;
   const OrientedPoints points = shapes::oriented(shapes::sample(sdf, 1.2, spacing));
   const Observation observation =
       observeAll(points, cube(1.3, 2 * spacing), static_cast<float>(spacing), static_cast<float>(3 * spacing), options);
@@ -66,9 +66,9 @@ TEST(Observation, EveryEstimateIsExactOnAPlane)
 {
   const auto sdf = shapes::plane({1, 2, 3});
   const OrientedPoints points = shapes::oriented(shapes::sample(sdf, 1, .1));
-  for (const Estimate estimate : allEstimates) {
+  for (const ObservationKind kind : allKinds) {
     ObservationOptions options;
-    options.estimate = estimate;
+    options.kind = kind;
     const Observation observation = observeAll(points, cube(.8, .2), .1f, .3f, options);
     ASSERT_GT(observation.voxels.size(), 50u);
     for (std::size_t v = 0; v < observation.voxels.size(); ++v) {
@@ -84,7 +84,7 @@ TEST(Observation, ObservesExactlyTheVoxelsNearPoints)
   const OrientedPoints points = shapes::oriented(shapes::sample(shapes::torus(1, .4), 1.6, .12));
   for (const ConfidenceShape shape : {ConfidenceShape::linear, ConfidenceShape::quadratic}) {
     ObservationOptions options;
-    options.estimate = Estimate::plane;
+    options.kind = ObservationKind::plane;
     options.confidenceShape = shape;
     const float maxDistance = .31f;
     const Lattice lattice = cube(1.5, .17); // smaller than the torus: points outside the lattice count as well
@@ -108,17 +108,17 @@ TEST(Observation, ObservesExactlyTheVoxelsNearPoints)
 
 TEST(Observation, ErrorOnASphereFallsWithTheSpacing)
 {
-  for (const Estimate estimate : allEstimates) {
-    const double coarse = sphereError(estimate, .1), fine = sphereError(estimate, .05);
+  for (const ObservationKind kind : allKinds) {
+    const double coarse = sphereError(kind, .1), fine = sphereError(kind, .05);
     // Tangent planes err by t²/2R: in units of the spacing the error is proportional to it.
-    EXPECT_LT(fine, .65 * coarse) << static_cast<int>(estimate);
+    EXPECT_LT(fine, .65 * coarse) << static_cast<int>(kind);
   }
 }
 
 TEST(Observation, TrapezoidCorrectsForCurvature)
 {
-  EXPECT_LT(sphereError(Estimate::trapezoid, .05), .8 * sphereError(Estimate::plane, .05));
-  EXPECT_LT(sphereError(Estimate::plane, .05), sphereError(Estimate::mean, .05));
+  EXPECT_LT(sphereError(ObservationKind::trapezoid, .05), .8 * sphereError(ObservationKind::plane, .05));
+  EXPECT_LT(sphereError(ObservationKind::plane, .05), sphereError(ObservationKind::mean, .05));
 }
 
 TEST(Observation, MedianIgnoresAPointOffTheSurface)
@@ -130,9 +130,9 @@ TEST(Observation, MedianIgnoresAPointOffTheSurface)
       middle = i;
   points.positions[middle].z() += .05f;
 
-  const auto largestError = [&](Estimate estimate) {
+  const auto largestError = [&](ObservationKind kind) {
     ObservationOptions options;
-    options.estimate = estimate;
+    options.kind = kind;
     const Observation observation = observeAll(points, cube(.5, .1), .1f, .15f, options);
     double largest = 0;
     for (std::size_t v = 0; v < observation.voxels.size(); ++v)
@@ -140,8 +140,8 @@ TEST(Observation, MedianIgnoresAPointOffTheSurface)
           largest, std::abs(observation.distances[v] - positionOf(observation.lattice, observation.voxels[v]).z()));
     return largest;
   };
-  EXPECT_LT(largestError(Estimate::median), 1e-6);
-  EXPECT_GT(largestError(Estimate::mean), .005); // a fifth of .05 would be .01 where it is among the five
+  EXPECT_LT(largestError(ObservationKind::median), 1e-6);
+  EXPECT_GT(largestError(ObservationKind::mean), .005); // a fifth of .05 would be .01 where it is among the five
 }
 
 TEST(Observation, ConfidenceOfThePointsMultipliesAlphaAndWeighsTheMean)
@@ -156,7 +156,7 @@ TEST(Observation, ConfidenceOfThePointsMultipliesAlphaAndWeighsTheMean)
   lattice.origin = {0, 0, .1};
   lattice.spacing = 1;
   ObservationOptions options;
-  options.estimate = Estimate::mean;
+  options.kind = ObservationKind::mean;
   options.neighbors = 2;
   options.confidenceShape = ConfidenceShape::linear;
   const Observation observation = observeAll(points, lattice, .2f, 1, options);
@@ -169,7 +169,7 @@ TEST(Observation, DoesNotDependOnTheNumberOfThreads)
 {
   const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, .08));
   ObservationOptions options;
-  options.estimate = Estimate::plane;
+  options.kind = ObservationKind::plane;
   const Observation one = observeAll(points, cube(1.3, .1), .08f, .24f, options, 1);
   for (const int threads : {2, 4}) {
     const Observation more = observeAll(points, cube(1.3, .1), .08f, .24f, options, threads);

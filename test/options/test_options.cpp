@@ -162,7 +162,7 @@ TEST(Options, ThePapersPresetIsWhatItSays)
   density.nearestDeviation = 0;
   EXPECT_EQ(resolvedNeighborDistance(paper.orientation, density), 5) << "not below 2.5 l̄";
 
-  EXPECT_EQ(paper.observation.estimate, Estimate::median);
+  EXPECT_EQ(paper.observation.kind, ObservationKind::median);
   EXPECT_EQ(paper.observation.neighbors, 5);
   EXPECT_EQ(paper.observation.confidenceShape, ConfidenceShape::linear);
   EXPECT_EQ(resolvedMaxDistance(paper.observation, 2, 2 * spacingsPerVoxel(paper.multiscale.quality)), 6) << "3 l̄";

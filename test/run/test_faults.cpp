@@ -398,7 +398,7 @@ TEST(Options, EnumerationsOutOfRange)
   const std::function<void(pcl::mrf::Options&)> changes[] = {
       [](auto& o) { o.unit = static_cast<pcl::mrf::LengthUnit>(2); },
       [](auto& o) { o.normals.source = static_cast<pcl::mrf::NormalSource>(-1); },
-      [](auto& o) { o.observation.estimate = static_cast<pcl::mrf::Estimate>(77); },
+      [](auto& o) { o.observation.kind = static_cast<pcl::mrf::ObservationKind>(77); },
       [](auto& o) { o.observation.confidenceShape = static_cast<pcl::mrf::ConfidenceShape>(2); },
       [](auto& o) { o.prior.prior = static_cast<pcl::mrf::Prior>(0); },
       [](auto& o) { o.prior.energy = static_cast<pcl::mrf::Energy>(3); },
@@ -423,7 +423,7 @@ TEST(Options, AReachBeyondAllVoxelsIsNoIndex)
   mrf.setInputCloud(smallCloud());
   for (const float reach : {1e6f, 1e30f, std::numeric_limits<float>::max()}) {
     pcl::mrf::Options options = smallOptions(2);
-    options.observation.estimate = pcl::mrf::Estimate::plane;
+    options.observation.kind = pcl::mrf::ObservationKind::plane;
     options.observation.maxDistance = reach;
     mrf.setOptions(options);
     EXPECT_FALSE(run(mrf).triangles.empty()) << reach;

@@ -264,10 +264,10 @@ TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
   Mrf mrf;
   mrf.setPreset(pcl::mrf::Preset::paper);
   EXPECT_EQ(mrf.getPreset(), pcl::mrf::Preset::paper);
-  EXPECT_EQ(mrf.getObservation(), pcl::mrf::Estimate::median);
+  EXPECT_EQ(mrf.getObservation(), pcl::mrf::ObservationKind::median);
   EXPECT_EQ(mrf.getBeta(), pcl::mrf::paperPreset().prior.beta);
   mrf.setPreset(pcl::mrf::Preset::standard);
-  EXPECT_EQ(mrf.getObservation(), pcl::mrf::Estimate::points) << "of the paper's nothing is left";
+  EXPECT_EQ(mrf.getObservation(), pcl::mrf::ObservationKind::points) << "of the paper's nothing is left";
 
   mrf.setQuality(pcl::mrf::Quality::fine);
   mrf.setSmoothing(.5f);
@@ -277,7 +277,7 @@ TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
   mrf.setTargetEdge(.125f);
   mrf.setNumberOfRemeshingRounds(4);
   mrf.setConfidenceField("curvature");
-  mrf.setObservation(pcl::mrf::Estimate::plane);
+  mrf.setObservation(pcl::mrf::ObservationKind::plane);
   mrf.setThrowing(true);
   mrf.setProgressCallback([](const std::string&, double) { return false; });
   mrf.setSensorPositions({{1, 2, 3}, {4, 5, 6}}, {0, 1, 1});
@@ -290,7 +290,7 @@ TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
   EXPECT_EQ(mrf.getTargetEdge(), .125f);
   EXPECT_EQ(mrf.getNumberOfRemeshingRounds(), 4);
   EXPECT_EQ(mrf.getConfidenceField(), "curvature");
-  EXPECT_EQ(mrf.getObservation(), pcl::mrf::Estimate::plane);
+  EXPECT_EQ(mrf.getObservation(), pcl::mrf::ObservationKind::plane);
   EXPECT_TRUE(mrf.getThrowing());
   EXPECT_FALSE(mrf.getProgressCallback()("", 0));
   EXPECT_EQ(mrf.getSensorPositions().at(1), Eigen::Vector3d(4, 5, 6));
@@ -305,7 +305,7 @@ TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
   EXPECT_EQ(options.remesher.targetEdge, .125f);
   EXPECT_EQ(options.remesher.rounds, 4);
   EXPECT_EQ(options.confidenceField, "curvature");
-  EXPECT_EQ(options.observation.estimate, pcl::mrf::Estimate::plane);
+  EXPECT_EQ(options.observation.kind, pcl::mrf::ObservationKind::plane);
 }
 
 TEST(Interface, TellsOfABetaThatHasNoEffect)
@@ -317,7 +317,7 @@ TEST(Interface, TellsOfABetaThatHasNoEffect)
   ASSERT_EQ(mrf.getReport().warnings.size(), 1u);
   EXPECT_NE(mrf.getReport().warnings.front().find("prior.beta = 0.5 has no effect"), std::string::npos)
       << mrf.getReport().warnings.front();
-  mrf.setObservation(pcl::mrf::Estimate::plane);
+  mrf.setObservation(pcl::mrf::ObservationKind::plane);
   run(mrf);
   EXPECT_TRUE(mrf.getReport().warnings.empty()) << mrf.getReport().warnings.front();
 }
@@ -720,12 +720,12 @@ TEST(Errors, AFieldWithoutAZeroLevelIsBlamedOnBetaAtVoxels)
 {
   Mrf mrf;
   mrf.setInputCloud(sphereCloud());
-  mrf.setObservation(pcl::mrf::Estimate::plane);
+  mrf.setObservation(pcl::mrf::ObservationKind::plane);
   mrf.setBeta(1e-10f);
   const std::string message = expectFailure(mrf, Status::invalidInput);
   EXPECT_NE(message.find("prior.beta = 1e-10 is too small"), std::string::npos) << message;
   // At points it has no effect, and nothing to be blamed for.
-  mrf.setObservation(pcl::mrf::Estimate::points);
+  mrf.setObservation(pcl::mrf::ObservationKind::points);
   run(mrf);
 }
 

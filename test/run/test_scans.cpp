@@ -127,7 +127,7 @@ INSTANTIATE_TEST_SUITE_P(Scans, CleanScan,
 TEST_P(VoxelwiseScan, ReachesItsBars)
 {
   Options options;
-  options.observation.estimate = Estimate::plane;
+  options.observation.kind = ObservationKind::plane;
   options.multiscale.padding = leastPadding; // the bars were set with it; three holes say little about a wider volume
   const Outcome outcome = run(GetParam().name, options);
   expectOneValidComponent(outcome.reconstruction);
@@ -229,7 +229,7 @@ TEST_P(NoisyScan, OnlyFillingsOfItsHolesAreFarFromTheTrueSurface)
 TEST_P(NoisyScan, MedianThinPlateAndLowBetaReachTheBars)
 {
   Options options;
-  options.observation.estimate = Estimate::median;
+  options.observation.kind = ObservationKind::median;
   options.prior.prior = Prior::thinPlate;
   options.prior.beta = .05f;
   const Outcome outcome = run(GetParam().name, options);

@@ -192,9 +192,9 @@ TEST(Uncertainty, AnExactPlaneHasOneToo)
 TEST(Uncertainty, IsRefusedWhereVoxelsObserve)
 {
   Options options = withUncertainty();
-  options.observation.estimate = Estimate::plane;
+  options.observation.kind = ObservationKind::plane;
   const std::string message = clouds::messageOf<InvalidOption>([&] { clouds::reconstruct(torusPoints(.2), options); });
-  EXPECT_NE(message.find("observation.estimate = points"), std::string::npos) << message;
+  EXPECT_NE(message.find("observation.kind = points"), std::string::npos) << message;
 }
 
 TEST(Uncertainty, IsCancelled)

@@ -173,8 +173,8 @@ public:
   mrf::Prior getPrior() const { return options_.prior.prior; }
 
   /// Where the field is observed: at the points, or at voxels, as in the paper (median is its L1 norm, mean L2).
-  void setObservation(mrf::Estimate observation) { options_.observation.estimate = observation; }
-  mrf::Estimate getObservation() const { return options_.observation.estimate; }
+  void setObservation(mrf::ObservationKind observation) { options_.observation.kind = observation; }
+  mrf::ObservationKind getObservation() const { return options_.observation.kind; }
 
   /// Global weight β of data that are observed at voxels, [0, 1). Observations at points, the default, have no such
   /// weight: setSmoothing says how far to trust them, and a warning is given if β was changed.

@@ -18,7 +18,7 @@ namespace mrf {
 
 /// How the points become observations of the field. All but `points` observe one signed distance per voxel near them,
 /// made of the distances to the tangent planes of its nearest points, δ_j = n_j·(x − p_j).
-enum class Estimate {
+enum class ObservationKind {
   points,   ///< at the points themselves: value and gradient, no voxel-wise distances; see point_observation.h
   median,   ///< L1: robust to outliers (the paper's choice)
   mean,     ///< L2: for Gaussian noise
@@ -34,7 +34,7 @@ enum class ConfidenceShape {
 };
 
 struct ObservationOptions {
-  Estimate estimate = Estimate::points;
+  ObservationKind kind = ObservationKind::points;
 
   // Of observations at the points.
   float smoothing = 0; ///< ℓ, cloud's unit: what is smaller is smoothed away; 0 = by the noise, if it is known, or
@@ -52,7 +52,7 @@ struct ObservationOptions {
       0; ///< dEmax, cloud's unit; 0 = 3 l̄ (the paper's), 3.25 l̄ for points, plane and trapezoid (measured)
   ConfidenceShape confidenceShape = ConfidenceShape::quadratic;
 
-  bool atPoints() const { return estimate == Estimate::points; }
+  bool atPoints() const { return kind == ObservationKind::points; }
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -85,7 +85,7 @@ struct Observation {
   std::vector<float> confidences;   ///< α, (0, 1]
 };
 
-/// Observes the field at the voxels of one lattice. \pre the estimate is not `points`
+/// Observes the field at the voxels of one lattice. \pre the kind is not `points`
 /// \param search holds exactly points.positions
 /// \param spacing l̄, cloud's unit
 /// \param maxDistance dEmax for this level, cloud's unit, > 0

@@ -27,7 +27,7 @@ PCL_MRF_EXPORT const Names<Prior>& names();
 template <>
 PCL_MRF_EXPORT const Names<Energy>& names();
 template <>
-PCL_MRF_EXPORT const Names<Estimate>& names();
+PCL_MRF_EXPORT const Names<ObservationKind>& names();
 template <>
 PCL_MRF_EXPORT const Names<ConfidenceShape>& names();
 template <>
