@@ -40,7 +40,7 @@ std::vector<Variation> variations()
   estimate("plane", ObservationKind::plane);
   estimate("trapezoid", ObservationKind::trapezoid);
   for (const Prior prior : figures::allPriors)
-    add("k", std::to_string(order(prior)), [prior](Options& options, double) { options.prior.prior = prior; });
+    add("k", std::to_string(order(prior)), [prior](Options& options, double) { options.prior.kind = prior; });
   for (const double length : {.4, .6, .8, 1.2})
     add("smoothing, spacings", text(length), [length](Options& options, double spacing) {
       options.observation.smoothing = static_cast<float>(length * spacing);

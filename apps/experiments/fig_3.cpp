@@ -35,7 +35,7 @@ pcl::mrf::scan::Scan scanShape(const AnalyticSurface& surface, std::int64_t poin
 pcl::mrf::Reconstruction reconstructWith(Prior prior, const pcl::mrf::scan::Scan& scan, Execution& execution)
 {
   pcl::mrf::Options options;
-  options.prior.prior = prior;
+  options.prior.kind = prior;
   return reconstruct(scan.cloud.positions, scan.cloud.normals, options, execution);
 }
 

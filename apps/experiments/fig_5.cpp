@@ -42,7 +42,7 @@ std::vector<Method> methods()
   std::vector<Method> result;
   pcl::mrf::Options options;
   for (const Prior prior : allPriors) {
-    options.prior.prior = prior;
+    options.prior.kind = prior;
     result.push_back(ours("k" + std::to_string(order(prior)), nameOf(prior), options));
   }
   // What bulges out of a narrow volume runs into its border, and is trimmed as an extrapolation.

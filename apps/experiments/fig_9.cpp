@@ -160,7 +160,7 @@ Table anglesTable(const std::string& name, const std::string& title, Laboratory&
   for (const Preset& preset : presets())
     for (const Prior prior : allPriors) {
       pcl::mrf::Options options = preset.options;
-      options.prior.prior = prior;
+      options.prior.kind = prior;
       const int padding = options.multiscale.padding;
       const std::string key = "fig-9/" + subject.id + preset.name + "/k=" + std::to_string(order(prior)) +
                               "/padding=" + std::to_string(padding);
@@ -207,7 +207,7 @@ void addPaddingSweep(Laboratory& laboratory, Subject& subject, Section& section)
     Curve curve{sweep.name, {}, {}};
     for (const int padding : paddings) {
       pcl::mrf::Options options;
-      options.prior.prior = sweep.prior;
+      options.prior.kind = sweep.prior;
       options.multiscale.padding = padding;
       options.solver.changeTolerance = sweep.changeTolerance;
       const std::string key = "fig-9/default/k=" + std::to_string(order(sweep.prior)) +

@@ -66,7 +66,7 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
                      {"thin-plate", "--no-remesh --prior thin-plate",
                       [=](Options& options, double spacing) {
                         polygonized(options, spacing);
-                        options.prior.prior = pcl::mrf::Prior::thinPlate;
+                        options.prior.kind = pcl::mrf::Prior::thinPlate;
                       }},
                      {"draft", "--no-remesh --quality draft", [=](Options& options, double spacing) {
                         polygonized(options, spacing);
@@ -138,7 +138,7 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
                      {"tight", "--padding " + std::to_string(pcl::mrf::leastPadding),
                       [](Options& options, double) { options.multiscale.padding = pcl::mrf::leastPadding; }},
                      {"membrane", "--prior membrane",
-                      [](Options& options, double) { options.prior.prior = pcl::mrf::Prior::membrane; }}}});
+                      [](Options& options, double) { options.prior.kind = pcl::mrf::Prior::membrane; }}}});
   return result;
 }
 

@@ -63,7 +63,7 @@ void solveExactly(Options& options, double)
 std::vector<Method> ownMethods()
 {
   const auto withPrior = [](pcl::mrf::Prior prior) {
-    return [prior](Options& options, double) { options.prior.prior = prior; };
+    return [prior](Options& options, double) { options.prior.kind = prior; };
   };
   return {ours("default", "this, k = 3 (default)", [](Options&, double) {}),
           ours("k2", "this, k = 2", withPrior(pcl::mrf::Prior::thinPlate)),

@@ -51,7 +51,7 @@ NoisyMethod voxelwiseOnNoise(pcl::mrf::ObservationKind kind, double beta)
   return oursOnNoise(name + "-" + text(beta), "this, voxel-wise " + name + ", k = 2, beta " + text(beta),
                      [kind, beta](Options& options, double) {
                        options.observation.kind = kind;
-                       options.prior.prior = pcl::mrf::Prior::thinPlate;
+                       options.prior.kind = pcl::mrf::Prior::thinPlate;
                        options.prior.beta = static_cast<float>(beta);
                      });
 }

@@ -128,7 +128,7 @@ Problem makeProblem(Prior prior, Laboratory& laboratory)
   const std::vector<Lattice> lattices = planLevels(box, multiscale.voxelSize, {}, multiscale);
 
   pcl::mrf::PriorOptions priorOptions;
-  priorOptions.prior = prior;
+  priorOptions.kind = prior;
   // The paper's solvers are of a diagonal data term.
   pcl::mrf::ObservationOptions observationOptions;
   observationOptions.kind = pcl::mrf::ObservationKind::plane;

@@ -88,7 +88,7 @@ void addModelOptions(OptionParser& parser)
     parser.declared(name);
 
   parser.group("Prior");
-  for (const char* name : {"prior.prior", "prior.beta", "prior.energy"})
+  for (const char* name : {"prior.kind", "prior.beta", "prior.energy"})
     parser.declared(name);
 
   parser.group("Grid");

@@ -8,16 +8,16 @@ namespace mrf {
 
 double dataCoefficient(const PriorOptions& options)
 {
-  if (options.energy != Energy::paperText || options.prior == Prior::membrane)
-    return centerCoefficient(options.prior);
-  return options.prior == Prior::thinPlate ? 36. / 7 : 18;
+  if (options.energy != Energy::paperText || options.kind == Prior::membrane)
+    return centerCoefficient(options.kind);
+  return options.kind == Prior::thinPlate ? 36. / 7 : 18;
 }
 
 double smoothingLength(const PriorOptions& options, double voxelSize)
 {
   const double beta = options.beta;
   const double balance = dataCoefficient(options) * beta / (1 - beta);
-  return voxelSize * std::pow(balance, -.5 / order(options.prior));
+  return voxelSize * std::pow(balance, -.5 / order(options.kind));
 }
 
 } // namespace mrf

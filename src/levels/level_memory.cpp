@@ -92,7 +92,7 @@ double dataBytes(const GridSize& size, double side, const Workload& workload)
 /// Of the grids of a whole level and the windows that sweep over them.
 double gridBytes(const GridSize& size, const Workload& workload, int threads)
 {
-  const Prior prior = workload.prior.prior;
+  const Prior prior = workload.prior.kind;
   const double values = valuesPerGridVoxel + (workload.reach > 0 ? valuesPerObservedGridVoxel : 0);
   double bytes = 0;
   const int degree = smootherDegree(workload.solver, prior, true);
@@ -108,7 +108,7 @@ double gridBytes(const GridSize& size, const Workload& workload, int threads)
 /// Peak bytes while a dense level is solved.
 double denseBytes(const GridSize& size, double side, const Workload& workload, bool isCoarsest, int threads)
 {
-  const Prior prior = workload.prior.prior;
+  const Prior prior = workload.prior.kind;
   const bool pointwise = workload.reach == 0, weighted = workload.prior.energy == Energy::weighted;
   const bool factorizes =
       workload.solver.method == SolverMethod::cholesky || (isCoarsest && workload.solver.choleskyOnCoarsest);
@@ -133,8 +133,8 @@ double bandBytes(const GridSize& lattice, double side, const Workload& workload,
                                          : sizeof(PointSample) * workload.points;
   const double perFace = bytesPerFace + (bands <= bandsOfSeveralSteps ? moreBytesPerFace : 0);
   return data + perFace * faces + bytesPerRow * size.y * size.z +
-         GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.prior),
-                                  smootherDegree(workload.solver, workload.prior.prior, false), threads);
+         GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.kind),
+                                  smootherDegree(workload.solver, workload.prior.kind, false), threads);
 }
 
 GridSize wholeVoxels(const Eigen::Array3d& voxels)

@@ -278,7 +278,7 @@ private:
     if (observation_.atPoints()) {
       observation.samples = &samples_;
       observation.weights =
-          levelWeights(prior_.prior, observation_, spacing_, lattices_[level].spacing, isFinest(level));
+          levelWeights(prior_.kind, observation_, spacing_, lattices_[level].spacing, isFinest(level));
     } else {
       observation.voxels = observeVoxels(level, report);
       observation.prior = prior_;
@@ -322,7 +322,7 @@ private:
       return solvePlain(lattice, observation, level, solver);
     if (observation_.atPoints())
       solver.changeTolerance *= pointTolerance;
-    return solveWholeGrids(wholeGrids(lattices_, level, observation, prior_.prior, execution_), prior_.prior, solver,
+    return solveWholeGrids(wholeGrids(lattices_, level, observation, prior_.kind, execution_), prior_.kind, solver,
                            lattice.spacing, distances_, execution_);
   }
 
@@ -330,7 +330,7 @@ private:
                          const SolverOptions& solver)
   {
     const LinearSystem system = observation_.atPoints()
-                                    ? assembleAtPoints(lattice.size, prior_.prior, samples_.own[level],
+                                    ? assembleAtPoints(lattice.size, prior_.kind, samples_.own[level],
                                                        observation.weights, lattice.spacing, execution_)
                                     : assemble(observation.voxels, prior_);
     std::vector<double> distances(distances_.begin(), distances_.end());
@@ -363,7 +363,7 @@ private:
     const Clock::time_point solverStart = Clock::now();
     LevelPlan plan = level == denseLevels_ ? firstPlan : isFinest(level) ? lastPlan : middlePlan;
     plan.threads = bandThreads_;
-    band_ = solveNarrowBand(lattices_, level, band_, observation, prior_.prior, plan, solver_, isFinest(level), report,
+    band_ = solveNarrowBand(lattices_, level, band_, observation, prior_.kind, plan, solver_, isFinest(level), report,
                             execution_);
     report.solverSeconds = secondsSince(solverStart);
     if (!isFinest(level))
@@ -513,7 +513,7 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
   const SolverOptions& solver = workload.solver;
   if (solver.method == SolverMethod::cholesky || solver.choleskyOnCoarsest)
     requireFactorFits((solver.method == SolverMethod::cholesky ? levels.back() : levels.front()).size,
-                      workload.prior.prior, workload.reach == 0, solver);
+                      workload.prior.kind, workload.reach == 0, solver);
   return levels;
 }
 

@@ -291,7 +291,7 @@ void declarePrior(Table& table)
 {
   table.stage("prior");
   const auto stage = &Options::prior;
-  table.choice("prior", "--prior", field(stage, &PriorOptions::prior),
+  table.choice("kind", "--prior", field(stage, &PriorOptions::kind),
                "what a surface without data looks like; the first is the flattest and fastest");
   table.number("beta", "--beta", "weight", zeroToBelowOne, field(stage, &PriorOptions::beta),
                "weight of the data observed at voxels; lower it for noisy data");

@@ -36,7 +36,7 @@ Options paperPreset()
   options.orientation.minComponentShare = .01f;
   options.observation.kind = ObservationKind::median;
   options.observation.confidenceShape = ConfidenceShape::linear;
-  options.prior.prior = Prior::thinPlate;
+  options.prior.kind = Prior::thinPlate;
   options.prior.beta = .9f;
   options.solver.method = SolverMethod::icm;
   options.solver.changeTolerance = 1e-3;

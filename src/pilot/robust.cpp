@@ -50,7 +50,7 @@ std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const Neighb
 {
   const auto side = static_cast<float>(2 * voxelSize);
   PriorOptions prior;
-  prior.prior = Prior::thinPlate;
+  prior.kind = Prior::thinPlate;
   ObservationOptions observation;
   MultiscaleOptions multiscale;
   multiscale.voxelSize = side;

@@ -191,7 +191,7 @@ void resolveByData(const OrientedPoints& points, const Options& requested, Optio
              choosesVoxels = !(requested.multiscale.voxelSize > 0) && requested.multiscale.quality == Quality::normal;
   std::optional<HoldOut> holdOut;
   if (choosesSmoothing || choosesVoxels)
-    holdOut.emplace(points, report.density.spacing, options.multiscale.voxelSize, options.prior.prior, observation,
+    holdOut.emplace(points, report.density.spacing, options.multiscale.voxelSize, options.prior.kind, observation,
                     execution);
   if (choosesSmoothing)
     resolveSmoothing(*holdOut, observation, report, execution);

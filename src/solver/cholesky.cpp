@@ -333,8 +333,8 @@ SolveReport solveCholesky(const LinearSystem& system, const SolverOptions& optio
 {
   const GridSize size = system.size();
   const bool pointwise = !system.isDiagonal();
-  requireFactorFits(size, system.prior.prior, pointwise, options);
-  Factor factor(size, couplingOf(system.prior.prior, pointwise));
+  requireFactorFits(size, system.prior.kind, pointwise, options);
+  Factor factor(size, couplingOf(system.prior.kind, pointwise));
   factor.assemble(system, execution);
   factor.factorize(execution);
   d = system.rightHandSide;

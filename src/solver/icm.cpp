@@ -93,7 +93,7 @@ SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, d
   const std::vector<double>& b = system.rightHandSide;
   const int maxSweeps = options.maxIterations > 0 ? options.maxIterations : 1000;
   // Data that couple a voxel with its 26 neighbors reach as far as L³.
-  const Coloring coloring(system.isDiagonal() ? order(system.prior.prior) : 3);
+  const Coloring coloring(system.isDiagonal() ? order(system.prior.kind) : 3);
   SystemProduct times(system);
   std::vector<double> product(d.size());
   const std::vector<double> diagonal = diagonalOf(system, coloring, times, product, execution);

@@ -193,7 +193,7 @@ void apply(const PriorOperator& prior, const double* x, double* y, std::vector<d
   const double* const v = isWeighted ? prior.voxelWeights.data() : nullptr;
   const GridSize& size = prior.size;
   scratch.resize(count);
-  switch (order(prior.prior)) {
+  switch (order(prior.kind)) {
   case 1:
     laplacian(size, v, x, y, execution);
     return;
@@ -228,7 +228,7 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
   const bool weighted = options.energy == Energy::weighted;
   const double coefficient = dataCoefficient(options);
   LinearSystem system;
-  system.prior = {size, options.prior, {}};
+  system.prior = {size, options.kind, {}};
   if (weighted)
     system.prior.voxelWeights.assign(count, 1);
   std::vector<double> weights(count, 0);

@@ -24,7 +24,7 @@ namespace mrf {
 /// Borders are clamped: missing neighbors are dropped. Symmetric, positive semidefinite, annihilates constants.
 struct PriorOperator {
   GridSize size;
-  Prior prior = Prior::triharmonic;
+  Prior kind = Prior::triharmonic;
   std::vector<double> voxelWeights; ///< v, one per voxel, ≥ 0; empty: 1 everywhere
 };
 

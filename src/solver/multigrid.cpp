@@ -32,19 +32,19 @@ struct Hierarchy {
     } else {
       observeDiagonal(system);
     }
-    grids = wholeGrids(lattices, lattices.size() - 1, observation, system.prior.prior, execution);
+    grids = wholeGrids(lattices, lattices.size() - 1, observation, system.prior.kind, execution);
   }
 
 private:
   /// Voxels with the confidences that give the system's weights.
   void observeDiagonal(const LinearSystem& system)
   {
-    observation.prior.prior = system.prior.prior;
+    observation.prior.kind = system.prior.kind;
     observation.prior.beta = 1;
     observation.voxels.lattice = lattices.back();
     for (std::int64_t voxel = 0; voxel < system.size().count(); ++voxel)
       for (DataMatrix::InnerIterator entry(system.data, voxel); entry; ++entry) {
-        const double w = entry.value() / centerCoefficient(system.prior.prior);
+        const double w = entry.value() / centerCoefficient(system.prior.kind);
         observation.voxels.voxels.push_back(voxel);
         observation.voxels.confidences.push_back(static_cast<float>(w / (1 + w)));
         observation.voxels.distances.push_back(0);
@@ -118,7 +118,7 @@ SolveReport solveMultigrid(const LinearSystem& system, const SolverOptions& opti
     return report;
   }
   const Hierarchy hierarchy(system, execution);
-  const Prior prior = system.prior.prior;
+  const Prior prior = system.prior.kind;
   const int degree = smootherDegree(options, prior, true);
   const int steps = options.maxIterations > 0 ? options.maxIterations : wholeLevelSteps;
   VCycle cycle(hierarchy.grids, priorConstants(prior), {degree, degree, 2 * degree}, execution.threads(), execution);

@@ -71,7 +71,7 @@ public:
     if (pairs_.empty() || seen_.size() == 0)
       return result;
     constexpr double tolerance = 1e-2;
-    const Prior prior = options.prior.prior;
+    const Prior prior = options.prior.kind;
     Execution serial(1);
     const Lattice lattice = latticeAround(options.multiscale.voxelSize);
     const WholeLevel level({lattice}, toSamples(seen_, lattice, spacing, serial),

@@ -54,8 +54,8 @@ WholeLevel coarseLevel(const OrientedPoints& points, const BoundingBox& volume, 
     samples = merge(samples, .5f, execution);
   const bool isFinest = !(voxelSize > options.multiscale.voxelSize);
   return WholeLevel(std::move(lattices), samples,
-                    levelWeights(options.prior.prior, options.observation, spacing, voxelSize, isFinest),
-                    options.prior.prior, execution);
+                    levelWeights(options.prior.kind, options.observation, spacing, voxelSize, isFinest),
+                    options.prior.kind, execution);
 }
 
 /// The posterior's mean.

@@ -172,7 +172,7 @@ TEST_F(InstructionSets, MeshesAreTheSameBytes)
   expectSameMesh(true, options);
   options.observation.kind = pcl::mrf::ObservationKind::plane;
   expectSameMesh(true, options);
-  options.prior.prior = pcl::mrf::Prior::membrane;
+  options.prior.kind = pcl::mrf::Prior::membrane;
   options.prior.energy = pcl::mrf::Energy::weighted;
   expectSameMesh(false, options);
   options.solver.method = pcl::mrf::SolverMethod::cg;

@@ -46,7 +46,7 @@ void regularization(benchmark::State& state, ObservationKind kind, std::int64_t 
   ObservationOptions observation;
   observation.kind = kind;
   PriorOptions prior;
-  prior.prior = static_cast<Prior>(state.range(1));
+  prior.kind = static_cast<Prior>(state.range(1));
   MultiscaleOptions options;
   options.voxelSize = spacingsPerVoxel(options.quality) * scan.spacing;
   options.padding = leastPadding;

@@ -158,7 +158,7 @@ TEST(Prior, optionLimits)
   }
   options.beta = 0;
   EXPECT_NO_THROW(validate(options));
-  options.prior = static_cast<Prior>(4);
+  options.kind = static_cast<Prior>(4);
   EXPECT_THROW(validate(options), InvalidOption);
   options = {};
   options.energy = static_cast<Energy>(7);

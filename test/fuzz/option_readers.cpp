@@ -59,7 +59,7 @@ void forEachMember(Options& o, const Visit& visit)
       o.orientation.sensorOrigin);
   all(o.observation.kind, o.observation.smoothing, o.observation.noise, o.observation.gradientWeight,
       o.observation.neighbors, o.observation.scaleWithLevel, o.observation.maxDistance, o.observation.confidenceShape);
-  all(o.prior.prior, o.prior.beta, o.prior.energy);
+  all(o.prior.kind, o.prior.beta, o.prior.energy);
   all(o.solver.method, o.solver.maxIterations, o.solver.residualTolerance, o.solver.changeTolerance,
       o.solver.smootherDegree, o.solver.choleskyOnCoarsest, o.solver.seed, o.solver.maxFactorBytes);
   all(o.multiscale.quality, o.multiscale.voxelSize, o.multiscale.padding, o.multiscale.coarsestSide,

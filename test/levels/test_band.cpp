@@ -218,7 +218,7 @@ TEST_P(BandedLevels, AgreeWithDenseOnes)
   const auto [kind, order] = GetParam();
   const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .04);
   PriorOptions prior;
-  prior.prior = order;
+  prior.kind = order;
   const MultiscaleResult dense = solve(points, .04f, everything, prior, kind),
                          banded = solve(points, .04f, fewVoxels, prior, kind);
   ASSERT_EQ(dense.field.lattice().size, banded.field.lattice().size);
@@ -396,7 +396,7 @@ TEST(BandedLevels, FillHolesLikeDenseOnes)
   const PointSet points = shapes::filter(all, [&](const Eigen::Vector3f& p) { return !isHole(p); });
   for (const Prior order : {Prior::membrane, Prior::thinPlate, Prior::triharmonic}) {
     PriorOptions prior;
-    prior.prior = order;
+    prior.kind = order;
     const DistanceField dense = solve(points, .04f, everything, prior).field,
                         banded = solve(points, .04f, fewVoxels, prior).field;
     // The hole is 12 voxels wide. What fills it is a guess: a twentieth of a voxel is a fraction of its error.

@@ -72,7 +72,7 @@ struct SphereRun {
 
   std::string name() const
   {
-    return "method " + std::to_string(static_cast<int>(solver.method)) + ", k = " + std::to_string(order(prior.prior)) +
+    return "method " + std::to_string(static_cast<int>(solver.method)) + ", k = " + std::to_string(order(prior.kind)) +
            ", energy " + std::to_string(static_cast<int>(prior.energy)) + ", " + std::to_string(threads) +
            " threads, " + (observation.atPoints() ? "points" : "voxels");
   }
@@ -101,7 +101,7 @@ TEST_P(EverySolver, TakesWhatWasPredictedOn100000Voxels)
 {
   SphereRun run(35);
   run.options.denseVoxels = std::int64_t{1} << 40;
-  std::tie(run.solver.method, run.prior.prior, run.threads) = GetParam();
+  std::tie(run.solver.method, run.prior.kind, run.threads) = GetParam();
   for (const auto& [kind, energy] :
        {std::pair(ObservationKind::points, Energy::joint), std::pair(ObservationKind::median, Energy::joint),
         std::pair(ObservationKind::plane, Energy::weighted)}) {
@@ -123,7 +123,7 @@ TEST(Memory, BandsTakeWhatWasPredicted)
   for (const Prior prior : {Prior::membrane, Prior::thinPlate, Prior::triharmonic})
     for (const ObservationKind kind : {ObservationKind::points, ObservationKind::plane}) {
       run.threads = prior == Prior::thinPlate ? 2 : 1;
-      run.prior.prior = prior;
+      run.prior.kind = prior;
       run.observation.kind = kind;
       expectPredicted(run);
     }

@@ -305,7 +305,7 @@ TEST_P(EveryModel, FitsASphereBetterOnAFinerGrid)
 {
   ObservationOptions observation;
   PriorOptions prior;
-  std::tie(observation.kind, prior.prior) = GetParam();
+  std::tie(observation.kind, prior.kind) = GetParam();
   const auto sdf = shapes::sphere(1);
   const PointSet truth = shapes::sample(sdf, 1.2, .09, 7);
   const auto errorAt = [&](float spacing) {
@@ -332,7 +332,7 @@ TEST(Regularize, FillsAHoleInASphere)
   std::vector<double> errors;
   for (const Prior order : {Prior::membrane, Prior::thinPlate, Prior::triharmonic}) {
     PriorOptions prior;
-    prior.prior = order;
+    prior.kind = order;
     errors.push_back(surfaceError(regularizePoints(points, .06f, prior).field, hole));
   }
   // Voxel sides; the hole is 8 wide and its cap 1.1 high. The membrane flattens it, the higher orders follow the
@@ -351,7 +351,7 @@ TEST(Regularize, BandsWeighDataByTheEnergyAsDenseLevelsDo)
   for (const std::int64_t denseVoxels : {std::int64_t{0}, std::int64_t{1} << 30}) {
     const auto errorOf = [&](Energy energy, float beta) {
       PriorOptions prior;
-      prior.prior = Prior::thinPlate;
+      prior.kind = Prior::thinPlate;
       prior.beta = beta;
       prior.energy = energy;
       MultiscaleOptions options;
@@ -400,7 +400,7 @@ TEST(Regularize, StartsFromTheInterpolationThatWasAskedFor)
     MultiscaleOptions options;
     options.interpolation = interpolation;
     PriorOptions prior;
-    prior.prior = Prior::membrane;
+    prior.kind = Prior::membrane;
     return regularizePoints(points, .1f, prior, options, solver, 1, observation).field;
   };
   const DistanceField cubic = fieldOf(Interpolation::cubic), linear = fieldOf(Interpolation::linear);

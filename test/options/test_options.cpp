@@ -168,7 +168,7 @@ TEST(Options, ThePapersPresetIsWhatItSays)
   EXPECT_EQ(resolvedMaxDistance(paper.observation, 2, 2 * spacingsPerVoxel(paper.multiscale.quality)), 6) << "3 l̄";
   EXPECT_TRUE(paper.observation.scaleWithLevel);
 
-  EXPECT_EQ(paper.prior.prior, Prior::thinPlate);
+  EXPECT_EQ(paper.prior.kind, Prior::thinPlate);
   EXPECT_EQ(paper.prior.beta, .9f);
   EXPECT_EQ(paper.prior.energy, Energy::joint);
   EXPECT_EQ(dataCoefficient(paper.prior), 42);
@@ -267,8 +267,8 @@ TEST(OptionTable, RefusalsHaveOneForm)
       EXPECT_NE(option.refusal().find(word.first), std::string::npos);
   }
   Options options;
-  options.prior.prior = static_cast<pcl::mrf::Prior>(7);
-  EXPECT_EQ(refusalOf(options), "prior.prior = 7 is none of membrane, thin-plate, triharmonic");
+  options.prior.kind = static_cast<pcl::mrf::Prior>(7);
+  EXPECT_EQ(refusalOf(options), "prior.kind = 7 is none of membrane, thin-plate, triharmonic");
   options = {};
   options.multiscale.padding = 1;
   EXPECT_EQ(refusalOf(options),

@@ -400,7 +400,7 @@ TEST(Options, EnumerationsOutOfRange)
       [](auto& o) { o.normals.source = static_cast<pcl::mrf::NormalSource>(-1); },
       [](auto& o) { o.observation.kind = static_cast<pcl::mrf::ObservationKind>(77); },
       [](auto& o) { o.observation.confidenceShape = static_cast<pcl::mrf::ConfidenceShape>(2); },
-      [](auto& o) { o.prior.prior = static_cast<pcl::mrf::Prior>(0); },
+      [](auto& o) { o.prior.kind = static_cast<pcl::mrf::Prior>(0); },
       [](auto& o) { o.prior.energy = static_cast<pcl::mrf::Energy>(3); },
       [](auto& o) { o.solver.method = static_cast<pcl::mrf::SolverMethod>(4); },
       [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },

@@ -167,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(Scans, FineScan,
 TEST_P(BandedScan, ThinPlateIsThatOfTheDenseSolution)
 {
   Options options = defaultPreset();
-  options.prior.prior = Prior::thinPlate;
+  options.prior.kind = Prior::thinPlate;
   options.remesher.rounds = 0;
   options.multiscale.padding = 6; // one box for both
   const auto fieldOf = [&](std::int64_t denseVoxels, double tolerance) {
@@ -230,7 +230,7 @@ TEST_P(NoisyScan, MedianThinPlateAndLowBetaReachTheBars)
 {
   Options options;
   options.observation.kind = ObservationKind::median;
-  options.prior.prior = Prior::thinPlate;
+  options.prior.kind = Prior::thinPlate;
   options.prior.beta = .05f;
   const Outcome outcome = run(GetParam().name, options);
   expectOneValidComponent(outcome.reconstruction);

@@ -48,7 +48,7 @@ inline Matrix priorMatrix(const pcl::mrf::PriorOperator& prior)
   for (std::size_t i = 0; i < prior.voxelWeights.size(); ++i)
     v[static_cast<Eigen::Index>(i)] = prior.voxelWeights[i];
   const Matrix plain = laplacian(prior.size, Vector::Ones(count));
-  switch (pcl::mrf::order(prior.prior)) {
+  switch (pcl::mrf::order(prior.kind)) {
   case 1:
     return laplacian(prior.size, v);
   case 2:

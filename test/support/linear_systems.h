@@ -33,7 +33,7 @@ constexpr Energy allEnergies[] = {Energy::joint, Energy::weighted, Energy::paper
 inline PriorOptions priorOptions(Prior prior, Energy energy = Energy::joint, float beta = .99f)
 {
   PriorOptions options;
-  options.prior = prior;
+  options.kind = prior;
   options.energy = energy;
   options.beta = beta;
   return options;

@@ -131,7 +131,7 @@ const std::vector<Change>& changes()
       toggle("scaleWithLevel", observation, &ObservationOptions::scaleWithLevel),
       length("maxDistance", observation, &ObservationOptions::maxDistance),
       choice("confidenceShape", observation, &ObservationOptions::confidenceShape, 0, 1),
-      choice("prior", prior, &PriorOptions::prior, 1, 3),
+      choice("prior", prior, &PriorOptions::kind, 1, 3),
       number("beta", prior, &PriorOptions::beta, .1, .999, 0, 1 - 1e-7),
       choice("energy", prior, &PriorOptions::energy, 0, 2),
       choice("method", solver, &SolverOptions::method, 0, 3),

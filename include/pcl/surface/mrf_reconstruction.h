@@ -169,8 +169,8 @@ public:
   /// @{
 
   /// What a surface without data looks like.
-  void setPrior(mrf::Prior prior) { options_.prior.prior = prior; }
-  mrf::Prior getPrior() const { return options_.prior.prior; }
+  void setPrior(mrf::Prior prior) { options_.prior.kind = prior; }
+  mrf::Prior getPrior() const { return options_.prior.kind; }
 
   /// Where the field is observed: at the points, or at voxels, as in the paper (median is its L1 norm, mean L2).
   void setObservation(mrf::ObservationKind observation) { options_.observation.kind = observation; }

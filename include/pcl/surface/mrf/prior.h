@@ -34,7 +34,7 @@ enum class Energy {
 };
 
 struct PriorOptions {
-  Prior prior = Prior::triharmonic;
+  Prior kind = Prior::triharmonic;
   float beta = .99f; ///< global weight of the data β, [0, 1); larger trusts the data more
   Energy energy = Energy::joint;
 };
