@@ -108,13 +108,13 @@ public:
     candidates_.resize(count);
     execution_.forRange(static_cast<std::int64_t>(count), 1024, [&](std::int64_t begin, std::int64_t end) {
       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-        candidates_[i] = judge(draws_[i], grid, radius);
+        candidates_[i] = evaluate(draws_[i], grid, radius);
     });
     return candidates_;
   }
 
 private:
-  Candidate judge(const Draw& draw, const PointGrid* grid, double radius) const
+  Candidate evaluate(const Draw& draw, const PointGrid* grid, double radius) const
   {
     using Fate = Candidate::Fate;
     Candidate candidate{Vector3d::Zero(), Vector3d::Zero(), -1, Fate::rejected};

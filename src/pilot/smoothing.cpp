@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::size_t mostCubes = 32;
 constexpr std::size_t firstCubes = 8; ///< that tell a clean scan, which needs no others
-constexpr std::size_t glance = 3;     ///< cubes that tell a very clean one
+constexpr std::size_t fewCubes = 3;   ///< cubes that tell a very clean one
 constexpr int cubeSide = 22;          ///< voxels of the finest size
 constexpr double margin = 3;     ///< voxels at a cube's border where the field is not what it would be inside the cloud
 constexpr int heldOutShare = 10; ///< one point in so many
@@ -36,8 +36,8 @@ bool isHeldOut(std::size_t index)
   return indexHash(index) % heldOutShare == 0;
 }
 
-/// Points far from each other, among a few random ones; at least `distance`, so that cubes around them judge by other
-/// points.
+/// Points far from each other, among a few random ones; at least `distance`, so that cubes around them hold
+/// other points.
 std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& positions, double distance)
 {
   std::mt19937 random(1);
@@ -60,11 +60,11 @@ std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& position
   return chosen;
 }
 
-/// Boxes around runs of points, so that a cube need not look at all of them. The points are sorted along a curve as
-/// they are gathered; in any other order this is slower but not wrong.
-class PointRuns {
+/// Boxes around points that follow each other, so that a cube need not look at all of them. The points are sorted along
+/// a curve as they are gathered; in any other order this is slower but not wrong.
+class PointBoxes {
 public:
-  PointRuns(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
+  PointBoxes(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
       : count_(positions.size()), boxes_((positions.size() + length - 1) / length)
   {
     execution.forRange(static_cast<std::int64_t>(count_), length, [&](std::int64_t begin, std::int64_t end) {
@@ -78,9 +78,9 @@ public:
   template <typename Visit>
   void forEachNear(const Eigen::AlignedBox3f& box, const Visit& visit) const
   {
-    for (std::size_t run = 0; run < boxes_.size(); ++run)
-      if (boxes_[run].intersects(box))
-        for (std::size_t i = run * length; i < std::min((run + 1) * length, count_); ++i)
+    for (std::size_t b = 0; b < boxes_.size(); ++b)
+      if (boxes_[b].intersects(box))
+        for (std::size_t i = b * length; i < std::min((b + 1) * length, count_); ++i)
           visit(i);
   }
 
@@ -94,7 +94,7 @@ private:
 struct Trial {
   double voxelSize;
   float gradientWeight;
-  double discRadius; ///< 0: one point in ten is left out; else all this close to a cube's center, cloud's unit
+  double discRadius; ///< 0: one point in ten is held out; else all this close to a cube's center, cloud's unit
 
   bool operator<(const Trial& other) const
   {
@@ -103,16 +103,16 @@ struct Trial {
   }
 };
 
-/// One of the cubes: a lattice, the points in it that the field sees, and those that judge it.
+/// One of the cubes: a lattice, the points in it that the field sees, and those held out to score it.
 struct Cube {
   Lattice lattice;
   OrientedPoints seen;
-  std::vector<Eigen::Vector3f> judges;
+  std::vector<Eigen::Vector3f> heldOut;
   std::vector<float> field;                     ///< of the ℓ tried last: the start for the next
   std::map<double, std::vector<double>> errors; ///< by the ℓ that were tried
 
-  /// \param core side of the cube around the center whose points judge: the same for all that are compared
-  Cube(const OrientedPoints& points, const PointRuns& runs, const Eigen::Vector3f& center, const Trial& trial,
+  /// \param core side of the cube around the center whose points are held out: the same for all that are compared
+  Cube(const OrientedPoints& points, const PointBoxes& boxes, const Eigen::Vector3f& center, const Trial& trial,
        double core)
   {
     const int side = static_cast<int>(std::ceil(core / trial.voxelSize + 2 * margin - 1e-6)) + 1;
@@ -121,20 +121,20 @@ struct Cube {
     lattice.origin = center.cast<double>() - Eigen::Vector3d::Constant(trial.voxelSize * (side - 1) / 2);
     const Eigen::Vector3f reach = Eigen::Vector3f::Constant(static_cast<float>(trial.voxelSize * side / 2));
     std::vector<std::uint32_t> inside;
-    runs.forEachNear({center - reach, center + reach}, [&](std::size_t i) {
+    boxes.forEachNear({center - reach, center + reach}, [&](std::size_t i) {
       const Eigen::Vector3d voxel = lattice.toVoxels(points.positions[i]);
       const bool isWithheld =
           trial.discRadius > 0 ? (points.positions[i] - center).norm() < trial.discRadius : isHeldOut(i);
       if (isWithheld) {
         if (2 * (points.positions[i] - center).cwiseAbs().maxCoeff() <= core)
-          judges.push_back(points.positions[i]);
+          heldOut.push_back(points.positions[i]);
       } else if ((voxel.array() >= 0).all() && (voxel.array() <= side - 1).all()) {
         inside.push_back(static_cast<std::uint32_t>(i));
       }
     });
     seen = select(points, inside);
     if (seen.size() == 0)
-      judges.clear();
+      heldOut.clear();
     clip();
     field.assign(static_cast<std::size_t>(lattice.size.count()), 0);
   }
@@ -143,7 +143,7 @@ struct Cube {
   void clip()
   {
     Eigen::AlignedBox3f box;
-    for (const auto* positions : {&seen.positions, &judges})
+    for (const auto* positions : {&seen.positions, &heldOut})
       for (const Eigen::Vector3f& p : *positions)
         box.extend(p);
     if (box.isEmpty())
@@ -156,10 +156,10 @@ struct Cube {
     lattice.origin += lattice.spacing * lower.matrix();
   }
 
-  /// Solves for one ℓ: the errors are the first-order distances of the judges from the field's zero level.
-  void judge(double smoothing, double spacing, const PointWeights& weights, Prior prior, double tolerance)
+  /// Solves for one ℓ: the errors are the first-order distances of the held-out points from the field's zero level.
+  void score(double smoothing, double spacing, const PointWeights& weights, Prior prior, double tolerance)
   {
-    if (judges.empty())
+    if (heldOut.empty())
       return;
     const auto [known, isNew] = errors.try_emplace(smoothing);
     if (!isNew)
@@ -173,7 +173,7 @@ struct Cube {
     // Where noise has flattened the field its values are small, where the field follows the noise its slope is large:
     // neither may pass for a small distance.
     constexpr double least = .1, most = 1;
-    for (const Eigen::Vector3f& p : judges) {
+    for (const Eigen::Vector3f& p : heldOut) {
       const double slope = std::clamp<double>(distances.sampleGradient(p).norm(), least, most);
       known->second.push_back(std::abs(distances.sampleDistance(p)) / slope);
     }
@@ -187,20 +187,20 @@ double parabolaMinimum(double before, double middle, double after)
   return curvature > 0 ? std::clamp((before - after) / (2 * curvature), -.5, .5) : 0;
 }
 
-/// What the judges say of one ℓ.
-struct Verdict {
+/// The errors at the held-out points of all cubes, for one ℓ.
+struct Score {
   double error = 0; ///< mean
   double noise = 0;
-  std::vector<double> sums; ///< of the errors in each cube
-  std::vector<std::int64_t> judges;
+  std::vector<double> sums;         ///< of the errors in each cube
+  std::vector<std::int64_t> counts; ///< of the held-out points in each
 
   /// \param errors cube by cube
-  explicit Verdict(const std::vector<std::vector<double>>& errors)
+  explicit Score(const std::vector<std::vector<double>>& errors)
   {
     std::vector<double> all;
     for (const std::vector<double>& ofCube : errors) {
       sums.push_back(std::accumulate(ofCube.begin(), ofCube.end(), 0.));
-      judges.push_back(static_cast<std::int64_t>(ofCube.size()));
+      counts.push_back(static_cast<std::int64_t>(ofCube.size()));
       all.insert(all.end(), ofCube.begin(), ofCube.end());
     }
     if (all.empty())
@@ -211,7 +211,7 @@ struct Verdict {
     noise = deviationPerMedian * all[all.size() / 2];
   }
 
-  std::int64_t heldOut() const { return std::accumulate(judges.begin(), judges.end(), std::int64_t{0}); }
+  std::int64_t heldOut() const { return std::accumulate(counts.begin(), counts.end(), std::int64_t{0}); }
 };
 
 /// How clearly the sum over the cubes is above zero: in its standard deviations, over those that so few cubes exceed by
@@ -234,32 +234,32 @@ constexpr double clear = 1;
 
 /// The errors of two trials at the same points, so that what is common to them does not count: above zero if the first
 /// ones are larger than `factor` times the second.
-double compare(const Verdict& first, double factor, const Verdict& second)
+double compare(const Score& first, double factor, const Score& second)
 {
   std::vector<double> differences;
   for (std::size_t c = 0; c < first.sums.size(); ++c)
-    if (first.judges[c] > 0 && first.judges[c] == second.judges[c])
+    if (first.counts[c] > 0 && first.counts[c] == second.counts[c])
       differences.push_back(first.sums[c] - factor * second.sums[c]);
   return clarity(differences);
 }
 
 /// The same of the errors' ratios, for which all cubes count alike: the few that hold an edge rule a sum, and its
 /// deviation, so that it takes many cubes to tell what each of them says.
-double compareRatios(const Verdict& first, double factor, const Verdict& second)
+double compareRatios(const Score& first, double factor, const Score& second)
 {
   std::vector<double> ratios;
   for (std::size_t c = 0; c < first.sums.size(); ++c)
-    if (first.judges[c] == second.judges[c] && first.sums[c] > 0 && second.sums[c] > 0)
+    if (first.counts[c] == second.counts[c] && first.sums[c] > 0 && second.sums[c] > 0)
       ratios.push_back(std::log(first.sums[c] / (factor * second.sums[c])));
   return clarity(ratios);
 }
 
 /// The same with a fixed error.
-double compare(const Verdict& verdict, double error)
+double compare(const Score& first, double error)
 {
   std::vector<double> differences;
-  for (std::size_t c = 0; c < verdict.sums.size(); ++c)
-    differences.push_back(verdict.sums[c] - error * static_cast<double>(verdict.judges[c]));
+  for (std::size_t c = 0; c < first.sums.size(); ++c)
+    differences.push_back(first.sums[c] - error * static_cast<double>(first.counts[c]));
   return clarity(differences);
 }
 
@@ -285,30 +285,30 @@ double length(int steps, double spacing)
   return std::pow(1.4142135623730951, steps) * shortestSmoothing(spacing);
 }
 
-/// Whether a scan is clean, as far as the shortest two lengths tell.
-enum class Cleanness { clean, unclear, noisy };
+/// How noisy a scan is, as far as the shortest two lengths tell.
+enum class NoiseLevel { low, unclear, high };
 
-Cleanness cleanness(const Verdict& shortest, const Verdict& second, double spacing, bool isGlance)
+NoiseLevel noiseLevel(const Score& shortest, const Score& second, double spacing, bool areFew)
 {
   const double gain = second.error / shortest.error, noise = shortest.noise / spacing;
   constexpr double worthwhile = .95, clean = .1;
-  if (!isGlance)
-    return gain > worthwhile && noise < clean ? Cleanness::clean : Cleanness::noisy;
-  // About a hundred judges: the ratio of their means is known to some 5 %, their median to some 12 %.
+  if (!areFew)
+    return gain > worthwhile && noise < clean ? NoiseLevel::low : NoiseLevel::high;
+  // About a hundred points: the ratio of their means is known to some 5 %, their median to some 12 %.
   if (gain > 1.05 && noise < .75 * clean)
-    return Cleanness::clean;
-  return gain < .8 || noise > 1.5 * clean ? Cleanness::noisy : Cleanness::unclear;
+    return NoiseLevel::low;
+  return gain < .8 || noise > 1.5 * clean ? NoiseLevel::high : NoiseLevel::unclear;
 }
 
 } // namespace
 
-/// Cubes are made and judged once, whatever asks for them.
-class HoldOut::Judgment {
+/// Cubes are made, and scored for each trial, once, whatever asks for them.
+class HoldOut::CrossValidation {
 public:
-  Judgment(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
-           Execution& execution)
+  CrossValidation(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
+                  Execution& execution)
       : points_(points), spacing_(spacing), finest_(finest), prior_(prior), gradientWeight_(gradientWeight),
-        execution_(execution), core_((cubeSide - 1 - 2 * margin) * finest), runs_(points.positions, execution)
+        execution_(execution), core_((cubeSide - 1 - 2 * margin) * finest), boxes_(points.positions, execution)
   {
     if (points.size() > 0)
       centers_ = spread(points.positions, (cubeSide - 2 * margin) * finest);
@@ -318,18 +318,18 @@ public:
   {
     SmoothingChoice choice;
     choice.smoothing = shortestSmoothing(spacing_);
-    for (const std::size_t cubes : {glance, firstCubes}) {
-      const Verdict shortest = verdict(finest(), cubes, length(0, spacing_), 0);
+    for (const std::size_t cubes : {fewCubes, firstCubes}) {
+      const Score shortest = score(finest(), cubes, length(0, spacing_), 0);
       choice.heldOut = shortest.heldOut();
       if (choice.heldOut < fewest)
         continue;
-      const Verdict second = verdict(finest(), cubes, length(1, spacing_), 0);
+      const Score second = score(finest(), cubes, length(1, spacing_), 0);
       choice.noise = shortest.noise;
       choice.curve = {{length(0, spacing_), shortest.error}, {length(1, spacing_), second.error}};
-      const Cleanness seen = cleanness(shortest, second, spacing_, cubes == glance);
-      if (seen == Cleanness::clean)
+      const NoiseLevel seen = noiseLevel(shortest, second, spacing_, cubes == fewCubes);
+      if (seen == NoiseLevel::low)
         return choice;
-      if (seen == Cleanness::noisy)
+      if (seen == NoiseLevel::high)
         break;
     }
     if (choice.heldOut < fewest)
@@ -348,8 +348,8 @@ public:
       return weaker;
     const auto isBetter = [&](double factor, double discRadius) {
       for (std::size_t cubes = firstCubes;; cubes *= 2) {
-        const Verdict strong = verdict({finest_, stronger, discRadius}, cubes, smoothing, noise),
-                      weak = verdict({finest_, weaker, discRadius}, cubes, smoothing, noise);
+        const Score strong = score({finest_, stronger, discRadius}, cubes, smoothing, noise),
+                    weak = score({finest_, weaker, discRadius}, cubes, smoothing, noise);
         const double worse = compare(strong, factor, weak);
         const bool isDecisive = worse > clear || (worse < -clear && 2 * cubes >= mostCubes);
         if (strong.heldOut() >= fewest && (isDecisive || cubes >= mostCubes))
@@ -370,19 +370,19 @@ public:
     std::map<double, std::size_t> asked; // cubes, by the voxel size
     const auto at = [&](double voxelSize, std::size_t cubes) {
       asked[voxelSize] = std::max(asked[voxelSize], cubes);
-      return verdict({voxelSize, gradientWeight, 0}, cubes, smoothing, noise);
+      return score({voxelSize, gradientWeight, 0}, cubes, smoothing, noise);
     };
     for (int step = 1; step < steps; ++step) {
       const double voxelSize = finest_ * std::pow(1.4142135623730951, step);
-      const auto isVisible = [&](const Verdict& coarse, std::size_t) { return compare(coarse, invisible * spacing_); };
-      const auto isWorse = [&](const Verdict& coarse, std::size_t cubes) {
-        const Verdict fine = at(finest_, cubes);
+      const auto isVisible = [&](const Score& coarse, std::size_t) { return compare(coarse, invisible * spacing_); };
+      const auto isWorse = [&](const Score& coarse, std::size_t cubes) {
+        const Score fine = at(finest_, cubes);
         const double bySums = compare(coarse, worse, fine);
         return bySums > 0 ? std::max(bySums, compareRatios(coarse, worse, fine)) : bySums;
       };
       const auto seesLoss = [&](const auto& loss) {
         return findsLoss([&](std::size_t cubes) {
-          const Verdict coarse = at(voxelSize, cubes);
+          const Score coarse = at(voxelSize, cubes);
           return coarse.heldOut() < fewest ? 0 : loss(coarse, cubes);
         });
       };
@@ -402,26 +402,26 @@ public:
 private:
   Trial finest() const { return {finest_, gradientWeight_, 0}; }
 
-  /// Judges by up to so many cubes: those that have points to judge and to be judged by.
+  /// Scores a trial in up to so many cubes: those that have points to see and points held out.
   /// \param noise of the points, as far as it is known: the field need not be exact beneath it
-  Verdict verdict(const Trial& trial, std::size_t cubes, double smoothing, double noise)
+  Score score(const Trial& trial, std::size_t cubes, double smoothing, double noise)
   {
     const std::size_t used = std::min(cubes, centers_.size());
     std::vector<Cube>& made = cubes_[trial];
     while (made.size() < used)
-      made.emplace_back(points_, runs_, centers_[made.size()], trial, core_);
+      made.emplace_back(points_, boxes_, centers_[made.size()], trial, core_);
     // In voxels, of a step near the zero level; what is left after it is about twice as much.
     const double tolerance = std::max(3e-3, .02 * noise / trial.voxelSize);
     const PointWeights weights = pointWeights(prior_, smoothing, spacing_, trial.voxelSize, trial.gradientWeight);
     execution_.forRange(static_cast<std::int64_t>(used), 1, [&](std::int64_t begin, std::int64_t end) {
       for (auto c = static_cast<std::size_t>(begin); c < static_cast<std::size_t>(end); ++c)
-        made[c].judge(smoothing, spacing_, weights, prior_, tolerance);
+        made[c].score(smoothing, spacing_, weights, prior_, tolerance);
     });
     execution_.poll();
     std::vector<std::vector<double>> errors;
     for (std::size_t c = 0; c < used; ++c)
       errors.push_back(made[c].errors[smoothing]);
-    return Verdict(errors);
+    return Score(errors);
   }
 
   /// The scores of all voxel sizes that were tried, at the points that all of them were asked about.
@@ -434,9 +434,9 @@ private:
       cubes = std::min(cubes, number);
     for (const auto& [voxelSize, number] : asked) {
       choice.cubes += static_cast<std::int64_t>(std::min(number, centers_.size()));
-      const Verdict verdict = ask(voxelSize, cubes);
-      choice.heldOut = verdict.heldOut();
-      choice.curve.push_back({voxelSize, verdict.error});
+      const Score result = ask(voxelSize, cubes);
+      choice.heldOut = result.heldOut();
+      choice.curve.push_back({voxelSize, result.error});
     }
   }
 
@@ -446,17 +446,17 @@ private:
     // Long enough that no noise is followed, so that what is left is the noise.
     constexpr int reliable = 4;
     constexpr double rise = 1.01;
-    const double noise = verdict(finest(), firstCubes, length(reliable, spacing_), .25 * spacing_).noise;
+    const double noise = score(finest(), firstCubes, length(reliable, spacing_), .25 * spacing_).noise;
     const double guess = 2 * std::log2(smoothingForNoise(noise, spacing_) / shortestSmoothing(spacing_));
 
     std::map<int, double> errors;
-    const auto judge = [&](int steps) {
-      errors[steps] = verdict(finest(), mostCubes, length(steps, spacing_), noise).error;
+    const auto tryLength = [&](int steps) {
+      errors[steps] = score(finest(), mostCubes, length(steps, spacing_), noise).error;
     };
     int best = std::clamp(static_cast<int>(std::lround(guess)), 0, longest);
-    judge(best);
+    tryLength(best);
     for (int up = best + 1; up <= longest; ++up) {
-      judge(up);
+      tryLength(up);
       if (errors.at(up) > errors.at(best))
         break;
       best = up;
@@ -465,7 +465,7 @@ private:
     for (int down = errors.begin()->first - 1; down >= 0; --down) {
       if (errors.at(down + 1) > rise * errors.at(best))
         break;
-      judge(down);
+      tryLength(down);
       if (errors.at(down) < errors.at(best))
         best = down;
     }
@@ -473,7 +473,7 @@ private:
     for (const auto& [steps, error] : errors)
       choice.curve.push_back({length(steps, spacing_), error});
     choice.smoothing = length(best, spacing_);
-    const Verdict chosen = verdict(finest(), mostCubes, choice.smoothing, noise);
+    const Score chosen = score(finest(), mostCubes, choice.smoothing, noise);
     choice.noise = chosen.noise;
     choice.heldOut = chosen.heldOut();
     const double atBest = errors.at(best);
@@ -495,33 +495,33 @@ private:
   const Prior prior_;
   const float gradientWeight_;
   Execution& execution_;
-  const double core_; ///< side of the cubes whose points judge: does not depend on the voxel size that is tried
-  const PointRuns runs_;
+  const double core_; ///< side of the cubes whose points are held out: does not depend on the voxel size that is tried
+  const PointBoxes boxes_;
   std::vector<Eigen::Vector3f> centers_; ///< of the cubes
   std::map<Trial, std::vector<Cube>> cubes_;
 };
 
 HoldOut::HoldOut(const OrientedPoints& points, float spacing, double voxelSize, Prior prior,
                  const ObservationOptions& observation, Execution& execution)
-    : judgment_(
-          std::make_unique<Judgment>(points, spacing, voxelSize, prior, resolvedGradientWeight(observation), execution))
+    : validation_(std::make_unique<CrossValidation>(points, spacing, voxelSize, prior,
+                                                    resolvedGradientWeight(observation), execution))
 {}
 
 HoldOut::~HoldOut() = default;
 
 SmoothingChoice HoldOut::chooseSmoothing()
 {
-  return judgment_->chooseSmoothing();
+  return validation_->chooseSmoothing();
 }
 
 float HoldOut::chooseGradientWeight(double smoothing, double noise)
 {
-  return judgment_->chooseGradientWeight(smoothing, noise);
+  return validation_->chooseGradientWeight(smoothing, noise);
 }
 
 ResolutionChoice HoldOut::chooseResolution(double smoothing, float gradientWeight, double noise)
 {
-  return judgment_->chooseResolution(smoothing, gradientWeight, noise);
+  return validation_->chooseResolution(smoothing, gradientWeight, noise);
 }
 
 } // namespace mrf

@@ -180,7 +180,7 @@ void resolveResolution(HoldOut& holdOut, const ObservationOptions& requested, Op
       resolvedMaxDistance(requested, report.density.spacing, options.multiscale.voxelSize);
 }
 
-/// Replaces what the data choose by leaving points out, as far as it was left automatic.
+/// Replaces what hold-out cross-validation chooses, as far as it was left automatic.
 void resolveByData(const OrientedPoints& points, const Options& requested, Options& options, Report& report,
                    Execution& execution)
 {

@@ -65,7 +65,7 @@ public:
     seen_ = select(points, seen);
   }
 
-  std::vector<HeldOutPair> judge(float spacing, const Options& options) const
+  std::vector<HeldOutPair> solve(float spacing, const Options& options) const
   {
     std::vector<HeldOutPair> result;
     if (pairs_.empty() || seen_.size() == 0)
@@ -146,7 +146,7 @@ std::vector<HeldOutPair> holdOutPairs(const OrientedPoints& points, const Neighb
   std::vector<std::vector<HeldOutPair>> ofBalls(centers.size());
   execution.forRange(static_cast<std::int64_t>(centers.size()), 1, [&](std::int64_t begin, std::int64_t end) {
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
-      ofBalls[n] = Ball(points, search, centers[n], voxelSize).judge(spacing, options);
+      ofBalls[n] = Ball(points, search, centers[n], voxelSize).solve(spacing, options);
   });
   execution.poll();
   std::vector<HeldOutPair> pairs;

@@ -135,7 +135,7 @@ TEST(Trimming, keepsAHoleBelowTheLimitAndDropsItAbove)
   EXPECT_NEAR(s.area + dropped.areaDropped, area, 1e-4 * area);
 }
 
-TEST(Trimming, judgesEachHoleByItself)
+TEST(Trimming, decidesOnEachHoleByItself)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
   const TrimResult both = scene.trim(Trimming::holes, 100);

@@ -42,9 +42,9 @@ struct ResolutionChoice {
   std::int64_t cubes = 0;             ///< that were asked, counted once for each size: the work
 };
 
-/// What is left to the data: chosen by leaving points out (ours).
+/// What is left to the data, chosen by hold-out cross-validation (ours).
 ///
-/// In up to 32 cubes of 22 voxels, spread over the cloud, some points are left out; the field is solved in each at the
+/// In up to 32 cubes of 22 voxels, spread over the cloud, some points are held out; the field is solved in each at the
 /// finest level's resolution and scored by the first-order distance |d|/‖∇d‖ at those points. Distances to the mesh
 /// would not do as the score: a bumpy surface is close to everything. Alternatives are scored at the same points: what
 /// is worse in the first cubes, by more than they differ by chance once in fifty times, is given up without asking the
@@ -63,7 +63,7 @@ public:
   HoldOut(const HoldOut&) = delete;
   HoldOut& operator=(const HoldOut&) = delete;
 
-  /// Chooses ℓ: every tenth point is left out.
+  /// Chooses ℓ: every tenth point is held out.
   ///
   /// Lengths are tried in steps of √2 from .5 l̄ to 4 l̄: first the one that the noise asks for, as it is seen at a long
   /// ℓ, then longer ones until the score rises, then shorter ones until it has risen by 1 %. The choice is the minimum
@@ -75,7 +75,7 @@ public:
 
   /// Chooses the weight of the normals, g²/ℓ², for the noise: .4 or 4.
   ///
-  /// A filling leans on the normals at its rim, so discs that are left out, of 6 l̄ around the cubes' centers, tell what
+  /// A filling leans on the normals at its rim, so discs that are held out, of 6 l̄ around the cubes' centers, tell what
   /// they are worth. 4 is chosen where it brings discs nearer by 8 % and scattered points no farther, on clouds with
   /// noise of .2 l̄ and more. On clean ones the positions are worth more: 4 makes the surface's distance from the points
   /// a third larger, on three head scans.
@@ -84,7 +84,7 @@ public:
 
   /// Chooses the voxel size: as fine as the data carry.
   ///
-  /// Oversampled and noisy clouds have more points than surface to tell of. The same points as for ℓ are left out, and
+  /// Oversampled and noisy clouds have more points than surface to tell of. The same points as for ℓ are held out, and
   /// scored on voxels of h, √2 h, 2 h and 2.8 h, all at the same places; the coarsest is chosen whose mean distance is
   /// within 1 % of the finest one's, or below .04 l̄, beneath which nobody sees it. Most of a noisy cloud's distance is
   /// the noise, hence so little. All cubes are asked before larger voxels are taken; to refuse them a few that agree
@@ -93,8 +93,8 @@ public:
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise);
 
 private:
-  class Judgment;
-  std::unique_ptr<Judgment> judgment_;
+  class CrossValidation;
+  std::unique_ptr<CrossValidation> validation_;
 };
 
 } // namespace mrf
