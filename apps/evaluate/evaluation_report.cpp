@@ -84,10 +84,10 @@ public:
   }
 
   /// One bin of a histogram; the longest bar is 40 characters.
-  void addBin(const std::string& label, std::int64_t count, std::int64_t all, std::int64_t most)
+  void addBin(const std::string& label, std::int64_t count, std::int64_t all, std::int64_t max)
   {
     const double share = all > 0 ? static_cast<double>(count) / static_cast<double>(all) : 0;
-    const auto length = most > 0 ? static_cast<std::size_t>(40 * count / most) : 0;
+    const auto length = max > 0 ? static_cast<std::size_t>(40 * count / max) : 0;
     add("  %-11s %9lld %6.2f %%  %s\n", label.c_str(), static_cast<long long>(count), 100 * share,
         std::string(length, '#').c_str());
   }
@@ -174,7 +174,7 @@ void addMesh(const Evaluation& evaluation, Text& text)
 template <typename Bins>
 void addTriangleBins(const Bins& bins, double step, bool isLastOpen, std::int64_t triangles, Text& text)
 {
-  const std::int64_t most = *std::max_element(bins.begin(), bins.end());
+  const std::int64_t max = *std::max_element(bins.begin(), bins.end());
   for (std::size_t bin = 0; bin < bins.size(); ++bin) {
     char label[32];
     const double lower = static_cast<double>(bin) * step;
@@ -182,7 +182,7 @@ void addTriangleBins(const Bins& bins, double step, bool isLastOpen, std::int64_
       std::snprintf(label, sizeof(label), ">= %.2f", lower);
     else
       std::snprintf(label, sizeof(label), "%.2f - %.2f", lower, lower + step);
-    text.addBin(label, bins[bin], triangles, most);
+    text.addBin(label, bins[bin], triangles, max);
   }
 }
 
@@ -195,11 +195,11 @@ void addHistograms(const Evaluation& evaluation, Text& text)
   addTriangleBins(evaluation.areas, Evaluation::areaStep, true, evaluation.mesh.triangles, text);
   const auto& valences = evaluation.mesh.valences;
   text.add("vertices by number of edges\n");
-  const std::int64_t mostEdges = *std::max_element(valences.begin(), valences.end());
+  const std::int64_t maxEdges = *std::max_element(valences.begin(), valences.end());
   for (std::size_t valence = 0; valence < valences.size(); ++valence)
     if (valences[valence] > 0)
       text.addBin((valence + 1 < valences.size() ? "" : ">= ") + std::to_string(valence), valences[valence],
-                  evaluation.mesh.vertices, mostEdges);
+                  evaluation.mesh.vertices, maxEdges);
 }
 
 ordered_json toJson(const Statistics& s)

@@ -135,8 +135,8 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
                     Coloring::confidence,
                     {.85, .55, 1},
                     {byDefault,
-                     {"tight", "--padding " + std::to_string(pcl::mrf::leastPadding),
-                      [](Options& options, double) { options.multiscale.padding = pcl::mrf::leastPadding; }},
+                     {"tight", "--padding " + std::to_string(pcl::mrf::minPadding),
+                      [](Options& options, double) { options.multiscale.padding = pcl::mrf::minPadding; }},
                      {"membrane", "--prior membrane",
                       [](Options& options, double) { options.prior.kind = pcl::mrf::Prior::membrane; }}}});
   return result;

@@ -24,7 +24,7 @@ using Places = std::vector<Eigen::Vector3d>;
 
 namespace {
 
-constexpr std::size_t leastPointsOfHole = 20;
+constexpr std::size_t minPointsOfHole = 20;
 
 /// Mean distance to the closest point by the side of a square with one point, evenly sampled: .79 to .80 on four
 /// shapes.
@@ -49,11 +49,11 @@ std::vector<std::int32_t> holesOf(const Places& points, const std::vector<Hole>&
   for (const Eigen::Vector3d& point : points) {
     std::int32_t deepest = -1;
     // The boundary belongs to the ball, whichever way it was rounded.
-    double least = 1 + 1e-6;
+    double min = 1 + 1e-6;
     for (std::size_t h = 0; h < holes.size(); ++h) {
       const double share = (point - holes[h].center).norm() / holes[h].radius;
-      if (share < least) {
-        least = share;
+      if (share < min) {
+        min = share;
         deepest = static_cast<std::int32_t>(h);
       }
     }
@@ -63,7 +63,7 @@ std::vector<std::int32_t> holesOf(const Places& points, const std::vector<Hole>&
 }
 
 std::vector<double> rmsPerHole(const std::vector<double>& distances, const std::vector<std::int32_t>& holes,
-                               std::size_t count, std::size_t leastPoints)
+                               std::size_t count, std::size_t minPoints)
 {
   std::vector<std::vector<double>> perHole(count);
   for (std::size_t i = 0; i < distances.size(); ++i)
@@ -72,8 +72,8 @@ std::vector<double> rmsPerHole(const std::vector<double>& distances, const std::
   std::vector<double> result;
   result.reserve(count);
   for (std::vector<double>& values : perHole)
-    result.push_back(values.size() < std::max<std::size_t>(leastPoints, 1) ? std::numeric_limits<double>::quiet_NaN()
-                                                                           : summarize(std::move(values)).rms);
+    result.push_back(values.size() < std::max<std::size_t>(minPoints, 1) ? std::numeric_limits<double>::quiet_NaN()
+                                                                         : summarize(std::move(values)).rms);
   return result;
 }
 
@@ -163,7 +163,7 @@ json measureSurface(const SurfaceMesh& mesh, const LoadedObject& object, const S
   const SurfaceDistance toMesh(mesh);
   json holes = json::array();
   for (const double rms : rmsPerHole(toMesh.distances(scan.heldOut.positions, execution),
-                                     holesOf(scan.heldOut.positions, scan.holes), scan.holes.size(), leastPointsOfHole))
+                                     holesOf(scan.heldOut.positions, scan.holes), scan.holes.size(), minPointsOfHole))
     holes.push_back(percent * rms);
   const Places samples = sampleSurface(mesh, 30000, 1).positions;
   const std::vector<double> toTruth = object.distances(samples, execution);

@@ -16,9 +16,9 @@ namespace mrf_apps {
 std::vector<std::int32_t> holesOf(const std::vector<Eigen::Vector3d>& points,
                                   const std::vector<pcl::mrf::scan::Hole>& holes);
 
-/// Root mean square per hole; NaN for holes with fewer than `leastPoints`, which say little.
+/// Root mean square per hole; NaN for holes with fewer than `minPoints`, which say little.
 std::vector<double> rmsPerHole(const std::vector<double>& distances, const std::vector<std::int32_t>& holes,
-                               std::size_t count, std::size_t leastPoints);
+                               std::size_t count, std::size_t minPoints);
 
 /// Errors of the same holes by two methods. Holes of one scan belong to one group: they share what went wrong in it.
 struct Pair {

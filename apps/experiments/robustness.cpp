@@ -59,7 +59,7 @@ json check(const RandomScan& random, Execution& execution)
 /// Of the scans of one kind of object.
 struct Group {
   int scans = 0, clean = 0, closed = 0;
-  double quality = 0, regular = 0, least = 1; ///< the first two are sums over the meshes
+  double quality = 0, regular = 0, min = 1; ///< the first two are sums over the meshes
   int meshes = 0;
 
   void add(const json& measured)
@@ -72,13 +72,13 @@ struct Group {
     closed += measured["closed"].get<bool>() ? 1 : 0;
     quality += measured["meanQuality"].get<double>();
     regular += measured["regularShare"].get<double>();
-    least = std::min(least, measured["minQuality"].get<double>());
+    min = std::min(min, measured["minQuality"].get<double>());
   }
 
   std::vector<json> cells() const
   {
     const auto mean = [&](double sum) { return meshes > 0 ? json(rounded(sum / meshes)) : json(); };
-    return {scans, clean, closed, mean(quality), meshes > 0 ? json(rounded(least)) : json(), mean(regular)};
+    return {scans, clean, closed, mean(quality), meshes > 0 ? json(rounded(min)) : json(), mean(regular)};
   }
 };
 

@@ -44,7 +44,7 @@ struct Problem {
   pcl::mrf::LinearSystem system;
   Field interpolated; ///< the next coarser level's solution on this lattice
   std::vector<double> solution;
-  double leastEnergy = 0;
+  double minEnergy = 0;
   std::vector<Crossing> crossings;
 };
 
@@ -106,9 +106,9 @@ std::vector<Crossing> findCrossings(const Lattice& lattice, const Field& values)
       for (int x = 0; x < lattice.size.x; ++x)
         for (int axis = 0; axis < 3; ++axis)
           addEdge({x, y, z}, Eigen::Vector3i(x, y, z) + Eigen::Vector3i::Unit(axis));
-  const double least = .3 * summarize(slopes).median;
+  const double min = .3 * summarize(slopes).median;
   for (Crossing& crossing : crossings)
-    crossing.slope = std::max(crossing.slope, least);
+    crossing.slope = std::max(crossing.slope, min);
   return crossings;
 }
 
@@ -158,7 +158,7 @@ Problem makeProblem(Prior prior, Laboratory& laboratory)
     }
     values.assign(solution.begin(), solution.end());
   }
-  problem.leastEnergy = energy(problem.system, problem.solution, execution);
+  problem.minEnergy = energy(problem.system, problem.solution, execution);
   problem.crossings = findCrossings(problem.lattice, values);
   return problem;
 }
@@ -184,11 +184,11 @@ json measureSolver(const Problem& problem, SolverMethod method, bool isCold, Lab
     const pcl::mrf::SolveReport report = solve(problem.system, options, problem.lattice.spacing, values, execution);
     const double seconds = watch.processorSeconds();
     const double error = surfaceError(problem, Field(values.begin(), values.end()));
-    const double above = energy(problem.system, values, execution) - problem.leastEnergy;
+    const double above = energy(problem.system, values, execution) - problem.minEnergy;
     if (runs.empty() || report.iterations > runs.back()["iterations"].get<int>())
       runs.push_back({{"iterations", report.iterations},
                       {"seconds", seconds},
-                      {"energy", std::max(above, 0.) / std::abs(problem.leastEnergy)},
+                      {"energy", std::max(above, 0.) / std::abs(problem.minEnergy)},
                       {"error", error}});
     const bool stoppedEarly = report.iterations < options.maxIterations;
     const bool isDone = error < .02 * accuracy || method == SolverMethod::cholesky || stoppedEarly;

@@ -24,7 +24,7 @@ namespace {
 constexpr double pilotRays = 40000;
 
 /// More are not tried: the object is too small to be hit.
-constexpr double mostPilotRays = 1e6;
+constexpr double maxPilotRays = 1e6;
 
 /// Where a sensor looks. Angles in full turns.
 struct Head {
@@ -95,15 +95,15 @@ public:
     const auto wanted = static_cast<double>(options_.points);
     double step = pilotStep();
     Points best;
-    double leastError = std::numeric_limits<double>::infinity();
-    for (int pass = 0; pass < 4 && leastError > .01; ++pass) {
+    double minError = std::numeric_limits<double>::infinity();
+    for (int pass = 0; pass < 4 && minError > .01; ++pass) {
       Points points = scan(step);
       if (points.positions.empty())
         throw InvalidInput(nothingIsHit);
       const double share = static_cast<double>(points.size()) / wanted;
       // Whole rows come and go with the step, so that a later pass may be worse.
-      if (std::abs(share - 1) < leastError) {
-        leastError = std::abs(share - 1);
+      if (std::abs(share - 1) < minError) {
+        minError = std::abs(share - 1);
         best = std::move(points);
       }
       step *= std::sqrt(share);
@@ -118,7 +118,7 @@ private:
     double area = 0;
     for (const Head& head : heads_)
       area += head.area();
-    for (double rays = pilotRays; area > 0 && rays <= mostPilotRays; rays *= 5) {
+    for (double rays = pilotRays; area > 0 && rays <= maxPilotRays; rays *= 5) {
       const double step = std::sqrt(area / (rays * options_.aspect));
       const auto hits = static_cast<double>(scan(step).size());
       if (hits >= 400)

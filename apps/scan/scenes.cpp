@@ -84,12 +84,12 @@ private:
 /// The ground over the square about the origin.
 Patch groundPatch(const std::shared_ptr<const Hills>& hills, double side, double steepest)
 {
-  const double mostArea = std::sqrt(1 + steepest * steepest);
+  const double maxArea = std::sqrt(1 + steepest * steepest);
   const auto at = [=](const Draw& draw, SurfacePoint& point) {
     const double x = (draw.u - .5) * side, y = (draw.v - .5) * side;
     double slopeX, slopeY;
     const double z = hills->height(x, y, slopeX, slopeY);
-    if (draw.accept * mostArea > std::sqrt(1 + slopeX * slopeX + slopeY * slopeY))
+    if (draw.accept * maxArea > std::sqrt(1 + slopeX * slopeX + slopeY * slopeY))
       return false;
     point.position = {x, y, z};
     point.normal = portable::unit(Vector3d(-slopeX, -slopeY, 1));
@@ -104,7 +104,7 @@ Patch groundPatch(const std::shared_ptr<const Hills>& hills, double side, double
     }
     return true;
   };
-  return {side * side * mostArea, at};
+  return {side * side * maxArea, at};
 }
 
 Shape makeGround(const std::shared_ptr<const Hills>& hills, double side, double steepest)

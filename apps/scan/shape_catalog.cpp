@@ -64,9 +64,9 @@ public:
 
   double positive(const char* name) const { return inRange(name, 1e-30, 1e30, "positive"); }
 
-  int count(const char* name, int most) const
+  int count(const char* name, int max) const
   {
-    const double value = inRange(name, 0, most, ("a whole number, 0 to " + std::to_string(most)).c_str());
+    const double value = inRange(name, 0, max, ("a whole number, 0 to " + std::to_string(max)).c_str());
     if (value != std::floor(value))
       throw InvalidOption("shape " + shape_ + ": " + name + " is " + text(value) + ", it must be a whole number");
     return static_cast<int>(value);

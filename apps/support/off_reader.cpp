@@ -27,15 +27,15 @@ public:
   }
 
   /// The next line's numbers, at least so many.
-  const std::vector<double>& numbers(std::size_t least)
+  const std::vector<double>& numbers(std::size_t min)
   {
     words();
     numbers_.clear();
     // Behind the indices of a face there may be a color, by whatever name.
     for (double value = 0; numbers_.size() < words_.size() && toNumber(words_[numbers_.size()], value);)
       numbers_.push_back(value);
-    if (numbers_.size() < least)
-      throw FileError(path_, "line " + std::to_string(lines_.number()) + ": has fewer than " + std::to_string(least) +
+    if (numbers_.size() < min)
+      throw FileError(path_, "line " + std::to_string(lines_.number()) + ": has fewer than " + std::to_string(min) +
                                  " numbers");
     return numbers_;
   }

@@ -54,9 +54,9 @@ std::string temporaryName(const fs::path& target, int attempt)
 /// Where a path leads that may be a link to a file that does not exist yet.
 fs::path followLinks(fs::path path)
 {
-  constexpr int most = 40; // as the kernel
+  constexpr int max = 40; // as the kernel
   std::error_code error;
-  for (int i = 0; i < most && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
+  for (int i = 0; i < max && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
     const fs::path next = fs::read_symlink(path, error);
     if (error)
       break;
@@ -241,8 +241,8 @@ void OutputFiles::add(const std::string& path)
   if (std::any_of(files_.begin(), files_.end(), [&](const File& file) { return file.target() == target; }))
     throw UsageError("'" + path + "' is asked for twice");
   // A scan may have a file for each of hundreds of views.
-  constexpr std::size_t mostDescriptors = 16;
-  files_.emplace_back(path, target, files_.size() < mostDescriptors);
+  constexpr std::size_t maxDescriptors = 16;
+  files_.emplace_back(path, target, files_.size() < maxDescriptors);
 }
 
 std::int64_t OutputFiles::write(const std::string& path, const std::function<void(const std::string&)>& writer)

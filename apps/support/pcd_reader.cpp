@@ -73,13 +73,12 @@ public:
   }
 
   /// The same as whole numbers in a range.
-  std::vector<std::size_t> counts(const std::string& key, std::size_t count, std::int64_t least,
-                                  std::int64_t most) const
+  std::vector<std::size_t> counts(const std::string& key, std::size_t count, std::int64_t min, std::int64_t max) const
   {
     std::vector<std::size_t> result;
     for (const std::string_view word : words(key, count)) {
       std::int64_t value = 0;
-      if (!toCount(word, value) || value < least || value > most)
+      if (!toCount(word, value) || value < min || value > max)
         fail(entries_.at(key));
       result.push_back(static_cast<std::size_t>(value));
     }
@@ -182,25 +181,25 @@ Header parseHeader(const std::string& path, const std::string& text)
   else if (encoding != "ascii")
     lines.failAt("DATA");
 
-  constexpr std::int64_t most = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::int64_t max = std::numeric_limits<std::uint32_t>::max();
   if (!lines.has("POINTS") && !lines.has("WIDTH"))
     throw FileError(path, "is not a PCD file: its header has no line POINTS");
-  const std::size_t width = lines.has("WIDTH") ? lines.counts("WIDTH", 1, 0, most)[0] : 0;
-  const std::size_t height = lines.has("HEIGHT") ? lines.counts("HEIGHT", 1, 0, most)[0] : 1;
-  header.points = lines.has("POINTS") ? lines.counts("POINTS", 1, 0, most)[0] : width * height;
+  const std::size_t width = lines.has("WIDTH") ? lines.counts("WIDTH", 1, 0, max)[0] : 0;
+  const std::size_t height = lines.has("HEIGHT") ? lines.counts("HEIGHT", 1, 0, max)[0] : 1;
+  header.points = lines.has("POINTS") ? lines.counts("POINTS", 1, 0, max)[0] : width * height;
   if (header.points == 0)
     throw FileError(path, "holds no points");
   header.sensorOrigin = parseViewpoint(lines, height > 1);
   // The shortest row of text is a digit and a blank for each number; LZF shrinks to a 88th at most.
-  double least = 0;
+  double min = 0;
   for (const Field& field : header.fields)
-    least += header.encoding == Encoding::ascii    ? 2. * static_cast<double>(field.count)
-             : header.encoding == Encoding::binary ? static_cast<double>(field.bytes())
-             : field.isPadding()                   ? 0
-                                                   : static_cast<double>(field.bytes()) / 88;
+    min += header.encoding == Encoding::ascii    ? 2. * static_cast<double>(field.count)
+           : header.encoding == Encoding::binary ? static_cast<double>(field.bytes())
+           : field.isPadding()                   ? 0
+                                                 : static_cast<double>(field.bytes()) / 88;
   // The last row of text may have no end.
   const std::size_t there = header.body.size() + (header.encoding == Encoding::ascii ? 1 : 0);
-  if (static_cast<double>(header.points) * least > static_cast<double>(there))
+  if (static_cast<double>(header.points) * min > static_cast<double>(there))
     throw FileError(path, "is truncated: too short for the points that it declares");
   if (lines.has("WIDTH") && width * height != header.points)
     throw FileError(path, "is a malformed PCD file: its width and height do not give its number of points");

@@ -124,7 +124,7 @@ public:
   Body(const std::string& path, std::string_view rest, Format format) : path_(path), rest_(rest), format_(format) {}
 
   std::size_t bytesLeft() const { return rest_.size(); }
-  std::size_t leastSize(Type type) const { return format_ == Format::ascii ? 1 : typeSizes[index(type)]; }
+  std::size_t minSize(Type type) const { return format_ == Format::ascii ? 1 : typeSizes[index(type)]; }
 
   double next(Type type)
   {
@@ -159,7 +159,7 @@ public:
   std::size_t nextCount(const Property& list)
   {
     const double count = next(list.countType);
-    if (!isCount(count) || count * static_cast<double>(leastSize(list.type)) > static_cast<double>(rest_.size()))
+    if (!isCount(count) || count * static_cast<double>(minSize(list.type)) > static_cast<double>(rest_.size()))
       fail();
     return static_cast<std::size_t>(count);
   }
@@ -344,10 +344,10 @@ PointTable readPly(const std::string& path, const std::string& text, Polygons* f
   Body body(path, std::string_view(text).substr(header.size), header.format);
   PointTable table;
   for (const Element& element : header.elements) {
-    double least = 0;
+    double min = 0;
     for (const Property& property : element.properties)
-      least += static_cast<double>(body.leastSize(property.isList ? property.countType : property.type));
-    if (element.count * least > static_cast<double>(body.bytesLeft()))
+      min += static_cast<double>(body.minSize(property.isList ? property.countType : property.type));
+    if (element.count * min > static_cast<double>(body.bytesLeft()))
       throw FileError(path, "is truncated: too short for what its header declares");
     if (element.properties.empty())
       continue;

@@ -40,13 +40,13 @@ std::string nearestWord(const std::string& word, const std::vector<std::string>&
   if (letters == 0 || word.size() > longestWord)
     return {};
   std::string best;
-  std::size_t fewest = letters / 3 + 1;
+  std::size_t min = letters / 3 + 1;
   for (const std::string& candidate : candidates) {
     if (letters > 1 && candidate.compare(0, word.size(), word) == 0)
       return candidate;
     const std::size_t edits = editDistance(word, candidate);
-    if (edits < fewest) {
-      fewest = edits;
+    if (edits < min) {
+      min = edits;
       best = candidate;
     }
   }

@@ -78,11 +78,11 @@ OptionText& ToolOptions::describe(const std::string& name, const std::string& he
   return texts_.options.back();
 }
 
-void ToolOptions::operands(std::vector<std::string>& target, std::size_t most)
+void ToolOptions::operands(std::vector<std::string>& target, std::size_t max)
 {
-  app_.add_option_function<std::vector<std::string>>("OPERANDS", [&target, most](const std::vector<std::string>& all) {
-    if (all.size() > most)
-      throw UsageError("'" + all[most] + "' is one argument too many");
+  app_.add_option_function<std::vector<std::string>>("OPERANDS", [&target, max](const std::vector<std::string>& all) {
+    if (all.size() > max)
+      throw UsageError("'" + all[max] + "' is one argument too many");
     target = all;
   });
 }

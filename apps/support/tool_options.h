@@ -31,7 +31,7 @@ public:
   void note(const std::string& paragraph) { texts_.notes.push_back(paragraph); }
 
   /// The words that belong to no option are appended to the target. \param most so many of them
-  void operands(std::vector<std::string>& target, std::size_t most);
+  void operands(std::vector<std::string>& target, std::size_t max);
   /// Tells of one of them.
   void operand(const std::string& name, const std::string& help) { texts_.operands.emplace_back(name, help); }
 

@@ -53,7 +53,7 @@ std::size_t leftOfAddresses()
 std::size_t leftOfGroups()
 {
   const std::string root = "/sys/fs/cgroup";
-  std::size_t least = unlimited;
+  std::size_t min = unlimited;
   std::ifstream groups("/proc/self/cgroup"); // lines "number:controllers:path", version 2 without controllers
   for (std::string line; std::getline(groups, line);) {
     const std::size_t first = line.find(':'), second = line.find(':', first + 1);
@@ -66,13 +66,13 @@ std::size_t leftOfGroups()
     // In a container the path may be that of the host, and what is mounted at the root the group itself.
     for (std::string path = line.substr(second + 1);; path.erase(path.find_last_of('/'))) {
       const std::string folder = root + (isSecond ? "" : "/memory") + path + "/memory.";
-      least = std::min(least, left(numberIn(folder + (isSecond ? "max" : "limit_in_bytes"), unlimited),
-                                   residentIn(folder + "stat", isSecond ? "anon" : "total_rss")));
+      min = std::min(min, left(numberIn(folder + (isSecond ? "max" : "limit_in_bytes"), unlimited),
+                               residentIn(folder + "stat", isSecond ? "anon" : "total_rss")));
       if (path.find('/') == std::string::npos)
         break;
     }
   }
-  return least;
+  return min;
 }
 
 std::size_t leftOfMachine()

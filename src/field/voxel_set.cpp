@@ -22,7 +22,7 @@ namespace {
 constexpr int runUnit = 8;
 
 /// Of the numbers that rows and runs have.
-constexpr std::uint32_t mostNumbers = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t maxNumbers = std::numeric_limits<std::uint32_t>::max();
 
 /// Planes per piece of parallel work.
 constexpr int grainPlanes = 8;
@@ -69,7 +69,7 @@ void requireCountable(const GridSize& size)
 {
   const double window = static_cast<double>(size.x + 2. * windowMargin) * (size.y + 2.),
                rows = static_cast<double>(size.y) * size.z;
-  const double excess = std::max(window / std::numeric_limits<std::int32_t>::max(), rows / mostNumbers);
+  const double excess = std::max(window / std::numeric_limits<std::int32_t>::max(), rows / maxNumbers);
   if (excess <= 1)
     return;
   std::ostringstream text;
@@ -295,7 +295,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
     largestPlane_ = std::max(largestPlane_, planeFirst_[z + 1]);
     planeFirst_[z + 1] += planeFirst_[z];
   }
-  if (total > mostNumbers)
+  if (total > maxNumbers)
     throw ResourceLimit("a band of " + std::to_string(planeFirst_.back()) + " voxels has " + std::to_string(total) +
                         " runs, more than 32-bit numbers count; choose a larger voxel size");
   runs_.reserve(total);

@@ -34,7 +34,7 @@ constexpr double bytesPerRow = 40;
 constexpr double bytesPerObservedInBand = 53;
 
 /// Voxels along an axis: positions are counted in voxels in single precision, to a sixteenth.
-constexpr double mostVoxelsAlongAxis = 1 << 20;
+constexpr double maxVoxelsAlongAxis = 1 << 20;
 
 /// Voxels whose cells hold points, per face of a voxel that the surface covers, where points lie as densely as they
 /// like; a lone point occupies eight. (Measured on spheres with .25 to 16 points per face.)
@@ -47,7 +47,7 @@ constexpr double bytesPerOccupied = 27 * (sizeof(double) + sizeof(std::int64_t))
 constexpr double blockBytesPerOccupied = 155;
 
 /// Voxels of which a factor takes some tens of terabytes, whatever the prior.
-constexpr double mostVoxelsOfFactor = 1e9;
+constexpr double maxVoxelsOfFactor = 1e9;
 
 /// Bytes per observed voxel while a level is solved: what is kept of it for the end, and for the first band.
 constexpr double bytesPerObserved = 24;
@@ -156,10 +156,10 @@ double predictedBytes(const BoundingBox& box, double side, const Workload& workl
   const double padding = 2. * resolvedPadding(options);
   const Eigen::Array3d voxels = (box.upper - box.lower).cast<double>().array() / side + padding;
   constexpr double infinite = std::numeric_limits<double>::infinity();
-  if (!(voxels.maxCoeff() <= mostVoxelsAlongAxis))
+  if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis))
     return infinite;
   // Factors grow with voxels to the power of 4/3: what is beyond any memory is not worth being dissected.
-  if (workload.solver.method == SolverMethod::cholesky && voxels.prod() > mostVoxelsOfFactor)
+  if (workload.solver.method == SolverMethod::cholesky && voxels.prod() > maxVoxelsOfFactor)
     return infinite;
   GridSize size = wholeVoxels(voxels);
   const GridSize finest = size;
@@ -168,11 +168,11 @@ double predictedBytes(const BoundingBox& box, double side, const Workload& workl
   int bands = 0;
   for (; !isCoarsest() && size.count() > options.denseVoxels; ++bands, voxelSide *= 2)
     size = size.coarsened();
-  double most = bands == 0 ? 0 : bandBytes(finest, side, workload, bands, threads) + bytesPerBackground * count(size);
+  double max = bands == 0 ? 0 : bandBytes(finest, side, workload, bands, threads) + bytesPerBackground * count(size);
   for (;; voxelSide *= 2, size = size.coarsened()) {
-    most = std::max(most, denseBytes(size, voxelSide, workload, isCoarsest(), threads));
+    max = std::max(max, denseBytes(size, voxelSide, workload, isCoarsest(), threads));
     if (isCoarsest())
-      return most;
+      return max;
   }
 }
 

@@ -446,7 +446,7 @@ private:
 
 int resolvedPadding(const MultiscaleOptions& options)
 {
-  return options.padding > 0 ? options.padding : leastPadding;
+  return options.padding > 0 ? options.padding : minPadding;
 }
 
 int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& workload,

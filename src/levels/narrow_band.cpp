@@ -26,7 +26,7 @@ constexpr int nearWanted = 4;
 constexpr int interpolationReach = 4, interpolationReachX = 11;
 
 /// How often a band may grow because the solution left the prediction.
-constexpr int mostRounds = 3;
+constexpr int maxRounds = 3;
 
 /// Signs of one plane of a field on a band.
 struct SignPlane {
@@ -417,7 +417,7 @@ LevelField solveNarrowBand(const std::vector<Lattice>& lattices, std::size_t lev
   const VoxelSet nearObserved = dilated(coarse.observed, nearData, nearData, execution);
   const int reach = isFinest ? order(prior) : interpolationReach;
   const int reachX = isFinest ? order(prior) : interpolationReachX;
-  for (int round = 0; round < mostRounds; ++round) {
+  for (int round = 0; round < maxRounds; ++round) {
     VoxelSet unknowns = bandAround(zeroLevel, field.observed, nearObserved, refinement, coarse.unknowns, execution);
     field.support = dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
@@ -434,7 +434,7 @@ LevelField solveNarrowBand(const std::vector<Lattice>& lattices, std::size_t lev
     // Found again: kept while the level is solved, the guess would add to the peak of memory.
     const PackedValues guess = interpolated(coarse, refinement, field.unknowns, execution);
     extendChange(field.unknowns, field.support, guess, field.values, execution);
-    if (round + 1 == mostRounds)
+    if (round + 1 == maxRounds)
       break;
     const VoxelSet solved = zeroLevelAtData(field, execution);
     if (!missesSheet(field.unknowns, solved, execution))

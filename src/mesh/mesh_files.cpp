@@ -361,8 +361,8 @@ void writePLY(const MeshView& mesh, const std::string& path)
     for (const VertexField& field : mesh.fields)
       writeValue(field, v, mesh.inSinglePrecision, file);
   forPolygons(mesh, [&](const std::vector<std::int32_t>& corners) {
-    constexpr std::size_t mostCorners = 255; // the count is a byte
-    if (corners.size() > mostCorners)
+    constexpr std::size_t maxCorners = 255; // the count is a byte
+    if (corners.size() > maxCorners)
       throw FileError("cannot be written: a polygon has " + std::to_string(corners.size()) + " vertices");
     file.value(static_cast<std::uint8_t>(corners.size()));
     for (const std::int32_t vertex : corners)

@@ -181,7 +181,7 @@ PointWeights pointWeights(Prior prior, double smoothing, double spacing, double 
 double levelSmoothing(const ObservationOptions& options, float spacing, double voxelSize, bool isFinest)
 {
   const double smoothing = resolvedSmoothing(options, spacing);
-  return isFinest ? smoothing : std::max(smoothing, leastSmoothing * voxelSize);
+  return isFinest ? smoothing : std::max(smoothing, minSmoothing * voxelSize);
 }
 
 PointWeights levelWeights(Prior prior, const ObservationOptions& options, float spacing, double voxelSize,

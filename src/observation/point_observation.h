@@ -41,8 +41,8 @@ struct PointSample {
 /// \param localSpacing, spacing of the points around it and of a typical one, one unit, > 0
 inline float relativeArea(float localSpacing, float spacing)
 {
-  constexpr float most = 4; // the few points of more are outliers, or at the border of what was seen
-  const float ratio = std::clamp(localSpacing / spacing, 1 / most, most);
+  constexpr float max = 4; // the few points of more are outliers, or at the border of what was seen
+  const float ratio = std::clamp(localSpacing / spacing, 1 / max, max);
   return ratio * ratio;
 }
 
@@ -59,7 +59,7 @@ std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, 
 
 /// The least ℓ/h of a coarse level: less leaves sheets between the points, and slows the solver; .36 gave better
 /// guesses in holes than .3.
-constexpr float leastSmoothing = .36f;
+constexpr float minSmoothing = .36f;
 
 struct PointWeights {
   double value = 1;    ///< of (c_pᵀ d)², 1/τ
@@ -70,7 +70,7 @@ struct PointWeights {
 /// \param gradientWeight g², voxels²
 PointWeights pointWeights(Prior prior, double smoothing, double spacing, double voxelSize, double gradientWeight);
 
-/// ℓ of a level, cloud's unit: that of the options, on a coarse level at least leastSmoothing h. \param spacing l̄,
+/// ℓ of a level, cloud's unit: that of the options, on a coarse level at least minSmoothing h. \param spacing l̄,
 /// \param voxelSize h, cloud's unit, > 0
 double levelSmoothing(const ObservationOptions& options, float spacing, double voxelSize, bool isFinest);
 

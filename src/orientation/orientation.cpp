@@ -210,9 +210,9 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
     execution.poll();
   };
   joinAllEdges([&](std::uint32_t i) { return joined.find(i) == i || smooth.find(i) == i; });
-  const std::uint32_t most = joined.largest(execution), mostSmooth = smooth.largest(execution);
+  const std::uint32_t largest = joined.largest(execution), largestSmooth = smooth.largest(execution);
   joinAllEdges([&](std::uint32_t i) {
-    return joined.find(i) != joined.find(most) || smooth.find(i) != smooth.find(mostSmooth);
+    return joined.find(i) != joined.find(largest) || smooth.find(i) != smooth.find(largestSmooth);
   });
 
   OrientationResult result;

@@ -84,11 +84,11 @@ OrientationGraph::OrientationGraph(const PointSet& points, const std::vector<Eig
 
 void OrientationGraph::requireRoom(std::size_t points, std::size_t moreEdges)
 {
-  constexpr std::size_t most = std::size_t{1} << edge_key::placeBits;
-  if (points <= most / maxNeighbors && moreEdges <= most - points * maxNeighbors)
+  constexpr std::size_t max = std::size_t{1} << edge_key::placeBits;
+  if (points <= max / maxNeighbors && moreEdges <= max - points * maxNeighbors)
     return;
   throw ResourceLimit("the normals of " + std::to_string(points) + " points cannot be oriented, at most " +
-                      std::to_string(most / maxNeighbors) +
+                      std::to_string(max / maxNeighbors) +
                       " can; thin the cloud out, split it, or give it normals that are used as they are");
 }
 

@@ -21,17 +21,17 @@ constexpr std::uint32_t smallestTelling = 50;
 constexpr double openFrom = .18;
 
 /// Less open surface than this share is what holes and stray patches leave.
-constexpr double mostOpenUnsaid = .05;
+constexpr double maxOpenUnsaid = .05;
 
 /// Correlation of depth and spacing from which the side of the scanner shows.
 constexpr double decisiveCorrelation = .5;
 
 /// Closed components that are looked at for being inside of others, points of each that stand for it, and places that
 /// are looked at.
-constexpr std::size_t mostShells = 64, shellSample = 4000, cavityProbes = 5;
+constexpr std::size_t maxShells = 64, shellSample = 4000, cavityProbes = 5;
 
 /// Directions that the search for a common axis starts from, besides the coordinate axes.
-constexpr std::size_t mostStarts = 16;
+constexpr std::size_t maxStarts = 16;
 
 /// Depth, in widths of a line, that a height field may have along one.
 constexpr double steepest = 4;
@@ -96,7 +96,7 @@ public:
     // Both, because a few outliers may stand for a large area.
     if (area > 0)
       sides_.openShare = std::min(openArea / area, openPoints / points);
-    sides_.isGuess = sides_.openShare > mostOpenUnsaid;
+    sides_.isGuess = sides_.openShare > maxOpenUnsaid;
     turnCavities();
     if (openArea > 0)
       alignOpenOnes();
@@ -166,7 +166,7 @@ void Chooser::turnCavities()
   // The largest ones, which many small ones would make slow.
   std::stable_sort(closed.begin(), closed.end(),
                    [&](std::uint32_t c, std::uint32_t d) { return extents_[c].points > extents_[d].points; });
-  closed.resize(std::min(closed.size(), mostShells));
+  closed.resize(std::min(closed.size(), maxShells));
   if (closed.size() < 2)
     return;
   std::vector<std::vector<std::uint32_t>> members(extents_.size());
@@ -200,7 +200,7 @@ Eigen::Vector3d Chooser::commonAxis() const
     if (isTelling(c) && extents_[c].isOpen())
       areas.push_back(extents_[c].vectorArea);
   std::vector<Eigen::Vector3d> starts = areas;
-  const std::size_t tried = std::min(starts.size(), mostStarts);
+  const std::size_t tried = std::min(starts.size(), maxStarts);
   std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(tried), starts.end(),
                     [](const auto& a, const auto& b) { return a.squaredNorm() > b.squaredNorm(); });
   starts.resize(tried);

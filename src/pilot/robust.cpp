@@ -21,8 +21,8 @@ struct Step {
 };
 constexpr Step steps[] = {{64, 1}, {16, .7f}, {8, .5f}, {6, .3f}, {6, .2f}};
 
-constexpr float leastSlope = .3f; ///< of the field, which is 1 but for noise and creases
-constexpr float leastWeight = 1e-4f;
+constexpr float minSlope = .3f; ///< of the field, which is 1 but for noise and creases
+constexpr float minWeight = 1e-4f;
 
 /// First-order distances of the points from the zero level.
 std::vector<float> residuals(const std::vector<Eigen::Vector3f>& positions, const DistanceField& field,
@@ -32,7 +32,7 @@ std::vector<float> residuals(const std::vector<Eigen::Vector3f>& positions, cons
   execution.forRange(static_cast<std::int64_t>(positions.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
       result[i] = std::abs(field.sampleDistance(positions[i])) /
-                  std::clamp(field.sampleGradient(positions[i]).norm(), leastSlope, 1.f);
+                  std::clamp(field.sampleGradient(positions[i]).norm(), minSlope, 1.f);
   });
   return result;
 }
@@ -71,7 +71,7 @@ std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const Neighb
     const float limit = step.scale * std::max(deviation(errors), .1f * side);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const float ratio = limit * limit / (limit * limit + errors[i] * errors[i]);
-      weights[i] = std::max(ratio * ratio, leastWeight);
+      weights[i] = std::max(ratio * ratio, minWeight);
     }
   }
   // Measured on three clean scans: half a voxel drops details, .7 keeps clusters near the surface.

@@ -22,13 +22,13 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-constexpr std::size_t mostCubes = 32;
+constexpr std::size_t maxCubes = 32;
 constexpr std::size_t firstCubes = 8; ///< that tell a clean scan, which needs no others
 constexpr std::size_t fewCubes = 3;   ///< cubes that tell a very clean one
 constexpr int cubeSide = 22;          ///< voxels of the finest size
 constexpr double margin = 3;     ///< voxels at a cube's border where the field is not what it would be inside the cloud
 constexpr int heldOutShare = 10; ///< one point in so many
-constexpr std::int64_t fewest = 50; ///< held-out points that say something
+constexpr std::int64_t minHeldOut = 50; ///< held-out points that say something
 
 /// True for one in heldOutShare of the indices, scattered.
 bool isHeldOut(std::size_t index)
@@ -42,11 +42,11 @@ std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& position
 {
   std::mt19937 random(1);
   std::vector<Eigen::Vector3f> candidates;
-  for (std::size_t n = 0; n < 8 * mostCubes; ++n)
+  for (std::size_t n = 0; n < 8 * maxCubes; ++n)
     candidates.push_back(positions[random() % positions.size()]);
   std::vector<Eigen::Vector3f> chosen;
   std::vector<float> nearest(candidates.size(), std::numeric_limits<float>::max());
-  while (chosen.size() < mostCubes) {
+  while (chosen.size() < maxCubes) {
     const auto farthest = std::max_element(nearest.begin(), nearest.end());
     if (*farthest < distance * distance)
       break;
@@ -172,9 +172,9 @@ struct Cube {
     const DistanceField distances(lattice, field, {});
     // Where noise has flattened the field its values are small, where the field follows the noise its slope is large:
     // neither may pass for a small distance.
-    constexpr double least = .1, most = 1;
+    constexpr double min = .1, max = 1;
     for (const Eigen::Vector3f& p : heldOut) {
-      const double slope = std::clamp<double>(distances.sampleGradient(p).norm(), least, most);
+      const double slope = std::clamp<double>(distances.sampleGradient(p).norm(), min, max);
       known->second.push_back(std::abs(distances.sampleDistance(p)) / slope);
     }
   }
@@ -270,8 +270,8 @@ bool findsLoss(const Clarity& clarity)
 {
   std::size_t cubes = 4;
   double loss = clarity(cubes);
-  while (loss <= clear && cubes < mostCubes) {
-    cubes = std::min(cubes + cubes / 2, mostCubes);
+  while (loss <= clear && cubes < maxCubes) {
+    cubes = std::min(cubes + cubes / 2, maxCubes);
     loss = clarity(cubes);
   }
   return loss > 0;
@@ -321,7 +321,7 @@ public:
     for (const std::size_t cubes : {fewCubes, firstCubes}) {
       const Score shortest = score(finest(), cubes, length(0, spacing_), 0);
       choice.heldOut = shortest.heldOut();
-      if (choice.heldOut < fewest)
+      if (choice.heldOut < minHeldOut)
         continue;
       const Score second = score(finest(), cubes, length(1, spacing_), 0);
       choice.noise = shortest.noise;
@@ -332,7 +332,7 @@ public:
       if (seen == NoiseLevel::high)
         break;
     }
-    if (choice.heldOut < fewest)
+    if (choice.heldOut < minHeldOut)
       return choice;
     choice.curve.clear();
     search(choice);
@@ -351,10 +351,10 @@ public:
         const Score strong = score({finest_, stronger, discRadius}, cubes, smoothing, noise),
                     weak = score({finest_, weaker, discRadius}, cubes, smoothing, noise);
         const double worse = compare(strong, factor, weak);
-        const bool isDecisive = worse > clear || (worse < -clear && 2 * cubes >= mostCubes);
-        if (strong.heldOut() >= fewest && (isDecisive || cubes >= mostCubes))
+        const bool isDecisive = worse > clear || (worse < -clear && 2 * cubes >= maxCubes);
+        if (strong.heldOut() >= minHeldOut && (isDecisive || cubes >= maxCubes))
           return worse < 0;
-        if (cubes >= mostCubes)
+        if (cubes >= maxCubes)
           return false;
       }
     };
@@ -383,13 +383,13 @@ public:
       const auto seesLoss = [&](const auto& loss) {
         return findsLoss([&](std::size_t cubes) {
           const Score coarse = at(voxelSize, cubes);
-          return coarse.heldOut() < fewest ? 0 : loss(coarse, cubes);
+          return coarse.heldOut() < minHeldOut ? 0 : loss(coarse, cubes);
         });
       };
       // The finest voxels, which take most of the time, are asked last.
       const bool isTooCoarse = seesLoss(isVisible) && seesLoss(isWorse);
       choice.heldOut = at(voxelSize, asked[voxelSize]).heldOut();
-      if (choice.heldOut < fewest)
+      if (choice.heldOut < minHeldOut)
         return choice;
       if (isTooCoarse)
         break;
@@ -429,7 +429,7 @@ private:
   void tell(std::map<double, std::size_t> asked, const Ask& ask, ResolutionChoice& choice)
   {
     asked.try_emplace(finest_, firstCubes); // so far nobody may have needed to know
-    std::size_t cubes = mostCubes;
+    std::size_t cubes = maxCubes;
     for (const auto& [voxelSize, number] : asked)
       cubes = std::min(cubes, number);
     for (const auto& [voxelSize, number] : asked) {
@@ -451,7 +451,7 @@ private:
 
     std::map<int, double> errors;
     const auto tryLength = [&](int steps) {
-      errors[steps] = score(finest(), mostCubes, length(steps, spacing_), noise).error;
+      errors[steps] = score(finest(), maxCubes, length(steps, spacing_), noise).error;
     };
     int best = std::clamp(static_cast<int>(std::lround(guess)), 0, longest);
     tryLength(best);
@@ -473,7 +473,7 @@ private:
     for (const auto& [steps, error] : errors)
       choice.curve.push_back({length(steps, spacing_), error});
     choice.smoothing = length(best, spacing_);
-    const Score chosen = score(finest(), mostCubes, choice.smoothing, noise);
+    const Score chosen = score(finest(), maxCubes, choice.smoothing, noise);
     choice.noise = chosen.noise;
     choice.heldOut = chosen.heldOut();
     const double atBest = errors.at(best);

@@ -33,7 +33,7 @@ constexpr float coarseVoxelsAtRim = 2, voxelsAtRim = 20;
 
 /// An opening is believed if the coarse solution has the normals of most of the points that are nearest to it: what is
 /// thinner than its voxels, as a long corridor may be, it cannot tell.
-constexpr double leastAgreement = .75;
+constexpr double minAgreement = .75;
 constexpr float agreeingCosine = .5f;
 
 /// A vertex is amid data if no wider sector around it is free of them, seen along its normal; they are looked for
@@ -98,7 +98,7 @@ public:
   bool isBelieved(std::size_t v) const
   {
     const std::size_t opening = openingOf_[v];
-    return static_cast<double>(agreeing_[opening]) >= leastAgreement * static_cast<double>(vertices_[opening]);
+    return static_cast<double>(agreeing_[opening]) >= minAgreement * static_cast<double>(vertices_[opening]);
   }
 
   /// True if data are all around a vertex.
@@ -162,9 +162,9 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& sea
     grown.lower = grown.lower.cwiseMin((center.array() - room).matrix());
     grown.upper = grown.upper.cwiseMax((center.array() + room).matrix());
   };
-  const auto limit = [&](BoundingBox& grown, float most) {
-    grown.lower = grown.lower.cwiseMax((box.lower.array() - most).matrix());
-    grown.upper = grown.upper.cwiseMin((box.upper.array() + most).matrix());
+  const auto limit = [&](BoundingBox& grown, float max) {
+    grown.lower = grown.lower.cwiseMax((box.lower.array() - max).matrix());
+    grown.upper = grown.upper.cwiseMin((box.upper.array() + max).matrix());
   };
   const Openings openings(mesh, field, points, search);
   const float farthest = beyondHole * maxHole / 2;

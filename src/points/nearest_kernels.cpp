@@ -80,8 +80,8 @@ void nearest(std::size_t count, const float* cx, const float* cy, const float* c
 void nearestDistances(std::size_t count, const float* cx, const float* cy, const float* cz, const float* x,
                       const float* y, const float* z, std::size_t k, float* result)
 {
-  static_assert(mostNearest == 13, "the largest kernel");
-  float all[mostNearest * queryLanes];
+  static_assert(maxNearest == 13, "the largest kernel");
+  float all[maxNearest * queryLanes];
   if (k <= 5)
     nearest<5>(count, cx, cy, cz, x, y, z, all);
   else if (k <= 9)

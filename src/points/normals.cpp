@@ -13,7 +13,7 @@ namespace mrf {
 namespace {
 
 /// Neighborhoods inside a radius of fewer points, the point itself included, are extended to so many.
-constexpr int fewestNeighbors = 12;
+constexpr int minNeighbors = 12;
 
 /// Automatic neighborhoods, the point itself included, before they have to grow: as many as the search finds for all
 /// points at once.
@@ -29,7 +29,7 @@ constexpr double soundSecond = .1;
 
 /// Neighborhoods that stand for more points consist of every fourth, sixteenth, ... point, so that none costs more.
 /// Under noise the mean of many counts, else the extent alone.
-constexpr std::size_t mostToGrow = 32, mostUnderNoise = 128;
+constexpr std::size_t maxToGrow = 32, maxUnderNoise = 128;
 
 /// Points that the widest neighborhood stands for: rings of a lidar lie up to some fifty points apart.
 constexpr std::size_t widestNeighborhood = 1 << 14;
@@ -151,7 +151,7 @@ void fitWithin(const PointSet& points, const NeighborSearch& search, float radiu
                Execution& execution)
 {
   // In this order because most neighborhoods of unevenly sampled clouds are small, and then one query is enough.
-  search.forEachPosition(points.positions, fewestNeighbors, NeighborSearch::Answer::indicesAndDistances, execution,
+  search.forEachPosition(points.positions, minNeighbors, NeighborSearch::Answer::indicesAndDistances, execution,
                          [&](const NeighborBatch& batch) {
                            Neighbors found;
                            for (std::size_t q = 0; q < batch.size; ++q) {
@@ -223,7 +223,7 @@ void fitNearest(const PointSet& points, const NeighborSearch& search, float nois
 void grow(const PointSet& points, const NeighborSearch& search, float noise, std::vector<Growing>& growing,
           Estimates& estimates, Execution& execution)
 {
-  const std::size_t most = noise > 0 ? mostUnderNoise : mostToGrow;
+  const std::size_t max = noise > 0 ? maxUnderNoise : maxToGrow;
   const std::size_t widest = std::min(widestNeighborhood, points.size());
   std::vector<Eigen::Vector3f> thinned;
   std::unique_ptr<NeighborSearch> thinnedSearch;
@@ -243,7 +243,7 @@ void grow(const PointSet& points, const NeighborSearch& search, float noise, std
       for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
         Growing& now = growing[n];
         const Eigen::Vector3f& position = points.positions[now.point];
-        for (; now.size <= share * most && !now.best.isSound(); now.size *= 2) {
+        for (; now.size <= share * max && !now.best.isSound(); now.size *= 2) {
           const int number = own.nearest(position, static_cast<int>(now.size / share), found);
           indices.assign(found.indices.begin(), found.indices.begin() + number);
           const Plane plane = fitPlane(positions, indices.data(), indices.size(), position);

@@ -42,12 +42,12 @@ std::vector<float> meanNeighborDistances(const PointSet& points, const NeighborS
 }
 
 /// Neighbors of which so many have to agree with a point.
-constexpr int fewestCoherent = 5;
+constexpr int minCoherent = 5;
 
 /// Cosines between normals, and sines between an edge and the tangent planes at its ends, of one surface.
 /// Looser ones keep distant outliers, whose estimated normals resemble those of the others they were estimated from: 22
 /// of 276 on a noisy head with a sine of .5, 13 with this; tighter ones drop lone points of range scans.
-constexpr float leastCosine = .7f, mostSine = .35f;
+constexpr float minCosine = .7f, maxSine = .35f;
 
 /// Whether a surface goes through a point with a normal and its neighbors.
 bool hasCoherentNormals(const PointSet& points, std::size_t i, const Neighbors& found)
@@ -58,12 +58,12 @@ bool hasCoherentNormals(const PointSet& points, std::size_t i, const Neighbors& 
     const auto j = static_cast<std::size_t>(index);
     const Eigen::Vector3f edge = points.positions[j] - points.positions[i];
     const Eigen::Vector3f& other = points.normals[j];
-    const float limit = mostSine * edge.norm();
-    if (j != i && std::abs(normal.dot(other)) >= leastCosine && std::abs(edge.dot(normal)) <= limit &&
+    const float limit = maxSine * edge.norm();
+    if (j != i && std::abs(normal.dot(other)) >= minCosine && std::abs(edge.dot(normal)) <= limit &&
         std::abs(edge.dot(other)) <= limit)
       ++coherent;
   }
-  return coherent >= fewestCoherent;
+  return coherent >= minCoherent;
 }
 
 /// The same where there is no normal: whether the directions to the neighbors lie in a plane, and not all on one side.

@@ -37,10 +37,10 @@ constexpr double underflow = 4 * double{std::numeric_limits<float>::denorm_min()
 constexpr std::size_t crowded = 16;
 
 /// Fewer points per brick than this, and the tables cost more than they save.
-constexpr std::size_t fewestPerBrick = 4;
+constexpr std::size_t minPerBrick = 4;
 
 /// More neighbors than this the tree finds as fast.
-constexpr int mostFromBins = 32;
+constexpr int maxFromBins = 32;
 
 /// The cells of a brick are numbered by a Morton code of two bits per axis; this is one bit per cell for those with a
 /// coordinate first..last along an axis.
@@ -113,10 +113,10 @@ float distanceOf(std::uint64_t entry)
 constexpr std::size_t noBrick = std::numeric_limits<std::size_t>::max();
 
 /// Room for the points of a box of cells, to be compared with several queries.
-constexpr std::size_t mostCandidates = 768;
+constexpr std::size_t maxCandidates = 768;
 
 /// So many points a single query looks at before it asks the tree; a surface has about 40 around it, a volume 70.
-constexpr std::size_t mostPerQuery = 160;
+constexpr std::size_t maxPerQuery = 160;
 
 } // namespace
 
@@ -239,7 +239,7 @@ void PointBins::makeBricks(const SortKeys& keys, Execution& execution)
     if (n == 0 || keys[n] >> 6 != keys[n - 1] >> 6)
       firsts.push_back(static_cast<std::uint32_t>(n));
   const std::size_t bricks = firsts.size();
-  if (bricks * fewestPerBrick > keys.size() && bricks > 1)
+  if (bricks * minPerBrick > keys.size() && bricks > 1)
     return;
   firsts.push_back(static_cast<std::uint32_t>(keys.size()));
 
@@ -363,18 +363,18 @@ void PointBins::forEachRun(const CellBox& cells, const Visit& visit) const
 
 bool PointBins::findBounded(const Eigen::Vector3f& query, float bound, Nearest& nearest) const
 {
-  constexpr double mostCells = 2.5; // farther, the tree is faster
+  constexpr double maxCells = 2.5; // farther, the tree is faster
   const double reach = 1.000001 * std::sqrt(double{bound} + underflow);
-  if (!(reach < mostCells * side_))
+  if (!(reach < maxCells * side_))
     return false;
   const Eigen::Array3d position = query.array().cast<double>();
   std::size_t seen = 0;
   forEachRun({cellOf(position - reach), cellOf(position + reach)}, [&](std::size_t begin, std::size_t end) {
     seen += end - begin;
-    for (std::size_t n = begin; n < end && seen <= mostPerQuery; ++n)
+    for (std::size_t n = begin; n < end && seen <= maxPerQuery; ++n)
       nearest.add(points_[n].squaredDistanceTo(query), points_[n].index);
   });
-  return seen <= mostPerQuery;
+  return seen <= maxPerQuery;
 }
 
 bool PointBins::findClosest(const Eigen::Vector3f& query, Nearest& nearest) const
@@ -386,11 +386,11 @@ bool PointBins::findClosest(const Eigen::Vector3f& query, Nearest& nearest) cons
   const CellBox cells{lower, (lower + 1).min((1 << cellBits) - 1)};
   forEachRun(cells, [&](std::size_t begin, std::size_t end) {
     seen += end - begin;
-    if (seen <= mostPerQuery)
+    if (seen <= maxPerQuery)
       for (std::size_t n = begin; n < end; ++n)
         closest = std::min(closest, packed(points_[n].squaredDistanceTo(query), points_[n].index));
   });
-  if (seen == 0 || seen > mostPerQuery || !(distanceOf(closest) < squaredClearance(query, cells)))
+  if (seen == 0 || seen > maxPerQuery || !(distanceOf(closest) < squaredClearance(query, cells)))
     return false;
   nearest.add(distanceOf(closest), static_cast<std::uint32_t>(closest));
   return true;
@@ -406,12 +406,12 @@ void PointBins::findNearest(const Eigen::Vector3f& query, Nearest& nearest) cons
     forEachRun(cells, [&](std::size_t begin, std::size_t end) {
       seen += end - begin;
       // The tree prunes what is in crowded cells.
-      for (std::size_t n = begin; n < end && seen <= mostPerQuery; ++n)
+      for (std::size_t n = begin; n < end && seen <= maxPerQuery; ++n)
         nearest.add(points_[n].squaredDistanceTo(query), points_[n].index);
     });
-    return seen <= mostPerQuery && nearest.worst() < squaredClearance(query, cells);
+    return seen <= maxPerQuery && nearest.worst() < squaredClearance(query, cells);
   };
-  if (hasBins() && nearest.capacity() <= mostFromBins) {
+  if (hasBins() && nearest.capacity() <= maxFromBins) {
     constexpr int last = (1 << cellBits) - 1;
     const Eigen::Array3d position = query.array().cast<double>();
     // A few neighbors are mostly in the eight cells around the nearest corner.
@@ -455,8 +455,8 @@ int PointBins::within(const Eigen::Vector3f& query, float radius, Neighbors& res
   const auto limit = static_cast<float>(double{radius} * radius);
   std::vector<std::uint64_t> found;
   const auto add = [&](float distance, std::uint32_t index) { found.push_back(packed(distance, index)); };
-  constexpr double mostCells = 2; // from the center; farther, the tree is faster
-  if (hasBins() && radius < mostCells * side_) {
+  constexpr double maxCells = 2; // from the center; farther, the tree is faster
+  if (hasBins() && radius < maxCells * side_) {
     const Eigen::Array3d position = query.array().cast<double>();
     const double reach = 1.000001 * std::sqrt(double{radius} * radius + underflow);
     forEachRun({cellOf(position - reach), cellOf(position + reach)}, [&](std::size_t begin, std::size_t end) {
@@ -486,13 +486,13 @@ struct PointBins::Group {
   std::array<std::uint32_t, kernels::queryLanes> points; ///< their numbers in sorted order
 
   std::size_t candidates = 0;
-  std::array<float, mostCandidates> x, y, z;
-  std::array<std::uint32_t, mostCandidates> indices;
-  std::array<float, mostCandidates> distances;
-  std::array<std::uint32_t, mostCandidates> hits;
+  std::array<float, maxCandidates> x, y, z;
+  std::array<std::uint32_t, maxCandidates> indices;
+  std::array<float, maxCandidates> distances;
+  std::array<std::uint32_t, maxCandidates> hits;
 
-  std::array<float, kernels::queryLanes * mostFromBins> answers;
-  std::array<std::uint32_t, kernels::queryLanes * mostFromBins> answerIndices;
+  std::array<float, kernels::queryLanes * maxFromBins> answers;
+  std::array<std::uint32_t, kernels::queryLanes * maxFromBins> answerIndices;
 };
 
 /// Puts the hits of a query to the places that their distances have among the sorted ones.
@@ -527,14 +527,14 @@ void PointBins::forEachPosition(const std::vector<Eigen::Vector3f>& positions, i
                                 Execution& execution, const std::function<void(const NeighborBatch&)>& visit) const
 {
   const auto wanted = static_cast<std::size_t>(std::max(k, 0));
-  if (wanted == 0 || wanted > kernels::mostNearest) {
+  if (wanted == 0 || wanted > kernels::maxNearest) {
     NeighborSearch::forEachPosition(positions, k, answer, execution, visit);
     return;
   }
   if (!hasBins()) {
     execution.forRange(static_cast<std::int64_t>(points_.size()), grain / 8, [&](std::int64_t begin, std::int64_t end) {
-      std::array<float, kernels::mostNearest> distances;
-      std::array<std::uint32_t, kernels::mostNearest> indices;
+      std::array<float, kernels::maxNearest> distances;
+      std::array<std::uint32_t, kernels::maxNearest> indices;
       for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
         answerFromTree(n, wanted, distances.data(), indices.data());
         NeighborBatch batch;
@@ -602,7 +602,7 @@ void PointBins::answerGroup(Group& group, std::size_t k, Answer answer,
   group.candidates = 0;
   bool fits = true;
   forEachRun(around, [&](std::size_t begin, std::size_t end) {
-    fits = fits && group.candidates + (end - begin) <= mostCandidates;
+    fits = fits && group.candidates + (end - begin) <= maxCandidates;
     for (std::size_t n = begin; n < end && fits; ++n) {
       group.x[group.candidates] = points_[n].x;
       group.y[group.candidates] = points_[n].y;
@@ -619,7 +619,7 @@ void PointBins::answerGroup(Group& group, std::size_t k, Answer answer,
     y[q] = point.y;
     z[q] = point.z;
   }
-  std::array<float, lanes * kernels::mostNearest> sorted;
+  std::array<float, lanes * kernels::maxNearest> sorted;
   if (fits)
     kernels::nearestDistances(group.candidates, group.x.data(), group.y.data(), group.z.data(), x.data(), y.data(),
                               z.data(), k, sorted.data());

@@ -9,9 +9,9 @@
 namespace pcl {
 namespace mrf {
 
-std::vector<std::size_t> sampleOf(std::size_t count, std::size_t most)
+std::vector<std::size_t> sampleOf(std::size_t count, std::size_t max)
 {
-  std::vector<std::size_t> sample(std::min(count, most));
+  std::vector<std::size_t> sample(std::min(count, max));
   for (std::size_t n = 0; n < sample.size(); ++n)
     sample[n] = n * count / sample.size();
   return sample;

@@ -12,7 +12,7 @@ namespace pcl {
 namespace mrf {
 
 /// Indices of about `most` of `count` values, in regular steps.
-std::vector<std::size_t> sampleOf(std::size_t count, std::size_t most);
+std::vector<std::size_t> sampleOf(std::size_t count, std::size_t max);
 
 struct PointFrame {
   Eigen::Array3d center = Eigen::Array3d::Zero();

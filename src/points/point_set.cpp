@@ -28,9 +28,9 @@ void selectCommon(const Points& points, const Which& which, Points& selected)
 
 void requireCountable(std::size_t points)
 {
-  constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
-  if (points > most)
-    throw ResourceLimit("the cloud has " + std::to_string(points) + " points, at most " + std::to_string(most) +
+  constexpr std::size_t max = std::numeric_limits<std::int32_t>::max();
+  if (points > max)
+    throw ResourceLimit("the cloud has " + std::to_string(points) + " points, at most " + std::to_string(max) +
                         " can be numbered; thin it out, or reconstruct it in parts");
 }
 

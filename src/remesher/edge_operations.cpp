@@ -173,8 +173,8 @@ bool flip(RemeshedSurface& surface, std::int32_t h)
   HalfEdgeMesh& mesh = surface.mesh;
   const std::int32_t g = mesh.twin[h];
   const std::int32_t a = mesh.origin[h], b = mesh.origin[g], c = mesh.opposite(h), d = mesh.opposite(g);
-  const int leastA = mesh.onBoundary(a) ? 2 : 3, leastB = mesh.onBoundary(b) ? 2 : 3;
-  if (mesh.valence[a] <= leastA || mesh.valence[b] <= leastB || mesh.adjacent(c, d))
+  const int minA = mesh.onBoundary(a) ? 2 : 3, minB = mesh.onBoundary(b) ? 2 : 3;
+  if (mesh.valence[a] <= minA || mesh.valence[b] <= minB || mesh.adjacent(c, d))
     return false;
   const TriangleShape former = surface.shape(h) & surface.shape(g);
   const Corner cornerC = surface.corner(c), cornerD = surface.corner(d);

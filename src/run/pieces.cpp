@@ -19,7 +19,7 @@ namespace {
 constexpr int axisBits = 20;
 
 /// Groups of fewer points are no objects if they make up more than this share of the cloud.
-constexpr std::int64_t fewestOfObject = 12;
+constexpr std::int64_t minPointsOfObject = 12;
 constexpr double largestShareOfRest = .1;
 
 /// Gaps in diagonals of the largest group.
@@ -161,7 +161,7 @@ bool arePieces(const std::vector<Group>& groups, double gap, double minGap)
   for (const Group& group : groups) {
     diagonal = std::max(diagonal, group.diagonal());
     all += group.points;
-    rest += group.points < fewestOfObject ? group.points : 0;
+    rest += group.points < minPointsOfObject ? group.points : 0;
   }
   return gap >= gapPerDiagonal * diagonal + minGap &&
          static_cast<double>(rest) <= largestShareOfRest * static_cast<double>(all);
@@ -181,7 +181,7 @@ Pieces collect(const std::vector<Eigen::Vector3f>& positions, const CellNumberin
   std::stable_sort(pieces.points.begin(), pieces.points.end(), [](const auto& a, const auto& b) {
     return a.size() != b.size() ? a.size() > b.size() : a.front() < b.front();
   });
-  for (; pieces.points.size() > 1 && pieces.points.back().size() < fewestPoints; pieces.points.pop_back())
+  for (; pieces.points.size() > 1 && pieces.points.back().size() < minPointsOfSurface; pieces.points.pop_back())
     pieces.alone.insert(pieces.alone.end(), pieces.points.back().begin(), pieces.points.back().end());
   std::sort(pieces.alone.begin(), pieces.alone.end());
   return pieces;

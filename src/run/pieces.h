@@ -12,12 +12,12 @@ namespace pcl {
 namespace mrf {
 
 /// Fewer points than a plane's neighborhood cannot tell a surface.
-constexpr std::size_t fewestPoints = 4;
+constexpr std::size_t minPointsOfSurface = 4;
 
 struct Pieces {
   /// Indices into the points, ascending, of each piece; pieces by falling number of points. Empty: all are one piece.
   std::vector<std::vector<std::uint32_t>> points;
-  /// Of the points that are alone: fewer than fewestPoints, as far from all others as pieces are from each other.
+  /// Of the points that are alone: fewer than minPointsOfSurface, as far from all others as pieces are from each other.
   std::vector<std::uint32_t> alone;
 };
 

@@ -28,13 +28,13 @@ bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighborSea
 
 void requirePoints(const PointSet& points, const char* after, const Report& report)
 {
-  if (points.size() >= fewestPoints)
+  if (points.size() >= minPointsOfSurface)
     return;
   const PointCounts& counts = report.points;
   std::ostringstream text;
-  text << points.size() << " of " << counts.input << " points are left after " << after << ", at least " << fewestPoints
-       << " are needed (dropped: " << counts.notFinite << " not finite, " << counts.duplicates << " duplicates, "
-       << counts.zeroNormals << " zero normals, " << counts.zeroConfidence << " without confidence, "
+  text << points.size() << " of " << counts.input << " points are left after " << after << ", at least "
+       << minPointsOfSurface << " are needed (dropped: " << counts.notFinite << " not finite, " << counts.duplicates
+       << " duplicates, " << counts.zeroNormals << " zero normals, " << counts.zeroConfidence << " without confidence, "
        << counts.outliersAlone + counts.outliersBySpacing + counts.outliersByStatistics << " outliers, "
        << counts.noiseByPlaneFit << " without a plane, " << counts.smallComponents << " in small components)";
   throw InvalidInput(text.str());

@@ -16,7 +16,7 @@ namespace mrf {
 namespace {
 
 /// A vertex stays this share of an edge away from the edge's other end, so that no triangle vanishes.
-constexpr float mostOfEdge = .8f;
+constexpr float maxShareOfEdge = .8f;
 
 /// Triangles around a vertex may turn by 60° and shrink to a tenth when it moves.
 constexpr float minTurn = .5f, minShrink = .1f;
@@ -107,7 +107,7 @@ private:
       return;
     const Eigen::Vector3f start = mesh_.vertices[at(vertex)], way = mesh_.vertices[at(goal)] - start;
     constexpr int tries = 6;
-    float part = std::min(share(vertex, goal), mostOfEdge);
+    float part = std::min(share(vertex, goal), maxShareOfEdge);
     for (int n = 0; n < tries; ++n, part *= .8f) {
       const Eigen::Vector3f position = start + part * way;
       if (!keepsTriangles(vertex, position))

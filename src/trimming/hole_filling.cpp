@@ -14,7 +14,7 @@ namespace mrf {
 namespace {
 
 /// More of a component than this is not the filling of holes but the back of what was seen from one side.
-constexpr double mostFilled = 1. / 3;
+constexpr double maxFilled = 1. / 3;
 
 /// What is farther from the points than this, in local spacings, is invented.
 constexpr double inventedFrom = 10;
@@ -213,7 +213,7 @@ void HoleFinder::findOpenRegions(double maxHole)
       isOpenComponent[at(componentOf[at(t)])] = 1;
   }
   for (std::size_t c = 0; c < components; ++c)
-    if (unsupportedArea[c] > mostFilled * area[c])
+    if (unsupportedArea[c] > maxFilled * area[c])
       isOpenComponent[c] = 1;
   isOpen_.assign(regions_.size(), 0);
   for (const std::int32_t t : unsupported_)

@@ -12,7 +12,7 @@ namespace mrf {
 namespace {
 
 /// Vertices with support of a component that are asked for the points behind it.
-constexpr std::size_t mostAsked = 1024;
+constexpr std::size_t maxAsked = 1024;
 
 /// Of each component some vertices with support, spread evenly over them.
 std::vector<std::vector<std::int32_t>>
@@ -30,7 +30,7 @@ pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componen
       }
   }
   for (std::vector<std::int32_t>& vertices : picked) {
-    const std::size_t count = std::min(vertices.size(), mostAsked);
+    const std::size_t count = std::min(vertices.size(), maxAsked);
     for (std::size_t n = 0; n < count; ++n)
       vertices[n] = vertices[n * vertices.size() / count];
     vertices.resize(count);
@@ -56,9 +56,9 @@ public:
     vertexSearch_->setPoints(mesh.vertices, execution);
   }
 
-  /// True if `fewest` coherent points are found at the vertices, or `fewestApart` of them apart.
-  bool suffice(std::int32_t component, const std::vector<std::int32_t>& vertices, std::size_t fewest,
-               std::size_t fewestApart) const
+  /// True if `fewest` coherent points are found at the vertices, or `minPointsApart` of them apart.
+  bool suffice(std::int32_t component, const std::vector<std::int32_t>& vertices, std::size_t min,
+               std::size_t minPointsApart) const
   {
     std::vector<int> asked;
     std::size_t coherent = 0, apart = 0;
@@ -77,7 +77,7 @@ public:
         continue;
       ++coherent;
       apart += isAlone(point, component, reach, nearest) ? 1 : 0;
-      if (coherent >= fewest || apart >= fewestApart)
+      if (coherent >= min || apart >= minPointsApart)
         return true;
     }
     return false;
@@ -127,15 +127,15 @@ private:
 };
 
 /// As few coherent points make a surface where there is no other: a lone corner of a range scan, a strip of one line.
-constexpr std::size_t fewestApart = 3;
+constexpr std::size_t minPointsApart = 3;
 
 /// The components that too few points speak for, however large they are.
 std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const OrientedPoints& points,
                                              const NeighborSearch& search, const std::vector<std::int32_t>& componentOf,
-                                             std::size_t components, std::size_t fewest, Execution& execution)
+                                             std::size_t components, std::size_t min, Execution& execution)
 {
   std::vector<std::uint8_t> isPoor(components, 0);
-  if (fewest < 2)
+  if (min < 2)
     return isPoor;
   const std::vector<std::vector<std::int32_t>> picked = pickVertices(mesh, componentOf, components);
   const Witnesses witnesses(mesh, points, search, componentOf, execution);
@@ -143,7 +143,7 @@ std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const Ori
     for (std::int64_t c = begin; c < end; ++c) {
       const auto component = static_cast<std::size_t>(c);
       isPoor[component] =
-          witnesses.suffice(static_cast<std::int32_t>(c), picked[component], fewest, fewestApart) ? 0 : 1;
+          witnesses.suffice(static_cast<std::int32_t>(c), picked[component], min, minPointsApart) ? 0 : 1;
     }
   });
   return isPoor;

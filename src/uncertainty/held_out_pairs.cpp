@@ -18,7 +18,7 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-constexpr std::size_t mostBalls = 24;
+constexpr std::size_t maxBalls = 24;
 constexpr int attempts = 8;          ///< places that are tried for each
 constexpr double ballRadius = 11;    ///< voxels
 constexpr double margin = 3;         ///< voxels at a ball's rim where the field is not what it would be in the cloud
@@ -29,7 +29,7 @@ std::vector<Eigen::Vector3f> spreadCenters(const std::vector<Eigen::Vector3f>& p
 {
   std::mt19937 random(2);
   std::vector<Eigen::Vector3f> centers;
-  for (std::size_t n = 0; n < attempts * mostBalls && centers.size() < mostBalls; ++n) {
+  for (std::size_t n = 0; n < attempts * maxBalls && centers.size() < maxBalls; ++n) {
     const Eigen::Vector3f& candidate = positions[random() % positions.size()];
     if (std::all_of(centers.begin(), centers.end(),
                     [&](const Eigen::Vector3f& other) { return (other - candidate).norm() > distance; }))
@@ -101,13 +101,13 @@ private:
     constexpr int asked = 16;
     search.nearest(points.positions[i], asked, found);
     std::size_t best = i;
-    float least = std::numeric_limits<float>::infinity();
+    float min = std::numeric_limits<float>::infinity();
     for (const int j : found.indices) {
       const Eigen::Vector3f to = points.positions[static_cast<std::size_t>(j)] - points.positions[i];
       const float along = points.normals[i].dot(to), squared = to.squaredNorm() - along * along;
       const bool isSameSheet = points.normals[static_cast<std::size_t>(j)].dot(points.normals[i]) > 0;
-      if (static_cast<std::size_t>(j) != i && isSameSheet && squared < least) {
-        least = squared;
+      if (static_cast<std::size_t>(j) != i && isSameSheet && squared < min) {
+        min = squared;
         best = static_cast<std::size_t>(j);
       }
     }

@@ -14,8 +14,8 @@ namespace {
 constexpr float radii[] = {1, .71f, .5f};
 
 /// Of one radius: discs, the share of the points in them, and how many places are tried.
-constexpr std::size_t mostPatches = 16;
-constexpr double mostPoints = 1. / 36;
+constexpr std::size_t maxPatches = 16;
+constexpr double maxShareOfPoints = 1. / 36;
 constexpr int attempts = 160;
 
 constexpr float apart = 1.3f; ///< between discs, and from openings, in radii from center to rim
@@ -49,7 +49,7 @@ std::vector<Patch> choosePatches(const OrientedPoints& points, const NeighborSea
     return patches;
   const std::unique_ptr<NeighborSearch> nearOpenings = makePointBins();
   nearOpenings->setPoints(openings.vertices, execution);
-  const auto most = static_cast<std::size_t>(mostPoints * static_cast<double>(points.size()));
+  const auto max = static_cast<std::size_t>(maxShareOfPoints * static_cast<double>(points.size()));
   std::mt19937 random(1);
   Neighbors found;
   float last = 0;
@@ -58,7 +58,7 @@ std::vector<Patch> choosePatches(const OrientedPoints& points, const NeighborSea
     if (radius == last)
       break;
     last = radius;
-    std::size_t left = most, count = 0;
+    std::size_t left = max, count = 0;
     const auto isFree = [&](const Eigen::Vector3f& center) {
       nearOpenings->nearest(center, 1, found);
       return std::sqrt(found.squaredDistances.front()) > apart * radius &&
@@ -66,7 +66,7 @@ std::vector<Patch> choosePatches(const OrientedPoints& points, const NeighborSea
                return (other.center - center).norm() > apart * (radius + other.radius);
              });
     };
-    for (int attempt = 0; attempt < attempts && count < mostPatches; ++attempt) {
+    for (int attempt = 0; attempt < attempts && count < maxPatches; ++attempt) {
       const std::size_t center = random() % points.size();
       if (!isFree(points.positions[center]))
         continue;

@@ -18,7 +18,7 @@ namespace {
 
 /// Voxels of the grid that draws are made on: so many for each point, within limits. Eight draws and a solution then
 /// take a third of what the rest of a run takes.
-constexpr double voxelsPerPoint = 4, leastVoxels = 1 << 15, mostVoxels = 1 << 18;
+constexpr double voxelsPerPoint = 4, minVoxels = 1 << 15, maxVoxels = 1 << 18;
 
 /// Steps of conjugate gradients for a draw. On a head with holes of 7 % of the diagonal three leave the standard
 /// deviation 6 % below that of thirty in the middle of holes, and are the same amid data; discs are filled by the same
@@ -30,10 +30,10 @@ constexpr std::int64_t grain = 1024;
 /// As fine as the finest level, or as coarse as the voxels allow.
 float voxelSizeOfDraws(const BoundingBox& volume, std::size_t points, const MultiscaleOptions& options)
 {
-  const double most = std::clamp(voxelsPerPoint * static_cast<double>(points), leastVoxels, mostVoxels);
+  const double max = std::clamp(voxelsPerPoint * static_cast<double>(points), minVoxels, maxVoxels);
   const Eigen::Array3d extent = (volume.upper - volume.lower).cast<double>().array();
   double side = options.voxelSize;
-  while ((extent / side + 2 * resolvedPadding(options)).prod() > most)
+  while ((extent / side + 2 * resolvedPadding(options)).prod() > max)
     side *= 1.02;
   return static_cast<float>(side);
 }
@@ -103,7 +103,7 @@ float slopeOf(const Eigen::Vector3f& gradient)
 }
 
 /// Towards the zero level, by at most a distance.
-Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float most)
+Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float max)
 {
   constexpr int steps = 2;
   for (int step = 0; step < steps; ++step) {
@@ -111,7 +111,7 @@ Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float 
     const float distance = field.sampleDistance(at, gradient);
     const float length = gradient.norm();
     if (length > 0)
-      at -= std::clamp(distance / slopeOf(gradient), -most, most) / length * gradient;
+      at -= std::clamp(distance / slopeOf(gradient), -max, max) / length * gradient;
   }
   return at;
 }

@@ -92,7 +92,7 @@ std::vector<float> nearestResults()
   const std::vector<float> candidates = values<float>(3 * 101, 1), queries = values<float>(3 * queryLanes, 2);
   const float *cx = candidates.data(), *cy = cx + 101, *cz = cy + 101;
   std::vector<float> all;
-  for (const std::size_t k : {std::size_t{1}, std::size_t{5}, std::size_t{9}, mostNearest}) {
+  for (const std::size_t k : {std::size_t{1}, std::size_t{5}, std::size_t{9}, maxNearest}) {
     std::vector<float> result(k * queryLanes);
     nearestDistances(101, cx, cy, cz, queries.data(), queries.data() + queryLanes, queries.data() + 2 * queryLanes, k,
                      result.data());

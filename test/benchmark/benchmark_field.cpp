@@ -49,7 +49,7 @@ void regularization(benchmark::State& state, ObservationKind kind, std::int64_t 
   prior.kind = static_cast<Prior>(state.range(1));
   MultiscaleOptions options;
   options.voxelSize = spacingsPerVoxel(options.quality) * scan.spacing;
-  options.padding = leastPadding;
+  options.padding = minPadding;
   const BoundingBox box = boundingBox(scan.points.positions);
   MultiscaleResult result;
   runStage(state, threads, "point", static_cast<double>(count), [&](Execution& execution) {

@@ -128,7 +128,7 @@ TEST_P(VoxelwiseScan, ReachesItsBars)
 {
   Options options;
   options.observation.kind = ObservationKind::plane;
-  options.multiscale.padding = leastPadding; // the bars were set with it; three holes say little about a wider volume
+  options.multiscale.padding = minPadding; // the bars were set with it; three holes say little about a wider volume
   const Outcome outcome = run(GetParam().name, options);
   expectOneValidComponent(outcome.reconstruction);
   EXPECT_LE(outcome.accuracy, GetParam().accuracy);

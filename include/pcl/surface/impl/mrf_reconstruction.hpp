@@ -95,12 +95,12 @@ public:
 
 private:
   /// The stages use the indices as they are: what they ask for is checked here, once.
-  int checked(int found, int most, Neighbors& result) const
+  int checked(int found, int max, Neighbors& result) const
   {
     const auto fail = [](const std::string& what) {
       throw InvalidInput("the object of setSearchMethod answered with " + what);
     };
-    if (found < 0 || found > most || static_cast<std::size_t>(found) > result.indices.size() ||
+    if (found < 0 || found > max || static_cast<std::size_t>(found) > result.indices.size() ||
         static_cast<std::size_t>(found) > result.squaredDistances.size())
       fail(std::to_string(found) + " neighbors, and holds " + std::to_string(result.indices.size()));
     result.indices.resize(static_cast<std::size_t>(found));

@@ -58,7 +58,7 @@ struct MultiscaleOptions {
 PCL_MRF_EXPORT void validate(const MultiscaleOptions& options);
 
 /// Voxels of padding that a closed surface needs.
-constexpr int leastPadding = 6;
+constexpr int minPadding = 6;
 
 /// The option, or the least.
 PCL_MRF_EXPORT int resolvedPadding(const MultiscaleOptions& options);
