@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/run_plan.h"
 
+#include "run/option_resolver.h"
+
 namespace pcl {
 namespace mrf {
 
 std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& options)
 {
   const double millions = 1e-6 * static_cast<double>(points);
-  const ObservationOptions& observation = options.observation;
   const bool estimatesNormals = options.normals.source != NormalSource::use;
-  const bool choosesSmoothing = observation.atPoints() && observation.smoothing == 0 && observation.noise == 0,
-             choosesVoxels = observation.atPoints() && options.multiscale.voxelSize == 0 &&
-                             options.multiscale.quality == Quality::normal;
   // Iterations that pass on one voxel's width each take that much longer than multigrid.
   const double solving = options.solver.method == SolverMethod::multigrid ? 1 : 20;
   return {{"gathering", .1 * millions},
@@ -20,8 +18,8 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"normals", estimatesNormals ? .5 * millions : 0},
           {"orientation", .5 * millions},
           {"robust field", options.outliers.robust ? .2 + 5 * millions : 0},
-          {"smoothing length", choosesSmoothing ? .5 : 0},
-          {"resolution", choosesVoxels ? .3 : 0},
+          {"smoothing length", choosesSmoothing(options) ? .5 : 0},
+          {"resolution", choosesResolution(options) ? .3 : 0},
           {"volume", options.multiscale.padding == 0 ? .05 : 0},
           {"regularization", solving * (.2 + 14 * millions)},
           {"polygonizer", millions},

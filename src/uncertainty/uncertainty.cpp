@@ -261,7 +261,7 @@ SigmaQuantiles quantilesOf(const std::vector<float>& sigmas)
 } // namespace
 
 UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field, float spacing,
-                                      const Options& options, TriangleMesh& mesh, Execution& execution)
+                                      const ResolvedOptions& options, TriangleMesh& mesh, Execution& execution)
 {
   UncertaintyReport report;
   report.isComputed = true;

@@ -16,10 +16,11 @@
 /// that point to the wrong side, sheets that noise has joined.
 #pragma once
 
+#include "options/resolved_options.h"
+
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>
-#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 #include <pcl/surface/mrf/uncertainty.h>
@@ -37,11 +38,11 @@ struct SolvedPiece {
 };
 
 /// Sets the sigmas and the flags of what is calibrated. \param pieces of the points: all of them
-/// \param field of the finest level \param spacing l̄, cloud's unit \param options resolved, observing at points
+/// \param field of the finest level \param spacing l̄, cloud's unit \param options observing at points
 /// \param mesh with confidences
 /// The result does not depend on the number of threads.
 UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field, float spacing,
-                                      const Options& options, TriangleMesh& mesh, Execution& execution);
+                                      const ResolvedOptions& options, TriangleMesh& mesh, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "run/option_resolver.h"
+
+#include "run/stage_timer.h"
+
+#include <pcl/surface/mrf/option_table.h>
+#include <pcl/surface/mrf/smoothing.h>
+
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+void derive(float& length, float automatic)
+{
+  if (length == 0)
+    length = automatic;
+}
+
+/// Takes ℓ, and an automatic weight of the normals, from the data.
+void chooseSmoothing(HoldOut& holdOut, ObservationOptions& observation, Report& report, Execution& execution)
+{
+  const StageTimer timer("smoothing length", report, execution);
+  report.smoothing = holdOut.chooseSmoothing();
+  observation.smoothing = static_cast<float>(report.smoothing.smoothing);
+  if (observation.gradientWeight == 0)
+    observation.gradientWeight = holdOut.chooseGradientWeight(report.smoothing.smoothing, report.smoothing.noise);
+}
+
+/// Takes the coarsest voxels that the data bear.
+void chooseResolution(HoldOut& holdOut, Options& options, Report& report, Execution& execution)
+{
+  const StageTimer timer("resolution", report, execution);
+  const bool isChosen = report.smoothing.smoothing > 0; // the same number: what was solved with it is known
+  report.resolution = holdOut.chooseResolution(isChosen ? report.smoothing.smoothing
+                                                        : static_cast<double>(options.observation.smoothing),
+                                               options.observation.gradientWeight, report.smoothing.noise);
+  options.multiscale.voxelSize = static_cast<float>(report.resolution.voxelSize);
+}
+
+} // namespace
+
+bool choosesSmoothing(const Options& options)
+{
+  return options.observation.atPoints() && options.observation.smoothing == 0 && options.observation.noise == 0;
+}
+
+bool choosesResolution(const Options& options)
+{
+  return options.observation.atPoints() && options.multiscale.voxelSize == 0 &&
+         options.multiscale.quality == Quality::normal;
+}
+
+OptionResolver::OptionResolver(const Options& requested, const SamplingDensity& density)
+    : requested_(requested), options_(requested), spacing_(density.spacing)
+{
+  derive(options_.multiscale.voxelSize, spacingsPerVoxel(requested.multiscale.quality) * spacing_);
+  derive(options_.observation.maxDistance,
+         resolvedMaxDistance(requested.observation, spacing_, options_.multiscale.voxelSize));
+  options_.orientation.neighborDistance = resolvedNeighborDistance(requested.orientation, density);
+  options_.normals.radius = resolvedRadius(requested.normals, spacing_);
+  derive(options_.normals.maxPlaneDistance, spacing_);
+}
+
+void OptionResolver::chooseByData(const OrientedPoints& points, Report& report, Execution& execution)
+{
+  ObservationOptions& observation = options_.observation;
+  if (!observation.atPoints())
+    return;
+  std::optional<HoldOut> holdOut;
+  if (choosesSmoothing(requested_) || choosesResolution(requested_))
+    holdOut.emplace(points, spacing_, options_.multiscale.voxelSize, options_.prior.kind, observation, execution);
+  if (choosesSmoothing(requested_))
+    chooseSmoothing(*holdOut, observation, report, execution);
+  observation.smoothing = resolvedSmoothing(observation, spacing_);
+  observation.gradientWeight = resolvedGradientWeight(observation);
+  if (!choosesResolution(requested_))
+    return;
+  chooseResolution(*holdOut, options_, report, execution);
+  observation.maxDistance = resolvedMaxDistance(requested_.observation, spacing_, options_.multiscale.voxelSize);
+}
+
+void OptionResolver::limitTrimming(float diagonal)
+{
+  // In this order: an automatic gap follows a hole that was given.
+  options_.trimming.maxGap = resolvedMaxGap(requested_.trimming, diagonal);
+  options_.trimming.maxHole = resolvedMaxHole(requested_.trimming, diagonal);
+}
+
+ResolvedOptions OptionResolver::resolved() const
+{
+  Options options = options_;
+  options.multiscale.padding = resolvedPadding(options.multiscale);
+  std::vector<const char*> names = {"multiscale.voxelSize", "observation.maxDistance", "trimming.maxHole",
+                                    "trimming.maxGap"};
+  if (options.observation.atPoints())
+    names.insert(names.end(), {"observation.smoothing", "observation.gradientWeight"});
+  for (const char* name : names)
+    if (!(optionDeclaration(name).get(options) > 0))
+      throw std::logic_error(std::string("OptionResolver: ") + name + " is still automatic");
+  return ResolvedOptions(options, requested_);
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief From what was asked for to the numbers that a run takes.
+#pragma once
+
+#include "options/resolved_options.h"
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/report.h>
+
+namespace pcl {
+namespace mrf {
+
+/// Whether ℓ, and whether the voxel size, is left to hold-out cross-validation.
+bool choosesSmoothing(const Options& options);
+bool choosesResolution(const Options& options);
+
+/// Replaces automatic values, step by step, as a run learns what they follow from. Given values stay as they are.
+class OptionResolver {
+public:
+  /// Resolves the lengths that follow from the sampling density. \param requested validated
+  OptionResolver(const Options& requested, const SamplingDensity& density);
+
+  /// What is known so far: for the pilot runs, which choose the rest.
+  const Options& soFar() const { return options_; }
+
+  /// Resolves ℓ, the weight of the normals and the voxel size, as far as they are left to cross-validation; the report
+  /// tells how. \param points as they are observed
+  void chooseByData(const OrientedPoints& points, Report& report, Execution& execution);
+
+  /// Resolves the limits of trimming. \param diagonal of the largest piece, cloud's unit
+  void limitTrimming(float diagonal);
+
+  /// Once the volumes are chosen, which is what an automatic padding asks for.
+  /// \throw std::logic_error naming an option that a step was left out for
+  ResolvedOptions resolved() const;
+
+private:
+  Options requested_, options_;
+  float spacing_;
+};
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief What a run has to say about a cloud or its options without failing.
+#pragma once
+
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/report.h>
+
+namespace pcl {
+namespace mrf {
+
+/// Names the rules that dropped more points than an everyday scan has outliers.
+void warnOfDroppedPoints(Report& report);
+
+/// Names the options that were changed although what observes the field has no use for them.
+void warnOfUnusedOptions(const Options& options, Report& report);
+
+/// \param resolution steps of the coordinates as they came, cloud's unit
+void warnOfCoarseInput(double resolution, double voxelSize, Report& report);
+
+/// Names the coarsest level that has stopped short of its solution: the finer ones build on it.
+void warnOfUnsolvedLevels(Report& report);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Requests and resolved options: what a run replaces, what it leaves, and that no step can be forgotten.
+#include "run/option_resolver.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+using namespace pcl::mrf;
+
+namespace {
+
+SamplingDensity densityOf(float spacing)
+{
+  SamplingDensity density;
+  density.spacing = spacing;
+  density.nearestMean = spacing;
+  density.nearestDeviation = .1f * spacing;
+  density.eighthMedian = 2 * spacing;
+  return density;
+}
+
+/// With nothing left to cross-validation.
+Options givenOptions()
+{
+  Options options;
+  options.observation.noise = .01f;
+  options.multiscale.quality = Quality::draft;
+  return options;
+}
+
+ResolvedOptions resolve(const Options& requested, float spacing, float diagonal)
+{
+  Execution execution(1);
+  Report report;
+  OptionResolver resolver(requested, densityOf(spacing));
+  resolver.chooseByData({}, report, execution);
+  resolver.limitTrimming(diagonal);
+  return resolver.resolved();
+}
+
+/// What a call complains of; empty: nothing.
+template <typename Call>
+std::string complaintOf(const Call& call)
+{
+  try {
+    call();
+  } catch (const std::logic_error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+} // namespace
+
+static_assert(!std::is_constructible_v<ResolvedOptions, Options> && !std::is_convertible_v<Options, ResolvedOptions> &&
+                  !std::is_default_constructible_v<ResolvedOptions>,
+              "a request does not pass for resolved options");
+
+TEST(OptionResolver, derivesLengthsFromTheDensityAndTheExtent)
+{
+  const ResolvedOptions options = resolve(givenOptions(), 2, 100);
+  EXPECT_EQ(options.multiscale.voxelSize, 6) << "3 s";
+  EXPECT_EQ(options.observation.maxDistance, resolvedMaxDistance(givenOptions().observation, 2, 6));
+  EXPECT_EQ(options.trimming.maxHole, 50) << "half of the diagonal";
+  EXPECT_EQ(options.trimming.maxGap, 24) << "24 % of the diagonal";
+  EXPECT_EQ(options.multiscale.padding, minPadding);
+  EXPECT_EQ(options.observation.smoothing, resolvedSmoothing(givenOptions().observation, 2));
+  EXPECT_EQ(options.observation.gradientWeight, .4f);
+  EXPECT_EQ(options.requested().multiscale.voxelSize, 0);
+  EXPECT_EQ(options.requested().trimming.maxGap, 0);
+}
+
+TEST(OptionResolver, leavesWhatWasGiven)
+{
+  Options requested = givenOptions();
+  requested.multiscale.voxelSize = .5f;
+  requested.multiscale.padding = 9;
+  requested.observation.maxDistance = 3;
+  requested.observation.smoothing = 1.5f;
+  requested.observation.gradientWeight = 2;
+  requested.orientation.neighborDistance = 4;
+  requested.normals.radius = 5;
+  requested.normals.maxPlaneDistance = 6;
+  requested.trimming.maxHole = 7;
+  const ResolvedOptions options = resolve(requested, 2, 100);
+  EXPECT_EQ(options.multiscale.voxelSize, .5f);
+  EXPECT_EQ(options.multiscale.padding, 9);
+  EXPECT_EQ(options.observation.maxDistance, 3);
+  EXPECT_EQ(options.observation.smoothing, 1.5f);
+  EXPECT_EQ(options.observation.gradientWeight, 2);
+  EXPECT_EQ(options.orientation.neighborDistance, 4);
+  EXPECT_EQ(options.normals.radius, 5);
+  EXPECT_EQ(options.normals.maxPlaneDistance, 6);
+  EXPECT_EQ(options.trimming.maxHole, 7);
+  EXPECT_EQ(options.trimming.maxGap, 7) << "as the hole that was given";
+}
+
+TEST(OptionResolver, asksTheDataOnlyWhatIsLeftToThem)
+{
+  Options options;
+  EXPECT_TRUE(choosesSmoothing(options) && choosesResolution(options));
+  options.observation.noise = .1f;
+  EXPECT_FALSE(choosesSmoothing(options));
+  EXPECT_TRUE(choosesResolution(options));
+  options.multiscale.voxelSize = 1;
+  EXPECT_FALSE(choosesResolution(options));
+  options = Options();
+  options.observation.smoothing = 1;
+  options.multiscale.quality = Quality::fine;
+  EXPECT_FALSE(choosesSmoothing(options) || choosesResolution(options));
+  options = Options();
+  options.observation.kind = ObservationKind::plane;
+  EXPECT_FALSE(choosesSmoothing(options) || choosesResolution(options));
+}
+
+TEST(OptionResolver, refusesToHandOutWhatAStepIsMissingFor)
+{
+  Execution execution(1);
+  Report report;
+  OptionResolver resolver(givenOptions(), densityOf(2));
+  EXPECT_EQ(complaintOf([&] { resolver.resolved(); }), "OptionResolver: trimming.maxHole is still automatic");
+  resolver.limitTrimming(100);
+  EXPECT_EQ(complaintOf([&] { resolver.resolved(); }), "OptionResolver: observation.smoothing is still automatic");
+  resolver.chooseByData({}, report, execution);
+  EXPECT_NO_THROW(resolver.resolved());
+}
+
+TEST(OptionResolver, leavesSmoothingAloneWhereVoxelsAreObserved)
+{
+  Options requested;
+  requested.observation.kind = ObservationKind::plane;
+  const ResolvedOptions options = resolve(requested, 2, 100);
+  EXPECT_EQ(options.observation.smoothing, 0);
+  EXPECT_EQ(options.multiscale.voxelSize, 4) << "2 s";
+}
