@@ -2,8 +2,12 @@
 #include "report_json.h"
 
 #include <pcl/surface/mrf/option_names.h>
+#include <pcl/surface/mrf/option_table.h>
 
 #include <nlohmann/json.hpp>
+
+#include <string>
+#include <variant>
 
 namespace mrf_apps {
 namespace {
@@ -11,83 +15,19 @@ namespace {
 using Json = nlohmann::ordered_json;
 using namespace pcl::mrf;
 
+/// By stages, as the options' table names them.
 Json toJson(const Options& options)
 {
-  const OutlierOptions& outliers = options.outliers;
-  const NormalOptions& normals = options.normals;
-  const OrientationOptions& orientation = options.orientation;
-  const ObservationOptions& observation = options.observation;
-  const SolverOptions& solver = options.solver;
-  const MultiscaleOptions& multiscale = options.multiscale;
-  return {
-      {"outliers",
-       {{"alone", outliers.alone},
-        {"aloneFactor", outliers.aloneFactor},
-        {"spacing", outliers.spacing},
-        {"spacingNeighbors", outliers.spacingNeighbors},
-        {"spacingFactor", outliers.spacingFactor},
-        {"statistical", outliers.statistical},
-        {"statisticalNeighbors", outliers.statisticalNeighbors},
-        {"statisticalDeviations", outliers.statisticalDeviations},
-        {"robust", outliers.robust}}},
-      {"normals",
-       {{"source", nameOf(normals.source)},
-        {"radius", normals.radius},
-        {"noiseCriteria", normals.noiseCriteria},
-        {"maxThirdEigenvalue", normals.maxThirdEigenvalue},
-        {"maxPlaneDistance", normals.maxPlaneDistance}}},
-      {"orientation",
-       {{"neighborDistance", orientation.neighborDistance},
-        {"localDistance", orientation.localDistance},
-        {"maxAngle", orientation.maxAngle},
-        {"joinAcrossCreases", orientation.joinAcrossCreases},
-        {"minComponentShare", orientation.minComponentShare},
-        {"lowAgreement", orientation.lowAgreement},
-        {"sensorOrigin", orientation.sensorOrigin}}},
-      {"observation",
-       {{"estimate", nameOf(observation.kind)},
-        {"smoothing", observation.smoothing},
-        {"noise", observation.noise},
-        {"gradientWeight", observation.gradientWeight},
-        {"neighbors", observation.neighbors},
-        {"maxDistance", observation.maxDistance},
-        {"scaleWithLevel", observation.scaleWithLevel},
-        {"confidenceShape", nameOf(observation.confidenceShape)}}},
-      {"prior",
-       {{"prior", nameOf(options.prior.kind)}, {"beta", options.prior.beta}, {"energy", nameOf(options.prior.energy)}}},
-      {"solver",
-       {{"method", nameOf(solver.method)},
-        {"maxIterations", solver.maxIterations},
-        {"residualTolerance", solver.residualTolerance},
-        {"changeTolerance", solver.changeTolerance},
-        {"smootherDegree", solver.smootherDegree},
-        {"choleskyOnCoarsest", solver.choleskyOnCoarsest},
-        {"seed", solver.seed},
-        {"maxFactorBytes", solver.maxFactorBytes}}},
-      {"multiscale",
-       {{"quality", nameOf(multiscale.quality)},
-        {"voxelSize", multiscale.voxelSize},
-        {"padding", multiscale.padding},
-        {"coarsestSide", multiscale.coarsestSide},
-        {"maxMemory", multiscale.maxMemory},
-        {"denseVoxels", multiscale.denseVoxels},
-        {"interpolation", nameOf(multiscale.interpolation)}}},
-      {"polygonizer", {{"decomposition", nameOf(options.polygonizer.decomposition)}}},
-      {"trimming",
-       {{"trimming", nameOf(options.trimming.trimming)},
-        {"maxHole", options.trimming.maxHole},
-        {"maxGap", options.trimming.maxGap},
-        {"minComponentPoints", options.trimming.minComponentPoints},
-        {"minComponentShare", options.trimming.minComponentShare}}},
-      {"remesher",
-       {{"rounds", options.remesher.rounds},
-        {"targetEdge", options.remesher.targetEdge},
-        {"relaxation", options.remesher.relaxation}}},
-      {"uncertainty", {{"compute", options.uncertainty.compute}, {"samples", options.uncertainty.samples}}},
-      {"unit", nameOf(options.unit)},
-      {"colors", nameOf(options.colors)},
-      {"confidenceField", options.confidenceField},
-      {"threads", options.threads}};
+  Json json;
+  for (const OptionDeclaration& option : optionDeclarations()) {
+    const Json value = std::visit([](const auto& held) { return Json(held); }, option.exact(options));
+    if (const std::size_t dot = option.key.find('.'); dot == std::string::npos)
+      json[option.key] = value;
+    else
+      json[option.key.substr(0, dot)][option.key.substr(dot + 1)] = value;
+  }
+  json["confidenceField"] = options.confidenceField; // the only text
+  return json;
 }
 
 Json toJson(const PointCounts& points)

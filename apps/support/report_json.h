@@ -9,7 +9,8 @@
 
 namespace mrf_apps {
 
-/// Everything in the report, under the names of its members; lengths in the cloud's unit, times in seconds.
+/// Everything in the report, under the names of its members, options under their keys; lengths in the cloud's unit,
+/// times in seconds.
 nlohmann::ordered_json toJson(const pcl::mrf::Report& report);
 nlohmann::ordered_json toJson(const pcl::mrf::MeshStatistics& mesh);
 

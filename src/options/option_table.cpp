@@ -109,6 +109,18 @@ auto field(Stage Options::*stage, Value Stage::*member)
   };
 }
 
+/// A number as the largest type of its kind.
+template <typename Value>
+OptionValue widened(Value value)
+{
+  if constexpr (std::is_floating_point_v<Value>)
+    return static_cast<double>(value);
+  else if constexpr (std::is_signed_v<Value>)
+    return static_cast<std::int64_t>(value);
+  else
+    return static_cast<std::uint64_t>(value);
+}
+
 /// Rows of the table, in the order in which they are added.
 class Table {
 public:
@@ -126,6 +138,7 @@ public:
     row.range = range;
     row.isWhole = std::is_integral_v<Value> && factor == 1;
     row.get = [member, factor](const Options& options) { return static_cast<double>(member(options)) / factor; };
+    row.exact = [member](const Options& options) -> OptionValue { return widened(member(options)); };
     row.set = [member, factor, range](Options& options, double value) {
       const double number = value * factor;
       constexpr double largestWhole = 0x1p53; // beyond it a double is not the number that was typed
@@ -143,7 +156,7 @@ public:
   }
 
   template <typename Member>
-  void choice(const char* name, const char* flag, const Member& member, const char* help)
+  OptionDeclaration& choice(const char* name, const char* flag, const Member& member, const char* help)
   {
     using Value = std::decay_t<decltype(member(std::declval<Options&>()))>;
     OptionDeclaration& row = add(name, flag, help);
@@ -153,10 +166,12 @@ public:
     row.get = [member](const Options& options) {
       return static_cast<double>(static_cast<std::underlying_type_t<Value>>(member(options)));
     };
+    row.exact = [member](const Options& options) -> OptionValue { return nameOf(member(options)); };
     row.set = [member](Options& options, double value) {
       member(options) = static_cast<Value>(static_cast<std::underlying_type_t<Value>>(value));
       return true;
     };
+    return row;
   }
 
   template <typename Member>
@@ -165,6 +180,7 @@ public:
     OptionDeclaration& row = add(name, flag, help);
     row.words = {{"on", 1}, {"off", 0}};
     row.get = [member](const Options& options) { return member(options) ? 1. : 0.; };
+    row.exact = [member](const Options& options) -> OptionValue { return member(options); };
     row.set = [member](Options& options, double value) {
       member(options) = value != 0;
       return true;
@@ -178,6 +194,7 @@ private:
   {
     OptionDeclaration row;
     row.name = prefix_ + name;
+    row.key = row.name;
     row.flag = flag;
     row.help = help;
     rows.push_back(std::move(row));
@@ -260,8 +277,10 @@ void declareObservation(Table& table)
 {
   table.stage("observation");
   const auto stage = &Options::observation;
-  table.choice("kind", "--observation", field(stage, &ObservationOptions::kind),
-               "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
+  table
+      .choice("kind", "--observation", field(stage, &ObservationOptions::kind),
+              "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points")
+      .key = "observation.estimate";
   table
       .number("smoothing", "--smoothing", "length", notNegative, field(stage, &ObservationOptions::smoothing),
               "what is smaller is smoothed away")
@@ -291,8 +310,10 @@ void declarePrior(Table& table)
 {
   table.stage("prior");
   const auto stage = &Options::prior;
-  table.choice("kind", "--prior", field(stage, &PriorOptions::kind),
-               "what a surface without data looks like; the first is the flattest and fastest");
+  table
+      .choice("kind", "--prior", field(stage, &PriorOptions::kind),
+              "what a surface without data looks like; the first is the flattest and fastest")
+      .key = "prior.prior";
   table.number("beta", "--beta", "weight", zeroToBelowOne, field(stage, &PriorOptions::beta),
                "weight of the data observed at voxels; lower it for noisy data");
   table.choice("energy", "--energy", field(stage, &PriorOptions::energy),

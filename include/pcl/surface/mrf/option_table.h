@@ -6,10 +6,12 @@
 #include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/options.h>
 
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace pcl {
@@ -26,9 +28,13 @@ struct PCL_MRF_EXPORT OptionRange {
   std::string text() const;
 };
 
-/// What validation, command lines, manuals and tests need to know of one option.
+/// A switch, a word of an enumeration, a whole number or another one: exactly as the member of Options has it.
+using OptionValue = std::variant<bool, std::string, std::int64_t, std::uint64_t, double>;
+
+/// What validation, command lines, manuals, reports and tests need to know of one option.
 struct PCL_MRF_EXPORT OptionDeclaration {
   std::string name;      ///< as in Options and in messages, such as "outliers.spacingFactor"
+  std::string key;       ///< in a report; the name, but for "observation.estimate" and "prior.prior"
   std::string flag;      ///< on a command line, such as "--spacing-factor"
   std::string unit;      ///< of a number, such as "length", "degrees" or "share"
   OptionRange range;     ///< of a number, in this unit; contains 0 if 0 is automatic
@@ -37,7 +43,8 @@ struct PCL_MRF_EXPORT OptionDeclaration {
   std::vector<std::pair<std::string, double>> words; ///< of an enumeration or a switch, with their values; else empty
   std::string help;                                  ///< what it does, without limits and default
 
-  std::function<double(const Options&)> get; ///< in `unit`, or as in `words`
+  std::function<double(const Options&)> get;        ///< in `unit`, or as in `words`
+  std::function<OptionValue(const Options&)> exact; ///< in the member's own unit: bytes, where `unit` is MiB
   /// \return false if the member cannot hold the value within the range: in single precision 1e39 is infinite and
   /// .999999999 is 1; the options stay as they were
   std::function<bool(Options&, double)> set;
