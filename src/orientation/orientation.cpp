@@ -3,6 +3,7 @@
 #include <pcl/surface/mrf/orientation.h>
 
 #include "base/disjoint_points.h"
+#include "orientation/components.h"
 #include "orientation/orientation_graph.h"
 #include "orientation/orientation_sides.h"
 
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <sstream>
 #include <utility>
 
@@ -152,94 +152,6 @@ std::vector<Tally> tally(const Partition& partition, const Voters& vote)
   return tallies;
 }
 
-/// The components of points whose signs are known: no edge has to be sorted, or kept.
-///
-/// Edges may be looked at in any order, and need not be once both ends are in one component. Those to the next
-/// points in memory, close by in space, make pieces of some twenty points. All edges of each piece's first point join
-/// nearly all of them to one component. An edge between two components ends at a point outside of the largest one, so
-/// looking at all edges of those finds the rest.
-OrientationResult findComponents(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                                 const NeighborSearch& search, const Reach& reach, float minCosine,
-                                 const OrientationOptions& options, Execution& execution)
-{
-  constexpr std::size_t following = 8;
-  constexpr int edgesToFollowing = 2; // more cost as much as they save
-  const std::size_t count = points.size();
-  DisjointPoints joined(count), smooth(count);
-  /// \return whether the normals of both agree
-  const auto join = [&](std::uint32_t i, std::uint32_t j) {
-    const Eigen::Vector3f &a = normals[i], &b = normals[j];
-    if (i == j || a.isZero() || b.isZero())
-      return false;
-    const Eigen::Vector3f edge = points.positions[j] - points.positions[i];
-    const float alongA = edge.dot(a), alongB = edge.dot(b);
-    const float along = alongNormals * alongNormals * edge.squaredNorm();
-    const bool acrossSheets = alongA * alongA > along && alongB * alongB > along;
-    const bool withinAngle = std::abs(a.dot(b)) >= minCosine;
-    if (withinAngle)
-      smooth.join(i, j);
-    // Without a vote from outside, two sheets can only be taken for the two sides of one object.
-    if (!acrossSheets && (withinAngle || options.joinAcrossCreases))
-      joined.join(i, j);
-    return withinAngle;
-  };
-  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      int edges = 0;
-      for (std::size_t j = i + 1; j < std::min(i + 1 + following, count) && edges < edgesToFollowing; ++j)
-        if (reach.joins(i, j, (points.positions[j] - points.positions[i]).squaredNorm()) &&
-            join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)))
-          ++edges;
-    }
-  });
-  execution.poll();
-
-  // Other threads' joins may make a point unwanted just before its turn: then its edges are known.
-  const auto joinAllEdges = [&](const auto& isWanted) {
-    execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-      Neighbors found;
-      for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
-        if (!normals[i].isZero() && isWanted(i)) {
-          search.within(points.positions[i], std::nextafter(reach.of(i), std::numeric_limits<float>::max()), found);
-          for (std::size_t n = 0; n < found.indices.size(); ++n)
-            if (const auto j = static_cast<std::uint32_t>(found.indices[n]);
-                reach.joins(i, j, found.squaredDistances[n]))
-              join(i, j);
-        }
-    });
-    execution.poll();
-  };
-  joinAllEdges([&](std::uint32_t i) { return joined.find(i) == i || smooth.find(i) == i; });
-  const std::uint32_t largest = joined.largest(execution), largestSmooth = smooth.largest(execution);
-  joinAllEdges([&](std::uint32_t i) {
-    return joined.find(i) != joined.find(largest) || smooth.find(i) != smooth.find(largestSmooth);
-  });
-
-  OrientationResult result;
-  result.normals = normals;
-  result.keep.assign(count, 0);
-  const auto sizes = joined.sizes(execution);
-  const double smallest = options.minComponentShare * static_cast<double>(count);
-  const auto sumOver = [&](const auto& term) {
-    return static_cast<std::int64_t>(
-        execution.sum(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-          std::int64_t total = 0;
-          for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
-            total += !normals[i].isZero() && term(i) ? 1 : 0;
-          return static_cast<double>(total);
-        }));
-  };
-  const std::int64_t kept = sumOver([&](std::uint32_t i) {
-    result.keep[i] = sizes[joined.find(i)] >= smallest ? 1 : 0;
-    return result.keep[i] != 0;
-  });
-  result.pointsDropped = static_cast<std::int64_t>(count) - kept;
-  result.components = sumOver([&](std::uint32_t i) { return joined.find(i) == i; });
-  result.componentsDropped = sumOver([&](std::uint32_t i) { return joined.find(i) == i && sizes[i] < smallest; });
-  result.componentsAtCreases = sumOver([&](std::uint32_t i) { return smooth.find(i) == i; });
-  return result;
-}
-
 /// How far the points look for neighbors.
 Reach reachOf(const PointSet& points, const NeighborSearch& search, const SamplingDensity& density,
               const OrientationOptions& options, Execution& execution)
@@ -268,6 +180,162 @@ void checkInput(const PointSet& points, const std::vector<Eigen::Vector3f>& norm
     throw InvalidInput("an orientation by reference normals needs a cloud with normals");
 }
 
+/// Finds the signs of normals, phase by phase: consistent along a tree of the best edges, then by votes on each
+/// component, then by votes on its smooth pieces.
+class NormalOrienter {
+public:
+  NormalOrienter(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,
+                 const Reach& reach, float minCosine, OrientationVote vote, const OrientationOptions& options,
+                 Execution& execution)
+      : points_(points), normals_(normals), search_(search), reach_(reach), minCosine_(minCosine), vote_(vote),
+        options_(options), execution_(execution),
+        knowsViews_(vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1)),
+        piecesVote_(vote == OrientationVote::reference || knowsViews_),
+        smallest_(options.minComponentShare * static_cast<double>(points.size())), withinAngle_(points.size()),
+        smooth_(piecesVote_ ? points.size() : 0)
+  {}
+
+  OrientationResult run()
+  {
+    SignedForest forest = growTree();
+    const Partition components(points_.size(), [&](std::uint32_t i) { return forest.root(i); });
+    countComponents(components);
+    result_.normals = normals_;
+    turnWhere(flipsOf(components, forest));
+    const Voters voters(points_, result_.normals, areas_, components, vote_);
+    turnComponents(components, voters);
+    if (piecesVote_)
+      turnPieces(voters);
+    measureAgreement(voters);
+    return std::move(result_);
+  }
+
+private:
+  /// The tree, or trees, of the best edges; the areas that the points stand for, and what joins them, come with it.
+  SignedForest growTree()
+  {
+    OrientationGraph graph(
+        points_, normals_, search_, reach_, minCosine_,
+        [&](const Edge& edge) {
+          if (edge.withinAngle)
+            withinAngle_.join(edge.a, edge.b);
+          if (piecesVote_ && edge.quality >= smoothQuality)
+            smooth_.join(edge.a, edge.b);
+        },
+        execution_);
+    execution_.poll();
+    SignedForest forest = graph.bestTree(
+        [&](const Edge& edge, SignedForest& trees) {
+          if (edge.acrossSheets)
+            // Without a vote from outside, two sheets can only be taken for the two sides of one object.
+            return options_.joinAcrossCreases && vote_ == OrientationVote::outward &&
+                   std::min(trees.size(edge.a), trees.size(edge.b)) >= std::max(smallest_, smallestSide);
+          return options_.joinAcrossCreases || edge.withinAngle;
+        },
+        execution_);
+    areas_ = graph.takeAreas();
+    return forest;
+  }
+
+  /// Drops the small ones.
+  void countComponents(const Partition& components)
+  {
+    result_.keep.assign(points_.size(), 0);
+    std::vector<std::uint8_t> seen(components.sizes.size(), 0);
+    for (std::uint32_t i = 0; i < points_.size(); ++i) {
+      if (normals_[i].isZero())
+        continue;
+      const bool isKept = components.sizes[components.set[i]] >= smallest_;
+      result_.keep[i] = isKept ? 1 : 0;
+      if (components.isFirst(i, seen)) {
+        ++result_.components;
+        result_.componentsDropped += isKept ? 0 : 1;
+      }
+      result_.componentsAtCreases += withinAngle_.find(i) == i ? 1 : 0;
+    }
+    result_.pointsDropped = std::count(result_.keep.begin(), result_.keep.end(), std::uint8_t{0});
+  }
+
+  void turn(std::size_t i) { result_.normals[i] = -result_.normals[i]; }
+
+  void turnWhere(const std::vector<std::uint8_t>& isFlipped)
+  {
+    for (std::size_t i = 0; i < isFlipped.size(); ++i)
+      if (isFlipped[i])
+        turn(i);
+  }
+
+  /// By the majority of their votes.
+  void turnComponents(const Partition& components, const Voters& voters)
+  {
+    const std::vector<Tally> tallies = tally(components, voters);
+    std::vector<std::uint8_t> isTurned(tallies.size());
+    std::transform(tallies.begin(), tallies.end(), isTurned.begin(),
+                   [](const Tally& own) { return own.balance < 0 ? std::uint8_t{1} : std::uint8_t{0}; });
+    if (vote_ == OrientationVote::outward) {
+      const Sides sides =
+          chooseSides(points_, result_.normals, areas_, components, isTurned, reach_, search_, execution_);
+      isTurned = sides.isTurned;
+      result_.openShare = sides.openShare;
+      result_.sideIsGuessed = sides.isGuess;
+    }
+    std::vector<std::uint8_t> seen(components.sizes.size(), 0);
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (isTurned[components.set[i]]) {
+        turn(i);
+        result_.componentsFlipped += components.isFirst(i, seen) && result_.keep[i];
+      }
+  }
+
+  /// Smooth pieces that are decidedly against their component's sign, and points that their sensor saw from behind.
+  void turnPieces(const Voters& voters)
+  {
+    const Partition pieces(points_.size(), [&](std::uint32_t i) { return smooth_.find(i); });
+    const std::vector<Tally> tallies = tally(pieces, voters);
+    std::vector<std::uint8_t> seen(pieces.sizes.size(), 0);
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (tallies[pieces.set[i]].isDecidedlyAgainst()) {
+        turn(i);
+        result_.piecesFlipped += pieces.isFirst(i, seen) && result_.keep[i];
+      }
+    const double decisive = knowsViews_ ? decisiveCosine : 1;
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (voters(i).value < (pieces.sizes[pieces.set[i]] < smallestLeadingPiece ? 0 : -decisive))
+        turn(i);
+  }
+
+  void measureAgreement(const Voters& voters)
+  {
+    double agreeing = 0, total = 0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (!result_.keep[i])
+        continue;
+      const Vote cast = voters(i);
+      result_.pointsFlipped += result_.normals[i].dot(normals_[i]) < 0;
+      agreeing += (cast.weight + cast.value) / 2;
+      total += cast.weight;
+    }
+    if (total > 0)
+      result_.agreement = agreeing / total;
+  }
+
+  const PointSet& points_;
+  const std::vector<Eigen::Vector3f>& normals_;
+  const NeighborSearch& search_;
+  const Reach& reach_;
+  const float minCosine_;
+  const OrientationVote vote_;
+  const OrientationOptions& options_;
+  Execution& execution_;
+  const bool knowsViews_;      ///< which sensor saw each point
+  const bool piecesVote_;      ///< votes are good enough for smooth pieces to have their own
+  const double smallest_;      ///< points of a component that stays
+  DisjointPoints withinAngle_; ///< the paper's components
+  DisjointPoints smooth_;      ///< the pieces
+  std::vector<float> areas_;
+  OrientationResult result_;
+};
+
 } // namespace
 
 float resolvedNeighborDistance(const OrientationOptions& options, const SamplingDensity& density)
@@ -285,112 +353,11 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
 {
   validate(options);
   checkInput(points, normals, vote);
-  const std::size_t count = points.size();
   const Reach reach = reachOf(points, search, density, options, execution);
-
   const auto minCosine = static_cast<float>(std::cos(options.maxAngle * EIGEN_PI / 180));
   if (vote == OrientationVote::none)
     return findComponents(points, normals, search, reach, minCosine, options, execution);
-
-  const bool knowsViews = vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1);
-  const bool piecesVote = vote == OrientationVote::reference || knowsViews;
-  DisjointPoints withinAngle(count), smooth(piecesVote ? count : 0);
-  std::optional<OrientationGraph> graph;
-  graph.emplace(
-      points, normals, search, reach, minCosine,
-      [&](const Edge& edge) {
-        if (edge.withinAngle)
-          withinAngle.join(edge.a, edge.b);
-        if (piecesVote && edge.quality >= smoothQuality)
-          smooth.join(edge.a, edge.b);
-      },
-      execution);
-  execution.poll();
-
-  const double smallest = options.minComponentShare * static_cast<double>(count);
-  SignedForest forest = graph->bestTree(
-      [&](const Edge& edge, SignedForest& trees) {
-        if (edge.acrossSheets)
-          // Without a vote from outside, two sheets can only be taken for the two sides of one object.
-          return options.joinAcrossCreases && vote == OrientationVote::outward &&
-                 std::min(trees.size(edge.a), trees.size(edge.b)) >= std::max(smallest, smallestSide);
-        return options.joinAcrossCreases || edge.withinAngle;
-      },
-      execution);
-  const std::vector<float> areas = graph->takeAreas();
-  graph.reset(); // the largest of all
-  const Partition components(count, [&](std::uint32_t i) { return forest.root(i); });
-
-  OrientationResult result;
-  result.keep.assign(count, 0);
-  std::vector<std::uint8_t> seen(components.sizes.size(), 0);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    if (normals[i].isZero())
-      continue;
-    const bool isKept = components.sizes[components.set[i]] >= smallest;
-    result.keep[i] = isKept ? 1 : 0;
-    if (components.isFirst(i, seen)) {
-      ++result.components;
-      result.componentsDropped += isKept ? 0 : 1;
-    }
-    result.componentsAtCreases += withinAngle.find(i) == i ? 1 : 0;
-  }
-  result.pointsDropped = std::count(result.keep.begin(), result.keep.end(), std::uint8_t{0});
-
-  result.normals = normals;
-  const auto turn = [&](std::size_t i) { result.normals[i] = -result.normals[i]; };
-  {
-    const std::vector<std::uint8_t> isFlipped = flipsOf(components, forest);
-    for (std::size_t i = 0; i < count; ++i)
-      if (isFlipped[i])
-        turn(i);
-  }
-  const Voters voters(points, result.normals, areas, components, vote);
-
-  const std::vector<Tally> tallies = tally(components, voters);
-  std::vector<std::uint8_t> isTurned(tallies.size());
-  std::transform(tallies.begin(), tallies.end(), isTurned.begin(),
-                 [](const Tally& own) { return own.balance < 0 ? std::uint8_t{1} : std::uint8_t{0}; });
-  if (vote == OrientationVote::outward) {
-    const Sides sides = chooseSides(points, result.normals, areas, components, isTurned, reach, search, execution);
-    isTurned = sides.isTurned;
-    result.openShare = sides.openShare;
-    result.sideIsGuessed = sides.isGuess;
-  }
-  std::fill(seen.begin(), seen.end(), std::uint8_t{0});
-  for (std::size_t i = 0; i < count; ++i)
-    if (isTurned[components.set[i]]) {
-      turn(i);
-      result.componentsFlipped += components.isFirst(i, seen) && result.keep[i];
-    }
-
-  if (piecesVote) {
-    const Partition pieces(count, [&](std::uint32_t i) { return smooth.find(i); });
-    const std::vector<Tally> pieceTallies = tally(pieces, voters);
-    seen.assign(pieces.sizes.size(), 0);
-    for (std::size_t i = 0; i < count; ++i)
-      if (pieceTallies[pieces.set[i]].isDecidedlyAgainst()) {
-        turn(i);
-        result.piecesFlipped += pieces.isFirst(i, seen) && result.keep[i];
-      }
-    const double decisive = knowsViews ? decisiveCosine : 1;
-    for (std::size_t i = 0; i < count; ++i)
-      if (voters(i).value < (pieces.sizes[pieces.set[i]] < smallestLeadingPiece ? 0 : -decisive))
-        turn(i);
-  }
-
-  double agreeing = 0, total = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!result.keep[i])
-      continue;
-    const Vote cast = voters(i);
-    result.pointsFlipped += result.normals[i].dot(normals[i]) < 0;
-    agreeing += (cast.weight + cast.value) / 2;
-    total += cast.weight;
-  }
-  if (total > 0)
-    result.agreement = agreeing / total;
-  return result;
+  return NormalOrienter(points, normals, search, reach, minCosine, vote, options, execution).run();
 }
 
 } // namespace mrf
