@@ -268,70 +268,103 @@ bool missesSheet(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution&
 }
 
 /// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
-/// closest voxel that has one. \param guess what the unknowns were
-void extendChange(const VoxelSet& unknowns, const VoxelSet& support, const PackedValues& guess, PackedValues& values,
-                  Execution& execution)
-{
-  const GridSize size = support.size();
-  PackedValues change(values.size());
-  PackedFlags isKnown(values.size());
-  const auto forPlanes = [&](const auto& body) {
-    execution.forRange(size.z, 4, [&](std::int64_t begin, std::int64_t end) {
+/// closest voxel that has one.
+class ChangeOfField {
+public:
+  /// \param guess what the unknowns were
+  ChangeOfField(const VoxelSet& unknowns, const VoxelSet& support, const PackedValues& guess,
+                const PackedValues& values, Execution& execution)
+      : unknowns_(unknowns), support_(support), guess_(guess), values_(values), execution_(execution),
+        change_(values.size()), isKnown_(values.size())
+  {
+    extendAlongRows();
+    extendAcrossRows(1);
+    extendAcrossRows(2);
+  }
+
+  /// Adds it to the values that are no unknowns. \param values as they were given
+  void addAround(PackedValues& values) const
+  {
+    forRuns([&](int y, int z, const Run& run, std::size_t first) {
+      const auto add = [&](std::int32_t from, std::int32_t to) {
+        for (std::int32_t at = from; at < to; ++at)
+          values[first + static_cast<std::size_t>(at - run.at)] +=
+              change_[first + static_cast<std::size_t>(at - run.at)];
+      };
+      std::int32_t done = run.at;
+      for (const Run& inner : unknowns_.row(y, z))
+        if (inner.at >= run.at && inner.at < run.at + run.count) {
+          add(done, inner.at);
+          done = inner.at + inner.count;
+        }
+      add(done, run.at + run.count);
+    });
+  }
+
+private:
+  /// Calls body(y, z, run, place of its first value) for the support.
+  template <typename Body>
+  void forRuns(const Body& body) const
+  {
+    const GridSize size = support_.size();
+    execution_.forRange(size.z, 4, [&](std::int64_t begin, std::int64_t end) {
       for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
         for (int y = 0; y < size.y; ++y)
-          for (const Run& run : support.row(y, z))
-            body(y, z, run, static_cast<std::size_t>(support.planeFirst(z) + run.first));
+          for (const Run& run : support_.row(y, z))
+            body(y, z, run, static_cast<std::size_t>(support_.planeFirst(z) + run.first));
     });
-  };
-  forPlanes([&](int y, int z, const Run& run, std::size_t first) {
-    float* const changes = change.data() + first;
-    int known = -1; // the last voxel of the run with a change of its own
-    for (const Run& inner : unknowns.row(y, z)) {
-      const int begin = inner.at - run.at;
-      if (begin < 0 || begin >= run.count)
-        continue;
-      const float* const before = guess.data() + unknowns.planeFirst(z) + inner.first;
-      for (int i = 0; i < inner.count; ++i)
-        changes[begin + i] = values[first + static_cast<std::size_t>(begin + i)] - before[i];
-      for (int i = known + 1; i < begin; ++i)
-        changes[i] = known >= 0 && i - known <= begin - i ? changes[known] : changes[begin];
-      known = begin + inner.count - 1;
-    }
-    std::fill(changes + known + 1, changes + run.count, known >= 0 ? changes[known] : 0);
-    std::fill_n(isKnown.data() + first, run.count, known >= 0 ? 1 : 0);
-  });
-  for (const int axis : {1, 2}) {
-    const PackedFlags before = isKnown;
-    forPlanes([&](int y, int z, const Run& run, std::size_t first) {
-      const int x = support.xOf(run, y);
+  }
+
+  void extendAlongRows()
+  {
+    forRuns([&](int y, int z, const Run& run, std::size_t first) {
+      float* const changes = change_.data() + first;
+      int known = -1; // the last voxel of the run with a change of its own
+      for (const Run& inner : unknowns_.row(y, z)) {
+        const int begin = inner.at - run.at;
+        if (begin < 0 || begin >= run.count)
+          continue;
+        const float* const before = guess_.data() + unknowns_.planeFirst(z) + inner.first;
+        for (int i = 0; i < inner.count; ++i)
+          changes[begin + i] = values_[first + static_cast<std::size_t>(begin + i)] - before[i];
+        for (int i = known + 1; i < begin; ++i)
+          changes[i] = known >= 0 && i - known <= begin - i ? changes[known] : changes[begin];
+        known = begin + inner.count - 1;
+      }
+      std::fill(changes + known + 1, changes + run.count, known >= 0 ? changes[known] : 0);
+      std::fill_n(isKnown_.data() + first, run.count, known >= 0 ? 1 : 0);
+    });
+  }
+
+  /// \param axis 1: y, 2: z
+  void extendAcrossRows(int axis)
+  {
+    const PackedFlags before = isKnown_;
+    forRuns([&](int y, int z, const Run& run, std::size_t first) {
+      const int x = support_.xOf(run, y);
       for (int i = 0; i < run.count; ++i) {
         const std::size_t at = first + static_cast<std::size_t>(i);
-        for (int step = 1; isKnown[at] == 0 && step <= interpolationReach; ++step)
+        for (int step = 1; isKnown_[at] == 0 && step <= interpolationReach; ++step)
           for (const int side : {-step, step}) {
-            const std::int64_t from = support.find(x + i, y + (axis == 1 ? side : 0), z + (axis == 2 ? side : 0));
+            const std::int64_t from = support_.find(x + i, y + (axis == 1 ? side : 0), z + (axis == 2 ? side : 0));
             if (from >= 0 && before[static_cast<std::size_t>(from)]) {
-              change[at] = change[static_cast<std::size_t>(from)];
-              isKnown[at] = 1;
+              change_[at] = change_[static_cast<std::size_t>(from)];
+              isKnown_[at] = 1;
               break;
             }
           }
       }
     });
   }
-  forPlanes([&](int y, int z, const Run& run, std::size_t first) {
-    const auto add = [&](std::int32_t from, std::int32_t to) {
-      for (std::int32_t at = from; at < to; ++at)
-        values[first + static_cast<std::size_t>(at - run.at)] += change[first + static_cast<std::size_t>(at - run.at)];
-    };
-    std::int32_t done = run.at;
-    for (const Run& inner : unknowns.row(y, z))
-      if (inner.at >= run.at && inner.at < run.at + run.count) {
-        add(done, inner.at);
-        done = inner.at + inner.count;
-      }
-    add(done, run.at + run.count);
-  });
-}
+
+  const VoxelSet& unknowns_;
+  const VoxelSet& support_;
+  const PackedValues& guess_;
+  const PackedValues& values_;
+  Execution& execution_;
+  PackedValues change_;
+  PackedFlags isKnown_;
+};
 
 } // namespace
 
@@ -433,7 +466,7 @@ LevelField solveNarrowBand(const std::vector<Lattice>& lattices, std::size_t lev
     field.unknowns = std::move(grids[0].voxels);
     // Found again: kept while the level is solved, the guess would add to the peak of memory.
     const PackedValues guess = interpolated(coarse, refinement, field.unknowns, execution);
-    extendChange(field.unknowns, field.support, guess, field.values, execution);
+    ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
     if (round + 1 == maxRounds)
       break;
     const VoxelSet solved = zeroLevelAtData(field, execution);
