@@ -30,7 +30,7 @@ public:
   void examples(std::vector<std::string> lines) { texts_.examples = std::move(lines); }
   void note(const std::string& paragraph) { texts_.notes.push_back(paragraph); }
 
-  /// The words that belong to no option are appended to the target. \param most so many of them
+  /// The words that belong to no option are appended to the target. \param max so many of them
   void operands(std::vector<std::string>& target, std::size_t max);
   /// Tells of one of them.
   void operand(const std::string& name, const std::string& help) { texts_.operands.emplace_back(name, help); }

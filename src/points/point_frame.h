@@ -11,7 +11,7 @@
 namespace pcl {
 namespace mrf {
 
-/// Indices of about `most` of `count` values, in regular steps.
+/// Indices of about `max` of `count` values, in regular steps.
 std::vector<std::size_t> sampleOf(std::size_t count, std::size_t max);
 
 struct PointFrame {

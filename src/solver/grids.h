@@ -34,7 +34,7 @@ struct LevelObservation {
   PriorOptions prior;                    ///< what weighs the voxels
 };
 
-/// Halves the coarsest of nested lattices until its system is a handful of voxels.
+/// Coarsens the coarsest of nested lattices again and again, until its system is a handful of voxels.
 /// \param lattices coarsest first \return how many were put before them
 std::size_t addCoarserGrids(std::vector<Lattice>& lattices);
 

@@ -56,7 +56,7 @@ public:
     vertexSearch_->setPoints(mesh.vertices, execution);
   }
 
-  /// True if `fewest` coherent points are found at the vertices, or `minPointsApart` of them apart.
+  /// True if `min` coherent points are found at the vertices, or `minPointsApart` of them apart.
   bool suffice(std::int32_t component, const std::vector<std::int32_t>& vertices, std::size_t min,
                std::size_t minPointsApart) const
   {
