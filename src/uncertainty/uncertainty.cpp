@@ -61,7 +61,7 @@ public:
   /// \param evidence of the mesh's vertices
   SigmaModel(const std::vector<PieceEvidence>& pieces, const TriangleMesh& mesh, const std::vector<Evidence>& evidence,
              float spacing, UncertaintyReport& report)
-      : least_(squared(leastPerSpacing * static_cast<double>(spacing)))
+      : min_(squared(minPerSpacing * static_cast<double>(spacing)))
   {
     describeMeasured(mesh, evidence);
     fitMeasured(pieces, report);
@@ -85,9 +85,9 @@ private:
   /// Of σ² amid data.
   double shape(const Evidence& e) const
   {
-    constexpr double most = 64; // beyond it is an edge, or a sheet that the coarse grid does not have
+    constexpr double max = 64; // beyond it is an edge, or a sheet that the coarse grid does not have
     return std::sqrt(static_cast<double>(e.variance) / medianVariance_) *
-           (1 + growth_ * std::min(static_cast<double>(e.change) / upperChange_, most));
+           (1 + growth_ * std::min(static_cast<double>(e.change) / upperChange_, max));
   }
 
   void describeMeasured(const TriangleMesh& mesh, const std::vector<Evidence>& evidence)
@@ -142,7 +142,7 @@ private:
     for (const PieceEvidence& piece : pieces)
       for (const Evidence& e : piece.atPairs)
         shapes += shape(e);
-    base_ = std::max(error, least_) / (shapes > 0 ? shapes / count : 1 + growth_ * meanChange_ / upperChange_);
+    base_ = std::max(error, min_) / (shapes > 0 ? shapes / count : 1 + growth_ * meanChange_ / upperChange_);
     report.noise = std::sqrt(noise_);
     report.heldOut = 2 * static_cast<std::int64_t>(squares.size());
     report.measuredError = std::sqrt(error);
@@ -152,12 +152,12 @@ private:
   double errorAmidData(double product, double square, double pairs) const
   {
     if (!(pairs > 0))
-      return .25 * meanChange_;         // nothing was left out: half of what the coarse grid misses
-    constexpr double leastShare = .002; // of the squares: less cannot be told from nothing
+      return .25 * meanChange_;       // nothing was left out: half of what the coarse grid misses
+    constexpr double minShare = .002; // of the squares: less cannot be told from nothing
     // Few pairs say little: as many more are taken to share a quarter of the squares, between clean scans and noisy
     // ones.
     const double shared =
-        std::max((pairs * product + pairsLearnt * square / 4) / (pairs + pairsLearnt), leastShare * square);
+        std::max((pairs * product + pairsLearnt * square / 4) / (pairs + pairsLearnt), minShare * square);
     const double ratio = noise_ / shared;
     const double scale = squared(learnt.measured + learnt.withoutNoise / (1 + squared(ratio / 3)));
     const double seen = scale * shared, seenVariance = squared(scale * square) / pairs;
@@ -169,7 +169,7 @@ private:
   void fitFillings(const std::vector<PieceEvidence>& pieces, UncertaintyReport& report)
   {
     const double learntFactor =
-        std::max(squared(learnt.perChange) * meanChange_ + squared(learnt.perNoise) * noise_, least_);
+        std::max(squared(learnt.perChange) * meanChange_ + squared(learnt.perNoise) * noise_, min_);
     double patches = 0;
     for (const PieceEvidence& piece : pieces)
       for (std::size_t n = 0; n < piece.filled.size(); ++n) {
@@ -183,8 +183,8 @@ private:
           std::exp((patches * std::log(seen) + patchesLearnt * std::log(learntFactor)) / (patches + patchesLearnt));
     }
     // Discs whose fillings are nearer than the noise allows were so by chance.
-    constexpr double leastPerNoise = .8;
-    factor_ = std::max(factor_, squared(leastPerNoise * learnt.perNoise) * noise_);
+    constexpr double minPerNoise = .8;
+    factor_ = std::max(factor_, squared(minPerNoise * learnt.perNoise) * noise_);
     report.patches = static_cast<std::int64_t>(patches);
     report.fillingFactor = std::sqrt(factor_);
   }
@@ -211,17 +211,17 @@ private:
         for (; n < piece.filled.size() && piece.filled[n].patch == patch; ++n, ++places)
           ofPatch += squared(static_cast<double>(piece.filled[n].error)) /
                      (factor * static_cast<double>(piece.filled[n].variance) + noise);
-        constexpr double most = 16; // one that found another sheet shall not rule
-        sum += std::min(ofPatch / places, most);
+        constexpr double max = 16; // one that found another sheet shall not rule
+        sum += std::min(ofPatch / places, max);
         ++patches;
       }
     return sum / patches;
   }
 
   /// Of σ amid data, and of f: on an exact plane nothing else keeps them from zero.
-  static constexpr double leastPerSpacing = 1e-4;
+  static constexpr double minPerSpacing = 1e-4;
 
-  const double least_; ///< squared
+  const double min_; ///< squared
   double medianVariance_ = 1, medianChange_ = 0, upperChange_ = 1, meanChange_ = 0;
   double noise_ = 0;          ///< squared
   double base_ = 0;           ///< K
@@ -239,12 +239,12 @@ std::vector<std::vector<std::int32_t>> verticesOfPieces(const std::vector<Solved
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const Eigen::Vector3f& at = mesh.vertices[v];
     std::size_t best = 0;
-    float least = std::numeric_limits<float>::infinity();
+    float min = std::numeric_limits<float>::infinity();
     for (std::size_t n = 0; n < pieces.size(); ++n) {
       const BoundingBox& box = pieces[n].volume;
       const float distance = (at - at.cwiseMax(box.lower).cwiseMin(box.upper)).squaredNorm();
-      if (distance < least) {
-        least = distance;
+      if (distance < min) {
+        min = distance;
         best = n;
       }
     }

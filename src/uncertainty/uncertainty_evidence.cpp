@@ -143,8 +143,8 @@ public:
       evidence[v].change = change * change;
       evidence[v].isInPatch = isInPatch(at);
     });
-    judgePatches(coarse);
-    judgePairs(coarse);
+    measureFillings(coarse);
+    measurePairs(coarse);
     return std::move(result_);
   }
 
@@ -189,7 +189,7 @@ private:
   }
 
   /// Where the fillings of the discs are, and how far from the planes of the points that were left out there.
-  void judgePatches(const DistanceField& coarse)
+  void measureFillings(const DistanceField& coarse)
   {
     if (result_.patches.empty())
       return;
@@ -227,7 +227,7 @@ private:
     return sum / static_cast<float>(std::max(found, 1));
   }
 
-  void judgePairs(const DistanceField& coarse)
+  void measurePairs(const DistanceField& coarse)
   {
     for (const HeldOutPair& pair : holdOutPairs(*piece_.points, *piece_.search, spacing_, options_, execution_)) {
       Evidence evidence;
