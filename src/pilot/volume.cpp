@@ -18,7 +18,8 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-constexpr double pilotTolerance = 1.25e-3; ///< SolverOptions::changeTolerance of its solution
+/// SolverOptions::changeTolerance of its solution, by what observes.
+constexpr double toleranceAtPoints = 1. / 300, toleranceAtVoxels = 1.25e-3;
 
 constexpr int pilotSide = 20; ///< voxels of the coarse solution along the points' longest side
 
@@ -150,7 +151,8 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& sea
   coarse.smoothing = static_cast<float>(levelSmoothing(observation, spacing, pilot.voxelSize, false));
   coarse.maxDistance = std::max(resolvedMaxDistance(observation, spacing, pilot.voxelSize), 1.5f * pilot.voxelSize);
   SolverOptions rough = solver;
-  rough.changeTolerance = std::max(rough.changeTolerance, pilotTolerance);
+  rough.changeTolerance =
+      std::max(rough.changeTolerance, observation.atPoints() ? toleranceAtPoints : toleranceAtVoxels);
   const DistanceField field = regularize(points, search, spacing, box, coarse, prior, rough, pilot, execution).field;
   TriangleMesh mesh = polygonize(field, {}, execution);
   setConfidences(mesh, {points, search, coarse.maxDistance, 0}, coarse.confidenceShape, execution);
