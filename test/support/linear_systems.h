@@ -138,13 +138,17 @@ struct SphereLevel {
   Prior prior;
   std::vector<pcl::mrf::SolverGrid> grids;
 
-  SphereLevel(const GridSize& size, Prior order, bool atPoints = true)
+  /// \param more points beside those on the sphere
+  SphereLevel(const GridSize& size, Prior order, bool atPoints = true,
+              const std::vector<pcl::mrf::PointSample>& more = {})
       : lattices{{size, Eigen::Vector3d::Zero(), 1}}, prior(order)
   {
     pcl::mrf::Execution execution(1);
     const std::size_t level = addCoarserGrids(lattices);
     if (atPoints) {
-      samples = pcl::mrf::LevelSamples(sortedByCells(pointsOnSphere(size), execution), lattices, execution);
+      std::vector<pcl::mrf::PointSample> points = pointsOnSphere(size);
+      points.insert(points.end(), more.begin(), more.end());
+      samples = pcl::mrf::LevelSamples(sortedByCells(points, execution), lattices, execution);
       observation.samples = &samples;
       observation.weights = pcl::mrf::pointWeights(prior, .6, .5, 1, .4);
     } else {
@@ -165,7 +169,6 @@ struct SphereLevel {
                                : assemble(observation.voxels, observation.prior);
   }
 
-private:
   static std::vector<pcl::mrf::PointSample> pointsOnSphere(const GridSize& size)
   {
     std::mt19937 random(3);

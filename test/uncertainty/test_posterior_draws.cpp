@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Draws from the posterior against the matrix whose inverse is their covariance.
+#include "solver/grid_solver.h"
 #include "solver/grids.h"
 #include "support/linear_systems.h"
 #include "uncertainty/posterior_draws.h"
@@ -143,6 +144,123 @@ TEST(PosteriorDraws, areTheSameBytesForAnyNumberOfThreads)
               drawOfTerms(level.grids.front(), level.size(), prior, draws, three));
     EXPECT_EQ(drawOfPosterior(level.grids, level.size(), prior, draws, 2, one),
               drawOfPosterior(level.grids, level.size(), prior, draws, 2, three));
+  }
+}
+
+/// What points observe of a field: a row for the value at each and three for its gradient, times the roots of their
+/// weights, so that the noise of all is 1.
+oracle::Matrix rowsOf(const std::vector<PointSample>& points, const GridSize& size, const PointWeights& weights)
+{
+  std::vector<Eigen::Triplet<double>> entries;
+  int row = 0;
+  for (const PointSample& point : points) {
+    const Eigen::Array3i cell = point.position.array().floor().cast<int>();
+    const Eigen::Array3d f = point.position.cast<double>().array() - cell.cast<double>();
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Array3i side(corner & 1, corner >> 1 & 1, corner >> 2);
+      const Eigen::Array3d weight = (side == 1).select(f, 1 - f), slope = 2 * side.cast<double>() - 1;
+      const auto voxel = static_cast<int>(size.index(cell.x() + side.x(), cell.y() + side.y(), cell.z() + side.z()));
+      const double mass = static_cast<double>(point.weight);
+      entries.emplace_back(row, voxel, std::sqrt(mass * weights.value) * weight.prod());
+      for (int axis = 0; axis < 3; ++axis)
+        entries.emplace_back(row + 1 + axis, voxel,
+                             std::sqrt(mass * weights.gradient) * slope[axis] * weight[(axis + 1) % 3] *
+                                 weight[(axis + 2) % 3]);
+    }
+    row += 4;
+  }
+  oracle::Matrix rows(row, static_cast<Eigen::Index>(size.count()));
+  rows.setFromTriplets(entries.begin(), entries.end());
+  return rows;
+}
+
+oracle::Vector normalNumbers(Eigen::Index count, std::mt19937& random)
+{
+  std::normal_distribution<double> normal;
+  return oracle::Vector::NullaryExpr(count, [&] { return normal(random); });
+}
+
+/// Fields that are what the model takes them for: drawn from its prior, which a few weak points keep from being
+/// improper, and observed at points with its noise.
+class TrueFields {
+public:
+  TrueFields(const GridSize& size, Prior prior)
+      : data_(SphereLevel::pointsOnSphere(size)), level_(size, prior, true, weak(size))
+  {
+    rows_ = rowsOf(data_, size, level_.observation.weights);
+    const oracle::Matrix posterior = systemMatrix(level_.plain()), ofData = rows_.transpose() * rows_;
+    const oracle::Matrix few = rowsOf(weak(size), size, level_.observation.weights);
+    const oracle::Matrix ofPrior = posterior - ofData,
+                         expected = oracle::priorMatrix({size, prior, {}}) + oracle::Matrix(few.transpose() * few);
+    EXPECT_LT((ofPrior - expected).norm(), 1e-5 * posterior.norm()) << "the rows are those of the system; floats";
+    prior_.compute(expected);
+    EXPECT_EQ(prior_.info(), Eigen::Success);
+  }
+
+  const SphereLevel& level() const { return level_; }
+
+  /// A field and what the production solver makes of its observation. \return the difference
+  oracle::Vector error(std::mt19937& random) const
+  {
+    const oracle::Vector noise = normalNumbers(rows_.rows(), random),
+                         field = prior_.permutationPinv() *
+                                 oracle::Vector(prior_.matrixU().solve(normalNumbers(rows_.cols(), random)));
+    const oracle::Vector b = rows_.transpose() * (rows_ * field + noise);
+    PackedValues rightHandSide(b.data(), b.data() + b.size());
+    std::vector<float> estimate(static_cast<std::size_t>(b.size()), 0);
+    SolverOptions solver;
+    solver.changeTolerance = 0;
+    Execution execution(1);
+    solveOnGrids(level_.grids, level_.prior, level_.grids.front().voxels, {steps}, solver, 1, estimate.data(),
+                 execution, &rightHandSide);
+    return Eigen::Map<const Eigen::VectorXf>(estimate.data(), b.size()).cast<double>() - field;
+  }
+
+  static constexpr int steps = 40; ///< to the solver's default tolerance, mostly fewer
+
+private:
+  static std::vector<PointSample> weak(const GridSize& size)
+  {
+    std::vector<PointSample> points;
+    const Eigen::Vector3f extent = Eigen::Vector3i(size.x, size.y, size.z).cast<float>();
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3f at = Eigen::Array3i(corner & 1, corner >> 1 & 1, corner >> 2).cast<float>() * .6f + .15f;
+      points.emplace_back(at.cwiseProduct(extent), Eigen::Vector3f::UnitX(), 1e-2f);
+    }
+    return points;
+  }
+
+  std::vector<PointSample> data_;
+  SphereLevel level_;
+  oracle::Matrix rows_;
+  Eigen::SimplicialLLT<oracle::Matrix> prior_;
+};
+
+TEST(PosteriorDraws, holdTheFieldsThatTheModelIsTrueOf)
+{
+  // Nothing is calibrated here: 95 of 100 voxels are within 1.96 standard deviations of the draws.
+  Execution execution(2);
+  for (const Prior prior : allPriors) {
+    SCOPED_TRACE(testing::Message() << "k = " << order(prior));
+    const GridSize size{11, 10, 9};
+    const TrueFields fields(size, prior);
+    const int draws = 500, repetitions = 200;
+    oracle::Vector variances = oracle::Vector::Zero(static_cast<Eigen::Index>(size.count()));
+    for (int n = 0; n < draws; ++n) {
+      const std::vector<float> draw =
+          drawOfPosterior(fields.level().grids, size, prior, NormalDraws(1, static_cast<std::uint64_t>(n)),
+                          TrueFields::steps, execution);
+      variances += Eigen::Map<const Eigen::VectorXf>(draw.data(), variances.size()).cast<double>().cwiseAbs2() / draws;
+    }
+    std::mt19937 random(7);
+    oracle::Vector shares(repetitions);
+    for (double& share : shares)
+      share = (fields.error(random).cwiseAbs2().array() <= 1.96 * 1.96 * variances.array()).cast<double>().mean();
+    // Voxels of one field depend on each other, fields do not: their scatter tells how sure the mean is.
+    const double mean = shares.mean(),
+                 error = std::sqrt((shares.array() - mean).square().sum() / (repetitions - 1) / repetitions);
+    EXPECT_LT(3 * error, .01) << "enough of them to tell";
+    EXPECT_NEAR(mean, .95, .01);
   }
 }
 
