@@ -124,6 +124,7 @@ void addUncertaintyOptions(OptionParser& parser)
   parser.group("Error bars");
   parser.declaredFlag("uncertainty.compute");
   parser.declared("uncertainty.samples");
+  parser.declared("uncertainty.surfaces");
 }
 
 void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
@@ -247,6 +248,8 @@ void check(const Command& command, const OptionParser& parser)
     throw UsageError("--max-hole has a meaning with --trim holes only");
   if (parser.isGiven("--samples") && !wantsUncertainty(command.options))
     throw UsageError("--samples has a meaning with --uncertainty or --color sigma only");
+  if (command.options.uncertainty.surfaces > 0 && command.jobs.front().output == "-")
+    throw UsageError("--write-samples: standard output holds one mesh; give OUTPUT a name for the others to be like");
   const bool atPoints = command.options.observation.atPoints();
   for (const char* name : {"--smoothing", "--noise", "--gradient-weight"})
     if (!atPoints && parser.isGiven(name))

@@ -149,6 +149,21 @@ std::string halfWidths(const char* what, const pcl::mrf::SigmaQuantiles& sigma)
                 interval * sigma.percentile95);
 }
 
+std::string interval(const pcl::mrf::SampledQuantity& quantity)
+{
+  return format("%.6g to %.6g", quantity.lower, quantity.upper);
+}
+
+void printShape(const pcl::mrf::SampledShape& shape, const Log& print)
+{
+  const std::string source = format(", with 95 %% probability, by %d drawn surfaces", shape.surfaces);
+  if (shape.isClosed)
+    print("volume", interval(shape.volume) + source);
+  print("area", interval(shape.area) + (shape.isClosed ? "" : source + "; there is no volume: the mesh is open"));
+  print("extent",
+        "x " + interval(shape.extent[0]) + ", y " + interval(shape.extent[1]) + ", z " + interval(shape.extent[2]));
+}
+
 void printUncertainty(const pcl::mrf::UncertaintyReport& uncertainty, const Log& print)
 {
   print("off by", halfWidths("with 95 % probability: amid points", uncertainty.measured));
@@ -160,6 +175,8 @@ void printUncertainty(const pcl::mrf::UncertaintyReport& uncertainty, const Log&
     print("", grouped(uncertainty.notCalibrated) + " vertices are beyond what such discs can tell of");
   print("", format("the scanner's noise is %.3g, by ", uncertainty.noise) +
                 counted(uncertainty.heldOut, "point", "points") + " left out");
+  if (uncertainty.shape.surfaces > 0)
+    printShape(uncertainty.shape, print);
 }
 
 void printDetails(const Report& report, const Log& print)

@@ -61,6 +61,7 @@ struct Result {
   Eigen::Vector3d fieldOffset = Eigen::Vector3d::Zero();
   Eigen::Vector3d shiftOfOutput = Eigen::Vector3d::Zero(); ///< what the mesh's file leaves off the vertices
   Legend legend;                                           ///< of the colors, for a picture
+  std::vector<std::vector<float>> surfaces; ///< distances that the vertices move along their normals, to be written
 };
 
 std::string scalarNames(const PointTable& table)
@@ -170,6 +171,7 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
   if (reconstruction.channels == 1)
     result.mesh.intensities = std::move(reconstruction.attributes);
   result.report = std::move(reconstruction.report);
+  result.surfaces = std::move(reconstruction.surfaces);
   if (!job.field.empty())
     result.field = std::move(reconstruction.field);
   return result;
@@ -180,6 +182,33 @@ std::string fieldFile(const std::string& path, std::size_t piece)
 {
   const std::size_t dot = path.rfind('.');
   return piece == 0 ? path : path.substr(0, dot) + "." + std::to_string(piece + 1) + path.substr(dot);
+}
+
+/// The files of the surfaces that sigma allows for: MESH.sample-1.ply, MESH.sample-2.ply …
+std::vector<std::string> sampleFiles(const Job& job, const Command& command)
+{
+  const std::filesystem::path mesh(job.output);
+  std::vector<std::string> files;
+  for (int n = 1; n <= command.options.uncertainty.surfaces; ++n)
+    files.push_back(
+        (mesh.parent_path() / (mesh.stem().string() + ".sample-" + std::to_string(n) + mesh.extension().string()))
+            .string());
+  return files;
+}
+
+/// The mesh moved; its normals would not be those of what comes out, and of its fields only what does not move stays.
+SurfaceMesh movedMesh(const SurfaceMesh& mesh, const std::vector<float>& distances)
+{
+  SurfaceMesh moved;
+  moved.vertices = mesh.vertices;
+  for (std::size_t v = 0; v < moved.vertices.size(); ++v)
+    moved.vertices[v] += static_cast<double>(distances[v]) * mesh.normals[v].cast<double>();
+  moved.triangles = mesh.triangles;
+  moved.confidences = mesh.confidences;
+  moved.colors = mesh.colors;
+  moved.scalars["displacement"] = distances;
+  moved.doublePrecision = mesh.doublePrecision;
+  return moved;
 }
 
 /// From the sensor, if there is one; several see the object from all around.
@@ -268,6 +297,11 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
       written.emplace_back(path == "-" ? "standard output" : path, outputs.write(path, writer));
   };
   write(job.output, [&](const std::string& path) { writeMesh(result.mesh, path, job.outputFormat); });
+  const std::vector<std::string> samples = sampleFiles(job, command);
+  for (std::size_t n = 0; n < samples.size(); ++n)
+    write(samples[n], [&](const std::string& path) {
+      writeMesh(movedMesh(result.mesh, result.surfaces[n]), path, job.outputFormat);
+    });
   write(job.field, [&](const std::string& path) { writeField(result.field, result.fieldOffset, path); });
   if (!job.field.empty())
     for (std::size_t n = 0; n < result.field.otherPieces().size(); ++n) {
@@ -321,10 +355,11 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
 RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& report,
                   const pcl::mrf::ProgressCallback& progress)
 {
-  refuseInputAsOutput({job.input, command.sensorsFile, command.viewsFile},
-                      {job.output, job.report, job.field, job.picture});
+  std::vector<std::string> files = sampleFiles(job, command);
+  files.insert(files.begin(), {job.output, job.report, job.field, job.picture});
+  refuseInputAsOutput({job.input, command.sensorsFile, command.viewsFile}, files);
   auto outputs = std::make_unique<OutputFiles>();
-  for (const std::string& path : {job.output, job.report, job.field, job.picture})
+  for (const std::string& path : files)
     if (!path.empty())
       outputs->add(path);
   report.options = command.options;

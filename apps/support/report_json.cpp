@@ -101,6 +101,20 @@ Json toJson(const SigmaQuantiles& sigma)
       {"vertices", sigma.vertices}, {"median", sigma.median}, {"percentile95", sigma.percentile95}, {"max", sigma.max}};
 }
 
+Json toJson(const SampledQuantity& quantity)
+{
+  return {
+      {"mean", quantity.mean}, {"deviation", quantity.deviation}, {"lower", quantity.lower}, {"upper", quantity.upper}};
+}
+
+Json toJson(const SampledShape& shape)
+{
+  return {{"surfaces", shape.surfaces},
+          {"volume", shape.isClosed ? toJson(shape.volume) : Json()},
+          {"area", toJson(shape.area)},
+          {"extent", {toJson(shape.extent[0]), toJson(shape.extent[1]), toJson(shape.extent[2])}}};
+}
+
 Json toJson(const UncertaintyReport& uncertainty)
 {
   return {{"samples", uncertainty.samples},
@@ -109,6 +123,7 @@ Json toJson(const UncertaintyReport& uncertainty)
           {"noise", uncertainty.noise},
           {"heldOut", uncertainty.heldOut},
           {"measuredError", uncertainty.measuredError},
+          {"offset", uncertainty.offset},
           {"patches", uncertainty.patches},
           {"patchPoints", uncertainty.patchPoints},
           {"largestPatch", uncertainty.largestPatch},
@@ -116,7 +131,8 @@ Json toJson(const UncertaintyReport& uncertainty)
           {"fillingFactor", uncertainty.fillingFactor},
           {"notCalibrated", uncertainty.notCalibrated},
           {"measured", toJson(uncertainty.measured)},
-          {"fillings", toJson(uncertainty.fillings)}};
+          {"fillings", toJson(uncertainty.fillings)},
+          {"shape", toJson(uncertainty.shape)}};
 }
 
 } // namespace

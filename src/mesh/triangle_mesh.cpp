@@ -46,5 +46,12 @@ TriangleMesh select(const TriangleMesh& mesh, const std::vector<std::uint8_t>& k
   return kept;
 }
 
+TriangleMesh displaced(TriangleMesh mesh, const std::vector<float>& distances)
+{
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    mesh.vertices[v] += distances[v] * mesh.normals[v];
+  return mesh;
+}
+
 } // namespace mrf
 } // namespace pcl

@@ -420,6 +420,9 @@ void declareUncertainty(Table& table)
       "where it is an extrapolation");
   table.number("samples", "--samples", "n", between(2, 1000), field(stage, &UncertaintyOptions::samples),
                "draws from the posterior that --uncertainty makes, see --seed");
+  table.number("surfaces", "--write-samples", "n", upTo(1000), field(stage, &UncertaintyOptions::surfaces),
+               "surfaces that sigma allows for, beside OUTPUT as OUTPUT.sample-1, .sample-2 ...: for intervals of "
+               "whatever is measured on them; as many draws at least, and --uncertainty, come with it");
 }
 
 void declareOthers(Table& table)

@@ -11,6 +11,7 @@
 #include "run/run_plan.h"
 #include "run/stage_timer.h"
 #include "run/warnings.h"
+#include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/uncertainty.h"
 
 #include <algorithm>
@@ -209,8 +210,12 @@ void estimateUncertainty(Reconstruction& result, const CloudPieces& pieces, cons
   if (!wantsUncertainty(options))
     return;
   const StageTimer timer("uncertainty", result.report, execution);
-  result.report.uncertainty =
-      estimateUncertainty(pieces.all(), result.field, result.report.density.spacing, options, result.mesh, execution);
+  std::vector<PieceDraws> draws;
+  UncertaintyReport& report = result.report.uncertainty;
+  report = estimateUncertainty(pieces.all(), result.field, result.report.density.spacing, options, result.mesh, draws,
+                               execution);
+  result.surfaces = samplePlausibleSurfaces(draws, report.offset, result.mesh, result.report.mesh.closed(),
+                                            options.uncertainty.surfaces, report.shape, execution);
 }
 
 /// ℓ, or what β implies; 0 if there is none.

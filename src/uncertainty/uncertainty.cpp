@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/uncertainty.h"
 
+#include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/uncertainty_evidence.h"
 
 #include <boost/math/distributions/normal.hpp>
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
@@ -244,26 +246,40 @@ private:
   bool hasPairs_ = false;
 };
 
-/// The vertices that lie in, or nearest to, the volume of each piece.
-std::vector<std::vector<std::int32_t>> verticesOfPieces(const std::vector<SolvedPiece>& pieces,
-                                                        const TriangleMesh& mesh)
+/// UncertaintyReport::offset, by some ten thousand vertices with points. \param vertices of each piece
+double meanOffset(const std::vector<SolvedPiece>& pieces, const std::vector<std::vector<std::int32_t>>& vertices,
+                  const TriangleMesh& mesh, Execution& execution)
 {
-  std::vector<std::vector<std::int32_t>> result(pieces.size());
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const Eigen::Vector3f& at = mesh.vertices[v];
-    std::size_t best = 0;
-    float min = std::numeric_limits<float>::infinity();
-    for (std::size_t n = 0; n < pieces.size(); ++n) {
-      const BoundingBox& box = pieces[n].volume;
-      const float distance = (at - at.cwiseMax(box.lower).cwiseMin(box.upper)).squaredNorm();
-      if (distance < min) {
-        min = distance;
-        best = n;
+  constexpr std::int64_t enough = 20000, grain = 512;
+  constexpr int asked = 4;
+  const std::int64_t each = std::max<std::int64_t>(static_cast<std::int64_t>(mesh.vertices.size()) / enough, 1);
+  double sum = 0, count = 0;
+  for (std::size_t n = 0; n < pieces.size(); ++n) {
+    const OrientedPoints& points = *pieces[n].points;
+    const std::int64_t looked = static_cast<std::int64_t>(vertices[n].size()) / each;
+    std::vector<float> distances(static_cast<std::size_t>(looked), std::numeric_limits<float>::quiet_NaN());
+    execution.forRange(looked, grain, [&](std::int64_t begin, std::int64_t end) {
+      Neighbors nearest;
+      for (std::int64_t i = begin; i < end; ++i) {
+        const auto v = static_cast<std::size_t>(vertices[n][static_cast<std::size_t>(i * each)]);
+        const int found = mesh.confidences[v] > 0 ? pieces[n].search->nearest(mesh.vertices[v], asked, nearest) : 0;
+        float distance = 0;
+        for (const int index : nearest.indices) {
+          // By the mean of both normals: a plane leaves the surface with the square of the distance, an arc does not.
+          const auto p = static_cast<std::size_t>(index);
+          distance += (mesh.normals[v] + points.normals[p]).dot(mesh.vertices[v] - points.positions[p]) / 2;
+        }
+        if (found > 0)
+          distances[static_cast<std::size_t>(i)] = distance / static_cast<float>(found);
       }
-    }
-    result[best].push_back(static_cast<std::int32_t>(v));
+    });
+    for (const float distance : distances)
+      if (std::isfinite(distance)) {
+        sum += static_cast<double>(distance);
+        ++count;
+      }
   }
-  return result;
+  return count > 0 ? sum / count : 0;
 }
 
 SigmaQuantiles quantilesOf(const std::vector<float>& sigmas)
@@ -274,18 +290,24 @@ SigmaQuantiles quantilesOf(const std::vector<float>& sigmas)
 } // namespace
 
 UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field, float spacing,
-                                      const ResolvedOptions& options, TriangleMesh& mesh, Execution& execution)
+                                      const ResolvedOptions& options, TriangleMesh& mesh,
+                                      std::vector<PieceDraws>& draws, Execution& execution)
 {
   UncertaintyReport report;
   report.isComputed = true;
-  report.samples = options.uncertainty.samples;
+  report.samples = numberOfDraws(options.uncertainty);
   std::vector<Evidence> evidence(mesh.vertices.size());
-  const std::vector<std::vector<std::int32_t>> vertices = verticesOfPieces(pieces, mesh);
+  std::vector<BoundingBox> volumes;
+  for (const SolvedPiece& piece : pieces)
+    volumes.push_back(piece.volume);
+  const std::vector<std::vector<std::int32_t>> vertices = nearestVolumes(mesh.vertices, volumes);
   std::vector<PieceEvidence> ofPieces;
+  constexpr std::uint64_t step = std::uint64_t{1} << 32; // what is far apart errs on its own, on equal grids, too
   for (std::size_t n = 0; n < pieces.size(); ++n) {
     execution.beginStep(static_cast<double>(n) / static_cast<double>(pieces.size()),
                         static_cast<double>(n + 1) / static_cast<double>(pieces.size()));
-    ofPieces.push_back(gatherEvidence(pieces[n], field, spacing, options, mesh, vertices[n], evidence, execution));
+    ofPieces.push_back(gatherEvidence(pieces[n], field, spacing, options, mesh, vertices[n],
+                                      options.solver.seed + n * step, evidence, execution));
     const PieceEvidence& piece = ofPieces.back();
     report.voxelSize = std::max(report.voxelSize, piece.voxelSize);
     report.voxels += piece.voxels;
@@ -309,6 +331,9 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
   }
   report.measured = quantilesOf(measured);
   report.fillings = quantilesOf(fillings);
+  report.offset = meanOffset(pieces, vertices, mesh, execution);
+  for (std::size_t n = 0; n < pieces.size(); ++n)
+    draws.push_back({pieces[n].volume, std::move(ofPieces[n].draws)});
   return report;
 }
 

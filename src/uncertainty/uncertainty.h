@@ -37,12 +37,19 @@ struct SolvedPiece {
   BoundingBox volume;           ///< that its field covers
 };
 
+/// Draws from the posterior, piece by piece; those of one number belong together.
+struct PieceDraws {
+  BoundingBox volume;
+  std::vector<DistanceField> draws;
+};
+
 /// Sets the sigmas and the flags of what is calibrated. \param pieces of the points: all of them
 /// \param field of the finest level \param spacing l̄, cloud's unit \param options observing at points
-/// \param mesh with confidences
+/// \param mesh with confidences \param draws receives those that sigma was made of
 /// The result does not depend on the number of threads.
 UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field, float spacing,
-                                      const ResolvedOptions& options, TriangleMesh& mesh, Execution& execution);
+                                      const ResolvedOptions& options, TriangleMesh& mesh,
+                                      std::vector<PieceDraws>& draws, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

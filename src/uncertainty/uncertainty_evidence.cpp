@@ -3,6 +3,7 @@
 
 #include "levels/level_memory.h"
 #include "solver/whole_level.h"
+#include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/posterior_draws.h"
 
 #include <pcl/surface/mrf/multiscale.h>
@@ -120,9 +121,10 @@ Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float 
 class Gathering {
 public:
   Gathering(const SolvedPiece& piece, const DistanceField& field, float spacing, const Options& options,
-            const TriangleMesh& mesh, const std::vector<std::int32_t>& vertices, Execution& execution)
+            const TriangleMesh& mesh, const std::vector<std::int32_t>& vertices, std::uint64_t seed,
+            Execution& execution)
       : piece_(piece), field_(field), spacing_(spacing), options_(options), mesh_(mesh), vertices_(vertices),
-        execution_(execution)
+        seed_(seed), execution_(execution)
   {}
 
   PieceEvidence run(std::vector<Evidence>& evidence)
@@ -133,7 +135,7 @@ public:
     result_.voxelSize = level.lattice().spacing;
     result_.voxels = level.lattice().size.count();
     const DistanceField coarse = meanOf(level, execution_);
-    result_.draws = drawsOf(level, options_.uncertainty.samples, options_.solver.seed, execution_);
+    result_.draws = drawsOf(level, numberOfDraws(options_.uncertainty), seed_, execution_);
     forVertices([&](std::size_t v, Neighbors&) {
       const Eigen::Vector3f& at = mesh_.vertices[v];
       const float slope = slopeOf(field_.sampleGradient(at));
@@ -250,6 +252,7 @@ private:
   const Options& options_;
   const TriangleMesh& mesh_;
   const std::vector<std::int32_t>& vertices_;
+  const std::uint64_t seed_;
   Execution& execution_;
   OrientedPoints left_;
   PieceEvidence result_;
@@ -259,10 +262,10 @@ private:
 
 PieceEvidence gatherEvidence(const SolvedPiece& piece, const DistanceField& field, float spacing,
                              const Options& options, const TriangleMesh& mesh,
-                             const std::vector<std::int32_t>& vertices, std::vector<Evidence>& evidence,
-                             Execution& execution)
+                             const std::vector<std::int32_t>& vertices, std::uint64_t seed,
+                             std::vector<Evidence>& evidence, Execution& execution)
 {
-  return Gathering(piece, field, spacing, options, mesh, vertices, execution).run(evidence);
+  return Gathering(piece, field, spacing, options, mesh, vertices, seed, execution).run(evidence);
 }
 
 } // namespace mrf

@@ -42,10 +42,11 @@ struct PieceEvidence {
 
 /// Solves a piece on a coarse grid without some patches, draws from the posterior there, and looks at what was left
 /// out. \param vertices of the mesh, those of the piece \param evidence of all vertices of the mesh: theirs are set
+/// \param seed of the draws
 PieceEvidence gatherEvidence(const SolvedPiece& piece, const DistanceField& field, float spacing,
                              const Options& options, const TriangleMesh& mesh,
-                             const std::vector<std::int32_t>& vertices, std::vector<Evidence>& evidence,
-                             Execution& execution);
+                             const std::vector<std::int32_t>& vertices, std::uint64_t seed,
+                             std::vector<Evidence>& evidence, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

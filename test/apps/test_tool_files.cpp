@@ -435,6 +435,58 @@ TEST_F(ToolFiles, SigmaIsInEveryFormatThatHoldsFields)
   expectFailure({"in.xyz", "no.ply", "--samples", "4"}, 2, "--samples has a meaning with --uncertainty");
 }
 
+TEST_F(ToolFiles, SurfacesThatSigmaAllowsFor)
+{
+  write("in.xyz", tool::sphereRows(2000, .75));
+  const json report = reportOf({"in.xyz", "out.ply", "--write-samples", "2"});
+  EXPECT_EQ(files(), (std::vector<std::string>{"in.xyz", "out.ply", "out.sample-1.ply", "out.sample-2.ply", "report.json"}));
+  const json& shape = report.at("/uncertainty/shape"_json_pointer);
+  EXPECT_EQ(shape.at("surfaces"), 8) << "all draws are measured";
+  const json& volume = shape.at("volume");
+  EXPECT_LT(volume.at("lower"), volume.at("mean"));
+  EXPECT_GT(volume.at("upper"), volume.at("mean"));
+  EXPECT_LT(volume.at("lower"), 4 * M_PI / 3);
+  EXPECT_GT(volume.at("upper"), 4 * M_PI / 3) << "what the cap lacks is in the interval";
+  EXPECT_EQ(shape.at("extent").size(), 3u);
+
+  pcl::PolygonMesh mesh, first, second;
+  for (const auto& [name, read] :
+       {std::pair("out.ply", &mesh), {"out.sample-1.ply", &first}, {"out.sample-2.ply", &second}})
+    ASSERT_EQ(pcl::io::loadPLYFile(path(name).string(), *read), 0) << name;
+  ASSERT_EQ(first.polygons.size(), mesh.polygons.size());
+  pcl::PointCloud<pcl::PointNormal> before;
+  pcl::PointCloud<pcl::PointXYZ> after;
+  fromPCLPointCloud2(mesh.cloud, before);
+  fromPCLPointCloud2(first.cloud, after);
+  ASSERT_EQ(before.size(), after.size());
+  double moved = 0;
+  for (std::size_t v = 0; v < before.size(); ++v) {
+    const Eigen::Vector3f step = after[v].getVector3fMap() - before[v].getVector3fMap();
+    EXPECT_LT(step.cross(before[v].getNormalVector3fMap()).norm(), 1e-5) << "along the normal; floats";
+    moved = std::max(moved, static_cast<double>(step.norm()));
+  }
+  EXPECT_GT(moved, 1e-3);
+  EXPECT_NE(first.cloud.data, second.cloud.data);
+
+  ASSERT_EQ(run({"in.xyz", "out.obj", "--write-samples", "1", "-q"}).status, 0);
+  EXPECT_TRUE(std::filesystem::exists(path("out.sample-1.obj")));
+  const tool::Outcome open = run({"in.xyz", "open.ply", "--uncertainty", "--trim", "supported"});
+  EXPECT_NE(open.out.find("there is no volume: the mesh is open"), std::string::npos) << open.out;
+}
+
+TEST_F(ToolFiles, SurfacesAreAllThereOrNone)
+{
+  write("in.xyz", tool::sphereRows(500));
+  std::filesystem::create_directory(path("out.sample-3.ply"));
+  expectFailure({"in.xyz", "out.ply", "--write-samples", "3"}, 1, "'out.sample-3.ply': is a directory");
+  expectFailure({"in.xyz", "-", "--output-format", "obj", "--write-samples", "1"}, 2, "standard output holds one mesh");
+  expectFailure({"in.xyz", "out.ply", "--write-samples", "1", "--observation", "plane"}, 2,
+                "observation.estimate = points");
+  std::filesystem::rename(path("in.xyz"), path("mesh.sample-1.ply"));
+  expectFailure({"mesh.sample-1.ply", "mesh.ply", "--input-format", "xyz", "--write-samples", "1"}, 2,
+                "is an input and would be overwritten");
+}
+
 TEST_F(ToolFiles, ReportHoldsEverything)
 {
   write("in.xyz", tool::sphereRows(2000, .75));

@@ -86,6 +86,7 @@ std::vector<Limit> limits()
       limit("targetEdge", remesher, &RemesherOptions::targetEdge, {0, 1}, {-1}),
       limit("relaxation", remesher, &RemesherOptions::relaxation, {.001, 1}, {0, -.1, 1.1}),
       limit("samples", &Options::uncertainty, &UncertaintyOptions::samples, {2, 1000}, {1, 0, -1, 1001}),
+      limit("surfaces", &Options::uncertainty, &UncertaintyOptions::surfaces, {0, 1000}, {-1, 1001}),
       {"threads", [](Options& options, double x) { options.threads = static_cast<int>(x); }, {0, 1024}, {-1, 1025}},
   };
 }

@@ -442,6 +442,23 @@ TEST(VertexFields, IntensityIsInterpolated)
     EXPECT_NEAR(point.intensity, 5 + point.y, spacing);
 }
 
+TEST(VertexFields, SurfacesThatSigmaAllowsFor)
+{
+  pcl::MRFReconstruction<pcl::PointNormal> mrf;
+  mrf.setInputCloud(conversion::make<pcl::PointNormal>(sphere()));
+  EXPECT_EQ(mrf.getNumberOfSurfaces(), 0);
+  mrf.setNumberOfSurfaces(2);
+  mrf.setKeepResult(true);
+  pcl::PolygonMesh mesh;
+  mrf.reconstruct(mesh);
+  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  ASSERT_EQ(mrf.getResult().surfaces.size(), 2u);
+  EXPECT_EQ(mrf.getResult().surfaces[1].size(), mesh.cloud.width);
+  EXPECT_TRUE(conversion::hasField(mesh, "sigma")) << "they are made of it";
+  mrf.releaseResult();
+  EXPECT_TRUE(mrf.getResult().surfaces.empty());
+}
+
 TEST(VertexFields, SigmaIfItIsAskedFor)
 {
   pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;

@@ -146,6 +146,11 @@ public:
   void setComputeUncertainty(bool compute) { options_.uncertainty.compute = compute; }
   bool getComputeUncertainty() const { return options_.uncertainty.compute; }
 
+  /// How many surfaces that sigma allows for come with the result, for intervals of what is measured on them (0 by
+  /// default): getResult().surfaces, with setKeepResult(true), and mrf::displaced. With them sigma is computed.
+  void setNumberOfSurfaces(int surfaces) { options_.uncertainty.surfaces = surfaces; }
+  int getNumberOfSurfaces() const { return options_.uncertainty.surfaces; }
+
   /// 0 = one thread per hardware thread.
   void setNumberOfThreads(int threads) { options_.threads = threads; }
   int getNumberOfThreads() const { return options_.threads; }

@@ -359,6 +359,7 @@ void MRFReconstruction<PointNT>::releaseResult()
   releaseFieldAndPoints();
   result_.mesh = mrf::TriangleMesh();
   result_.attributes = std::vector<float>();
+  result_.surfaces = std::vector<std::vector<float>>();
 }
 
 template <typename PointNT>

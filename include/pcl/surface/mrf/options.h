@@ -42,10 +42,10 @@ struct Options {
   int threads = 0;             ///< 0 = one per hardware thread, ..1024
 };
 
-/// Whether sigma is computed: on its own, or for the colors.
+/// Whether sigma is computed: on its own, or for the colors, or for surfaces drawn with it.
 inline bool wantsUncertainty(const Options& options)
 {
-  return options.uncertainty.compute || options.colors == ColorMode::sigma;
+  return options.uncertainty.compute || options.colors == ColorMode::sigma || options.uncertainty.surfaces > 0;
 }
 
 /// The settings that our measurements recommend; the same as Options().

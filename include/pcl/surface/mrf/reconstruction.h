@@ -54,6 +54,9 @@ struct Reconstruction {
   std::vector<float> attributes; ///< of the cloud, interpolated, `channels` per vertex; empty: it has none, or
                                  ///< Options::colors does not ask for them
   int channels = 0;
+  /// UncertaintyOptions::surfaces, each as the distances that the vertices move along their normals, cloud's unit; see
+  /// displaced(). Over all draws the root mean square of a vertex is its sigma.
+  std::vector<std::vector<float>> surfaces;
   DistanceField field;   ///< the regularized field of the finest level, same frame
   OrientedPoints points; ///< what was observed
   Report report;

@@ -32,5 +32,9 @@ struct TriangleMesh {
 /// \pre keep.size() == mesh.triangles.size()
 PCL_MRF_EXPORT TriangleMesh select(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep);
 
+/// The mesh with each vertex moved along its normal; all but the vertices stays as it is, the normals too.
+/// \param distances one per vertex, cloud's unit \pre the mesh has normals
+PCL_MRF_EXPORT TriangleMesh displaced(TriangleMesh mesh, const std::vector<float>& distances);
+
 } // namespace mrf
 } // namespace pcl

@@ -5,6 +5,7 @@
 
 #include <pcl/surface/mrf/export.h>
 
+#include <array>
 #include <cstdint>
 
 namespace pcl {
@@ -15,6 +16,9 @@ namespace mrf {
 struct UncertaintyOptions {
   bool compute = false; ///< sigma per vertex, and the report's part; needs observations at points
   int samples = 8;      ///< draws from the posterior, 2..1000; their seed is that of the solver
+  /// Surfaces that sigma allows for, which come with the result, 0..1000; sigma is computed for them. Each is one of
+  /// the draws, of which there are at least as many. Where they are wider than the object is thin, they may intersect.
+  int surfaces = 0;
 };
 
 /// \throw InvalidOption naming the first field that is out of range
@@ -24,6 +28,22 @@ PCL_MRF_EXPORT void validate(const UncertaintyOptions& options);
 struct SigmaQuantiles {
   std::int64_t vertices = 0;
   double median = 0, percentile95 = 0, max = 0;
+};
+
+/// A number that belongs to a surface, over surfaces that sigma allows for; volumes are in the cloud's unit cubed.
+struct SampledQuantity {
+  double mean = 0, deviation = 0; ///< of the drawn surfaces
+  double lower = 0, upper = 0;    ///< hold another one's, and so the true one's, in 95 of 100 cases: Student's t
+};
+
+/// What surfaces drawn from the posterior measure, moved as sigma says: the vertices of one move together, so that
+/// errors cancel as far as they would. What sigma does not know of, these do not, either.
+struct SampledShape {
+  int surfaces = 0;       ///< 0: all else is zero
+  bool isClosed = false;  ///< false: there is no volume
+  SampledQuantity volume; ///< enclosed, as the curved surface through the vertices and their normals has it
+  SampledQuantity area;   ///< of the triangles: what is rough on a smaller scale than they are is not in it
+  std::array<SampledQuantity, 3> extent; ///< of the bounding box along x, y and z
 };
 
 /// What sigma was learnt from, and how large it is.
@@ -37,6 +57,10 @@ struct UncertaintyReport {
   std::int64_t heldOut = 0; ///< points that were left out amid others, by pairs; 0: none could be
   double measuredError = 0; ///< what such pairs share, RMS, cloud's unit: the surface's own error amid data
 
+  /// Mean distance of the surface from the points, along its normals, cloud's unit: trilinear voxels push a curved
+  /// surface to one side. Errors that all of the surface shares do not cancel in a volume.
+  double offset = 0;
+
   std::int64_t patches = 0;       ///< discs of points that were left out to be filled
   std::int64_t patchPoints = 0;   ///< in them
   double largestPatch = 0;        ///< diameter of the largest one, cloud's unit
@@ -46,6 +70,7 @@ struct UncertaintyReport {
 
   SigmaQuantiles measured; ///< of vertices with a confidence above 0
   SigmaQuantiles fillings; ///< of the others
+  SampledShape shape;
 };
 
 } // namespace mrf

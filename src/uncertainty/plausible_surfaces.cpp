@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "uncertainty/plausible_surfaces.h"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+constexpr std::int64_t grain = 8192;
+
+/// The number that 97.5 of 100 are below, by Student's t. \param freedom ≥ 1
+double studentQuantile(int freedom)
+{
+  // With t = √ν tan θ its density becomes cos^(ν−1) θ: θ is where the integral from 0 has .95 of that up to π/2.
+  constexpr int steps = 20000;
+  std::vector<double> integral{0};
+  const auto density = [&](double step) { return std::pow(std::cos(M_PI / 2 * step / steps), freedom - 1); };
+  for (int step = 0; step < steps; ++step)
+    integral.push_back(integral.back() + density(step) + 4 * density(step + .5) + density(step + 1)); // Simpson's rule
+  const double wanted = .95 * integral.back();
+  const auto above = std::lower_bound(integral.begin(), integral.end(), wanted);
+  const double share = (wanted - *(above - 1)) / (*above - *(above - 1));
+  const double angle = M_PI / 2 * (static_cast<double>(above - 1 - integral.begin()) + share) / steps;
+  return std::sqrt(static_cast<double>(freedom)) * std::tan(angle);
+}
+
+/// \param values of the drawn surfaces, two at least \param quantile Student's, of one less
+SampledQuantity describe(const std::vector<double>& values, double quantile)
+{
+  SampledQuantity result;
+  const auto count = static_cast<double>(values.size());
+  for (const double value : values)
+    result.mean += value / count;
+  for (const double value : values)
+    result.deviation += (value - result.mean) * (value - result.mean) / (count - 1);
+  result.deviation = std::sqrt(result.deviation);
+  const double half = quantile * result.deviation * std::sqrt(1 + 1 / count); // of one more, not of the mean
+  result.lower = result.mean - half;
+  result.upper = result.mean + half;
+  return result;
+}
+
+/// Moves the vertices by draws.
+class Displacement {
+public:
+  Displacement(const std::vector<PieceDraws>& draws, double offset, const TriangleMesh& mesh, Execution& execution)
+      : draws_(draws), mesh_(mesh), execution_(execution), factors_(mesh.vertices.size(), 0),
+        offsets_(mesh.vertices.size(), 0)
+  {
+    std::vector<BoundingBox> volumes;
+    for (const PieceDraws& piece : draws)
+      volumes.push_back(piece.volume);
+    vertices_ = nearestVolumes(mesh.vertices, volumes);
+    const auto shared = static_cast<float>(std::abs(offset));
+    forVertices([&](const PieceDraws& piece, std::size_t v) { setFactors(piece.draws, shared, v); });
+  }
+
+  std::size_t count() const { return draws_.empty() ? 0 : draws_.front().draws.size(); }
+
+  /// The distances that a draw moves the vertices along their normals.
+  std::vector<float> of(std::size_t draw) const
+  {
+    std::vector<float> distances(mesh_.vertices.size(), 0);
+    forVertices([&](const PieceDraws& piece, std::size_t v) {
+      distances[v] = side(draw) * offsets_[v] - factors_[v] * piece.draws[draw].sampleDistance(mesh_.vertices[v]);
+    });
+    return distances;
+  }
+
+private:
+  template <typename Body>
+  void forVertices(const Body& body) const
+  {
+    for (std::size_t n = 0; n < draws_.size(); ++n)
+      execution_.forRange(static_cast<std::int64_t>(vertices_[n].size()), grain,
+                          [&](std::int64_t begin, std::int64_t end) {
+                            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+                              body(draws_[n], static_cast<std::size_t>(vertices_[n][i]));
+                          });
+  }
+
+  /// Of the mesh on which a draw puts the offset.
+  static float side(std::size_t draw) { return draw % 2 == 0 ? 1.f : -1.f; }
+
+  /// Sets what a vertex makes of a draw, so that the mean square of its distances is σ².
+  void setFactors(const std::vector<DistanceField>& draws, float shared, std::size_t v)
+  {
+    constexpr float most = .9f; // of sigma: what all share is one part of it
+    const float sigma = mesh_.sigmas[v], offset = std::min(shared, most * sigma);
+    float squares = 0, sides = 0;
+    for (std::size_t n = 0; n < draws.size(); ++n) {
+      const float value = draws[n].sampleDistance(mesh_.vertices[v]);
+      squares += value * value;
+      sides += side(n) * value;
+    }
+    const auto count = static_cast<float>(draws.size());
+    const float deviation = std::sqrt(squares / count);
+    if (!(deviation > 0))
+      return;
+    const float factor = std::sqrt(sigma * sigma - offset * offset) / deviation;
+    // Of a few draws the part that all share and the rest are not quite independent.
+    const float square = sigma * sigma - 2 * offset * factor * sides / count;
+    const float scale = square > 0 ? sigma / std::sqrt(square) : 1;
+    factors_[v] = scale * factor;
+    offsets_[v] = scale * offset;
+  }
+
+  const std::vector<PieceDraws>& draws_;
+  const TriangleMesh& mesh_;
+  Execution& execution_;
+  std::vector<std::vector<std::int32_t>> vertices_; ///< of each piece
+  std::vector<float> factors_;                      ///< of the draws
+  std::vector<float> offsets_;                      ///< that all vertices share, on one side or on the other
+};
+
+/// A triangle of a moved mesh.
+struct MovedTriangle {
+  std::array<Eigen::Vector3d, 3> corners, normals;
+
+  MovedTriangle(const TriangleMesh& mesh, const std::vector<float>& distances, const Triangle& triangle)
+  {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto v = static_cast<std::size_t>(triangle[c]);
+      normals[c] = mesh.normals[v].cast<double>();
+      corners[c] = mesh.vertices[v].cast<double>() + static_cast<double>(distances[v]) * normals[c];
+    }
+  }
+
+  double area() const { return (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() / 2; }
+
+  double volume() const { return corners[0].dot(corners[1].cross(corners[2])) / 6; }
+
+  /// Between the triangle and a paraboloid on it that is perpendicular to the normals: its height amid an edge is that
+  /// of the arc whose ends have these normals, and a third of the area stands for each.
+  double volumeOfBulge() const
+  {
+    double heights = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t next = (c + 1) % 3;
+      heights += (corners[next] - corners[c]).dot(normals[next] - normals[c]) / 8;
+    }
+    return area() * heights / 3;
+  }
+};
+
+/// Measures moved meshes.
+class Measurements {
+public:
+  Measurements(const TriangleMesh& mesh, bool isClosed, Execution& execution)
+      : mesh_(mesh), isClosed_(isClosed), execution_(execution)
+  {}
+
+  void add(const std::vector<float>& distances)
+  {
+    areas_.push_back(sum([&](const Triangle& t) { return MovedTriangle(mesh_, distances, t).area(); }));
+    if (isClosed_)
+      volumes_.push_back(sum([&](const Triangle& t) {
+        const MovedTriangle moved(mesh_, distances, t);
+        return moved.volume() + moved.volumeOfBulge();
+      }));
+    Eigen::AlignedBox3d box;
+    for (std::size_t v = 0; v < mesh_.vertices.size(); ++v)
+      box.extend((mesh_.vertices[v] + distances[v] * mesh_.normals[v]).cast<double>());
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      extents_[axis].push_back(box.sizes()[static_cast<Eigen::Index>(axis)]);
+  }
+
+  SampledShape shape() const
+  {
+    SampledShape result;
+    if (areas_.size() < 2)
+      return result;
+    result.surfaces = static_cast<int>(areas_.size());
+    result.isClosed = isClosed_;
+    const double quantile = studentQuantile(result.surfaces - 1);
+    result.area = describe(areas_, quantile);
+    if (isClosed_)
+      result.volume = describe(volumes_, quantile);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      result.extent[axis] = describe(extents_[axis], quantile);
+    return result;
+  }
+
+private:
+  template <typename Measure>
+  double sum(const Measure& measure)
+  {
+    return execution_.sum(static_cast<std::int64_t>(mesh_.triangles.size()), grain,
+                          [&](std::int64_t begin, std::int64_t end) {
+                            double result = 0;
+                            for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
+                              result += measure(mesh_.triangles[t]);
+                            return result;
+                          });
+  }
+
+  const TriangleMesh& mesh_;
+  const bool isClosed_;
+  Execution& execution_;
+  std::vector<double> areas_, volumes_;
+  std::array<std::vector<double>, 3> extents_;
+};
+
+} // namespace
+
+std::vector<std::vector<std::int32_t>> nearestVolumes(const std::vector<Eigen::Vector3f>& vertices,
+                                                      const std::vector<BoundingBox>& volumes)
+{
+  std::vector<std::vector<std::int32_t>> result(volumes.size());
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    const Eigen::Vector3f& at = vertices[v];
+    std::size_t best = 0;
+    float least = std::numeric_limits<float>::infinity();
+    for (std::size_t n = 0; n < volumes.size(); ++n) {
+      const BoundingBox& box = volumes[n];
+      const float distance = (at - at.cwiseMax(box.lower).cwiseMin(box.upper)).squaredNorm();
+      if (distance < least) {
+        least = distance;
+        best = n;
+      }
+    }
+    result[best].push_back(static_cast<std::int32_t>(v));
+  }
+  return result;
+}
+
+std::vector<std::vector<float>> samplePlausibleSurfaces(const std::vector<PieceDraws>& draws, double offset,
+                                                        const TriangleMesh& mesh, bool isClosed, int kept,
+                                                        SampledShape& shape, Execution& execution)
+{
+  const Displacement displacement(draws, offset, mesh, execution);
+  Measurements measurements(mesh, isClosed, execution);
+  std::vector<std::vector<float>> surfaces;
+  for (std::size_t n = 0; n < displacement.count(); ++n) {
+    std::vector<float> distances = displacement.of(n);
+    measurements.add(distances);
+    if (surfaces.size() < static_cast<std::size_t>(kept))
+      surfaces.push_back(std::move(distances));
+    execution.poll();
+  }
+  shape = measurements.shape();
+  return surfaces;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief Surfaces that sigma allows for: the mesh, moved by draws from the posterior.
+///
+/// A draw e moves the zero level by −e / |∇d| along the normal. Over the draws that would give each vertex the
+/// deviation that the model has of it; times sigma over that it is sigma. What the draws keep is which vertices move
+/// together, and that is what the error of a volume or of a cross section depends on. What the voxels themselves do to
+/// the whole surface is in no draw; it is added to all of one to one side, of the next to the other.
+#pragma once
+
+#include "uncertainty/uncertainty.h"
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+#include <pcl/surface/mrf/uncertainty.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// How many draws are made.
+inline int numberOfDraws(const UncertaintyOptions& options)
+{
+  return std::max(options.samples, options.surfaces);
+}
+
+/// The vertices that lie in, or nearest to, each of the volumes.
+std::vector<std::vector<std::int32_t>> nearestVolumes(const std::vector<Eigen::Vector3f>& vertices,
+                                                      const std::vector<BoundingBox>& volumes);
+
+/// Measures the surface of each draw, and keeps some. \param offset UncertaintyReport::offset, which is a part of
+/// sigma that all vertices of a draw share \param mesh with normals and sigmas
+/// \param isClosed whether it has a volume \param kept how many of the surfaces to return
+/// \param shape receives what was measured \return distances along the normals, by surface and vertex
+/// The result does not depend on the number of threads. Memory: a float per vertex, and one for each surface kept.
+std::vector<std::vector<float>> samplePlausibleSurfaces(const std::vector<PieceDraws>& draws, double offset,
+                                                        const TriangleMesh& mesh, bool isClosed, int kept,
+                                                        SampledShape& shape, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl
