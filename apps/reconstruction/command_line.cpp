@@ -125,6 +125,7 @@ void addUncertaintyOptions(OptionParser& parser)
   parser.declaredFlag("uncertainty.compute");
   parser.declared("uncertainty.samples");
   parser.declared("uncertainty.surfaces");
+  parser.declared("uncertainty.maxError");
 }
 
 void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)

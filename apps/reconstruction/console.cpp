@@ -304,6 +304,10 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
                   (report.trimming.holesFilled > 0 ? format(" (largest %.4g)", report.trimming.largestHole) : "") +
                   ", " + counted(report.trimming.extrapolationsDropped, "extrapolation", "extrapolations") +
                   " dropped");
+  if (report.beyondError.triangles > 0)
+    print("", counted(report.beyondError.triangles, "triangle", "triangles") +
+                  format(" dropped by --max-error, %.3g of an area of %.3g with points",
+                         report.beyondError.measuredArea, report.beyondError.area));
   if (report.uncertainty.isComputed)
     printUncertainty(report.uncertainty, print);
   std::vector<std::string> files;

@@ -220,6 +220,10 @@ Json toJson(const Report& report)
                {"threads", report.threads}};
   if (report.uncertainty.isComputed)
     json["uncertainty"] = toJson(report.uncertainty);
+  if (report.options.uncertainty.maxError > 0)
+    json["beyondError"] = {{"triangles", report.beyondError.triangles},
+                           {"area", report.beyondError.area},
+                           {"measuredArea", report.beyondError.measuredArea}};
   return json;
 }
 

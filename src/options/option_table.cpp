@@ -423,6 +423,11 @@ void declareUncertainty(Table& table)
   table.number("surfaces", "--write-samples", "n", upTo(1000), field(stage, &UncertaintyOptions::surfaces),
                "surfaces that sigma allows for, beside OUTPUT as OUTPUT.sample-1, .sample-2 ...: for intervals of "
                "whatever is measured on them; as many draws at least, and --uncertainty, come with it");
+  table
+      .number("maxError", "--max-error", "length", notNegative, field(stage, &UncertaintyOptions::maxError),
+              "drop surface that is farther off than this in more than 5 of 100 cases, as sigma says, on top of what "
+              "--trim drops; --uncertainty comes with it")
+      .automatic = "none is dropped";
 }
 
 void declareOthers(Table& table)

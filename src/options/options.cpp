@@ -107,10 +107,9 @@ void validate(const Options& options)
 {
   requireDeclared(options);
   if (wantsUncertainty(options) && !options.observation.atPoints())
-    throw InvalidOption(
-        "uncertainty.compute = on, and what needs sigma as well (uncertainty.surfaces, colors = sigma), "
-        "need observation.kind = points, where each point speaks once: what voxels observe is made "
-        "of the same points again and again");
+    throw InvalidOption("uncertainty.compute = on, and what needs sigma as well (uncertainty.surfaces, "
+                        "uncertainty.maxError, colors = sigma), need observation.kind = points, where each point "
+                        "speaks once: what voxels observe is made of the same points again and again");
 }
 
 } // namespace mrf

@@ -11,6 +11,7 @@
 #include "run/run_plan.h"
 #include "run/stage_timer.h"
 #include "run/warnings.h"
+#include "trimming/error_limit.h"
 #include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/uncertainty.h"
 
@@ -203,7 +204,33 @@ void interpolate(const PointAttributes& attributes, const NeighborSearch& search
       attributes.channels, execution);
 }
 
-/// Sets sigma at the vertices, if it was asked for.
+/// Drops what may be farther off than the limit.
+void dropBeyondError(Reconstruction& result, float maxError, Execution& execution)
+{
+  Report& report = result.report;
+  UncertaintyReport& uncertainty = report.uncertainty;
+  const double best = halfWidthPerSigma *
+                      static_cast<double>(*std::min_element(result.mesh.sigmas.begin(), result.mesh.sigmas.end())),
+               median = halfWidthPerSigma *
+                        (uncertainty.measured.vertices > 0 ? uncertainty.measured.median : uncertainty.fillings.median);
+  report.beyondError = limitSigma(result.mesh, maxError / static_cast<float>(halfWidthPerSigma));
+  if (report.beyondError.triangles == 0)
+    return;
+  if (result.mesh.triangles.empty()) {
+    std::ostringstream text;
+    text.precision(3);
+    text << "uncertainty.maxError = " << maxError << " leaves no surface: in 95 of 100 cases it is within " << median
+         << " (median) of the true one where there are points, at best within " << best << "; allow more";
+    throw InvalidOption(text.str());
+  }
+  warnOfUncertainSurface(report);
+  report.mesh = measure(result.mesh, execution);
+  if (report.intersecting > 0)
+    report.intersecting = static_cast<std::int64_t>(selfIntersectingTriangles(result.mesh, execution).size());
+  describeSigmas(result.mesh, uncertainty);
+}
+
+/// Sets sigma at the vertices, if it was asked for, and drops and draws what needs it.
 void estimateUncertainty(Reconstruction& result, const CloudPieces& pieces, const ResolvedOptions& options,
                          Execution& execution)
 {
@@ -214,6 +241,8 @@ void estimateUncertainty(Reconstruction& result, const CloudPieces& pieces, cons
   UncertaintyReport& report = result.report.uncertainty;
   report = estimateUncertainty(pieces.all(), result.field, result.report.density.spacing, options, result.mesh, draws,
                                execution);
+  if (options.uncertainty.maxError > 0)
+    dropBeyondError(result, options.uncertainty.maxError, execution);
   result.surfaces = samplePlausibleSurfaces(draws, report.offset, result.mesh, result.report.mesh.closed(),
                                             options.uncertainty.surfaces, report.shape, execution);
 }
@@ -242,8 +271,8 @@ void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, d
       supportOf(result.points, search, options.observation.maxDistance, report.density.spacing, options);
   trim(result, search, support, pieces.largestDiagonal(), options, execution);
   remesh(result, support, options, execution);
-  interpolate(attributes, search, options, execution, result);
   estimateUncertainty(result, pieces, options, execution);
+  interpolate(attributes, search, options, execution, result);
 }
 
 } // namespace

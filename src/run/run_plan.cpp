@@ -25,8 +25,8 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"polygonizer", millions},
           {"trimming", 6 * millions},
           {"remesher", 2.2 * options.remesher.rounds * millions},
-          {"attributes", .2 * millions},
-          {"uncertainty", wantsUncertainty(options) ? .8 + 2 * millions : 0}};
+          {"uncertainty", wantsUncertainty(options) ? .8 + 2 * millions : 0},
+          {"attributes", .2 * millions}};
 }
 
 } // namespace mrf

@@ -84,5 +84,15 @@ void warnOfUnsolvedLevels(Report& report)
   report.warnings.push_back(text.str());
 }
 
+void warnOfUncertainSurface(Report& report)
+{
+  std::ostringstream text;
+  text.precision(3);
+  text << 100 * report.beyondError.area / report.mesh.area
+       << " % of the surface was dropped: it may be farther off than uncertainty.maxError = "
+       << report.options.uncertainty.maxError;
+  report.warnings.push_back(text.str());
+}
+
 } // namespace mrf
 } // namespace pcl

@@ -21,5 +21,8 @@ void warnOfCoarseInput(double resolution, double voxelSize, Report& report);
 /// Names the coarsest level that has stopped short of its solution: the finer ones build on it.
 void warnOfUnsolvedLevels(Report& report);
 
+/// Says how much of the surface went because it may be too far off. \pre the mesh's statistics are those of before
+void warnOfUncertainSurface(Report& report);
+
 } // namespace mrf
 } // namespace pcl

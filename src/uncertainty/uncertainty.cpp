@@ -289,6 +289,16 @@ SigmaQuantiles quantilesOf(const std::vector<float>& sigmas)
 
 } // namespace
 
+void describeSigmas(const TriangleMesh& mesh, UncertaintyReport& report)
+{
+  std::vector<float> measured, fillings;
+  for (std::size_t v = 0; v < mesh.sigmas.size(); ++v)
+    (mesh.confidences[v] > 0 ? measured : fillings).push_back(mesh.sigmas[v]);
+  report.measured = quantilesOf(measured);
+  report.fillings = quantilesOf(fillings);
+  report.notCalibrated = std::count(mesh.calibrated.begin(), mesh.calibrated.end(), 0);
+}
+
 UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field, float spacing,
                                       const ResolvedOptions& options, TriangleMesh& mesh,
                                       std::vector<PieceDraws>& draws, Execution& execution)
@@ -318,19 +328,15 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
   }
 
   const SigmaModel model(ofPieces, mesh, evidence, spacing, report);
-  std::vector<float> measured, fillings;
   mesh.sigmas.resize(mesh.vertices.size());
   mesh.calibrated.resize(mesh.vertices.size());
   for (std::size_t v = 0; v < evidence.size(); ++v) {
-    const bool isMeasured = mesh.confidences[v] > 0;
-    mesh.sigmas[v] = static_cast<float>(isMeasured ? model.measured(evidence[v]) : model.filling(evidence[v]));
+    mesh.sigmas[v] =
+        static_cast<float>(mesh.confidences[v] > 0 ? model.measured(evidence[v]) : model.filling(evidence[v]));
     mesh.calibrated[v] = model.isCalibrated(evidence[v]) ? 1 : 0;
-    (isMeasured ? measured : fillings).push_back(mesh.sigmas[v]);
-    report.notCalibrated += mesh.calibrated[v] != 0 ? 0 : 1;
     report.largestOpening = std::max(report.largestOpening, 2 * static_cast<double>(evidence[v].distance));
   }
-  report.measured = quantilesOf(measured);
-  report.fillings = quantilesOf(fillings);
+  describeSigmas(mesh, report);
   report.offset = meanOffset(pieces, vertices, mesh, execution);
   for (std::size_t n = 0; n < pieces.size(); ++n)
     draws.push_back({pieces[n].volume, std::move(ofPieces[n].draws)});

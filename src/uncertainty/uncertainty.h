@@ -51,5 +51,8 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
                                       const ResolvedOptions& options, TriangleMesh& mesh,
                                       std::vector<PieceDraws>& draws, Execution& execution);
 
+/// Sets what the report says of the sigmas of a mesh.
+void describeSigmas(const TriangleMesh& mesh, UncertaintyReport& report);
+
 } // namespace mrf
 } // namespace pcl

@@ -93,6 +93,7 @@ const std::vector<Case> cases = {
     {{"--uncertainty"}, "/options/uncertainty/compute", true},
     {{"--uncertainty", "--samples", "3"}, "/options/uncertainty/samples", 3},
     {{"--write-samples", "2"}, "/options/uncertainty/surfaces", 2},
+    {{"--max-error", "0.5"}, "/options/uncertainty/maxError", .5},
     {{"--color", "none"}, "/options/colors", "none"},
     {{"--threads", "3"}, "/threads", 3},
     {{"--sensor-origin", "off"}, "/options/orientation/sensorOrigin", false},

@@ -87,6 +87,7 @@ std::vector<Limit> limits()
       limit("relaxation", remesher, &RemesherOptions::relaxation, {.001, 1}, {0, -.1, 1.1}),
       limit("samples", &Options::uncertainty, &UncertaintyOptions::samples, {2, 1000}, {1, 0, -1, 1001}),
       limit("surfaces", &Options::uncertainty, &UncertaintyOptions::surfaces, {0, 1000}, {-1, 1001}),
+      limit("maxError", &Options::uncertainty, &UncertaintyOptions::maxError, {0, 1}, {-1}),
       {"threads", [](Options& options, double x) { options.threads = static_cast<int>(x); }, {0, 1024}, {-1, 1025}},
   };
 }

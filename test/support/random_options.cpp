@@ -163,10 +163,10 @@ const std::vector<Change>& changes()
       length("targetEdge", remesher, &RemesherOptions::targetEdge, -.5, 1.5),
       number("relaxation", remesher, &RemesherOptions::relaxation, .1, 1, 1e-30, 1),
       number("samples", &Options::uncertainty, &UncertaintyOptions::samples, 2, 6, 2, 1000),
-      number("surfaces", &Options::uncertainty, &UncertaintyOptions::surfaces, 0, 6, 0, 1000),
       {"uncertainty.compute",
        [](Options& o, Random& random, double) {
          o.uncertainty.compute = random.index(2) == 1;
+         o.uncertainty.surfaces = o.uncertainty.compute ? static_cast<int>(random.index(3)) : 0; // they bring sigma with them
          return text(static_cast<int>(o.uncertainty.compute));
        }},
       {"colors",

@@ -151,6 +151,11 @@ public:
   void setNumberOfSurfaces(int surfaces) { options_.uncertainty.surfaces = surfaces; }
   int getNumberOfSurfaces() const { return options_.uncertainty.surfaces; }
 
+  /// Drops surface that is farther off than this, cloud's unit, in more than 5 of 100 cases; 0 = none. With it sigma is
+  /// computed.
+  void setMaxError(float error) { options_.uncertainty.maxError = error; }
+  float getMaxError() const { return options_.uncertainty.maxError; }
+
   /// 0 = one thread per hardware thread.
   void setNumberOfThreads(int threads) { options_.threads = threads; }
   int getNumberOfThreads() const { return options_.threads; }

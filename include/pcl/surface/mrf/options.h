@@ -42,10 +42,11 @@ struct Options {
   int threads = 0;             ///< 0 = one per hardware thread, ..1024
 };
 
-/// Whether sigma is computed: on its own, or for the colors, or for surfaces drawn with it.
+/// Whether sigma is computed: on its own, or for the colors, for surfaces drawn with it or a limit to it.
 inline bool wantsUncertainty(const Options& options)
 {
-  return options.uncertainty.compute || options.colors == ColorMode::sigma || options.uncertainty.surfaces > 0;
+  return options.uncertainty.compute || options.colors == ColorMode::sigma || options.uncertainty.surfaces > 0 ||
+         options.uncertainty.maxError > 0;
 }
 
 /// The settings that our measurements recommend; the same as Options().

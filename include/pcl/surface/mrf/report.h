@@ -72,8 +72,9 @@ struct Report {
   /// Triangles that intersect others, of the zero level and of the mesh: by remeshing none are added. A closed zero
   /// level has none; where a cut runs through one vertex twice, trimming leaves some, which remeshing takes apart.
   std::int64_t intersectingBeforeRemeshing = 0, intersecting = 0;
-  MeshStatistics meshBeforeRemeshing; ///< after trimming; without remeshing the same as mesh
+  MeshStatistics meshBeforeRemeshing; ///< after trimming; what neither remeshing nor maxError changes is mesh
   MeshStatistics mesh;
+  ErrorLimitSummary beyondError; ///< all 0 without UncertaintyOptions::maxError
   UncertaintyReport uncertainty; ///< empty unless it was asked for
 
   std::vector<StageTime> times;   ///< in the order they ran

@@ -60,6 +60,13 @@ struct TrimSummary {
   double largestHole = 0;                 ///< diameter of the largest piece that was kept, cloud's unit
 };
 
+/// What UncertaintyOptions::maxError dropped; areas in the cloud's unit squared.
+struct ErrorLimitSummary {
+  std::int64_t triangles = 0;
+  double area = 0;
+  double measuredArea = 0; ///< of it, that of triangles with support
+};
+
 struct TrimResult : TrimSummary {
   TriangleMesh mesh;                        ///< all per-vertex arrays follow
   std::optional<MeshStatistics> statistics; ///< of the mesh, if they had to be measured to see that all is kept

@@ -19,7 +19,14 @@ struct UncertaintyOptions {
   /// Surfaces that sigma allows for, which come with the result, 0..1000; sigma is computed for them. Each is one of
   /// the draws, of which there are at least as many. Where they are wider than the object is thin, they may intersect.
   int surfaces = 0;
+  /// Surface is dropped, after trimming and remeshing, whose 95 % half-width exceeds this, cloud's unit, and with it
+  /// what hangs on by single triangles; 0: none. Sigma is computed for it. It comes on top of what TrimmingOptions
+  /// drop: with Trimming::none it alone decides.
+  float maxError = 0;
 };
+
+/// Of the interval that holds the surface in 95 of 100 cases, to each side of a vertex.
+constexpr double halfWidthPerSigma = 1.96;
 
 /// \throw InvalidOption naming the first field that is out of range
 PCL_MRF_EXPORT void validate(const UncertaintyOptions& options);

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "trimming/error_limit.h"
+
+#include "mesh/mesh_topology.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+double areaOf(const TriangleMesh& mesh, const Triangle& corners)
+{
+  const Eigen::Vector3d a = mesh.vertices[at(corners[0])].cast<double>(),
+                        b = mesh.vertices[at(corners[1])].cast<double>(),
+                        c = mesh.vertices[at(corners[2])].cast<double>();
+  return (b - a).cross(c - a).norm() / 2;
+}
+
+/// Flags of the triangles that stay.
+std::vector<std::uint8_t> flagsWithin(const TriangleMesh& mesh, float maxSigma)
+{
+  std::vector<std::uint8_t> keep(mesh.triangles.size()), isInner(mesh.vertices.size(), 1);
+  for (std::size_t t = 0; t < keep.size(); ++t) {
+    const Triangle& corners = mesh.triangles[t];
+    keep[t] =
+        std::all_of(corners.begin(), corners.end(), [&](std::int32_t v) { return mesh.sigmas[at(v)] <= maxSigma; });
+    if (keep[t] == 0)
+      for (const std::int32_t v : corners)
+        isInner[at(v)] = 0;
+  }
+  for (std::size_t t = 0; t < keep.size(); ++t) {
+    const Triangle& corners = mesh.triangles[t];
+    keep[t] = keep[t] != 0 &&
+              std::any_of(corners.begin(), corners.end(), [&](std::int32_t v) { return isInner[at(v)] != 0; });
+  }
+  return keep;
+}
+
+} // namespace
+
+ErrorLimitSummary limitSigma(TriangleMesh& mesh, float maxSigma)
+{
+  const std::vector<std::uint8_t> keep = flagsWithin(mesh, maxSigma);
+  ErrorLimitSummary dropped;
+  for (std::size_t t = 0; t < keep.size(); ++t) {
+    if (keep[t] != 0)
+      continue;
+    const Triangle& corners = mesh.triangles[t];
+    const double area = areaOf(mesh, corners);
+    ++dropped.triangles;
+    dropped.area += area;
+    if (std::any_of(corners.begin(), corners.end(), [&](std::int32_t v) { return mesh.confidences[at(v)] > 0; }))
+      dropped.measuredArea += area;
+  }
+  if (dropped.triangles > 0) {
+    mesh = select(mesh, keep);
+    splitFans(mesh);
+  }
+  return dropped;
+}
+
+} // namespace mrf
+} // namespace pcl
