@@ -107,7 +107,60 @@ std::size_t nearestCorner(const SurfaceMesh& mesh, std::int32_t triangle, const 
       corners.begin(), corners.end(), [&](std::int32_t a, std::int32_t b) { return distance(a) < distance(b); }));
 }
 
+const std::vector<float>& fieldOf(const SurfaceMesh& mesh, const char* name)
+{
+  const auto found = mesh.scalars.find(name);
+  if (found == mesh.scalars.end())
+    throw pcl::mrf::InvalidInput(std::string("the mesh has no field `") + name +
+                                 "`; pcl_mrf_reconstruction --uncertainty writes it into ply files");
+  return found->second;
+}
+
+/// A mesh of ours that was not written has them apart.
+const std::vector<float>& confidencesOf(const SurfaceMesh& mesh)
+{
+  return mesh.confidences.empty() ? fieldOf(mesh, "confidence") : mesh.confidences;
+}
+
+/// Ranks from 0.
+std::vector<double> ranksOf(const std::vector<double>& values)
+{
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+  std::vector<double> ranks(values.size());
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    while (end < order.size() && values[order[end]] == values[order[begin]])
+      ++end;
+    for (std::size_t i = begin; i < end; ++i)
+      ranks[order[i]] = static_cast<double>(begin + end - 1) / 2;
+  }
+  return ranks;
+}
+
 } // namespace
+
+double sparsificationOf(const std::vector<SigmaSample>& samples, const std::vector<double>& predictions)
+{
+  std::vector<double> errors;
+  errors.reserve(samples.size());
+  for (const SigmaSample& sample : samples)
+    errors.push_back(sample.error);
+  return areaOfSparsification(samples, predictions) - areaOfSparsification(samples, errors);
+}
+
+double rankCorrelation(const std::vector<double>& a, const std::vector<double>& b)
+{
+  const std::vector<double> ranksOfA = ranksOf(a), ranksOfB = ranksOf(b);
+  const double mean = (static_cast<double>(a.size()) - 1) / 2;
+  double product = 0, squareA = 0, squareB = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    product += (ranksOfA[i] - mean) * (ranksOfB[i] - mean);
+    squareA += (ranksOfA[i] - mean) * (ranksOfA[i] - mean);
+    squareB += (ranksOfB[i] - mean) * (ranksOfB[i] - mean);
+  }
+  return squareA > 0 && squareB > 0 ? product / std::sqrt(squareA * squareB) : 0;
+}
 
 SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double diagonal)
 {
@@ -119,40 +172,33 @@ SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double di
   result.notKnown = static_cast<std::int64_t>(samples.size() - known.size());
   result.measured = statisticsOf(known, false, diagonal);
   result.fillings = statisticsOf(known, true, diagonal);
-  std::vector<double> errors, sigmas, doubts;
+  std::vector<double> sigmas, doubts;
   for (const SigmaSample& sample : known) {
-    errors.push_back(sample.error);
     sigmas.push_back(sample.sigma);
     doubts.push_back(-sample.confidence);
   }
-  const double best = areaOfSparsification(known, errors);
-  result.sparsification.sigma = areaOfSparsification(known, sigmas) - best;
-  result.sparsification.confidence = areaOfSparsification(known, doubts) - best;
+  result.sparsification.sigma = sparsificationOf(known, sigmas);
+  result.sparsification.confidence = sparsificationOf(known, doubts);
   return result;
+}
+
+std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const std::vector<float>& errors)
+{
+  const std::vector<float>&sigma = fieldOf(mesh, "sigma"), &confidence = confidencesOf(mesh);
+  const std::vector<double> areas = vertexAreas(mesh);
+  std::vector<SigmaSample> samples;
+  for (std::size_t v = 0; v < errors.size(); ++v)
+    samples.push_back(
+        {static_cast<double>(errors[v]), static_cast<double>(sigma[v]), static_cast<double>(confidence[v]), areas[v]});
+  return samples;
 }
 
 std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input,
                                       pcl::mrf::Execution& execution)
 {
-  const auto fieldOf = [&](const char* name) -> const std::vector<float>& {
-    const auto found = mesh.scalars.find(name);
-    if (found == mesh.scalars.end())
-      throw pcl::mrf::InvalidInput(std::string("the mesh has no field `") + name +
-                                   "`; pcl_mrf_reconstruction --uncertainty writes it into ply files");
-    return found->second;
-  };
-  const std::vector<float>&sigma = fieldOf("sigma"), &confidence = fieldOf("confidence");
-  std::vector<SigmaSample> samples;
-  const auto add = [&](std::size_t v, double error, double weight) {
-    samples.push_back({error, static_cast<double>(sigma[v]), static_cast<double>(confidence[v]), weight});
-  };
-  if (input.reference) {
-    const std::vector<float> errors = vertexErrors(mesh, input, execution);
-    const std::vector<double> areas = vertexAreas(mesh);
-    for (std::size_t v = 0; v < errors.size(); ++v)
-      add(v, static_cast<double>(errors[v]), areas[v]);
-    return samples;
-  }
+  const std::vector<float>&sigma = fieldOf(mesh, "sigma"), &confidence = confidencesOf(mesh);
+  if (input.reference)
+    return sigmaSamples(mesh, vertexErrors(mesh, input, execution));
   std::vector<Eigen::Vector3d> points;
   for (const auto* cloud : {&input.heldOut, &input.clean})
     std::copy_if(cloud->begin(), cloud->end(), std::back_inserter(points),
@@ -161,8 +207,11 @@ std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationI
     throw pcl::mrf::InvalidInput("sigma is compared with a reference, or with held-out or noise-free points; there are "
                                  "none");
   const std::vector<ClosestPlace> places = SurfaceDistance(mesh).closest(points, execution);
-  for (std::size_t p = 0; p < points.size(); ++p)
-    add(nearestCorner(mesh, places[p].triangle, points[p]), places[p].distance, 1);
+  std::vector<SigmaSample> samples;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const std::size_t v = nearestCorner(mesh, places[p].triangle, points[p]);
+    samples.push_back({places[p].distance, static_cast<double>(sigma[v]), static_cast<double>(confidence[v]), 1});
+  }
   return samples;
 }
 

@@ -15,6 +15,7 @@ const std::vector<Experiment>& experiments()
       {"table-1", "Table 1: leaving patches out, beside other methods", table1},
       {"real", "Real clouds: open, uneven, cluttered", real},
       {"fig-8", "Fig. 8: noise and outliers", fig8},
+      {"uncertainty", "Error bars: how often they hold, how wide they are, how they rank", errorBars},
       {"robustness", "Meshes of random scans", robustness},
       {"fig-9", "Fig. 9: rotation", fig9},
       {"sec-3-4", "Sec. 3.4: time and energy of the solvers", section34},

@@ -29,14 +29,6 @@ std::vector<double> betas(bool isQuick)
   return isQuick ? std::vector<double>{.99, .1} : std::vector<double>{.99, .5, .1, .05};
 }
 
-ScanOptions baseScan(const ExperimentOptions& options)
-{
-  ScanOptions scan;
-  scan.sampling.points = options.quick ? 6000 : 28000;
-  scan.seed = options.seed;
-  return scan;
-}
-
 /// A scanned object with fine structure, and one with edges, thin parts and parts of several sizes.
 std::vector<ScanObject> objects(const ExperimentOptions& options)
 {
@@ -222,42 +214,22 @@ void addOutliers(Laboratory& laboratory, Section& section)
   section.tables.push_back(table);
 }
 
-/// Up to four objects of one component each, real head scans first.
-std::vector<ScanObject> realObjects(const ExperimentOptions& options)
-{
-  std::vector<ScanObject> result = scanObjects(options);
-  const auto rank = [](const ScanObject& object) { return object.id == "igea" || object.id == "nefertiti" ? 0 : 1; };
-  std::stable_sort(result.begin(), result.end(),
-                   [&](const ScanObject& a, const ScanObject& b) { return rank(a) < rank(b); });
-  result.resize(std::min<std::size_t>(result.size(), options.quick ? 1 : 4));
-  return result;
-}
-
-constexpr int holesOfNoisyScan = 6;
-
 void addNoisyScans(Laboratory& laboratory, Section& section)
 {
-  const std::vector<NoisyMethod> methods = {
-      defaultOnNoise(),
-      peerOnNoise(poissonMethod()),
-      peerOnNoise(hoppeMethod()),
-      peerOnOurPoints(poissonMethod()),
-      peerOnOurPoints(hoppeMethod()),
-      oursOnNoise("exact", "this, all levels whole and exact", solveExactly)};
+  const std::vector<NoisyMethod> methods = {defaultOnNoise(),
+                                            peerOnNoise(poissonMethod()),
+                                            peerOnNoise(hoppeMethod()),
+                                            peerOnOurPoints(poissonMethod()),
+                                            peerOnOurPoints(hoppeMethod()),
+                                            oursOnNoise("exact", "this, all levels whole and exact", solveExactly)};
   std::vector<PatchResults> results(methods.size());
   std::vector<std::vector<Pair>> pairs(methods.size());
-  const std::vector<ScanObject> all = realObjects(laboratory.options());
+  const std::vector<ScanObject> all = noisyObjects(laboratory.options());
   const int scans = laboratory.options().quick ? 1 : 2;
   int group = 0;
   for (const ScanObject& object : all)
     for (int index = 0; index < scans; ++index, ++group) {
-      ScanOptions options = baseScan(laboratory.options());
-      options.noise = {.25, Length::Unit::diagonalPercent};
-      options.uniformOutliers = 1;
-      options.holes = holesOfNoisyScan;
-      options.smallestHole = {4, Length::Unit::diagonalPercent};
-      options.largestHole = {10, Length::Unit::diagonalPercent};
-      options.seed = laboratory.options().seed * 1000 + static_cast<std::uint64_t>(index);
+      const ScanOptions options = noisyScan(laboratory.options(), index);
       Lazy<Scan> scan([&] { return simulateScan(*object.load().surface, options, laboratory.execution()); });
       json byDefault;
       for (std::size_t m = 0; m < methods.size(); ++m) {

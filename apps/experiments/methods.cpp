@@ -25,7 +25,7 @@ namespace {
 
 constexpr int hoppeResolution = 128;
 
-SurfaceMesh runOn(const std::string& path, const Points& points, int depth)
+SurfaceMesh runOn(const std::string& path, const Points& points, int depth, const std::vector<std::string>& more)
 {
   const TemporaryFolder folder;
   PointTable table;
@@ -33,8 +33,10 @@ SurfaceMesh runOn(const std::string& path, const Points& points, int depth)
   for (const Eigen::Vector3d& normal : points.normals)
     table.normals.push_back(normal.cast<float>());
   writePoints(table, folder.path("points.ply"), "ply");
-  runProgram(
-      {path, "--in", folder.path("points.ply"), "--out", folder.path("mesh.ply"), "--depth", std::to_string(depth)});
+  std::vector<std::string> command = {
+      path, "--in", folder.path("points.ply"), "--out", folder.path("mesh.ply"), "--depth", std::to_string(depth)};
+  command.insert(command.end(), more.begin(), more.end());
+  runProgram(command);
   try {
     return readMesh(folder.path("mesh.ply"));
   } catch (const FileError& error) {
@@ -70,11 +72,12 @@ std::vector<Method> ownMethods()
           ours("k1", "this, k = 1", withPrior(pcl::mrf::Prior::membrane)),
           ours("plane", "this, voxel-wise (plane)",
                [](Options& options, double) { options.observation.kind = pcl::mrf::ObservationKind::plane; }),
-          ours("paper", "this, preset paper", [](Options& options, double) {
-            options = pcl::mrf::paperPreset();
-            options.normals.source = pcl::mrf::NormalSource::use; // those that all methods are given
-            options.remesher.rounds = 0;
-          }),
+          ours("paper", "this, preset paper",
+               [](Options& options, double) {
+                 options = pcl::mrf::paperPreset();
+                 options.normals.source = pcl::mrf::NormalSource::use; // those that all methods are given
+                 options.remesher.rounds = 0;
+               }),
           ours("fine", "this, --quality fine",
                [](Options& options, double) { options.multiscale.quality = pcl::mrf::Quality::fine; }),
           ours("exact", "this, all levels whole and exact", solveExactly)};
@@ -94,9 +97,10 @@ Method hoppeMethod()
           }};
 }
 
-Method programMethod(const std::string& id, const std::string& title, const std::string& path, int depth)
+Method programMethod(const std::string& id, const std::string& title, const std::string& path, int depth,
+                     const std::vector<std::string>& more)
 {
-  return {id, title, [=](const Points& points, double, Execution&) { return runOn(path, points, depth); }};
+  return {id, title, [=](const Points& points, double, Execution&) { return runOn(path, points, depth, more); }};
 }
 
 std::vector<Method> peerMethods()

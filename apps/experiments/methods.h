@@ -29,11 +29,12 @@ using Change = std::function<void(pcl::mrf::Options& options, double spacing)>;
 /// Ours. Not remeshed unless the change asks for it: remeshing changes triangles, not the surface.
 Method ours(const std::string& id, const std::string& title, const Change& change);
 
-/// What bands and stopping early cost: every level is solved everywhere, to a two-hundredth of the default's last change.
+/// What bands and stopping early cost: every level is solved everywhere, to a two-hundredth of the default's last
+/// change.
 void solveExactly(pcl::mrf::Options& options, double spacing);
 
-/// Ours: the default first, then with the other priors, with voxel-wise observations, with the preset `paper`, finer, and
-/// solved exactly.
+/// Ours: the default first, then with the other priors, with voxel-wise observations, with the preset `paper`, finer,
+/// and solved exactly.
 std::vector<Method> ownMethods();
 
 /// pcl::Poisson with its other defaults.
@@ -45,8 +46,9 @@ Method hoppeMethod();
 /// PCL's, and PoissonRecon and SSDRecon with a depth of 8 where they are on PATH; times of the latter include files.
 std::vector<Method> peerMethods();
 
-/// A program that is given --in, --out and --depth.
-Method programMethod(const std::string& id, const std::string& title, const std::string& path, int depth = 8);
+/// A program that is given --in, --out and --depth. \param more arguments of its own
+Method programMethod(const std::string& id, const std::string& title, const std::string& path, int depth = 8,
+                     const std::vector<std::string>& more = {});
 
 struct MethodResult {
   SurfaceMesh mesh;

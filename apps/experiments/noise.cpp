@@ -9,14 +9,18 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/normals.h>
 
+#include <algorithm>
+
 namespace mrf_apps {
 
 using figures::text;
 using nlohmann::json;
 using pcl::mrf::Execution;
 using pcl::mrf::Options;
+using pcl::mrf::scan::Length;
 using pcl::mrf::scan::Points;
 using pcl::mrf::scan::Scan;
+using pcl::mrf::scan::ScanOptions;
 
 namespace {
 
@@ -27,6 +31,36 @@ void add(Points& points, const Eigen::Vector3d& position, const Eigen::Vector3f&
 }
 
 } // namespace
+
+ScanOptions baseScan(const ExperimentOptions& options)
+{
+  ScanOptions scan;
+  scan.sampling.points = options.quick ? 6000 : 28000;
+  scan.seed = options.seed;
+  return scan;
+}
+
+std::vector<ScanObject> noisyObjects(const ExperimentOptions& options)
+{
+  std::vector<ScanObject> result = scanObjects(options);
+  const auto rank = [](const ScanObject& object) { return object.id == "igea" || object.id == "nefertiti" ? 0 : 1; };
+  std::stable_sort(result.begin(), result.end(),
+                   [&](const ScanObject& a, const ScanObject& b) { return rank(a) < rank(b); });
+  result.resize(std::min<std::size_t>(result.size(), options.quick ? 1 : 4));
+  return result;
+}
+
+ScanOptions noisyScan(const ExperimentOptions& options, int index)
+{
+  ScanOptions scan = baseScan(options);
+  scan.noise = {.25, Length::Unit::diagonalPercent};
+  scan.uniformOutliers = 1;
+  scan.holes = holesOfNoisyScan;
+  scan.smallestHole = {4, Length::Unit::diagonalPercent};
+  scan.largestHole = {10, Length::Unit::diagonalPercent};
+  scan.seed = options.seed * 1000 + static_cast<std::uint64_t>(index);
+  return scan;
+}
 
 NoisyMethod oursOnNoise(const std::string& id, const std::string& title, const Change& change)
 {

@@ -12,6 +12,17 @@
 
 namespace mrf_apps {
 
+/// Of every scan here: 28,000 points (quick: 6,000) from 12 views, the seed of the options.
+pcl::mrf::scan::ScanOptions baseScan(const ExperimentOptions& options);
+
+/// Up to four objects of one component each (quick: one), real head scans first.
+std::vector<ScanObject> noisyObjects(const ExperimentOptions& options);
+
+/// Scans of them with noise of .25 % of the diagonal, 1 % outliers and holes of 4 to 10 % of the diagonal.
+pcl::mrf::scan::ScanOptions noisyScan(const ExperimentOptions& options, int index);
+
+constexpr int holesOfNoisyScan = 6;
+
 struct NoisyResult {
   SurfaceMesh mesh;
   double smoothing = 0; ///< ℓ that was used, cloud's unit; 0: unknown to the method

@@ -129,6 +129,12 @@ Comparison compare(const std::vector<Pair>& pairs, std::uint64_t seed)
   return result;
 }
 
+std::vector<ScanObject> patchObjects(const ExperimentOptions& options)
+{
+  const std::vector<ScanObject> all = scanObjects(options);
+  return options.quick ? std::vector<ScanObject>{all.front(), all.back()} : all;
+}
+
 Scan simulate(const PatchScan& scan, Laboratory& laboratory)
 {
   pcl::mrf::scan::ScanOptions options;

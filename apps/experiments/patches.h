@@ -45,6 +45,15 @@ struct PatchScan {
   int index;
 };
 
+/// Of Table 1: all (quick: the first and the last).
+std::vector<ScanObject> patchObjects(const ExperimentOptions& options);
+
+/// The same for how often each is scanned.
+inline int scansPerObject(const ExperimentOptions& options)
+{
+  return options.quick ? 1 : 6;
+}
+
 /// Every scan of an experiment: 12 views with occlusion, about 28,000 points (quick: 8,000) in the options' sampling,
 /// holes at random places with radii of 4 to 10 % of the diagonal. The same scans for every experiment that asks for as
 /// many of them. Its spacing is that of evenly spread points of the same density, whatever the sampling, so that

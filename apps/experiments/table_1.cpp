@@ -189,17 +189,15 @@ Plot errorPlot(const std::vector<Measured>& all, const std::vector<Method>& meth
 Section table1(Laboratory& laboratory)
 {
   const bool isQuick = laboratory.options().quick;
-  const int scansPerObject = isQuick ? 1 : 6;
-  std::vector<ScanObject> objects = scanObjects(laboratory.options());
-  if (isQuick)
-    objects = {objects.front(), objects.back()};
+  const int scans = scansPerObject(laboratory.options());
+  const std::vector<ScanObject> objects = patchObjects(laboratory.options());
   const std::vector<Method> methods = allMethods();
 
   std::vector<Measured> all;
   std::string names;
   for (const ScanObject& object : objects) {
     names += (names.empty() ? "" : ", ") + object.title + " (" + object.origin + ")";
-    for (int index = 0; index < scansPerObject; ++index) {
+    for (int index = 0; index < scans; ++index) {
       Measured measured{{object, index}, {}};
       Lazy<Scan> scan([&] { return simulate(measured.scan, laboratory); });
       for (const Method& method : methods)
@@ -214,7 +212,7 @@ Section table1(Laboratory& laboratory)
   Section section{"table-1", "Table 1: leaving patches out", {}, {}, {}, {}};
   section.paragraphs = {
       "Objects: " + names + ".",
-      "Each object is scanned " + std::to_string(scansPerObject) + (scansPerObject == 1 ? " time" : " times") +
+      "Each object is scanned " + std::to_string(scans) + (scans == 1 ? " time" : " times") +
           " by 12 simulated views with occlusion, about " + (isQuick ? "8,000" : "28,000") +
           " points with exact positions and normals (" + samplingTitle(laboratory.options()) + "), and loses " +
           std::to_string(holesPerScan) +

@@ -775,6 +775,16 @@ TEST(SigmaEvaluation, CoversWhatIsGaussian)
   EXPECT_GT(narrow.measured.negativeLogLikelihood, right.measured.negativeLogLikelihood);
 }
 
+TEST(SigmaEvaluation, RankCorrelation)
+{
+  EXPECT_DOUBLE_EQ(rankCorrelation({1, 2, 3, 4}, {10, 100, 1000, 10000}), 1);
+  EXPECT_DOUBLE_EQ(rankCorrelation({1, 2, 3, 4}, {4, 3, 2, 1}), -1);
+  EXPECT_DOUBLE_EQ(rankCorrelation({1, 2, 3}, {5, 5, 5}), 0);
+  // 1 − 6 Σ d² / (n (n² − 1)) for ranks 1 2 3 4 5 and 2 1 4 3 5; and with two equal: ranks 1 2.5 2.5 4 beside 1 2 3 4.
+  EXPECT_NEAR(rankCorrelation({1, 2, 3, 4, 5}, {20, 10, 40, 30, 50}), .8, 1e-12);
+  EXPECT_NEAR(rankCorrelation({1, 2, 2, 4}, {1, 2, 3, 4}), 4.5 / std::sqrt(4.5 * 5), 1e-12);
+}
+
 TEST(SigmaEvaluation, SparsificationRanksPredictors)
 {
   std::vector<SigmaSample> samples = gaussianErrors(1);

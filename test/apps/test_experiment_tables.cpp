@@ -125,6 +125,109 @@ TEST(Tables, OfKnownErrors)
   }
 }
 
+namespace {
+
+/// A scan's error bars: of how much of the area the 95 % interval holds the error.
+json bars(double held)
+{
+  const json statistics = {
+      {"vertices", 100}, {"coverage", {.5, .75, held}}, {"rms", .2}, {"halfWidth", .5}, {"likelihood", -5}};
+  return {{"measured", statistics},
+          {"fillings", json()},
+          {"near", statistics},
+          {"rim", json()},
+          {"far", json()},
+          {"farthest", json()},
+          {"sigma", {{"sparsification", .1}, {"rank", .5}}},
+          {"confidence", {{"sparsification", .2}, {"rank", .25}}},
+          {"density", {{"sparsification", .3}, {"rank", .125}}}};
+}
+
+} // namespace
+
+TEST(ErrorBars, AreCountedByObject)
+{
+  MadeUp laboratory([](const std::string& key) { return bars(key.find("bunny") == std::string::npos ? .75 : 1); });
+  const Section section = errorBars(laboratory);
+  const Table &coverage = section.tables.at(0), &objects = section.tables.at(1), &ranking = section.tables.at(2);
+  const std::vector<json> measured = {"clean", "measured surface"};
+  EXPECT_DOUBLE_EQ(cell(coverage, measured, "50 %"), 50);
+  EXPECT_DOUBLE_EQ(cell(coverage, measured, "80 %"), 75);
+  EXPECT_DOUBLE_EQ(cell(coverage, measured, "worst object"), 75);
+  EXPECT_DOUBLE_EQ(cell(coverage, measured, "median half-width of 95 % / RMS error"), 2.5);
+  // Objects count the same, and the interval over two of them is as wide as they are apart.
+  const bool hasBunny = std::any_of(objects.rows.begin(), objects.rows.end(), [](const std::vector<json>& row) {
+    return row[1].get<std::string>().find("bunny") != std::string::npos;
+  });
+  EXPECT_DOUBLE_EQ(cell(coverage, measured, "95 %"), hasBunny ? 87.5 : 75);
+  EXPECT_DOUBLE_EQ(cell(coverage, measured, "95 % from"), 75);
+  EXPECT_DOUBLE_EQ(cell(coverage, measured, "to"), hasBunny ? 100 : 75);
+  EXPECT_TRUE(cell(coverage, {"noisy", "fillings"}, "95 %").is_null()) << "there are none";
+  EXPECT_DOUBLE_EQ(cell(ranking, {"clean", "sigma"}, "sparsification"), .1);
+  EXPECT_DOUBLE_EQ(cell(ranking, {"noisy", "our confidence"}, "rank correlation"), .25);
+  for (const Table& table : section.tables)
+    for (const auto& row : table.rows)
+      EXPECT_EQ(row.size(), table.columns.size()) << table.name;
+}
+
+TEST(ErrorBars, AreWellFormedIfEverythingFails)
+{
+  MadeUp laboratory([](const std::string&) { return json{{"failed", "out of order"}}; });
+  const Section section = errorBars(laboratory);
+  EXPECT_FALSE(laboratory.keys.empty());
+  for (const Table& table : section.tables) {
+    EXPECT_FALSE(table.rows.empty());
+    for (const auto& row : table.rows)
+      EXPECT_EQ(row.size(), table.columns.size()) << table.name;
+  }
+}
+
+TEST(ErrorBars, AreMeasuredOnAScan)
+{
+  // One scan, as --quick makes it; the others are known.
+  int measured = 0;
+  class One : public MadeUp {
+  public:
+    explicit One(int& count) : MadeUp([](const std::string&) { return bars(1); }), count_(count) {}
+    json measure(const std::string& key, const std::function<json()>& compute) override
+    {
+      const bool isFirst = keys.empty();
+      const json known = MadeUp::measure(key, compute);
+      if (!isFirst)
+        return known;
+      ++count_;
+      result = json::parse(compute().dump());
+      return result;
+    }
+    json result;
+
+  private:
+    int& count_;
+  } laboratory(measured);
+  errorBars(laboratory);
+  ASSERT_EQ(measured, 1);
+  for (const char* place : {"measured", "fillings", "near", "rim"}) {
+    const json& statistics = laboratory.result.at(place);
+    ASSERT_FALSE(statistics.is_null()) << place;
+    EXPECT_GT(statistics.at("vertices"), 0);
+    EXPECT_GE(statistics.at("/coverage/2"_json_pointer), statistics.at("/coverage/0"_json_pointer));
+    EXPECT_GT(statistics.at("halfWidth"), 0);
+  }
+  EXPECT_EQ(laboratory.result.at("/measured/vertices"_json_pointer).get<int>() +
+                laboratory.result.at("/fillings/vertices"_json_pointer).get<int>(),
+            [&] {
+              int sum = 0;
+              for (const char* bin : {"near", "rim", "far", "farthest"})
+                if (!laboratory.result.at(bin).is_null())
+                  sum += laboratory.result.at(bin).at("vertices").get<int>();
+              return sum;
+            }())
+      << "each vertex is in one bin";
+  EXPECT_GT(laboratory.result.at("/sigma/rank"_json_pointer), .2) << "where sigma is large, so are errors";
+  EXPECT_LT(laboratory.result.at("/sigma/sparsification"_json_pointer),
+            laboratory.result.at("/confidence/sparsification"_json_pointer));
+}
+
 TEST(Tables, DefaultsAreComparedHoleByHole)
 {
   // Opposite orders: the ratios' median is not the ratio of the medians.

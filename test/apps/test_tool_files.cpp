@@ -481,7 +481,7 @@ TEST_F(ToolFiles, SurfacesAreAllThereOrNone)
   expectFailure({"in.xyz", "out.ply", "--write-samples", "3"}, 1, "'out.sample-3.ply': is a directory");
   expectFailure({"in.xyz", "-", "--output-format", "obj", "--write-samples", "1"}, 2, "standard output holds one mesh");
   expectFailure({"in.xyz", "out.ply", "--write-samples", "1", "--observation", "plane"}, 2,
-                "observation.estimate = points");
+                "observation.kind = points");
   std::filesystem::rename(path("in.xyz"), path("mesh.sample-1.ply"));
   expectFailure({"mesh.sample-1.ply", "mesh.ply", "--input-format", "xyz", "--write-samples", "1"}, 2,
                 "is an input and would be overwritten");
