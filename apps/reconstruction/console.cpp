@@ -144,9 +144,8 @@ std::string topology(const pcl::mrf::MeshStatistics& mesh)
 /// \param sigma of the vertices that `what` names
 std::string halfWidths(const char* what, const pcl::mrf::SigmaQuantiles& sigma)
 {
-  constexpr double interval = 1.96; // 95 %
-  return format("%s +-%.3g (median), +-%.3g (95 %% of the vertices)", what, interval * sigma.median,
-                interval * sigma.percentile95);
+  return format("%s +-%.3g (median), +-%.3g (95 %% of the vertices)", what, pcl::mrf::halfWidthPerSigma * sigma.median,
+                pcl::mrf::halfWidthPerSigma * sigma.percentile95);
 }
 
 std::string interval(const pcl::mrf::SampledQuantity& quantity)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/plausible_surfaces.h"
 
+#include "uncertainty/students_t.h"
+
 #include <Eigen/Geometry>
 
 #include <cmath>
@@ -13,24 +15,8 @@ namespace {
 
 constexpr std::int64_t grain = 8192;
 
-/// The number that 97.5 of 100 are below, by Student's t. \param freedom ≥ 1
-double studentQuantile(int freedom)
-{
-  // With t = √ν tan θ its density becomes cos^(ν−1) θ: θ is where the integral from 0 has .95 of that up to π/2.
-  constexpr int steps = 20000;
-  std::vector<double> integral{0};
-  const auto density = [&](double step) { return std::pow(std::cos(M_PI / 2 * step / steps), freedom - 1); };
-  for (int step = 0; step < steps; ++step)
-    integral.push_back(integral.back() + density(step) + 4 * density(step + .5) + density(step + 1)); // Simpson's rule
-  const double wanted = .95 * integral.back();
-  const auto above = std::lower_bound(integral.begin(), integral.end(), wanted);
-  const double share = (wanted - *(above - 1)) / (*above - *(above - 1));
-  const double angle = M_PI / 2 * (static_cast<double>(above - 1 - integral.begin()) + share) / steps;
-  return std::sqrt(static_cast<double>(freedom)) * std::tan(angle);
-}
-
-/// \param values of the drawn surfaces, two at least \param quantile Student's, of one less
-SampledQuantity describe(const std::vector<double>& values, double quantile)
+/// \param values of the drawn surfaces, two at least \param halfWidth of 95 % of them, in standard deviations
+SampledQuantity describe(const std::vector<double>& values, double halfWidth)
 {
   SampledQuantity result;
   const auto count = static_cast<double>(values.size());
@@ -39,7 +25,7 @@ SampledQuantity describe(const std::vector<double>& values, double quantile)
   for (const double value : values)
     result.deviation += (value - result.mean) * (value - result.mean) / (count - 1);
   result.deviation = std::sqrt(result.deviation);
-  const double half = quantile * result.deviation * std::sqrt(1 + 1 / count); // of one more, not of the mean
+  const double half = halfWidth * result.deviation * std::sqrt(1 + 1 / count); // of one more, not of the mean
   result.lower = result.mean - half;
   result.upper = result.mean + half;
   return result;
@@ -177,12 +163,12 @@ public:
       return result;
     result.surfaces = static_cast<int>(areas_.size());
     result.isClosed = isClosed_;
-    const double quantile = studentQuantile(result.surfaces - 1);
-    result.area = describe(areas_, quantile);
+    const double halfWidth = studentHalfWidth(result.surfaces - 1);
+    result.area = describe(areas_, halfWidth);
     if (isClosed_)
-      result.volume = describe(volumes_, quantile);
+      result.volume = describe(volumes_, halfWidth);
     for (std::size_t axis = 0; axis < 3; ++axis)
-      result.extent[axis] = describe(extents_[axis], quantile);
+      result.extent[axis] = describe(extents_[axis], halfWidth);
     return result;
   }
 

@@ -2,10 +2,8 @@
 #include "uncertainty/uncertainty.h"
 
 #include "uncertainty/plausible_surfaces.h"
+#include "uncertainty/students_t.h"
 #include "uncertainty/uncertainty_evidence.h"
-
-#include <boost/math/distributions/normal.hpp>
-#include <boost/math/distributions/students_t.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -193,15 +191,7 @@ private:
     factor_ = std::max(factor_, squared(minPerNoise * learnt.perNoise) * noise_);
     report.patches = static_cast<std::int64_t>(patches);
     report.fillingFactor = std::sqrt(factor_);
-    factor_ *= squared(widening(patches + patchesLearnt));
-  }
-
-  /// Of intervals of 95 %, as f is known from a few discs only. \param discs degrees of freedom
-  static double widening(double discs)
-  {
-    constexpr double probability = .975;
-    return boost::math::quantile(boost::math::students_t(discs), probability) /
-           boost::math::quantile(boost::math::normal(), probability);
+    factor_ *= squared(studentHalfWidth(patches + patchesLearnt) / halfWidthPerSigma);
   }
 
   /// f² for which the mean of e² / (f² V + noise) over the patches, each of its places, is 1. \param guess > 0
