@@ -150,6 +150,17 @@ double bytesPerUnknown()
   return bytesPerFace / unknownsPerFace;
 }
 
+Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior)
+{
+  // The area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
+  constexpr double areaPerPoint = 4;
+  Workload workload;
+  workload.points = static_cast<double>(points);
+  workload.area = areaPerPoint * spacing * spacing * workload.points;
+  workload.prior = prior;
+  return workload;
+}
+
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
                       int threads)
 {

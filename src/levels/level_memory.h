@@ -11,8 +11,8 @@ namespace mrf {
 /// Peak bytes of a level in a band per unknown.
 double bytesPerUnknown();
 
-/// Area that a point stands for, in squared spacings: the mean distance to the nearest of points at random.
-constexpr double areaPerPoint = 4;
+/// That of a cloud observed at its points, with the solver to be set. \param spacing l̄, cloud's unit
+Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior);
 
 /// Peak bytes of solving a box with voxels of this side at the finest level, beside what is held before; infinite if it
 /// has too many voxels to be counted. Parameters as for planLevels; the options' denseVoxels decide between dense

@@ -529,11 +529,8 @@ MultiscaleResult regularize(const OrientedPoints& points, const NeighborSearch& 
   const float voxelSize = options.voxelSize > 0 ? options.voxelSize : spacingsPerVoxel(options.quality) * spacing;
   const float maxDistance = resolvedMaxDistance(observationOptions, spacing, voxelSize);
 
-  Workload workload;
-  workload.points = static_cast<double>(points.size());
-  workload.area = areaPerPoint * spacing * spacing * workload.points;
+  Workload workload = workloadOf(points.size(), spacing, prior);
   workload.reach = observationOptions.atPoints() ? 0 : maxDistance;
-  workload.prior = prior;
   workload.solver = solver;
   const MultiscaleOptions own = withDenseLevels(options, workload);
   std::vector<Lattice> lattices = planLevels(volume, voxelSize, workload, own);

@@ -65,7 +65,7 @@ public:
     seen_ = select(points, seen);
   }
 
-  std::vector<HeldOutPair> solve(float spacing, const Options& options) const
+  std::vector<HeldOutPair> solve(float spacing, const ResolvedOptions& options) const
   {
     std::vector<HeldOutPair> result;
     if (pairs_.empty() || seen_.size() == 0)
@@ -139,7 +139,7 @@ private:
 } // namespace
 
 std::vector<HeldOutPair> holdOutPairs(const OrientedPoints& points, const NeighborSearch& search, float spacing,
-                                      const Options& options, Execution& execution)
+                                      const ResolvedOptions& options, Execution& execution)
 {
   const double voxelSize = options.multiscale.voxelSize;
   const std::vector<Eigen::Vector3f> centers = spreadCenters(points.positions, 2 * (ballRadius - margin) * voxelSize);

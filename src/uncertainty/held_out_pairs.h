@@ -3,9 +3,10 @@
 /// \brief What pairs of points that a field has not seen say about it, and about the scanner.
 #pragma once
 
+#include "options/resolved_options.h"
+
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>
-#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include <vector>
@@ -24,10 +25,10 @@ struct HeldOutPair {
 
 /// Leaves out a tenth of the points, by pairs, in up to 24 balls of 22 voxels spread over the cloud, and solves each
 /// anew on the finest level's voxels.
-/// \param spacing l̄, cloud's unit \param options resolved
+/// \param spacing l̄, cloud's unit
 /// The result does not depend on the number of threads. The cost does not grow with the cloud.
 std::vector<HeldOutPair> holdOutPairs(const OrientedPoints& points, const NeighborSearch& search, float spacing,
-                                      const Options& options, Execution& execution);
+                                      const ResolvedOptions& options, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -40,15 +40,12 @@ float voxelSizeOfDraws(const BoundingBox& volume, std::size_t points, const Mult
 }
 
 /// A cloud on a grid of that size, solved everywhere.
-WholeLevel coarseLevel(const OrientedPoints& points, const BoundingBox& volume, float spacing, const Options& options,
-                       Execution& execution)
+WholeLevel coarseLevel(const OrientedPoints& points, const BoundingBox& volume, float spacing,
+                       const ResolvedOptions& options, Execution& execution)
 {
   const float voxelSize = voxelSizeOfDraws(volume, points.size(), options.multiscale);
-  Workload workload;
-  workload.points = static_cast<double>(points.size());
-  workload.area = areaPerPoint * spacing * spacing * workload.points;
-  workload.prior = options.prior;
-  std::vector<Lattice> lattices = planLevels(volume, voxelSize, workload, options.multiscale);
+  std::vector<Lattice> lattices =
+      planLevels(volume, voxelSize, workloadOf(points.size(), spacing, options.prior), options.multiscale);
   constexpr float mergedFrom = 2; // spacings: a cell of that size holds one point
   std::vector<PointSample> samples = toSamples(points, lattices.back(), spacing, execution);
   if (voxelSize > mergedFrom * spacing)
@@ -120,7 +117,7 @@ Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float 
 /// Gathers it.
 class Gathering {
 public:
-  Gathering(const SolvedPiece& piece, const DistanceField& field, float spacing, const Options& options,
+  Gathering(const SolvedPiece& piece, const DistanceField& field, float spacing, const ResolvedOptions& options,
             const TriangleMesh& mesh, const std::vector<std::int32_t>& vertices, std::uint64_t seed,
             Execution& execution)
       : piece_(piece), field_(field), spacing_(spacing), options_(options), mesh_(mesh), vertices_(vertices),
@@ -249,7 +246,7 @@ private:
   const SolvedPiece& piece_;
   const DistanceField& field_;
   const float spacing_;
-  const Options& options_;
+  const ResolvedOptions& options_;
   const TriangleMesh& mesh_;
   const std::vector<std::int32_t>& vertices_;
   const std::uint64_t seed_;
@@ -261,7 +258,7 @@ private:
 } // namespace
 
 PieceEvidence gatherEvidence(const SolvedPiece& piece, const DistanceField& field, float spacing,
-                             const Options& options, const TriangleMesh& mesh,
+                             const ResolvedOptions& options, const TriangleMesh& mesh,
                              const std::vector<std::int32_t>& vertices, std::uint64_t seed,
                              std::vector<Evidence>& evidence, Execution& execution)
 {

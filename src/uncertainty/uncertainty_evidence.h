@@ -44,7 +44,7 @@ struct PieceEvidence {
 /// out. \param vertices of the mesh, those of the piece \param evidence of all vertices of the mesh: theirs are set
 /// \param seed of the draws
 PieceEvidence gatherEvidence(const SolvedPiece& piece, const DistanceField& field, float spacing,
-                             const Options& options, const TriangleMesh& mesh,
+                             const ResolvedOptions& options, const TriangleMesh& mesh,
                              const std::vector<std::int32_t>& vertices, std::uint64_t seed,
                              std::vector<Evidence>& evidence, Execution& execution);
 
