@@ -244,6 +244,33 @@ VoxelSet VoxelSet::inPieces(GridSize size, const std::function<Fill()>& makeFill
   return band;
 }
 
+/// Adds the runs of a row. \param values that those before it hold \return the same with its own
+std::int64_t VoxelSet::addRow(const MaskPlane& mask, int y, int roundUpTo, std::int64_t values,
+                              std::vector<Run>& runs) const
+{
+  const std::size_t before = runs.size();
+  int done = 0; // voxels of this row that are in a run already: up to here
+  forEachRange(mask.row(y), mask.words(), [&](int from, int to) {
+    if (to <= done)
+      return;
+    const bool joins = runs.size() > before && from <= done;
+    from = joins ? done : from;
+    if (roundUpTo > 0) {
+      const int first = joins ? runs.back().count + from - done : 0; // of a run that goes on
+      const int rest = (first + to - from) % runUnit;
+      if (rest != 0)
+        to = std::max(to, std::min(to + runUnit - rest, roundUpTo));
+    }
+    if (joins)
+      runs.back().count += to - from;
+    else
+      runs.push_back({windowIndex(from, y), to - from, static_cast<std::uint32_t>(values)});
+    values += to - from;
+    done = to;
+  });
+  return values;
+}
+
 void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize,
                      Execution& execution)
 {
@@ -263,25 +290,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
       std::int64_t values = 0;
       for (int y = 0; y < size.y; ++y) {
         const std::size_t before = runs.size();
-        int done = 0; // voxels of this row that are in a run already: up to here
-        forEachRange(mask.row(y), mask.words(), [&](int from, int to) {
-          if (to <= done)
-            return;
-          const bool joins = runs.size() > before && from <= done;
-          from = joins ? done : from;
-          if (roundUpTo > 0) {
-            const int first = joins ? runs.back().count + from - done : 0; // of a run that goes on
-            const int rest = (first + to - from) % runUnit;
-            if (rest != 0)
-              to = std::max(to, std::min(to + runUnit - rest, roundUpTo));
-          }
-          if (joins)
-            runs.back().count += to - from;
-          else
-            runs.push_back({windowIndex(from, y), to - from, static_cast<std::uint32_t>(values)});
-          values += to - from;
-          done = to;
-        });
+        values = addRow(mask, y, roundUpTo, values, runs);
         runsInRow[static_cast<std::size_t>(y) + static_cast<std::size_t>(size.y) * static_cast<std::size_t>(z)] =
             static_cast<std::uint32_t>(runs.size() - before);
       }

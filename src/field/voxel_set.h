@@ -187,6 +187,7 @@ public:
 private:
   /// \param pieceSize planes that one fill gets
   void build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize, Execution& execution);
+  std::int64_t addRow(const MaskPlane& mask, int y, int roundUpTo, std::int64_t values, std::vector<Run>& runs) const;
 
   GridSize size_;
   std::vector<Run> runs_;

@@ -495,6 +495,36 @@ struct PointBins::Group {
   std::array<std::uint32_t, kernels::queryLanes * maxFromBins> answerIndices;
 };
 
+/// Copies the points of some cells. \return false if they are too many
+bool PointBins::gatherCandidates(const CellBox& cells, Group& group) const
+{
+  group.candidates = 0;
+  bool fits = true;
+  forEachRun(cells, [&](std::size_t begin, std::size_t end) {
+    fits = fits && group.candidates + (end - begin) <= maxCandidates;
+    for (std::size_t n = begin; n < end && fits; ++n) {
+      group.x[group.candidates] = points_[n].x;
+      group.y[group.candidates] = points_[n].y;
+      group.z[group.candidates] = points_[n].z;
+      group.indices[group.candidates++] = points_[n].index;
+    }
+  });
+  return fits;
+}
+
+/// Lists the candidates within a squared distance. \return how many
+std::size_t PointBins::findHits(const Eigen::Vector3f& query, float worst, Group& group)
+{
+  kernels::distances(group.candidates, group.x.data(), group.y.data(), group.z.data(), query.x(), query.y(), query.z(),
+                     group.distances.data());
+  std::size_t hits = 0;
+  for (std::size_t c = 0; c < group.candidates; ++c) { // without a branch: which ones hit cannot be predicted
+    group.hits[hits] = static_cast<std::uint32_t>(c);
+    hits += group.distances[c] <= worst ? 1 : 0;
+  }
+  return hits;
+}
+
 /// Puts the hits of a query to the places that their distances have among the sorted ones.
 void PointBins::rankHits(const Group& group, std::size_t hits, const float* sorted, std::size_t k, float* distances,
                          std::uint32_t* indices)
@@ -599,18 +629,7 @@ void PointBins::answerGroup(Group& group, std::size_t k, Answer answer,
   constexpr std::size_t lanes = kernels::queryLanes;
   constexpr int last = (1 << cellBits) - 1;
   const CellBox around{(group.cells.lower - 1).max(0), (group.cells.upper + 1).min(last)};
-  group.candidates = 0;
-  bool fits = true;
-  forEachRun(around, [&](std::size_t begin, std::size_t end) {
-    fits = fits && group.candidates + (end - begin) <= maxCandidates;
-    for (std::size_t n = begin; n < end && fits; ++n) {
-      group.x[group.candidates] = points_[n].x;
-      group.y[group.candidates] = points_[n].y;
-      group.z[group.candidates] = points_[n].z;
-      group.indices[group.candidates++] = points_[n].index;
-    }
-  });
-
+  const bool fits = gatherCandidates(around, group);
   std::array<float, lanes> x, y, z;
   for (std::size_t q = 0; q < lanes; ++q) {
     // Idle lanes repeat the last query.
@@ -642,14 +661,7 @@ void PointBins::answerGroup(Group& group, std::size_t k, Answer answer,
         distances[n] = sorted[n * lanes + q];
       continue;
     }
-    kernels::distances(group.candidates, group.x.data(), group.y.data(), group.z.data(), x[q], y[q], z[q],
-                       group.distances.data());
-    std::size_t hits = 0;
-    for (std::size_t c = 0; c < group.candidates; ++c) { // without a branch: which ones hit cannot be predicted
-      group.hits[hits] = static_cast<std::uint32_t>(c);
-      hits += group.distances[c] <= worst ? 1 : 0;
-    }
-    rankHits(group, hits, &sorted[q], k, distances, indices);
+    rankHits(group, findHits(query, worst, group), &sorted[q], k, distances, indices);
   }
   NeighborBatch batch;
   batch.size = group.size;

@@ -67,6 +67,8 @@ private:
   bool findBounded(const Eigen::Vector3f& query, float bound, Nearest& nearest) const;
   /// The k nearest of a point by its number in sorted order, filled up with infinite distances.
   void answerFromTree(std::size_t n, std::size_t k, float* distances, std::uint32_t* indices) const;
+  bool gatherCandidates(const CellBox& cells, Group& group) const;
+  static std::size_t findHits(const Eigen::Vector3f& query, float worst, Group& group);
   static void rankHits(const Group& group, std::size_t hits, const float* sorted, std::size_t k, float* distances,
                        std::uint32_t* indices);
   void answerBrick(std::size_t brick, Group& group, std::size_t k, Answer answer,
