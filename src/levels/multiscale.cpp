@@ -120,8 +120,8 @@ void checkMemory(const BoundingBox& box, float voxelSize, const Workload& worklo
 /// eight million kept conjugate gradients busy for more than a minute.
 constexpr double slowVoxels = 4e6, slowVoxelsPerPoint = 100;
 
-/// \throw ResourceLimit if ICM or conjugate gradients would go on and on over a volume that hardly holds points
-void checkPatience(const GridSize& finest, const Workload& workload)
+/// \throw ResourceLimit if ICM or conjugate gradients would take very long for a volume that hardly holds points
+void checkTime(const GridSize& finest, const Workload& workload)
 {
   const SolverMethod method = workload.solver.method;
   const double voxels = static_cast<double>(finest.count());
@@ -510,7 +510,7 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
   }
   std::reverse(levels.begin(), levels.end());
   requireCountable(withMargin(bandAxes(levels.back().size).toStored(levels.back().size)));
-  checkPatience(levels.back().size, workload);
+  checkTime(levels.back().size, workload);
   const SolverOptions& solver = workload.solver;
   if (solver.method == SolverMethod::cholesky || solver.choleskyOnCoarsest)
     requireFactorFits((solver.method == SolverMethod::cholesky ? levels.back() : levels.front()).size,

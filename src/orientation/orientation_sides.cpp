@@ -14,14 +14,14 @@ namespace mrf {
 namespace {
 
 /// Components of fewer points are too small to tell what they enclose.
-constexpr std::uint32_t smallestTelling = 50;
+constexpr std::uint32_t minPointsOfShell = 50;
 
 /// |Σ A n| / Σ A above which a component is open. Objects with holes
 /// of 15 % of their diagonal stay below .08, of 22 % below .17; half a sphere has .5, a room without a ceiling .2.
 constexpr double openFrom = .18;
 
 /// Less open surface than this share is what holes and stray patches leave.
-constexpr double maxOpenUnsaid = .05;
+constexpr double maxOpenWithoutWarning = .05;
 
 /// Correlation of depth and spacing from which the side of the scanner shows.
 constexpr double decisiveCorrelation = .5;
@@ -96,7 +96,7 @@ public:
     // Both, because a few outliers may stand for a large area.
     if (area > 0)
       sides_.openShare = std::min(openArea / area, openPoints / points);
-    sides_.isGuess = sides_.openShare > maxOpenUnsaid;
+    sides_.isGuess = sides_.openShare > maxOpenWithoutWarning;
     turnCavities();
     if (openArea > 0)
       alignOpenOnes();
@@ -108,7 +108,7 @@ public:
 private:
   bool isTelling(std::size_t c) const
   {
-    return extents_[c].points >= std::min(smallestTelling, largest_) && extents_[c].area > 0;
+    return extents_[c].points >= std::min(minPointsOfShell, largest_) && extents_[c].area > 0;
   }
   bool isOpenPoint(std::size_t i) const
   {

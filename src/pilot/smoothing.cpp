@@ -214,9 +214,9 @@ struct Score {
   std::int64_t heldOut() const { return std::accumulate(counts.begin(), counts.end(), std::int64_t{0}); }
 };
 
-/// How clearly the sum over the cubes is above zero: in its standard deviations, over those that so few cubes exceed by
-/// chance once in fifty times (Student's distribution; the quantile is within 1 % from four cubes on).
-double clarity(const std::vector<double>& values)
+/// How significantly the sum over the cubes is above zero: Student's t over its quantile that so few cubes exceed by
+/// chance once in fifty times (within 1 % from four cubes on).
+double significance(const std::vector<double>& values)
 {
   const auto count = static_cast<double>(values.size());
   const double sum = std::accumulate(values.begin(), values.end(), 0.), mean = sum / count;
@@ -229,8 +229,8 @@ double clarity(const std::vector<double>& values)
   return sum / deviation / (2.05 + 2.5 / freedom + 5.4 / (freedom * freedom));
 }
 
-/// The clarity that is believed.
-constexpr double clear = 1;
+/// From here on a difference counts.
+constexpr double significant = 1;
 
 /// The errors of two trials at the same points, so that what is common to them does not count: above zero if the first
 /// ones are larger than `factor` times the second.
@@ -240,7 +240,7 @@ double compare(const Score& first, double factor, const Score& second)
   for (std::size_t c = 0; c < first.sums.size(); ++c)
     if (first.counts[c] > 0 && first.counts[c] == second.counts[c])
       differences.push_back(first.sums[c] - factor * second.sums[c]);
-  return clarity(differences);
+  return significance(differences);
 }
 
 /// The same of the errors' ratios, for which all cubes count alike: the few that hold an edge rule a sum, and its
@@ -251,7 +251,7 @@ double compareRatios(const Score& first, double factor, const Score& second)
   for (std::size_t c = 0; c < first.sums.size(); ++c)
     if (first.counts[c] == second.counts[c] && first.sums[c] > 0 && second.sums[c] > 0)
       ratios.push_back(std::log(first.sums[c] / (factor * second.sums[c])));
-  return clarity(ratios);
+  return significance(ratios);
 }
 
 /// The same with a fixed error.
@@ -260,19 +260,19 @@ double compare(const Score& first, double error)
   std::vector<double> differences;
   for (std::size_t c = 0; c < first.sums.size(); ++c)
     differences.push_back(first.sums[c] - error * static_cast<double>(first.counts[c]));
-  return clarity(differences);
+  return significance(differences);
 }
 
-/// Whether cubes see a loss, clarity(number of cubes) being how clearly they do. What few of them see clearly is one;
-/// but an edge that suffers may be in none of them, so that all are asked before there is said to be none.
-template <typename Clarity>
-bool findsLoss(const Clarity& clarity)
+/// Whether cubes show a loss, by its significance(number of cubes). A few cubes are enough to find one; but an edge
+/// that suffers may be in none of them, so that all are asked before there is said to be none.
+template <typename Significance>
+bool findsLoss(const Significance& significance)
 {
   std::size_t cubes = 4;
-  double loss = clarity(cubes);
-  while (loss <= clear && cubes < maxCubes) {
+  double loss = significance(cubes);
+  while (loss <= significant && cubes < maxCubes) {
     cubes = std::min(cubes + cubes / 2, maxCubes);
-    loss = clarity(cubes);
+    loss = significance(cubes);
   }
   return loss > 0;
 }
@@ -351,7 +351,7 @@ public:
         const Score strong = score({finest_, stronger, discRadius}, cubes, smoothing, noise),
                     weak = score({finest_, weaker, discRadius}, cubes, smoothing, noise);
         const double worse = compare(strong, factor, weak);
-        const bool isDecisive = worse > clear || (worse < -clear && 2 * cubes >= maxCubes);
+        const bool isDecisive = worse > significant || (worse < -significant && 2 * cubes >= maxCubes);
         if (strong.heldOut() >= minHeldOut && (isDecisive || cubes >= maxCubes))
           return worse < 0;
         if (cubes >= maxCubes)
@@ -395,7 +395,7 @@ public:
         break;
       choice.voxelSize = voxelSize;
     }
-    tell(asked, at, choice);
+    fillCurve(asked, at, choice);
     return choice;
   }
 
@@ -426,7 +426,7 @@ private:
 
   /// The scores of all voxel sizes that were tried, at the points that all of them were asked about.
   template <typename Ask>
-  void tell(std::map<double, std::size_t> asked, const Ask& ask, ResolutionChoice& choice)
+  void fillCurve(std::map<double, std::size_t> asked, const Ask& ask, ResolutionChoice& choice)
   {
     asked.try_emplace(finest_, firstCubes); // so far nobody may have needed to know
     std::size_t cubes = maxCubes;

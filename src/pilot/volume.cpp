@@ -32,7 +32,7 @@ constexpr float beyondHole = 1.25f; ///< of a hole's limit: the coarse solution 
 /// surface, without .074, with three .060 at a third more voxels; beyond some tens of the latter nothing is gained.
 constexpr float coarseVoxelsAtRim = 2, voxelsAtRim = 20;
 
-/// An opening is believed if the coarse solution has the normals of most of the points that are nearest to it: what is
+/// An opening is reliable if the coarse solution has the normals of most of the points that are nearest to it: what is
 /// thinner than its voxels, as a long corridor may be, it cannot tell.
 constexpr double minAgreement = .75;
 constexpr float agreeingCosine = .5f;
@@ -96,7 +96,7 @@ public:
   bool reachesBorder(std::size_t v) const { return reachesBorder_[openingOf_[v]] != 0; }
 
   /// True if the surface in the opening of a vertex is more than a guess at what the grid cannot tell.
-  bool isBelieved(std::size_t v) const
+  bool isReliable(std::size_t v) const
   {
     const std::size_t opening = openingOf_[v];
     return static_cast<double>(agreeing_[opening]) >= minAgreement * static_cast<double>(vertices_[opening]);
@@ -178,7 +178,7 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& sea
     };
     if (distance == 0)
       continue;
-    if (openings.isBelieved(v) && isInOpening())
+    if (openings.isReliable(v) && isInOpening())
       grow(volume, mesh.vertices[v], roomPerOpening * distance);
     else if (distance <= coarseVoxelsAtRim * pilot.voxelSize)
       grow(rim, mesh.vertices[v], roomPerOpening * distance);

@@ -38,14 +38,14 @@ pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componen
   return picked;
 }
 
-/// Counts the points that speak for a component of the mesh. A point stands behind it if no other component is closer;
-/// it is coherent if the normals of a third of its neighbors that stand there, and of two at least, agree with its
+/// Counts the points that support a component of the mesh. A point stands behind it if no other component is closer; it
+/// is coherent if the normals of a third of its neighbors that stand there, and of two at least, agree with its
 /// own, which outliers' do not. It is apart if those two are closer than any other component: no other surface accounts
 /// for it.
-class Witnesses {
+class ComponentSupport {
 public:
-  Witnesses(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
-            const std::vector<std::int32_t>& componentOf, Execution& execution)
+  ComponentSupport(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
+                   const std::vector<std::int32_t>& componentOf, Execution& execution)
       : mesh_(mesh), points_(points), search_(search), vertexSearch_(makePointBins()),
         componentOfVertex_(mesh.vertices.size(), -1)
   {
@@ -57,8 +57,8 @@ public:
   }
 
   /// True if `min` coherent points are found at the vertices, or `minPointsApart` of them apart.
-  bool suffice(std::int32_t component, const std::vector<std::int32_t>& vertices, std::size_t min,
-               std::size_t minPointsApart) const
+  bool isEnough(std::int32_t component, const std::vector<std::int32_t>& vertices, std::size_t min,
+                std::size_t minPointsApart) const
   {
     std::vector<int> asked;
     std::size_t coherent = 0, apart = 0;
@@ -70,9 +70,9 @@ public:
       if (std::find(asked.begin(), asked.end(), point) != asked.end())
         continue;
       asked.push_back(point);
-      if (componentBehind(point, nearest) != component)
+      if (nearestComponent(point, nearest) != component)
         continue;
-      const float reach = reachOfFellows(point, component, nearest);
+      const float reach = reachOfSupport(point, component, nearest);
       if (!(reach > 0))
         continue;
       ++coherent;
@@ -84,29 +84,29 @@ public:
   }
 
 private:
-  std::int32_t componentBehind(int point, Neighbors& scratch) const
+  std::int32_t nearestComponent(int point, Neighbors& scratch) const
   {
     vertexSearch_->nearest(points_.positions[at(point)], 1, scratch);
     return componentOfVertex_[at(scratch.indices.front())];
   }
 
-  /// Distance of the second fellow that agrees; 0 if there are not two, or not a third of them.
-  float reachOfFellows(int point, std::int32_t component, Neighbors& scratch) const
+  /// Distance of the second neighbor that stands there and agrees; 0 if there are not two, or not a third of them.
+  float reachOfSupport(int point, std::int32_t component, Neighbors& scratch) const
   {
     constexpr int around = 8;
     Neighbors neighbors;
     search_.nearest(points_.positions[at(point)], around + 1, neighbors);
-    int fellows = 0, agreeing = 0;
+    int behind = 0, agreeing = 0;
     float reach = 0;
     for (std::size_t n = 0; n < neighbors.indices.size(); ++n) {
       const int other = neighbors.indices[n];
-      if (neighbors.squaredDistances[n] == 0 || componentBehind(other, scratch) != component)
+      if (neighbors.squaredDistances[n] == 0 || nearestComponent(other, scratch) != component)
         continue;
-      ++fellows;
+      ++behind;
       if (points_.normals[at(other)].dot(points_.normals[at(point)]) > minAgreement && ++agreeing == 2)
         reach = std::sqrt(neighbors.squaredDistances[n]);
     }
-    return 3 * agreeing >= fellows ? reach : 0;
+    return 3 * agreeing >= behind ? reach : 0;
   }
 
   bool isAlone(int point, std::int32_t component, float reach, Neighbors& scratch) const
@@ -129,7 +129,7 @@ private:
 /// As few coherent points make a surface where there is no other: a lone corner of a range scan, a strip of one line.
 constexpr std::size_t minPointsApart = 3;
 
-/// The components that too few points speak for, however large they are.
+/// The components that too few points support, however large they are.
 std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const OrientedPoints& points,
                                              const NeighborSearch& search, const std::vector<std::int32_t>& componentOf,
                                              std::size_t components, std::size_t min, Execution& execution)
@@ -138,12 +138,12 @@ std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const Ori
   if (min < 2)
     return isPoor;
   const std::vector<std::vector<std::int32_t>> picked = pickVertices(mesh, componentOf, components);
-  const Witnesses witnesses(mesh, points, search, componentOf, execution);
+  const ComponentSupport support(mesh, points, search, componentOf, execution);
   execution.forRange(static_cast<std::int64_t>(components), 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t c = begin; c < end; ++c) {
       const auto component = static_cast<std::size_t>(c);
       isPoor[component] =
-          witnesses.suffice(static_cast<std::int32_t>(c), picked[component], min, minPointsApart) ? 0 : 1;
+          support.isEnough(static_cast<std::int32_t>(c), picked[component], min, minPointsApart) ? 0 : 1;
     }
   });
   return isPoor;
