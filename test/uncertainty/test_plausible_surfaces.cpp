@@ -123,11 +123,15 @@ TEST(PlausibleSurfaces, HoldTheVolumeOfASphere)
 
 TEST(PlausibleSurfaces, AreWiderOverAHole)
 {
-  const Reconstruction whole = clouds::reconstruct(spherePoints(.08), withSurfaces(1)),
-                       open = clouds::reconstruct(withHole(spherePoints(.08)), withSurfaces(1));
+  // A wide one: what a small one adds is less than what voxels do to the whole sphere.
+  const PointSet points = spherePoints(.08);
+  Options options = withSurfaces(1);
+  options.trimming.trimming = Trimming::none;
+  const Reconstruction whole = clouds::reconstruct(points, options),
+                       open = clouds::reconstruct(
+                           shapes::filter(points, [](const Eigen::Vector3f&p) { return p.z() < .7f; }), options);
   ASSERT_TRUE(open.report.uncertainty.shape.isClosed) << "the hole is filled";
-  EXPECT_GT(half(open.report.uncertainty.shape.volume), half(whole.report.uncertainty.shape.volume));
-  EXPECT_TRUE(holds(open.report.uncertainty.shape.volume, 4 * M_PI / 3));
+  EXPECT_GT(half(open.report.uncertainty.shape.volume), 2 * half(whole.report.uncertainty.shape.volume));
 }
 
 TEST(PlausibleSurfaces, IntervalsAreStudents)
