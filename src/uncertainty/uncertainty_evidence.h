@@ -20,6 +20,7 @@ struct Evidence {
   float variance = 0; ///< V over the squared slope
   float change = 0;   ///< δ², cloud's unit²
   float distance = 0; ///< to the nearest point, where none supports it; else 0
+  float bias = 0;     ///< squared mean distance to the nearest points, cloud's unit²
   bool isInPatch = false;
 };
 

@@ -118,6 +118,24 @@ TEST(Uncertainty, CoversTheErrorAmidDataAndInFillings)
   }
 }
 
+TEST(Uncertainty, CoversWhatVoxelsDoToACurvedSurface)
+{
+  // A box with round corners, on voxels that its faces are content with. At the points left out the field is right;
+  // the surface, cut between them, is not.
+  const auto box = [](const Eigen::Vector3d& x) {
+    const Eigen::Array3d sides(.9, .6, .5), q = x.array().abs() / sides;
+    const double norm = std::pow(q.pow(8).sum(), 1. / 8);
+    return (norm - 1) / (q.pow(7) * std::pow(norm, -7) / sides).matrix().norm();
+  };
+  const Reconstruction result = clouds::reconstruct(shapes::sample(box, 1.3, .06), withUncertainty());
+  EXPECT_GE(coverage(result, box, false), .9);
+  double squares = 0;
+  for (const Eigen::Vector3f& v : result.mesh.vertices)
+    squares += std::pow(box(v.cast<double>() + result.points.offset), 2);
+  const double rms = std::sqrt(squares / static_cast<double>(result.mesh.vertices.size()));
+  EXPECT_LE(1.96 * result.report.uncertainty.measured.median, 3 * rms) << "not by width";
+}
+
 TEST(Uncertainty, ShrinksWithDensity)
 {
   // The error of a smooth surface amid exact points falls with the square of their distance at least.
