@@ -18,7 +18,7 @@ namespace {
 /// What was learnt on simulated scans, see SigmaModel.
 struct LearntFactors {
   double measured;      ///< σ amid data over what the pairs share: with all points there is less to bridge
-  double withoutNoise;  ///< what is added to it on clean scans, whose errors are no Gaussian: shape is in places
+  double bias;          ///< σ² over the squared distance to the points, where that is more than their noise
   double errorPerNoise; ///< σ amid data over the noise, where it rules
   double fillings;      ///< σ in fillings over what the coarse grid's fillings of discs are off by
   double perChange;     ///< f over the RMS change by refinement, and over the noise, where no disc tells
@@ -27,7 +27,7 @@ struct LearntFactors {
   double growthPerNoise; ///< what the squared ratio of noise to σ takes of it
 };
 
-constexpr LearntFactors learnt{.95, .36, .35, 1.4, 2.5, 1.2, 2.3, .6};
+constexpr LearntFactors learnt{.95, .6, .35, 1.4, 2.5, 1.2, 2.3, .6};
 
 /// Points that a vertex is compared with.
 constexpr int nearestPoints = 4;
@@ -67,9 +67,9 @@ double cappedMean(const std::vector<float>& values)
 ///     in fillings   σ² = t² f² V + K
 ///
 /// with Ṽ the median of V, δ₇₅ the upper quartile of δ, both amid data, β² the squared mean distance to the nearest
-/// points, s the share of it that is more than their noise, and t what Student's intervals of 95 % are wider by than a
-/// Gaussian's. The surface is not where the field is at the points: it is cut along the edges of trilinear voxels,
-/// which pushes it outward where it is curved, on one clean box by four times what the pairs share.
+/// points, s .6 times the share of it that is more than their noise, and t what Student's intervals of 95 % are wider
+/// by than a Gaussian's. The surface is not where the field is at the points: it is cut along the edges of trilinear
+/// voxels, which pushes it outward where it is curved, on one clean box by four times what the pairs share.
 ///
 /// The form and the learnt factors come from 40 scans of 30,000 points with six holes of 3 to 8 % of the diagonal, of
 /// the elephant, armadillo, man, bear, camel, dragon, femur, blob and pig of CGAL's data and two heads, without noise
@@ -151,7 +151,7 @@ private:
     constexpr double deviationPerMedian = 1.4826; // of a Gaussian's absolute value
     noise_ = squared(deviationPerMedian * quantile(differences, .5)) / 2;
     const double error = errorAmidData(product, square, count);
-    biasShare_ = meanBias_ > 0 ? std::max(1 - noise_ / nearestPoints / meanBias_, 0.) : 0;
+    biasShare_ = meanBias_ > 0 ? learnt.bias * std::max(1 - noise_ / nearestPoints / meanBias_, 0.) : 0;
     // Where refining changes less than the error, as on a grid that is as fine, the change tells nothing of it.
     growth_ = error > 0
                   ? learnt.growth / (1 + learnt.growthPerNoise * noise_ / error) * upperChange_ / (upperChange_ + error)
@@ -177,8 +177,7 @@ private:
     // ones.
     const double shared =
         std::max((pairs * product + pairsLearnt * square / 4) / (pairs + pairsLearnt), minShare * square);
-    const double ratio = noise_ / shared;
-    const double scale = squared(learnt.measured + learnt.withoutNoise / (1 + squared(ratio / 3)));
+    const double scale = squared(learnt.measured);
     const double seen = scale * shared, seenVariance = squared(scale * square) / pairs;
     const double expected = squared(learnt.errorPerNoise) * noise_,
                  expectedVariance = squared(.4 * expected) + squared(.5 * seen);
