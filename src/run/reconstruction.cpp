@@ -82,8 +82,7 @@ SurfaceFilter trimmedGenerously(const SolvedPiece& piece, const ResolvedOptions&
     return {};
   constexpr float wider = 1.25f;
   trimming.maxHole *= wider;
-  // A bay may be as wide as a hole here, unless its limit was given.
-  trimming.maxGap = wider * (options.requested().trimming.maxGap > 0 ? trimming.maxGap : trimming.maxHole);
+  trimming.maxGap *= wider;
   trimming.minComponentPoints = 0;
   trimming.minComponentShare = 0;
   return [&piece, &options, trimming, diagonal, spacing, &execution](TriangleMesh mesh, float voxelSize) {
