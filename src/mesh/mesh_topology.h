@@ -6,6 +6,8 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cstdint>
 #include <utility>
@@ -54,6 +56,15 @@ inline bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle)
   const Triangle& t = mesh.triangles[triangle];
   const auto inside = [&](std::int32_t v) { return v >= 0 && static_cast<std::size_t>(v) < mesh.vertices.size(); };
   return inside(t[0]) && inside(t[1]) && inside(t[2]) && t[0] != t[1] && t[1] != t[2] && t[2] != t[0];
+}
+
+/// \pre hasValidIndices
+inline double areaOf(const TriangleMesh& mesh, const Triangle& corners)
+{
+  const Eigen::Vector3d a = mesh.vertices[at(corners[0])].cast<double>(),
+                        b = mesh.vertices[at(corners[1])].cast<double>(),
+                        c = mesh.vertices[at(corners[2])].cast<double>();
+  return (b - a).cross(c - a).norm() / 2;
 }
 
 /// Calls body(t) for all triangles, concurrently.

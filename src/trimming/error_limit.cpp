@@ -3,22 +3,12 @@
 
 #include "mesh/mesh_topology.h"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <vector>
 
 namespace pcl {
 namespace mrf {
 namespace {
-
-double areaOf(const TriangleMesh& mesh, const Triangle& corners)
-{
-  const Eigen::Vector3d a = mesh.vertices[at(corners[0])].cast<double>(),
-                        b = mesh.vertices[at(corners[1])].cast<double>(),
-                        c = mesh.vertices[at(corners[2])].cast<double>();
-  return (b - a).cross(c - a).norm() / 2;
-}
 
 /// Flags of the triangles that stay.
 std::vector<std::uint8_t> flagsWithin(const TriangleMesh& mesh, float maxSigma)

@@ -22,13 +22,8 @@ std::vector<double> findAreas(const TriangleMesh& mesh, Execution& execution)
 {
   std::vector<double> areas(mesh.triangles.size());
   forTriangles(mesh, execution, [&](std::size_t t) {
-    if (!hasValidIndices(mesh, t))
-      return;
-    const Triangle& corners = mesh.triangles[t];
-    const Eigen::Vector3d a = mesh.vertices[at(corners[0])].cast<double>(),
-                          b = mesh.vertices[at(corners[1])].cast<double>(),
-                          c = mesh.vertices[at(corners[2])].cast<double>();
-    areas[t] = (b - a).cross(c - a).norm() / 2;
+    if (hasValidIndices(mesh, t))
+      areas[t] = areaOf(mesh, mesh.triangles[t]);
   });
   return areas;
 }

@@ -116,6 +116,14 @@ void expectClosed(const Outcome& run, int components, int eulerCharacteristic)
   EXPECT_GT(statistics.meanQuality, .9) << "remeshed";
 }
 
+/// Voxels of two spacings: left to the data, those of a smooth shape are not proportional to the spacing.
+pcl::mrf::Options voxelsOfTwo(double spacing)
+{
+  pcl::mrf::Options options;
+  options.multiscale.voxelSize = static_cast<float>(2 * spacing);
+  return options;
+}
+
 } // namespace
 
 TEST(Analytic, SphereConvergesWithTheSampling)
@@ -123,10 +131,7 @@ TEST(Analytic, SphereConvergesWithTheSampling)
   const shapes::Sdf truth = shapes::sphere(1);
   double last = 0;
   for (const double spacing : {.2, .1, .05}) {
-    // Left to the data, the voxels of a smooth shape are not proportional to the spacing.
-    pcl::mrf::Options options;
-    options.multiscale.voxelSize = static_cast<float>(2 * spacing);
-    const Outcome run = reconstruct(shapes::sample(truth, 1.2, spacing), options);
+    const Outcome run = reconstruct(shapes::sample(truth, 1.2, spacing), voxelsOfTwo(spacing));
     expectClosed(run, 1, 2);
     const double rms = error(run.mesh, truth);
     std::cout << "sphere, spacing " << spacing << ": rms " << rms << ", volume " << run.report.mesh.volume << '\n';
@@ -149,10 +154,7 @@ TEST(Analytic, TorusHasAHole)
   const shapes::Sdf truth = shapes::torus(1, .4);
   double last = 0;
   for (const double spacing : {.12, .06}) {
-    // Left to the data, the voxels of a smooth shape are not proportional to the spacing.
-    pcl::mrf::Options options;
-    options.multiscale.voxelSize = static_cast<float>(2 * spacing);
-    const Outcome run = reconstruct(shapes::sample(truth, 1.6, spacing), options);
+    const Outcome run = reconstruct(shapes::sample(truth, 1.6, spacing), voxelsOfTwo(spacing));
     expectClosed(run, 1, 0);
     const double rms = error(run.mesh, truth);
     std::cout << "torus, spacing " << spacing << ": rms " << rms << ", volume " << run.report.mesh.volume << '\n';
