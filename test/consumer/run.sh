@@ -20,9 +20,9 @@ if command -v ccache >/dev/null; then
   export CMAKE_CXX_COMPILER_LAUNCHER=ccache
 fi
 
-# build DIRECTORY [CMAKE OPTION...]
+# build DIRECTORY CMAKE_OPTION...
 build() {
-  cmake -S "$here" -B "$1" -G Ninja --log-level=WARNING -DCMAKE_CXX_FLAGS="$flags" "${@:2}" >/dev/null
+  cmake -S "$here" -B "$1" -G Ninja --log-level=WARNING "${@:2}" >/dev/null
   cmake --build "$1" >"$scratch/log" || { cat "$scratch/log"; exit 1; }
 }
 
@@ -69,11 +69,13 @@ expect() {
 }
 
 if [ "$mode" = subdirectory ]; then
-  # By a project that has not heard of PCL before, and by one that uses more of it.
-  build "$scratch/build" -DCONSUMER_SOURCE="$tree" -DCONSUMER_EXAMPLES=OFF
+  # By a project that has not heard of PCL before, and by one that uses more of it; each without a build type, but with
+  # the flags of Release, with which ccache has seen the library.
+  source=(-DCONSUMER_SOURCE="$tree" -DMRF_WARNINGS_AS_ERRORS=ON -DCMAKE_CXX_FLAGS='-O3 -DNDEBUG')
+  build "$scratch/build" "${source[@]}" -DCONSUMER_EXAMPLES=OFF
   "$scratch/build/consumer" multigrid
   "$scratch/build/consumer" cholesky
-  build "$scratch/with-pcl" -DCONSUMER_SOURCE="$tree"
+  build "$scratch/with-pcl" "${source[@]}"
   run_examples "$scratch/with-pcl/examples"
   exit
 fi
