@@ -68,9 +68,9 @@ std::vector<Variation> variations()
   for (const float share : {0.f, .001f, .003f, .01f})
     add("least component, share of the points", text(share),
         [share](Options& options, double) { options.orientation.minComponentShare = share; });
-  add("trimming", "none", [](Options& options, double) { options.trimming.trimming = Trimming::none; });
-  add("trimming", "holes", [](Options& options, double) { options.trimming.trimming = Trimming::holes; });
-  add("trimming", "supported", [](Options& options, double) { options.trimming.trimming = Trimming::supported; });
+  add("trimming", "none", [](Options& options, double) { options.trimming.kind = Trimming::none; });
+  add("trimming", "holes", [](Options& options, double) { options.trimming.kind = Trimming::holes; });
+  add("trimming", "supported", [](Options& options, double) { options.trimming.kind = Trimming::supported; });
   return result;
 }
 

@@ -33,7 +33,7 @@ struct BeforeAndAfter {
 BeforeAndAfter remeshBoth(const Subject& subject, Execution& execution)
 {
   pcl::mrf::Options options;
-  options.trimming.trimming = pcl::mrf::Trimming::none;
+  options.trimming.kind = pcl::mrf::Trimming::none;
   options.remesher.rounds = 0;
   BeforeAndAfter result;
   result.reconstruction = reconstruct(subject.positions, subject.normals, options, execution);

@@ -64,7 +64,7 @@ Rotated reconstructRotated(Subject& subject, double angle, pcl::mrf::Options opt
 {
   const pcl::mrf::scan::Scan& scan = subject.scan();
   options.multiscale.voxelSize = voxelSize;
-  options.trimming.trimming = pcl::mrf::Trimming::none;
+  options.trimming.kind = pcl::mrf::Trimming::none;
   options.remesher.rounds = 0;
   options.normals.source = pcl::mrf::NormalSource::use;
   const Eigen::Matrix3d rotation = rotationAbout(subject.axis, angle);

@@ -119,10 +119,10 @@ std::vector<Case> cases(const ExperimentOptions& experiment)
        true,
        Coloring::confidence,
        {1.5, .5, .2},
-       {{"none", "--trim none", [](Options& options, double) { options.trimming.trimming = pcl::mrf::Trimming::none; }},
+       {{"none", "--trim none", [](Options& options, double) { options.trimming.kind = pcl::mrf::Trimming::none; }},
         byDefault,
         {"supported", "--trim supported",
-         [](Options& options, double) { options.trimming.trimming = pcl::mrf::Trimming::supported; }}}});
+         [](Options& options, double) { options.trimming.kind = pcl::mrf::Trimming::supported; }}}});
 
   ScanOptions large = scan;
   large.views.count = 0;

@@ -114,7 +114,7 @@ void addMeshOptions(OptionParser& parser)
       .flag("--no-remesh", "the same as --remesh 0",
             [&parser] { parser.change([](Options& options) { options.remesher.rounds = 0; }); })
       ->excludes(remesh);
-  for (const char* name : {"remesher.targetEdge", "remesher.relaxation", "trimming.trimming", "trimming.maxHole",
+  for (const char* name : {"remesher.targetEdge", "remesher.relaxation", "trimming.kind", "trimming.maxHole",
                            "trimming.maxGap", "trimming.minComponentPoints", "trimming.minComponentShare", "colors"})
     parser.declared(name);
 }
@@ -245,7 +245,7 @@ void resolveFormats(Command& command, const std::string& outputFormat)
 
 void check(const Command& command, const OptionParser& parser)
 {
-  if (parser.isGiven("--max-hole") && command.options.trimming.trimming != pcl::mrf::Trimming::holes)
+  if (parser.isGiven("--max-hole") && command.options.trimming.kind != pcl::mrf::Trimming::holes)
     throw UsageError("--max-hole has a meaning with --trim holes only");
   if (parser.isGiven("--samples") && !wantsUncertainty(command.options))
     throw UsageError("--samples has a meaning with --uncertainty or --color sigma only");

@@ -391,8 +391,10 @@ void declareMesh(Table& table)
                "of the remesher's tangential step that is taken");
   table.stage("trimming");
   const auto trimming = &Options::trimming;
-  table.choice("trimming", "--trim", field(trimming, &TrimmingOptions::trimming),
-               "invented surface: keep all, keep only fillings of holes, or keep none");
+  table
+      .choice("kind", "--trim", field(trimming, &TrimmingOptions::kind),
+              "invented surface: keep all, keep only fillings of holes, or keep none")
+      .key = "trimming.trimming";
   table
       .number("maxHole", "--max-hole", "length", notNegative, field(trimming, &TrimmingOptions::maxHole),
               "largest diameter of a hole that is filled")

@@ -42,7 +42,7 @@ Options paperPreset()
   options.solver.changeTolerance = 1e-3;
   options.multiscale.padding = 5;
   options.multiscale.interpolation = Interpolation::linear;
-  options.trimming.trimming = Trimming::none;
+  options.trimming.kind = Trimming::none;
   options.trimming.minComponentShare = .01f; // should trimming be asked for
   options.remesher.rounds = 10;
   return options;

@@ -63,7 +63,7 @@ void CloudPieces::growVolumes(const Options& options, Report& report, Execution&
     return;
   const StageTimer timer("volume", report, execution);
   const float maxHole =
-      options.trimming.trimming == Trimming::none ? std::numeric_limits<float>::infinity() : options.trimming.maxHole;
+      options.trimming.kind == Trimming::none ? std::numeric_limits<float>::infinity() : options.trimming.maxHole;
   for (SolvedPiece& piece : pieces_)
     piece.volume = chooseVolume(*piece.points, *piece.search, report.density.spacing, options.observation,
                                 options.prior, options.solver, options.multiscale, maxHole, execution);

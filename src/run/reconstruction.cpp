@@ -78,7 +78,7 @@ SurfaceFilter trimmedGenerously(const SolvedPiece& piece, const ResolvedOptions&
                                 Execution& execution)
 {
   TrimmingOptions trimming = options.trimming;
-  if (trimming.trimming == Trimming::none)
+  if (trimming.kind == Trimming::none)
     return {};
   constexpr float wider = 1.25f;
   trimming.maxHole *= wider;
@@ -156,7 +156,7 @@ void trim(Reconstruction& result, const NeighborSearch& search, const Support& s
     report.trimming = trimmed.summary();
     statistics = trimmed.statistics;
     result.mesh = std::move(trimmed.mesh);
-    const bool isCut = options.trimming.trimming != Trimming::none && !statistics;
+    const bool isCut = options.trimming.kind != Trimming::none && !statistics;
     if (isCut && tightenBorders(result.mesh, support, execution) > 0 && options.remesher.rounds == 0)
       setVertexFields(result, support, options, execution);
   }

@@ -76,7 +76,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
 {
   validate(options);
   TrimResult result;
-  if (options.trimming == Trimming::none || mesh.triangles.empty()) {
+  if (options.kind == Trimming::none || mesh.triangles.empty()) {
     result.mesh = std::move(mesh);
     return result;
   }
@@ -87,7 +87,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
   const std::vector<double> areas = findAreas(mesh, execution);
   HoleFinder holes(mesh, supported, areas, points, search, execution);
   std::vector<std::uint8_t> keep(supported);
-  if (options.trimming == Trimming::holes) {
+  if (options.kind == Trimming::holes) {
     const bool isAutomatic = options.maxGap == 0 && options.maxHole == 0;
     keep = holes.keepFillings({resolvedMaxHole(options, diagonal), resolvedMaxGap(options, diagonal), !isAutomatic});
   }

@@ -60,12 +60,13 @@ TEST(ReportJson, keepsWholeNumbersThatADoubleCannotHold)
   EXPECT_EQ(optionOf(options, optionDeclaration("solver.seed")).get<std::uint64_t>(), options.solver.seed);
 }
 
-TEST(ReportJson, callsTwoOptionsByKeysOfTheirOwn)
+TEST(ReportJson, callsSomeOptionsByKeysOfTheirOwn)
 {
   const Options options = paperPreset();
   EXPECT_EQ(optionOf(options, optionDeclaration("observation.kind")), "median");
   EXPECT_EQ(optionDeclaration("observation.kind").key, "observation.estimate");
   EXPECT_EQ(optionDeclaration("prior.kind").key, "prior.prior");
+  EXPECT_EQ(optionDeclaration("trimming.kind").key, "trimming.trimming");
   Report report;
   report.options.confidenceField = "quality";
   EXPECT_EQ(mrf_apps::toJson(report).at("options").at("confidenceField"), "quality");

@@ -111,7 +111,7 @@ void trimming(benchmark::State& state)
   OrientedPoints observed;
   observed.positions = points.positions;
   TrimmingOptions options;
-  options.trimming = Trimming::supported;
+  options.kind = Trimming::supported;
   TrimResult result;
   runOnTriangles(state, surface, [&](Execution& execution) {
     result = TrimResult();

@@ -65,7 +65,7 @@ void forEachMember(Options& o, const Visit& visit)
   all(o.multiscale.quality, o.multiscale.voxelSize, o.multiscale.padding, o.multiscale.coarsestSide,
       o.multiscale.maxMemory, o.multiscale.denseVoxels, o.multiscale.interpolation);
   all(o.polygonizer.decomposition);
-  all(o.trimming.trimming, o.trimming.maxHole, o.trimming.maxGap, o.trimming.minComponentPoints,
+  all(o.trimming.kind, o.trimming.maxHole, o.trimming.maxGap, o.trimming.minComponentPoints,
       o.trimming.minComponentShare);
   all(o.remesher.rounds, o.remesher.targetEdge, o.remesher.relaxation);
   all(o.uncertainty.compute, o.uncertainty.samples);

@@ -185,7 +185,7 @@ TEST(Options, ThePapersPresetIsWhatItSays)
   EXPECT_EQ(paper.multiscale.voxelSize, 0);
   EXPECT_EQ(spacingsPerVoxel(paper.multiscale.quality), 2);
 
-  EXPECT_EQ(paper.trimming.trimming, Trimming::none);
+  EXPECT_EQ(paper.trimming.kind, Trimming::none);
   EXPECT_EQ(paper.remesher.rounds, 10);
 }
 

@@ -163,7 +163,7 @@ TEST(Volume, WhatWillBeDroppedIsNotSolved)
   const Reconstruction everywhere = clouds::reconstruct(dish.points, options);
   options.multiscale.denseVoxels = 20000;
   const Reconstruction trimmed = clouds::reconstruct(dish.points, options);
-  options.trimming.trimming = Trimming::none;
+  options.trimming.kind = Trimming::none;
   const Reconstruction whole = clouds::reconstruct(dish.points, options);
   EXPECT_LT(static_cast<double>(trimmed.report.levels.back().unknowns),
             .5 * static_cast<double>(whole.report.levels.back().unknowns));

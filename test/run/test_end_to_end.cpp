@@ -242,7 +242,7 @@ TEST(Analytic, PatchIsTrimmedToItsPoints)
   }
 
   pcl::mrf::Options all;
-  all.trimming.trimming = pcl::mrf::Trimming::none;
+  all.trimming.kind = pcl::mrf::Trimming::none;
   EXPECT_GT(reconstruct(points, all).report.mesh.area, 1.2 * statistics.area) << "without trimming a sheet goes on";
 }
 

@@ -405,7 +405,7 @@ TEST(Options, EnumerationsOutOfRange)
       [](auto& o) { o.solver.method = static_cast<pcl::mrf::SolverMethod>(4); },
       [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },
       [](auto& o) { o.polygonizer.decomposition = static_cast<pcl::mrf::CellDecomposition>(2); },
-      [](auto& o) { o.trimming.trimming = static_cast<pcl::mrf::Trimming>(3); },
+      [](auto& o) { o.trimming.kind = static_cast<pcl::mrf::Trimming>(3); },
       [](auto& o) { o.colors = static_cast<pcl::mrf::ColorMode>(4); }};
   for (const auto& change : changes) {
     Mrf mrf;

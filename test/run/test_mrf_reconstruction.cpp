@@ -523,7 +523,7 @@ TEST(VertexFields, PointConfidencesWeighTheData)
   mrf.setInputCloud(cloud);
   pcl::mrf::Options options;
   options.confidenceField = "intensity";
-  options.trimming.trimming = pcl::mrf::Trimming::none;
+  options.trimming.kind = pcl::mrf::Trimming::none;
   mrf.setOptions(options);
   pcl::PolygonMesh output;
   mrf.reconstruct(output);
@@ -717,7 +717,7 @@ TEST(Padding, IsUsableUpToItsLimit)
 {
   pcl::mrf::Options options;
   options.multiscale.padding = 100;
-  options.trimming.trimming = pcl::mrf::Trimming::none; // what is far away is looked at as well
+  options.trimming.kind = pcl::mrf::Trimming::none; // what is far away is looked at as well
   Mrf mrf;
   mrf.setKeepResult(true);
   mrf.setOptions(options);

@@ -154,7 +154,7 @@ const std::vector<Change>& changes()
       number("denseVoxels", multiscale, &MultiscaleOptions::denseVoxels, 0, 1e5, 0, 1e18),
       choice("interpolation", multiscale, &MultiscaleOptions::interpolation, 0, 1),
       choice("decomposition", polygonizer, &PolygonizerOptions::decomposition, 0, 1),
-      choice("trimming", trimming, &TrimmingOptions::trimming, 0, 2),
+      choice("trimming", trimming, &TrimmingOptions::kind, 0, 2),
       length("maxHole", trimming, &TrimmingOptions::maxHole, -1, 3),
       length("maxGap", trimming, &TrimmingOptions::maxGap, -1, 3),
       number("minComponentPoints", trimming, &TrimmingOptions::minComponentPoints, 0, 100, 0, 1000000),

@@ -95,7 +95,7 @@ TEST(ErrorLimit, IsOnTopOfTrimming)
   // Half a sphere, all of its zero level kept: extrapolation goes by its error.
   const PointSet half = shapes::filter(holedSphere(), [](const Eigen::Vector3f& p) { return p.z() < 0; });
   Options options = limitedTo(0);
-  options.trimming.trimming = Trimming::none;
+  options.trimming.kind = Trimming::none;
   const Reconstruction all = clouds::reconstruct(half, options);
   options.uncertainty.maxError = limitBetween(all.report.uncertainty);
   const Reconstruction cut = clouds::reconstruct(half, options);

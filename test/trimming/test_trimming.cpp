@@ -54,7 +54,7 @@ struct Scene {
   TrimResult trim(Trimming trimming, float maxHole, float minComponentShare = 0, int threads = 1) const
   {
     TrimmingOptions options;
-    options.trimming = trimming;
+    options.kind = trimming;
     options.maxHole = maxHole;
     options.minComponentShare = minComponentShare;
     return trim(options, threads);
@@ -458,7 +458,7 @@ TEST(Trimming, staysManifoldHoweverTorn)
     for (float& confidence : scene.mesh.confidences)
       confidence = isSupported(random) ? std::uniform_real_distribution<float>(.1f, 1)(random) : 0;
     TrimmingOptions options;
-    options.trimming = Trimming::supported;
+    options.kind = Trimming::supported;
     options.minComponentPoints = 0;
     const TrimResult result = scene.trim(options);
     expectSound(result.mesh);

@@ -126,7 +126,7 @@ TEST(PlausibleSurfaces, AreWiderOverAHole)
   // A wide one: what a small one adds is less than what voxels do to the whole sphere.
   const PointSet points = spherePoints(.08);
   Options options = withSurfaces(1);
-  options.trimming.trimming = Trimming::none;
+  options.trimming.kind = Trimming::none;
   const Reconstruction whole = clouds::reconstruct(points, options),
                        open = clouds::reconstruct(
                            shapes::filter(points, [](const Eigen::Vector3f&p) { return p.z() < .7f; }), options);

@@ -176,7 +176,7 @@ TEST(Uncertainty, SaysWhereItIsAnExtrapolation)
   // Half a sphere is missing: no disc as large can be left out of the other half.
   const PointSet half = shapes::filter(torusPoints(.06), [](const Eigen::Vector3f& p) { return p.x() < .1f; });
   Options options = withUncertainty();
-  options.trimming.trimming = Trimming::none;
+  options.trimming.kind = Trimming::none;
   const Reconstruction result = clouds::reconstruct(half, options);
   EXPECT_GT(result.report.uncertainty.notCalibrated, 0);
   EXPECT_LT(result.report.uncertainty.largestPatch, result.report.uncertainty.largestOpening);

@@ -123,8 +123,8 @@ public:
   const std::string& getConfidenceField() const { return options_.confidenceField; }
 
   /// Which surface without points is kept.
-  void setTrimming(mrf::Trimming trimming) { options_.trimming.trimming = trimming; }
-  mrf::Trimming getTrimming() const { return options_.trimming.trimming; }
+  void setTrimming(mrf::Trimming trimming) { options_.trimming.kind = trimming; }
+  mrf::Trimming getTrimming() const { return options_.trimming.kind; }
 
   /// Largest diameter of a hole that is filled, cloud's unit; 0 = half the diagonal of the points' bounding box.
   void setMaxHole(float diameter) { options_.trimming.maxHole = diameter; }

@@ -25,7 +25,7 @@ enum class Trimming {
 };
 
 struct TrimmingOptions {
-  Trimming trimming = Trimming::holes;
+  Trimming kind = Trimming::holes;
   float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the diagonal, see trim
   /// Largest width of what is filled of an open surface, cloud's unit: of holes, also those that are joined to the
   /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, but 28 local spacings of the points
