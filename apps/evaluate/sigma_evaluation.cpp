@@ -196,7 +196,6 @@ std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const std::vector
 std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input,
                                       pcl::mrf::Execution& execution)
 {
-  const std::vector<float>&sigma = fieldOf(mesh, "sigma"), &confidence = confidencesOf(mesh);
   if (input.reference)
     return sigmaSamples(mesh, vertexErrors(mesh, input, execution));
   std::vector<Eigen::Vector3d> points;
@@ -206,11 +205,19 @@ std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationI
   if (points.empty())
     throw pcl::mrf::InvalidInput("sigma is compared with a reference, or with held-out or noise-free points; there are "
                                  "none");
+  return sigmaSamples(mesh, points, 0, execution);
+}
+
+std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& points, double noise,
+                                      pcl::mrf::Execution& execution)
+{
+  const std::vector<float>&sigma = fieldOf(mesh, "sigma"), &confidence = confidencesOf(mesh);
   const std::vector<ClosestPlace> places = SurfaceDistance(mesh).closest(points, execution);
   std::vector<SigmaSample> samples;
   for (std::size_t p = 0; p < points.size(); ++p) {
     const std::size_t v = nearestCorner(mesh, places[p].triangle, points[p]);
-    samples.push_back({places[p].distance, static_cast<double>(sigma[v]), static_cast<double>(confidence[v]), 1});
+    samples.push_back(
+        {places[p].distance, std::hypot(static_cast<double>(sigma[v]), noise), static_cast<double>(confidence[v]), 1});
   }
   return samples;
 }

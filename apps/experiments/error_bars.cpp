@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "bar_figures.h"
 #include "comparisons.h"
-#include "evaluate/sigma_evaluation.h"
 #include "figure_support.h"
 #include "noise.h"
 #include "patches.h"
 #include "program.h"
+#include "real_bars.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -76,33 +77,6 @@ std::vector<float> errorsOf(const SurfaceMesh& mesh, const LoadedObject& object,
   return {distances.begin(), distances.end()};
 }
 
-json toJson(const SigmaStatistics& statistics, double diagonal)
-{
-  if (statistics.count == 0)
-    return nullptr;
-  return {{"vertices", statistics.count},
-          {"coverage", statistics.coverage},
-          {"rms", 100 * statistics.rmsError / diagonal},
-          {"halfWidth", 100 * statistics.medianHalfWidth / diagonal},
-          {"likelihood", statistics.negativeLogLikelihood}};
-}
-
-/// The same of all samples, wherever they are.
-SigmaStatistics statisticsOfAll(std::vector<SigmaSample> samples, double diagonal)
-{
-  for (SigmaSample& sample : samples)
-    sample.confidence = 1;
-  return evaluateSigma(samples, diagonal).measured;
-}
-
-json ranking(const std::vector<SigmaSample>& samples, const std::vector<double>& predictions)
-{
-  std::vector<double> errors;
-  for (const SigmaSample& sample : samples)
-    errors.push_back(sample.error);
-  return {{"sparsification", sparsificationOf(samples, predictions)}, {"rank", rankCorrelation(errors, predictions)}};
-}
-
 json measureBars(const BarredScan& barred, Execution& execution)
 {
   const Scan& scan = (*barred.scan)();
@@ -110,21 +84,18 @@ json measureBars(const BarredScan& barred, Execution& execution)
   const std::vector<SigmaSample> samples = sigmaSamples(mesh, errorsOf(mesh, barred.object.load(), execution));
   const std::vector<double> distances = figures::distancesToPoints(mesh.vertices, scan.cloud.positions, execution);
   std::vector<std::vector<SigmaSample>> bins(std::size(binEnds) + 1);
-  std::vector<double> sigmas, doubts;
   for (std::size_t v = 0; v < samples.size(); ++v) {
     const double spacings = distances[v] / scan.spacing;
     const auto bin = std::upper_bound(std::begin(binEnds), std::end(binEnds), spacings) - std::begin(binEnds);
     bins[static_cast<std::size_t>(bin)].push_back(samples[v]);
-    sigmas.push_back(samples[v].sigma);
-    doubts.push_back(-samples[v].confidence);
   }
   const SigmaEvaluation evaluation = evaluateSigma(samples, scan.diagonal);
-  json result = {{"measured", toJson(evaluation.measured, scan.diagonal)},
-                 {"fillings", toJson(evaluation.fillings, scan.diagonal)},
-                 {"sigma", ranking(samples, sigmas)},
-                 {"confidence", ranking(samples, doubts)}};
+  const double percent = scan.diagonal / 100;
+  json result = {{"measured", toJson(evaluation.measured, percent)},
+                 {"fillings", toJson(evaluation.fillings, percent)}};
+  addRankings(samples, result);
   for (std::size_t bin = 0; bin < bins.size(); ++bin)
-    result[places()[2 + bin].first] = toJson(statisticsOfAll(bins[bin], scan.diagonal), scan.diagonal);
+    result[places()[2 + bin].first] = toJson(statisticsOfAll(bins[bin], scan.diagonal), percent);
   return result;
 }
 
@@ -382,10 +353,17 @@ Section errorBars(Laboratory& laboratory)
       "at "
       "the RMS error of the rest, beside that of leaving out what is the worst; 0 is perfect. Confidence falls with "
       "the "
-      "distance to the nearest point."};
+      "distance to the nearest point.",
+      "Real clouds are those of `real`, with the same points withheld and with normals given. A withheld point that "
+      "was "
+      "measured has noise of its own: what has to hold it is an interval of the surface's sigma and the noise "
+      "together, "
+      "the noise being what the report says of the cloud. Points that were simulated are withheld without noise. The "
+      "random tenth tells of measured surface, discs with radii of 5 to 10 local spacings of fillings; those farther "
+      "than 10 local spacings from any surface are without one, and not counted. Likelihoods refer to the spacing."};
   if (program.empty())
     section.paragraphs.push_back("The density that PoissonRecon writes is not compared: the program is not on PATH.");
-  section.tables = {coverageTable(all), objectTable(all), rankingTable(all, !program.empty())};
+  section.tables = {coverageTable(all), objectTable(all), rankingTable(all, !program.empty()), realBars(laboratory)};
   addPictures(scans, all, laboratory, section);
   return section;
 }

@@ -48,13 +48,7 @@ RealResult runOurs(const RealCloud& cloud, bool hasNormals, Execution& execution
 {
   pcl::mrf::Options options;
   options.remesher.rounds = 0;
-  pcl::mrf::RawCloud raw;
-  raw.positions = figures::toFloat(cloud.input.positions);
-  if (hasNormals)
-    raw.normals = figures::toFloat(cloud.input.normals);
-  if (cloud.sensors.size() == 1)
-    raw.sensors = cloud.sensors;
-  const pcl::mrf::Reconstruction result = pcl::mrf::reconstruct(std::move(raw), options, execution);
+  const pcl::mrf::Reconstruction result = reconstruct(cloud, hasNormals, options, execution);
   return {figures::toSurfaceMesh(result), droppedShare(result.report.points), 0};
 }
 
@@ -139,14 +133,6 @@ std::vector<json> rowOf(const RealCase& oneCase, const RealMethod& method, const
   return row;
 }
 
-std::vector<RealCase> realCases(Laboratory& laboratory)
-{
-  std::vector<RealCase> cases = measuredClouds(laboratory.options(), laboratory.execution());
-  for (RealCase& simulated : simulatedClouds(laboratory.options(), laboratory.execution()))
-    cases.push_back(std::move(simulated));
-  return cases;
-}
-
 } // namespace
 
 Section real(Laboratory& laboratory)
@@ -170,7 +156,7 @@ Section real(Laboratory& laboratory)
               {"cloud", "method", "discs RMS", "random RMS", "input RMS", "near %", "invented %", "flipped %",
                "dropped %", "points", "unevenness", "triangles", "CPU s"},
               {}};
-  for (const RealCase& oneCase : realCases(laboratory))
+  for (const RealCase& oneCase : realClouds(laboratory.options(), laboratory.execution()))
     for (const RealMethod& method : realMethods()) {
       if (method.needsSensor && !oneCase.hasOneSensor)
         continue;

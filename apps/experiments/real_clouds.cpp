@@ -106,6 +106,7 @@ RealCloud read(const fs::path& folder, std::uint64_t seed, Execution& execution)
     cloud.random = readPoints(path("heldout_random.ply")).positions;
   } else
     cloud = withhold(points, points.positions, seed, execution);
+  cloud.isWithheldNoisy = true;
   if (fs::exists(path("sensors.txt")))
     cloud.sensors = readSensors(path("sensors.txt"));
   return cloud;
@@ -147,6 +148,18 @@ std::function<const pcl::mrf::scan::Surface&()> shape(const std::string& descrip
 }
 
 } // namespace
+
+pcl::mrf::Reconstruction reconstruct(const RealCloud& cloud, bool hasNormals, const pcl::mrf::Options& options,
+                                     Execution& execution)
+{
+  pcl::mrf::RawCloud raw;
+  raw.positions = figures::toFloat(cloud.input.positions);
+  if (hasNormals)
+    raw.normals = figures::toFloat(cloud.input.normals);
+  if (cloud.sensors.size() == 1)
+    raw.sensors = cloud.sensors;
+  return pcl::mrf::reconstruct(std::move(raw), options, execution);
+}
 
 RealCloud withhold(const Points& points, const Places& truth, std::uint64_t seed, Execution& execution)
 {
@@ -223,6 +236,14 @@ std::vector<RealCase> simulatedClouds(const ExperimentOptions& options, Executio
         object.id + "-front", object.title + " from the front",
         [object]() -> const pcl::mrf::scan::Surface& { return *object.load().surface; }, scannerOptions(options, 30000),
         execution));
+  return cases;
+}
+
+std::vector<RealCase> realClouds(const ExperimentOptions& options, Execution& execution)
+{
+  std::vector<RealCase> cases = measuredClouds(options, execution);
+  for (RealCase& simulated : simulatedClouds(options, execution))
+    cases.push_back(std::move(simulated));
   return cases;
 }
 

@@ -7,6 +7,9 @@
 
 #include "scan/sampling.h"
 
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/reconstruction.h>
+
 #include <functional>
 #include <string>
 #include <vector>
@@ -19,7 +22,12 @@ struct RealCloud {
   std::vector<Eigen::Vector3d> discs;   ///< withheld: in balls with radii of 5 to 10 local spacings
   std::vector<Eigen::Vector3d> random;  ///< withheld: a random tenth
   std::vector<Eigen::Vector3d> sensors; ///< empty: not known
+  bool isWithheldNoisy = false;         ///< as the input is; false: what is withheld is the truth
 };
+
+/// Runs all stages on the input. \param hasNormals false: they are estimated and turned to the sensor
+pcl::mrf::Reconstruction reconstruct(const RealCloud& cloud, bool hasNormals, const pcl::mrf::Options& options,
+                                     pcl::mrf::Execution& execution);
 
 /// Withholds the points in about 16 balls that are apart from each other, about random points, and a random tenth of
 /// the others. \param truth the points without noise, which are what is withheld; as many as `points`
@@ -41,5 +49,8 @@ std::vector<RealCase> measuredClouds(const ExperimentOptions& options, pcl::mrf:
 /// Objects on a table before a wall, terrain from the air, a street around a lidar, objects from one side: scanned with
 /// noise by rays on a regular angular grid. Quick: the table, with fewer points.
 std::vector<RealCase> simulatedClouds(const ExperimentOptions& options, pcl::mrf::Execution& execution);
+
+/// Both, those that were measured first.
+std::vector<RealCase> realClouds(const ExperimentOptions& options, pcl::mrf::Execution& execution);
 
 } // namespace mrf_apps

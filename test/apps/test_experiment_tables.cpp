@@ -5,9 +5,11 @@
 #include "experiments/comparisons.h"
 #include "experiments/hoppe.h"
 #include "experiments/patches.h"
+#include "experiments/real_bars.h"
 #include "experiments/real_clouds.h"
 #include "experiments/wavy_shapes.h"
 #include "support/laboratory.h"
+#include "support/tool.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/mesh_quality.h>
@@ -17,11 +19,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <random>
 #include <set>
 
 using namespace mrf_apps;
 using Eigen::Vector3d;
 using mrf_test::MadeUp;
+using mrf_test::MeasuresOne;
 using nlohmann::json;
 
 namespace {
@@ -143,11 +148,35 @@ json bars(double held)
           {"density", {{"sparsification", .3}, {"rank", .125}}}};
 }
 
+/// A real cloud's: discs are not held as often, and there is no surface near a quarter of their points.
+json realBarsOf(double held)
+{
+  const auto statistics = [](double share, double lost) {
+    return json{{"vertices", 60},
+                {"lost", lost},
+                {"coverage", {.5, .75, share}},
+                {"rms", .5},
+                {"halfWidth", 1.},
+                {"likelihood", 2},
+                {"sigma", {{"sparsification", .125}, {"rank", .5}}},
+                {"confidence", {{"sparsification", .25}, {"rank", .25}}}};
+  };
+  return {{"noise", .0625}, {"random", statistics(held, 0)}, {"discs", statistics(held / 2, .25)}, {"all", json()}};
+}
+
+json barsOfKey(const std::string& key)
+{
+  return key.rfind("uncertainty/real/", 0) == 0 ? realBarsOf(.875) : bars(1);
+}
+
 } // namespace
 
 TEST(ErrorBars, AreCountedByObject)
 {
-  MadeUp laboratory([](const std::string& key) { return bars(key.find("bunny") == std::string::npos ? .75 : 1); });
+  MadeUp laboratory([](const std::string& key) {
+    return key.find("/real/") == std::string::npos ? bars(key.find("bunny") == std::string::npos ? .75 : 1)
+                                                   : barsOfKey(key);
+  });
   const Section section = errorBars(laboratory);
   const Table &coverage = section.tables.at(0), &objects = section.tables.at(1), &ranking = section.tables.at(2);
   const std::vector<json> measured = {"clean", "measured surface"};
@@ -170,6 +199,29 @@ TEST(ErrorBars, AreCountedByObject)
       EXPECT_EQ(row.size(), table.columns.size()) << table.name;
 }
 
+TEST(ErrorBars, OfRealCloudsAreShownByCloud)
+{
+  MadeUp laboratory(barsOfKey);
+  const Section section = errorBars(laboratory);
+  EXPECT_EQ(laboratory.keys.count("uncertainty/real/table"), 1u) << "without --data there is a simulated one";
+  const Table& table = section.tables.back();
+  EXPECT_EQ(table.rows.size(), 3u);
+  const json cloud = table.rows.front()[0];
+  const auto at = [&](const char* withheld, const char* column) { return cell(table, {cloud, withheld}, column); };
+  EXPECT_EQ(at("random tenth", "95 %"), 87.5);
+  EXPECT_EQ(at("random tenth", "noise, spacings"), .0625);
+  EXPECT_EQ(at("random tenth", "median half-width of 95 % / RMS"), 2);
+  EXPECT_EQ(at("random tenth", "likelihood"), 2);
+  EXPECT_EQ(at("random tenth", "without surface, %"), 0);
+  EXPECT_EQ(at("discs", "95 %"), 43.8);
+  EXPECT_EQ(at("discs", "without surface, %"), 25);
+  EXPECT_EQ(at("discs", "sparsification by sigma"), .125);
+  EXPECT_EQ(at("discs", "by confidence"), .25);
+  EXPECT_TRUE(at("both", "95 %").is_null()) << "nothing was withheld";
+  for (const auto& row : table.rows)
+    EXPECT_EQ(row.size(), table.columns.size());
+}
+
 TEST(ErrorBars, AreWellFormedIfEverythingFails)
 {
   MadeUp laboratory([](const std::string&) { return json{{"failed", "out of order"}}; });
@@ -184,48 +236,113 @@ TEST(ErrorBars, AreWellFormedIfEverythingFails)
 
 TEST(ErrorBars, AreMeasuredOnAScan)
 {
-  // One scan, as --quick makes it; the others are known.
-  int measured = 0;
-  class One : public MadeUp {
-  public:
-    explicit One(int& count) : MadeUp([](const std::string&) { return bars(1); }), count_(count) {}
-    json measure(const std::string& key, const std::function<json()>& compute) override
-    {
-      const bool isFirst = keys.empty();
-      const json known = MadeUp::measure(key, compute);
-      if (!isFirst)
-        return known;
-      ++count_;
-      result = json::parse(compute().dump());
-      return result;
-    }
-    json result;
-
-  private:
-    int& count_;
-  } laboratory(measured);
+  // One scan, as --quick makes it.
+  MeasuresOne laboratory("", barsOfKey);
   errorBars(laboratory);
-  ASSERT_EQ(measured, 1);
+  ASSERT_FALSE(laboratory.measured.is_null());
   for (const char* place : {"measured", "fillings", "near", "rim"}) {
-    const json& statistics = laboratory.result.at(place);
+    const json& statistics = laboratory.measured.at(place);
     ASSERT_FALSE(statistics.is_null()) << place;
     EXPECT_GT(statistics.at("vertices"), 0);
     EXPECT_GE(statistics.at("/coverage/2"_json_pointer), statistics.at("/coverage/0"_json_pointer));
     EXPECT_GT(statistics.at("halfWidth"), 0);
   }
-  EXPECT_EQ(laboratory.result.at("/measured/vertices"_json_pointer).get<int>() +
-                laboratory.result.at("/fillings/vertices"_json_pointer).get<int>(),
+  EXPECT_EQ(laboratory.measured.at("/measured/vertices"_json_pointer).get<int>() +
+                laboratory.measured.at("/fillings/vertices"_json_pointer).get<int>(),
             [&] {
               int sum = 0;
               for (const char* bin : {"near", "rim", "far", "farthest"})
-                if (!laboratory.result.at(bin).is_null())
-                  sum += laboratory.result.at(bin).at("vertices").get<int>();
+                if (!laboratory.measured.at(bin).is_null())
+                  sum += laboratory.measured.at(bin).at("vertices").get<int>();
               return sum;
             }())
       << "each vertex is in one bin";
-  EXPECT_GT(laboratory.result.at("/sigma/rank"_json_pointer), .2) << "where sigma is large, so are errors";
-  EXPECT_LT(laboratory.result.at("/sigma/sparsification"_json_pointer),
-            laboratory.result.at("/confidence/sparsification"_json_pointer));
+  EXPECT_GT(laboratory.measured.at("/sigma/rank"_json_pointer), .2) << "where sigma is large, so are errors";
+  EXPECT_LT(laboratory.measured.at("/sigma/sparsification"_json_pointer),
+            laboratory.measured.at("/confidence/sparsification"_json_pointer));
+}
+
+TEST(ErrorBars, AreMeasuredOnARealCloud)
+{
+  MeasuresOne laboratory("uncertainty/real/table", barsOfKey);
+  errorBars(laboratory);
+  const json& result = laboratory.measured;
+  ASSERT_FALSE(result.is_null());
+  for (const char* place : {"random", "discs", "all"}) {
+    SCOPED_TRACE(place);
+    const json& statistics = result.at(place);
+    EXPECT_LE(statistics.at("/coverage/0"_json_pointer), statistics.at("/coverage/1"_json_pointer));
+    EXPECT_LE(statistics.at("/coverage/1"_json_pointer), statistics.at("/coverage/2"_json_pointer));
+    // Objects on a table have edges that neither voxels nor noise let anybody see: not all of it is held.
+    EXPECT_GT(statistics.at("/coverage/2"_json_pointer), .7);
+    EXPECT_GT(statistics.at("halfWidth"), 0);
+    EXPECT_LT(statistics.at("lost"), .1) << "a table before a wall is reconstructed";
+    EXPECT_GT(statistics.at("/sigma/rank"_json_pointer), 0) << "where sigma is large, so are errors";
+  }
+  EXPECT_EQ(result.at("/random/vertices"_json_pointer).get<int>() +
+                result.at("/discs/vertices"_json_pointer).get<int>(),
+            result.at("/all/vertices"_json_pointer));
+  EXPECT_LT(result.at("/random/halfWidth"_json_pointer), result.at("/discs/halfWidth"_json_pointer))
+      << "without points the surface is less certain";
+}
+
+namespace {
+
+/// A folder for --data.
+class BarsOfAFolder : public tool::Test {
+protected:
+  static constexpr double noise = .1; ///< of the rows
+
+  /// Rows of points of a lattice with a spacing of 1 in a plane, with noise across it, that are chosen.
+  static std::string planeRows(const std::function<bool(int x, int y)>& isChosen, bool hasNormals)
+  {
+    constexpr int side = 60;
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal(0, noise);
+    std::string rows;
+    for (int i = 0; i < side * side; ++i) {
+      const double height = normal(random);
+      if (isChosen(i % side, i / side))
+        rows += std::to_string(i % side) + " " + std::to_string(i / side) + " " + std::to_string(height) +
+                (hasNormals ? " 0 0 1\n" : "\n");
+    }
+    return rows;
+  }
+};
+
+} // namespace
+
+TEST_F(BarsOfAFolder, HoldPointsWithTheirNoise)
+{
+  const auto isTenth = [](int x, int y) { return (7 * x + 3 * y) % 10 == 0; };
+  const auto isDisc = [](int x, int y) { return (x - 30) * (x - 30) + (y - 30) * (y - 30) < 9; };
+  const std::filesystem::path folder = path("real") / "plane";
+  std::filesystem::create_directories(folder);
+  const std::string tenth = planeRows([&](int x, int y) { return isTenth(x, y) && !isDisc(x, y); }, false);
+  tool::writeText(folder / "input.ply",
+                  tool::asciiPly(planeRows([&](int x, int y) { return !isTenth(x, y) && !isDisc(x, y); }, true), true));
+  tool::writeText(folder / "heldout_random.ply", tool::asciiPly(tenth, false));
+  // One of them is nowhere near a surface.
+  const std::string disc = planeRows(isDisc, false) + "30 30 50\n";
+  tool::writeText(folder / "heldout.ply", tool::asciiPly(disc, false));
+
+  MeasuresOne laboratory("uncertainty/real/data-plane", barsOfKey);
+  laboratory.settings.data = path("").string();
+  realBars(laboratory);
+  const json& result = laboratory.measured;
+  ASSERT_FALSE(result.is_null());
+  // The local spacing of a lattice is .313 √2; a hundred pairs tell the noise to about 10 %.
+  EXPECT_NEAR(result.at("noise").get<double>(), noise / (.313 * std::sqrt(2)), .3 * noise / .44);
+  // Binomial: σ = √(.95 · .05 / 360) = .011. The plane's own sigma is a third of the noise and would hold half of them.
+  EXPECT_GT(result.at("/random/coverage/2"_json_pointer), .9);
+  EXPECT_LT(result.at("/random/coverage/0"_json_pointer), .7) << "nor are they wide for nothing";
+  const auto lines = [](const std::string& text) {
+    return static_cast<double>(std::count(text.begin(), text.end(), '\n'));
+  };
+  EXPECT_EQ(result.at("/random/vertices"_json_pointer), lines(tenth));
+  EXPECT_EQ(result.at("/random/lost"_json_pointer), 0);
+  EXPECT_EQ(result.at("/discs/vertices"_json_pointer), lines(disc) - 1);
+  EXPECT_DOUBLE_EQ(result.at("/discs/lost"_json_pointer), 1 / lines(disc));
 }
 
 TEST(Tables, DefaultsAreComparedHoleByHole)

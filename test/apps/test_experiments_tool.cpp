@@ -51,13 +51,6 @@ TEST_F(ExperimentsTool, RealCloudsOfAFolder)
 {
   // A lattice with a bump and withheld points beside it, as --data has them; and one without withheld points.
   std::string rows, withheld;
-  const auto ply = [](const std::string& text, std::ptrdiff_t points, bool hasNormals) {
-    std::string header = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(points) + "\n";
-    for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
-      if (hasNormals || name[0] != 'n')
-        header += "property float " + std::string(name) + "\n";
-    return header + "end_header\n" + text;
-  };
   for (int i = 0; i < 40 * 40; ++i) {
     const std::string place = std::to_string(i % 40) + " " + std::to_string(i / 40) + " 0";
     (i % 50 == 25 ? withheld : rows) += place + (i % 50 == 25 ? "\n" : " 0 0 1\n");
@@ -66,11 +59,11 @@ TEST_F(ExperimentsTool, RealCloudsOfAFolder)
   for (const char* name : {"complete", "plain"}) {
     const std::filesystem::path folder = path("data") / "real" / name;
     std::filesystem::create_directories(folder);
-    tool::writeText(folder / "input.ply", ply(rows, lines(rows), true));
+    tool::writeText(folder / "input.ply", tool::asciiPly(rows, true));
   }
   const std::filesystem::path complete = path("data") / "real" / "complete";
   for (const char* name : {"heldout.ply", "heldout_random.ply"})
-    tool::writeText(complete / name, ply(withheld, lines(withheld), false));
+    tool::writeText(complete / name, tool::asciiPly(withheld, false));
   tool::writeText(complete / "sensors.txt", "20 20 100\n");
 
   const tool::Outcome outcome = run({"-o", "out", "--quick", "--only", "real", "--no-pictures", "--data", "data"});

@@ -88,6 +88,17 @@ std::string sphereRows(int count, double top)
   return rows.str();
 }
 
+std::string asciiPly(const std::string& rows, bool hasNormals)
+{
+  std::ostringstream file;
+  file << "ply\nformat ascii 1.0\nelement vertex " << std::count(rows.begin(), rows.end(), '\n') << '\n';
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
+    if (hasNormals || name[0] != 'n')
+      file << "property float " << name << '\n';
+  file << "end_header\n" << rows;
+  return file.str();
+}
+
 Test::Test(const std::string& program) : program_(program.empty() ? MRF_TOOL : program)
 {
   std::string pattern = (fs::temp_directory_path() / "mrf_tool_XXXXXX").string();

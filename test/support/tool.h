@@ -35,6 +35,9 @@ std::vector<Eigen::Vector3d> spherePoints(int count, double top = 2);
 /// Rows "x y z nx ny nz" of points of the unit sphere.
 std::string sphereRows(int count, double top = 2);
 
+/// A point cloud file. \param rows "x y z", or "x y z nx ny nz" with normals
+std::string asciiPly(const std::string& rows, bool hasNormals);
+
 /// A test of a program with an empty folder that lasts as long as it.
 class Test : public testing::Test {
 protected:
