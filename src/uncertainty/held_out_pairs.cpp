@@ -100,6 +100,8 @@ private:
   {
     constexpr int asked = 16;
     search.nearest(points.positions[i], asked, found);
+    // On a lattice several are as near, and the search lists first the one whose noise is about the same.
+    std::sort(found.indices.begin(), found.indices.end());
     std::size_t best = i;
     float min = std::numeric_limits<float>::infinity();
     for (const int j : found.indices) {

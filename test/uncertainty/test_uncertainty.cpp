@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 using namespace pcl::mrf;
 
@@ -116,6 +117,21 @@ TEST(Uncertainty, CoversTheErrorAmidDataAndInFillings)
       EXPECT_NEAR(report.noise, noise, .35 * noise) << "a few hundred pairs, some of which see shape, too";
     }
   }
+}
+
+TEST(Uncertainty, NoiseIsToldOnALattice)
+{
+  // Four neighbors are equally near; the one next in height would tell less than the noise.
+  constexpr float noise = .1f;
+  PointSet points = clouds::lattice(100, 1);
+  std::mt19937 random(5);
+  std::normal_distribution<float> normal(0, noise);
+  for (Eigen::Vector3f& p : points.positions)
+    p.z() = normal(random);
+  const UncertaintyReport report = clouds::reconstruct(points, withUncertainty()).report.uncertainty;
+  EXPECT_GE(report.heldOut, 200);
+  // Some hundred pairs leave 5 %, and the surface's own errors add as much.
+  EXPECT_NEAR(report.noise, static_cast<double>(noise), .2 * static_cast<double>(noise));
 }
 
 TEST(Uncertainty, CoversWhatVoxelsDoToACurvedSurface)
