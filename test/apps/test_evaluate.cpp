@@ -775,6 +775,28 @@ TEST(SigmaEvaluation, CoversWhatIsGaussian)
   EXPECT_GT(narrow.measured.negativeLogLikelihood, right.measured.negativeLogLikelihood);
 }
 
+TEST(SigmaEvaluation, PointsHaveNoiseOfTheirOwn)
+{
+  // Two triangles of a square, each vertex with a sigma of its own.
+  SurfaceMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh.scalars["sigma"] = {.375f, 1, .5f, 2};
+  mesh.confidences = {1, 0, .5f, .25f};
+  pcl::mrf::Execution execution(1);
+  const Points points = {{.2, .1, .75}, {.7, .1, -.25}};
+  for (const double noise : {0., .5}) {
+    const std::vector<SigmaSample> samples = sigmaSamples(mesh, points, noise, execution);
+    ASSERT_EQ(samples.size(), 2u);
+    EXPECT_NEAR(samples[0].error, .75, 1e-12);
+    EXPECT_NEAR(samples[1].error, .25, 1e-12) << "to either side";
+    // 3, 4, 5 in eighths.
+    EXPECT_DOUBLE_EQ(samples[0].sigma, noise > 0 ? .625 : .375);
+    EXPECT_DOUBLE_EQ(samples[1].sigma, std::sqrt(1 + noise * noise));
+    EXPECT_EQ(samples[1].confidence, 0) << "of the nearest vertex";
+  }
+}
+
 TEST(SigmaEvaluation, RankCorrelation)
 {
   EXPECT_DOUBLE_EQ(rankCorrelation({1, 2, 3, 4}, {10, 100, 1000, 10000}), 1);
