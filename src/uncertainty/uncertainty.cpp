@@ -63,13 +63,15 @@ double cappedMean(const std::vector<float>& values)
 
 /// σ² of both kinds of places, all lengths in the cloud's unit:
 ///
-///     amid data     σ² = K √(V / Ṽ) (1 + B min(δ²/δ₇₅², 64)) + s β²
+///     amid data     σ² = K a √(V / Ṽ) (1 + B min(δ²/δ₇₅², 64)) + s β²
 ///     in fillings   σ² = t² f² V + K
 ///
-/// with Ṽ the median of V, δ₇₅ the upper quartile of δ, both amid data, β² the squared mean distance to the nearest
-/// points, s .6 times the share of it that is more than their noise, and t what Student's intervals of 95 % are wider
-/// by than a Gaussian's. The surface is not where the field is at the points: it is cut along the edges of trilinear
-/// voxels, which pushes it outward where it is curved.
+/// and from the one to the other, evenly in ln σ, where the nearest point is at half to all of the distance that it
+/// supports. a is the area that each of the points around stands for, over l̄²: few points average little noise, which V
+/// on a coarse grid does not tell. Ṽ is the median of V, δ₇₅ the upper quartile of δ, both amid data, β² the squared
+/// mean distance to the nearest points, s .6 times the share of it that is more than their noise, and t what Student's
+/// intervals of 95 % are wider by than a Gaussian's. The surface is not where the field is at the points: it is cut
+/// along the edges of trilinear voxels, which pushes it outward where it is curved.
 ///
 /// The form and the learnt factors come from 40 scans of 30,000 points with six holes of 3 to 8 % of the diagonal, of
 /// the elephant, armadillo, man, bear, camel, dragon, femur, blob and pig of CGAL's data and two heads, without noise
@@ -90,9 +92,12 @@ public:
 
   double measured(const Evidence& e) const
   {
-    // A disc that was left out says nothing of the surface that has its points.
-    return std::sqrt(base_ * (e.isInPatch ? 1 + growth_ * medianChange_ / upperChange_ : shape(e)) +
-                     biasShare_ * static_cast<double>(e.bias));
+    const double amid = amidData(e);
+    constexpr double rim = .5; // from there on points hold the surface on one side only
+    const double share = std::clamp((static_cast<double>(e.reach) - rim) / (1 - rim), 0., 1.);
+    if (e.isInPatch || !(share > 0))
+      return amid;
+    return amid * std::pow(std::max(filling(e) / amid, 1.), share);
   }
 
   double filling(const Evidence& e) const { return std::sqrt(factor_ * static_cast<double>(e.variance) + base_); }
@@ -103,11 +108,21 @@ public:
   }
 
 private:
+  double amidData(const Evidence& e) const
+  {
+    // A disc that was left out says nothing of the surface that has its points.
+    return std::sqrt(base_ * (e.isInPatch ? areaOfPoint(e) * (1 + growth_ * medianChange_ / upperChange_) : shape(e)) +
+                     biasShare_ * static_cast<double>(e.bias));
+  }
+
+  /// a, within what a neighborhood can be trusted to tell.
+  static double areaOfPoint(const Evidence& e) { return squared(std::clamp(static_cast<double>(e.spacing), .25, 4.)); }
+
   /// Of σ² amid data.
   double shape(const Evidence& e) const
   {
     constexpr double max = 64; // beyond it is an edge, or a sheet that the coarse grid does not have
-    return std::sqrt(static_cast<double>(e.variance) / medianVariance_) *
+    return areaOfPoint(e) * std::sqrt(static_cast<double>(e.variance) / medianVariance_) *
            (1 + growth_ * std::min(static_cast<double>(e.change) / upperChange_, max));
   }
 

@@ -7,6 +7,7 @@
 #include "uncertainty/posterior_draws.h"
 
 #include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/vertex_fields.h>
 
 #include <algorithm>
 #include <cmath>
@@ -121,7 +122,8 @@ public:
             const TriangleMesh& mesh, const std::vector<std::int32_t>& vertices, std::uint64_t seed,
             Execution& execution)
       : piece_(piece), field_(field), spacing_(spacing), options_(options), mesh_(mesh), vertices_(vertices),
-        seed_(seed), execution_(execution)
+        seed_(seed), execution_(execution),
+        support_(*piece.points, *piece.search, options.observation.maxDistance, spacing)
   {}
 
   PieceEvidence run(std::vector<Evidence>& evidence)
@@ -161,9 +163,23 @@ private:
   void measureDistances(std::vector<Evidence>& evidence)
   {
     forVertices([&](std::size_t v, Neighbors& nearest) {
-      if (!(mesh_.confidences[v] > 0) && piece_.search->nearest(mesh_.vertices[v], 1, nearest) > 0)
-        evidence[v].distance = std::sqrt(nearest.squaredDistances.front());
+      const float distance = describePlace(mesh_.vertices[v], nearest, evidence[v]);
+      if (!(mesh_.confidences[v] > 0))
+        evidence[v].distance = distance;
     });
+  }
+
+  /// Sets reach and spacing. \return the distance to the nearest point
+  float describePlace(const Eigen::Vector3f& at, Neighbors& nearest, Evidence& e) const
+  {
+    const float margin = support_.margin(at, nearest);
+    if (!std::isfinite(margin))
+      return 0;
+    const float distance = std::sqrt(nearest.squaredDistances.front());
+    e.reach = distance / (distance + margin);
+    if (!piece_.points->spacings.empty())
+      e.spacing = piece_.points->spacings[static_cast<std::size_t>(nearest.indices.front())] / spacing_;
+    return distance;
   }
 
   void leaveOut(const std::vector<Evidence>& evidence)
@@ -228,8 +244,10 @@ private:
 
   void measurePairs(const DistanceField& coarse)
   {
+    Neighbors nearest;
     for (const HeldOutPair& pair : holdOutPairs(*piece_.points, *piece_.search, spacing_, options_, execution_)) {
       Evidence evidence;
+      describePlace(pair.position, nearest, evidence);
       evidence.variance = varianceOf(result_.draws, pair.position);
       Eigen::Vector3f gradient;
       const float change = coarse.sampleDistance(pair.position, gradient) / slopeOf(gradient);
@@ -251,6 +269,7 @@ private:
   const std::vector<std::int32_t>& vertices_;
   const std::uint64_t seed_;
   Execution& execution_;
+  const Support support_;
   OrientedPoints left_;
   PieceEvidence result_;
 };

@@ -20,6 +20,8 @@ struct Evidence {
   float variance = 0; ///< V over the squared slope
   float change = 0;   ///< δ², cloud's unit²
   float distance = 0; ///< to the nearest point, where none supports it; else 0
+  float reach = 0;    ///< distance to the nearest point, in what that point supports: 1 where support ends
+  float spacing = 1;  ///< of the points around, l̄
   float bias = 0;     ///< squared mean distance to the nearest points, cloud's unit²
   bool isInPatch = false;
 };

@@ -119,6 +119,64 @@ TEST(Uncertainty, CoversTheErrorAmidDataAndInFillings)
   }
 }
 
+TEST(Uncertainty, RisesEvenlyFromDataIntoFillings)
+{
+  Options options = withUncertainty();
+  options.multiscale.voxelSize = .02f; // so that many vertices lie between the last points and the filling
+  const Reconstruction result = clouds::reconstruct(withHoles(torusPoints(.04), .25f), options);
+  const TriangleMesh& mesh = result.mesh;
+  std::vector<float> ratios;
+  for (const Triangle& corners : mesh.triangles)
+    for (std::size_t c = 0; c < corners.size(); ++c) {
+      const auto from = static_cast<std::size_t>(corners[c]),
+                 to = static_cast<std::size_t>(corners[(c + 1) % corners.size()]);
+      if (mesh.confidences[from] > 0 && !(mesh.confidences[to] > 0))
+        ratios.push_back(mesh.sigmas[to] / mesh.sigmas[from]);
+    }
+  ASSERT_GE(ratios.size(), 100u) << "three rims";
+  // Fillings have some 50 times the sigma of measured surface. An edge is a third of what a point supports and half of
+  // it lies before the border: a third of the way up, 50^(1/3).
+  EXPECT_LT(median(ratios), 3.7);
+  EXPECT_GT(result.report.uncertainty.fillings.median, 3.7 * result.report.uncertainty.measured.median);
+
+  double within = 0, all = 0;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    if (mesh.confidences[v] > 0 && mesh.confidences[v] < .6f) {
+      const Eigen::Vector3d at = mesh.vertices[v].cast<double>() + result.points.offset;
+      ++all;
+      within += std::abs(shapes::torus(.8, .35)(at)) <= 1.96 * static_cast<double>(mesh.sigmas[v]) ? 1 : 0;
+    }
+  EXPECT_GE(all, 100);
+  EXPECT_GE(within / all, .85);
+}
+
+TEST(Uncertainty, CoversWherePointsAreFarApart)
+{
+  // One half of a torus has four times as many points as the other, all with the same noise.
+  const auto isDense = [](const Eigen::Vector3f& p) { return p.x() > 0; };
+  PointSet points = shapes::filter(torusPoints(.03), isDense);
+  const PointSet sparse = shapes::filter(torusPoints(.06, 2), [&](const Eigen::Vector3f& p) { return !isDense(p); });
+  points.positions.insert(points.positions.end(), sparse.positions.begin(), sparse.positions.end());
+  points.normals.insert(points.normals.end(), sparse.normals.begin(), sparse.normals.end());
+  shapes::addNoise(points, .004);
+  const Reconstruction result = clouds::reconstruct(points, withUncertainty());
+  std::vector<float> sigmas[2];
+  double within[2] = {0, 0};
+  for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v) {
+    const Eigen::Vector3d at = result.mesh.vertices[v].cast<double>() + result.points.offset;
+    if (std::abs(at.x()) < .2) // where both meet
+      continue;
+    const int half = at.x() > 0 ? 0 : 1;
+    const float sigma = result.mesh.sigmas[v];
+    sigmas[half].push_back(sigma);
+    within[half] += std::abs(shapes::torus(.8, .35)(at)) <= 1.96 * static_cast<double>(sigma) ? 1 : 0;
+  }
+  for (const int half : {0, 1})
+    EXPECT_GE(within[half] / static_cast<double>(sigmas[half].size()), .9) << half;
+  // A mean of a quarter of the points has twice the error.
+  EXPECT_NEAR(median(sigmas[1]) / median(sigmas[0]), 2, .6);
+}
+
 TEST(Uncertainty, NoiseIsToldOnALattice)
 {
   // Four neighbors are equally near; the one next in height would tell less than the noise.
