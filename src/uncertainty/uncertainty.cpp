@@ -27,7 +27,7 @@ struct LearntFactors {
   double growthPerNoise; ///< what the squared ratio of noise to σ takes of it
 };
 
-constexpr LearntFactors learnt{.95, .6, .35, 1.4, 2.5, 1.2, 2.3, .6};
+constexpr LearntFactors learnt{.95, .5, .35, 1.4, 2.5, 1.2, 2.3, .6};
 
 /// Points that a vertex is compared with.
 constexpr int nearestPoints = 4;
@@ -69,15 +69,15 @@ double cappedMean(const std::vector<float>& values)
 /// and from the one to the other, evenly in ln σ, where the nearest point is at half to all of the distance that it
 /// supports. a is the area that each of the points around stands for, over l̄²: few points average little noise, which V
 /// on a coarse grid does not tell. Ṽ is the median of V, δ₇₅ the upper quartile of δ, both amid data, β² the squared
-/// mean distance to the nearest points, s .6 times the share of it that is more than their noise, and t what Student's
+/// mean distance to the nearest points, s half the share of it that is more than their noise, and t what Student's
 /// intervals of 95 % are wider by than a Gaussian's. The surface is not where the field is at the points: it is cut
 /// along the edges of trilinear voxels, which pushes it outward where it is curved.
 ///
 /// The form and the learnt factors come from 40 scans of 30,000 points with six holes of 3 to 8 % of the diagonal, of
 /// the elephant, armadillo, man, bear, camel, dragon, femur, blob and pig of CGAL's data and two heads, without noise
 /// and with .25 % of the diagonal: σ² grew with √V, and to 3.3 and 12 times at one and at two times δ₇₅ without noise,
-/// to 1.4 times and 2 with it. The .6 is from 18 such clean scans with other seeds; 32 more, with seeds that nothing
-/// was fitted to, are the ones of the README.
+/// to 1.4 times and 2 with it. The half in s is from the scans of `pcl_mrf_experiments --only uncertainty` and
+/// 16 such clean ones; 32 more, with seeds that nothing was fitted to, are the ones of the README.
 class SigmaModel {
 public:
   /// \param evidence of the mesh's vertices
