@@ -3,8 +3,8 @@
 
 #include "run/stage_timer.h"
 
+#include <pcl/surface/mrf/hold_out.h>
 #include <pcl/surface/mrf/option_table.h>
-#include <pcl/surface/mrf/smoothing.h>
 
 #include <optional>
 #include <stdexcept>

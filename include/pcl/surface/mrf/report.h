@@ -4,12 +4,12 @@
 #pragma once
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/hold_out.h>
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/multiscale.h>
 #include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/orientation.h>
 #include <pcl/surface/mrf/sampling_density.h>
-#include <pcl/surface/mrf/smoothing.h>
 #include <pcl/surface/mrf/uncertainty.h>
 
 #include <cstdint>

@@ -4,8 +4,8 @@
 #include "support/clouds.h"
 #include "support/shapes.h"
 
+#include <pcl/surface/mrf/hold_out.h>
 #include <pcl/surface/mrf/sampling_density.h>
-#include <pcl/surface/mrf/smoothing.h>
 
 #include <gtest/gtest.h>
 

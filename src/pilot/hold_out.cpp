@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/smoothing.h>
+#include <pcl/surface/mrf/hold_out.h>
 
 #include "base/index_hash.h"
 #include "observation/point_observation.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The smoothing length of observations at points, chosen by the data or from a known noise (ours).
+/// \brief Hold-out cross-validation: smoothing length, weight of the normals and voxels, chosen by the data (ours).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
