@@ -58,7 +58,6 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
 
 float Support::reach(std::size_t point) const
 {
-  constexpr float farthest = 4;
   constexpr float atBorder = 1.5f; // the 8th neighbor of a point at the rim is √2 as far as in the middle
   return spacing_ > 0 ? maxDistance_ * std::clamp(points_.spacings[point] / (atBorder * spacing_), 1.f, farthest)
                       : maxDistance_;
@@ -84,8 +83,19 @@ void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape 
   mesh.confidences.assign(mesh.vertices.size(), 0);
   execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
     Neighbors nearest;
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
+    // Far from all points, where a search takes longest, the one before tells of the vertices close to it.
+    Eigen::Vector3f asked = Eigen::Vector3f::Zero();
+    float freeAround = 0;
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+      if ((mesh.vertices[v] - asked).norm() < freeAround)
+        continue;
       mesh.confidences[v] = support.confidence(mesh.vertices[v], shape, nearest);
+      asked = mesh.vertices[v];
+      constexpr float rounding = .999f;
+      freeAround = nearest.squaredDistances.empty()
+                       ? 0
+                       : rounding * std::sqrt(nearest.squaredDistances.front()) - support.farthestReach();
+    }
   });
 }
 

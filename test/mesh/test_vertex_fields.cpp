@@ -65,6 +65,36 @@ TEST(VertexFields, confidencesFallWithTheDistanceFromTheNearestPoint)
   EXPECT_EQ(mesh.confidences[3], 0);
 }
 
+TEST(VertexFields, confidencesDoNotDependOnWhichVertexCameBefore)
+{
+  // Points of two densities, the reach following them, and vertices that walk away from them, back, and to others.
+  OrientedPoints points;
+  for (int i = 0; i < 20; ++i) {
+    points.positions.emplace_back(.1f * static_cast<float>(i), 0, 0);
+    points.positions.emplace_back(50 + static_cast<float>(i), 0, 0);
+    points.spacings.insert(points.spacings.end(), {.1f, 1});
+  }
+  points.normals.assign(points.positions.size(), Vector3f::UnitZ());
+  const auto search = makeKdTree();
+  search->setPoints(points.positions);
+  const Support support(points, *search, .5f, .1f);
+  TriangleMesh mesh;
+  for (int step = 0; step < 3000; ++step)
+    mesh.vertices.emplace_back(40 - 40 * std::cos(.003f * static_cast<float>(step)),
+                               6 * std::sin(.05f * static_cast<float>(step)), 0);
+  Execution execution(1);
+  setConfidences(mesh, support, ConfidenceShape::quadratic, execution);
+  Neighbors scratch;
+  int supported = 0;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    const float alone = support.confidence(mesh.vertices[v], ConfidenceShape::quadratic, scratch);
+    ASSERT_EQ(mesh.confidences[v], alone) << "vertex " << v;
+    supported += alone > 0 ? 1 : 0;
+  }
+  EXPECT_GT(supported, 100);
+  EXPECT_LT(supported, 2900);
+}
+
 TEST(VertexFields, trianglesGiveTheNormalWhereTheGradientVanishes)
 {
   // A field without any slope, and a roof of two triangles and an unused vertex in it.

@@ -46,10 +46,15 @@ public:
   /// What the nearest point leaves of its reach at a position: ≤ 0 without support, −inf without points.
   float margin(const Eigen::Vector3f& position, Neighbors& scratch) const;
 
+  /// No point supports anything farther away. Cloud's unit.
+  float farthestReach() const { return spacing_ > 0 ? farthest * maxDistance_ : maxDistance_; }
+
   /// Paper Sec. 3.3.3: α by the distance to the nearest point, times that point's own confidence.
   float confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbors& scratch) const;
 
 private:
+  static constexpr float farthest = 4; ///< in dEmax
+
   float reach(std::size_t point) const;
 
   const OrientedPoints& points_;
