@@ -102,11 +102,11 @@ private:
     forEachPair(voxels_, support_, plane, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
       float *const d = values_ + outer, *const r = r_.data() + inner;
       const float *const p = direction.data() + inner, *const ap = product.data() + inner;
-      for (std::int64_t i = 0; i < count; ++i) {
+      for (std::int64_t i = 0; i < count; ++i)
         d[i] += length * p[i];
+      for (std::int64_t i = 0; i < count; ++i)
         r[i] -= length * ap[i];
-        sums.residual += static_cast<double>(r[i]) * static_cast<double>(r[i]);
-      }
+      sums.residual += kernels::dot(count, r, r);
       for (std::int64_t i = 0; i < count; ++i)
         if (std::abs(d[i]) < near_)
           (system_.isObserved(inner + i) ? sums.observed : sums.filling)
