@@ -21,7 +21,7 @@
 #if defined(MRF_HAS_MULTIVERSIONING)
 #define MRF_MULTIVERSION(Result, name, parameters, arguments)                                                          \
   static MRF_ALWAYS_INLINE Result name##Baseline parameters;                                                           \
-  __attribute__((target("avx512f"))) static Result name##Avx512 parameters                                             \
+  __attribute__((target("avx512f,prefer-vector-width=512"))) static Result name##Avx512 parameters                     \
   {                                                                                                                    \
     return name##Baseline arguments;                                                                                   \
   }                                                                                                                    \

@@ -63,11 +63,18 @@ void growInStrides(int steps, const Grow& grow)
   }
 }
 
+/// True if the runs of two planes are the same.
+bool haveSameRuns(const Runs& a, const Runs& b)
+{
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Run& run, const Run& other) { return run.at == other.at && run.count == other.count; });
+}
+
 } // namespace
 
 void requireCountable(const GridSize& size)
 {
-  const double window = static_cast<double>(size.x + 2. * windowMargin) * (size.y + 2.),
+  const double window = static_cast<double>(windowStrideOf(size)) * (size.y + 2.),
                rows = static_cast<double>(size.y) * size.z;
   const double excess = std::max(window / std::numeric_limits<std::int32_t>::max(), rows / maxNumbers);
   if (excess <= 1)
@@ -315,6 +322,14 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
   rowBegin_.assign(rows + 1, 0);
   for (std::size_t r = 0; r < rows; ++r)
     rowBegin_[r + 1] = rowBegin_[r] + runsInRow[r];
+  for (bottom_ = 0; bottom_ < size.z && planeCount(bottom_) == 0;)
+    ++bottom_;
+  for (top_ = size.z; top_ > bottom_ && planeCount(top_ - 1) == 0;)
+    --top_;
+  likeFirst_.resize(planes.size());
+  for (int z = 0; z < size.z; ++z)
+    likeFirst_[static_cast<std::size_t>(z)] =
+        z > 0 && haveSameRuns(plane(z - 1), plane(z)) ? likeFirst_[static_cast<std::size_t>(z - 1)] : z;
 }
 
 void VoxelSet::rasterize(int z, MaskPlane& mask) const
@@ -331,7 +346,7 @@ void VoxelSet::rasterize(int z, MaskPlane& mask) const
 std::size_t VoxelSet::bytes() const
 {
   return runs_.capacity() * sizeof(Run) + rowBegin_.capacity() * sizeof(std::uint32_t) +
-         planeFirst_.capacity() * sizeof(std::int64_t);
+         planeFirst_.capacity() * sizeof(std::int64_t) + likeFirst_.capacity() * sizeof(std::int32_t);
 }
 
 VoxelSet dilated(const VoxelSet& band, int steps, int stepsX, Execution& execution)
@@ -433,18 +448,27 @@ VoxelSet connectedTo(VoxelSet band, const VoxelSet& other, Execution& execution)
 namespace kernels {
 namespace {
 
-/// Calls body(window index, packed index) for all voxels of the runs, in pieces that one vector holds.
+/// Calls body(window index, packed index) for the voxels of a run from the i-th on, in whole vectors. \return the next
+/// i
+template <int unit, typename Body>
+MRF_ALWAYS_INLINE std::int64_t forVectors(const Run& run, std::int64_t i, const Body& body)
+{
+  const std::int64_t at = run.at, first = run.first, count = run.count;
+  for (; i + unit <= count; i += unit)
+    for (int lane = 0; lane < unit; ++lane)
+      body(at + i + lane, first + i + lane);
+  return i;
+}
+
+/// Calls body(window index, packed index) for all voxels of the runs, in the widest vectors that they still fill.
 template <typename Body>
 MRF_ALWAYS_INLINE void forEachVoxel(Runs runs, const Body& body)
 {
   for (const Run* run = runs.begins; run != runs.ends; ++run) {
-    const std::int64_t at = run->at, first = run->first, count = run->count;
-    std::int64_t i = 0;
-    for (; i + runUnit <= count; i += runUnit)
-      for (int lane = 0; lane < runUnit; ++lane)
-        body(at + i + lane, first + i + lane);
-    for (; i < count; ++i)
-      body(at + i, first + i);
+    std::int64_t i = forVectors<vectorUnit>(*run, 0, body);
+    i = forVectors<vectorUnit / 2>(*run, i, body);
+    i = forVectors<vectorUnit / 4>(*run, i, body);
+    forVectors<1>(*run, i, body);
   }
 }
 
@@ -549,6 +573,26 @@ MRF_MULTIVERSION(void, stepChebyshev,
     z[v] = step;
     x[i] += step;
   });
+}
+
+MRF_MULTIVERSION(void, stepChebyshevWithLaplacian,
+                 (Runs runs, const float* degrees, int stride, const float* below, const float* center,
+                  const float* above, float tension, const float* tense, float f, float g, const float* product,
+                  const float* b, const float* inverseD, float* __restrict z, float* __restrict x),
+                 (runs, degrees, stride, below, center, above, tension, tense, f, g, product, b, inverseD, z, x))
+{
+  const auto step = [=](std::int64_t i, std::int64_t v, float total) {
+    const float change = f * z[v] + g * inverseD[v] * (b[v] - total);
+    z[v] = change;
+    x[i] += change;
+  };
+  const auto withLaplacian = [=](std::int64_t i, std::int64_t v) {
+    return product[i] + (degrees[v] * center[i] - sumOfNeighbors(i, stride, below, center, above));
+  };
+  if (tense)
+    forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { step(i, v, withLaplacian(i, v) + tension * tense[i]); });
+  else
+    forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { step(i, v, withLaplacian(i, v)); });
 }
 
 MRF_MULTIVERSION(void, residual, (Runs runs, const float* product, const float* b, float* r), (runs, product, b, r))

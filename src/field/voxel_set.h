@@ -21,8 +21,18 @@
 namespace pcl {
 namespace mrf {
 
-/// Voxels beside the rows of windows.
-constexpr int windowMargin = 8;
+/// Voxels of the widest vectors, which fill a cache line: a window's row has a whole number of them.
+constexpr int vectorUnit = 16;
+
+/// Voxels before the rows of windows. With the margin of a level's grid around it the rows of a whole level begin with
+/// a vector.
+constexpr int windowMargin = 12;
+
+/// Voxels from row to row of the windows of a grid.
+inline std::int64_t windowStrideOf(const GridSize& size)
+{
+  return (std::int64_t{size.x} + windowMargin + vectorUnit - 1) / vectorUnit * vectorUnit;
+}
 
 /// \throw ResourceLimit if 32-bit numbers cannot count the voxels of a window plane of this grid, or its rows
 void requireCountable(const GridSize& size);
@@ -163,6 +173,17 @@ public:
         static_cast<std::size_t>(y) + static_cast<std::size_t>(size_.y) * static_cast<std::size_t>(z);
     return {runs_.data() + rowBegin_[at], runs_.data() + rowBegin_[at + 1], windowIndex(0, y)};
   }
+  /// The planes [bottom, top) hold all voxels.
+  int bottom() const { return bottom_; }
+  int top() const { return top_; }
+
+  /// True if two planes of the grid are known to have the same voxels: not all that do, but the planes of whole levels.
+  bool areAlike(int z, int other) const
+  {
+    const auto isInGrid = [this](int plane) { return plane >= 0 && plane < size_.z; };
+    return isInGrid(z) && isInGrid(other) &&
+           likeFirst_[static_cast<std::size_t>(z)] == likeFirst_[static_cast<std::size_t>(other)];
+  }
   Runs plane(int z) const
   {
     if (z < 0 || z >= size_.z)
@@ -171,10 +192,11 @@ public:
   }
 
   /// Windows have a margin of one row on two sides.
-  int windowStride() const { return size_.x + 2 * windowMargin; }
+  int windowStride() const { return static_cast<int>(windowStrideOf(size_)); }
+  /// Vectors in odd number: planes that are whole pages apart would drive each other out of the cache.
   std::size_t windowCount() const
   {
-    return static_cast<std::size_t>(windowStride()) * static_cast<std::size_t>(size_.y + 2);
+    return static_cast<std::size_t>(windowStride()) * static_cast<std::size_t>(size_.y + 2) | vectorUnit;
   }
   std::int32_t windowIndex(int x, int y) const { return (y + 1) * windowStride() + x + windowMargin; }
   int xOf(const Run& run, int y) const { return run.at - windowIndex(0, y); }
@@ -193,7 +215,9 @@ private:
   std::vector<Run> runs_;
   std::vector<std::uint32_t> rowBegin_;  ///< per row of the grid, and the end
   std::vector<std::int64_t> planeFirst_; ///< per plane, and the end
+  std::vector<std::int32_t> likeFirst_;  ///< per plane: the first of the consecutive ones that are like it
   std::int64_t largestPlane_ = 0;
+  int bottom_ = 0, top_ = 0;
 };
 
 /// Calls body(packed index on the band, packed index on the support, count) for the runs of plane z.
@@ -250,6 +274,11 @@ void startChebyshev(Runs runs, float g, const float* b, const float* inverseD, f
 /// Next Chebyshev step: z = f z + g D⁻¹ (b − product), x += z.
 void stepChebyshev(Runs runs, float f, float g, const float* product, const float* b, const float* inverseD, float* z,
                    float* x);
+/// The same with product + L y + tension · tense in the place of the product: y, from which the last of the powers of L
+/// is still to be taken, need not be there twice. \param tense a window, or none
+void stepChebyshevWithLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* center,
+                                const float* above, float tension, const float* tense, float f, float g,
+                                const float* product, const float* b, const float* inverseD, float* z, float* x);
 /// r = b − product; r and b may be the same.
 void residual(Runs runs, const float* product, const float* b, float* r);
 /// product += w x, w packed

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 
 namespace pcl {
@@ -35,11 +36,18 @@ int stepsPerSweep(const GridSize& size, double unknowns, int order, int slabs)
   return std::max(1, std::min(inCache, inSlab));
 }
 
-/// True if the runs of two planes are the same.
-bool haveSameVoxels(const Runs& a, const Runs& b)
+/// The degrees of whole levels, whose planes are alike: of a single plane, the last, the first, and any other.
+PackedValues degreesOfWhole(const VoxelSet& voxels, Execution& execution)
 {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const Run& run, const Run& other) { return run.at == other.at && run.count == other.count; });
+  const GridSize size{voxels.size().x, voxels.size().y, 1};
+  const VoxelSet plane(
+      size, [&](int, MaskPlane& mask) { voxels.rasterize(voxels.bottom(), mask); }, 0, execution);
+  const PackedValues inPlane = degrees(plane, execution);
+  PackedValues result;
+  for (const float beside : {0.f, 1.f, 1.f, 2.f})
+    std::transform(inPlane.begin(), inPlane.end(), std::back_inserter(result),
+                   [=](float degree) { return degree + beside; });
+  return result;
 }
 
 /// Packed values of what layer(z, window of z, window of z + 1) adds up to over a grid.
@@ -68,7 +76,7 @@ void WindowRing::reset(const VoxelSet& voxels, int planes)
   planes_ = planes;
   const std::size_t needed = voxels.windowCount() * static_cast<std::size_t>(planes);
   if (values_.size() < needed) {
-    values_ = std::vector<float>(); // growing keeps up to twice as much, and both while it copies
+    values_ = {}; // growing keeps up to twice as much, and both while it copies
     values_.resize(needed, 0);
   }
   held_.assign(static_cast<std::size_t>(planes), noPlane);
@@ -86,7 +94,7 @@ float* WindowRing::enter(int z)
 float* WindowRing::enterToOverwrite(int z)
 {
   int& held = held_[slot(z)];
-  if (held != noPlane && haveSameVoxels(voxels_->plane(held), voxels_->plane(z))) {
+  if (held != noPlane && voxels_->areAlike(held, z)) {
     held = z;
     return (*this)[z];
   }
@@ -123,7 +131,7 @@ GridOperator::GridOperator(const SolverGrid& grid, const PriorConstants& prior, 
   unobserved_ = 1 / largest * .9999f;
   // The membrane's correction in a band is held at zero around it.
   if (prior.order > 1 || grid.isWhole)
-    degrees_ = degrees(grid.voxels, execution);
+    degrees_ = grid.isWhole ? degreesOfWhole(grid.voxels, execution) : degrees(grid.voxels, execution);
 }
 
 void GridOperator::rightHandSide(PackedValues& b, Execution& execution) const
@@ -207,10 +215,10 @@ void GridOperator::restrictTo(const float* fine, const VoxelSet& coarse, float* 
 double GridOperator::sweepBytes(const GridSize& size, double unknowns, int order, int degree, int threads)
 {
   const int steps = stepsPerSweep(size, unknowns, order, threads), sweeps = (degree + steps - 1) / steps;
-  const Wavefront wavefront(order, (degree + sweeps - 1) / sweeps, sweeps > 1, 0, size.z);
+  const Wavefront wavefront(order, (degree + sweeps - 1) / sweeps, sweeps > 1, 0, size.z, 0, size.z);
   const double planes = wavefront.products() * (wavefront.powerPlanes() * (order - 1) + wavefront.productPlanes()) +
                         wavefront.iteratePlanes();
-  const double window = static_cast<double>(size.x + 2 * windowMargin) * (size.y + 2);
+  const double window = static_cast<double>(windowStrideOf(size)) * (size.y + 2);
   return sizeof(float) * (planes * threads * window + (sweeps > 1 ? 3 * unknowns : 0));
 }
 
@@ -230,7 +238,7 @@ public:
       : system_(system), sweep_(sweep), support_(support), unknowns_(system.voxels()), scratch_(scratch), begin_(begin),
         end_(end), order_(system.prior_.order),
         steps_(sweep.last - sweep.first + 1 - (sweep.source == Sweep::Source::zero ? 1 : 0)),
-        wavefront_(order_, steps_, sweep.product != nullptr, begin, end)
+        wavefront_(order_, steps_, sweep.product != nullptr, begin, end, support.bottom(), support.top())
   {
     const auto products = static_cast<std::size_t>(wavefront_.products());
     scratch.iterate.reset(support, wavefront_.iteratePlanes());
@@ -303,21 +311,33 @@ public:
 
   void addPrior(int step, int z)
   {
+    if (isAddedByStep(step))
+      return;
     WindowRing& source = powerOf(step, order_ - 1);
     float* const product = productOf(step)[z];
     kernels::addLaplacian(unknowns_.plane(z), degreesOf(z), support_.windowStride(), source[z - 1], source[z],
                           source[z + 1], product);
-    if (system_.tension_ > 0 && &support_ == &unknowns_)
-      kernels::addWindow(unknowns_.plane(z), system_.tension_, powerOf(step, 1)[z], product);
+    if (const float* tense = tenseOf(step, z))
+      kernels::addWindow(unknowns_.plane(z), system_.tension_, tense, product);
   }
 
   void update(int step, int z)
   {
     const int i = sweep_.last - steps_ + step;
+    const float f = static_cast<float>(2 * i - 3) / static_cast<float>(2 * i + 1);
     const std::int64_t first = unknowns_.planeFirst(z);
-    kernels::stepChebyshev(unknowns_.plane(z), static_cast<float>(2 * i - 3) / static_cast<float>(2 * i + 1), gain(i),
-                           productOf(step)[z], sweep_.b + first, system_.inverseD_.data() + first, direction(z),
-                           scratch_.iterate[z]);
+    const Runs runs = unknowns_.plane(z);
+    const float *const product = productOf(step)[z], *const b = sweep_.b + first,
+                       *const inverseD = system_.inverseD_.data() + first;
+    float *const change = direction(z), *const x = scratch_.iterate[z];
+    if (isAddedByStep(step)) {
+      WindowRing& source = powerOf(step, order_ - 1);
+      kernels::stepChebyshevWithLaplacian(runs, degreesOf(z), support_.windowStride(), source[z - 1], source[z],
+                                          source[z + 1], system_.tension_, tenseOf(step, z), f, gain(i), product, b,
+                                          inverseD, change, x);
+    } else {
+      kernels::stepChebyshev(runs, f, gain(i), product, b, inverseD, change, x);
+    }
     if (step == steps_)
       keep(z);
   }
@@ -338,11 +358,25 @@ public:
 private:
   static float gain(int i) { return static_cast<float>(8 * i - 4) / static_cast<float>(2 * i + 1); }
 
+  /// True if a step adds what the prior says to its product while it takes it, which is one pass less. The membrane's
+  /// steps trail their products by a plane, and some of the planes beside are steps ahead by then.
+  bool isAddedByStep(int step) const { return order_ > 1 && step <= steps_; }
+
+  /// L x, that a correction in a band is a membrane for; none elsewhere.
+  const float* tenseOf(int step, int z)
+  {
+    return system_.tension_ > 0 && &support_ == &unknowns_ ? powerOf(step, 1)[z] : nullptr;
+  }
+
   /// Neighbors of the voxels in their graph; none where the iterate is known all around.
   const float* degreesOf(int z) const
   {
-    return &support_ == &unknowns_ && !system_.degrees_.empty() ? system_.degrees_.data() + unknowns_.planeFirst(z)
-                                                                : nullptr;
+    if (&support_ != &unknowns_ || system_.degrees_.empty())
+      return nullptr;
+    if (!system_.grid_.isWhole)
+      return system_.degrees_.data() + unknowns_.planeFirst(z);
+    const int planesBeside = (z > unknowns_.bottom() ? 1 : 0) + (z + 1 < unknowns_.top() ? 2 : 0);
+    return system_.degrees_.data() + unknowns_.largestPlane() * planesBeside;
   }
 
   float* direction(int z)

@@ -3,6 +3,7 @@
 /// \brief The operator P + C on one grid: products, Chebyshev smoothing, and the transfers to the next coarser grid.
 #pragma once
 
+#include "base/aligned.h"
 #include "field/grid_transfer.h"
 #include "field/prior_constants.h"
 #include "field/voxel_set.h"
@@ -48,7 +49,7 @@ private:
 
   const VoxelSet* voxels_ = nullptr;
   int planes_ = 0;
-  std::vector<float> values_;
+  std::vector<float, AlignedAllocator<float>> values_;
   std::vector<int> held_;
 };
 

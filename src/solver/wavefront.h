@@ -3,6 +3,8 @@
 /// \brief The order in which a sweep that takes several steps at once visits the planes of a slab.
 #pragma once
 
+#include <algorithm>
+
 namespace pcl {
 namespace mrf {
 
@@ -14,22 +16,24 @@ namespace mrf {
 ///     L² x              . . . . . z+1              the step before allow
 ///     product, x of s   . . . . z
 ///
+/// Planes without voxels are left out, but for one on either side, so that the rings hold zeros there.
+///
 /// The iterate is updated in place. Steps trail each other by k planes, for k = 1 by two, as an update would overtake
 /// the next plane's product. A slab computes k planes of its neighbors for each step again.
 class Wavefront {
 public:
   /// \param steps that update the iterate \param endsWithProduct a product of what they leave follows them
-  /// \param begin, end planes of the slab
-  Wavefront(int order, int steps, bool endsWithProduct, int begin, int end)
+  /// \param begin, end planes of the slab \param bottom, top those with voxels are among [bottom, top)
+  Wavefront(int order, int steps, bool endsWithProduct, int begin, int end, int bottom, int top)
       : order_(order), delay_(order == 1 ? 1 : 0), steps_(steps), products_(steps + (endsWithProduct ? 1 : 0)),
-        begin_(begin), end_(end)
+        begin_(begin), end_(end), bottom_(bottom), top_(top)
   {}
 
   int products() const { return products_; }
 
   /// Planes [low(s), high(s)) are known after step s, 0 being the start; of a product, the planes that it is made of.
-  int low(int step) const { return begin_ - order_ * (products_ - step); }
-  int high(int step) const { return end_ + order_ * (products_ - step); }
+  int low(int step) const { return std::max(begin_ - order_ * (products_ - step), bottom_ - 1); }
+  int high(int step) const { return std::min(end_ + order_ * (products_ - step), top_ + 1); }
 
   /// Consecutive planes that a ring has to hold: of the iterate, of each power of L, of each product.
   int iteratePlanes() const { return products_ * lag() + order_ + 3; }
@@ -63,7 +67,7 @@ private:
     // The highest power first known: each plane of a power needs one more of the one below.
     for (int power = 1; power < order_; ++power) {
       const int ahead = order_ - power, at = z + ahead;
-      if (at >= low(step) - ahead && at < high(step) + ahead)
+      if (at >= std::max(low(step) - ahead, bottom_ - 1) && at < std::min(high(step) + ahead, top_ + 1))
         pass.differentiate(step, power, at);
     }
     const bool isProduct = z >= low(step) && z < high(step);
@@ -79,7 +83,7 @@ private:
     }
   }
 
-  int order_, delay_, steps_, products_, begin_, end_;
+  int order_, delay_, steps_, products_, begin_, end_, bottom_, top_;
 };
 
 } // namespace mrf

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/grid_transfer.h"
 #include "field/voxel_set.h"
+#include "solver/grids.h"
 #include "support/shapes.h"
 #include "support/statistics.h"
 #include "support/zero_level.h"
@@ -13,6 +14,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <random>
 
@@ -173,6 +175,49 @@ TEST(VoxelSet, GrowsAndShrinksLikeItsVoxels)
     ASSERT_EQ(grown.contains(x, y, z), isNear);
     ASSERT_EQ(shrunk.contains(x, y, z), isInside);
   });
+}
+
+TEST(VoxelSet, KnowsItsPlanes)
+{
+  // Planes 3 to 8, of which 4 to 6 and 7 to 8 are alike.
+  Execution execution(2);
+  const VoxelSet band(
+      grid,
+      [&](int z, MaskPlane& mask) {
+        if (z >= 3 && z <= 8)
+          mask.setRange(z == 3 ? 1 : 2, z < 7 ? 30 : 31, 5);
+      },
+      0, execution);
+  EXPECT_EQ(band.bottom(), 3);
+  EXPECT_EQ(band.top(), 9);
+  EXPECT_TRUE(band.areAlike(4, 6));
+  EXPECT_TRUE(band.areAlike(8, 7));
+  EXPECT_FALSE(band.areAlike(3, 4));
+  EXPECT_FALSE(band.areAlike(6, 7));
+  EXPECT_FALSE(band.areAlike(4, grid.z));
+  EXPECT_FALSE(band.areAlike(-1, 4));
+  const VoxelSet none(
+      grid, [](int, MaskPlane&) {}, 0, execution);
+  EXPECT_EQ(none.bottom(), none.top());
+}
+
+TEST(VoxelSet, RowsOfWholeLevelsBeginWithAVectorInTheWindows)
+{
+  Execution execution(1);
+  for (const int side : {1, 7, 16, 29}) {
+    const VoxelSet whole = wholeOf({{side, 3, 3}, Eigen::Vector3d::Zero(), 1}, execution);
+    EXPECT_EQ(whole.windowStride() % vectorUnit, 0);
+    // The margin is wide enough for whatever reads beside the rows, and no voxel is in two of them.
+    EXPECT_GE(whole.windowIndex(0, 1) - whole.windowIndex(whole.size().x, 0), 8);
+    for (int y = gridMargin; y < gridMargin + 3; ++y)
+      for (const pcl::mrf::Run& run : whole.row(y, gridMargin))
+        EXPECT_EQ(run.at % vectorUnit, 0);
+  }
+  WindowRing ring;
+  const VoxelSet whole = wholeOf({{20, 9, 9}, Eigen::Vector3d::Zero(), 1}, execution);
+  ring.reset(whole, 5);
+  for (int z = 0; z < 5; ++z)
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(ring[z]) % (vectorUnit * sizeof(float)), 0u);
 }
 
 TEST(VoxelSet, CountsNeighborsAndFollowsThem)

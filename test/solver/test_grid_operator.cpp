@@ -139,6 +139,26 @@ Eigen::MatrixXd matrixOf(GridOperator& system, int threads)
 
 } // namespace
 
+TEST(GridOperator, isThePowerOfTheLaplacianOnThinWholeLevels)
+{
+  Execution execution(1);
+  const std::vector<PointSample> none;
+  for (const int k : allOrders)
+    for (const GridSize size : {GridSize{6, 5, 1}, GridSize{6, 5, 2}, GridSize{1, 4, 3}, GridSize{5, 1, 1}}) {
+      SCOPED_TRACE(testing::Message() << "k = " << k << ", " << size.x << " x " << size.y << " x " << size.z);
+      SolverGrid grid;
+      grid.isWhole = true;
+      grid.voxels = wholeOf(latticeOf(size), execution);
+      grid.data = makePointData(none, grid.voxels, {1, 1}, 1, true);
+      GridOperator system(grid, constantsOf(k), 0, execution);
+      const Eigen::MatrixXd laplacian = graphLaplacian(grid.voxels);
+      Eigen::MatrixXd expected = Eigen::MatrixXd::Identity(laplacian.rows(), laplacian.cols());
+      for (int power = 0; power < k; ++power)
+        expected = (expected * laplacian).eval();
+      EXPECT_EQ(matrixOf(system, 1), expected) << "whole numbers that single precision holds";
+    }
+}
+
 TEST(GridOperator, isTheMatrixOfItsDefinition)
 {
   const GridSize size{11, 7, 6};
