@@ -29,6 +29,8 @@ void check(const EvaluateCommand& command)
   require(!command.sigma || extension(command.mesh) == "ply", "--sigma: only of ply files is the field read");
   require(!command.sigma || !command.reference.empty() || !command.heldOut.empty() || !command.clean.empty(),
           "--sigma needs something to compare with: --reference, --held-out or --clean");
+  require(!(command.noise > 0) || (command.sigma && command.reference.empty() && !command.heldOut.empty()),
+          "--noise is of the points of --held-out, which --sigma looks at where there is no --reference");
   validate(command.options);
 }
 
@@ -62,6 +64,9 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
               "whether the field sigma of MESH, a ply file of pcl_mrf_reconstruction --uncertainty, is right: how many "
               "errors are within its 50, 80 and 95 % intervals, how wide these are, and how it ranks the errors, by "
               "--reference, else by --held-out and --clean");
+  parser.positive("--noise", "LENGTH", command.noise,
+                  "standard deviation of the points of --held-out along the normal, for --sigma: what has to hold them "
+                  "is an interval of both; the report of a reconstruction has it; default: they are exact");
   parser.positive(
       "--diagonal", "LENGTH", options.diagonal,
       "what percentages refer to; default: of the bounding box of the reference, else the input, else MESH");

@@ -15,6 +15,7 @@ struct EvaluateCommand {
   std::string cloud, heldOut, clean, reference;
   std::string json, colored;
   EvaluationOptions options;
+  double noise = 0;      ///< standard deviation of the held-out points, cloud's unit; 0 = they are exact
   double colorRange = 0; ///< error that becomes red, cloud's unit; 0 = the far limit
   int threads = 0;
   bool merge = false; ///< vertices of the mesh with equal coordinates

@@ -103,7 +103,7 @@ void run(const EvaluateCommand& command)
   const Evaluation evaluation = evaluate(mesh, input, command.options, execution);
   std::optional<SigmaEvaluation> sigma;
   if (command.sigma)
-    sigma = evaluateSigma(sigmaSamples(mesh, input, execution), evaluation.options.diagonal);
+    sigma = evaluateSigma(sigmaSamples(mesh, input, command.noise, execution), evaluation.options.diagonal);
 
   if (!command.json.empty())
     outputs.write(command.json, [&](const std::string& path) {

@@ -193,19 +193,27 @@ std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const std::vector
   return samples;
 }
 
-std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input,
+std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input, double heldOutNoise,
                                       pcl::mrf::Execution& execution)
 {
   if (input.reference)
     return sigmaSamples(mesh, vertexErrors(mesh, input, execution));
-  std::vector<Eigen::Vector3d> points;
-  for (const auto* cloud : {&input.heldOut, &input.clean})
-    std::copy_if(cloud->begin(), cloud->end(), std::back_inserter(points),
-                 [](const Eigen::Vector3d& point) { return point.allFinite(); });
-  if (points.empty())
+  std::vector<SigmaSample> samples;
+  const auto add = [&](std::vector<Eigen::Vector3d> points, double noise) {
+    points.erase(
+        std::remove_if(points.begin(), points.end(), [](const Eigen::Vector3d& point) { return !point.allFinite(); }),
+        points.end());
+    if (points.empty())
+      return;
+    const std::vector<SigmaSample> added = sigmaSamples(mesh, points, noise, execution);
+    samples.insert(samples.end(), added.begin(), added.end());
+  };
+  add(input.heldOut, heldOutNoise);
+  add(input.clean, 0);
+  if (samples.empty())
     throw pcl::mrf::InvalidInput("sigma is compared with a reference, or with held-out or noise-free points; there are "
                                  "none");
-  return sigmaSamples(mesh, points, 0, execution);
+  return samples;
 }
 
 std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& points, double noise,

@@ -55,9 +55,9 @@ SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double di
 
 /// With a reference: the vertices, weighted by the area around them. Else the held-out points, or the noise-free ones,
 /// and the vertex of the closest triangle that is nearest to each.
-/// \param mesh with the field `sigma`, and `confidence` \throw pcl::mrf::InvalidInput if it lacks them, or if nothing
-/// is known that it could be compared with
-std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input,
+/// \param mesh with the field `sigma`, and `confidence` \param heldOutNoise as below, of the held-out points
+/// \throw pcl::mrf::InvalidInput if it lacks them, or if nothing is known that it could be compared with
+std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input, double heldOutNoise,
                                       pcl::mrf::Execution& execution);
 
 /// Points of the surface, each with the vertex of the closest triangle that is nearest to it. \pre the points are

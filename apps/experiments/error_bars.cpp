@@ -343,24 +343,20 @@ Section errorBars(Laboratory& laboratory)
 
   Section section{"uncertainty", "Error bars", {}, {}, {}, {}};
   section.paragraphs = {
-      "Clean scans are those of Table 1, with exact points and normals; noisy ones those of Fig. 8, with noise of .25 "
-      "% "
-      "of the diagonal, 1 % outliers and no normals. Every scan has holes of 4 to 10 % of the diagonal. The error of a "
-      "vertex is its distance to the object, and each stands for the area around it. An interval of 50, 80 or 95 % is "
-      "right if it holds as large a share of the area, and the narrower the better. Objects count the same, and the "
-      "interval of a coverage is a bootstrap over objects.",
-      "Ranking: sparsification leaves out the area that is predicted to be the worst, more and more of it, and looks "
-      "at "
-      "the RMS error of the rest, beside that of leaving out what is the worst; 0 is perfect. Confidence falls with "
-      "the "
-      "distance to the nearest point.",
+      "Clean scans are those of Table 1, with exact points and normals; noisy ones those of Fig. 8, with noise of "
+      ".25 % of the diagonal, 1 % outliers and no normals. Every scan has holes of 4 to 10 % of the diagonal. The "
+      "error of a vertex is its distance to the object, and each stands for the area around it. An interval of 50, "
+      "80 or 95 % is right if it holds as large a share of the area, and the narrower the better. Objects count the "
+      "same, and the interval of a coverage is a bootstrap over objects.",
+      "Ranking: sparsification leaves out the area that is predicted to be the worst, more and more of it, and "
+      "looks at the RMS error of the rest, beside that of leaving out what is the worst; 0 is perfect. Confidence "
+      "falls with the distance to the nearest point.",
       "Real clouds are those of `real`, with the same points withheld and with normals given. A withheld point that "
-      "was "
-      "measured has noise of its own: what has to hold it is an interval of the surface's sigma and the noise "
-      "together, "
-      "the noise being what the report says of the cloud. Points that were simulated are withheld without noise. The "
-      "random tenth tells of measured surface, discs with radii of 5 to 10 local spacings of fillings; those farther "
-      "than 10 local spacings from any surface are without one, and not counted. Likelihoods refer to the spacing."};
+      "was measured has noise of its own: what has to hold it is an interval of the surface's sigma and the noise "
+      "together, the noise being what the report says of the cloud. Points that were simulated are withheld without "
+      "noise. The random tenth tells of measured surface, discs with radii of 5 to 10 local spacings of fillings; "
+      "those farther than 10 local spacings from any surface are without one, and not counted. Likelihoods refer to "
+      "the spacing."};
   if (program.empty())
     section.paragraphs.push_back("The density that PoissonRecon writes is not compared: the program is not on PATH.");
   section.tables = {coverageTable(all), objectTable(all), rankingTable(all, !program.empty()), realBars(laboratory)};

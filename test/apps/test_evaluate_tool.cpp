@@ -46,6 +46,16 @@ TEST_F(EvaluateTool, TellsWhetherSigmaIsRight)
   EXPECT_EQ(json["fillings"]["coverage"], nlohmann::json({0, 1, 1}));
   EXPECT_EQ(json["notKnown"], 0);
 
+  // A withheld point 1.37 sigma away, or 1.1 of sigma and noise: 3, 4, 5 in tenths.
+  write("withheld.xyz", ".9 .1 .55\n");
+  for (const bool isNoisy : {false, true}) {
+    std::vector<std::string> arguments = {"sigma.ply", "--sigma", "--held-out", "withheld.xyz", "--json", "r.json"};
+    if (isNoisy)
+      arguments.insert(arguments.end(), {"--noise", ".3"});
+    ASSERT_EQ(run(arguments).status, 0);
+    EXPECT_EQ(nlohmann::json::parse(tool::readText(path("r.json")))["sigma"]["measured"]["coverage"],
+              isNoisy ? nlohmann::json({0, 1, 1}) : nlohmann::json({0, 0, 1}));
+  }
   write("sigma.ply", withSigma("nan"));
   ASSERT_EQ(run({"sigma.ply", "--sigma", "--reference", "above.off", "--json", "r.json"}).status, 0);
   EXPECT_EQ(nlohmann::json::parse(tool::readText(path("r.json")))["sigma"]["notKnown"], 1);
@@ -56,6 +66,7 @@ TEST_F(EvaluateTool, SigmaNeedsAFieldAndSomethingToCompareWith)
   write("sigma.ply", withSigma(".4"));
   expectFailure({"sigma.ply", "--sigma"}, 2, "--sigma needs something to compare with");
   expectFailure({"flat.off", "--sigma", "--reference", "above.off"}, 2, "ply");
+  expectFailure({"sigma.ply", "--sigma", "--reference", "above.off", "--noise", "1"}, 2, "--noise is of the points of");
   write("plain.ply", std::regex_replace(withSigma(".4"), std::regex("float sigma"), "float other"));
   expectFailure({"plain.ply", "--sigma", "--reference", "above.off"}, 1, "no field `sigma`");
 }
