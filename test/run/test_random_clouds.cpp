@@ -302,7 +302,7 @@ private:
 
 int main(int argc, char** argv)
 {
-  const std::uint64_t cases = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : isSanitized ? 20 : 300;
+  const std::uint64_t cases = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : isSanitized ? 20 : 200;
   const std::uint64_t first = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 0;
   if (argc > 3 || cases == 0) {
     std::fprintf(stderr, "usage: test_random_clouds [CASES [FIRST_SEED]]\n");
