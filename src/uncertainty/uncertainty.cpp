@@ -29,9 +29,6 @@ struct LearntFactors {
 
 constexpr LearntFactors learnt{.95, .5, .35, 1.4, 2.5, 1.2, 2.3, .6};
 
-/// Points that a vertex is compared with.
-constexpr int nearestPoints = 4;
-
 /// Discs, and pairs, that the learnt factors count as.
 constexpr double patchesLearnt = 2, pairsLearnt = 20;
 
@@ -268,44 +265,13 @@ private:
   bool hasPairs_ = false;
 };
 
-/// The mean distance of each measured vertex from the nearest points, signed; 0 of the others. \param vertices of each
-/// piece
-std::vector<float> distancesToPoints(const std::vector<SolvedPiece>& pieces,
-                                     const std::vector<std::vector<std::int32_t>>& vertices, const TriangleMesh& mesh,
-                                     Execution& execution)
-{
-  constexpr std::int64_t grain = 1024;
-  std::vector<float> result(mesh.vertices.size(), 0);
-  for (std::size_t n = 0; n < pieces.size(); ++n) {
-    const OrientedPoints& points = *pieces[n].points;
-    const auto distanceOf = [&](std::size_t v, Neighbors& nearest) {
-      const int found = pieces[n].search->nearest(mesh.vertices[v], nearestPoints, nearest);
-      float sum = 0;
-      for (const int index : nearest.indices) {
-        // By the mean of both normals: a plane leaves the surface with the square of the distance, an arc does not.
-        const auto p = static_cast<std::size_t>(index);
-        sum += (mesh.normals[v] + points.normals[p]).dot(mesh.vertices[v] - points.positions[p]) / 2;
-      }
-      return found > 0 ? sum / static_cast<float>(found) : 0;
-    };
-    execution.forRange(static_cast<std::int64_t>(vertices[n].size()), grain, [&](std::int64_t begin, std::int64_t end) {
-      Neighbors nearest;
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-        const auto v = static_cast<std::size_t>(vertices[n][i]);
-        result[v] = mesh.confidences[v] > 0 ? distanceOf(v, nearest) : 0;
-      }
-    });
-  }
-  return result;
-}
-
-/// UncertaintyReport::offset. \param distances of the vertices
-double meanOffset(const TriangleMesh& mesh, const std::vector<float>& distances)
+/// UncertaintyReport::offset.
+double meanOffset(const TriangleMesh& mesh, const std::vector<Evidence>& evidence)
 {
   double sum = 0, count = 0;
-  for (std::size_t v = 0; v < distances.size(); ++v)
+  for (std::size_t v = 0; v < evidence.size(); ++v)
     if (mesh.confidences[v] > 0) {
-      sum += static_cast<double>(distances[v]);
+      sum += static_cast<double>(evidence[v].offset);
       ++count;
     }
   return count > 0 ? sum / count : 0;
@@ -313,15 +279,15 @@ double meanOffset(const TriangleMesh& mesh, const std::vector<float>& distances)
 
 /// Sets what the vertices are off by, each by the mean square of its triangles' corners: where the surface crosses the
 /// points it is not right, but on its way from one side to the other.
-void setBiases(const TriangleMesh& mesh, const std::vector<float>& distances, std::vector<Evidence>& evidence)
+void setBiases(const TriangleMesh& mesh, std::vector<Evidence>& evidence)
 {
   std::vector<float> counts(evidence.size(), 0);
   for (const Triangle& corners : mesh.triangles)
     for (const std::int32_t to : corners)
       for (const std::int32_t from : corners)
         if (mesh.confidences[static_cast<std::size_t>(from)] > 0) {
-          const float distance = distances[static_cast<std::size_t>(from)];
-          evidence[static_cast<std::size_t>(to)].bias += distance * distance;
+          const float offset = evidence[static_cast<std::size_t>(from)].offset;
+          evidence[static_cast<std::size_t>(to)].bias += offset * offset;
           ++counts[static_cast<std::size_t>(to)];
         }
   for (std::size_t v = 0; v < evidence.size(); ++v)
@@ -373,8 +339,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
     }
   }
 
-  const std::vector<float> distances = distancesToPoints(pieces, vertices, mesh, execution);
-  setBiases(mesh, distances, evidence);
+  setBiases(mesh, evidence);
   const SigmaModel model(ofPieces, mesh, evidence, spacing, report);
   mesh.sigmas.resize(mesh.vertices.size());
   mesh.calibrated.resize(mesh.vertices.size());
@@ -385,7 +350,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
     report.largestOpening = std::max(report.largestOpening, 2 * static_cast<double>(evidence[v].distance));
   }
   describeSigmas(mesh, report);
-  report.offset = meanOffset(mesh, distances);
+  report.offset = meanOffset(mesh, evidence);
   for (std::size_t n = 0; n < pieces.size(); ++n)
     draws.push_back({pieces[n].volume, std::move(ofPieces[n].draws)});
   return report;

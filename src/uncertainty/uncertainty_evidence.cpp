@@ -164,22 +164,37 @@ private:
   {
     forVertices([&](std::size_t v, Neighbors& nearest) {
       const float distance = describePlace(mesh_.vertices[v], nearest, evidence[v]);
-      if (!(mesh_.confidences[v] > 0))
+      if (mesh_.confidences[v] > 0)
+        evidence[v].offset = offsetFrom(nearest, v);
+      else
         evidence[v].distance = distance;
     });
   }
 
-  /// Sets reach and spacing. \return the distance to the nearest point
+  /// Sets reach and spacing. \param nearest receives the nearest points \return the distance to the first
   float describePlace(const Eigen::Vector3f& at, Neighbors& nearest, Evidence& e) const
   {
-    const float margin = support_.margin(at, nearest);
-    if (!std::isfinite(margin))
+    if (piece_.search->nearest(at, nearestPoints, nearest) < 1)
       return 0;
     const float distance = std::sqrt(nearest.squaredDistances.front());
-    e.reach = distance / (distance + margin);
+    const auto point = static_cast<std::size_t>(nearest.indices.front());
+    e.reach = distance / support_.reach(point);
     if (!piece_.points->spacings.empty())
-      e.spacing = piece_.points->spacings[static_cast<std::size_t>(nearest.indices.front())] / spacing_;
+      e.spacing = piece_.points->spacings[point] / spacing_;
     return distance;
+  }
+
+  /// By the mean of the normals of vertex and point: a plane leaves the surface with the square of the distance, an arc
+  /// does not.
+  float offsetFrom(const Neighbors& nearest, std::size_t v) const
+  {
+    const OrientedPoints& points = *piece_.points;
+    float sum = 0;
+    for (const int index : nearest.indices) {
+      const auto p = static_cast<std::size_t>(index);
+      sum += (mesh_.normals[v] + points.normals[p]).dot(mesh_.vertices[v] - points.positions[p]) / 2;
+    }
+    return nearest.indices.empty() ? 0 : sum / static_cast<float>(nearest.indices.size());
   }
 
   void leaveOut(const std::vector<Evidence>& evidence)

@@ -15,6 +15,9 @@
 namespace pcl {
 namespace mrf {
 
+/// Points that a vertex is compared with.
+constexpr int nearestPoints = 4;
+
 /// What is known at a vertex, or at a place whose error is.
 struct Evidence {
   float variance = 0; ///< V over the squared slope
@@ -22,6 +25,7 @@ struct Evidence {
   float distance = 0; ///< to the nearest point, where none supports it; else 0
   float reach = 0;    ///< distance to the nearest point, in what that point supports: 1 where support ends
   float spacing = 1;  ///< of the points around, l̄
+  float offset = 0;   ///< mean distance from the nearest points, signed, where one supports it, cloud's unit
   float bias = 0;     ///< squared mean distance to the nearest points, cloud's unit²
   bool isInPatch = false;
 };

@@ -52,10 +52,11 @@ public:
   /// Paper Sec. 3.3.3: α by the distance to the nearest point, times that point's own confidence.
   float confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbors& scratch) const;
 
+  /// How far a point supports a surface, cloud's unit.
+  float reach(std::size_t point) const;
+
 private:
   static constexpr float farthest = 4; ///< in dEmax
-
-  float reach(std::size_t point) const;
 
   const OrientedPoints& points_;
   const NeighborSearch& search_;
