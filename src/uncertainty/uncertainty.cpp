@@ -224,11 +224,11 @@ private:
   /// f² for which the mean of e² / (f² V + noise) over the patches, each of its places, is 1. \param guess > 0
   double factorOfPatches(const std::vector<PieceEvidence>& pieces, double guess) const
   {
-    constexpr double range = 400, planes = 4; // the noise of the planes that errors are measured from
+    constexpr double range = 400;
     double lower = guess / range, upper = guess * range;
     for (int step = 0; step < 40; ++step) {
       const double middle = std::sqrt(lower * upper);
-      (meanRatio(pieces, middle, noise_ / planes) > 1 ? lower : upper) = middle;
+      (meanRatio(pieces, middle, noise_ / nearestPoints) > 1 ? lower : upper) = middle;
     }
     return std::sqrt(lower * upper);
   }

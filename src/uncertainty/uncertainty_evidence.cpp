@@ -248,7 +248,7 @@ private:
   /// To the mean of the tangent planes of the nearest points.
   float distanceToPoints(const Eigen::Vector3f& at, Neighbors& nearest) const
   {
-    const int found = piece_.search->nearest(at, planesAveraged, nearest);
+    const int found = piece_.search->nearest(at, nearestPoints, nearest);
     float sum = 0;
     for (const int i : nearest.indices) {
       const auto p = static_cast<std::size_t>(i);
@@ -273,8 +273,6 @@ private:
       result_.atPairs.push_back(evidence);
     }
   }
-
-  static constexpr int planesAveraged = 4;
 
   const SolvedPiece& piece_;
   const DistanceField& field_;

@@ -15,7 +15,7 @@
 namespace pcl {
 namespace mrf {
 
-/// Points that a vertex is compared with.
+/// Points that a place is compared with: the mean has a quarter of the variance of their noise.
 constexpr int nearestPoints = 4;
 
 /// What is known at a vertex, or at a place whose error is.
