@@ -114,8 +114,9 @@ void addMeshOptions(OptionParser& parser)
       .flag("--no-remesh", "the same as --remesh 0",
             [&parser] { parser.change([](Options& options) { options.remesher.rounds = 0; }); })
       ->excludes(remesh);
-  for (const char* name : {"remesher.targetEdge", "remesher.relaxation", "trimming.kind", "trimming.maxHole",
-                           "trimming.maxGap", "trimming.minComponentPoints", "trimming.minComponentShare", "colors"})
+  for (const char* name :
+       {"remesher.targetEdge", "remesher.relaxation", "remesher.fit", "trimming.kind", "trimming.maxHole",
+        "trimming.maxGap", "trimming.minComponentPoints", "trimming.minComponentShare", "colors"})
     parser.declared(name);
 }
 

@@ -389,6 +389,8 @@ void declareMesh(Table& table)
       .automatic = "median edge before";
   table.number("relaxation", "--relaxation", "share", {0, 1, true}, field(remesher, &RemesherOptions::relaxation),
                "of the remesher's tangential step that is taken");
+  table.onOff("fit", "--fit", field(remesher, &RemesherOptions::fit),
+              "triangles lie on the surface in the mean, not their corners");
   table.stage("trimming");
   const auto trimming = &Options::trimming;
   table

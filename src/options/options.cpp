@@ -45,6 +45,7 @@ Options paperPreset()
   options.trimming.kind = Trimming::none;
   options.trimming.minComponentShare = .01f; // should trimming be asked for
   options.remesher.rounds = 10;
+  options.remesher.fit = false;
   return options;
 }
 

@@ -27,6 +27,9 @@ public:
   /// Goes to the surface. \return what is reached, with its unit normal; nothing if it is too far
   virtual std::optional<Corner> trace(const Eigen::Vector3f& start) const = 0;
 
+  /// Distance from the surface, to first order, above zero where its normals point to; zero farther than maxStep().
+  virtual float height(const Eigen::Vector3f& position) const = 0;
+
 private:
   float maxStep_;
 };

@@ -18,8 +18,7 @@ constexpr std::int64_t moveGrain = 32768; ///< large: vertices at its ends have 
 
 Relaxation::Relaxation(RemeshedSurface& surface, float share, Execution& execution)
     : surface_(surface), share_(share), execution_(execution), steps_(surface.mesh.positions.size()),
-      isWaiting_(surface.mesh.positions.size(), 0), formerPositions_(surface.mesh.positions),
-      formerNormals_(surface.mesh.normals), formerPlaces_(surface.mesh.places)
+      isWaiting_(surface.mesh.positions.size(), 0)
 {}
 
 void Relaxation::moveAll()
@@ -137,64 +136,12 @@ bool Relaxation::moveByShare(std::int32_t v, const Propose& propose)
 {
   for (const float share : {1.0f, .5f, .25f, 0.0f}) { // the last: to the zero level and no more
     const std::optional<Site> site = propose(share);
-    if (site && mayMove(v, site->corner)) {
+    if (site && surface_.mayMove(v, site->corner)) {
       surface_.moveTo(v, *site);
       return share > 0;
     }
   }
   return false;
-}
-
-bool Relaxation::mayMove(std::int32_t v, const Corner& moved) const
-{
-  const HalfEdgeMesh& mesh = surface_.mesh;
-  bool fits = true;
-  mesh.forOutgoing(v, [&](std::int32_t h) {
-    if (fits)
-      fits = TriangleShape(moved, surface_.corner(mesh.target(h)), surface_.corner(mesh.opposite(h)))
-                 .mayReplace(surface_.shape(h));
-  });
-  return fits;
-}
-
-std::vector<std::int32_t> Relaxation::takeBackWhatIntersects(const IntersectionWatch& watch)
-{
-  const HalfEdgeMesh& mesh = surface_.mesh;
-  Poller poll(execution_);
-  while (true) {
-    std::vector<std::int32_t> corners = changeableCorners(mesh, watch.intersectingTriangles(mesh, execution_));
-    if (corners.empty())
-      return {};
-    std::vector<std::int32_t> toReturn;
-    for (const std::int32_t v : corners)
-      if (hasMoved(v))
-        toReturn.push_back(v);
-    if (toReturn.empty())
-      return corners;
-    while (!toReturn.empty()) {
-      const std::int32_t v = toReturn.back();
-      toReturn.pop_back();
-      poll();
-      if (!hasMoved(v))
-        continue;
-      takeBack(v);
-      mesh.forOutgoing(v, [&](std::int32_t h) {
-        if (!surface_.shape(h).sound())
-          toReturn.insert(toReturn.end(), {mesh.target(h), mesh.opposite(h)});
-      });
-    }
-  }
-}
-
-bool Relaxation::hasMoved(std::int32_t v) const
-{
-  return surface_.mesh.positions[v] != formerPositions_[v];
-}
-
-void Relaxation::takeBack(std::int32_t v)
-{
-  surface_.moveTo(v, {{formerPositions_[v], formerNormals_[v]}, formerPlaces_.empty() ? -1 : formerPlaces_[v]});
-  ++surface_.result.refusedOperations;
 }
 
 } // namespace mrf

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The pass of the remesher that moves vertices.
+/// \brief The pass of the remesher that makes triangles even.
 #pragma once
 
-#include "remesher/intersection_watch.h"
 #include "remesher/remeshed_surface.h"
 
 #include <pcl/surface/mrf/execution.h>
@@ -17,7 +16,7 @@
 namespace pcl {
 namespace mrf {
 
-/// Moves each vertex towards the centroid of its neighbors on the surface, and back where triangles come to intersect.
+/// Moves each vertex towards the centroid of its neighbors on the surface.
 class Relaxation {
 public:
   /// \param share of the tangential step that is taken, (0, 1]
@@ -27,10 +26,6 @@ public:
   /// meets. Vertices of a range whose neighbors all belong to it move while other ranges do the same; the rest move
   /// after them.
   void moveAll();
-
-  /// Takes vertices of intersecting triangles back to where they were, and what would be a bad triangle then as well,
-  /// until no triangles intersect. \return the corners of those that do and did not move
-  std::vector<std::int32_t> takeBackWhatIntersects(const IntersectionWatch& watch);
 
 private:
   struct Step {
@@ -48,17 +43,12 @@ private:
   bool moveAlongBorder(std::int32_t v);
   template <typename Propose>
   bool moveByShare(std::int32_t v, const Propose& propose);
-  bool mayMove(std::int32_t v, const Corner& moved) const;
-  bool hasMoved(std::int32_t v) const;
-  void takeBack(std::int32_t v);
 
   RemeshedSurface& surface_;
   float share_;
   Execution& execution_;
   std::vector<Step> steps_;
   std::vector<std::uint8_t> isWaiting_;
-  std::vector<Eigen::Vector3f> formerPositions_, formerNormals_;
-  std::vector<double> formerPlaces_;
 };
 
 } // namespace mrf

@@ -59,6 +59,17 @@ struct RemeshedSurface {
     return TriangleShape(corner(mesh.origin[h]), corner(mesh.target(h)), corner(mesh.opposite(h)));
   }
 
+  /// True if no triangle of the vertex is spoiled there.
+  bool mayMove(std::int32_t vertex, const Corner& moved) const
+  {
+    bool fits = true;
+    mesh.forOutgoing(vertex, [&](std::int32_t h) {
+      if (fits)
+        fits = TriangleShape(moved, corner(mesh.target(h)), corner(mesh.opposite(h))).mayReplace(shape(h));
+    });
+    return fits;
+  }
+
   /// Normal of the triangle of h, twice the area long. Reads positions only: normals may be in the making.
   Eigen::Vector3f cross(std::int32_t h) const
   {

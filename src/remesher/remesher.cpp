@@ -2,6 +2,8 @@
 #include "base/polling.h"
 #include "remesher/border_parting.h"
 #include "remesher/edge_operations.h"
+#include "remesher/fitting.h"
+#include "remesher/former_vertices.h"
 #include "remesher/intersection_watch.h"
 #include "remesher/relaxation.h"
 #include "remesher/remeshed_surface.h"
@@ -101,6 +103,8 @@ public:
     smoothBorders();
     for (int round = 0; round < options_.rounds && runRound(); ++round)
       execution_.progress(static_cast<double>(round + 1) / options_.rounds);
+    if (options_.fit)
+      fit();
     return finished();
   }
 
@@ -156,9 +160,16 @@ private:
     flipEdges(surface_, execution_);
     surface_.mesh.compact(execution_);
     execution_.poll();
-    Relaxation relaxation(surface_, options_.relaxation, execution_);
-    relaxation.moveAll();
-    return relaxation.takeBackWhatIntersects(watch_);
+    FormerVertices former(surface_);
+    Relaxation(surface_, options_.relaxation, execution_).moveAll();
+    return former.takeBackWhatIntersects(watch_, execution_);
+  }
+
+  void fit()
+  {
+    FormerVertices former(surface_);
+    fitToSurface(surface_, execution_);
+    former.takeBackWhatIntersects(watch_, execution_);
   }
 
   std::optional<RemeshResult> finished()

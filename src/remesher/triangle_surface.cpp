@@ -204,6 +204,12 @@ std::optional<Corner> TriangleSurface::trace(const Vector3f& start) const
                 normal};
 }
 
+float TriangleSurface::height(const Vector3f& position) const
+{
+  const std::optional<Corner> foot = trace(position);
+  return foot ? foot->normal.dot(position - foot->position) : 0;
+}
+
 float medianEdge(const TriangleMesh& mesh)
 {
   std::vector<float> lengths;

@@ -22,6 +22,7 @@ public:
 
   Eigen::Vector3f normalAt(const Eigen::Vector3f& position, const Eigen::Vector3f& fallback) const override;
   std::optional<Corner> trace(const Eigen::Vector3f& start) const override;
+  float height(const Eigen::Vector3f& position) const override;
 
 private:
   struct Node {

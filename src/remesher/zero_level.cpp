@@ -57,6 +57,14 @@ std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
   return {};
 }
 
+float ZeroLevel::height(const Vector3f& position) const
+{
+  Vector3f gradient;
+  const float d = field_.sampleDistance(position, gradient);
+  const float height = d / gradient.norm();
+  return std::abs(height) <= maxStep() ? height : 0; // not a number: the gradient vanishes
+}
+
 Vector3f traceToZeroLevel(const DistanceField& field, const Vector3f& position, float maxStep)
 {
   const std::optional<Corner> reached = ZeroLevel(field, maxStep).trace(position);

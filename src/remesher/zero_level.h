@@ -25,6 +25,8 @@ public:
   /// Follows the gradient to the zero level; reaches nothing if it vanishes on the way, too.
   std::optional<Corner> trace(const Eigen::Vector3f& start) const override;
 
+  float height(const Eigen::Vector3f& position) const override;
+
 private:
   const DistanceField& field_;
 };

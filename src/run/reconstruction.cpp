@@ -242,8 +242,9 @@ void estimateUncertainty(Reconstruction& result, const CloudPieces& pieces, cons
                                execution);
   if (options.uncertainty.maxError > 0)
     dropBeyondError(result, options.uncertainty.maxError, execution);
-  result.surfaces = samplePlausibleSurfaces(draws, report.offset, result.mesh, result.report.mesh.closed(),
-                                            options.uncertainty.surfaces, report.shape, execution);
+  const SampledMesh sampled{result.mesh, result.report.mesh.closed(), fitsTriangles(options.remesher)};
+  result.surfaces =
+      samplePlausibleSurfaces(draws, report.offset, sampled, options.uncertainty.surfaces, report.shape, execution);
 }
 
 /// ℓ, or what β implies; 0 if there is none.

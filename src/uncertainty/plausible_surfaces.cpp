@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/plausible_surfaces.h"
 
+#include "uncertainty/bulge.h"
 #include "uncertainty/students_t.h"
 
 #include <Eigen/Geometry>
@@ -121,24 +122,15 @@ struct MovedTriangle {
 
   double volume() const { return corners[0].dot(corners[1].cross(corners[2])) / 6; }
 
-  /// Between the triangle and a paraboloid on it that is perpendicular to the normals: its height amid an edge is that
-  /// of the arc whose ends have these normals, and a third of the area stands for each.
-  double volumeOfBulge() const
-  {
-    double heights = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t next = (c + 1) % 3;
-      heights += (corners[next] - corners[c]).dot(normals[next] - normals[c]) / 8;
-    }
-    return area() * heights / 3;
-  }
+  /// Between the triangle and the surface that its corners are on.
+  double volumeOfBulge() const { return area() * meanBulge(corners, normals); }
 };
 
 /// Measures moved meshes.
 class Measurements {
 public:
-  Measurements(const TriangleMesh& mesh, bool isClosed, Execution& execution)
-      : mesh_(mesh), isClosed_(isClosed), execution_(execution)
+  Measurements(const SampledMesh& sampled, Execution& execution)
+      : mesh_(sampled.mesh), isClosed_(sampled.isClosed), isFitted_(sampled.isFitted), execution_(execution)
   {}
 
   void add(const std::vector<float>& distances)
@@ -147,7 +139,7 @@ public:
     if (isClosed_)
       volumes_.push_back(sum([&](const Triangle& t) {
         const MovedTriangle moved(mesh_, distances, t);
-        return moved.volume() + moved.volumeOfBulge();
+        return moved.volume() + (isFitted_ ? 0 : moved.volumeOfBulge());
       }));
     Eigen::AlignedBox3d box;
     for (std::size_t v = 0; v < mesh_.vertices.size(); ++v)
@@ -186,7 +178,7 @@ private:
   }
 
   const TriangleMesh& mesh_;
-  const bool isClosed_;
+  const bool isClosed_, isFitted_;
   Execution& execution_;
   std::vector<double> areas_, volumes_;
   std::array<std::vector<double>, 3> extents_;
@@ -216,11 +208,11 @@ std::vector<std::vector<std::int32_t>> nearestVolumes(const std::vector<Eigen::V
 }
 
 std::vector<std::vector<float>> samplePlausibleSurfaces(const std::vector<PieceDraws>& draws, double offset,
-                                                        const TriangleMesh& mesh, bool isClosed, int kept,
-                                                        SampledShape& shape, Execution& execution)
+                                                        const SampledMesh& sampled, int kept, SampledShape& shape,
+                                                        Execution& execution)
 {
-  const Displacement displacement(draws, offset, mesh, execution);
-  Measurements measurements(mesh, isClosed, execution);
+  const Displacement displacement(draws, offset, sampled.mesh, execution);
+  Measurements measurements(sampled, execution);
   std::vector<std::vector<float>> surfaces;
   for (std::size_t n = 0; n < displacement.count(); ++n) {
     std::vector<float> distances = displacement.of(n);

@@ -32,14 +32,20 @@ inline int numberOfDraws(const UncertaintyOptions& options)
 std::vector<std::vector<std::int32_t>> nearestVolumes(const std::vector<Eigen::Vector3f>& vertices,
                                                       const std::vector<BoundingBox>& volumes);
 
+/// A mesh with normals and sigmas.
+struct SampledMesh {
+  const TriangleMesh& mesh;
+  bool isClosed; ///< it has a volume
+  bool isFitted; ///< its triangles, not their corners, are on the surface in the mean, see RemesherOptions::fit
+};
+
 /// Measures the surface of each draw, and keeps some. \param offset UncertaintyReport::offset, which is a part of
-/// sigma that all vertices of a draw share \param mesh with normals and sigmas
-/// \param isClosed whether it has a volume \param kept how many of the surfaces to return
+/// sigma that all vertices of a draw share \param kept how many of the surfaces to return
 /// \param shape receives what was measured \return distances along the normals, by surface and vertex
 /// The result does not depend on the number of threads. Memory: a float per vertex, and one for each surface kept.
 std::vector<std::vector<float>> samplePlausibleSurfaces(const std::vector<PieceDraws>& draws, double offset,
-                                                        const TriangleMesh& mesh, bool isClosed, int kept,
-                                                        SampledShape& shape, Execution& execution);
+                                                        const SampledMesh& sampled, int kept, SampledShape& shape,
+                                                        Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/uncertainty.h"
 
+#include "uncertainty/bulge.h"
 #include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/students_t.h"
 #include "uncertainty/uncertainty_evidence.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -265,8 +267,29 @@ private:
   bool hasPairs_ = false;
 };
 
-/// UncertaintyReport::offset.
-double meanOffset(const TriangleMesh& mesh, const std::vector<Evidence>& evidence)
+/// How much higher the corners of the triangles amid data are than the triangles on a curved surface, in the mean.
+double meanBulgeAmidData(const TriangleMesh& mesh)
+{
+  double sum = 0, count = 0;
+  for (const Triangle& triangle : mesh.triangles) {
+    std::array<Eigen::Vector3d, 3> corners, normals;
+    bool isMeasured = true;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const auto v = static_cast<std::size_t>(triangle[c]);
+      corners[c] = mesh.vertices[v].cast<double>();
+      normals[c] = mesh.normals[v].cast<double>();
+      isMeasured = isMeasured && mesh.confidences[v] > 0;
+    }
+    if (isMeasured) {
+      sum += meanBulge(corners, normals);
+      ++count;
+    }
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+/// UncertaintyReport::offset. \param isFitted the triangles are on the surface, and their corners higher
+double meanOffset(const TriangleMesh& mesh, const std::vector<Evidence>& evidence, bool isFitted)
 {
   double sum = 0, count = 0;
   for (std::size_t v = 0; v < evidence.size(); ++v)
@@ -274,7 +297,7 @@ double meanOffset(const TriangleMesh& mesh, const std::vector<Evidence>& evidenc
       sum += static_cast<double>(evidence[v].offset);
       ++count;
     }
-  return count > 0 ? sum / count : 0;
+  return count > 0 ? sum / count - (isFitted ? meanBulgeAmidData(mesh) : 0) : 0;
 }
 
 /// Sets what the vertices are off by, each by the mean square of its triangles' corners: where the surface crosses the
@@ -350,7 +373,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
     report.largestOpening = std::max(report.largestOpening, 2 * static_cast<double>(evidence[v].distance));
   }
   describeSigmas(mesh, report);
-  report.offset = meanOffset(mesh, evidence);
+  report.offset = meanOffset(mesh, evidence, fitsTriangles(options.remesher));
   for (std::size_t n = 0; n < pieces.size(); ++n)
     draws.push_back({pieces[n].volume, std::move(ofPieces[n].draws)});
   return report;

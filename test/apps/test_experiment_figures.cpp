@@ -258,8 +258,8 @@ TEST(Sections, remeshingMeetsItsBars)
   EXPECT_LT(cell(table, {"torus", "after"}, 6), cell(table, {"torus", "before"}, 6)) << "area variance";
   for (const char* when : {"before", "after"}) {
     EXPECT_EQ(cell(table, {"torus", when}, 8), 0) << "checks violated";
-    // A linear crossing against the trilinear field between the lattice edges.
-    EXPECT_LT(cell(table, {"torus", when}, 7), .01) << "voxels off the zero level";
+    // Chords of the tube, which are as much above it as below after, and all below before.
+    EXPECT_LT(cell(table, {"torus", when}, 7), .03) << "voxels that edges are off the zero level";
   }
   int bars = 0;
   for (const Plot& plot : section.plots)

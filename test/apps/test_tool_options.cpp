@@ -82,6 +82,7 @@ const std::vector<Case> cases = {
     {{"--no-remesh"}, "/options/remesher/rounds", 0},
     {{"--target-edge", "0.25"}, "/options/remesher/targetEdge", .25},
     {{"--relaxation", "0.5"}, "/options/remesher/relaxation", .5},
+    {{"--fit", "off"}, "/options/remesher/fit", false},
     {{"--trim", "none"}, "/options/trimming/trimming", "none"},
     {{"--trim", "supported"}, "/options/trimming/trimming", "supported"},
     {{"--max-hole", "0.5"}, "/options/trimming/maxHole", .5},

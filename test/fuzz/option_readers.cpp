@@ -67,7 +67,7 @@ void forEachMember(Options& o, const Visit& visit)
   all(o.polygonizer.decomposition);
   all(o.trimming.kind, o.trimming.maxHole, o.trimming.maxGap, o.trimming.minComponentPoints,
       o.trimming.minComponentShare);
-  all(o.remesher.rounds, o.remesher.targetEdge, o.remesher.relaxation);
+  all(o.remesher.rounds, o.remesher.targetEdge, o.remesher.relaxation, o.remesher.fit);
   all(o.uncertainty.compute, o.uncertainty.samples);
 }
 

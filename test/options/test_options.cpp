@@ -187,6 +187,7 @@ TEST(Options, ThePapersPresetIsWhatItSays)
 
   EXPECT_EQ(paper.trimming.kind, Trimming::none);
   EXPECT_EQ(paper.remesher.rounds, 10);
+  EXPECT_FALSE(paper.remesher.fit);
 }
 
 /// The message of a refusal; empty: the options are valid.

@@ -106,17 +106,18 @@ TEST_P(RemeshedScan, KeepsTheSurfaceAndEvensItsTriangles)
   EXPECT_GT(r.report.mesh.meanQuality, .9);
   EXPECT_GT(r.report.mesh.regularShare(), .6);
   EXPECT_LT(r.report.mesh.areaDeviation, r.report.meshBeforeRemeshing.areaDeviation);
-  // Triangles as large as before on a curved surface: chords may lie a little deeper than the polygonizer's.
-  EXPECT_LE(outcome.accuracy, 1.2 * GetParam().accuracy);
+  EXPECT_LE(outcome.accuracy, GetParam().accuracy);
+  EXPECT_LE(outcome.hole, GetParam().hole);
   double farthest = 0;
   for (const Eigen::Vector3f& v : r.mesh.vertices)
     farthest = std::max<double>(farthest, std::abs(r.field.sampleDistance(v) / r.field.sampleGradient(v).norm()));
-  EXPECT_LT(farthest, .1 * r.field.lattice().spacing);
+  // .15 of an edge, which is about a voxel, where triangles cut corners; to first order.
+  EXPECT_LT(farthest, .25 * r.field.lattice().spacing);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scans, RemeshedScan,
-                         testing::Values(Bar{"igea_clean", .0165, .56}, Bar{"nefertiti", .0180, .40},
-                                         Bar{"bunny", .0130, .24}),
+                         testing::Values(Bar{"igea_clean", .0120, .46}, Bar{"nefertiti", .0138, .39},
+                                         Bar{"bunny", .0094, .18}),
                          nameOf);
 
 INSTANTIATE_TEST_SUITE_P(Scans, CleanScan,

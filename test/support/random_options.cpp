@@ -162,6 +162,7 @@ const std::vector<Change>& changes()
       number("rounds", remesher, &RemesherOptions::rounds, 0, 12, 0, 50), // a thousand would take a minute indeed
       length("targetEdge", remesher, &RemesherOptions::targetEdge, -.5, 1.5),
       number("relaxation", remesher, &RemesherOptions::relaxation, .1, 1, 1e-30, 1),
+      toggle("fit", remesher, &RemesherOptions::fit),
       number("samples", &Options::uncertainty, &UncertaintyOptions::samples, 2, 6, 2, 1000),
       {"uncertainty.compute",
        [](Options& o, Random& random, double) {

@@ -54,8 +54,8 @@ PCL_MRF_EXPORT Options defaultPreset();
 
 /// The paper's own settings: lengths in its l̄, normals estimated anew, its PCA noise criteria, components of at least
 /// 1 % of the points, the median of 5 planes, linear α over dEmax = 3 l̄, h = 2 l̄, the Laplacian prior (k = 2), its ICM
-/// on all levels, each from the linear interpolation of the coarser one, ten rounds of remeshing, no trimming. All that
-/// is left in which it differs from the paper:
+/// on all levels, each from the linear interpolation of the coarser one, ten rounds of remeshing with vertices on the
+/// zero level, no trimming. All that is left in which it differs from the paper:
 /// - Points (Sec. 3.1): fewer than 12 neighbors within 2.5 l̄ make a plane of the 12 nearest (normals.h). Components
 ///   join points within l̄ + 6 σ_l, but never less than 2.5 l̄; their normals and sides are found as orientation.h says,
 ///   also without sensors. Equal points count once. Points alone far from all others are dropped, and parts of a cloud

