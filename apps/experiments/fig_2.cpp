@@ -19,7 +19,7 @@ using pcl::mrf::Execution;
 namespace {
 
 /// Points to reconstruct, and where the close-up looks.
-struct Subject {
+struct RemeshedSubject {
   std::string id, title;
   Places positions, normals;
   PictureOptions closeUp;
@@ -30,7 +30,7 @@ struct BeforeAndAfter {
   pcl::mrf::RemeshResult remeshed;
 };
 
-BeforeAndAfter remeshBoth(const Subject& subject, Execution& execution)
+BeforeAndAfter remeshBoth(const RemeshedSubject& subject, Execution& execution)
 {
   pcl::mrf::Options options;
   options.trimming.kind = pcl::mrf::Trimming::none;
@@ -101,7 +101,7 @@ std::vector<double> shares(const json& bins, std::size_t begin, std::size_t end)
   return result;
 }
 
-Plot valencePlot(const Subject& subject, const json& result)
+Plot valencePlot(const RemeshedSubject& subject, const json& result)
 {
   Plot plot = emptyPlot(Plot::Kind::bars, "fig-2-valence-" + subject.id,
                         subject.title + ": vertices by number of edges", "edges", "% of vertices");
@@ -115,7 +115,7 @@ Plot valencePlot(const Subject& subject, const json& result)
   return plot;
 }
 
-Plot areaPlot(const Subject& subject, const json& result)
+Plot areaPlot(const RemeshedSubject& subject, const json& result)
 {
   Plot plot = emptyPlot(Plot::Kind::bars, "fig-2-area-" + subject.id, subject.title + ": triangles by area",
                         "area / mean area (last bar: all above)", "% of triangles");
@@ -129,11 +129,11 @@ Plot areaPlot(const Subject& subject, const json& result)
   return plot;
 }
 
-std::vector<Subject> subjects(Laboratory& laboratory)
+std::vector<RemeshedSubject> subjects(Laboratory& laboratory)
 {
-  std::vector<Subject> result;
+  std::vector<RemeshedSubject> result;
   if (const auto mesh = bunny()) {
-    Subject subject{"bunny", "bunny (zippered scans)", mesh->vertices, {}, {}};
+    RemeshedSubject subject{"bunny", "bunny (zippered scans)", mesh->vertices, {}, {}};
     subject.closeUp.focus = Eigen::Vector3d(-.52, .60, .25);
     subject.closeUp.extent = .42;
     subject.closeUp.from = {-.1, .15, 1};
@@ -145,7 +145,7 @@ std::vector<Subject> subjects(Laboratory& laboratory)
   options.seed = laboratory.options().seed;
   const pcl::mrf::scan::AnalyticSurface surface(pcl::mrf::scan::makeShape("torus:major=1,minor=.4"));
   const pcl::mrf::scan::Scan scan = simulateScan(surface, options, laboratory.execution());
-  Subject torus{"torus", "torus", scan.cloud.positions, scan.cloud.normals, {}};
+  RemeshedSubject torus{"torus", "torus", scan.cloud.positions, scan.cloud.normals, {}};
   torus.closeUp.focus = Eigen::Vector3d(1, 0, .4);
   torus.closeUp.extent = 24 * scan.spacing;
   torus.closeUp.from = {.3, -.4, 1};
@@ -172,7 +172,7 @@ Section fig2(Laboratory& laboratory)
               {"object", "mesh", "triangles", "mean quality", "least quality", "vertices with 6 edges, %",
                "area variance", "edges off the zero level, voxels RMS", "checks violated"},
               {}};
-  for (const Subject& subject : subjects(laboratory)) {
+  for (const RemeshedSubject& subject : subjects(laboratory)) {
     Lazy<BeforeAndAfter> meshes([&] { return remeshBoth(subject, laboratory.execution()); });
     const json result = laboratory.measure("fig-2/" + subject.id, [&] {
       const BeforeAndAfter& both = meshes();

@@ -19,14 +19,14 @@ using nlohmann::json;
 
 namespace {
 
-struct Subject {
+struct HoledSubject {
   std::string id, title;
   SurfaceMesh mesh; ///< the truth
 };
 
-std::vector<Subject> subjects(const ExperimentOptions& options)
+std::vector<HoledSubject> subjects(const ExperimentOptions& options)
 {
-  std::vector<Subject> result;
+  std::vector<HoledSubject> result;
   if (const auto mesh = bunny())
     result.push_back({"bunny", "bunny", *mesh});
   const std::string igea = options.data + "/reference/igea.ply";
@@ -35,7 +35,7 @@ std::vector<Subject> subjects(const ExperimentOptions& options)
   return result;
 }
 
-pcl::mrf::scan::Scan scanWithHoles(const Subject& subject, Laboratory& laboratory)
+pcl::mrf::scan::Scan scanWithHoles(const HoledSubject& subject, Laboratory& laboratory)
 {
   pcl::mrf::scan::ScanOptions options;
   options.sampling.points = laboratory.options().quick ? 8000 : 28000;
@@ -96,7 +96,7 @@ double confidenceAt(const SurfaceMesh& mesh, std::int32_t triangle, const Eigen:
 }
 
 /// Share of the area and error per class.
-json measureClasses(const Subject& subject, const pcl::mrf::Reconstruction& result, Laboratory& laboratory)
+json measureClasses(const HoledSubject& subject, const pcl::mrf::Reconstruction& result, Laboratory& laboratory)
 {
   const SurfaceMesh mesh = toSurfaceMesh(result);
   const SurfaceSamples samples =
@@ -147,7 +147,7 @@ Section fig4(Laboratory& laboratory)
   Plot plot = emptyPlot(Plot::Kind::bars, "fig-4", "Error by confidence", "class of confidence (0: no data)",
                         "RMS error, % of diagonal");
   plot.logY = true;
-  for (const Subject& subject : subjects(laboratory.options())) {
+  for (const HoledSubject& subject : subjects(laboratory.options())) {
     Lazy<pcl::mrf::Reconstruction> result([&] {
       const pcl::mrf::scan::Scan scan = scanWithHoles(subject, laboratory);
       return reconstruct(scan.cloud.positions, scan.cloud.normals, {}, laboratory.execution());

@@ -25,21 +25,21 @@ namespace {
 /// Of the holes, % of the diagonal.
 constexpr double holeRadius = 17;
 
-struct Method {
+struct FillingMethod {
   std::string id, title;
   std::function<SurfaceMesh(const pcl::mrf::scan::Points&, Execution&)> run;
 };
 
-Method ours(const std::string& id, const std::string& title, const pcl::mrf::Options& options)
+FillingMethod ours(const std::string& id, const std::string& title, const pcl::mrf::Options& options)
 {
   return {id, title, [options](const pcl::mrf::scan::Points& points, Execution& execution) {
             return toSurfaceMesh(reconstruct(points.positions, points.normals, options, execution));
           }};
 }
 
-std::vector<Method> methods()
+std::vector<FillingMethod> methods()
 {
-  std::vector<Method> result;
+  std::vector<FillingMethod> result;
   pcl::mrf::Options options;
   for (const Prior prior : allPriors) {
     options.prior.kind = prior;
@@ -55,14 +55,14 @@ std::vector<Method> methods()
   return result;
 }
 
-struct Object {
+struct HoledObject {
   std::string id, title;
   std::shared_ptr<const pcl::mrf::scan::Surface> surface;
 };
 
-std::vector<Object> objects(const ExperimentOptions& options)
+std::vector<HoledObject> holedObjects(const ExperimentOptions& options)
 {
-  std::vector<Object> result;
+  std::vector<HoledObject> result;
   const auto addMesh = [&](const std::string& id, const SurfaceMesh& mesh) {
     result.push_back({id, id, std::make_shared<pcl::mrf::scan::MeshSurface>(mesh.vertices, mesh.triangles)});
   };
@@ -80,7 +80,7 @@ std::vector<Object> objects(const ExperimentOptions& options)
 }
 
 /// Everything is seen, apart from one hole. \param center none: at random
-pcl::mrf::scan::Scan scanWithHole(const Object& object, std::uint64_t seed,
+pcl::mrf::scan::Scan scanWithHole(const HoledObject& object, std::uint64_t seed,
                                   const std::optional<Eigen::Vector3d>& center, Laboratory& laboratory)
 {
   pcl::mrf::scan::ScanOptions options;
@@ -111,8 +111,8 @@ void addPictured(Laboratory& laboratory, Section& section)
   const auto truth = bunny();
   if (!truth)
     return;
-  const Object object{"bunny", "bunny",
-                      std::make_shared<pcl::mrf::scan::MeshSurface>(truth->vertices, truth->triangles)};
+  const HoledObject object{"bunny", "bunny",
+                           std::make_shared<pcl::mrf::scan::MeshSurface>(truth->vertices, truth->triangles)};
   Lazy<pcl::mrf::scan::Scan> scan(
       [&] { return scanWithHole(object, laboratory.options().seed, Eigen::Vector3d(.5, .28, .36), laboratory); });
   constexpr double limitPercent = 3;
@@ -131,7 +131,7 @@ void addPictured(Laboratory& laboratory, Section& section)
   laboratory.draw("fig-5-points.png", pictureOfPoints,
                   [&] { return facingDiscs(scan().cloud, pictureOfPoints.from, .75 * scan().spacing); });
   section.pictures.push_back({"fig-5-points.png", "the points that face the viewer"});
-  for (const Method& method : methods()) {
+  for (const FillingMethod& method : methods()) {
     Lazy<SurfaceMesh> mesh([&] { return method.run(scan().cloud, laboratory.execution()); });
     const json measured = laboratory.measure("fig-5/pictured/" + method.id,
                                              [&] { return measureHole(mesh(), scan(), laboratory.execution()); });
@@ -156,8 +156,8 @@ void addPictured(Laboratory& laboratory, Section& section)
 void addManyHoles(Laboratory& laboratory, Section& section)
 {
   const int holes = laboratory.options().quick ? 1 : 6;
-  const std::vector<Object> all = objects(laboratory.options());
-  const std::vector<Method> allMethods = methods();
+  const std::vector<HoledObject> all = holedObjects(laboratory.options());
+  const std::vector<FillingMethod> allMethods = methods();
   Table table{"fig-5-holes",
               "Large holes at random places, one per scan: RMS error of their held-out points, % of the diagonal",
               {"object", "holes", "method", "median", "worst"},
@@ -172,7 +172,7 @@ void addManyHoles(Laboratory& laboratory, Section& section)
     }
   };
   std::size_t total = 0;
-  for (const Object& object : all) {
+  for (const HoledObject& object : all) {
     std::vector<std::vector<double>> errors(allMethods.size());
     for (int hole = 0; hole < holes; ++hole) {
       // Another stream of places than the neighboring seeds of a user's own runs.

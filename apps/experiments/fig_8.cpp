@@ -30,7 +30,7 @@ std::vector<double> betas(bool isQuick)
 }
 
 /// A scanned object with fine structure, and one with edges, thin parts and parts of several sizes.
-std::vector<ScanObject> objects(const ExperimentOptions& options)
+std::vector<ScanObject> smoothedObjects(const ExperimentOptions& options)
 {
   std::vector<ScanObject> result = {scanObjects(options).front()};
   if (options.quick)
@@ -117,7 +117,7 @@ void addNoise(Laboratory& laboratory, Section& section)
 {
   const bool isQuick = laboratory.options().quick;
   const std::vector<double> allBetas = betas(isQuick);
-  const std::vector<ScanObject> all = objects(laboratory.options());
+  const std::vector<ScanObject> all = smoothedObjects(laboratory.options());
   Table table = resultTable("fig-8-noise", "Noise along the normal", {"object", "noise, spacings", "method"});
   table.columns.emplace_back("points' true places to surface, RMS spacings");
   Table chosen{"fig-8-chosen",
@@ -202,7 +202,7 @@ void addOutliers(Laboratory& laboratory, Section& section)
   const std::vector<NoisyMethod> methods = {defaultOnNoise(), voxelwiseOnNoise(ObservationKind::median, .99),
                                             peerOnNoise(poissonMethod()), peerOnNoise(hoppeMethod()),
                                             peerOnOurPoints(poissonMethod())};
-  for (const ScanObject& object : objects(laboratory.options()))
+  for (const ScanObject& object : smoothedObjects(laboratory.options()))
     for (const Setting& setting : settings) {
       Lazy<Scan> scan([&] { return simulateScan(*object.load().surface, setting.scan, laboratory.execution()); });
       for (const NoisyMethod& method : methods) {

@@ -22,7 +22,7 @@ namespace {
 constexpr double radius = 40, capAngle = 37, voxelSize = 2;
 constexpr double angles[] = {0, 10, 30, 45};
 /// Sheets outside of the sphere are no part of the filled hole.
-constexpr double reach = 45;
+constexpr double keptRadius = 45;
 
 struct Preset {
   const char* name;
@@ -35,7 +35,7 @@ std::vector<Preset> presets()
 }
 
 /// The cloud and the axis that it is turned about.
-struct Subject {
+struct TurnedSubject {
   std::string id; ///< in keys, with its slash
   Lazy<pcl::mrf::scan::Scan> scan;
   Eigen::Vector3d axis;
@@ -60,7 +60,7 @@ struct Rotated {
   double processorSeconds = 0;
 };
 
-Rotated reconstructRotated(Subject& subject, double angle, pcl::mrf::Options options, Execution& execution)
+Rotated reconstructRotated(TurnedSubject& subject, double angle, pcl::mrf::Options options, Execution& execution)
 {
   const pcl::mrf::scan::Scan& scan = subject.scan();
   options.multiscale.voxelSize = voxelSize;
@@ -87,7 +87,7 @@ Rotated reconstructRotated(Subject& subject, double angle, pcl::mrf::Options opt
 
 bool isNearCap(const Eigen::Vector3d& place)
 {
-  return place.norm() < reach && -place.z() > std::cos(capAngle * M_PI / 180) * place.norm();
+  return place.norm() < keptRadius && -place.z() > std::cos(capAngle * M_PI / 180) * place.norm();
 }
 
 bool isOnData(const Eigen::Vector3d& place)
@@ -101,7 +101,7 @@ json toJson(const Statistics& statistics)
 }
 
 /// Distances between the rotated reconstructions and the unrotated one, per angle.
-json measureAngles(Subject& subject, const pcl::mrf::Options& options, Laboratory& laboratory)
+json measureAngles(TurnedSubject& subject, const pcl::mrf::Options& options, Laboratory& laboratory)
 {
   Execution& execution = laboratory.execution();
   const std::int64_t samples = laboratory.options().quick ? 50000 : 200000;
@@ -150,7 +150,7 @@ json cell(const json& value)
   return value.is_null() ? value : json(rounded(value));
 }
 
-Table anglesTable(const std::string& name, const std::string& title, Laboratory& laboratory, Subject& subject)
+Table anglesTable(const std::string& name, const std::string& title, Laboratory& laboratory, TurnedSubject& subject)
 {
   Table table{name,
               title,
@@ -186,7 +186,7 @@ struct Sweep {
 };
 
 /// How far the volume reaches beyond the points decides the difference, and at last where the solver stops.
-void addPaddingSweep(Laboratory& laboratory, Subject& subject, Section& section)
+void addPaddingSweep(Laboratory& laboratory, TurnedSubject& subject, Section& section)
 {
   Table table{"fig-9-padding",
               "Default preset with more padding: largest over the three rotations, cloud's unit",
@@ -230,7 +230,7 @@ void addPaddingSweep(Laboratory& laboratory, Subject& subject, Section& section)
 }
 
 /// The reconstruction at 45°, turned back, with its distance to the unrotated one.
-void drawDifference(Laboratory& laboratory, Subject& subject, Section& section)
+void drawDifference(Laboratory& laboratory, TurnedSubject& subject, Section& section)
 {
   constexpr double limit = 2;
   const auto draw = [&](const std::string& file, const std::string& caption, const pcl::mrf::Options& options) {
@@ -243,7 +243,7 @@ void drawDifference(Laboratory& laboratory, Subject& subject, Section& section)
     laboratory.draw(file, picture, [&] {
       const SurfaceMesh unrotated = reconstructRotated(subject, 0, options, laboratory.execution()).mesh;
       SurfaceMesh mesh = reconstructRotated(subject, 45, options, laboratory.execution()).mesh;
-      keepWithin(reach, mesh);
+      keepWithin(keptRadius, mesh);
       EvaluationInput input;
       input.reference = unrotated;
       for (const float error : vertexErrors(mesh, input, laboratory.execution()))
@@ -273,7 +273,7 @@ Section fig9(Laboratory& laboratory)
           "grid gives the same surface.",
       "Compared are the unrotated and the rotated-back surface, both ways: evenly spread samples of either one and "
       "their exact distances to the other. The filled cap is what lies in the cone of the missing cap and within " +
-          text(reach) +
+          text(keptRadius) +
           " of the center; where data are, the surface lies within two voxels of the sphere outside of that cone.",
       "The paper gives 2.47 as its largest difference. The first table repeats it as published: the points are random, "
       "no axis of the rotation or the cap is one of the rotated grid, and the preset paper has its fixed volume. "
@@ -287,8 +287,8 @@ Section fig9(Laboratory& laboratory)
   const auto cloud = [&](Pattern pattern) {
     return Lazy<pcl::mrf::scan::Scan>([=, &laboratory] { return cutSphere(pattern, laboratory); });
   };
-  Subject published{"published/", cloud(Pattern::random), Eigen::Vector3d(1, 2, 3)};
-  Subject even{"", cloud(Pattern::even), Eigen::Vector3d::UnitX()};
+  TurnedSubject published{"published/", cloud(Pattern::random), Eigen::Vector3d(1, 2, 3)};
+  TurnedSubject even{"", cloud(Pattern::even), Eigen::Vector3d::UnitX()};
   section.tables.push_back(
       anglesTable("fig-9-published",
                   "As published: random points, turned about (1, 2, 3); difference to the unrotated reconstruction, "

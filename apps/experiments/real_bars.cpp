@@ -17,7 +17,7 @@ using pcl::mrf::Execution;
 namespace {
 
 /// What is withheld, under the names of results and in words.
-constexpr std::pair<const char*, const char*> places[] = {
+constexpr std::pair<const char*, const char*> binPlaces[] = {
     {"random", "random tenth"}, {"discs", "discs"}, {"all", "both"}};
 
 /// Withheld points. Those that have no surface near them say nothing of sigma, and are counted.
@@ -121,7 +121,7 @@ Table realBars(Laboratory& laboratory)
   for (const RealCase& oneCase : realClouds(laboratory.options(), laboratory.execution())) {
     const json measured = laboratory.measure("uncertainty/real/" + oneCase.id,
                                              [&] { return measureBars(oneCase.load(), laboratory.execution()); });
-    for (const auto& [place, title] : places) {
+    for (const auto& [place, title] : binPlaces) {
       std::vector<json> row = {oneCase.title, title};
       if (measured.contains("failed"))
         row.push_back(measured["failed"]);
