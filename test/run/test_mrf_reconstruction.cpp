@@ -23,6 +23,29 @@ using PointTypes =
                      pcl::PointWithViewpoint, pcl::PointWithScale, pcl::PointSurfel, pcl::PointDEM>;
 TYPED_TEST_SUITE(EveryPointType, PointTypes);
 
+/// What holds for any type of point; apart from the test of types, which is compiled for each of them.
+void expectSphere(const pcl::PolygonMesh& output, const pcl::mrf::Report& report)
+{
+  const pcl::mrf::TriangleMesh mesh = conversion::plain(output);
+  const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(mesh);
+  EXPECT_TRUE(statistics.closed() && statistics.manifold());
+  EXPECT_EQ(statistics.eulerCharacteristic, 2);
+  EXPECT_EQ(statistics.components, 1);
+  EXPECT_EQ(statistics.triangles, report.mesh.triangles);
+  // Points of spacing 0.15 on curvature 1: chords and tangents are off by spacing²/2 = 1 %, thrice that in the volume.
+  EXPECT_NEAR(statistics.volume, 4 * M_PI / 3, .05 * 4 * M_PI / 3);
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+    EXPECT_NEAR(mesh.normals[v].norm(), 1, 1e-5);
+    EXPECT_GT(mesh.normals[v].dot(mesh.vertices[v].normalized()), .95f) << "outward";
+  }
+
+  for (const char* field : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "confidence"})
+    EXPECT_TRUE(conversion::hasField(output, field)) << field;
+  EXPECT_EQ(output.header.frame_id, "scanner");
+  EXPECT_EQ(output.header.stamp, 1234567u);
+  EXPECT_EQ(output.cloud.header.frame_id, "scanner");
+}
+
 TYPED_TEST(EveryPointType, GivesAClosedSphereThroughBothOverloads)
 {
   using Point = TypeParam;
@@ -39,25 +62,9 @@ TYPED_TEST(EveryPointType, GivesAClosedSphereThroughBothOverloads)
   EXPECT_EQ(report.points.used, static_cast<std::int64_t>(cloud->size()));
 
   const pcl::mrf::TriangleMesh mesh = conversion::plain(output);
-  const pcl::mrf::MeshStatistics statistics = pcl::mrf::measure(mesh);
-  EXPECT_TRUE(statistics.closed() && statistics.manifold());
-  EXPECT_EQ(statistics.eulerCharacteristic, 2);
-  EXPECT_EQ(statistics.components, 1);
-  EXPECT_EQ(statistics.triangles, report.mesh.triangles);
-  // Points of spacing 0.15 on curvature 1: chords and tangents are off by spacing²/2 = 1 %, thrice that in the volume.
-  EXPECT_NEAR(statistics.volume, 4 * M_PI / 3, .05 * 4 * M_PI / 3);
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    EXPECT_NEAR(mesh.normals[v].norm(), 1, 1e-5);
-    EXPECT_GT(mesh.normals[v].dot(mesh.vertices[v].normalized()), .95f) << "outward";
-  }
-
-  for (const char* field : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "confidence"})
-    EXPECT_TRUE(conversion::hasField(output, field)) << field;
+  expectSphere(output, report);
   EXPECT_EQ(conversion::hasField(output, "rgb"), pcl::traits::has_color<Point>::value);
   EXPECT_EQ(conversion::hasField(output, "intensity"), pcl::traits::has_intensity<Point>::value);
-  EXPECT_EQ(output.header.frame_id, "scanner");
-  EXPECT_EQ(output.header.stamp, 1234567u);
-  EXPECT_EQ(output.cloud.header.frame_id, "scanner");
 
   pcl::PointCloud<Point> points;
   std::vector<pcl::Vertices> polygons;

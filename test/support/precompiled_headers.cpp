@@ -1,0 +1,2 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Empty: tests reuse what its target includes.
