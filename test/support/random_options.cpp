@@ -206,6 +206,8 @@ Options drawOptions(const Cloud& cloud, Random& random, std::string& description
     description += " preset=paper";
   }
   options.threads = 2;
+  // Most clouds say nothing about most of a volume this large, and would take as long as a hundred others.
+  options.multiscale.maxMemory = std::size_t{1} << 27;
   const double unit = unitOf(cloud);
   constexpr std::size_t most = 8;
   for (std::size_t left = random.oneIn(4) ? 0 : 1 + random.index(most); left > 0; --left) {
