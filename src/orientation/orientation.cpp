@@ -19,9 +19,6 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Points per piece of parallel work.
-constexpr std::int64_t grain = 4096;
-
 /// Points that edges of at least this quality connect form a piece of smooth surface. Edges to an opposite sheet reach
 /// it only where sheets are closer than about an eighth of the neighbor distance.
 constexpr float smoothQuality = .95f;
