@@ -245,14 +245,9 @@ private:
   void run(const Fill& fill, const Clear& clear);
   void checkInput();
   mrf::RawCloud rawCloud() const;
-  static void log(const mrf::Report& report) noexcept;
   bool isColored() const;
   bool isIntense() const;
-  /// Empty, with header and fields.
-  void clear(pcl::PolygonMesh& output) const;
-  void write(pcl::PolygonMesh& output) const;
   void write(PointCloud& points, std::vector<pcl::Vertices>& polygons) const;
-  void writePolygons(std::vector<pcl::Vertices>& polygons) const;
 
   /// What the output does not need.
   void releaseFieldAndPoints();

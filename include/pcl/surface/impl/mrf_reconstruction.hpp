@@ -3,10 +3,10 @@
 /// \brief The glue between PCL's point types and the plain arrays of the stages.
 #pragma once
 
+#include <pcl/surface/mrf/pcl_adapter.h>
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <pcl/common/io.h>
-#include <pcl/console/print.h>
 #include <pcl/conversions.h>
 #include <pcl/impl/pcl_base.hpp>
 #include <pcl/point_types.h>
@@ -14,7 +14,6 @@
 #include <pcl/type_traits.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <exception>
 #include <limits>
@@ -22,7 +21,6 @@
 #include <new>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 
 namespace pcl {
@@ -84,38 +82,17 @@ public:
 
   int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override
   {
-    return checked(search_->nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances), k, result);
+    const int found = search_->nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances);
+    return checkedAnswer(found, k, count_, result);
   }
 
   int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override
   {
     const int found = search_->radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances);
-    return checked(found, std::numeric_limits<int>::max(), result);
+    return checkedAnswer(found, std::numeric_limits<int>::max(), count_, result);
   }
 
 private:
-  /// The stages use the indices as they are: what they ask for is checked here, once.
-  int checked(int found, int max, Neighbors& result) const
-  {
-    const auto fail = [](const std::string& what) {
-      throw InvalidInput("the object of setSearchMethod answered with " + what);
-    };
-    if (found < 0 || found > max || static_cast<std::size_t>(found) > result.indices.size() ||
-        static_cast<std::size_t>(found) > result.squaredDistances.size())
-      fail(std::to_string(found) + " neighbors, and holds " + std::to_string(result.indices.size()));
-    result.indices.resize(static_cast<std::size_t>(found));
-    result.squaredDistances.resize(static_cast<std::size_t>(found));
-    for (const auto index : result.indices)
-      if (index < 0 || static_cast<std::size_t>(index) >= count_)
-        fail("index " + std::to_string(index) + ", and has " + std::to_string(count_) + " points");
-    for (const float distance : result.squaredDistances)
-      if (!(distance >= 0))
-        fail("a squared distance of " + std::to_string(distance));
-    if (!std::is_sorted(result.squaredDistances.begin(), result.squaredDistances.end()))
-      sort(result);
-    return found;
-  }
-
   static PointNT toPoint(const Eigen::Vector3f& position)
   {
     PointNT point;
@@ -123,27 +100,11 @@ private:
     return point;
   }
 
-  /// An octree answers in the order of its cells.
-  static void sort(Neighbors& result)
-  {
-    std::vector<std::pair<float, int>> entries;
-    for (std::size_t n = 0; n < result.indices.size(); ++n)
-      entries.emplace_back(result.squaredDistances[n], result.indices[n]);
-    std::sort(entries.begin(), entries.end());
-    for (std::size_t n = 0; n < entries.size(); ++n)
-      std::tie(result.squaredDistances[n], result.indices[n]) = entries[n];
-  }
-
   SearchPtr search_;
   CloudPtr cloud_; ///< that it is to have again, with the indices
   IndicesConstPtr indices_;
   std::size_t count_ = 0;
 };
-
-inline std::uint32_t packRgb(const Rgb& rgb)
-{
-  return static_cast<std::uint32_t>(rgb[0]) << 16 | static_cast<std::uint32_t>(rgb[1]) << 8 | rgb[2];
-}
 
 /// Color and intensity of a point as floats, where its type has them.
 template <typename PointNT>
@@ -214,19 +175,6 @@ std::optional<Eigen::Vector3d> sensorOriginOf(const PointCloud<PointNT>& cloud)
   if (!origin.allFinite() || (origin.isZero(0) && !cloud.isOrganized()))
     return {};
   return origin.cast<double>();
-}
-
-/// Adds a float32 field to a packed cloud layout that is being built. \return its offset
-inline std::size_t addField(PCLPointCloud2& cloud, const char* name, PCLPointField::PointFieldTypes type)
-{
-  PCLPointField field;
-  field.name = name;
-  field.offset = cloud.point_step;
-  field.datatype = static_cast<std::uint8_t>(type);
-  field.count = 1;
-  cloud.fields.push_back(field);
-  cloud.point_step += 4;
-  return field.offset;
 }
 
 } // namespace detail
@@ -302,18 +250,6 @@ void MRFReconstruction<PointNT>::gatherAndRun()
 }
 
 template <typename PointNT>
-void MRFReconstruction<PointNT>::log(const mrf::Report& report) noexcept
-{
-  try {
-    for (const std::string& warning : report.warnings)
-      PCL_WARN("[pcl::MRFReconstruction::reconstruct] %s\n", warning.c_str());
-    if (report.status != mrf::Status::ok)
-      PCL_ERROR("[pcl::MRFReconstruction::reconstruct] %s: %s\n", mrf::toString(report.status), report.message.c_str());
-  } catch (...) { // PCL's console takes memory, of which there may be none left; the report has it all
-  }
-}
-
-template <typename PointNT>
 template <typename Fill, typename Clear>
 void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
 {
@@ -339,7 +275,7 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
     }
   }
   this->deinitCompute();
-  log(result_.report);
+  mrf::log(result_.report);
   if (error && throwing_)
     std::rethrow_exception(error);
 }
@@ -375,17 +311,13 @@ void MRFReconstruction<PointNT>::reconstruct(PointCloud& points, std::vector<pcl
 }
 
 template <typename PointNT>
-void MRFReconstruction<PointNT>::writePolygons(std::vector<pcl::Vertices>& polygons) const
-{
-  polygons.resize(result_.mesh.triangles.size());
-  for (std::size_t t = 0; t < polygons.size(); ++t)
-    polygons[t].vertices.assign(result_.mesh.triangles[t].begin(), result_.mesh.triangles[t].end());
-}
-
-template <typename PointNT>
 void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
 {
-  run([&] { write(output); }, [&] { clear(output); });
+  mrf::VertexFields fields;
+  fields.rgb = isColored();
+  fields.intensity = isIntense();
+  fields.sigma = wantsUncertainty(options_);
+  run([&] { mrf::write(result_, output); }, [&] { mrf::clear(output, input_ ? input_->header : PCLHeader(), fields); });
 }
 
 template <typename PointNT>
@@ -415,56 +347,6 @@ bool MRFReconstruction<PointNT>::isIntense() const
 }
 
 template <typename PointNT>
-void MRFReconstruction<PointNT>::clear(pcl::PolygonMesh& output) const
-{
-  output = pcl::PolygonMesh();
-  if (input_)
-    output.header = input_->header;
-  pcl::PCLPointCloud2& cloud = output.cloud;
-  cloud.header = output.header;
-  cloud.height = 1;
-  cloud.is_dense = 1;
-  for (const char* name : {"x", "y", "z", "normal_x", "normal_y", "normal_z", "confidence"})
-    mrf::detail::addField(cloud, name, PCLPointField::FLOAT32);
-  if (isColored())
-    mrf::detail::addField(cloud, "rgb", PCLPointField::FLOAT32);
-  if (isIntense())
-    mrf::detail::addField(cloud, "intensity", PCLPointField::FLOAT32);
-  if (wantsUncertainty(options_))
-    for (const char* name : {"sigma", "sigma_calibrated"})
-      mrf::detail::addField(cloud, name, PCLPointField::FLOAT32);
-}
-
-template <typename PointNT>
-void MRFReconstruction<PointNT>::write(pcl::PolygonMesh& output) const
-{
-  const mrf::TriangleMesh& mesh = result_.mesh;
-  const std::vector<mrf::Rgb> colors = mrf::vertexColors(result_);
-  pcl::PCLPointCloud2& cloud = output.cloud;
-  cloud.width = static_cast<std::uint32_t>(mesh.vertices.size());
-  cloud.row_step = cloud.point_step * cloud.width;
-  cloud.data.resize(std::size_t{cloud.point_step} * cloud.width);
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const Eigen::Vector3f position = (mesh.vertices[v].template cast<double>() + getOffset()).template cast<float>();
-    const Eigen::Vector3f& normal = mesh.normals[v];
-    std::array<float, 10> values = {position.x(), position.y(), position.z(),       normal.x(),
-                                    normal.y(),   normal.z(),   mesh.confidences[v]};
-    std::size_t next = 7;
-    if (!colors.empty()) {
-      const std::uint32_t packed = mrf::detail::packRgb(colors[v]);
-      std::memcpy(&values[next++], &packed, sizeof(packed));
-    } else if (result_.channels == 1)
-      values[next++] = result_.attributes[v];
-    if (!mesh.sigmas.empty()) {
-      values[next++] = mesh.sigmas[v];
-      values[next] = static_cast<float>(mesh.calibrated[v]);
-    }
-    std::memcpy(cloud.data.data() + v * cloud.point_step, values.data(), cloud.point_step);
-  }
-  writePolygons(output.polygons);
-}
-
-template <typename PointNT>
 void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vertices>& polygons) const
 {
   using Attributes = mrf::detail::Attributes<PointNT>;
@@ -489,7 +371,7 @@ void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vert
       if (result_.channels == 1)
         point.intensity = result_.attributes[v];
   }
-  writePolygons(polygons);
+  mrf::write(mesh.triangles, polygons);
 }
 
 } // namespace pcl
