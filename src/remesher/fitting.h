@@ -15,7 +15,8 @@ namespace mrf {
 /// Triangles with their corners on a curved surface lie on one side of it: by l²/8R in the mean, for edges of l on a
 /// sphere of radius R, where the best ones of that size are off by less than a third of it, to both sides. A quadratic
 /// function's mean over a triangle is that of its values at the middles of the edges, so these stand for all of the
-/// triangle. Vertices on the border, pinned ones, and those whose triangles would be spoiled stay where they are.
+/// triangle. Vertices on the border, pinned ones, and those whose triangles would be spoiled stay where they are, and
+/// those along sharp edges of the shape nearly so.
 void fitToSurface(RemeshedSurface& surface, Execution& execution);
 
 } // namespace mrf

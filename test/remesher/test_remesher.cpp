@@ -266,6 +266,16 @@ TEST(Remesher, SharpBoxStaysValid)
   // A chord of 4/3 of a voxel over a right-angled edge passes 2/3 of a voxel below it.
   for (const Triangle& t : result.mesh.triangles)
     ASSERT_LT(std::abs(sdf(middleOf(result.mesh, t))), .67 * spacing);
+  // What the chords cut off at edges does not bend the faces beside them.
+  int onFaces = 0;
+  for (const Vector3f& p : result.mesh.vertices) {
+    const Eigen::Array3d inside = Eigen::Array3d(.7, .5, .61) - p.cast<double>().array().abs();
+    if ((inside < 2 * spacing).count() == 1) {
+      ASSERT_LT(std::abs(inside.minCoeff()), .02 * spacing);
+      ++onFaces;
+    }
+  }
+  EXPECT_GT(onFaces, 500);
 }
 
 TEST(Remesher, ThinPlateKeepsItsTwoSheets)
