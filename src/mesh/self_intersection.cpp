@@ -212,8 +212,12 @@ struct Box {
   bool overlaps(const Box& other) const
   {
     // Without branches: about a third of the pairs overlap, in no order.
-    return (lower[0] <= other.upper[0]) & (other.lower[0] <= upper[0]) & (lower[1] <= other.upper[1]) &
-           (other.lower[1] <= upper[1]) & (lower[2] <= other.upper[2]) & (other.lower[2] <= upper[2]);
+    bool result = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      result &= lower[axis] <= other.upper[axis];
+      result &= other.lower[axis] <= upper[axis];
+    }
+    return result;
   }
 };
 
