@@ -261,8 +261,9 @@ TEST(Sampling, FiveHundredPointsOrManyMakeASphere)
     }
   }
   // In voxels: the sparse one's are a quarter of the radius, and bend as much.
+  // The dense one's vertices stand off the sphere by l²/8R, some .006 voxels, so that its triangles do not.
   EXPECT_LT(errors[0], .05);
-  EXPECT_LT(errors[1], .01);
+  EXPECT_LT(errors[1], .015);
 }
 
 TEST(Sampling, FivePercentOfOutliersLeaveOneComponent)

@@ -317,7 +317,8 @@ void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
   fields.rgb = isColored();
   fields.intensity = isIntense();
   fields.sigma = wantsUncertainty(options_);
-  run([&] { mrf::write(result_, output); }, [&] { mrf::clear(output, input_ ? input_->header : PCLHeader(), fields); });
+  const PCLHeader none; // not to copy the other: there may be no memory for its name
+  run([&] { mrf::write(result_, output); }, [&] { mrf::clear(output, input_ ? input_->header : none, fields); });
 }
 
 template <typename PointNT>
