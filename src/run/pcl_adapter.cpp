@@ -13,6 +13,7 @@
 
 namespace pcl {
 namespace mrf {
+namespace detail {
 namespace {
 
 /// Adds a float32 field to a layout that is being built.
@@ -129,5 +130,6 @@ int checkedAnswer(int found, int max, std::size_t positions, Neighbors& answer)
   return found;
 }
 
+} // namespace detail
 } // namespace mrf
 } // namespace pcl

@@ -70,7 +70,8 @@ double cappedMean(const std::vector<float>& values)
 /// on a coarse grid does not tell. Ṽ is the median of V, δ₇₅ the upper quartile of δ, both amid data, β² the squared
 /// mean distance to the nearest points, s half the share of it that is more than their noise, and t what Student's
 /// intervals of 95 % are wider by than a Gaussian's. The surface is not where the field is at the points: it is cut
-/// along the edges of trilinear voxels, which pushes it outward where it is curved.
+/// along the edges of trilinear voxels, which pushes it outward where it is curved; the vertices of fitted triangles
+/// stand off it as well (RemesherOptions::fit).
 ///
 /// The form and the learnt factors come from 40 scans of 30,000 points with six holes of 3 to 8 % of the diagonal, of
 /// the elephant, armadillo, man, bear, camel, dragon, femur, blob and pig of CGAL's data and two heads, without noise

@@ -45,7 +45,7 @@ struct Case {
   /// derivative in each of two directions, and the trace stops within a thousandth of a voxel of it.
   double levelDistance() const { return .25 * spacing * spacing / radius + .002 * spacing; }
 
-  /// Vertices are above it by as much as the middles of their edges are below: together l²/8R, of edges up to 4/3 h.
+  /// Vertices are above it by l²/8R, of edges up to 4/3 h, so that the middles of edges are on it.
   double vertexDistance() const { return levelDistance() + .22 * spacing * spacing / radius; }
 
   /// The middle of an equilateral triangle of side 4/3 h is at most l²/6R below its corners' sphere.

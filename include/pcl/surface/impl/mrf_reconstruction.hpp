@@ -13,7 +13,6 @@
 #include <pcl/search/impl/search.hpp>
 #include <pcl/type_traits.h>
 
-#include <algorithm>
 #include <cstring>
 #include <exception>
 #include <limits>
@@ -275,7 +274,7 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
     }
   }
   this->deinitCompute();
-  mrf::log(result_.report);
+  mrf::detail::log(result_.report);
   if (error && throwing_)
     std::rethrow_exception(error);
 }
@@ -313,12 +312,13 @@ void MRFReconstruction<PointNT>::reconstruct(PointCloud& points, std::vector<pcl
 template <typename PointNT>
 void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
 {
-  mrf::VertexFields fields;
+  mrf::detail::VertexFields fields;
   fields.rgb = isColored();
   fields.intensity = isIntense();
   fields.sigma = wantsUncertainty(options_);
   const PCLHeader none; // not to copy the other: there may be no memory for its name
-  run([&] { mrf::write(result_, output); }, [&] { mrf::clear(output, input_ ? input_->header : none, fields); });
+  run([&] { mrf::detail::write(result_, output); },
+      [&] { mrf::detail::clear(output, input_ ? input_->header : none, fields); });
 }
 
 template <typename PointNT>
@@ -372,7 +372,7 @@ void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vert
       if (result_.channels == 1)
         point.intensity = result_.attributes[v];
   }
-  mrf::write(mesh.triangles, polygons);
+  mrf::detail::write(mesh.triangles, polygons);
 }
 
 } // namespace pcl

@@ -18,6 +18,7 @@
 
 namespace pcl {
 namespace mrf {
+namespace detail {
 
 /// Fields of a mesh's vertices beside x y z, normal_x normal_y normal_z and confidence; all are float32.
 struct VertexFields {
@@ -48,5 +49,6 @@ inline std::uint32_t packRgb(const Rgb& rgb)
   return static_cast<std::uint32_t>(rgb[0]) << 16 | static_cast<std::uint32_t>(rgb[1]) << 8 | rgb[2];
 }
 
+} // namespace detail
 } // namespace mrf
 } // namespace pcl
