@@ -25,20 +25,16 @@ constexpr float farthest = .15f;
 /// folds (nefertiti) less well met.
 constexpr float ofSharpEdges = .25f;
 
-/// How high the middles of edges are above the surface, as far as it counts, at both half-edges of each.
-std::vector<float> heightsOfMiddles(const RemeshedSurface& surface, const std::vector<Vector3f>& positions,
-                                    Execution& execution)
+/// How high the middles of edges are above the surface, at both half-edges of each.
+std::vector<float> heightsOfMiddles(const RemeshedSurface& surface, Execution& execution)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
-  const float limit = ofSharpEdges * surface.targetEdge;
   std::vector<float> heights(mesh.origin.size(), 0);
   forRangePolling(execution, mesh.halfEdgeCount(), grain, [&](std::int64_t begin, std::int64_t end) {
     for (auto h = static_cast<std::int32_t>(begin); h < end; ++h) {
       if (!mesh.represents(h))
         continue;
-      const Vector3f middle = .5f * (positions[mesh.origin[h]] + positions[mesh.target(h)]);
-      const float height = surface.level.height(middle);
-      heights[h] = height * squared(std::max(0.f, 1 - squared(height / limit)));
+      heights[h] = surface.level.height(.5f * (mesh.positions[mesh.origin[h]] + mesh.positions[mesh.target(h)]));
       if (mesh.twin[h] >= 0)
         heights[mesh.twin[h]] = heights[h];
     }
@@ -46,38 +42,42 @@ std::vector<float> heightsOfMiddles(const RemeshedSurface& surface, const std::v
   return heights;
 }
 
-/// Moves each vertex by the mean height of its edges. \param moved so far, along the normals
-void step(const RemeshedSurface& surface, std::vector<float>& moved, std::vector<Vector3f>& positions,
-          Execution& execution)
+/// Moves each vertex by the mean height of its edges, as far as they count. A middle rises by half of what each end
+/// moves. \param heights before anything moved \param moved so far, along the normals
+std::vector<float> step(const RemeshedSurface& surface, const std::vector<float>& heights,
+                        const std::vector<float>& moved, Execution& execution)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
-  const float limit = farthest * surface.targetEdge;
-  const std::vector<float> heights = heightsOfMiddles(surface, positions, execution);
+  const float limit = farthest * surface.targetEdge, sharp = ofSharpEdges * surface.targetEdge;
+  std::vector<float> result(moved.size(), 0);
   forRangePolling(execution, mesh.vertexCount(), grain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
       if (mesh.pinned[v] || mesh.onBoundary(v))
         continue;
       float sum = 0;
-      mesh.forOutgoing(v, [&](std::int32_t h) { sum += heights[h]; });
-      moved[v] = std::clamp(moved[v] - sum / static_cast<float>(mesh.valence[v]), -limit, limit);
-      positions[v] = mesh.positions[v] + moved[v] * mesh.normals[v];
+      mesh.forOutgoing(v, [&](std::int32_t h) {
+        const float height = heights[h] + .5f * (moved[v] + moved[mesh.target(h)]);
+        sum += height * squared(std::max(0.f, 1 - squared(height / sharp)));
+      });
+      result[v] = std::clamp(moved[v] - sum / static_cast<float>(mesh.valence[v]), -limit, limit);
     }
   });
+  return result;
 }
 
 } // namespace
 
 void fitToSurface(RemeshedSurface& surface, Execution& execution)
 {
-  std::vector<Vector3f> positions = surface.mesh.positions;
-  std::vector<float> moved(positions.size(), 0);
+  const std::vector<float> heights = heightsOfMiddles(surface, execution);
+  std::vector<float> moved(surface.mesh.positions.size(), 0);
   for (int n = 0; n < steps; ++n)
-    step(surface, moved, positions, execution);
+    moved = step(surface, heights, moved, execution);
   Poller poll(execution);
   for (std::int32_t v = 0; v < surface.mesh.vertexCount(); ++v) {
     poll();
-    const Corner fitted{positions[v], surface.mesh.normals[v]};
-    if (positions[v] != surface.mesh.positions[v] && surface.mayMove(v, fitted))
+    const Corner fitted{surface.mesh.positions[v] + moved[v] * surface.mesh.normals[v], surface.mesh.normals[v]};
+    if (moved[v] != 0 && surface.mayMove(v, fitted))
       surface.moveTo(v, {fitted});
   }
 }
