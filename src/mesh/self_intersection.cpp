@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/polling.h"
+#include "mesh/intersecting_triangles.h"
 #include "mesh/predicates.h"
 
 #include <pcl/surface/mrf/self_intersection.h>
@@ -224,7 +225,9 @@ struct Box {
 /// Pairs of triangles whose boxes overlap, from hashed uniform bins.
 class Bins {
 public:
-  Bins(const TriangleMesh& mesh, Execution& execution) : mesh_(mesh)
+  /// \param marked by triangle; empty: all
+  Bins(const TriangleMesh& mesh, const std::vector<std::uint8_t>& marked, Execution& execution)
+      : mesh_(mesh), marked_(marked)
   {
     chooseCells(execution);
     fill(execution);
@@ -232,22 +235,25 @@ public:
 
   std::int64_t count() const { return static_cast<std::int64_t>(begin_.size()) - 1; }
 
-  /// Calls body(s, t), s < t, for the pairs in the bins of a range; every pair is in one cell only, but cells may
-  /// share a bin.
+  /// Calls body(s, t), s < t, for the pairs in the bins of a range of which one is marked; every pair is in one cell
+  /// only, but cells may share a bin.
   template <typename Body>
   void forPairs(std::int64_t firstBin, std::int64_t lastBin, const Body& body) const
   {
     std::vector<Box> boxes;
     for (std::int64_t bin = firstBin; bin < lastBin; ++bin) {
       const std::int32_t begin = begin_[bin], count = begin_[bin + 1] - begin;
+      if (count < 2 || !isAnyMarked(bin))
+        continue;
       boxes.clear();
-      for (std::int32_t i = 0; count > 1 && i < count; ++i)
+      for (std::int32_t i = 0; i < count; ++i)
         boxes.emplace_back(mesh_, mesh_.triangles[entries_[begin + i]]);
       for (std::int32_t i = 0; i < count; ++i)
         for (std::int32_t j = i + 1; j < count; ++j) {
           // The pair belongs to the cell of its boxes' common lower corner: on each axis one of them starts there.
           const bool isOwn = (offsets_[begin + i] & offsets_[begin + j]) == 0;
-          if (isOwn & boxes[i].overlaps(boxes[j]))
+          if (isOwn & boxes[i].overlaps(boxes[j]) &&
+              (isMarked(entries_[begin + i]) || isMarked(entries_[begin + j])))
             body(entries_[begin + i], entries_[begin + j]);
         }
     }
@@ -261,6 +267,14 @@ private:
   };
 
   static constexpr std::int64_t grain = 8192;
+
+  bool isMarked(std::int32_t triangle) const { return marked_.empty() || marked_[triangle] != 0; }
+
+  bool isAnyMarked(std::int64_t bin) const
+  {
+    return std::any_of(entries_.begin() + begin_[bin], entries_.begin() + begin_[bin + 1],
+                       [this](std::int32_t triangle) { return isMarked(triangle); });
+  }
 
   bool isFinite(std::size_t t) const
   {
@@ -401,6 +415,7 @@ private:
   }
 
   const TriangleMesh& mesh_;
+  const std::vector<std::uint8_t>& marked_;
   Vector3d origin_ = Vector3d::Zero();
   double side_ = 1;
   std::uint64_t mask_ = 0;
@@ -445,9 +460,10 @@ bool intersect(const TriangleMesh& mesh, Triangle s, Triangle t)
 
 } // namespace
 
-std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution)
+std::vector<std::int32_t> intersectingTriangles(const TriangleMesh& mesh, const std::vector<std::uint8_t>& marked,
+                                                Execution& execution)
 {
-  const Bins bins(mesh, execution);
+  const Bins bins(mesh, marked, execution);
   constexpr std::int64_t grain = 4096;
   std::vector<std::vector<std::int32_t>> found(static_cast<std::size_t>((bins.count() + grain - 1) / grain));
   forRangePolling(execution, bins.count(), grain, [&](std::int64_t begin, std::int64_t end) {
@@ -464,6 +480,11 @@ std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Ex
   std::sort(triangles.begin(), triangles.end());
   triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
   return triangles;
+}
+
+std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution)
+{
+  return intersectingTriangles(mesh, {}, execution);
 }
 
 std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh)

@@ -15,14 +15,18 @@ std::vector<std::int32_t> FormerVertices::takeBackWhatIntersects(const Intersect
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
   Poller poll(execution);
+  std::vector<std::uint8_t> changed; // since the last look, and what intersected then
   while (true) {
-    std::vector<std::int32_t> corners = changeableCorners(mesh, watch.intersectingTriangles(mesh, execution));
+    std::vector<std::int32_t> corners = changeableCorners(mesh, watch.intersectingTriangles(mesh, changed, execution));
     if (corners.empty())
       return {};
+    changed.assign(mesh.positions.size(), 0);
     std::vector<std::int32_t> toReturn;
-    for (const std::int32_t v : corners)
+    for (const std::int32_t v : corners) {
+      changed[v] = 1;
       if (hasMoved(v))
         toReturn.push_back(v);
+    }
     if (toReturn.empty())
       return corners;
     while (!toReturn.empty()) {
@@ -32,6 +36,7 @@ std::vector<std::int32_t> FormerVertices::takeBackWhatIntersects(const Intersect
       if (!hasMoved(v))
         continue;
       takeBack(v);
+      changed[v] = 1;
       mesh.forOutgoing(v, [&](std::int32_t h) {
         if (!surface_.shape(h).sound())
           toReturn.insert(toReturn.end(), {mesh.target(h), mesh.opposite(h)});

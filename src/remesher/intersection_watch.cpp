@@ -2,8 +2,7 @@
 #include "remesher/intersection_watch.h"
 
 #include "base/polling.h"
-
-#include <pcl/surface/mrf/self_intersection.h>
+#include "mesh/intersecting_triangles.h"
 
 #include <algorithm>
 #include <array>
@@ -42,21 +41,26 @@ std::vector<std::uint8_t> IntersectionWatch::watchedVertices(const HalfEdgeMesh&
   return watched;
 }
 
-std::vector<std::int32_t> IntersectionWatch::intersectingTriangles(const HalfEdgeMesh& mesh, Execution& execution) const
+std::vector<std::int32_t> IntersectionWatch::intersectingTriangles(const HalfEdgeMesh& mesh,
+                                                                   const std::vector<std::uint8_t>& changed,
+                                                                   Execution& execution) const
 {
   const std::vector<std::uint8_t> watched = watchedVertices(mesh, execution);
   TriangleMesh part;
   std::vector<std::int32_t> own;
+  std::vector<std::uint8_t> marked;
   for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t) {
     const Triangle vertices = mesh.triangle(t);
     if (isAnyCorner(vertices, [&](std::int32_t v) { return watched[v] != 0; })) {
       part.triangles.push_back(vertices);
       own.push_back(t);
+      if (!changed.empty())
+        marked.push_back(isAnyCorner(vertices, [&](std::int32_t v) { return changed[v] != 0; }) ? 1 : 0);
     }
   }
   part.vertices = mesh.positions;
   execution.poll();
-  std::vector<std::int32_t> result = selfIntersectingTriangles(part, execution);
+  std::vector<std::int32_t> result = mrf::intersectingTriangles(part, marked, execution);
   for (std::int32_t& t : result)
     t = own[t];
   return result;

@@ -32,7 +32,9 @@ public:
 
   /// Numbers of the triangles that intersect others, of those that are watched. \pre no triangle was removed since the
   /// mesh was made or compacted
-  std::vector<std::int32_t> intersectingTriangles(const HalfEdgeMesh& mesh, Execution& execution) const;
+  /// \param changed vertices; pairs of triangles without any are not looked at. Empty: all
+  std::vector<std::int32_t> intersectingTriangles(const HalfEdgeMesh& mesh, const std::vector<std::uint8_t>& changed,
+                                                  Execution& execution) const;
 
 private:
   std::vector<std::uint8_t> watchedVertices(const HalfEdgeMesh& mesh, Execution& execution) const;

@@ -111,7 +111,7 @@ public:
 private:
   std::vector<std::int32_t> intersectingTriangles() const
   {
-    return watch_.intersectingTriangles(surface_.mesh, execution_);
+    return watch_.intersectingTriangles(surface_.mesh, {}, execution_);
   }
 
   void smoothBorders()

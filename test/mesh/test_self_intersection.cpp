@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "exact/self_intersections.h"
+#include "mesh/intersecting_triangles.h"
 #include "support/cancelling.h"
 #include "support/shapes.h"
 
@@ -139,6 +140,41 @@ TEST(SelfIntersection, SlicedSpheresAgreeWithCgalForAnyNumberOfThreads)
     Execution execution(threads);
     EXPECT_EQ(selfIntersectingTriangles(mesh, execution), expected);
   }
+}
+
+TEST(SelfIntersection, OnlyPairsWithAMarkedTriangleAreLookedAt)
+{
+  std::mt19937 random(5);
+  TriangleMesh mesh = patch(20);
+  std::normal_distribution<float> offset(0, .6f);
+  for (Vector3f& p : mesh.vertices)
+    p += Vector3f(offset(random), offset(random), offset(random));
+  std::vector<std::uint8_t> marked(mesh.triangles.size(), 0);
+  TriangleMesh unmarked;
+  unmarked.vertices = mesh.vertices;
+  for (std::size_t t = 0; t < marked.size(); ++t) {
+    marked[t] = random() % 4 == 0 ? 1 : 0;
+    if (marked[t] == 0)
+      unmarked.triangles.push_back(mesh.triangles[t]);
+  }
+  Execution execution(2);
+  const std::vector<std::int32_t> found = intersectingTriangles(mesh, marked, execution);
+  // A triangle alone against all others tells whether it intersects a marked one.
+  std::vector<std::int32_t> expected;
+  for (std::size_t t = 0; t < marked.size(); ++t) {
+    TriangleMesh others;
+    others.vertices = mesh.vertices;
+    others.triangles = {mesh.triangles[t]};
+    for (std::size_t s = 0; s < marked.size(); ++s)
+      if (s != t && (marked[s] != 0 || marked[t] != 0))
+        others.triangles.push_back(mesh.triangles[s]);
+    const std::vector<std::int32_t> hits = selfIntersectingTriangles(others);
+    if (!hits.empty() && hits.front() == 0)
+      expected.push_back(static_cast<std::int32_t>(t));
+  }
+  EXPECT_EQ(found, expected);
+  EXPECT_FALSE(selfIntersectingTriangles(unmarked).empty()); // of which none may be in the answer
+  EXPECT_LT(found.size(), selfIntersectingTriangles(mesh).size());
 }
 
 TEST(SelfIntersection, ManifoldLevelSetsAreClean)
