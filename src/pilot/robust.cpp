@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pilot/robust.h"
 
+#include "base/disjoint_points.h"
+#include "base/polling.h"
 #include "base/select_values.h"
 #include "observation/point_observation.h"
 
@@ -14,8 +16,7 @@ namespace mrf {
 namespace {
 
 /// One solve: the scale c of the weights after it, in standard deviations of the residuals, and ℓ in voxels. At first
-/// all points count and clusters get no bubble of their own; at last those within the noise do, and details are
-/// followed.
+/// all points count; at last those within the noise do, and details are followed.
 struct Step {
   float scale, smoothing;
 };
@@ -23,6 +24,44 @@ constexpr Step steps[] = {{64, 1}, {16, .7f}, {8, .5f}, {6, .3f}, {6, .2f}};
 
 constexpr float minSlope = .3f; ///< of the field, which is 1 but for noise and creases
 constexpr float minWeight = 1e-4f;
+
+/// Neighbors closer than so many of both their local spacings are of one component.
+constexpr float componentReach = 3;
+constexpr int componentNeighbors = 16;
+/// A component of fewer points, or of a smaller share of them, has no say in the field: alone in free space it would
+/// get a bubble of its own at any weight. With false matches (3 % of 28,000 points in clusters of 30, eight objects)
+/// the mesh is within .17 % of the diagonal of the object (RMS), within 2.0 % if every component has a say. True pieces
+/// behind occluders pay for it: 6 % of a Kinect frame of an office goes, 2 % with a reach of 5, but then the mesh of
+/// the objects is within .49 %.
+constexpr double minComponentPoints = 50, minComponentShare = .0015;
+
+/// Flags of the points in small components; the largest one is none.
+std::vector<std::uint8_t> inSmallComponents(const OrientedPoints& points, const NeighborSearch& search, float spacing,
+                                            Execution& execution)
+{
+  const auto count = static_cast<std::int64_t>(points.size());
+  DisjointPoints joined(points.size());
+  const auto spacingOf = [&](std::uint32_t i) { return points.spacings.empty() ? spacing : points.spacings[i]; };
+  forRangePolling(execution, count, 4096, [&](std::int64_t begin, std::int64_t end) {
+    Neighbors found;
+    for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+      search.nearest(points.positions[i], componentNeighbors + 1, found);
+      for (std::size_t n = 0; n < found.indices.size(); ++n) {
+        const auto j = static_cast<std::uint32_t>(found.indices[n]);
+        const float reach = componentReach * std::min(spacingOf(i), spacingOf(j));
+        if (found.squaredDistances[n] <= reach * reach)
+          joined.join(i, j);
+      }
+    }
+  });
+  const auto sizes = joined.sizes(execution);
+  const double largest = *std::max_element(sizes.begin(), sizes.end());
+  const double min = std::min(largest, std::max(minComponentPoints, minComponentShare * static_cast<double>(count)));
+  std::vector<std::uint8_t> result(points.size());
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i] = sizes[joined.find(static_cast<std::uint32_t>(i))] < min ? 1 : 0;
+  return result;
+}
 
 /// First-order distances of the points from the zero level.
 std::vector<float> residuals(const std::vector<Eigen::Vector3f>& positions, const DistanceField& field,
@@ -59,7 +98,10 @@ std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const Neighb
 
   OrientedPoints weighted = points;
   weighted.confidences.resize(points.size());
-  std::vector<float> errors(points.size(), 0), weights(points.size(), 1);
+  const std::vector<std::uint8_t> isSmall = inSmallComponents(points, search, spacing, execution);
+  std::vector<float> errors(points.size(), 0), weights(points.size());
+  std::transform(isSmall.begin(), isSmall.end(), weights.begin(),
+                 [](std::uint8_t small) { return small ? minWeight : 1; });
   for (const Step& step : steps) {
     observation.smoothing = step.smoothing * side;
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -71,7 +113,7 @@ std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const Neighb
     const float limit = step.scale * std::max(deviation(errors), .1f * side);
     for (std::size_t i = 0; i < points.size(); ++i) {
       const float ratio = limit * limit / (limit * limit + errors[i] * errors[i]);
-      weights[i] = std::max(ratio * ratio, minWeight);
+      weights[i] = isSmall[i] ? minWeight : std::max(ratio * ratio, minWeight);
     }
   }
   // Measured on three clean scans: half a voxel drops details, .7 keeps clusters near the surface.

@@ -20,7 +20,8 @@ namespace pcl {
 namespace mrf {
 
 /// Flags the points to keep: those closer to the robust field's zero level than five standard deviations of the points
-/// (by their median) or 1.1 h, whichever is more.
+/// (by their median) or 1.1 h, whichever is more. Components of less than .15 % of the points, or less than 50, have no
+/// say in the field: only what the others say about them counts.
 /// \param spacing l̄, \param voxelSize h of the finest level, cloud's unit, > 0
 /// \param search holds points.positions \param maxMemory as MultiscaleOptions::maxMemory, of a solution
 /// \throw ResourceLimit if a solution takes more, or is out of proportion to the points

@@ -25,12 +25,22 @@ pcl::PointCloud<pcl::PointNormal>::Ptr sphere(int count)
   return cloud;
 }
 
-bool check(bool condition, const char* what)
-{
-  if (!condition)
+/// How many checks failed.
+class Checks {
+public:
+  void expect(bool condition, const char* what)
+  {
+    if (condition)
+      return;
     std::fprintf(stderr, "consumer: failed: %s\n", what);
-  return condition;
-}
+    ++failed_;
+  }
+
+  int failed() const { return failed_; }
+
+private:
+  int failed_ = 0;
+};
 
 } // namespace
 
@@ -51,11 +61,11 @@ int main(int argc, char** argv)
               report.mesh.volume);
 
   // A sphere from 1000 points, l̄ = 0.11, h = 0.22: five per cent of volume are a quarter of h²·curvature² and generous.
-  return check(report.status == pcl::mrf::Status::ok, "the status is 'ok'") &
-                 check(report.mesh.closed() && report.mesh.eulerCharacteristic == 2, "the mesh is a closed sphere") &
-                 check(mesh.polygons.size() == static_cast<std::size_t>(report.mesh.triangles),
-                       "the mesh has as many triangles as the report") &
-                 check(std::abs(report.mesh.volume - 4 * M_PI / 3) < .05 * 4 * M_PI / 3, "the volume is the sphere's")
-             ? 0
-             : 1;
+  Checks checks;
+  checks.expect(report.status == pcl::mrf::Status::ok, "the status is 'ok'");
+  checks.expect(report.mesh.closed() && report.mesh.eulerCharacteristic == 2, "the mesh is a closed sphere");
+  checks.expect(mesh.polygons.size() == static_cast<std::size_t>(report.mesh.triangles),
+                "the mesh has as many triangles as the report");
+  checks.expect(std::abs(report.mesh.volume - 4 * M_PI / 3) < .05 * 4 * M_PI / 3, "the volume is the sphere's");
+  return checks.failed() == 0 ? 0 : 1;
 }
