@@ -479,9 +479,13 @@ private:
     const double atBest = errors.at(best);
     if (errors.count(best - 1) != 0 && errors.count(best + 1) != 0)
       choice.smoothing *= std::exp2(.5 * parabolaMinimum(errors.at(best - 1), atBest, errors.at(best + 1)));
-    // Under strong noise the score has its accidental minimum at a short ℓ, a shallow one. Where a longer ℓ is much
-    // worse, what the field misses is no noise but edges and depths that it would smooth away.
-    constexpr double shallow = 1.1;
+    // Under strong noise the score has its accidental minimum at a short ℓ, the deeper the stronger it is. Where a
+    // longer ℓ is much worse, what the field misses is no noise but edges and depths that it would smooth away. Six
+    // objects, scanned and at random, with noise of 2 spacings: surface within .21 and .15 % of the diagonal, within
+    // .34 and .27 with 1.1 throughout. With 1.2 throughout Kinect frames, of .3 spacings, lose a tenth of their
+    // accuracy.
+    constexpr double strong = .8;
+    const double shallow = choice.noise > strong * spacing_ ? 1.5 : 1.1;
     double longestAllowed = choice.smoothing;
     for (const auto& [steps, error] : errors)
       if (error <= shallow * atBest)

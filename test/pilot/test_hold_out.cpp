@@ -75,6 +75,14 @@ TEST(Smoothing, noiseIsFoundAndSmoothedAway)
   }
 }
 
+TEST(Smoothing, strongNoiseIsNotFollowed)
+{
+  // The score of a short length is better by accident.
+  const double noise = 1.4 * spacing;
+  const SmoothingChoice choice = choose(noisyTorus(noise));
+  EXPECT_GT(choice.smoothing, .8 * smoothingForNoise(noise, spacing));
+}
+
 TEST(Smoothing, edgesAreNotTakenForNoise)
 {
   // Terraces: exact points and normals on steps, which no smooth field meets. Their errors look like noise of a median
