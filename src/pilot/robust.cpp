@@ -40,6 +40,8 @@ std::vector<std::uint8_t> inSmallComponents(const OrientedPoints& points, const 
                                             Execution& execution)
 {
   const auto count = static_cast<std::int64_t>(points.size());
+  if (count == 0)
+    return {};
   DisjointPoints joined(points.size());
   const auto spacingOf = [&](std::uint32_t i) { return points.spacings.empty() ? spacing : points.spacings[i]; };
   forRangePolling(execution, count, 4096, [&](std::int64_t begin, std::int64_t end) {
