@@ -156,14 +156,10 @@ Reach reachOf(const PointSet& points, const NeighborSearch& search, const Sampli
   const float distance = resolvedNeighborDistance(options, density);
   if (options.neighborDistance > 0 || !options.localDistance)
     return Reach(distance);
-  std::vector<float> reaches = points.spacings.size() == points.size()
-                                   ? points.spacings
-                                   : localSpacings(points, measureNeighbors(points, search, execution), execution);
-  if (reaches.size() != points.size())
-    return Reach(distance);
-  for (float& reach : reaches)
-    reach *= reachInSpacings;
-  return Reach(std::move(reaches));
+  std::vector<float> spacings = points.spacings.size() == points.size()
+                                    ? points.spacings
+                                    : localSpacings(points, measureNeighbors(points, search, execution), execution);
+  return spacings.size() == points.size() ? Reach(std::move(spacings), reachInSpacings) : Reach(distance);
 }
 
 void checkInput(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, OrientationVote vote)

@@ -8,6 +8,7 @@
 #include <pcl/surface/mrf/point_set.h>
 
 #include "base/disjoint_points.h"
+#include "points/reach.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -23,29 +24,6 @@ namespace mrf {
 
 /// An edge this close to both normals (cosine) leads from one sheet to another, not along a surface.
 constexpr float alongNormals = .9f;
-
-/// How far each point looks for neighbors: two of them are neighbors if each is within the other's reach.
-class Reach {
-public:
-  /// The same for all points.
-  explicit Reach(float distance) : distance_(distance) {}
-  /// One for each point.
-  explicit Reach(std::vector<float> distances) : distances_(std::move(distances)) {}
-
-  float of(std::size_t i) const { return distances_.empty() ? distance_ : distances_[i]; }
-
-  bool isLocal() const { return !distances_.empty(); }
-
-  bool joins(std::size_t i, std::size_t j, float squaredDistance) const
-  {
-    // In this order: a neighbor that does not exist is infinitely far.
-    return squaredDistance <= of(i) * of(i) && squaredDistance <= of(j) * of(j);
-  }
-
-private:
-  float distance_ = 0;
-  std::vector<float> distances_;
-};
 
 /// Union-find that also keeps the sign of each element relative to its root.
 class SignedForest {
