@@ -2,6 +2,7 @@
 #include "pilot/robust.h"
 
 // Structured outliers against a robust field.
+#include "base/normal_draws.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/neighbor_search.h>
@@ -73,14 +74,16 @@ TEST(Robust, clustersInFreeSpaceAreRejected)
   PointSet cloud = shapes::sample(shapes::torus(1, .4), 1.6, spacing);
   OrientedPoints points = shapes::oriented(cloud);
   const std::size_t inliers = points.size();
-  std::mt19937 random(2);
-  std::normal_distribution<float> offset(0, 2 * spacing);
-  // In the torus' hole and around it, 8 to 20 spacings from its surface; the normals as the points make them up.
-  for (const Eigen::Vector3f& center : {Eigen::Vector3f(0, 0, 0), {0, 0, 1}, {1.8f, 0, .4f}, {0, -2.2f, 0}, {1, 1, 1}}) {
-    const Eigen::Vector3f normal = Eigen::Vector3f(offset(random), offset(random), offset(random)).normalized();
+  const NormalDraws draws(2, 0);
+  std::uint64_t drawn = 0;
+  // In the torus' hole and around it, 10 to 20 spacings from its surface.
+  for (const Eigen::Vector3f& center :
+       {Eigen::Vector3f(0, 0, 0), {0, 0, 1}, {1.8f, 0, .4f}, {0, -2.2f, 0}, {1, 1, 1}}) {
+    const Eigen::Vector3f normal = (center + Eigen::Vector3f(.3f, -.5f, .7f)).normalized();
     const Eigen::Vector3f side = normal.unitOrthogonal(), other = normal.cross(side);
     for (int n = 0; n < 30; ++n) {
-      points.positions.push_back(center + offset(random) * side + offset(random) * other);
+      const auto [u, v] = draws.pair(NormalDraws::Kind::samples, drawn++);
+      points.positions.push_back(center + 2 * spacing * (u * side + v * other));
       points.normals.push_back(normal);
     }
   }
@@ -91,7 +94,7 @@ TEST(Robust, clustersInFreeSpaceAreRejected)
 
 TEST(Robust, aSmallPieceOfTheSurfaceStays)
 {
-  // A disc of 40 points behind a gap all around, as between occluders, and a cloud that is all of such pieces.
+  // A disc of less than 50 points with a gap all around, as between occluders; then a cloud that is nothing else.
   const auto gap = [](const Eigen::Vector3f& p) {
     const float distance = (p - Eigen::Vector3f(0, 0, 1)).norm();
     return distance > .18f && distance < .4f;
