@@ -111,8 +111,8 @@ TEST_P(RemeshedScan, KeepsTheSurfaceAndEvensItsTriangles)
   double farthest = 0;
   for (const Eigen::Vector3f& v : r.mesh.vertices)
     farthest = std::max<double>(farthest, std::abs(r.field.sampleDistance(v) / r.field.sampleGradient(v).norm()));
-  // .15 of an edge, which is about a voxel, where triangles cut corners; to first order, that is up to twice as much
-  // where the slope of the field is small: .253 was measured, at one vertex of nefertiti.
+  // .15 of an edge, which is about a voxel, where triangles cut corners. First order exaggerates where the slope of the
+  // field is small: .253 was measured at a vertex of nefertiti where it is .38.
   EXPECT_LT(farthest, .3 * r.field.lattice().spacing);
 }
 
