@@ -2,7 +2,7 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/normals.h>
 
-#include <pcl/common/eigen.h>
+#include "points/local_plane.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,18 +15,6 @@ namespace {
 /// Neighborhoods inside a radius of fewer points, the point itself included, are extended to so many.
 constexpr int minNeighbors = 12;
 
-/// Automatic neighborhoods, the point itself included, before they have to grow: as many as the search finds for all
-/// points at once.
-constexpr int nearestNeighbors = 13;
-
-/// A neighborhood is flat if the third eigenvalue is less than this share of the second: noise of an eighth of its
-/// radius. Twice as many points average the noise of one that is not.
-constexpr double flatThird = 1.0 / 16;
-
-/// A neighborhood is as wide as a plane needs if the second eigenvalue has this share of the first. A disc has 1, a
-/// half one at a border .28; the nearest points of a lidar's ring, of one line, have next to nothing.
-constexpr double soundSecond = .1;
-
 /// Neighborhoods that stand for more points consist of every fourth, sixteenth, ... point, so that none costs more.
 /// Under noise the mean of many counts, else the extent alone.
 constexpr std::size_t maxToGrow = 32, maxUnderNoise = 128;
@@ -36,70 +24,6 @@ constexpr std::size_t widestNeighborhood = 1 << 14;
 
 /// Points per piece of parallel work.
 constexpr std::int64_t grain = 1024;
-
-/// Neighbors lie on a line if the second eigenvalue is at most this share of the first, that is, if they are 10⁴
-/// times as long as wide: about what rounding to single precision makes of a line that is short within its cloud.
-constexpr double collinear = 1e-8;
-
-struct Plane {
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero(); ///< zero if the neighbors do not span a plane
-  double thirdShare = 0;
-  double distance = 0;
-  double secondToFirst = 0; ///< ratio of eigenvalues
-
-  double thirdToSecond = 0;
-
-  bool isSound() const { return secondToFirst >= soundSecond; }
-  bool isFlat() const { return thirdToSecond < flatThird; }
-};
-
-/// What pcl::NormalEstimation does per point, with PCL's closed form of the eigenvalues, but in double precision: its
-/// own single precision loses the middle eigenvalue, which tells lines from planes, and small third ones.
-Plane fitPlane(const std::vector<Eigen::Vector3f>& positions, const std::uint32_t* neighbors, std::size_t count,
-               const Eigen::Vector3f& position)
-{
-  Plane plane;
-  if (count < 3)
-    return plane;
-  // Relative to the point itself, so that nothing is lost far from the origin.
-  const Eigen::Vector3d center = position.cast<double>();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-  for (std::size_t n = 0; n < count; ++n) {
-    const Eigen::Vector3d p = positions[neighbors[n]].cast<double>() - center;
-    sum += p;
-    xx += p.x() * p.x();
-    xy += p.x() * p.y();
-    xz += p.x() * p.z();
-    yy += p.y() * p.y();
-    yz += p.y() * p.z();
-    zz += p.z() * p.z();
-  }
-  const double share = 1 / static_cast<double>(count);
-  const Eigen::Vector3d mean = share * sum;
-  Eigen::Matrix3d covariance;
-  covariance << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  covariance = share * covariance - mean * mean.transpose();
-  const double scale = covariance.trace();
-  if (!(scale > 0))
-    return plane;
-  // Of unit trace, because PCL's closed-form roots compare with absolute limits.
-  covariance /= scale;
-  Eigen::Vector3d values;
-  eigen33(covariance, values);
-  if (!(values[1] > collinear * values[2]))
-    return plane;
-  Eigen::Vector3d normal;
-  computeCorrespondingEigenVector(covariance, values[0], normal);
-  if (!normal.allFinite())
-    return plane;
-  plane.normal = normal;
-  plane.thirdShare = std::max(values[0], 0.0);
-  plane.distance = std::abs(normal.dot(mean));
-  plane.secondToFirst = values[1] / values[2];
-  plane.thirdToSecond = plane.thirdShare / values[1];
-  return plane;
-}
 
 } // namespace
 
@@ -159,10 +83,8 @@ void fitWithin(const PointSet& points, const NeighborSearch& search, float radiu
                              const Eigen::Vector3f& position = points.positions[i];
                              const float* squared = batch.squaredDistances + q * batch.k;
                              if (squared[batch.k - 1] < radius * radius) {
-                               const int number = search.within(position, radius, found);
-                               const std::vector<std::uint32_t> indices(found.indices.begin(),
-                                                                        found.indices.begin() + number);
-                               estimates.set(i, fitPlane(points.positions, indices.data(), indices.size(), position));
+                               const auto number = static_cast<std::size_t>(search.within(position, radius, found));
+                               estimates.set(i, fitPlane(points.positions, found.indices.data(), number, position));
                              } else
                                estimates.set(i, fitPlane(points.positions, batch.indices + q * batch.k,
                                                          numberFound(squared, batch.k), position));
@@ -239,14 +161,13 @@ void grow(const PointSet& points, const NeighborSearch& search, float noise, std
     const NeighborSearch& own = share > 1 ? *thinnedSearch : search;
     execution.forRange(static_cast<std::int64_t>(growing.size()), grain, [&](std::int64_t begin, std::int64_t end) {
       Neighbors found;
-      std::vector<std::uint32_t> indices;
       for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
         Growing& now = growing[n];
         const Eigen::Vector3f& position = points.positions[now.point];
         for (; now.size <= share * max && !now.best.isSound(); now.size *= 2) {
-          const int number = own.nearest(position, static_cast<int>(now.size / share), found);
-          indices.assign(found.indices.begin(), found.indices.begin() + number);
-          const Plane plane = fitPlane(positions, indices.data(), indices.size(), position);
+          const auto number =
+              static_cast<std::size_t>(own.nearest(position, static_cast<int>(now.size / share), found));
+          const Plane plane = fitPlane(positions, found.indices.data(), number, position);
           if (plane.secondToFirst > now.best.secondToFirst)
             now.best = plane;
           if (now.size >= widest)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/select_values.h"
+#include "points/local_plane.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/outliers.h>
@@ -7,8 +8,6 @@
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -42,54 +41,52 @@ std::vector<float> meanNeighborDistances(const PointSet& points, const NeighborS
 }
 
 /// Neighbors of which so many have to agree with a point.
-constexpr int minCoherent = 5;
+constexpr std::size_t minCoherent = 5;
 
 /// Cosines between normals, and sines between an edge and the tangent planes at its ends, of one surface.
 /// Looser ones keep distant outliers, whose estimated normals resemble those of the others they were estimated from: 22
 /// of 276 on a noisy head with a sine of .5, 13 with this; tighter ones drop lone points of range scans.
 constexpr float minCosine = .7f, maxSine = .35f;
 
-/// Whether a surface goes through a point with a normal and its neighbors.
-bool hasCoherentNormals(const PointSet& points, std::size_t i, const Neighbors& found)
-{
-  const Eigen::Vector3f& normal = points.normals[i];
-  int coherent = 0;
-  for (const int index : found.indices) {
-    const auto j = static_cast<std::size_t>(index);
-    const Eigen::Vector3f edge = points.positions[j] - points.positions[i];
-    const Eigen::Vector3f& other = points.normals[j];
-    const float limit = maxSine * edge.norm();
-    if (j != i && std::abs(normal.dot(other)) >= minCosine && std::abs(edge.dot(normal)) <= limit &&
-        std::abs(edge.dot(other)) <= limit)
-      ++coherent;
-  }
-  return coherent >= minCoherent;
-}
+/// Tells whether a surface goes through a point with its neighbors.
+class Coherence {
+public:
+  Coherence(const PointSet& points, const NeighborSearch& search) : points_(points), search_(search) {}
 
-/// The same where there is no normal: whether the directions to the neighbors lie in a plane, and not all on one side.
-bool liesAmidPlane(const PointSet& points, std::size_t i, const Neighbors& found)
-{
-  // Of random directions the third axis has a tenth and more, and their mean a length of .35; at a straight border of
-  // a surface the mean has .64, and from far away nearly 1.
-  constexpr double flat = .03, oneSided = .8;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
-  int count = 0;
-  for (const int index : found.indices) {
-    const Eigen::Vector3d edge =
-        (points.positions[static_cast<std::size_t>(index)] - points.positions[i]).cast<double>();
-    const double length = edge.norm();
-    if (!(length > 0))
-      continue;
-    sum += edge / length;
-    squares += edge * edge.transpose() / (length * length);
-    ++count;
+  bool isCoherent(std::size_t i, const Neighbors& found)
+  {
+    const Eigen::Vector3f normal = normalAt(i);
+    if (normal.isZero()) // amid points on a line
+      return true;
+    std::size_t coherent = 0;
+    for (std::size_t n = 0; n < found.indices.size() && coherent < minCoherent; ++n) {
+      const auto j = static_cast<std::size_t>(found.indices[n]);
+      const Eigen::Vector3f edge = points_.positions[j] - points_.positions[i];
+      const float limit = maxSine * edge.norm();
+      if (j == i || std::abs(edge.dot(normal)) > limit)
+        continue;
+      const Eigen::Vector3f other = normalAt(j);
+      if (std::abs(normal.dot(other)) >= minCosine && std::abs(edge.dot(other)) <= limit)
+        ++coherent;
+    }
+    return coherent == minCoherent;
   }
-  if (count < 3 || sum.norm() > oneSided * count)
-    return false;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squares, Eigen::EigenvaluesOnly);
-  return axes.eigenvalues()[0] <= flat * count;
-}
+
+private:
+  /// That of the plane of the points around it where it has none.
+  Eigen::Vector3f normalAt(std::size_t i)
+  {
+    if (!points_.normals.empty() && !points_.normals[i].isZero())
+      return points_.normals[i];
+    const Eigen::Vector3f& position = points_.positions[i];
+    const auto number = static_cast<std::size_t>(search_.nearest(position, nearestNeighbors, around_));
+    return fitPlane(points_.positions, around_.indices.data(), number, position).normal.cast<float>();
+  }
+
+  const PointSet& points_;
+  const NeighborSearch& search_;
+  Neighbors around_;
+};
 
 /// The quantile of values that are not negative.
 float quantile(std::vector<float> values, double share)
@@ -111,6 +108,7 @@ std::vector<std::uint8_t> keptByNeighbors(const PointSet& points, const std::vec
   const float closest = factor * quantile(means, .05);
   execution.forRange(static_cast<std::int64_t>(keep.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
     Neighbors found;
+    Coherence coherence(points, search);
     std::vector<float> around;
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       if (!(means[i] > closest))
@@ -122,8 +120,7 @@ std::vector<std::uint8_t> keptByNeighbors(const PointSet& points, const std::vec
           around.push_back(means[static_cast<std::size_t>(j)]);
       if (around.empty() || (means[i] <= everywhere && means[i] <= factor * median(around)))
         continue;
-      const bool hasNormal = !points.normals.empty() && !points.normals[i].isZero();
-      keep[i] = (hasNormal ? hasCoherentNormals(points, i, found) : liesAmidPlane(points, i, found)) ? 1 : 0;
+      keep[i] = coherence.isCoherent(i, found) ? 1 : 0;
     }
   });
   return keep;
