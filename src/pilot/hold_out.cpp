@@ -308,7 +308,8 @@ public:
   CrossValidation(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
                   Execution& execution)
       : points_(points), spacing_(spacing), finest_(finest), prior_(prior), gradientWeight_(gradientWeight),
-        execution_(execution), core_((cubeSide - 1 - 2 * margin) * finest), boxes_(points.positions, execution)
+        invisible_(std::min(.04 * spacing, 2e-5 * boundingBox(points.positions).diagonal())), execution_(execution),
+        core_((cubeSide - 1 - 2 * margin) * finest), boxes_(points.positions, execution)
   {
     if (points.size() > 0)
       centers_ = spread(points.positions, (cubeSide - 2 * margin) * finest);
@@ -364,7 +365,7 @@ public:
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise)
   {
     constexpr int steps = 4;
-    constexpr double worse = 1.01, invisible = .04;
+    constexpr double worse = 1.01;
     ResolutionChoice choice;
     choice.voxelSize = finest_;
     std::map<double, std::size_t> asked; // cubes, by the voxel size
@@ -374,7 +375,7 @@ public:
     };
     for (int step = 1; step < steps; ++step) {
       const double voxelSize = finest_ * std::pow(1.4142135623730951, step);
-      const auto isVisible = [&](const Score& coarse, std::size_t) { return compare(coarse, invisible * spacing_); };
+      const auto isVisible = [&](const Score& coarse, std::size_t) { return compare(coarse, invisible_); };
       const auto isWorse = [&](const Score& coarse, std::size_t cubes) {
         const Score fine = at(finest_, cubes);
         const double bySums = compare(coarse, worse, fine);
@@ -498,6 +499,7 @@ private:
   const double finest_;
   const Prior prior_;
   const float gradientWeight_;
+  const double invisible_; ///< distance beneath which voxels may be larger
   Execution& execution_;
   const double core_; ///< side of the cubes whose points are held out: does not depend on the voxel size that is tried
   const PointBoxes boxes_;

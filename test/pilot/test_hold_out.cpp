@@ -114,11 +114,12 @@ TEST(Smoothing, edgesAreNotTakenForNoise)
 TEST(Resolution, anOversampledSmoothSurfaceGetsLargerVoxels)
 {
   Execution execution(2);
-  const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, .02));
-  const ResolutionChoice choice = chooseResolution(points, .02f, shortestSmoothing(.02), execution);
-  EXPECT_GT(choice.voxelSize, 1.4 * .04);
+  constexpr float spacing = .015f;
+  const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, spacing));
+  const ResolutionChoice choice = chooseResolution(points, spacing, shortestSmoothing(spacing), execution);
+  EXPECT_GT(choice.voxelSize, 1.4 * 2 * spacing);
   EXPECT_GT(choice.curve.size(), 1u);
-  EXPECT_FLOAT_EQ(static_cast<float>(choice.curve.front().voxelSize), .04f);
+  EXPECT_FLOAT_EQ(static_cast<float>(choice.curve.front().voxelSize), 2 * spacing);
   // All that was tried is told, in steps of √2, the chosen one among them.
   for (std::size_t n = 1; n < choice.curve.size(); ++n)
     EXPECT_NEAR(choice.curve[n].voxelSize, std::sqrt(2.) * choice.curve[n - 1].voxelSize, 1e-6);
