@@ -30,6 +30,10 @@ constexpr double margin = 3;     ///< voxels at a cube's border where the field 
 constexpr int heldOutShare = 10; ///< one point in so many
 constexpr std::int64_t minHeldOut = 50; ///< held-out points that say something
 
+/// Distances that nobody sees, in spacings and as a share of the cloud's diagonal: below both voxels may be larger. By
+/// the first alone, a head of 300,000 points is 2.7 times farther from its points than by pcl::Poisson at depth 9.
+constexpr double invisibleInSpacings = .04, invisibleShare = 2e-5;
+
 /// True for one in heldOutShare of the indices, scattered.
 bool isHeldOut(std::size_t index)
 {
@@ -308,8 +312,8 @@ public:
   CrossValidation(const OrientedPoints& points, float spacing, double finest, Prior prior, float gradientWeight,
                   Execution& execution)
       : points_(points), spacing_(spacing), finest_(finest), prior_(prior), gradientWeight_(gradientWeight),
-        invisible_(std::min(.04 * spacing, 2e-5 * boundingBox(points.positions).diagonal())), execution_(execution),
-        core_((cubeSide - 1 - 2 * margin) * finest), boxes_(points.positions, execution)
+        invisible_(std::min(invisibleInSpacings * spacing, invisibleShare * boundingBox(points.positions).diagonal())),
+        execution_(execution), core_((cubeSide - 1 - 2 * margin) * finest), boxes_(points.positions, execution)
   {
     if (points.size() > 0)
       centers_ = spread(points.positions, (cubeSide - 2 * margin) * finest);

@@ -42,9 +42,9 @@ std::vector<float> meanNeighborDistances(const PointSet& points, const NeighborS
   return means;
 }
 
-/// Neighbors of which so many have to agree with a point, and so many of them have to stay: outliers amid outliers lie on
-/// a plane with some of them by chance. (Of 3,900 far from noisy scans 26 agree with five, and 4 have three that stay; a
-/// Kinect frame's sparse points would be dropped one after the other if all five had to.)
+/// Neighbors of which so many have to agree with a point, and so many of them have to stay: outliers amid outliers lie
+/// on a plane with some of them by chance. (Of 3,900 far from noisy scans 26 agree with five, and 4 have three that
+/// stay; a Kinect frame's sparse points would be dropped one after the other if all five had to.)
 constexpr std::size_t minCoherent = 5;
 constexpr std::ptrdiff_t minStaying = 3;
 
@@ -153,8 +153,8 @@ std::vector<std::uint8_t> keptByNeighbors(const PointSet& points, const std::vec
     agrees[point.index] = point.coherent.size() >= minCoherent ? 1 : 0;
   std::vector<std::uint8_t> keep = agrees;
   for (const FarPoint& point : far) {
-    const auto staying = std::count_if(point.coherent.begin(), point.coherent.end(),
-                                       [&](std::uint32_t j) { return agrees[j] != 0; });
+    const auto staying =
+        std::count_if(point.coherent.begin(), point.coherent.end(), [&](std::uint32_t j) { return agrees[j] != 0; });
     if (staying < minStaying)
       keep[point.index] = 0;
   }

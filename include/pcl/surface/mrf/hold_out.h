@@ -87,8 +87,9 @@ public:
   /// Oversampled and noisy clouds have more points than surface to tell of. The same points as for ℓ are held out, and
   /// scored on voxels of h, √2 h, 2 h and 2.8 h, all at the same places; the coarsest is chosen whose mean distance is
   /// within 1 % of the finest one's, or below .04 l̄ and a 50,000th of the cloud's diagonal, beneath which no scanner
-  /// sees it. Most of a noisy cloud's distance is the noise, hence so little. All cubes are asked before larger voxels are taken; to refuse them a few that agree
-  /// are enough, and the finest size, the slowest, is not tried where the larger one's distance cannot be seen.
+  /// sees it. Most of a noisy cloud's distance is the noise, hence so little. All cubes are asked before larger voxels
+  /// are taken; to refuse them a few that agree are enough, and the finest size, the slowest, is not tried where the
+  /// larger one's distance cannot be seen.
   /// \param smoothing ℓ, cloud's unit, > 0 \param noise as chooseSmoothing gives it, or 0, cloud's unit
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise);
 
