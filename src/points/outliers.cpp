@@ -43,7 +43,7 @@ std::vector<float> meanNeighborDistances(const PointSet& points, const NeighborS
 }
 
 /// Neighbors of which so many have to agree with a point, and so many of them have to stay: outliers amid outliers lie
-/// on a plane with some of them by chance. (Of 3,900 far from noisy scans 26 agree with five, and 4 have three that
+/// on a plane with some of them by chance. (Of 3,950 far from noisy scans 24 agree with five, and 4 have three that
 /// stay; a Kinect frame's sparse points would be dropped one after the other if all five had to.)
 constexpr std::size_t minCoherent = 5;
 constexpr std::ptrdiff_t minStaying = 3;
