@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "base/polling.h"
 #include "base/select_values.h"
 #include "points/local_plane.h"
 
@@ -121,7 +122,7 @@ std::vector<FarPoint> findFar(const PointSet& points, const std::vector<float>& 
   // A point closer to its neighbors than this is not far beside anything: no others are looked at.
   const float closest = factor * quantile(means, .05);
   std::mutex mutex;
-  execution.forRange(static_cast<std::int64_t>(means.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution, static_cast<std::int64_t>(means.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
     Neighbors found;
     std::vector<float> around;
     std::vector<FarPoint> here;

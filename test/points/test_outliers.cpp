@@ -53,15 +53,20 @@ PointSet sphere()
 }
 
 /// Appends points with random normals at least 6 spacings away from the sphere's surface and from each other.
-void plantOutliers(PointSet& points, int number)
+enum class Planted { apart, anywhere };
+
+/// Half a unit beside the surface, and beside each other where they are apart.
+void plantOutliers(PointSet& points, int number, Planted planting = Planted::apart)
 {
+  const auto clean = static_cast<std::ptrdiff_t>(points.size());
   std::mt19937 random(7);
   std::normal_distribution<float> normal;
   std::uniform_real_distribution<float> coordinate(-3, 3);
   for (int planted = 0; planted < number;) {
     const Eigen::Vector3f x(coordinate(random), coordinate(random), coordinate(random));
-    const bool isFree = std::all_of(points.positions.begin(), points.positions.end(),
-                                    [&](const Eigen::Vector3f& p) { return (p - x).norm() > .5f; });
+    const auto last = planting == Planted::apart ? points.positions.end() : points.positions.begin() + clean;
+    const bool isFree =
+        std::all_of(points.positions.begin(), last, [&](const Eigen::Vector3f& p) { return (p - x).norm() > .5f; });
     if (!isFree)
       continue;
     clouds::append(points, x, Eigen::Vector3f(normal(random), normal(random), normal(random)).normalized());
@@ -105,6 +110,14 @@ TEST(Outliers, PlantedOnesAreFoundWithoutNormals)
   EXPECT_GE(result.droppedAlone, 198); // next to each other some might lie on a plane, by chance
   for (std::size_t i = 0; i < clean; ++i)
     EXPECT_TRUE(result.keep[i]) << i;
+}
+
+TEST(Outliers, ManyAreNoSurfaceOfTheirOwn)
+{
+  // Amid so many their eight nearest are outliers, and five of these on a plane with one by chance.
+  PointSet points = sphere();
+  plantOutliers(points, 1500, Planted::anywhere);
+  EXPECT_GE(outliersOf(withoutNormals(points)).droppedAlone, 1498);
 }
 
 TEST(Outliers, ASparsePartOfTheSurfaceIsNone)
