@@ -131,6 +131,17 @@ TEST(Resolution, anOversampledSmoothSurfaceGetsLargerVoxels)
   EXPECT_GE(choice.cubes, 32);
 }
 
+TEST(Resolution, aSmoothSurfaceKeepsFineVoxelsForAnErrorThatIsSeen)
+{
+  // Below .04 spacings with the next larger voxels, but not below a 50,000th of the diagonal.
+  Execution execution(2);
+  constexpr float spacing = .02f;
+  const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, spacing));
+  EXPECT_FLOAT_EQ(
+      static_cast<float>(chooseResolution(points, spacing, shortestSmoothing(spacing), execution).voxelSize),
+      2 * spacing);
+}
+
 TEST(Resolution, detailsKeepTheFinestVoxels)
 {
   // A sphere with as fine a relief as the points can carry.

@@ -73,6 +73,16 @@ TEST(OptionResolver, derivesLengthsFromTheDensityAndTheExtent)
   EXPECT_EQ(options.requested().trimming.maxGap, 0);
 }
 
+TEST(OptionResolver, smoothsByWhatCoarseVoxelsCanFollow)
+{
+  Options requested = givenOptions();
+  requested.multiscale.voxelSize = 40;
+  EXPECT_GT(.15f * 40, resolvedSmoothing(requested.observation, 2));
+  EXPECT_EQ(resolve(requested, 2, 100).observation.smoothing, .15f * 40);
+  requested.observation.smoothing = 1;
+  EXPECT_EQ(resolve(requested, 2, 100).observation.smoothing, 1);
+}
+
 TEST(OptionResolver, leavesWhatWasGiven)
 {
   Options requested = givenOptions();
