@@ -18,7 +18,7 @@ int main(int argc, char** argv)
   if (pcl::io::load(argv[1], file) < 0)
     return 1;
   const pcl::PointCloud<pcl::PointNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointNormal>);
-  pcl::fromPCLPointCloud2(file, *cloud); // warns of fields that the file lacks, as curvature: no harm
+  pcl::fromPCLPointCloud2(file, *cloud); // warns of fields that the file lacks, such as curvature
 
   pcl::MRFReconstruction<pcl::PointNormal> mrf; // without normals in the file they are estimated
   mrf.setInputCloud(cloud);

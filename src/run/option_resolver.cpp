@@ -19,7 +19,7 @@ namespace {
 /// ℓ in voxels, at least, where it is automatic: positions that pull harder bend the field within a cell, which the
 /// grid cannot follow, and the solver takes twice as long or gives up (streets around a lidar). With it scans of
 /// 300,000 and a million points that bear voxels of 4 spacings and more are 1 to 9 % more accurate. With .25, finer
-/// ones lose 6 %. The voxels are chosen with ℓ as it was before.
+/// ones lose 6 %. The voxels are chosen before ℓ is raised.
 constexpr float minSmoothingOfFinest = .15f;
 
 void derive(float& length, float automatic)

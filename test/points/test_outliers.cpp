@@ -52,10 +52,10 @@ PointSet sphere()
   return shapes::sample(shapes::sphere(1), 1.2, .08);
 }
 
-/// Appends points with random normals at least 6 spacings away from the sphere's surface and from each other.
 enum class Planted { apart, anywhere };
 
-/// Half a unit beside the surface, and beside each other where they are apart.
+/// Appends points with random normals at least 6 spacings away from the sphere's surface and, if they are to be apart,
+/// from each other.
 void plantOutliers(PointSet& points, int number, Planted planting = Planted::apart)
 {
   const auto clean = static_cast<std::ptrdiff_t>(points.size());
