@@ -194,6 +194,7 @@ Json toJson(const Report& report)
                {"normalsEstimated", report.normalsEstimated},
                {"vote", nameOf(report.vote)},
                {"sensorOriginUsed", report.sensorOriginUsed},
+               {"sensorSupposed", report.sensorSupposed},
                {"orientation", toJson(report.orientation)},
                {"levels", toJson(report.levels)},
                {"otherPieces", otherPieces},

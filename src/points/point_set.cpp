@@ -21,6 +21,7 @@ void selectCommon(const Points& points, const Which& which, Points& selected)
   selected.confidences = selectValues(points.confidences, which);
   selected.spacings = selectValues(points.spacings, which);
   selected.origins = selectValues(points.origins, which);
+  selected.sensors = points.sensors;
   selected.offset = points.offset;
 }
 
@@ -39,7 +40,6 @@ PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
   PointSet kept;
   selectCommon(points, keep, kept);
   kept.views = selectValues(points.views, keep);
-  kept.sensors = points.sensors;
   kept.resolution = points.resolution;
   kept.hasSensorOrigin = points.hasSensorOrigin;
   kept.hadOnlyZeroNormals = points.hadOnlyZeroNormals;

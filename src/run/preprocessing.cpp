@@ -159,6 +159,18 @@ void warnOfDisagreement(const Options& options, Report& report)
   report.warnings.push_back(text.str());
 }
 
+/// Nobody named a sensor, but normals that look at the origin of the coordinates tell one: most depth cameras and
+/// lidars measure from there, and of a surface that encloses something, half of the normals would look away.
+bool isSeenFromOrigin(const OrientedPoints& points, Execution& execution)
+{
+  constexpr std::int64_t oneIn = 1000; // may look past it
+  const Eigen::Vector3f origin = (-points.offset).cast<float>();
+  std::vector<std::uint8_t> looksThere(points.size(), 1);
+  const std::int64_t others = dropWhere(
+      looksThere, [&](std::size_t i) { return points.normals[i].dot(origin - points.positions[i]) <= 0; }, execution);
+  return others * oneIn <= static_cast<std::int64_t>(points.size());
+}
+
 } // namespace
 
 OrientedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search, Report& report,
@@ -193,7 +205,12 @@ OrientedPoints preprocess(PointSet points, const Options& options, NeighborSearc
   result.confidences = std::move(points.confidences);
   result.spacings = std::move(points.spacings);
   result.origins = std::move(points.origins);
+  result.sensors = std::move(points.sensors);
   result.offset = points.offset;
+  report.sensorSupposed =
+      options.orientation.sensorOrigin && result.sensors.empty() && isSeenFromOrigin(result, execution);
+  if (report.sensorSupposed)
+    result.sensors.emplace_back((-result.offset).cast<float>());
   return result;
 }
 

@@ -2,6 +2,7 @@
 #include "trimming/hole_filling.h"
 
 #include "mesh/mesh_topology.h"
+#include "trimming/hidden_places.h"
 
 #include <Eigen/Geometry>
 
@@ -25,6 +26,10 @@ constexpr double inventedFrom = 10;
 /// a bunny with four holes each, -.6 to .5 on Kinect frames and on a range scan of a dragon, a sliver of that excepted.
 constexpr double minContinuation = .6;
 constexpr double narrowGap = 28;
+
+/// So it is with the shadow that an object casts on a table, which goes on as the table does, if sensors are known: with
+/// what points hide from all of them, farther in front of it than a sheet of surface is thick, in local spacings.
+constexpr float hiddenBehind = 5;
 
 constexpr float unknown = -1, asked = -2; ///< squared distances of vertices before and during a search
 constexpr double anySpacing = std::numeric_limits<double>::infinity();
@@ -92,14 +97,14 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   keepGaps(limits.gap, anySpacing, keep);
   if (limits.closesBridges || points_.spacings.empty())
     return keep;
-  const std::vector<std::int32_t> bridges = findBridges(keep);
-  if (bridges.empty())
+  if (!anyInvented(keep))
     return keep;
   std::vector<std::uint8_t> narrow(supported_);
   keepRegions(0, narrow); // the closing knows the spacings at the rim
   keepGaps(limits.gap, narrowGap, narrow);
-  for (const std::int32_t t : bridges)
-    keep[at(t)] = narrow[at(t)];
+  dropBridges(narrow, std::vector<std::uint8_t>(keep.size(), 0), keep);
+  const std::vector<std::uint8_t> isFringe = dropShadows(narrow, keep);
+  dropBridges(narrow, isFringe, keep);
   return keep;
 }
 
@@ -266,36 +271,93 @@ std::vector<RimVertex> HoleFinder::describeRim(const std::vector<std::int32_t>& 
   return rim;
 }
 
-/// The triangles of fillings that turn away from the surface around them.
-std::vector<std::int32_t> HoleFinder::findBridges(const std::vector<std::uint8_t>& keep)
+/// The unsupported triangles that are kept.
+std::vector<std::int32_t> HoleFinder::fillings(const std::vector<std::uint8_t>& keep) const
 {
-  std::vector<std::int32_t> kept, fillingOf, firstCorners, bridges;
+  std::vector<std::int32_t> kept;
   for (const std::int32_t t : unsupported_)
-    if (keep[at(t)]) {
+    if (keep[at(t)])
       kept.push_back(t);
-      firstCorners.push_back(mesh_.triangles[at(t)][0]);
-    }
-  const std::size_t fillings = at(group(kept, fillingOf));
+  return kept;
+}
+
+/// True for what is farther from the points than any surface that follows them. \pre its first vertex was searched for
+bool HoleFinder::isInvented(std::int32_t triangle) const
+{
+  const std::int32_t first = mesh_.triangles[at(triangle)][0];
+  return std::sqrt(nearest_.squaredDistance(first)) > inventedFrom * points_.spacings[nearest_.point(first)];
+}
+
+bool HoleFinder::anyInvented(const std::vector<std::uint8_t>& keep)
+{
+  const std::vector<std::int32_t> kept = fillings(keep);
+  std::vector<std::int32_t> firstCorners;
+  for (const std::int32_t t : kept)
+    firstCorners.push_back(mesh_.triangles[at(t)][0]);
   nearest_.find(firstCorners);
-  std::vector<double> invented(fillings, 0), continued(fillings, 0);
+  return std::any_of(kept.begin(), kept.end(), [this](std::int32_t t) { return isInvented(t); });
+}
+
+/// Leaves of what the sensors could not see what `narrow` keeps.
+/// \return flags of the triangles that are left of fillings of which most was dropped so
+std::vector<std::uint8_t> HoleFinder::dropShadows(const std::vector<std::uint8_t>& narrow,
+                                                  std::vector<std::uint8_t>& keep)
+{
+  std::vector<std::uint8_t> isLeft(keep.size(), 0);
+  if (points_.sensors.empty())
+    return isLeft;
+  const std::vector<std::int32_t> kept = fillings(keep);
+  std::vector<std::int32_t> wide;
+  std::vector<Place> places;
   for (const std::int32_t t : kept) {
+    if (narrow[at(t)])
+      continue;
+    const std::int32_t first = mesh_.triangles[at(t)][0];
+    wide.push_back(t);
+    places.push_back({mesh_.vertices[at(first)], hiddenBehind * points_.spacings[nearest_.point(first)]});
+  }
+  const std::vector<std::uint8_t> isHidden = findHidden(places, points_, execution_);
+  std::vector<std::int32_t> fillingOf;
+  const std::size_t count = at(group(kept, fillingOf));
+  std::vector<double> seen(count, 0), hidden(count, 0);
+  for (std::size_t n = 0; n < wide.size(); ++n) {
+    const std::int32_t t = wide[n];
+    (isHidden[n] ? hidden : seen)[at(fillingOf[at(t)])] += areas_[at(t)];
+    if (isHidden[n])
+      keep[at(t)] = 0;
+  }
+  for (const std::int32_t t : kept) {
+    const std::size_t filling = at(fillingOf[at(t)]);
+    isLeft[at(t)] = keep[at(t)] && hidden[filling] > seen[filling] ? 1 : 0;
+  }
+  return isLeft;
+}
+
+/// Leaves of fillings that turn away from the surface around them what `narrow` keeps, and so of fringes that are not
+/// farther from the points than the surface that follows them.
+void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, const std::vector<std::uint8_t>& isFringe,
+                             std::vector<std::uint8_t>& keep)
+{
+  const std::vector<std::int32_t> kept = fillings(keep);
+  std::vector<std::int32_t> fillingOf;
+  const std::size_t count = at(group(kept, fillingOf));
+  std::vector<double> invented(count, 0), continued(count, 0);
+  for (const std::int32_t t : kept) {
+    if (!isInvented(t))
+      continue;
     const Triangle& corners = mesh_.triangles[at(t)];
-    const std::size_t point = nearest_.point(corners[0]);
-    if (std::sqrt(nearest_.squaredDistance(corners[0])) <= inventedFrom * points_.spacings[point])
-      continue; // near the points the surface follows them in any case
     const Eigen::Vector3f &a = mesh_.vertices[at(corners[0])], &b = mesh_.vertices[at(corners[1])],
                           &c = mesh_.vertices[at(corners[2])];
-    const double cosine = (b - a).cross(c - a).normalized().dot(points_.normals[point]);
+    const double cosine = (b - a).cross(c - a).normalized().dot(points_.normals[nearest_.point(corners[0])]);
     const std::size_t filling = at(fillingOf[at(t)]);
     invented[filling] += areas_[at(t)];
     continued[filling] += areas_[at(t)] * cosine;
   }
   for (const std::int32_t t : kept) {
     const std::size_t filling = at(fillingOf[at(t)]);
-    if (continued[filling] < minContinuation * invented[filling])
-      bridges.push_back(t);
+    if (continued[filling] < minContinuation * invented[filling] || (isFringe[at(t)] && invented[filling] == 0))
+      keep[at(t)] = narrow[at(t)];
   }
-  return bridges;
 }
 
 } // namespace mrf

@@ -623,6 +623,34 @@ TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
   EXPECT_FALSE(mrf.getUseSensorOrigin());
 }
 
+TEST(Sensors, NormalsThatLookAtTheOriginSupposeOneThere)
+{
+  const auto isSupposed = [](const pcl::mrf::PointSet& points, const auto& change) {
+    pcl::MRFReconstruction<pcl::PointNormal> mrf;
+    mrf.setInputCloud(conversion::make<pcl::PointNormal>(points));
+    change(mrf);
+    pcl::PolygonMesh output;
+    mrf.reconstruct(output);
+    EXPECT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+    return mrf.getReport().sensorSupposed;
+  };
+  const auto asIs = [](auto&) {};
+  pcl::mrf::PointSet below = patch(), above = patch();
+  for (Eigen::Vector3f& x : below.positions)
+    x.z() -= 5;
+  for (Eigen::Vector3f& x : above.positions)
+    x.z() += 5;
+  EXPECT_TRUE(isSupposed(below, asIs));
+  EXPECT_FALSE(isSupposed(above, asIs)) << "all normals look away from it";
+  EXPECT_FALSE(isSupposed(below, [](auto& mrf) { mrf.setSensorPosition({0, 0, 9}); })) << "it is known";
+  EXPECT_FALSE(isSupposed(below, [](auto& mrf) { mrf.setUseSensorOrigin(false); }));
+  std::vector<std::size_t> turned = {0, 1};
+  for (const std::size_t i : turned)
+    below.normals[i] = -below.normals[i];
+  ASSERT_LT(below.size(), 2000U);
+  EXPECT_FALSE(isSupposed(below, asIs)) << "more than one in a thousand look elsewhere";
+}
+
 TEST(Sensors, ViewsAreOfTheCloudNotOfTheIndices)
 {
   // Two parallel patches seen from between them, and indices that drop every other point.

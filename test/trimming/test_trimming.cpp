@@ -294,6 +294,39 @@ TEST(Trimming, aStepInDepthIsNoHole)
   EXPECT_TRUE(isFilled(2, 2.88f)) << "unless it is asked for";
 }
 
+TEST(Trimming, whatEverySensorSawSomethingElseInFrontOfIsNoHole)
+{
+  // A disc above a hole of a plane, as wide as that.
+  constexpr float radius = .5f, height = .6f;
+  const PointSet plane = bittenPatch(.9, 0, 0); // an open surface
+  PointSet points = shapes::filter(plane, [](const Vector3f& x) { return x.norm() > radius; });
+  for (std::size_t i = 0; i < plane.size(); ++i)
+    if (plane.positions[i].norm() < radius) {
+      points.positions.push_back(plane.positions[i] + Vector3f(0, 0, height));
+      points.normals.push_back(plane.normals[i]);
+    }
+  Scene scene(shapes::plane({0, 0, 1}), points);
+  scene.observed.spacings.assign(points.size(), .03f); // what is more than 28 of them wide is no narrow gap
+  const auto isFilled = [&](const std::vector<Vector3f>& sensors, float maxGap = 0) {
+    scene.observed.sensors = sensors;
+    TrimmingOptions options;
+    options.maxGap = maxGap;
+    Execution execution(1);
+    const float diagonal = 6;
+    return covers(trim(scene.mesh, scene.observed, *scene.search, diagonal, options, execution).mesh, {0, 0, 0});
+  };
+  const Vector3f above(0, 0, 5), farAbove(0, 0, 1e8f), below(0, 0, -5), beside(0, 3, 1.5f);
+  EXPECT_TRUE(isFilled({})) << "nothing is known";
+  EXPECT_FALSE(isFilled({above}));
+  EXPECT_FALSE(isFilled({farAbove}));
+  EXPECT_TRUE(isFilled({below})) << "the disc is behind it";
+  EXPECT_TRUE(isFilled({beside})) << "it looks beneath the disc";
+  EXPECT_TRUE(isFilled({above, beside})) << "one would have seen a surface there";
+  EXPECT_FALSE(isFilled({above, farAbove}));
+  EXPECT_TRUE(isFilled({above}, 1.4f)) << "unless it is asked for";
+  EXPECT_TRUE(isFilled({Vector3f(0, 0, height)})) << "a sensor at a point";
+}
+
 TEST(Trimming, theBackOfWhatWasSeenFromOneSideIsNoHole)
 {
   TrimmingOptions options;

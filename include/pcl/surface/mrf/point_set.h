@@ -45,6 +45,8 @@ struct OrientedPoints {
   std::vector<float> confidences;       ///< 0..1; empty: 1 everywhere
   std::vector<float> spacings;          ///< local sampling distance, see localSpacings; empty: the same everywhere
   std::vector<std::uint32_t> origins;   ///< index of each point in the input cloud
+  /// Where the points were seen from, in the recentered frame; empty: unknown. Nobody need have named them, see trim.
+  std::vector<Eigen::Vector3f> sensors;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
 
   std::size_t size() const { return positions.size(); }

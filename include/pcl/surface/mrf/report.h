@@ -63,6 +63,9 @@ struct Report {
   bool normalsEstimated = false;
   OrientationVote vote = OrientationVote::none;
   bool sensorOriginUsed = false; ///< the sensor that voted is the origin that the cloud names
+  /// Nobody named a sensor, but all normals look at the origin of the coordinates (one in a thousand may not): it counts
+  /// as one where trimming asks what was hidden.
+  bool sensorSupposed = false;
   OrientationSummary orientation;
 
   std::vector<LevelReport> levels;      ///< coarsest first; of a cloud in pieces those of the one with most points

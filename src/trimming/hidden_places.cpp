@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "trimming/hidden_places.h"
+
+#include <pcl/surface/mrf/neighbor_search.h>
+
+#include <algorithm>
+#include <memory>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// As far as a point stands for the surface around it, in its spacings.
+constexpr float cover = 2;
+
+/// How many points next to a line of sight are asked whether they are in front. One would do but at silhouettes, where
+/// the nearest may be of what is behind.
+constexpr int besideSight = 12;
+
+/// The points as a sensor sees them: moved along their lines of sight onto a sphere around it, where what is in front of
+/// a place is next to it. The sphere is as large as the cloud is far, so that far sensors tell points apart, too.
+class View {
+public:
+  View(const Eigen::Vector3f& sensor, const OrientedPoints& points, Execution& execution)
+      : sensor_(sensor.cast<double>()), points_(points), search_(makePointBins())
+  {
+    const BoundingBox box = boundingBox(points.positions);
+    radius_ = (sensor_ - (box.lower + box.upper).cast<double>() / 2).norm();
+    std::vector<Eigen::Vector3f> seen(points.size());
+    execution.forRange(static_cast<std::int64_t>(points.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+        seen[i] = onSphere(points.positions[i]);
+    });
+    search_->setPoints(seen, execution);
+  }
+
+  bool hides(const Place& place, Neighbors& besides) const
+  {
+    const Eigen::Vector3d sight = place.position.cast<double>() - sensor_;
+    const auto distance = static_cast<float>(sight.norm());
+    const Eigen::Vector3f direction = sight.normalized().cast<float>();
+    const int found = search_->nearest(onSphere(place.position), besideSight, besides);
+    for (int n = 0; n < found; ++n) {
+      const auto i = static_cast<std::size_t>(besides.indices[static_cast<std::size_t>(n)]);
+      // Where the line of sight meets the point's tangent plane, seen from the place.
+      const Eigen::Vector3f point = points_.positions[i] - place.position;
+      const float inFront = -points_.normals[i].dot(point) / points_.normals[i].dot(direction); // if not finite: beside
+      if (inFront > place.margin && inFront < distance &&
+          (inFront * direction + point).norm() < cover * points_.spacings[i])
+        return true;
+    }
+    return false;
+  }
+
+private:
+  Eigen::Vector3f onSphere(const Eigen::Vector3f& position) const
+  {
+    const Eigen::Vector3d sight = position.cast<double>() - sensor_;
+    const double distance = sight.norm();
+    if (!(distance > 0))
+      return position;
+    return (position.cast<double>() + sight * ((radius_ - distance) / distance)).cast<float>();
+  }
+
+  const Eigen::Vector3d sensor_;
+  const OrientedPoints& points_;
+  double radius_;
+  std::unique_ptr<NeighborSearch> search_;
+};
+
+} // namespace
+
+std::vector<std::uint8_t> findHidden(const std::vector<Place>& places, const OrientedPoints& points,
+                                     Execution& execution)
+{
+  std::vector<std::uint8_t> isHidden(places.size(), points.sensors.empty() ? 0 : 1);
+  for (const Eigen::Vector3f& sensor : points.sensors) {
+    if (std::find(isHidden.begin(), isHidden.end(), std::uint8_t{1}) == isHidden.end())
+      break;
+    const View view(sensor, points, execution);
+    execution.forRange(static_cast<std::int64_t>(places.size()), 256, [&](std::int64_t begin, std::int64_t end) {
+      Neighbors besides;
+      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
+        if (isHidden[n])
+          isHidden[n] = view.hides(places[n], besides) ? 1 : 0;
+    });
+  }
+  return isHidden;
+}
+
+} // namespace mrf
+} // namespace pcl
