@@ -102,7 +102,7 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   std::vector<std::uint8_t> narrow(supported_);
   keepRegions(0, narrow); // the closing knows the spacings at the rim
   keepGaps(limits.gap, narrowGap, narrow);
-  dropBridges(narrow, std::vector<std::uint8_t>(keep.size(), 0), keep);
+  dropBridges(narrow, std::vector<std::uint8_t>(keep.size(), 0), keep); // as a whole, before shadows divide them
   const std::vector<std::uint8_t> isFringe = dropShadows(narrow, keep);
   dropBridges(narrow, isFringe, keep);
   return keep;
@@ -299,13 +299,13 @@ bool HoleFinder::anyInvented(const std::vector<std::uint8_t>& keep)
 }
 
 /// Leaves of what the sensors could not see what `narrow` keeps.
-/// \return flags of the triangles that are left of fillings of which most was dropped so
+/// \return flags of fringes: the triangles that stay of fillings of which more was hidden than seen
 std::vector<std::uint8_t> HoleFinder::dropShadows(const std::vector<std::uint8_t>& narrow,
                                                   std::vector<std::uint8_t>& keep)
 {
-  std::vector<std::uint8_t> isLeft(keep.size(), 0);
+  std::vector<std::uint8_t> isFringe(keep.size(), 0);
   if (points_.sensors.empty())
-    return isLeft;
+    return isFringe;
   const std::vector<std::int32_t> kept = fillings(keep);
   std::vector<std::int32_t> wide;
   std::vector<Place> places;
@@ -328,13 +328,13 @@ std::vector<std::uint8_t> HoleFinder::dropShadows(const std::vector<std::uint8_t
   }
   for (const std::int32_t t : kept) {
     const std::size_t filling = at(fillingOf[at(t)]);
-    isLeft[at(t)] = keep[at(t)] && hidden[filling] > seen[filling] ? 1 : 0;
+    isFringe[at(t)] = keep[at(t)] && hidden[filling] > seen[filling] ? 1 : 0;
   }
-  return isLeft;
+  return isFringe;
 }
 
-/// Leaves of fillings that turn away from the surface around them what `narrow` keeps, and so of fringes that are not
-/// farther from the points than the surface that follows them.
+/// Leaves of fillings that turn away from the surface around them what `narrow` keeps; and of fringes that only follow
+/// the points around a shadow, where a hole beside it goes on.
 void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, const std::vector<std::uint8_t>& isFringe,
                              std::vector<std::uint8_t>& keep)
 {
