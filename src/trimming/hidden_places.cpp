@@ -17,8 +17,8 @@ constexpr float cover = 2;
 /// the nearest may be of what is behind.
 constexpr int besideSight = 12;
 
-/// The points as a sensor sees them: moved along their lines of sight onto a sphere around it, where what is in front of
-/// a place is next to it. The sphere is as large as the cloud is far, so that far sensors tell points apart, too.
+/// The points as a sensor sees them: moved along their lines of sight onto a sphere around it, where what is in front
+/// of a place is next to it. The sphere is as large as the cloud is far, so that far sensors tell points apart, too.
 class View {
 public:
   View(const Eigen::Vector3f& sensor, const OrientedPoints& points, Execution& execution)

@@ -22,7 +22,8 @@ struct Place {
 /// Flags of the places that are hidden from every one of points.sensors: the line of sight passes a point within two of
 /// its spacings, measured in its tangent plane, before it comes to the place. Without sensors none is hidden.
 /// \pre points.spacings is not empty
-/// Cost: n log n for the n points and a query per place, for each sensor from which all those before it hide some place.
+/// Cost: for each sensor, as long as some place is hidden from all before it, n log n for the n points and a query per
+/// place.
 std::vector<std::uint8_t> findHidden(const std::vector<Place>& places, const OrientedPoints& points,
                                      Execution& execution);
 

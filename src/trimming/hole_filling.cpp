@@ -27,8 +27,8 @@ constexpr double inventedFrom = 10;
 constexpr double minContinuation = .6;
 constexpr double narrowGap = 28;
 
-/// So it is with the shadow that an object casts on a table, which goes on as the table does, if sensors are known: with
-/// what points hide from all of them, farther in front of it than a sheet of surface is thick, in local spacings.
+/// So it is with the shadow that an object casts on a table, which goes on as the table does, if sensors are known:
+/// with what points hide from all of them, farther in front of it than a sheet of surface is thick, in local spacings.
 constexpr float hiddenBehind = 5;
 
 constexpr float unknown = -1, asked = -2; ///< squared distances of vertices before and during a search
