@@ -24,8 +24,8 @@ struct OrientationOptions {
   float minComponentShare = 0;   ///< drop components with a smaller share of the points, [0, 1); the paper: 1 %,
                                  ///< which costs what few points reach: pockets, ends of limbs, small objects
   float lowAgreement = .75f;     ///< report a warning below this agreement, [0, 1]
-  /// The origin that a cloud names is its sensor, if it is not zero or the cloud is organized. To tell shadows from holes
-  /// (see trim), so is that of the coordinates if all normals look there.
+  /// The origin that a cloud names is its sensor, if it is not zero or the cloud is organized. To tell shadows from
+  /// holes (see trim), so is that of the coordinates if all normals look there.
   bool sensorOrigin = true;
 };
 

@@ -93,8 +93,8 @@ struct TrimResult : TrimSummary {
 /// such points, whatever their area and however many outliers they hold; real patches consist of them, however small.
 /// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
 /// \param points with normals; without spacings, steps in depth and shadows are closed like other gaps, and without
-/// sensors shadows are \param search holds points.positions \param diagonal for the automatic limits: of the points' bounding box or, where they lie in pieces
-/// far apart, of the largest piece's
+/// sensors shadows are \param search holds points.positions \param diagonal for the automatic limits: of the points'
+/// bounding box or, where they lie in pieces far apart, of the largest piece's
 /// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
 /// Cost: linear in the number of triangles, one query per vertex of the regions in question, and n log n for the n
 /// vertices of extrapolation that are closer than maxGap. The result does not depend on the number of threads.
