@@ -95,16 +95,14 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   };
   keepRegions(std::min(limits.gap, limits.hole), keep);
   keepGaps(limits.gap, anySpacing, keep);
-  if (limits.closesBridges || points_.spacings.empty())
-    return keep;
-  if (!anyInvented(keep))
+  if (limits.closesBridges || points_.spacings.empty() || !anyInvented(keep))
     return keep;
   std::vector<std::uint8_t> narrow(supported_);
   keepRegions(0, narrow); // the closing knows the spacings at the rim
   keepGaps(limits.gap, narrowGap, narrow);
   dropBridges(narrow, std::vector<std::uint8_t>(keep.size(), 0), keep); // as a whole, before shadows divide them
-  const std::vector<std::uint8_t> isFringe = dropShadows(narrow, keep);
-  dropBridges(narrow, isFringe, keep);
+  if (!points_.sensors.empty())
+    dropBridges(narrow, dropShadows(narrow, keep), keep);
   return keep;
 }
 
@@ -303,9 +301,6 @@ bool HoleFinder::anyInvented(const std::vector<std::uint8_t>& keep)
 std::vector<std::uint8_t> HoleFinder::dropShadows(const std::vector<std::uint8_t>& narrow,
                                                   std::vector<std::uint8_t>& keep)
 {
-  std::vector<std::uint8_t> isFringe(keep.size(), 0);
-  if (points_.sensors.empty())
-    return isFringe;
   const std::vector<std::int32_t> kept = fillings(keep);
   std::vector<std::int32_t> wide;
   std::vector<Place> places;
@@ -326,6 +321,7 @@ std::vector<std::uint8_t> HoleFinder::dropShadows(const std::vector<std::uint8_t
     if (isHidden[n])
       keep[at(t)] = 0;
   }
+  std::vector<std::uint8_t> isFringe(keep.size(), 0);
   for (const std::int32_t t : kept) {
     const std::size_t filling = at(fillingOf[at(t)]);
     isFringe[at(t)] = keep[at(t)] && hidden[filling] > seen[filling] ? 1 : 0;
