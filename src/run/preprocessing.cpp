@@ -160,11 +160,16 @@ void warnOfDisagreement(const Options& options, Report& report)
 }
 
 /// Nobody named a sensor, but normals that look at the origin of the coordinates tell one: most depth cameras and
-/// lidars measure from there, and of a surface that encloses something, half of the normals would look away.
+/// lidars measure from there, and of a surface that encloses something, half of the normals would look away. The origin
+/// of a survey's coordinates is too far for that.
 bool isSeenFromOrigin(const OrientedPoints& points, Execution& execution)
 {
   constexpr std::int64_t oneIn = 1000; // may look past it
+  constexpr float maxDiagonals = 100;  // of the cloud, away from it
   const Eigen::Vector3f origin = (-points.offset).cast<float>();
+  const BoundingBox box = boundingBox(points.positions);
+  if ((origin - (box.lower + box.upper) / 2).norm() > maxDiagonals * box.diagonal())
+    return false;
   std::vector<std::uint8_t> looksThere(points.size(), 1);
   const std::int64_t others = dropWhere(
       looksThere, [&](std::size_t i) { return points.normals[i].dot(origin - points.positions[i]) <= 0; }, execution);

@@ -642,6 +642,9 @@ TEST(Sensors, NormalsThatLookAtTheOriginSupposeOneThere)
     x.z() += 5;
   EXPECT_TRUE(isSupposed(below, asIs));
   EXPECT_FALSE(isSupposed(above, asIs)) << "all normals look away from it";
+  pcl::mrf::PointSet farBelow = patch();
+  farBelow.offset.z() -= 5000;
+  EXPECT_FALSE(isSupposed(farBelow, asIs)) << "nobody measures from so far";
   EXPECT_FALSE(isSupposed(below, [](auto& mrf) { mrf.setSensorPosition({0, 0, 9}); })) << "it is known";
   EXPECT_FALSE(isSupposed(below, [](auto& mrf) { mrf.setUseSensorOrigin(false); }));
   std::vector<std::size_t> turned = {0, 1};

@@ -63,8 +63,8 @@ struct Report {
   bool normalsEstimated = false;
   OrientationVote vote = OrientationVote::none;
   bool sensorOriginUsed = false; ///< the sensor that voted is the origin that the cloud names
-  /// Nobody named a sensor, but all normals look at the origin of the coordinates (one in a thousand may not): it
-  /// counts as one where trimming asks what was hidden.
+  /// Nobody named a sensor, but all normals (one in a thousand may not) look at the origin of the coordinates, at most
+  /// 100 diagonals of the cloud away: it counts as one where trimming asks what was hidden.
   bool sensorSupposed = false;
   OrientationSummary orientation;
 
