@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/banded_distances.h"
+#include "field/field_sampler.h"
 #include "field/grid_transfer.h"
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -21,15 +22,15 @@ constexpr double voxelsAroundPiece = 4;
 
 /// The cell around a position and the weights of its 8 voxels.
 struct Cell {
-  int i, j, k;
+  Eigen::Array3i voxel; ///< the lowest one
   float u, v, w;
 
   Cell(const Lattice& lattice, const Eigen::Vector3f& position)
   {
     const Eigen::Vector3d x = lattice.toVoxels(position);
-    place(x.x(), lattice.size.x, i, u);
-    place(x.y(), lattice.size.y, j, v);
-    place(x.z(), lattice.size.z, k, w);
+    place(x.x(), lattice.size.x, voxel.x(), u);
+    place(x.y(), lattice.size.y, voxel.y(), v);
+    place(x.z(), lattice.size.z, voxel.z(), w);
   }
 
   /// Beyond the lattice the values of its border count. NaN, for which all comparisons are false, becomes 0.
@@ -40,14 +41,59 @@ struct Cell {
     fraction = static_cast<float>(clamped - index);
   }
 
-  /// Trilinear interpolation of `value(i, j, k)`.
-  template <typename Value, typename Function>
-  Value interpolate(const Function& value) const
+  /// Trilinear interpolation of the values at the 8 voxels, x first.
+  template <typename Value>
+  Value interpolate(const std::array<Value, 8>& values) const
   {
-    const auto alongX = [&](int y, int z) -> Value { return (1 - u) * value(i, y, z) + u * value(i + 1, y, z); };
-    const auto inPlane = [&](int z) -> Value { return (1 - v) * alongX(j, z) + v * alongX(j + 1, z); };
-    return (1 - w) * inPlane(k) + w * inPlane(k + 1);
+    const auto alongX = [&](std::size_t n) -> Value { return (1 - u) * values[n] + u * values[n + 1]; };
+    const auto inPlane = [&](std::size_t n) -> Value { return (1 - v) * alongX(n) + v * alongX(n + 2); };
+    return (1 - w) * inPlane(0) + w * inPlane(4);
   }
+};
+
+/// What central differences at the voxels of a cell read.
+class CellSurroundings {
+public:
+  CellSurroundings(const GridSize& size, const Eigen::Array3i& cell)
+      : cell_(cell), lower_((cell - 1).max(0)), upper_((cell + 3).min(Eigen::Array3i(size.x, size.y, size.z)))
+  {}
+
+  /// Calls read(x, y, z, count, out) for the rows; those at the edges of the box are not needed.
+  template <typename Read>
+  void readRows(const Read& read)
+  {
+    const auto isInside = [](int index, int of) { return index == of || index == of + 1; };
+    for (int k = lower_.z(); k < upper_.z(); ++k)
+      for (int j = lower_.y(); j < upper_.y(); ++j)
+        if (isInside(j, cell_.y()) || isInside(k, cell_.z()))
+          read(lower_.x(), j, k, upper_.x() - lower_.x(), &at({lower_.x(), j, k}));
+  }
+
+  /// Gradient and distance at a voxel. One-sided at the lattice's border: the divisor is the number of voxel sides
+  /// between the two values.
+  Eigen::Array4f sample(const Eigen::Array3i& voxel, float inverseSpacing)
+  {
+    const Eigen::Array3i below = (voxel - 1).max(lower_), above = (voxel + 1).min(upper_ - 1);
+    const auto difference = [&](int axis) {
+      Eigen::Array3i from = voxel, to = voxel;
+      from[axis] = below[axis];
+      to[axis] = above[axis];
+      return (at(to) - at(from)) * inverseSpacing / static_cast<float>(above[axis] - below[axis]);
+    };
+    return {difference(0), difference(1), difference(2), at(voxel)};
+  }
+
+private:
+  static constexpr int side = 4;
+
+  float& at(const Eigen::Array3i& voxel)
+  {
+    const Eigen::Array3i offset = voxel - cell_ + 1;
+    return values_[static_cast<std::size_t>(offset.x() + side * (offset.y() + side * offset.z()))];
+  }
+
+  Eigen::Array3i cell_, lower_, upper_; ///< lower_ up to, and without, upper_
+  std::array<float, side * side * side> values_;
 };
 
 } // namespace
@@ -229,16 +275,25 @@ void DistanceField::distancesOfRow(int i, int j, int k, int count, float* out) c
   const VoxelSet& band = banded_->band;
   const int y = j + gridMargin, z = k + gridMargin;
   const std::int64_t first = band.findInRow(band.windowIndex(i + gridMargin, y), count, y, z);
-  for (int n = 0; n < count; ++n)
-    out[n] = first >= 0 ? banded_->values[static_cast<std::size_t>(first + n)] : storedDistance(i + n, j, k);
+  constexpr int mostly = 4; // a fixed number: no call to copy a vector's worth
+  if (first >= 0 && count == mostly)
+    std::copy_n(banded_->values.data() + first, mostly, out);
+  else if (first >= 0)
+    std::copy_n(banded_->values.data() + first, count, out);
+  else
+    for (int n = 0; n < count; ++n)
+      out[n] = storedDistance(i + n, j, k);
 }
 
 float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
 {
   const DistanceField& piece = pieceAt(position);
-  return Cell(piece.stored_, piece.axes_.toStored(position)).interpolate<float>([&](int i, int j, int k) {
-    return piece.storedDistance(i, j, k);
-  });
+  const Cell cell(piece.stored_, piece.axes_.toStored(position));
+  std::array<float, 8> values;
+  for (int n = 0; n < 8; ++n)
+    values[static_cast<std::size_t>(n)] =
+        piece.storedDistance(cell.voxel.x() + n % 2, cell.voxel.y() + n / 2 % 2, cell.voxel.z() + n / 4);
+  return cell.interpolate(values);
 }
 
 Eigen::Vector3f DistanceField::sampleGradient(const Eigen::Vector3f& position) const
@@ -250,45 +305,30 @@ Eigen::Vector3f DistanceField::sampleGradient(const Eigen::Vector3f& position) c
 
 float DistanceField::sampleDistance(const Eigen::Vector3f& position, Eigen::Vector3f& gradient) const
 {
-  const DistanceField& piece = pieceAt(position);
-  Eigen::Vector3f stored;
-  const float distance = piece.storedSample(piece.axes_.toStored(position), stored);
-  gradient = piece.axes_.fromStored(stored);
-  return distance;
+  return FieldSampler(*this).sampleDistance(position, gradient);
 }
 
-float DistanceField::storedSample(const Eigen::Vector3f& position, Eigen::Vector3f& result) const
+float FieldSampler::sampleDistance(const Eigen::Vector3f& position, Eigen::Vector3f& gradient)
 {
-  const GridSize size = stored_.size;
-  const Cell cell(stored_, position);
-  // The cell's voxels and their neighbors, as far as they are in the lattice: [lower, upper) along each axis.
-  constexpr int side = 4;
-  std::array<float, side * side * side> around{};
-  const int lower = std::max(cell.i - 1, 0), upper = std::min(cell.i + 3, size.x);
-  const auto at = [&](int i, int j, int k) {
-    return static_cast<std::size_t>(i - (cell.i - 1) + side * (j - (cell.j - 1) + side * (k - (cell.k - 1))));
-  };
-  const auto isInside = [](int index, int of) { return index == of || index == of + 1; };
-  for (int k = std::max(cell.k - 1, 0); k < std::min(cell.k + 3, size.z); ++k)
-    for (int j = std::max(cell.j - 1, 0); j < std::min(cell.j + 3, size.y); ++j)
-      if (isInside(j, cell.j) || isInside(k, cell.k))
-        distancesOfRow(lower, j, k, upper - lower, around.data() + at(lower, j, k));
+  const DistanceField& piece = field_.pieceAt(position);
+  const Cell cell(piece.stored_, piece.axes_.toStored(position));
+  if (&piece != piece_ || (cell.voxel != cell_).any())
+    enter(piece, cell.voxel);
+  const Eigen::Array4f sample = cell.interpolate(corners_);
+  gradient = piece.axes_.fromStored(Eigen::Vector3f(sample.head<3>()));
+  return sample[3];
+}
 
-  const float inverse = static_cast<float>(1 / stored_.spacing);
-  // One-sided at the border: the divisor is the number of voxel sides between the two samples.
-  const auto difference = [&](int from, int to, float below, float above) {
-    return (above - below) * inverse / static_cast<float>(to - from);
-  };
-  const auto gradient = [&](int i, int j, int k) -> Eigen::Vector3f {
-    const int i0 = std::max(i - 1, 0), i1 = std::min(i + 1, size.x - 1);
-    const int j0 = std::max(j - 1, 0), j1 = std::min(j + 1, size.y - 1);
-    const int k0 = std::max(k - 1, 0), k1 = std::min(k + 1, size.z - 1);
-    return {difference(i0, i1, around[at(i0, j, k)], around[at(i1, j, k)]),
-            difference(j0, j1, around[at(i, j0, k)], around[at(i, j1, k)]),
-            difference(k0, k1, around[at(i, j, k0)], around[at(i, j, k1)])};
-  };
-  result = cell.interpolate<Eigen::Vector3f>(gradient);
-  return cell.interpolate<float>([&](int i, int j, int k) { return around[at(i, j, k)]; });
+void FieldSampler::enter(const DistanceField& piece, const Eigen::Array3i& cell)
+{
+  piece_ = &piece;
+  cell_ = cell;
+  CellSurroundings surroundings(piece.stored_.size, cell);
+  surroundings.readRows([&](int i, int j, int k, int count, float* out) { piece.distancesOfRow(i, j, k, count, out); });
+  const auto inverse = static_cast<float>(1 / piece.stored_.spacing);
+  for (int n = 0; n < 8; ++n)
+    corners_[static_cast<std::size_t>(n)] =
+        surroundings.sample(cell + Eigen::Array3i(n % 2, n / 2 % 2, n / 4), inverse);
 }
 
 } // namespace mrf

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "remesher/zero_level.h"
 
+#include "field/field_sampler.h"
+
 #include <pcl/surface/mrf/remesher.h>
 
 #include <cmath>
@@ -33,12 +35,17 @@ std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
 {
   const auto spacing = static_cast<float>(field_.lattice().spacing);
   const auto slopeOf = [](const Vector3f& gradient) -> Vector3f { return gradient / gradient.squaredNorm(); };
-  const auto slopeAt = [&](const Vector3f& x) { return slopeOf(field_.sampleGradient(x)); };
+  FieldSampler field(field_);
+  const auto slopeAt = [&](const Vector3f& at) {
+    Vector3f gradient;
+    field.sampleDistance(at, gradient);
+    return slopeOf(gradient);
+  };
   Vector3f x = start;
   // Each step integrates dx/dd = ∇d/|∇d|² from d to 0.
   for (int step = 0; step < maxSteps && (x - start).squaredNorm() <= maxStep() * maxStep(); ++step) {
     Vector3f gradient;
-    const float d = field_.sampleDistance(x, gradient);
+    const float d = field.sampleDistance(x, gradient);
     const Vector3f k1 = slopeOf(gradient);
     if (!k1.allFinite())
       break;

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "field/field_sampler.h"
+
 #include "support/shapes.h"
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <stdexcept>
 
 using namespace pcl::mrf;
@@ -54,6 +57,29 @@ TEST(DistanceField, GradientOfASphereIsTheNormal)
     const Eigen::Vector3f normal = direction.normalized();
     // Central differences of a field with curvature 1 at h = .075: h²/6 and interpolation h²/8.
     EXPECT_LT((field.sampleGradient(normal) - normal).norm(), .005);
+  }
+}
+
+TEST(DistanceField, SamplerGivesWhatTheFieldDoes)
+{
+  // A walk in small steps, so that it stays in cells; over the border and from piece to piece.
+  const DistanceField sphere = shapes::field(shapes::sphere(1), 1.5, 12);
+  Lattice elsewhere = sphere.lattice();
+  elsewhere.origin.x() += 4;
+  std::vector<float> distances;
+  for (std::int64_t n = 0; n < elsewhere.size.count(); ++n)
+    distances.push_back(static_cast<float>(n % 7));
+  const DistanceField field = DistanceField::ofPieces({sphere, DistanceField(elsewhere, distances, {})});
+  FieldSampler sampler(field);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> offset(-.05f, .05f);
+  for (int n = 0; n < 4000; ++n) {
+    const Eigen::Vector3f x(-2 + .002f * static_cast<float>(n), 1 + offset(random), offset(random));
+    Eigen::Vector3f gradient, expectedGradient;
+    const float distance = sampler.sampleDistance(x, gradient);
+    EXPECT_EQ(distance, field.sampleDistance(x, expectedGradient));
+    EXPECT_EQ(distance, field.sampleDistance(x));
+    EXPECT_EQ(gradient, expectedGradient);
   }
 }
 

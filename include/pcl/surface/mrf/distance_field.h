@@ -83,6 +83,7 @@ public:
   std::size_t bytes() const;
 
 private:
+  friend class FieldSampler; // inside the library: many reads close to each other
   struct OtherPieces;
 
   const DistanceField& pieceAt(const Eigen::Vector3f& position) const;
@@ -95,7 +96,6 @@ private:
   float storedDistance(int i, int j, int k) const;
   void distancesOfRow(int i, int j, int k, int count,
                       float* out) const; ///< of the voxels (i, j, k) .. (i + count − 1, j, k)
-  float storedSample(const Eigen::Vector3f& position, Eigen::Vector3f& gradient) const;
   Lattice stored_;
   /// @}
 
