@@ -198,17 +198,9 @@ bool unfolded(const Corners& s, const Vector3d& other)
 }
 
 struct Box {
-  std::array<float, 3> lower, upper;
+  std::array<float, 3> lower{1, 1, 1}, upper{0, 0, 0}; ///< of a triangle that is not finite: empty
 
-  Box(const TriangleMesh& mesh, const Triangle& t)
-  {
-    const Eigen::Vector3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
-      lower[i] = std::min({a[axis], b[axis], c[axis]});
-      upper[i] = std::max({a[axis], b[axis], c[axis]});
-    }
-  }
+  bool empty() const { return lower[0] > upper[0]; }
 
   bool overlaps(const Box& other) const
   {
@@ -222,38 +214,60 @@ struct Box {
   }
 };
 
-/// Pairs of triangles whose boxes overlap, from hashed uniform bins.
+Box boxOf(const TriangleMesh& mesh, const Triangle& t)
+{
+  const Eigen::Vector3f &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+  Box box;
+  if (a.allFinite() && b.allFinite() && c.allFinite())
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      box.lower[i] = std::min({a[axis], b[axis], c[axis]});
+      box.upper[i] = std::max({a[axis], b[axis], c[axis]});
+    }
+  return box;
+}
+
+/// Pairs of triangles whose boxes overlap and of which one is marked, from hashed uniform bins. Triangles that are not
+/// marked are only in those that have marked ones.
 class Bins {
 public:
   /// \param marked by triangle; empty: all
   Bins(const TriangleMesh& mesh, const std::vector<std::uint8_t>& marked, Execution& execution)
-      : mesh_(mesh), marked_(marked)
+      : marked_(marked), boxes_(mesh.triangles.size()), first_(mesh.triangles.size() + 1, 0), execution_(execution)
   {
-    chooseCells(execution);
-    fill(execution);
+    forRange([&](std::size_t t) { boxes_[t] = boxOf(mesh, mesh.triangles[t]); });
+    chooseCells();
+    countCells();
+    if (!marked_.empty())
+      countNearMarked();
+    fill();
   }
 
   std::int64_t count() const { return static_cast<std::int64_t>(begin_.size()) - 1; }
 
-  /// Calls body(s, t), s < t, for the pairs in the bins of a range of which one is marked; every pair is in one cell
-  /// only, but cells may share a bin.
+  /// Calls body(s, t), s < t, for the pairs in the bins of a range; every pair is in one cell only, but cells may share
+  /// a bin.
   template <typename Body>
   void forPairs(std::int64_t firstBin, std::int64_t lastBin, const Body& body) const
   {
-    std::vector<Box> boxes;
+    struct Member {
+      Box box;
+      std::uint8_t offsets;
+      bool isMarked;
+    };
+    std::vector<Member> members;
     for (std::int64_t bin = firstBin; bin < lastBin; ++bin) {
       const std::int32_t begin = begin_[bin], count = begin_[bin + 1] - begin;
-      if (count < 2 || !isAnyMarked(bin))
+      if (count < 2)
         continue;
-      boxes.clear();
-      for (std::int32_t i = 0; i < count; ++i)
-        boxes.emplace_back(mesh_, mesh_.triangles[entries_[begin + i]]);
+      members.clear();
+      for (std::int32_t i = begin; i < begin + count; ++i)
+        members.push_back({boxes_[entries_[i]], offsets_[i], isMarked(entries_[i])});
       for (std::int32_t i = 0; i < count; ++i)
         for (std::int32_t j = i + 1; j < count; ++j) {
           // The pair belongs to the cell of its boxes' common lower corner: on each axis one of them starts there.
-          const bool isOwn = (offsets_[begin + i] & offsets_[begin + j]) == 0;
-          if (isOwn & boxes[i].overlaps(boxes[j]) &&
-              (isMarked(entries_[begin + i]) || isMarked(entries_[begin + j])))
+          const bool isOwn = (members[i].offsets & members[j].offsets) == 0;
+          if (isOwn & members[i].box.overlaps(members[j].box) & (members[i].isMarked | members[j].isMarked))
             body(entries_[begin + i], entries_[begin + j]);
         }
     }
@@ -261,151 +275,156 @@ public:
 
 private:
   using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
-  struct Cells {
-    Cell low, high;
-    std::int64_t count() const { return ((high - low).array() + 1).prod(); }
-  };
 
   static constexpr std::int64_t grain = 8192;
 
-  bool isMarked(std::int32_t triangle) const { return marked_.empty() || marked_[triangle] != 0; }
+  bool isMarked(std::size_t triangle) const { return marked_.empty() || marked_[triangle] != 0; }
 
-  bool isAnyMarked(std::int64_t bin) const
+  /// Calls body(t) for all triangles, in parallel.
+  template <typename Body>
+  void forRange(const Body& body)
   {
-    return std::any_of(entries_.begin() + begin_[bin], entries_.begin() + begin_[bin + 1],
-                       [this](std::int32_t triangle) { return isMarked(triangle); });
+    forRangePolling(execution_, static_cast<std::int64_t>(boxes_.size()), grain,
+                    [&](std::int64_t begin, std::int64_t end) {
+                      for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
+                        body(t);
+                    });
   }
 
-  bool isFinite(std::size_t t) const
+  /// Sets origin and side of the cells: half as large again as the marked triangles' boxes on average.
+  void chooseCells()
   {
-    const Triangle& corners = mesh_.triangles[t];
-    return mesh_.vertices[corners[0]].allFinite() && mesh_.vertices[corners[1]].allFinite() &&
-           mesh_.vertices[corners[2]].allFinite();
-  }
-
-  Cells cellsOf(std::size_t t) const
-  {
-    const Box box(mesh_, mesh_.triangles[t]);
-    const auto cellOf = [&](const std::array<float, 3>& p) -> Cell {
-      const Vector3d x(p[0], p[1], p[2]);
-      return ((x - origin_) / side_).array().floor().cast<std::int64_t>();
-    };
-    return {cellOf(box.lower), cellOf(box.upper)};
-  }
-
-  std::uint32_t binOf(std::int64_t x, std::int64_t y, std::int64_t z) const
-  {
-    std::uint64_t hash = static_cast<std::uint64_t>(x) * 0x9e3779b97f4a7c15ull;
-    hash = (hash ^ (hash >> 32) ^ static_cast<std::uint64_t>(y)) * 0xd6e8feb86659fd93ull;
-    hash = (hash ^ (hash >> 32) ^ static_cast<std::uint64_t>(z)) * 0x9e3779b97f4a7c15ull;
-    return static_cast<std::uint32_t>((hash >> 32) & mask_);
-  }
-
-  /// Sets origin and side of the cells: half as large again as the triangles' boxes on average.
-  void chooseCells(Execution& execution)
-  {
-    struct Part {
-      Eigen::Vector3f lower = Eigen::Vector3f::Constant(std::numeric_limits<float>::max());
-      double extents = 0;
-    };
-    const auto triangles = static_cast<std::int64_t>(mesh_.triangles.size());
-    std::vector<Part> parts(static_cast<std::size_t>((triangles + grain - 1) / grain));
-    forRangePolling(execution, triangles, grain, [&](std::int64_t begin, std::int64_t end) {
-      Part& part = parts[static_cast<std::size_t>(begin / grain)];
-      for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
-        if (!isFinite(t))
-          continue;
-        const Box box(mesh_, mesh_.triangles[t]);
-        float extent = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-          const auto i = static_cast<std::size_t>(axis);
-          part.lower[axis] = std::min(part.lower[axis], box.lower[i]);
-          extent = std::max(extent, box.upper[i] - box.lower[i]);
-        }
-        part.extents += extent;
+    std::array<float, 3> lower;
+    lower.fill(std::numeric_limits<float>::max());
+    double extents = 0;
+    std::int64_t marked = 0;
+    for (std::size_t t = 0; t < boxes_.size(); ++t) {
+      const Box& box = boxes_[t];
+      if (box.empty())
+        continue;
+      float extent = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        lower[axis] = std::min(lower[axis], box.lower[axis]);
+        extent = std::max(extent, box.upper[axis] - box.lower[axis]);
       }
-    });
-    Part whole;
-    for (const Part& part : parts) {
-      whole.lower = whole.lower.cwiseMin(part.lower);
-      whole.extents += part.extents;
+      extents += isMarked(t) ? extent : 0;
+      marked += isMarked(t) ? 1 : 0;
     }
-    origin_ = whole.lower.cast<double>();
-    side_ = 1.5 * whole.extents / static_cast<double>(std::max<std::int64_t>(triangles, 1));
+    origin_ = {lower[0], lower[1], lower[2]};
+    side_ = 1.5 * extents / static_cast<double>(std::max<std::int64_t>(marked, 1));
     if (!(side_ > 0))
       side_ = 1;
-    coarsen(execution);
+    std::size_t bins = 1;
+    while (bins < boxes_.size())
+      bins *= 2;
+    mask_ = bins - 1;
   }
 
-  /// A few triangles far larger than the mean must not fill all the bins of the volume.
-  void coarsen(Execution& execution)
+  /// Of a corner of a box: no coordinate is below the origin's.
+  Cell cellOf(const std::array<float, 3>& p) const
   {
-    const auto triangles = static_cast<std::int64_t>(mesh_.triangles.size());
-    for (;; side_ *= 2) {
-      const double entries = execution.sum(triangles, grain, [&](std::int64_t begin, std::int64_t end) {
-        double sum = 0;
-        for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
-          if (isFinite(t)) {
-            const Box box(mesh_, mesh_.triangles[t]);
-            double cells = 1;
-            for (std::size_t i = 0; i < 3; ++i)
-              cells *= std::floor((static_cast<double>(box.upper[i]) - box.lower[i]) / side_) + 1;
-            sum += cells;
-          }
-        return sum;
-      });
-      if (entries <= 16.0 * static_cast<double>(triangles))
-        return;
+    const Vector3d x(p[0], p[1], p[2]);
+    return ((x - origin_) * inverseSide_).cast<std::int64_t>();
+  }
+
+  /// Counts the cells of each triangle. A few that are far larger than the mean must not fill all the bins of the
+  /// volume: then all cells are larger.
+  void countCells()
+  {
+    const double enough = 16.0 * static_cast<double>(boxes_.size());
+    for (double total = 2 * enough + 1; total > enough; side_ *= 2) {
+      inverseSide_ = 1 / side_;
+      total =
+          execution_.sum(static_cast<std::int64_t>(boxes_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+            double sum = 0;
+            for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+              const Box& box = boxes_[t];
+              const double cells =
+                  box.empty() ? 0 : ((cellOf(box.upper) - cellOf(box.lower)).cast<double>().array() + 1).prod();
+              first_[t + 1] = static_cast<std::int64_t>(std::min(cells, enough + 1));
+              sum += cells;
+            }
+            return sum;
+          });
     }
   }
 
-  void fill(Execution& execution)
+  /// Calls body(bin, offset) for the cells of a triangle. \see offsets_
+  template <typename Body>
+  void forCells(std::size_t t, const Body& body) const
   {
-    const std::size_t triangles = mesh_.triangles.size();
-    std::size_t bins = 1;
-    while (bins < triangles)
-      bins *= 2;
-    mask_ = bins - 1;
+    if (boxes_[t].empty())
+      return;
+    const Cell low = cellOf(boxes_[t].lower), high = cellOf(boxes_[t].upper);
+    for (std::int64_t k = low.z(); k <= high.z(); ++k)
+      for (std::int64_t j = low.y(); j <= high.y(); ++j)
+        for (std::int64_t i = low.x(); i <= high.x(); ++i)
+          body(binOf(i, j, k), (i > low.x() ? 1 : 0) | (j > low.y() ? 2 : 0) | (k > low.z() ? 4 : 0));
+  }
 
+  /// Blocks of 64 cells stay together: what is close, which is close in memory mostly, is in bins that are. Cells
+  /// within a block take turns, as two blocks may share their bins and planes along the axes fill the same part of
+  /// each.
+  std::uint32_t binOf(std::int64_t x, std::int64_t y, std::int64_t z) const
+  {
+    std::uint64_t hash = static_cast<std::uint64_t>(x >> 2) * 0x9e3779b97f4a7c15ull +
+                         static_cast<std::uint64_t>(y >> 2) * 0xd6e8feb86659fd93ull +
+                         static_cast<std::uint64_t>(z >> 2) * 0xa0761d6478bd642full;
+    hash = (hash ^ (hash >> 32)) * 0x9e3779b97f4a7c15ull; // of the sums alone many are alike
+    const auto inBlock = static_cast<std::uint64_t>((x & 3) | (y & 3) << 2 | (z & 3) << 4);
+    return static_cast<std::uint32_t>(((hash >> 32) ^ inBlock) & mask_);
+  }
+
+  /// Counts of the cells of triangles that are not marked only those with marked ones.
+  void countNearMarked()
+  {
+    hasMarked_.assign(mask_ + 1, 0);
+    for (std::size_t t = 0; t < boxes_.size(); ++t)
+      if (isMarked(t))
+        forCells(t, [&](std::uint32_t bin, int) { hasMarked_[bin] = 1; });
+    forRange([&](std::size_t t) {
+      if (isMarked(t))
+        return;
+      first_[t + 1] = 0;
+      forCells(t, [&](std::uint32_t bin, int) { first_[t + 1] += hasMarked_[bin]; });
+    });
+  }
+
+  void fill()
+  {
     // The bins of each triangle, in parallel; then one pass in order that sorts them.
-    std::vector<std::int64_t> first(triangles + 1, 0);
-    const auto forRange = [&](const auto& body) {
-      forRangePolling(execution, static_cast<std::int64_t>(triangles), grain,
-                      [&](std::int64_t begin, std::int64_t end) {
-                        for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
-                          if (isFinite(t))
-                            body(t, cellsOf(t));
-                      });
-    };
-    forRange([&](std::size_t t, const Cells& cells) { first[t + 1] = cells.count(); });
-    for (std::size_t t = 0; t < triangles; ++t)
-      first[t + 1] += first[t];
-    const auto total = static_cast<std::size_t>(first.back());
+    for (std::size_t t = 0; t < boxes_.size(); ++t)
+      first_[t + 1] += first_[t];
+    const auto total = static_cast<std::size_t>(first_.back());
     std::vector<std::uint32_t> binOfEntry(total);
     std::vector<std::uint8_t> offsetOfEntry(total);
-    forRange([&](std::size_t t, const Cells& cells) {
-      auto entry = static_cast<std::size_t>(first[t]);
-      for (std::int64_t k = cells.low.z(); k <= cells.high.z(); ++k)
-        for (std::int64_t j = cells.low.y(); j <= cells.high.y(); ++j)
-          for (std::int64_t i = cells.low.x(); i <= cells.high.x(); ++i, ++entry) {
-            binOfEntry[entry] = binOf(i, j, k);
-            offsetOfEntry[entry] = static_cast<std::uint8_t>((i > cells.low.x() ? 1 : 0) | (j > cells.low.y() ? 2 : 0) |
-                                                             (k > cells.low.z() ? 4 : 0));
-          }
+    forRange([&](std::size_t t) {
+      auto entry = static_cast<std::size_t>(first_[t]);
+      if (first_[t + 1] > first_[t])
+        forCells(t, [&](std::uint32_t bin, int offset) {
+          if (!hasMarked_.empty() && hasMarked_[bin] == 0)
+            return;
+          binOfEntry[entry] = bin;
+          offsetOfEntry[entry++] = static_cast<std::uint8_t>(offset);
+        });
     });
+    sort(binOfEntry, offsetOfEntry);
+  }
 
+  void sort(const std::vector<std::uint32_t>& binOfEntry, const std::vector<std::uint8_t>& offsetOfEntry)
+  {
     // Counted one place ahead, so that filling moves each bin's position from its begin to its end.
-    begin_.assign(bins + 2, 0);
+    begin_.assign(mask_ + 3, 0);
     for (const std::uint32_t bin : binOfEntry)
       ++begin_[bin + 2];
-    for (std::size_t bin = 0; bin <= bins; ++bin)
+    for (std::size_t bin = 0; bin <= mask_ + 1; ++bin)
       begin_[bin + 1] += begin_[bin];
-    entries_.resize(total);
-    offsets_.resize(total);
-    Poller poll(execution);
-    for (std::size_t t = 0; t < triangles; ++t) {
+    entries_.resize(binOfEntry.size());
+    offsets_.resize(binOfEntry.size());
+    Poller poll(execution_);
+    for (std::size_t t = 0; t < boxes_.size(); ++t) {
       poll();
-      for (auto entry = static_cast<std::size_t>(first[t]); entry < static_cast<std::size_t>(first[t + 1]); ++entry) {
+      for (auto entry = static_cast<std::size_t>(first_[t]); entry < static_cast<std::size_t>(first_[t + 1]); ++entry) {
         const std::int32_t place = begin_[binOfEntry[entry] + 1]++;
         entries_[place] = static_cast<std::int32_t>(t);
         offsets_[place] = offsetOfEntry[entry];
@@ -414,13 +433,16 @@ private:
     begin_.pop_back();
   }
 
-  const TriangleMesh& mesh_;
   const std::vector<std::uint8_t>& marked_;
+  std::vector<Box> boxes_;
+  std::vector<std::int64_t> first_;     ///< per triangle: of its entries, and the end
+  std::vector<std::uint8_t> hasMarked_; ///< per bin; empty: all are marked
   Vector3d origin_ = Vector3d::Zero();
-  double side_ = 1;
+  double side_ = 1, inverseSide_ = 1;
   std::uint64_t mask_ = 0;
   std::vector<std::int32_t> begin_, entries_; ///< entries of bin b: begin_[b] to begin_[b + 1]
   std::vector<std::uint8_t> offsets_; ///< of an entry: bit per axis, set if its cell is not the first of the triangle's
+  Execution& execution_;
 };
 
 bool intersect(const TriangleMesh& mesh, Triangle s, Triangle t)
