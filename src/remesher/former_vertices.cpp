@@ -3,6 +3,9 @@
 
 #include "base/polling.h"
 
+#include <algorithm>
+#include <iterator>
+
 namespace pcl {
 namespace mrf {
 
@@ -13,20 +16,13 @@ FormerVertices::FormerVertices(RemeshedSurface& surface)
 
 std::vector<std::int32_t> FormerVertices::takeBackWhatIntersects(const IntersectionWatch& watch, Execution& execution)
 {
-  const HalfEdgeMesh& mesh = surface_.mesh;
+  HalfEdgeMesh& mesh = surface_.mesh;
   Poller poll(execution);
-  std::vector<std::uint8_t> changed; // since the last look, and what intersected then
   while (true) {
-    std::vector<std::int32_t> corners = changeableCorners(mesh, watch.intersectingTriangles(mesh, changed, execution));
-    if (corners.empty())
-      return {};
-    changed.assign(mesh.positions.size(), 0);
+    const std::vector<std::int32_t> corners = watch.newIntersections(mesh, execution);
     std::vector<std::int32_t> toReturn;
-    for (const std::int32_t v : corners) {
-      changed[v] = 1;
-      if (hasMoved(v))
-        toReturn.push_back(v);
-    }
+    std::copy_if(corners.begin(), corners.end(), std::back_inserter(toReturn),
+                 [this](std::int32_t v) { return hasMoved(v); });
     if (toReturn.empty())
       return corners;
     while (!toReturn.empty()) {
@@ -36,7 +32,6 @@ std::vector<std::int32_t> FormerVertices::takeBackWhatIntersects(const Intersect
       if (!hasMoved(v))
         continue;
       takeBack(v);
-      changed[v] = 1;
       mesh.forOutgoing(v, [&](std::int32_t h) {
         if (!surface_.shape(h).sound())
           toReturn.insert(toReturn.end(), {mesh.target(h), mesh.opposite(h)});

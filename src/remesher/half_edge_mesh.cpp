@@ -26,8 +26,8 @@ constexpr std::int64_t renumberingGrain = 16384;
 
 HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
     : positions(mesh.vertices), normals(mesh.vertices.size(), Eigen::Vector3f::Zero()), pinned(mesh.vertices.size(), 0),
-      outgoing(mesh.vertices.size(), -1), valence(mesh.vertices.size(), 0), origin(3 * mesh.triangles.size()),
-      twin(3 * mesh.triangles.size(), -1)
+      changed(mesh.vertices.size(), 1), outgoing(mesh.vertices.size(), -1), valence(mesh.vertices.size(), 0),
+      origin(3 * mesh.triangles.size()), twin(3 * mesh.triangles.size(), -1)
 {
   // The half-edges of each vertex in one run, so that twins are found among a handful.
   std::vector<std::int32_t> begin(positions.size() + 1, 0);
@@ -111,6 +111,7 @@ std::int32_t HalfEdgeMesh::split(std::int32_t h, const Eigen::Vector3f& position
   positions.push_back(position);
   normals.push_back(normal);
   pinned.push_back(0);
+  changed.push_back(1);
   if (!places.empty())
     places.push_back(-1);
   valence.push_back(3);
@@ -193,6 +194,7 @@ void HalfEdgeMesh::collapse(std::int32_t h)
     origin[spoke] = a;
     spoke = following;
   } while (spoke != first);
+  changed[a] = 1;
   valence[a] += valence[b] - 4;
   --valence[c];
   --valence[d];
@@ -223,6 +225,7 @@ void HalfEdgeMesh::collapseBorder(std::int32_t h)
     following = twin[previous(spoke)]; // −1 in the triangle of h, the last one
     origin[spoke] = a;
   }
+  changed[a] = 1;
   valence[a] += valence[b] - 3;
   --valence[c];
   outgoing[b] = -1;
@@ -242,6 +245,7 @@ void HalfEdgeMesh::flip(std::int32_t h)
   const std::int32_t a = origin[h], b = origin[g], c = origin[hPrevious], d = origin[gPrevious];
   const std::int32_t outerBC = twin[hNext], outerDB = twin[gPrevious];
   const std::int32_t outerCA = twin[hPrevious], outerAD = twin[gNext];
+  changed[c] = 1;
   --valence[a];
   --valence[b];
   ++valence[c];
@@ -324,6 +328,7 @@ void HalfEdgeMesh::compact(Execution& execution)
   reorder(positions, same);
   reorder(normals, same);
   reorder(pinned, same);
+  reorder(changed, same);
   if (!places.empty())
     reorder(places, same);
   reorder(valence, same);

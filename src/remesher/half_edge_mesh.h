@@ -31,10 +31,13 @@ struct HalfEdgeMesh {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Vector3f> normals; ///< of the field, unit
   std::vector<std::uint8_t> pinned;     ///< vertices that must stay as they are
-  std::vector<double> places;           ///< on the BorderCurves; empty if there are none
-  std::vector<std::int32_t> outgoing;   ///< −1: removed, or in no triangle
-  std::vector<std::int32_t> valence;    ///< edges of a vertex
-  std::vector<std::int32_t> origin;     ///< −1 in removed triangles
+  /// Set for a corner or more of every triangle that is new or has moved since all were set to zero; at first for all.
+  /// The operations do so for the triangles that they make; who moves a vertex has to.
+  std::vector<std::uint8_t> changed;
+  std::vector<double> places;         ///< on the BorderCurves; empty if there are none
+  std::vector<std::int32_t> outgoing; ///< −1: removed, or in no triangle
+  std::vector<std::int32_t> valence;  ///< edges of a vertex
+  std::vector<std::int32_t> origin;   ///< −1 in removed triangles
   std::vector<std::int32_t> twin;
 
   /// \throw InvalidInput if the triangles are not an oriented manifold

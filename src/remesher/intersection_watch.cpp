@@ -66,6 +66,20 @@ std::vector<std::int32_t> IntersectionWatch::intersectingTriangles(const HalfEdg
   return result;
 }
 
+std::int64_t IntersectionWatch::countIntersecting(const HalfEdgeMesh& mesh, Execution& execution) const
+{
+  return static_cast<std::int64_t>(intersectingTriangles(mesh, {}, execution).size());
+}
+
+std::vector<std::int32_t> IntersectionWatch::newIntersections(HalfEdgeMesh& mesh, Execution& execution) const
+{
+  std::vector<std::int32_t> corners = changeableCorners(mesh, intersectingTriangles(mesh, mesh.changed, execution));
+  std::fill(mesh.changed.begin(), mesh.changed.end(), std::uint8_t{0});
+  for (const std::int32_t v : corners)
+    mesh.changed[v] = 1;
+  return corners;
+}
+
 std::vector<std::int32_t> changeableCorners(const HalfEdgeMesh& mesh, const std::vector<std::int32_t>& triangles)
 {
   std::vector<std::int32_t> corners;

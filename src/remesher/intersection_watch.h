@@ -30,14 +30,20 @@ public:
 
   Place place() const { return crowded_ ? Place::expected : Place::everywhere; }
 
-  /// Numbers of the triangles that intersect others, of those that are watched. \pre no triangle was removed since the
-  /// mesh was made or compacted
-  /// \param changed vertices; pairs of triangles without any are not looked at. Empty: all
-  std::vector<std::int32_t> intersectingTriangles(const HalfEdgeMesh& mesh, const std::vector<std::uint8_t>& changed,
-                                                  Execution& execution) const;
+  /// How many triangles intersect others, of those that are watched.
+  std::int64_t countIntersecting(const HalfEdgeMesh& mesh, Execution& execution) const;
+
+  /// Looks where the mesh has changed since the last look. \return the corners of what intersects there and may be
+  /// changed; from now on those alone count as changed
+  /// \pre no triangle was removed since the mesh was made or compacted
+  std::vector<std::int32_t> newIntersections(HalfEdgeMesh& mesh, Execution& execution) const;
 
 private:
   std::vector<std::uint8_t> watchedVertices(const HalfEdgeMesh& mesh, Execution& execution) const;
+  /// Numbers of the triangles that intersect others, of those that are watched.
+  /// \param changed vertices; pairs of triangles without any are not looked at. Empty: all
+  std::vector<std::int32_t> intersectingTriangles(const HalfEdgeMesh& mesh, const std::vector<std::uint8_t>& changed,
+                                                  Execution& execution) const;
 
   std::optional<CrowdedSpace> crowded_; ///< without: everywhere
 };

@@ -50,6 +50,7 @@ struct RemeshedSurface {
   {
     mesh.positions[vertex] = site.corner.position;
     mesh.normals[vertex] = site.corner.normal;
+    mesh.changed[vertex] = 1;
     if (!mesh.places.empty())
       mesh.places[vertex] = site.place;
   }

@@ -98,7 +98,7 @@ public:
   /// \return nothing if triangles intersect where they were not expected to
   std::optional<RemeshResult> run()
   {
-    surface_.result.intersectingBefore = static_cast<std::int64_t>(intersectingTriangles().size());
+    surface_.result.intersectingBefore = watch_.countIntersecting(surface_.mesh, execution_);
     partBorders(surface_);
     smoothBorders();
     for (int round = 0; round < options_.rounds && runRound(); ++round)
@@ -109,11 +109,6 @@ public:
   }
 
 private:
-  std::vector<std::int32_t> intersectingTriangles() const
-  {
-    return watch_.intersectingTriangles(surface_.mesh, {}, execution_);
-  }
-
   void smoothBorders()
   {
     Poller poll(execution_);

@@ -92,7 +92,39 @@ void shake(HalfEdgeMesh& mesh, unsigned seed, int operations)
   }
 }
 
+/// Without what was removed; each from its smallest vertex on.
+std::vector<Triangle> sortedTriangles(const HalfEdgeMesh& mesh)
+{
+  std::vector<Triangle> triangles;
+  for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t)
+    if (mesh.origin[3 * t] >= 0) {
+      Triangle triangle = mesh.triangle(t);
+      std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+      triangles.push_back(triangle);
+    }
+  std::sort(triangles.begin(), triangles.end());
+  return triangles;
+}
+
 } // namespace
+
+TEST(HalfEdgeMesh, MarksWhatOperationsMake)
+{
+  for (const shapes::Sdf& sdf : {shapes::torus(.6, .25), shapes::plane({.1, .2, 1})}) {
+    HalfEdgeMesh mesh(zeroLevel(shapes::field(sdf, 1, 10)), serial);
+    EXPECT_EQ(std::count(mesh.changed.begin(), mesh.changed.end(), 0), 0);
+    for (unsigned seed = 1; seed <= 8; ++seed) {
+      mesh.compact(serial);
+      std::fill(mesh.changed.begin(), mesh.changed.end(), std::uint8_t{0});
+      const std::vector<Triangle> before = sortedTriangles(mesh);
+      shake(mesh, seed, 20);
+      for (const Triangle& t : sortedTriangles(mesh))
+        EXPECT_TRUE(std::binary_search(before.begin(), before.end(), t) || mesh.changed[t[0]] || mesh.changed[t[1]] ||
+                    mesh.changed[t[2]]);
+      EXPECT_LT(std::count(mesh.changed.begin(), mesh.changed.end(), 1), 21);
+    }
+  }
+}
 
 TEST(HalfEdgeMesh, KeepsItsInvariantsAndTheTopologyUnderRandomOperations)
 {
