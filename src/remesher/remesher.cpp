@@ -131,6 +131,7 @@ private:
     float radius = .5f * surface_.targetEdge;
     for (int attempt = 0; attempt < maxAttempts; ++attempt, radius *= 2) {
       const std::vector<std::int32_t> intersecting = runPasses();
+      isClean_ = isClean_ || intersecting.empty();
       if (intersecting.empty())
         return true; // what was pinned stays so: the next round would run into the same trouble
       std::vector<Vector3f> centers;
@@ -155,6 +156,12 @@ private:
     flipEdges(surface_, execution_);
     surface_.mesh.compact(execution_);
     execution_.poll();
+    if (isClean_) {
+      // Nothing moved yet that could be taken back: the round is to be repeated anyway, better before the rest of it.
+      std::vector<std::int32_t> intersecting = watch_.newIntersections(surface_.mesh, execution_);
+      if (!intersecting.empty())
+        return intersecting;
+    }
     FormerVertices former(surface_);
     Relaxation(surface_, options_.relaxation, execution_).moveAll();
     return former.takeBackWhatIntersects(watch_, execution_);
@@ -185,6 +192,9 @@ private:
   Execution& execution_;
   RemeshedSurface surface_;
   IntersectionWatch watch_;
+  /// No triangles that may be changed intersect, as far as they are watched, when a round begins. What intersects in
+  /// the input may come apart in the course of the first one.
+  bool isClean_ = false;
 };
 
 RemeshResult remeshOn(const ReferenceSurface& level, const TriangleMesh& mesh, const RemesherOptions& options,
