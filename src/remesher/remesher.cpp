@@ -132,6 +132,7 @@ private:
     for (int attempt = 0; attempt < maxAttempts; ++attempt, radius *= 2) {
       const std::vector<std::int32_t> intersecting = runPasses();
       isClean_ = isClean_ || intersecting.empty();
+      hasRepeated_ = hasRepeated_ || !intersecting.empty();
       if (intersecting.empty())
         return true; // what was pinned stays so: the next round would run into the same trouble
       std::vector<Vector3f> centers;
@@ -156,7 +157,7 @@ private:
     flipEdges(surface_, execution_);
     surface_.mesh.compact(execution_);
     execution_.poll();
-    if (isClean_) {
+    if (isClean_ && hasRepeated_) {
       // Nothing moved yet that could be taken back: the round is to be repeated anyway, better before the rest of it.
       std::vector<std::int32_t> intersecting = watch_.newIntersections(surface_.mesh, execution_);
       if (!intersecting.empty())
@@ -195,6 +196,7 @@ private:
   /// No triangles that may be changed intersect, as far as they are watched, when a round begins. What intersects in
   /// the input may come apart in the course of the first one.
   bool isClean_ = false;
+  bool hasRepeated_ = false; ///< a round: most of those that follow will have to be, too
 };
 
 RemeshResult remeshOn(const ReferenceSurface& level, const TriangleMesh& mesh, const RemesherOptions& options,
