@@ -252,8 +252,7 @@ public:
   {
     struct Member {
       Box box;
-      std::uint8_t offsets;
-      bool isMarked;
+      std::uint8_t offsets, isMarked;
     };
     std::vector<Member> members;
     for (std::int64_t bin = firstBin; bin < lastBin; ++bin) {
@@ -265,9 +264,11 @@ public:
         members.push_back({boxes_[entries_[i]], offsets_[i], isMarked(entries_[i])});
       for (std::int32_t i = 0; i < count; ++i)
         for (std::int32_t j = i + 1; j < count; ++j) {
+          bool isOne = members[i].box.overlaps(members[j].box);
           // The pair belongs to the cell of its boxes' common lower corner: on each axis one of them starts there.
-          const bool isOwn = (members[i].offsets & members[j].offsets) == 0;
-          if (isOwn & members[i].box.overlaps(members[j].box) & (members[i].isMarked | members[j].isMarked))
+          isOne &= (members[i].offsets & members[j].offsets) == 0;
+          isOne &= (members[i].isMarked | members[j].isMarked) != 0;
+          if (isOne)
             body(entries_[begin + i], entries_[begin + j]);
         }
     }
