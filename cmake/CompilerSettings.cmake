@@ -11,11 +11,15 @@ if(MRF_WARNINGS_AS_ERRORS)
 endif()
 
 if(MRF_SANITIZE)
-  # One version of each hot loop is enough to look at.
-  target_compile_definitions(mrf_compiler_settings INTERFACE MRF_NO_MULTIVERSIONING)
-  target_compile_options(mrf_compiler_settings INTERFACE -fsanitize=${MRF_SANITIZE} -fno-omit-frame-pointer -O1 -g1)
+  # One version of each hot loop is enough to look at, and the class for a few types of points.
+  target_compile_definitions(mrf_compiler_settings INTERFACE MRF_NO_MULTIVERSIONING PCL_ONLY_CORE_POINT_TYPES)
+  target_compile_options(mrf_compiler_settings INTERFACE -fsanitize=${MRF_SANITIZE} -fno-omit-frame-pointer -g1
+    $<IF:$<BOOL:$<TARGET_PROPERTY:MRF_UNOPTIMIZED>>,-O0,-O1>) # a target's that takes longer to compile than to run
   target_link_options(mrf_compiler_settings INTERFACE -fsanitize=${MRF_SANITIZE})
   if(MRF_SANITIZE MATCHES "undefined")
-    target_compile_options(mrf_compiler_settings INTERFACE -fno-sanitize-recover=undefined)
+    # Half of the compiler's time goes into checks of pointers, whose faults the address sanitizer sees or the processor
+    # does not mind.
+    target_compile_options(mrf_compiler_settings INTERFACE
+      -fno-sanitize-recover=undefined -fno-sanitize=null,alignment,object-size,vptr)
   endif()
 endif()

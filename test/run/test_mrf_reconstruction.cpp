@@ -16,11 +16,15 @@ using pcl::mrf::Status;
 
 template <typename PointT>
 class EveryPointType : public ::testing::Test {};
+#ifdef PCL_ONLY_CORE_POINT_TYPES
+using PointTypes = ::testing::Types<pcl::PointXYZ, pcl::PointNormal, pcl::PointXYZRGBNormal>;
+#else
 using PointTypes =
     ::testing::Types<pcl::PointXYZ, pcl::PointXYZI, pcl::PointXYZL, pcl::PointXYZRGBA, pcl::PointXYZRGB,
                      pcl::PointXYZRGBL, pcl::PointXYZLAB, pcl::PointXYZHSV, pcl::InterestPoint, pcl::PointNormal,
                      pcl::PointXYZRGBNormal, pcl::PointXYZINormal, pcl::PointXYZLNormal, pcl::PointWithRange,
                      pcl::PointWithViewpoint, pcl::PointWithScale, pcl::PointSurfel, pcl::PointDEM>;
+#endif
 TYPED_TEST_SUITE(EveryPointType, PointTypes);
 
 /// What holds for any type of point; apart from the test of types, which is compiled for each of them.

@@ -7,9 +7,6 @@
 #include "solver/linear_system.h"
 #include "support/lattice_matrix.h"
 
-#include <Eigen/SparseCholesky>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -40,55 +37,19 @@ inline PriorOptions priorOptions(Prior prior, Energy energy = Energy::joint, flo
 }
 
 /// Distances to a sphere of radius 0.3 of the grid within 1.5 voxels of it, but for a cap of 37° around +z: a hole.
-inline Observation observeSphere(GridSize size, double shift = 0, double scale = 1)
-{
-  Observation observation;
-  observation.lattice.size = size;
-  const double radius = .3 * std::max({size.x, size.y, size.z});
-  for (int z = 0; z < size.z; ++z)
-    for (int y = 0; y < size.y; ++y)
-      for (int x = 0; x < size.x; ++x) {
-        const Eigen::Vector3d p = Eigen::Vector3d(x, y, z) - .5 * Eigen::Vector3d(size.x - 1, size.y - 1, size.z - 1);
-        const double distance = p.norm() - radius;
-        if (std::abs(distance) < 1.5 && p.z() <= .8 * p.norm()) {
-          observation.voxels.push_back(size.index(x, y, z));
-          observation.distances.push_back(static_cast<float>(scale * distance + shift));
-          observation.confidences.push_back(static_cast<float>(1 - distance * distance / 2.3));
-        }
-      }
-  return observation;
-}
+Observation observeSphere(GridSize size, double shift = 0, double scale = 1);
 
 /// C = diag(weights), b = weights · targets.
-inline void observeDirectly(const std::vector<double>& weights, const std::vector<double>& targets,
-                            LinearSystem& system)
-{
-  system.data.resize(system.size().count(), system.size().count());
-  system.rightHandSide.clear();
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    system.data.insert(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) = weights[i];
-    system.rightHandSide.push_back(weights[i] * targets[i]);
-  }
-  system.data.makeCompressed();
-}
+void observeDirectly(const std::vector<double>& weights, const std::vector<double>& targets, LinearSystem& system);
 
-inline oracle::Matrix systemMatrix(const LinearSystem& system)
-{
-  return oracle::priorMatrix(system.prior) + oracle::Matrix(system.data);
-}
+oracle::Matrix systemMatrix(const LinearSystem& system);
 
 inline Eigen::Map<const oracle::Vector> asVector(const std::vector<double>& values)
 {
   return {values.data(), static_cast<Eigen::Index>(values.size())};
 }
 
-inline std::vector<double> directSolution(const LinearSystem& system)
-{
-  const Eigen::SimplicialLDLT<oracle::Matrix> factor(systemMatrix(system));
-  EXPECT_EQ(factor.info(), Eigen::Success);
-  const oracle::Vector solution = factor.solve(asVector(system.rightHandSide));
-  return {solution.data(), solution.data() + solution.size()};
-}
+std::vector<double> directSolution(const LinearSystem& system);
 
 /// ‖a − b‖ / ‖b‖
 template <typename A, typename B>
@@ -140,48 +101,15 @@ struct SphereLevel {
 
   /// \param more points beside those on the sphere
   SphereLevel(const GridSize& size, Prior order, bool atPoints = true,
-              const std::vector<pcl::mrf::PointSample>& more = {})
-      : lattices{{size, Eigen::Vector3d::Zero(), 1}}, prior(order)
-  {
-    pcl::mrf::Execution execution(1);
-    const std::size_t level = addCoarserGrids(lattices);
-    if (atPoints) {
-      std::vector<pcl::mrf::PointSample> points = pointsOnSphere(size);
-      points.insert(points.end(), more.begin(), more.end());
-      samples = pcl::mrf::LevelSamples(sortedByCells(points, execution), lattices, execution);
-      observation.samples = &samples;
-      observation.weights = pcl::mrf::pointWeights(prior, .6, .5, 1, .4);
-    } else {
-      observation.voxels = observeSphere(size);
-      observation.prior = priorOptions(prior);
-    }
-    grids = wholeGrids(lattices, level, observation, prior, execution);
-  }
+              const std::vector<pcl::mrf::PointSample>& more = {});
   SphereLevel(const SphereLevel&) = delete;
   SphereLevel& operator=(const SphereLevel&) = delete;
 
   const GridSize& size() const { return lattices.back().size; }
 
-  LinearSystem plain() const
-  {
-    pcl::mrf::Execution execution(1);
-    return observation.samples ? assembleAtPoints(size(), prior, samples.own.back(), observation.weights, 1, execution)
-                               : assemble(observation.voxels, observation.prior);
-  }
+  LinearSystem plain() const;
 
-  static std::vector<pcl::mrf::PointSample> pointsOnSphere(const GridSize& size)
-  {
-    std::mt19937 random(3);
-    const float radius = .3f * static_cast<float>(size.x), center = .5f * static_cast<float>(size.x - 1);
-    std::vector<pcl::mrf::PointSample> points;
-    for (int n = 0; n < 2 * size.x * size.x; ++n) {
-      const Eigen::Vector3f normal = randomDirection(random);
-      if (normal.z() < .5f)
-        points.emplace_back(Eigen::Vector3f(radius * normal + Eigen::Vector3f::Constant(center)), normal,
-                            .5f + uniform(random, 1));
-    }
-    return points;
-  }
+  static std::vector<pcl::mrf::PointSample> pointsOnSphere(const GridSize& size);
 };
 
 constexpr std::array<SolverMethod, 4> allMethods = {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg,

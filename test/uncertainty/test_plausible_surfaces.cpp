@@ -161,7 +161,7 @@ TEST(PlausibleSurfaces, OfAnOpenMeshHaveNoVolume)
 
 TEST(PlausibleSurfaces, AreTheSameForAnyThreads)
 {
-  const PointSet points = withHole(spherePoints(.07, .01));
+  const PointSet points = withHole(spherePoints(.1, .01));
   const Reconstruction one = clouds::reconstruct(points, withSurfaces(3), 1),
                        two = clouds::reconstruct(points, withSurfaces(3), 2);
   EXPECT_EQ(one.surfaces, two.surfaces);

@@ -232,7 +232,7 @@ TEST(Uncertainty, HasTheUnitOfTheCloud)
 
 TEST(Uncertainty, IsTheSameForAnyThreadsAndOrder)
 {
-  const PointSet points = withHoles(torusPoints(.06), .3f);
+  const PointSet points = withHoles(torusPoints(.08), .3f);
   const Reconstruction one = clouds::reconstruct(points, withUncertainty(), 1),
                        three = clouds::reconstruct(points, withUncertainty(), 3),
                        shuffled = clouds::reconstruct(clouds::reordered(points, clouds::shuffledOrder(points.size())),
