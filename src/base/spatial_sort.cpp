@@ -15,7 +15,7 @@ constexpr int digitBits = 11;
 constexpr std::size_t digits = std::size_t{1} << digitBits;
 
 /// Keys per piece of parallel work: enough that its histogram costs little beside it.
-constexpr std::size_t grain = 1 << 16;
+constexpr std::size_t sortGrain = 1 << 16;
 
 constexpr int axisBits = 21;
 
@@ -30,7 +30,7 @@ void sortTies(const SortKeys& keys, const std::vector<Eigen::Vector3f>& position
         return p[axis] < q[axis];
     return a < b;
   };
-  execution.forRange(static_cast<std::int64_t>(keys.size()), grain, [&](std::int64_t from, std::int64_t to) {
+  execution.forRange(static_cast<std::int64_t>(keys.size()), sortGrain, [&](std::int64_t from, std::int64_t to) {
     // Runs belong to the piece of work that they begin in.
     for (auto begin = static_cast<std::size_t>(from); begin < static_cast<std::size_t>(to);) {
       const bool isBeginning = begin == 0 || keys[begin - 1] != keys[begin];
@@ -56,11 +56,11 @@ void radixSort(Keys& keys, int lowestBit, const Move& move, const Swap& swap, Ex
   for (const std::uint64_t key : keys)
     used |= key;
   Keys otherKeys(count);
-  const std::size_t chunks = (count + grain - 1) / grain;
+  const std::size_t chunks = (count + sortGrain - 1) / sortGrain;
   std::vector<std::array<std::uint32_t, digits>> offsets(chunks);
   const auto forChunks = [&](const auto& body) {
-    execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-      body(offsets[static_cast<std::size_t>(begin) / grain], static_cast<std::size_t>(begin),
+    execution.forRange(static_cast<std::int64_t>(count), sortGrain, [&](std::int64_t begin, std::int64_t end) {
+      body(offsets[static_cast<std::size_t>(begin) / sortGrain], static_cast<std::size_t>(begin),
            static_cast<std::size_t>(end));
     });
   };
@@ -125,7 +125,7 @@ std::vector<std::uint32_t> spatialOrder(const std::vector<Eigen::Vector3f>& posi
   const double extent = (upper.cast<double>() - origin).maxCoeff();
   const double scale = extent > 0 ? ((1 << axisBits) - 1) / extent : 0;
   SortKeys keys(order.size());
-  execution.forRange(static_cast<std::int64_t>(order.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(static_cast<std::int64_t>(order.size()), sortGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
       const Eigen::Array3i cell = ((positions[order[n]].array().cast<double>() - origin) * scale).cast<int>();
       keys[n] = mortonCode(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),

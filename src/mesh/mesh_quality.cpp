@@ -74,15 +74,15 @@ struct TriangleSums {
   }
 };
 
-constexpr std::int64_t grain = 16384;
+constexpr std::int64_t qualityGrain = 16384;
 
 /// Sums of type Sums over `count` items, chunk by chunk, added in their order.
 template <typename Sums, typename Body>
 Sums sumUp(std::size_t count, Execution& execution, const Body& body)
 {
-  std::vector<Sums> partial((count + grain - 1) / grain);
-  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
-    Sums& sums = partial[static_cast<std::size_t>(begin / grain)];
+  std::vector<Sums> partial((count + qualityGrain - 1) / qualityGrain);
+  execution.forRange(static_cast<std::int64_t>(count), qualityGrain, [&](std::int64_t begin, std::int64_t end) {
+    Sums& sums = partial[static_cast<std::size_t>(begin / qualityGrain)];
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
       body(sums, i);
   });
@@ -222,12 +222,13 @@ private:
 VertexSums countVertices(const TriangleMesh& mesh, EdgeConnectivity& connectivity, Execution& execution)
 {
   const VertexCorners corners = groupCorners(mesh);
-  std::vector<VertexSums> partial((mesh.vertices.size() + grain - 1) / grain);
-  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    VertexCensus census(mesh, corners, connectivity, partial[static_cast<std::size_t>(begin / grain)]);
-    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
-      census.count(v);
-  });
+  std::vector<VertexSums> partial((mesh.vertices.size() + qualityGrain - 1) / qualityGrain);
+  execution.forRange(
+      static_cast<std::int64_t>(mesh.vertices.size()), qualityGrain, [&](std::int64_t begin, std::int64_t end) {
+        VertexCensus census(mesh, corners, connectivity, partial[static_cast<std::size_t>(begin / qualityGrain)]);
+        for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
+          census.count(v);
+      });
   VertexSums total;
   for (const VertexSums& sums : partial)
     total.add(sums);

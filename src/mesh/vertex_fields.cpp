@@ -12,7 +12,7 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-constexpr std::int64_t grain = 1024;
+constexpr std::int64_t fieldGrain = 1024;
 
 /// Area-weighted mean normals of the triangles around each vertex, not normalized.
 std::vector<Eigen::Vector3d> triangleNormals(const TriangleMesh& mesh)
@@ -36,14 +36,15 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
   // A distance field's gradient has a length near 1 whatever the cloud's unit.
   constexpr float vanishing = 1e-6f;
   mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::Zero());
-  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
-      const Eigen::Vector3f gradient = field.sampleGradient(mesh.vertices[v]);
-      const float length = gradient.norm();
-      if (length > vanishing && std::isfinite(length))
-        mesh.normals[v] = gradient / length;
-    }
-  });
+  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), fieldGrain,
+                     [&](std::int64_t begin, std::int64_t end) {
+                       for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+                         const Eigen::Vector3f gradient = field.sampleGradient(mesh.vertices[v]);
+                         const float length = gradient.norm();
+                         if (length > vanishing && std::isfinite(length))
+                           mesh.normals[v] = gradient / length;
+                       }
+                     });
   const auto isZero = [](const Eigen::Vector3f& normal) { return normal.isZero(0); };
   if (std::none_of(mesh.normals.begin(), mesh.normals.end(), isZero))
     return;
@@ -81,22 +82,23 @@ float Support::confidence(const Eigen::Vector3f& position, ConfidenceShape shape
 void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape, Execution& execution)
 {
   mesh.confidences.assign(mesh.vertices.size(), 0);
-  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbors nearest;
-    // Far from all points, where a search takes longest, the one before tells of the vertices close to it.
-    Eigen::Vector3f asked = Eigen::Vector3f::Zero();
-    float freeAround = 0;
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
-      if ((mesh.vertices[v] - asked).norm() < freeAround)
-        continue;
-      mesh.confidences[v] = support.confidence(mesh.vertices[v], shape, nearest);
-      asked = mesh.vertices[v];
-      constexpr float rounding = .999f;
-      freeAround = nearest.squaredDistances.empty()
-                       ? 0
-                       : rounding * std::sqrt(nearest.squaredDistances.front()) - support.farthestReach();
-    }
-  });
+  execution.forRange(
+      static_cast<std::int64_t>(mesh.vertices.size()), fieldGrain, [&](std::int64_t begin, std::int64_t end) {
+        Neighbors nearest;
+        // Far from all points, where a search takes longest, the one before tells of the vertices close to it.
+        Eigen::Vector3f asked = Eigen::Vector3f::Zero();
+        float freeAround = 0;
+        for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+          if ((mesh.vertices[v] - asked).norm() < freeAround)
+            continue;
+          mesh.confidences[v] = support.confidence(mesh.vertices[v], shape, nearest);
+          asked = mesh.vertices[v];
+          constexpr float rounding = .999f;
+          freeAround = nearest.squaredDistances.empty()
+                           ? 0
+                           : rounding * std::sqrt(nearest.squaredDistances.front()) - support.farthestReach();
+        }
+      });
 }
 
 std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighborSearch& search,
@@ -106,7 +108,7 @@ std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& ver
     throw std::invalid_argument("interpolateAttributes: needs a channel at least");
   const auto stride = static_cast<std::size_t>(channels);
   std::vector<float> values(vertices.size() * stride, 0);
-  execution.forRange(static_cast<std::int64_t>(vertices.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(static_cast<std::int64_t>(vertices.size()), fieldGrain, [&](std::int64_t begin, std::int64_t end) {
     Neighbors nearest;
     std::vector<double> sums(stride);
     std::vector<float> ofPoint(stride);

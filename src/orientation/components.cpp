@@ -12,7 +12,7 @@ namespace mrf {
 namespace {
 
 /// Points per piece of parallel work.
-constexpr std::int64_t grain = 4096;
+constexpr std::int64_t componentGrain = 4096;
 
 /// Joins points to components.
 ///
@@ -65,15 +65,17 @@ private:
     constexpr std::size_t following = 8;
     constexpr int edgesToFollowing = 2; // more cost as much as they save
     const std::vector<Eigen::Vector3f>& positions = points_.positions;
-    execution_.forRange(static_cast<std::int64_t>(positions.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-        int edges = 0;
-        for (std::size_t j = i + 1; j < std::min(i + 1 + following, positions.size()) && edges < edgesToFollowing; ++j)
-          if (reach_.joins(i, j, (positions[j] - positions[i]).squaredNorm()) &&
-              join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)))
-            ++edges;
-      }
-    });
+    execution_.forRange(static_cast<std::int64_t>(positions.size()), componentGrain,
+                        [&](std::int64_t begin, std::int64_t end) {
+                          for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                            int edges = 0;
+                            for (std::size_t j = i + 1;
+                                 j < std::min(i + 1 + following, positions.size()) && edges < edgesToFollowing; ++j)
+                              if (reach_.joins(i, j, (positions[j] - positions[i]).squaredNorm()) &&
+                                  join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)))
+                                ++edges;
+                          }
+                        });
     execution_.poll();
   }
 
@@ -81,17 +83,19 @@ private:
   template <typename IsWanted>
   void joinAllEdges(const IsWanted& isWanted)
   {
-    execution_.forRange(static_cast<std::int64_t>(points_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-      Neighbors found;
-      for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
-        if (!normals_[i].isZero() && isWanted(i)) {
-          search_.within(points_.positions[i], std::nextafter(reach_.of(i), std::numeric_limits<float>::max()), found);
-          for (std::size_t n = 0; n < found.indices.size(); ++n)
-            if (const auto j = static_cast<std::uint32_t>(found.indices[n]);
-                reach_.joins(i, j, found.squaredDistances[n]))
-              join(i, j);
-        }
-    });
+    execution_.forRange(static_cast<std::int64_t>(points_.size()), componentGrain,
+                        [&](std::int64_t begin, std::int64_t end) {
+                          Neighbors found;
+                          for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
+                            if (!normals_[i].isZero() && isWanted(i)) {
+                              search_.within(points_.positions[i],
+                                             std::nextafter(reach_.of(i), std::numeric_limits<float>::max()), found);
+                              for (std::size_t n = 0; n < found.indices.size(); ++n)
+                                if (const auto j = static_cast<std::uint32_t>(found.indices[n]);
+                                    reach_.joins(i, j, found.squaredDistances[n]))
+                                  join(i, j);
+                            }
+                        });
     execution_.poll();
   }
 
@@ -99,13 +103,13 @@ private:
   template <typename Condition>
   std::int64_t count(const Condition& condition)
   {
-    return static_cast<std::int64_t>(
-        execution_.sum(static_cast<std::int64_t>(points_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-          std::int64_t total = 0;
-          for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
-            total += !normals_[i].isZero() && condition(i) ? 1 : 0;
-          return static_cast<double>(total);
-        }));
+    return static_cast<std::int64_t>(execution_.sum(static_cast<std::int64_t>(points_.size()), componentGrain,
+                                                    [&](std::int64_t begin, std::int64_t end) {
+                                                      std::int64_t total = 0;
+                                                      for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
+                                                        total += !normals_[i].isZero() && condition(i) ? 1 : 0;
+                                                      return static_cast<double>(total);
+                                                    }));
   }
 
   OrientationResult result()

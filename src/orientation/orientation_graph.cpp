@@ -16,7 +16,7 @@ namespace mrf {
 namespace {
 
 /// Points per piece of parallel work.
-constexpr std::int64_t grain = 4096;
+constexpr std::int64_t graphGrain = 4096;
 
 /// Floats that are not negative are ordered like their bits.
 std::uint32_t bitsOf(float value)
@@ -118,20 +118,21 @@ void OrientationGraph::sortIntoBuckets(const std::function<void(const Edge&)>& v
     const auto first = neighbors_.begin() + static_cast<std::ptrdiff_t>(i * maxNeighbors);
     return std::find(first, first + maxNeighbors, j) != first + maxNeighbors;
   };
-  execution.forRange(static_cast<std::int64_t>(positions_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      for (std::size_t place = i * maxNeighbors; place < (i + 1) * maxNeighbors; ++place) {
-        const std::uint32_t j = neighbors_[place];
-        if (j == noPoint)
-          break;
-        if (!hasNormal(i) || !hasNormal(j) || (j < i && lists(j, static_cast<std::uint32_t>(i))))
-          continue;
-        const Edge edge = grade(static_cast<std::uint32_t>(i), j);
-        buckets_[place] = bucketOf(edge);
-        visit(edge);
-        connected.join(static_cast<std::uint32_t>(i), j);
-      }
-  });
+  execution.forRange(static_cast<std::int64_t>(positions_.size()), graphGrain,
+                     [&](std::int64_t begin, std::int64_t end) {
+                       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+                         for (std::size_t place = i * maxNeighbors; place < (i + 1) * maxNeighbors; ++place) {
+                           const std::uint32_t j = neighbors_[place];
+                           if (j == noPoint)
+                             break;
+                           if (!hasNormal(i) || !hasNormal(j) || (j < i && lists(j, static_cast<std::uint32_t>(i))))
+                             continue;
+                           const Edge edge = grade(static_cast<std::uint32_t>(i), j);
+                           buckets_[place] = bucketOf(edge);
+                           visit(edge);
+                           connected.join(static_cast<std::uint32_t>(i), j);
+                         }
+                     });
 }
 
 void OrientationGraph::connectPieces(const NeighborSearch& search, const Reach& reach,
@@ -143,8 +144,8 @@ void OrientationGraph::connectPieces(const NeighborSearch& search, const Reach& 
   if (count == 0)
     return;
   const std::uint32_t largest = connected.largest(execution);
-  std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found((count + grain - 1) / grain);
-  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
+  std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found((count + graphGrain - 1) / graphGrain);
+  execution.forRange(static_cast<std::int64_t>(count), graphGrain, [&](std::int64_t begin, std::int64_t end) {
     Neighbors around;
     std::vector<std::uint32_t> reached;
     for (auto i = static_cast<std::uint32_t>(begin); i < static_cast<std::uint32_t>(end); ++i) {
@@ -159,7 +160,7 @@ void OrientationGraph::connectPieces(const NeighborSearch& search, const Reach& 
             std::find(reached.begin(), reached.end(), connected.find(j)) != reached.end())
           continue;
         reached.push_back(connected.find(j));
-        found[static_cast<std::size_t>(begin / grain)].emplace_back(i, j);
+        found[static_cast<std::size_t>(begin / graphGrain)].emplace_back(i, j);
       }
     }
   });
@@ -217,7 +218,7 @@ std::uint8_t OrientationGraph::bucketOf(const Edge& edge)
 std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const SignedForest& forest,
                                                      Execution& execution) const
 {
-  constexpr std::int64_t places = grain * static_cast<std::int64_t>(maxNeighbors);
+  constexpr std::int64_t places = graphGrain * static_cast<std::int64_t>(maxNeighbors);
   std::vector<std::vector<std::uint64_t>> parts((buckets_.size() + places - 1) / places);
   execution.forRange(static_cast<std::int64_t>(buckets_.size()), places, [&](std::int64_t begin, std::int64_t end) {
     std::vector<std::uint64_t>& part = parts[static_cast<std::size_t>(begin / places)];

@@ -41,7 +41,7 @@ constexpr int neighborsAsked = 32;
 constexpr float closeInReaches = 2;
 
 /// Points per piece of parallel work.
-constexpr std::int64_t grain = 1024;
+constexpr std::int64_t sidesGrain = 1024;
 
 /// Whether two normals have the same side of a surface, by the reflection at the bisector plane of the edge between
 /// them as in OrientationGraph; but along both normals there is no surface.
@@ -347,7 +347,7 @@ void Chooser::followNeighbors(const NeighborSearch& search, Execution& execution
     std::uint32_t point = 0;
   };
   std::vector<Neighbor> nearest(small.size());
-  execution.forRange(static_cast<std::int64_t>(small.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(static_cast<std::int64_t>(small.size()), sidesGrain, [&](std::int64_t begin, std::int64_t end) {
     Neighbors found;
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
       const int number = search.nearest(points_.positions[small[n]], neighborsAsked, found);

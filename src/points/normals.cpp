@@ -23,7 +23,7 @@ constexpr std::size_t maxToGrow = 32, maxUnderNoise = 128;
 constexpr std::size_t widestNeighborhood = 1 << 14;
 
 /// Points per piece of parallel work.
-constexpr std::int64_t grain = 1024;
+constexpr std::int64_t normalGrain = 1024;
 
 } // namespace
 
@@ -159,22 +159,23 @@ void grow(const PointSet& points, const NeighborSearch& search, float noise, std
     }
     const std::vector<Eigen::Vector3f>& positions = share > 1 ? thinned : points.positions;
     const NeighborSearch& own = share > 1 ? *thinnedSearch : search;
-    execution.forRange(static_cast<std::int64_t>(growing.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-      Neighbors found;
-      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-        Growing& now = growing[n];
-        const Eigen::Vector3f& position = points.positions[now.point];
-        for (; now.size <= share * max && !now.best.isSound(); now.size *= 2) {
-          const auto number =
-              static_cast<std::size_t>(own.nearest(position, static_cast<int>(now.size / share), found));
-          const Plane plane = fitPlane(positions, found.indices.data(), number, position);
-          if (plane.secondToFirst > now.best.secondToFirst)
-            now.best = plane;
-          if (now.size >= widest)
-            break;
-        }
-      }
-    });
+    execution.forRange(
+        static_cast<std::int64_t>(growing.size()), normalGrain, [&](std::int64_t begin, std::int64_t end) {
+          Neighbors found;
+          for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+            Growing& now = growing[n];
+            const Eigen::Vector3f& position = points.positions[now.point];
+            for (; now.size <= share * max && !now.best.isSound(); now.size *= 2) {
+              const auto number =
+                  static_cast<std::size_t>(own.nearest(position, static_cast<int>(now.size / share), found));
+              const Plane plane = fitPlane(positions, found.indices.data(), number, position);
+              if (plane.secondToFirst > now.best.secondToFirst)
+                now.best = plane;
+              if (now.size >= widest)
+                break;
+            }
+          }
+        });
     execution.poll();
     const auto isDone = [&](const Growing& now) {
       if (!now.best.isSound() && now.size < widest)

@@ -19,7 +19,7 @@ namespace mrf {
 namespace {
 
 /// Points, or bricks of about so many, per piece of parallel work.
-constexpr std::int64_t grain = 4096;
+constexpr std::int64_t binGrain = 4096;
 constexpr std::int64_t brickGrain = 64;
 
 constexpr int cellBits = 21;
@@ -211,7 +211,7 @@ void PointBins::sortPoints(const std::vector<Eigen::Vector3f>& positions, Execut
   const auto cellAt = [&](std::size_t i) { return cellOf(positions[i].array().cast<double>()); };
   base_ = cellOf(boundingBox(positions).lower.array().cast<double>());
   base_ -= base_.unaryExpr([](int cell) { return cell % brickSide; });
-  execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(count, binGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const Eigen::Array3i cell = cellAt(i) - base_;
       keys[i] = mortonCode(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),
@@ -221,7 +221,7 @@ void PointBins::sortPoints(const std::vector<Eigen::Vector3f>& positions, Execut
   });
   sortByKey(keys, order, execution);
   points_.resize(positions.size());
-  execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(count, binGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
       const Eigen::Vector3f& position = positions[order[n]];
       points_[n] = {position.x(), position.y(), position.z(), order[n]};
@@ -562,20 +562,21 @@ void PointBins::forEachPosition(const std::vector<Eigen::Vector3f>& positions, i
     return;
   }
   if (!hasBins()) {
-    execution.forRange(static_cast<std::int64_t>(points_.size()), grain / 8, [&](std::int64_t begin, std::int64_t end) {
-      std::array<float, kernels::maxNearest> distances;
-      std::array<std::uint32_t, kernels::maxNearest> indices;
-      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-        answerFromTree(n, wanted, distances.data(), indices.data());
-        NeighborBatch batch;
-        batch.size = 1;
-        batch.k = wanted;
-        batch.positions = &points_[n].index;
-        batch.squaredDistances = distances.data();
-        batch.indices = answer == Answer::distances ? nullptr : indices.data();
-        visit(batch);
-      }
-    });
+    execution.forRange(static_cast<std::int64_t>(points_.size()), binGrain / 8,
+                       [&](std::int64_t begin, std::int64_t end) {
+                         std::array<float, kernels::maxNearest> distances;
+                         std::array<std::uint32_t, kernels::maxNearest> indices;
+                         for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+                           answerFromTree(n, wanted, distances.data(), indices.data());
+                           NeighborBatch batch;
+                           batch.size = 1;
+                           batch.k = wanted;
+                           batch.positions = &points_[n].index;
+                           batch.squaredDistances = distances.data();
+                           batch.indices = answer == Answer::distances ? nullptr : indices.data();
+                           visit(batch);
+                         }
+                       });
     return;
   }
   execution.forRange(static_cast<std::int64_t>((starts_.size() - 1) / brickCells), brickGrain,

@@ -8,7 +8,7 @@ namespace mrf {
 namespace {
 
 /// Nodes per piece of parallel work.
-constexpr std::int64_t grain = 1024;
+constexpr std::int64_t treeGrain = 1024;
 
 constexpr float infinite = std::numeric_limits<float>::infinity();
 
@@ -57,7 +57,7 @@ void PointTree::build(const std::vector<IndexedPoint>& points, Execution& execut
   const auto parentsOf = [](std::size_t children) { return (children + fanOut - 1) / fanOut; };
   const std::size_t leaves = (points.size() + leafSize - 1) / leafSize;
   std::vector<Node> nodes(parentsOf(leaves));
-  execution.forRange(static_cast<std::int64_t>(nodes.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(static_cast<std::int64_t>(nodes.size()), treeGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
       for (std::size_t c = 0; c < fanOut && n * fanOut + c < leaves; ++c)
         for (std::size_t p = pointsBegin(n * fanOut + c); p < pointsEnd(n * fanOut + c); ++p) {
@@ -73,7 +73,7 @@ void PointTree::build(const std::vector<IndexedPoint>& points, Execution& execut
   while (levels_.back().size() > 1) {
     const std::vector<Node>& children = levels_.back();
     std::vector<Node> parents(parentsOf(children.size()));
-    execution.forRange(static_cast<std::int64_t>(parents.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    execution.forRange(static_cast<std::int64_t>(parents.size()), treeGrain, [&](std::int64_t begin, std::int64_t end) {
       for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
         for (std::size_t c = 0; c < fanOut && n * fanOut + c < children.size(); ++c) {
           const Node& child = children[n * fanOut + c];

@@ -14,7 +14,7 @@ namespace mrf {
 namespace {
 
 /// Points per piece of parallel work.
-constexpr std::int64_t grain = 1 << 14;
+constexpr std::int64_t densityGrain = 1 << 14;
 
 std::vector<Eigen::Vector3f> distinct(std::vector<Eigen::Vector3f> positions)
 {
@@ -80,7 +80,7 @@ std::vector<float> localSpacings(const PointSet& points, const NeighborDistances
   constexpr std::size_t reach = 8;
   const std::size_t count = points.size();
   std::vector<float> spacings(count);
-  execution.forRange(static_cast<std::int64_t>(count), grain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(static_cast<std::int64_t>(count), densityGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const float limit = distances.eighth[i] * distances.eighth[i];
       float sum = 0, found = 0;
@@ -120,7 +120,7 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDi
   const std::vector<float>& nearest = distances.nearest;
   const auto count = static_cast<std::int64_t>(nearest.size());
   const auto sumOf = [&](auto&& term) {
-    return execution.sum(count, grain, [&](std::int64_t begin, std::int64_t end) {
+    return execution.sum(count, densityGrain, [&](std::int64_t begin, std::int64_t end) {
       double total = 0;
       for (std::int64_t i = begin; i < end; ++i)
         total += term(double{nearest[static_cast<std::size_t>(i)]});

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::int64_t grain = 2048;
+constexpr std::int64_t fittingGrain = 2048;
 /// Accuracy of the scan igea_clean after none, three, five and eight: .0161, .0119, .0117, .0117 % of the diagonal; two
 /// more are alike.
 constexpr int steps = 5;
@@ -30,7 +30,7 @@ std::vector<float> heightsOfMiddles(const RemeshedSurface& surface, Execution& e
 {
   const HalfEdgeMesh& mesh = surface.mesh;
   std::vector<float> heights(mesh.origin.size(), 0);
-  forRangePolling(execution, mesh.halfEdgeCount(), grain, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution, mesh.halfEdgeCount(), fittingGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto h = static_cast<std::int32_t>(begin); h < end; ++h) {
       if (!mesh.represents(h))
         continue;
@@ -50,7 +50,7 @@ std::vector<float> step(const RemeshedSurface& surface, const std::vector<float>
   const HalfEdgeMesh& mesh = surface.mesh;
   const float limit = farthest * surface.targetEdge, sharp = ofSharpEdges * surface.targetEdge;
   std::vector<float> result(moved.size(), 0);
-  forRangePolling(execution, mesh.vertexCount(), grain, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution, mesh.vertexCount(), fittingGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
       if (mesh.pinned[v] || mesh.onBoundary(v))
         continue;

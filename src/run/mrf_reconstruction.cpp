@@ -5,8 +5,8 @@
 #include <pcl/point_types.h>
 
 #ifdef PCL_ONLY_CORE_POINT_TYPES
-PCL_INSTANTIATE(MRFReconstruction, (pcl::PointXYZ)(pcl::PointXYZI)(pcl::PointXYZRGB)(pcl::PointNormal)
-                                   (pcl::PointXYZINormal)(pcl::PointXYZRGBNormal))
+PCL_INSTANTIATE(MRFReconstruction, (pcl::PointXYZ)(pcl::PointXYZI)(pcl::PointXYZRGB)(pcl::PointNormal)(
+                                       pcl::PointXYZINormal)(pcl::PointXYZRGBNormal))
 #elif !defined(PCL_NO_PRECOMPILE)
 PCL_INSTANTIATE(MRFReconstruction, PCL_XYZ_POINT_TYPES)
 #endif

@@ -14,7 +14,7 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-constexpr std::int64_t grain = 8192;
+constexpr std::int64_t surfaceGrain = 8192;
 
 /// \param values of the drawn surfaces, two at least \param halfWidth of 95 % of them, in standard deviations
 SampledQuantity describe(const std::vector<double>& values, double halfWidth)
@@ -64,7 +64,7 @@ private:
   void forVertices(const Body& body) const
   {
     for (std::size_t n = 0; n < draws_.size(); ++n)
-      execution_.forRange(static_cast<std::int64_t>(vertices_[n].size()), grain,
+      execution_.forRange(static_cast<std::int64_t>(vertices_[n].size()), surfaceGrain,
                           [&](std::int64_t begin, std::int64_t end) {
                             for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
                               body(draws_[n], static_cast<std::size_t>(vertices_[n][i]));
@@ -168,7 +168,7 @@ private:
   template <typename Measure>
   double sum(const Measure& measure)
   {
-    return execution_.sum(static_cast<std::int64_t>(mesh_.triangles.size()), grain,
+    return execution_.sum(static_cast<std::int64_t>(mesh_.triangles.size()), surfaceGrain,
                           [&](std::int64_t begin, std::int64_t end) {
                             double result = 0;
                             for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)

@@ -11,13 +11,13 @@ namespace mrf {
 namespace {
 
 /// Voxels, or numbers, per piece.
-constexpr std::int64_t grain = 1 << 14;
+constexpr std::int64_t drawGrain = 1 << 14;
 
 /// The first numbers of a kind.
 std::vector<float> drawOf(NormalDraws::Kind kind, std::int64_t count, const NormalDraws& draws, Execution& execution)
 {
   std::vector<float> values(static_cast<std::size_t>(count));
-  execution.forRange(count, grain, [&](std::int64_t begin, std::int64_t end) { // the grain is even
+  execution.forRange(count, drawGrain, [&](std::int64_t begin, std::int64_t end) { // it is even
     for (std::int64_t v = begin; v < end; v += 2) {
       const std::array<float, 2> pair = draws.pair(kind, static_cast<std::uint64_t>(v / 2));
       values[static_cast<std::size_t>(v)] = pair[0];
@@ -77,7 +77,7 @@ PackedValues drawOfTerms(const SolverGrid& grid, const GridSize& size, Prior pri
   drawOfData(grid, draws, eta, execution);
   // Whole grids are packed in the order of their lattice.
   const std::vector<double> ofPrior = drawOfPrior(size, prior, draws, execution);
-  execution.forRange(size.count(), grain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(size.count(), drawGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
       eta[v] += static_cast<float>(ofPrior[v]);
   });

@@ -27,7 +27,7 @@ constexpr double voxelsPerPoint = 4, minVoxels = 1 << 15, maxVoxels = 1 << 18;
 /// three steps, so that the factor makes up for it.
 constexpr int stepsOfDraw = 3;
 
-constexpr std::int64_t grain = 1024;
+constexpr std::int64_t evidenceGrain = 1024;
 
 /// As fine as the finest level, or as coarse as the voxels allow.
 float voxelSizeOfDraws(const BoundingBox& volume, std::size_t points, const MultiscaleOptions& options)
@@ -153,11 +153,12 @@ private:
   template <typename Body>
   void forVertices(const Body& body)
   {
-    execution_.forRange(static_cast<std::int64_t>(vertices_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-      Neighbors scratch;
-      for (std::int64_t n = begin; n < end; ++n)
-        body(static_cast<std::size_t>(vertices_[static_cast<std::size_t>(n)]), scratch);
-    });
+    execution_.forRange(static_cast<std::int64_t>(vertices_.size()), evidenceGrain,
+                        [&](std::int64_t begin, std::int64_t end) {
+                          Neighbors scratch;
+                          for (std::int64_t n = begin; n < end; ++n)
+                            body(static_cast<std::size_t>(vertices_[static_cast<std::size_t>(n)]), scratch);
+                        });
   }
 
   void measureDistances(std::vector<Evidence>& evidence)
