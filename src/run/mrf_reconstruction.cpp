@@ -4,9 +4,11 @@
 #include <pcl/impl/instantiate.hpp>
 #include <pcl/point_types.h>
 
+#ifndef PCL_NO_PRECOMPILE
 #ifdef PCL_ONLY_CORE_POINT_TYPES
 PCL_INSTANTIATE(MRFReconstruction, (pcl::PointXYZ)(pcl::PointXYZI)(pcl::PointXYZRGB)(pcl::PointNormal)(
                                        pcl::PointXYZINormal)(pcl::PointXYZRGBNormal))
-#elif !defined(PCL_NO_PRECOMPILE)
+#else
 PCL_INSTANTIATE(MRFReconstruction, PCL_XYZ_POINT_TYPES)
+#endif
 #endif
