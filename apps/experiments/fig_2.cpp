@@ -159,7 +159,7 @@ Section fig2(Laboratory& laboratory)
 {
   Section section{"fig-2", "Fig. 2: remeshing", {}, {}, {}, {}};
   section.paragraphs = {
-      "The mesh that the polygonizer cuts out of the voxels, and the same after ten rounds of remeshing: splits, "
+      "The mesh that the polygonizer cuts out of the voxels, and the same after six rounds of remeshing: splits, "
       "collapses, flips towards six edges per vertex, relaxation in the tangent plane and a trace back to the zero "
       "level. Nothing is trimmed. The bunny's points are those of the zippered scans and come without normals.",
       "Quality is twice the inradius over the circumradius: 1 for an equilateral triangle. The area variance is "

@@ -28,6 +28,7 @@ struct TriangleShape {
   Eigen::Vector3f cross = Eigen::Vector3f::Zero(); ///< normal, twice the area long
   float shape = 1;                                 ///< 4√3 area / sum of squared sides: 1 equilateral, 0 degenerate
   float cosine = 1;                                ///< to the field's normal
+  float turn = 0;                                  ///< largest squared angle between the ends of an edge, along it
 
   TriangleShape() = default;
 
@@ -41,6 +42,8 @@ struct TriangleShape {
     shape = sides > 0 ? 3.46410162f * doubleArea / sides : 0;
     const float lengths = doubleArea * normal.norm();
     cosine = lengths > 0 ? cross.dot(normal) / lengths : -1;
+    turn = std::max(
+        {turnAlong(u, b.normal - a.normal), turnAlong(v, c.normal - a.normal), turnAlong(w, c.normal - b.normal)});
   }
 
   TriangleShape operator&(const TriangleShape& other) const
@@ -49,14 +52,19 @@ struct TriangleShape {
     both.cross = cross + other.cross;
     both.shape = std::min(shape, other.shape);
     both.cosine = std::min(cosine, other.cosine);
+    both.turn = std::max(turn, other.turn);
     return both;
   }
 
-  bool sound() const { return shape >= minShape && cosine >= minCosine; }
+  bool isSliver() const { return shape < minShape; }
+  bool sound() const { return !isSliver() && cosine >= minCosine; }
 
-  bool mayReplace(const TriangleShape& former) const
+  /// \param maxTurn beyond which an operation is refused unless it makes things no worse, as above
+  bool mayReplace(const TriangleShape& former, float maxTurn) const
   {
     if (!(shape >= std::min(minShape, former.shape) && cosine >= std::min(minCosine, former.cosine) && shape > 1e-4f))
+      return false;
+    if (!former.isSliver() && turn > std::max(maxTurn, former.turn))
       return false;
     return !former.sound() || turnsLittle(former);
   }
@@ -64,6 +72,14 @@ struct TriangleShape {
   bool turnsLittle(const TriangleShape& former) const
   {
     return cross.dot(former.cross) >= minTurnCosine * cross.norm() * former.cross.norm();
+  }
+
+private:
+  /// For a small angle, squared, that of the normals' difference in the direction of the edge.
+  static float turnAlong(const Eigen::Vector3f& edge, const Eigen::Vector3f& difference)
+  {
+    const float length = edge.squaredNorm(), along = edge.dot(difference);
+    return length > 0 ? along * along / length : 0;
   }
 };
 

@@ -68,7 +68,7 @@ bool split(RemeshedSurface& surface, std::int32_t h)
     const Corner apex = surface.corner(mesh.opposite(side));
     TriangleShape former = surface.shape(side);
     former.shape *= .5f; // half a needle is a thinner one, and yet the way to get rid of it
-    return TriangleShape(from, m, apex).mayReplace(former) && TriangleShape(m, to, apex).mayReplace(former);
+    return surface.mayReplace(former, {from, m, apex}) && surface.mayReplace(former, {m, to, apex});
   };
   if (!halvesFit(h, a, b) || (g >= 0 && !halvesFit(g, b, a)))
     return false;
@@ -108,10 +108,10 @@ bool mergedFits(const RemeshedSurface& surface, std::int32_t h, const Corner& me
         return;
       TriangleShape former = surface.shape(spoke);
       // Three needles around a tiny triangle: the first collapse thins two of them, the next one takes them away.
-      if (former.shape < TriangleShape::minShape)
+      if (former.isSliver())
         former.shape *= .5f;
-      fits = TriangleShape(merged, surface.corner(mesh.target(spoke)), surface.corner(mesh.opposite(spoke)))
-                 .mayReplace(former);
+      fits = surface.mayReplace(former,
+                                {merged, surface.corner(mesh.target(spoke)), surface.corner(mesh.opposite(spoke))});
     });
   }
   return fits;
@@ -178,8 +178,8 @@ bool flip(RemeshedSurface& surface, std::int32_t h)
     return false;
   const TriangleShape former = surface.shape(h) & surface.shape(g);
   const Corner cornerC = surface.corner(c), cornerD = surface.corner(d);
-  if (!TriangleShape(surface.corner(a), cornerD, cornerC).mayReplace(former) ||
-      !TriangleShape(cornerD, surface.corner(b), cornerC).mayReplace(former))
+  if (!surface.mayReplace(former, {surface.corner(a), cornerD, cornerC}) ||
+      !surface.mayReplace(former, {cornerD, surface.corner(b), cornerC}))
     return false;
   mesh.flip(h);
   return true;

@@ -14,6 +14,7 @@
 #include <Eigen/Geometry>
 
 #include <cstdint>
+#include <limits>
 
 namespace pcl {
 namespace mrf {
@@ -33,9 +34,10 @@ struct Site {
 struct RemeshedSurface {
   HalfEdgeMesh mesh;
   const ReferenceSurface& level;
-  BorderCurves curves;  ///< of the borders as they were at first
-  float targetEdge = 0; ///< cloud's unit
-  RemeshResult result;  ///< counts so far; the mesh comes in the end
+  BorderCurves curves;                                    ///< of the borders as they were at first
+  float targetEdge = 0;                                   ///< cloud's unit
+  float maxTurn = std::numeric_limits<float>::infinity(); ///< for triangles to be made \see TriangleShape::turn
+  RemeshResult result;                                    ///< counts so far; the mesh comes in the end
 
   /// \param surface must outlive this
   RemeshedSurface(const TriangleMesh& triangles, const ReferenceSurface& surface, Execution& execution)
@@ -60,13 +62,18 @@ struct RemeshedSurface {
     return TriangleShape(corner(mesh.origin[h]), corner(mesh.target(h)), corner(mesh.opposite(h)));
   }
 
+  bool mayReplace(const TriangleShape& former, const TriangleShape& next) const
+  {
+    return next.mayReplace(former, maxTurn);
+  }
+
   /// True if no triangle of the vertex is spoiled there.
   bool mayMove(std::int32_t vertex, const Corner& moved) const
   {
     bool fits = true;
     mesh.forOutgoing(vertex, [&](std::int32_t h) {
       if (fits)
-        fits = TriangleShape(moved, corner(mesh.target(h)), corner(mesh.opposite(h))).mayReplace(shape(h));
+        fits = mayReplace(shape(h), {moved, corner(mesh.target(h)), corner(mesh.opposite(h))});
     });
     return fits;
   }

@@ -297,6 +297,30 @@ TEST(Remesher, ThinPlateKeepsItsTwoSheets)
   }
 }
 
+TEST(Remesher, WhatSticksOutKeepsItsLength)
+{
+  // A horn on a ball, two voxels thick at its end. Sliding to the middle of its neighbors, a vertex at the tip gets to
+  // the side of it; with nothing against that, twenty rounds take away two thirds of a voxel.
+  const Vector3d axis = Vector3d(1, 2, 3).normalized();
+  const shapes::Sdf horn = [&](const Vector3d& x) {
+    const double along = std::min(std::max(axis.dot(x), 0.0), .8);
+    return std::min(x.norm() - .4, (x - along * axis).norm() - (.3 - .3 * along));
+  };
+  const DistanceField field = shapes::field(horn, halfSide, voxels);
+  const auto lengthOf = [&](const TriangleMesh& mesh) {
+    float length = 0;
+    for (const Vector3f& p : mesh.vertices)
+      length = std::max(length, axis.cast<float>().dot(p));
+    return length;
+  };
+  const TriangleMesh raw = zeroLevel(field);
+  RemesherOptions options;
+  options.rounds = 20;
+  const RemeshResult result = remeshed(raw, field, options);
+  expectSound(measure(result.mesh));
+  EXPECT_NEAR(lengthOf(result.mesh), lengthOf(raw), .2 * spacing);
+}
+
 TEST(Remesher, OpenPatchKeepsItsCourseAndLosesItsTeeth)
 {
   // A disc and one with a hole, cut out of a plane along the voxels' triangles, and a patch with four corners.
@@ -526,7 +550,7 @@ TEST(Remesher, BordersThatTouchComeApart)
   const RemeshResult result = remeshed(raw, field);
   expectSound(measure(result.mesh));
   EXPECT_EQ(measure(result.mesh).components, 2);
-  EXPECT_GT(measure(result.mesh).minQuality, .3);
+  EXPECT_GT(measure(result.mesh).minQuality, .25);
   EXPECT_GT(result.intersectingBefore, 0);
   EXPECT_EQ(result.intersecting, 0);
   EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
@@ -788,7 +812,9 @@ TEST(Remesher, CanBeCancelled)
     fractions.push_back(fraction);
     return fraction < .25;
   });
-  EXPECT_THROW(remesh(zeroLevel(field), field, {}, execution), Cancelled);
+  RemesherOptions options;
+  options.rounds = 10;
+  EXPECT_THROW(remesh(zeroLevel(field), field, options, execution), Cancelled);
   ASSERT_FALSE(fractions.empty());
   EXPECT_NEAR(fractions.back(), .3, 1e-9); // the third of ten rounds
 }
