@@ -28,7 +28,7 @@ struct TriangleShape {
   Eigen::Vector3f cross = Eigen::Vector3f::Zero(); ///< normal, twice the area long
   float shape = 1;                                 ///< 4√3 area / sum of squared sides: 1 equilateral, 0 degenerate
   float cosine = 1;                                ///< to the field's normal
-  float turn = 0;                                  ///< largest squared angle between the ends of an edge, along it
+  float turn = 0;                                  ///< largest squared angle by which the normals turn along an edge
 
   TriangleShape() = default;
 
