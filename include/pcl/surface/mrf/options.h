@@ -71,7 +71,8 @@ PCL_MRF_EXPORT Options defaultPreset();
 /// - Volume: 5 of the finest voxels around the points' box (ours). With them Fig. 9 comes out nearly as published, 2.8
 ///   for 2.47 of a radius of 40; the default's volume, which grows beside openings, gives .1.
 /// - Mesh (Sec. 3.5): the zero level is cut out of all cells, not followed from seeds, so that sheets far from the
-///   data come with it. The remesher refuses what would spoil the mesh, and smooths borders (remesher.h).
+///   data come with it. The remesher refuses what would spoil the mesh or shorten what sticks out, and smooths borders
+///   (remesher.h).
 PCL_MRF_EXPORT Options paperPreset();
 
 /// The presets by name.
