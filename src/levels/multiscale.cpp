@@ -177,6 +177,13 @@ constexpr double pointTolerance = 1.5;
 /// .93 to 1.03.
 constexpr double pointToleranceOfGuess = 6;
 
+/// Weight of the normals on a level that bands of order 3 refine, times that of the last one. Bands move the surface
+/// to the points again, but hardly what fills a hole, and that leans on the normals at its rim. On ten clean scans of
+/// 150,000 points holes are .97 as far from the truth with it, on 22 of 30,000 whose last level alone is in a band .9,
+/// as near as with that level whole, and points are met as well; discs withheld from four real clouds are .93 as far,
+/// in three draws each. With 4 it is less, with 40 no more. Bands of order 2 fill holes as whole levels do without.
+constexpr double normalsOfGuess = 10;
+
 /// The points as a level stored in another order of axes sees them.
 OrientedPoints inOrder(const AxisOrder& axes, const OrientedPoints& points)
 {
@@ -285,6 +292,8 @@ private:
       observation.samples = &samples_;
       observation.weights =
           levelWeights(prior_.kind, observation_, spacing_, lattices_[level].spacing, isFinest(level));
+      if (prior_.kind == Prior::triharmonic && !isFinest(level) && denseLevels_ < lattices_.size())
+        observation.weights.gradient *= normalsOfGuess;
     } else {
       observation.voxels = observeVoxels(level, report);
       observation.prior = prior_;

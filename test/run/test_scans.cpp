@@ -77,7 +77,9 @@ protected:
 
 std::string nameOf(const testing::TestParamInfo<Bar>& bar)
 {
-  return bar.param.name;
+  std::string name = bar.param.name;
+  std::replace(name.begin(), name.end(), '/', '_');
+  return name;
 }
 
 class RemeshedScan : public CleanScan {};
@@ -86,6 +88,7 @@ class FineScan : public CleanScan {};
 class RobustScan : public CleanScan {};
 class NoisyScan : public CleanScan {};
 class BandedScan : public CleanScan {};
+class MeasuredCloud : public CleanScan {};
 class PaperPreset : public CleanScan {};
 
 } // namespace
@@ -209,6 +212,20 @@ TEST_P(BandedScan, DefaultIsTheDenseSolution)
 
 INSTANTIATE_TEST_SUITE_P(Scans, BandedScan,
                          testing::Values(Bar{"igea_clean", 0, 0}, Bar{"nefertiti", 0, 0}, Bar{"bunny", 0, 0}), nameOf);
+
+/// Open clouds whose last level is in a band: discs of 5 to 10 spacings are withheld.
+TEST_P(MeasuredCloud, BandsFillDiscs)
+{
+  const Outcome outcome = run(GetParam().name, defaultPreset());
+  EXPECT_LT(outcome.reconstruction.report.levels.back().unknowns,
+            outcome.reconstruction.report.levels.back().size.count() / 4);
+  EXPECT_LE(outcome.accuracy, GetParam().accuracy);
+  EXPECT_LE(outcome.hole, GetParam().hole);
+}
+
+INSTANTIATE_TEST_SUITE_P(Clouds, MeasuredCloud,
+                         testing::Values(Bar{"real/dragon_one", .0071, .079}, Bar{"real/samp11", .128, .39}),
+                         nameOf);
 
 TEST_P(NoisyScan, DefaultPresetReachesItsBars)
 {

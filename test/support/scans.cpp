@@ -64,10 +64,12 @@ Scan load(const std::string& name)
                                                           {"bunny", 0.250246631},
                                                           {"bunny_raw", 0.250246631}};
   Scan scan;
-  scan.diagonal = diagonals.at(name);
   const std::string path = folder + name + "/";
   const auto input = readCloud(path + "input.ply");
   scan.points = pointsOf(input);
+  const auto complete = diagonals.find(name);
+  scan.diagonal =
+      complete != diagonals.end() ? complete->second : pcl::mrf::boundingBox(scan.points.positions).diagonal();
   scan.heldOut = positionsOf(readCloud(path + "heldout.ply"));
   scan.clean = positionsOf(name == "igea_noise" ? readCloud(path + "clean.ply") : input);
 

@@ -23,7 +23,7 @@ struct Scan {
 /// True if the folder of scans is there.
 bool available();
 
-/// Reads igea_clean, igea_noise, nefertiti, bunny or bunny_raw.
+/// Reads igea_clean, igea_noise, nefertiti, bunny or bunny_raw, or a cloud of loadReal after "real/".
 Scan load(const std::string& name);
 
 /// Reads kinect_table, kinect_office, samp11 or dragon_one: open clouds, with normals, and the sensor where it is
