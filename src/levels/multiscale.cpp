@@ -87,6 +87,7 @@ std::vector<float> bandConfidences(const Observation& observation, const VoxelSe
 MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Workload& workload)
 {
   MultiscaleOptions own = options;
+  own.denseVoxels = resolvedDenseVoxels(options, static_cast<std::size_t>(workload.points));
   if (workload.solver.method != SolverMethod::multigrid || workload.prior.energy == Energy::weighted)
     own.denseVoxels = std::numeric_limits<std::int64_t>::max();
   return own;
@@ -462,6 +463,14 @@ private:
 int resolvedPadding(const MultiscaleOptions& options)
 {
   return options.padding > 0 ? options.padding : minPadding;
+}
+
+std::int64_t resolvedDenseVoxels(const MultiscaleOptions& options, std::size_t points)
+{
+  constexpr std::int64_t perPoint = 350, least = std::int64_t{1} << 18, most = std::int64_t{1} << 22;
+  if (options.denseVoxels > 0)
+    return options.denseVoxels;
+  return std::clamp(perPoint * static_cast<std::int64_t>(std::min<std::size_t>(points, most)), least, most);
 }
 
 int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& workload,

@@ -370,8 +370,10 @@ void declareMultiscale(Table& table)
       .number("maxMemory", "--max-memory", "MiB", notNegative, field(stage, &MultiscaleOptions::maxMemory),
               "memory the levels may take", mebibyte)
       .automatic = "80 % of what is free";
-  table.number("denseVoxels", "--dense-voxels", "n", notNegative, field(stage, &MultiscaleOptions::denseVoxels),
-               "levels of more voxels are solved near the surface only");
+  table
+      .number("denseVoxels", "--dense-voxels", "n", notNegative, field(stage, &MultiscaleOptions::denseVoxels),
+              "levels of more voxels are solved near the surface only")
+      .automatic = "4194304, less for few points";
   table.choice("interpolation", "--interpolation", field(stage, &MultiscaleOptions::interpolation),
                "of a level's field, for what the next finer one starts from; near the surface only always cubic");
 }

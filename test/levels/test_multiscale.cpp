@@ -202,6 +202,32 @@ TEST(PlanLevels, LongAxesAreStoredWhereTheyCostLeast)
   }
 }
 
+TEST(DenseVoxels, FollowThePointsWhereThereAreFew)
+{
+  MultiscaleOptions options;
+  EXPECT_EQ(resolvedDenseVoxels(options, 0), 1 << 18);
+  EXPECT_EQ(resolvedDenseVoxels(options, 1000), 350000);
+  EXPECT_EQ(resolvedDenseVoxels(options, 30000), 1 << 22);
+  EXPECT_EQ(resolvedDenseVoxels(options, std::numeric_limits<std::size_t>::max()), 1 << 22);
+  options.denseVoxels = 7;
+  EXPECT_EQ(resolvedDenseVoxels(options, 1000), 7);
+}
+
+// Two plates face each other across a room that is empty.
+TEST(Regularize, SolvesSprawlingCloudsOfFewPointsInBands)
+{
+  constexpr float spacing = .04f, apart = 6;
+  PointSet points = shapes::sample([](const Eigen::Vector3d& x) { return x.z(); }, .5, spacing);
+  const std::size_t count = points.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    points.positions.push_back(points.positions[i] + Eigen::Vector3f(apart, apart, apart));
+    points.normals.push_back(-points.normals[i]);
+  }
+  const LevelReport finest = regularizePoints(points, spacing, {}, {}, {}, 1).levels.back();
+  EXPECT_GT(finest.size.count(), 400000);
+  EXPECT_LT(finest.unknowns, finest.size.count() / 5);
+}
+
 TEST(PlanLevels, MemoryFollowsTheSurfaceOfTerrainsAndCorridors)
 {
   // A terrain of 10⁴ × 10⁴ voxels by 100, and a corridor of 10⁵ by 100 × 100: what the surface itself takes is some
@@ -348,7 +374,7 @@ TEST(Regularize, BandsWeighDataByTheEnergyAsDenseLevelsDo)
   ObservationOptions observation;
   observation.kind = ObservationKind::plane;
   const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .05);
-  for (const std::int64_t denseVoxels : {std::int64_t{0}, std::int64_t{1} << 30}) {
+  for (const std::int64_t denseVoxels : {std::int64_t{1}, std::int64_t{1} << 30}) {
     const auto errorOf = [&](Energy energy, float beta) {
       PriorOptions prior;
       prior.kind = Prior::thinPlate;
