@@ -16,6 +16,11 @@ using Eigen::Vector3f;
 
 constexpr std::int64_t vertexGrain = 2048;
 
+/// Share of the vertices from which on all are watched, which costs hardly more then. One intersection that is
+/// overlooked means to remesh all over again, as it did on a Kinect frame of an office: .78 there, at most .24 on
+/// smooth objects.
+constexpr double mostWatched = .5;
+
 template <typename Condition>
 bool isAnyCorner(const Triangle& triangle, const Condition& holds)
 {
@@ -26,8 +31,13 @@ bool isAnyCorner(const Triangle& triangle, const Condition& holds)
 
 IntersectionWatch::IntersectionWatch(Place place, const HalfEdgeMesh& mesh, float edge, Execution& execution)
 {
-  if (place == Place::expected)
-    crowded_.emplace(mesh.positions, mesh.normals, 1.5f * edge, execution);
+  if (place == Place::everywhere)
+    return;
+  crowded_.emplace(mesh.positions, mesh.normals, 1.5f * edge, execution);
+  const std::vector<std::uint8_t> watched = watchedVertices(mesh, execution);
+  const auto count = std::count(watched.begin(), watched.end(), 1);
+  if (static_cast<double>(count) > mostWatched * static_cast<double>(watched.size()))
+    crowded_.reset();
 }
 
 std::vector<std::uint8_t> IntersectionWatch::watchedVertices(const HalfEdgeMesh& mesh, Execution& execution) const

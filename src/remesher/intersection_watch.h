@@ -28,6 +28,7 @@ public:
   /// \param mesh with normals \param edge that is aimed at, cloud's unit
   IntersectionWatch(Place place, const HalfEdgeMesh& mesh, float edge, Execution& execution);
 
+  /// Where it looks: everywhere as well if that is hardly more than what is expected.
   Place place() const { return crowded_ ? Place::expected : Place::everywhere; }
 
   /// How many triangles intersect others, of those that are watched.
