@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/mesh_topology.h"
 #include "remesher/edge_operations.h"
+#include "remesher/intersection_watch.h"
 #include "remesher/relaxation.h"
 #include "remesher/zero_level.h"
 #include "support/cancelling.h"
@@ -488,6 +489,24 @@ shapes::Sdf crowdedShape(const std::string& kind, double h, std::mt19937& random
 }
 
 } // namespace
+
+TEST(IntersectionWatch, LooksEverywhereWhereMostIsCrowded)
+{
+  using Place = IntersectionWatch::Place;
+  std::mt19937 random(1);
+  Execution execution(1);
+  for (const bool isCrowded : {false, true}) {
+    const DistanceField field =
+        shapes::field(isCrowded ? crowdedShape("sheets", spacing, random) : shapes::sphere(.7), halfSide, voxels);
+    HalfEdgeMesh mesh(zeroLevel(field), execution);
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+      mesh.normals[v] = field.sampleGradient(mesh.positions[v]).normalized();
+    const auto edge = static_cast<float>(spacing);
+    EXPECT_EQ(IntersectionWatch(Place::expected, mesh, edge, execution).place(),
+              isCrowded ? Place::everywhere : Place::expected);
+    EXPECT_EQ(IntersectionWatch(Place::everywhere, mesh, edge, execution).place(), Place::everywhere);
+  }
+}
 
 TEST(Remesher, CrowdedSurfacesGetNoIntersections)
 {
