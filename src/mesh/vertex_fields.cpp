@@ -64,6 +64,19 @@ float Support::reach(std::size_t point) const
                       : maxDistance_;
 }
 
+float Support::sparseness(const Eigen::Vector3f& position, Neighbors& scratch) const
+{
+  if (spacing_ <= 0 || search_.nearest(position, 1, scratch) < 1)
+    return 1;
+  return points_.spacings[static_cast<std::size_t>(scratch.indices[0])] / spacing_;
+}
+
+float Support::largestSparseness() const
+{
+  const std::vector<float>& spacings = points_.spacings;
+  return spacing_ > 0 && !spacings.empty() ? *std::max_element(spacings.begin(), spacings.end()) / spacing_ : 1;
+}
+
 float Support::margin(const Eigen::Vector3f& position, Neighbors& scratch) const
 {
   if (search_.nearest(position, 1, scratch) < 1)
@@ -99,6 +112,25 @@ void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape 
                            : rounding * std::sqrt(nearest.squaredDistances.front()) - support.farthestReach();
         }
       });
+}
+
+EdgeSizing edgeSizing(const TriangleMesh& mesh, const Support& support, Execution& execution)
+{
+  // A point at a rim seems 1.4 times as sparse as those in the middle. From 1.25 to 2 times the edges of a single range
+  // scan, sparse where it looks along the surface, would be a tenth fewer, and its points a tenth farther from the
+  // mesh.
+  constexpr float sparse = 1.75f, full = 2.5f;
+  if (support.largestSparseness() <= sparse)
+    return {};
+  EdgeSizing sizing(mesh.vertices.size(), 1);
+  execution.forRange(static_cast<std::int64_t>(sizing.size()), fieldGrain, [&](std::int64_t begin, std::int64_t end) {
+    Neighbors nearest;
+    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+      const float ratio = support.sparseness(mesh.vertices[v], nearest);
+      sizing[v] = std::max(1.f, std::min(ratio, 1 + (ratio - sparse) * (full - 1) / (full - sparse)));
+    }
+  });
+  return sizing;
 }
 
 std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighborSearch& search,

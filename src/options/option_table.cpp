@@ -388,8 +388,8 @@ void declareMesh(Table& table)
   table.number("rounds", "--remesh", "n", upTo(1000), field(remesher, &RemesherOptions::rounds), "rounds of remeshing");
   table
       .number("targetEdge", "--target-edge", "length", notNegative, field(remesher, &RemesherOptions::targetEdge),
-              "edge that the remesher aims at")
-      .automatic = "median edge before";
+              "edge that the remesher aims at, everywhere")
+      .automatic = "median edge before, longer where points are sparse";
   table.number("relaxation", "--relaxation", "share", {0, 1, true}, field(remesher, &RemesherOptions::relaxation),
                "of the remesher's tangential step that is taken");
   table.onOff("fit", "--fit", field(remesher, &RemesherOptions::fit),

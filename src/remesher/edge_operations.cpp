@@ -52,7 +52,7 @@ std::optional<Site> middleOf(const RemeshedSurface& surface, std::int32_t h)
 bool isLong(const RemeshedSurface& surface, std::int32_t h)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
-  return mesh.represents(h) && surface.squaredLength(h) > squared(4 * surface.targetEdge / 3) &&
+  return mesh.represents(h) && surface.squaredLength(h) > squared(4 * surface.targetOf(h) / 3) &&
          !(mesh.pinned[mesh.origin[h]] && mesh.pinned[mesh.target(h)]);
 }
 
@@ -79,14 +79,14 @@ bool split(RemeshedSurface& surface, std::int32_t h)
 bool isShort(const RemeshedSurface& surface, std::int32_t h)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
-  return mesh.represents(h) && surface.squaredLength(h) < squared(4 * surface.targetEdge / 5) &&
+  return mesh.represents(h) && surface.squaredLength(h) < squared(4 * surface.targetOf(h) / 5) &&
          !mesh.pinned[mesh.origin[h]] && !mesh.pinned[mesh.target(h)];
 }
 
 std::uint64_t keyOf(const RemeshedSurface& surface, std::int32_t h)
 {
   int exponent;
-  std::frexp(surface.squaredLength(h) / squared(surface.targetEdge), &exponent);
+  std::frexp(surface.squaredLength(h) / squared(surface.targetOf(h)), &exponent);
   return static_cast<std::uint64_t>(exponent + 1024) << 32 | static_cast<std::uint32_t>(h);
 }
 
@@ -95,10 +95,10 @@ bool mergedFits(const RemeshedSurface& surface, std::int32_t h, const Corner& me
 {
   const HalfEdgeMesh& mesh = surface.mesh;
   const std::int32_t g = mesh.twin[h];
-  const float longest = squared(4 * surface.targetEdge / 3);
   bool fits = true;
   for (const std::int32_t end : {mesh.origin[h], mesh.target(h)}) {
     mesh.forNeighbors(end, [&](std::int32_t w) {
+      const float longest = squared(4 * surface.targetBetween(end, w) / 3);
       // Edges that are too long already must not keep a needle's short one from going.
       const float former = 1.21f * (mesh.positions[w] - mesh.positions[end]).squaredNorm();
       fits = fits && (mesh.positions[w] - merged.position).squaredNorm() <= std::max(longest, former);

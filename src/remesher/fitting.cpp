@@ -48,12 +48,12 @@ std::vector<float> step(const RemeshedSurface& surface, const std::vector<float>
                         const std::vector<float>& moved, Execution& execution)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
-  const float limit = farthest * surface.targetEdge, sharp = ofSharpEdges * surface.targetEdge;
   std::vector<float> result(moved.size(), 0);
   forRangePolling(execution, mesh.vertexCount(), fittingGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
       if (mesh.pinned[v] || mesh.onBoundary(v))
         continue;
+      const float target = surface.targetAt(v), limit = farthest * target, sharp = ofSharpEdges * target;
       float sum = 0;
       mesh.forOutgoing(v, [&](std::int32_t h) {
         const float height = heights[h] + .5f * (moved[v] + moved[mesh.target(h)]);

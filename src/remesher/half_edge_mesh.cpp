@@ -26,8 +26,8 @@ constexpr std::int64_t renumberingGrain = 16384;
 
 HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
     : positions(mesh.vertices), normals(mesh.vertices.size(), Eigen::Vector3f::Zero()), pinned(mesh.vertices.size(), 0),
-      changed(mesh.vertices.size(), 1), outgoing(mesh.vertices.size(), -1), valence(mesh.vertices.size(), 0),
-      origin(3 * mesh.triangles.size()), twin(3 * mesh.triangles.size(), -1)
+      changed(mesh.vertices.size(), 1), sizing(mesh.vertices.size(), 1), outgoing(mesh.vertices.size(), -1),
+      valence(mesh.vertices.size(), 0), origin(3 * mesh.triangles.size()), twin(3 * mesh.triangles.size(), -1)
 {
   // The half-edges of each vertex in one run, so that twins are found among a handful.
   std::vector<std::int32_t> begin(positions.size() + 1, 0);
@@ -112,6 +112,7 @@ std::int32_t HalfEdgeMesh::split(std::int32_t h, const Eigen::Vector3f& position
   normals.push_back(normal);
   pinned.push_back(0);
   changed.push_back(1);
+  sizing.push_back(.5f * (sizing[origin[h]] + sizing[target(h)]));
   if (!places.empty())
     places.push_back(-1);
   valence.push_back(3);
@@ -195,6 +196,7 @@ void HalfEdgeMesh::collapse(std::int32_t h)
     spoke = following;
   } while (spoke != first);
   changed[a] = 1;
+  sizing[a] = .5f * (sizing[a] + sizing[b]);
   valence[a] += valence[b] - 4;
   --valence[c];
   --valence[d];
@@ -226,6 +228,7 @@ void HalfEdgeMesh::collapseBorder(std::int32_t h)
     origin[spoke] = a;
   }
   changed[a] = 1;
+  sizing[a] = .5f * (sizing[a] + sizing[b]);
   valence[a] += valence[b] - 3;
   --valence[c];
   outgoing[b] = -1;
@@ -329,6 +332,7 @@ void HalfEdgeMesh::compact(Execution& execution)
   reorder(normals, same);
   reorder(pinned, same);
   reorder(changed, same);
+  reorder(sizing, same);
   if (!places.empty())
     reorder(places, same);
   reorder(valence, same);

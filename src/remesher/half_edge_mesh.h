@@ -34,6 +34,7 @@ struct HalfEdgeMesh {
   /// Set for a corner or more of every triangle that is new or has moved since all were set to zero; at first for all.
   /// The operations do so for the triangles that they make; who moves a vertex has to.
   std::vector<std::uint8_t> changed;
+  std::vector<float> sizing;          ///< length of the edges around a vertex that is aimed at, relative; at first 1
   std::vector<double> places;         ///< on the BorderCurves; empty if there are none
   std::vector<std::int32_t> outgoing; ///< −1: removed, or in no triangle
   std::vector<std::int32_t> valence;  ///< edges of a vertex
@@ -87,7 +88,8 @@ struct HalfEdgeMesh {
   std::int32_t nextOnBorder(std::int32_t vertex) const { return target(outgoing[vertex]); }
   std::int32_t previousOnBorder(std::int32_t vertex) const;
 
-  /// Puts a vertex on the edge of h and cuts the triangles beside it in two. \return the new vertex
+  /// Puts a vertex on the edge of h, sized between its ends, and cuts the triangles beside it in two. \return the new
+  /// vertex
   std::int32_t split(std::int32_t h, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
 
   /// True if merging the ends of an inner edge keeps the mesh manifold and its topology (the link condition).

@@ -28,14 +28,16 @@ void Relaxation::moveAll()
   moveWaiting();
 }
 
-/// Twice those of the triangles of each vertex.
-std::vector<float> Relaxation::areas() const
+/// Twice those of the triangles of each vertex, beside what its sizing asks for.
+std::vector<float> Relaxation::relativeAreas() const
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
   std::vector<float> areas(mesh.positions.size(), 0);
   forRangePolling(execution_, mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
+    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
       mesh.forOutgoing(v, [&](std::int32_t h) { areas[v] += surface_.cross(h).norm(); });
+      areas[v] /= squared(mesh.sizing[v]);
+    }
   });
   return areas;
 }
@@ -43,7 +45,7 @@ std::vector<float> Relaxation::areas() const
 void Relaxation::computeSteps()
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
-  const std::vector<float> areas = this->areas();
+  const std::vector<float> areas = relativeAreas();
   forRangePolling(execution_, mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
     for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
       if (mesh.pinned[v] || mesh.onBoundary(v))
@@ -58,7 +60,7 @@ void Relaxation::computeSteps()
       const Vector3f towards = weight > 0 ? Vector3f(sum / weight) : Vector3f::Zero();
       Step& step = steps_[v];
       step.tangential = share_ * (towards - n * n.dot(towards));
-      step.isSettled = step.tangential.squaredNorm() < squared(minStep * surface_.targetEdge);
+      step.isSettled = step.tangential.squaredNorm() < squared(minStep * surface_.targetAt(v));
       if (!step.isSettled)
         step.reached = surface_.level.trace(p + step.tangential);
     }

@@ -34,7 +34,7 @@ private:
     bool isSettled = false;        ///< the step is not worth the way
   };
 
-  std::vector<float> areas() const;
+  std::vector<float> relativeAreas() const;
   void computeSteps();
   void moveInRanges();
   void moveWaiting();

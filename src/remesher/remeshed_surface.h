@@ -35,7 +35,7 @@ struct RemeshedSurface {
   HalfEdgeMesh mesh;
   const ReferenceSurface& level;
   BorderCurves curves;                                    ///< of the borders as they were at first
-  float targetEdge = 0;                                   ///< cloud's unit
+  float targetEdge = 0;                                   ///< where the mesh's sizing is 1, cloud's unit
   float maxTurn = std::numeric_limits<float>::infinity(); ///< for triangles to be made \see TriangleShape::turn
   RemeshResult result;                                    ///< counts so far; the mesh comes in the end
 
@@ -84,6 +84,11 @@ struct RemeshedSurface {
     const Eigen::Vector3f& a = mesh.positions[mesh.origin[h]];
     return (mesh.positions[mesh.target(h)] - a).cross(mesh.positions[mesh.opposite(h)] - a);
   }
+
+  /// Length that is aimed at for edges around a vertex, or between two, cloud's unit.
+  float targetAt(std::int32_t v) const { return targetEdge * mesh.sizing[v]; }
+  float targetBetween(std::int32_t v, std::int32_t w) const { return .5f * (targetAt(v) + targetAt(w)); }
+  float targetOf(std::int32_t h) const { return targetBetween(mesh.origin[h], mesh.target(h)); }
 
   float squaredLength(std::int32_t h) const
   {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/polling.h"
 #include "remesher/border_parting.h"
+#include "remesher/edge_growth.h"
 #include "remesher/edge_operations.h"
 #include "remesher/fitting.h"
 #include "remesher/former_vertices.h"
@@ -18,6 +19,8 @@
 #include <cmath>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -76,13 +79,17 @@ void setNormals(RemeshedSurface& surface, Execution& execution)
 }
 
 /// The mesh without vertices that are in no triangle, and all that the passes read of it but for the borders' curves.
-RemeshedSurface prepared(const TriangleMesh& mesh, const ReferenceSurface& level, const RemesherOptions& options,
-                         Execution& execution)
+RemeshedSurface prepared(const TriangleMesh& mesh, const ReferenceSurface& level, const EdgeSizing& sizing,
+                         const RemesherOptions& options, Execution& execution)
 {
   RemeshedSurface surface(mesh, level, execution);
   execution.poll();
   const float median = medianEdge(surface);
   surface.targetEdge = options.targetEdge > 0 ? options.targetEdge : median;
+  if (!sizing.empty() && options.targetEdge == 0) {
+    surface.mesh.sizing = sizing;
+    limitGrowth(surface.mesh, surface.targetEdge, execution);
+  }
   // Edges that are to be longer than they are have to pass by details.
   surface.maxTurn = squared(maxAngle * std::max(1.f, surface.targetEdge / median));
   checkSize(surface);
@@ -97,9 +104,9 @@ RemeshedSurface prepared(const TriangleMesh& mesh, const ReferenceSurface& level
 class Remesher {
 public:
   /// \param watched where to look for intersections after each round
-  Remesher(const TriangleMesh& mesh, const ReferenceSurface& level, const RemesherOptions& options,
-           IntersectionWatch::Place watched, Execution& execution)
-      : options_(options), execution_(execution), surface_(prepared(mesh, level, options, execution)),
+  Remesher(const TriangleMesh& mesh, const ReferenceSurface& level, const EdgeSizing& sizing,
+           const RemesherOptions& options, IntersectionWatch::Place watched, Execution& execution)
+      : options_(options), execution_(execution), surface_(prepared(mesh, level, sizing, options, execution)),
         watch_(watched, surface_.mesh, surface_.targetEdge, execution)
   {}
 
@@ -207,12 +214,12 @@ private:
   bool hasRepeated_ = false; ///< a round: most of those that follow will have to be, too
 };
 
-RemeshResult remeshOn(const ReferenceSurface& level, const TriangleMesh& mesh, const RemesherOptions& options,
-                      Execution& execution)
+RemeshResult remeshOn(const ReferenceSurface& level, const TriangleMesh& mesh, const EdgeSizing& sizing,
+                      const RemesherOptions& options, Execution& execution)
 {
   using Place = IntersectionWatch::Place;
-  std::optional<RemeshResult> result = Remesher(mesh, level, options, Place::expected, execution).run();
-  return result ? *std::move(result) : *Remesher(mesh, level, options, Place::everywhere, execution).run();
+  std::optional<RemeshResult> result = Remesher(mesh, level, sizing, options, Place::expected, execution).run();
+  return result ? *std::move(result) : *Remesher(mesh, level, sizing, options, Place::everywhere, execution).run();
 }
 
 /// What no rounds leave.
@@ -224,17 +231,34 @@ RemeshResult unchanged(const TriangleMesh& mesh)
   return result;
 }
 
+void requireSizing(const EdgeSizing& sizing, const TriangleMesh& mesh)
+{
+  if (!sizing.empty() && sizing.size() != mesh.vertices.size())
+    throw std::invalid_argument("remesh: " + std::to_string(sizing.size()) + " sizes for " +
+                                std::to_string(mesh.vertices.size()) + " vertices");
+  if (std::any_of(sizing.begin(), sizing.end(), [](float size) { return !(size >= 1 && std::isfinite(size)); }))
+    throw std::invalid_argument("remesh: sizes must be 1 or more, and finite");
+}
+
 } // namespace
 
-RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
-                    Execution& execution)
+RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
+                    const RemesherOptions& options, Execution& execution)
 {
   validate(options);
+  requireSizing(sizing, mesh);
   if (options.rounds == 0 || mesh.triangles.empty())
     return unchanged(mesh);
   if (field.empty())
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
-  return remeshOn(ZeroLevel(field, .5f * static_cast<float>(field.lattice().spacing)), mesh, options, execution);
+  return remeshOn(ZeroLevel(field, .5f * static_cast<float>(field.lattice().spacing)), mesh, sizing, options,
+                  execution);
+}
+
+RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
+                    Execution& execution)
+{
+  return remesh(mesh, field, {}, options, execution);
 }
 
 RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution)
@@ -243,7 +267,7 @@ RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Ex
   if (options.rounds == 0 || mesh.triangles.empty())
     return unchanged(mesh);
   const float edge = std::max(medianEdge(mesh), options.targetEdge);
-  return remeshOn(TriangleSurface(mesh, .5f * edge), mesh, options, execution);
+  return remeshOn(TriangleSurface(mesh, .5f * edge), mesh, {}, options, execution);
 }
 
 } // namespace mrf

@@ -175,7 +175,8 @@ void remesh(Reconstruction& result, const Support& support, const ResolvedOption
   Report& report = result.report;
   if (options.remesher.rounds > 0) {
     const StageTimer timer("remesher", report, execution);
-    RemeshResult remeshed = remesh(result.mesh, result.field, options.remesher, execution);
+    const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
+    RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution);
     result.mesh = std::move(remeshed.mesh);
     setVertexFields(result, support, options, execution);
     report.remesher = remeshed.summary();

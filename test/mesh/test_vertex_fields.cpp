@@ -95,6 +95,31 @@ TEST(VertexFields, confidencesDoNotDependOnWhichVertexCameBefore)
   EXPECT_LT(supported, 2900);
 }
 
+TEST(VertexFields, edgesAreAsLongAsThePointsAreSparse)
+{
+  // On a line at distances of 1, 1.7, 2, 3 and 9.
+  OrientedPoints points;
+  points.spacings = {1, 1.7f, 2, 3, 9};
+  for (std::size_t n = 0; n < points.spacings.size(); ++n)
+    points.positions.emplace_back(10 * static_cast<float>(n), 0, 0);
+  points.normals.assign(points.positions.size(), Vector3f::UnitZ());
+  const auto search = makeKdTree();
+  search->setPoints(points.positions);
+  TriangleMesh mesh;
+  for (const Vector3f& p : points.positions)
+    mesh.vertices.push_back(p + Vector3f(2, 0, 1));
+  Execution execution(1);
+  const EdgeSizing sizing = edgeSizing(mesh, {points, *search, 3, 1}, execution);
+  const std::vector<float> expected = {1, 1, 1.5f, 3, 9};
+  ASSERT_EQ(sizing.size(), expected.size());
+  for (std::size_t v = 0; v < expected.size(); ++v)
+    EXPECT_FLOAT_EQ(sizing[v], expected[v]);
+
+  EXPECT_TRUE(edgeSizing(mesh, {points, *search, 3, 0}, execution).empty()) << "one length for the cloud, as the paper";
+  points.spacings.assign(points.spacings.size(), 1.7f);
+  EXPECT_TRUE(edgeSizing(mesh, {points, *search, 3, 1}, execution).empty()) << "none is sparse";
+}
+
 TEST(VertexFields, trianglesGiveTheNormalWhereTheGradientVanishes)
 {
   // A field without any slope, and a roof of two triangles and an unused vertex in it.

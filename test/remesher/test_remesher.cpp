@@ -23,6 +23,7 @@
 #include <map>
 #include <random>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -381,6 +382,103 @@ TEST(Remesher, TargetEdgeIsReached)
   }
 }
 
+/// Lengths of the edges with their middle where a condition holds.
+template <typename Condition>
+std::vector<double> edgesWhere(const TriangleMesh& mesh, const Condition& holds)
+{
+  std::vector<double> lengths;
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vector3f &a = mesh.vertices[t[i]], &b = mesh.vertices[t[(i + 1) % 3]];
+      if (holds((.5f * (a + b)).eval()))
+        lengths.push_back((b - a).norm());
+    }
+  std::sort(lengths.begin(), lengths.end());
+  return lengths;
+}
+
+/// Long edges are asked for where x > .2, as far as they may grow on the way there.
+EdgeSizing longOnOneSide(const TriangleMesh& mesh, float size)
+{
+  EdgeSizing sizing;
+  for (const Vector3f& p : mesh.vertices)
+    sizing.push_back(p.x() > .2f ? size : 1);
+  return sizing;
+}
+
+TEST(Remesher, EdgesAreAsLongAsTheirSizing)
+{
+  // A disc across the voxels, its border sized as well as its inside.
+  const DistanceField field = shapes::field(shapes::plane({.1, .2, 1}), halfSide, 2 * voxels);
+  const TriangleMesh raw = zeroLevel(field);
+  Execution execution(1);
+  const RemeshResult result = remesh(raw, field, longOnOneSide(raw, 3), {}, execution);
+  const MeshStatistics after = measure(result.mesh);
+  expectSound(after);
+  EXPECT_EQ(after.eulerCharacteristic, 1);
+  EXPECT_GT(after.meanQuality, .93) << "between long and short edges, too";
+  EXPECT_GT(after.minQuality, .3);
+  EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
+
+  const auto relative = [&](const std::vector<double>& lengths, double share) {
+    return lengths[static_cast<std::size_t>(share * static_cast<double>(lengths.size()))] / result.targetEdge;
+  };
+  const std::vector<double> fine = edgesWhere(result.mesh, [](const Vector3f& p) { return p.x() < .1f; });
+  EXPECT_NEAR(relative(fine, .5), 1, .1);
+  EXPECT_LT(relative(fine, .98), 4. / 3);
+  // Nine and more voxels away, edges have grown by a fifth of the way.
+  const std::vector<double> coarse = edgesWhere(result.mesh, [](const Vector3f& p) { return p.x() > .7f; });
+  EXPECT_NEAR(relative(coarse, .5), 3, .3);
+  EXPECT_GT(relative(coarse, .02), 3 * 3. / 5);
+}
+
+TEST(Remesher, LongEdgesKeepTheTopologyOnAnyNumberOfThreads)
+{
+  for (const Case& shape : closedShapes()) {
+    SCOPED_TRACE(shape.name);
+    const DistanceField field = shapes::field(shape.sdf, halfSide, voxels);
+    const TriangleMesh raw = zeroLevel(field);
+    const EdgeSizing sizing = longOnOneSide(raw, 4);
+    Execution serial(1), parallel(3);
+    const RemeshResult result = remesh(raw, field, sizing, {}, serial);
+    const MeshStatistics after = measure(result.mesh);
+    expectSound(after);
+    EXPECT_EQ(after.eulerCharacteristic, shape.euler);
+    EXPECT_EQ(after.boundaryEdges, 0);
+    EXPECT_LT(after.triangles, .9 * static_cast<double>(raw.triangles.size()));
+    EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
+    expectSamePositions(remesh(raw, field, sizing, {}, parallel).mesh, result.mesh);
+  }
+}
+
+TEST(Remesher, ATargetEdgeThatIsGivenGoesForAllEdges)
+{
+  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, voxels);
+  const TriangleMesh raw = zeroLevel(field);
+  Execution execution(1);
+  RemesherOptions options;
+  options.targetEdge = static_cast<float>(spacing);
+  expectSamePositions(remesh(raw, field, longOnOneSide(raw, 4), options, execution).mesh,
+                      remesh(raw, field, options, execution).mesh);
+  const EdgeSizing even(raw.vertices.size(), 1);
+  expectSamePositions(remesh(raw, field, even, {}, execution).mesh, remesh(raw, field, {}, execution).mesh);
+}
+
+TEST(Remesher, RefusesSizesThatAreNone)
+{
+  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, voxels);
+  const TriangleMesh raw = zeroLevel(field);
+  Execution execution(1);
+  EdgeSizing sizing(raw.vertices.size(), 2);
+  sizing.pop_back();
+  EXPECT_THROW(remesh(raw, field, sizing, {}, execution), std::invalid_argument);
+  for (const float bad : {.5f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    sizing.assign(raw.vertices.size(), 2);
+    sizing.back() = bad;
+    EXPECT_THROW(remesh(raw, field, sizing, {}, execution), std::invalid_argument) << bad;
+  }
+}
+
 TEST(Remesher, HugeTargetEdgeKeepsTheTopology)
 {
   for (const Case& shape : closedShapes()) {
@@ -712,7 +810,7 @@ TEST(Remesher, OptionsOutOfRangeAreNamed)
   EXPECT_EQ(messageOf({1000, 1e9f, .001f}), "");
   expectNamed({-1, 0, 1}, {"rounds", "-1", "[0, 1000]"});
   expectNamed({1001, 0, 1}, {"rounds", "1001", "[0, 1000]"});
-  expectNamed({10, -2, 1}, {"targetEdge", "-2", ">= 0 (0 = median edge before)"});
+  expectNamed({10, -2, 1}, {"targetEdge", "-2", ">= 0 (0 = median edge before, longer where points are sparse)"});
   expectNamed({10, std::numeric_limits<float>::quiet_NaN(), 1}, {"targetEdge", "nan"});
   expectNamed({10, 0, 0}, {"relaxation", "0", "(0, 1]"});
   expectNamed({10, 0, 1.5f}, {"relaxation", "1.5", "(0, 1]"});

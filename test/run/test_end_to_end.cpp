@@ -265,6 +265,37 @@ TEST(Sampling, FiveHundredPointsOrManyMakeASphere)
   EXPECT_LT(errors[1], .015);
 }
 
+TEST(Sampling, SparsePartsGetLongEdges)
+{
+  // A third of a plane has sixteen times the points of the rest.
+  const shapes::Sdf plane = shapes::plane({0, 0, 1});
+  const PointSet dense = shapes::sample(plane, 1, .02), sparse = shapes::sample(plane, 1, .08, 2);
+  PointSet points;
+  for (const PointSet* part : {&dense, &sparse})
+    for (std::size_t i = 0; i < part->size(); ++i)
+      if ((part->positions[i].x() < -.3f) == (part == &dense))
+        clouds::append(points, part->positions[i], part->normals[i]);
+  const auto trianglesFrom = [](const pcl::mrf::TriangleMesh& mesh, float x) {
+    return std::count_if(mesh.triangles.begin(), mesh.triangles.end(),
+                         [&](const pcl::mrf::Triangle& t) { return mesh.vertices[t[0]].x() > x; });
+  };
+  const Outcome run = reconstruct(points);
+  EXPECT_TRUE(run.report.mesh.manifold());
+  EXPECT_EQ(run.report.mesh.eulerCharacteristic, 1);
+  EXPECT_GT(run.report.mesh.meanQuality, .93);
+  EXPECT_TRUE(pcl::mrf::selfIntersectingTriangles(run.mesh).empty());
+  EXPECT_LT(error(run.mesh, plane), .01 * run.report.options.multiscale.voxelSize);
+
+  pcl::mrf::Options even;
+  even.remesher.targetEdge = run.report.options.remesher.targetEdge;
+  const Outcome uniform = reconstruct(points, even);
+  EXPECT_LT(trianglesFrom(run.mesh, .2f), .15 * static_cast<double>(trianglesFrom(uniform.mesh, .2f)));
+  const auto near = [&](const Outcome& outcome) {
+    return static_cast<double>(outcome.mesh.triangles.size()) - static_cast<double>(trianglesFrom(outcome.mesh, -.4f));
+  };
+  EXPECT_NEAR(near(run), near(uniform), .02 * near(uniform)) << "the dense part's stay as they are";
+}
+
 TEST(Sampling, FivePercentOfOutliersLeaveOneComponent)
 {
   const shapes::Sdf torus = shapes::torus(1, .4);

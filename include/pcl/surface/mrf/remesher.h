@@ -8,13 +8,16 @@
 #include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/mesh_quality.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
+#include <pcl/surface/mrf/vertex_fields.h>
 
 namespace pcl {
 namespace mrf {
 
 struct RemesherOptions {
   int rounds = 6;       ///< 0 = do not remesh, 0..1000
-  float targetEdge = 0; ///< target edge length l, cloud's unit; 0 = median edge of the input mesh
+  /// Target edge length l, cloud's unit; 0 = median edge of the input mesh, and longer where points are sparse, see
+  /// EdgeSizing.
+  float targetEdge = 0;
   float relaxation = 1; ///< share of the tangential step that is taken, (0, 1]
   bool fit = true;      ///< triangles lie on the surface in the mean; without, vertices do, as in the paper
 };
@@ -83,6 +86,13 @@ PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const DistanceField
 /// special, and get rounded by parts of an edge; so do the ends and corners of borders, which stay within half an edge.
 /// Cost: as above, and a search for the nearest triangle at each step of each vertex.
 PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution);
+
+/// The same with edges of other lengths around other vertices; these do not differ by more than a fifth of the way
+/// between them along the surface. RemesherOptions::targetEdge, if it is given, goes for all edges nevertheless.
+/// \param sizing relative to the target edge, from 1 on, per vertex of the mesh; empty: 1 everywhere
+/// \throw std::invalid_argument if it has another length, or a size below 1 or not finite
+PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
+                                   const RemesherOptions& options, Execution& execution);
 
 /// Traces a position to the zero level along the (not unit-length) gradient: fourth-order Runge–Kutta, straight for the
 /// last quarter of a voxel.
