@@ -2,7 +2,7 @@
 #include "trimming/hole_filling.h"
 
 #include "mesh/mesh_topology.h"
-#include "trimming/hidden_places.h"
+#include "trimming/lines_of_sight.h"
 
 #include <Eigen/Geometry>
 
@@ -27,9 +27,10 @@ constexpr double inventedFrom = 10;
 constexpr double minContinuation = .6;
 constexpr double narrowGap = 28;
 
-/// So it is with the shadow that an object casts on a table, which goes on as the table does, if sensors are known:
-/// with what points hide from all of them, farther in front of it than a sheet of surface is thick, in local spacings.
-constexpr float hiddenBehind = 5;
+/// So it is, if sensors are known, with the shadow that an object casts on a table, which goes on as the table does,
+/// and with a sheet from one object to the next, through which the table behind was seen: with what lines of sight deny
+/// by points farther in front of it, or behind, than a sheet of surface is thick, in local spacings.
+constexpr float deniedFrom = 5;
 
 constexpr float unknown = -1, asked = -2; ///< squared distances of vertices before and during a search
 constexpr double anySpacing = std::numeric_limits<double>::infinity();
@@ -100,9 +101,9 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   std::vector<std::uint8_t> narrow(supported_);
   keepRegions(0, narrow); // the closing knows the spacings at the rim
   keepGaps(limits.gap, narrowGap, narrow);
-  dropBridges(narrow, std::vector<std::uint8_t>(keep.size(), 0), keep); // as a whole, before shadows divide them
+  dropBridges(narrow, std::vector<std::uint8_t>(keep.size(), 0), keep); // as a whole, before lines of sight divide them
   if (!points_.sensors.empty())
-    dropBridges(narrow, dropShadows(narrow, keep), keep);
+    dropBridges(narrow, dropDenied(narrow, keep), keep);
   return keep;
 }
 
@@ -296,10 +297,10 @@ bool HoleFinder::anyInvented(const std::vector<std::uint8_t>& keep)
   return std::any_of(kept.begin(), kept.end(), [this](std::int32_t t) { return isInvented(t); });
 }
 
-/// Leaves of what the sensors could not see what `narrow` keeps.
-/// \return flags of fringes: the triangles that stay of fillings of which more was hidden than seen
-std::vector<std::uint8_t> HoleFinder::dropShadows(const std::vector<std::uint8_t>& narrow,
-                                                  std::vector<std::uint8_t>& keep)
+/// Leaves of what lines of sight deny what `narrow` keeps.
+/// \return flags of fringes: the triangles that stay of fillings of which more was denied than not
+std::vector<std::uint8_t> HoleFinder::dropDenied(const std::vector<std::uint8_t>& narrow,
+                                                 std::vector<std::uint8_t>& keep)
 {
   const std::vector<std::int32_t> kept = fillings(keep);
   std::vector<std::int32_t> wide;
@@ -309,28 +310,28 @@ std::vector<std::uint8_t> HoleFinder::dropShadows(const std::vector<std::uint8_t
       continue;
     const std::int32_t first = mesh_.triangles[at(t)][0];
     wide.push_back(t);
-    places.push_back({mesh_.vertices[at(first)], hiddenBehind * points_.spacings[nearest_.point(first)]});
+    places.push_back({mesh_.vertices[at(first)], deniedFrom * points_.spacings[nearest_.point(first)]});
   }
-  const std::vector<std::uint8_t> isHidden = findHidden(places, points_, execution_);
+  const std::vector<std::uint8_t> isDenied = findDenied(places, points_, execution_);
   std::vector<std::int32_t> fillingOf;
   const std::size_t count = at(group(kept, fillingOf));
-  std::vector<double> seen(count, 0), hidden(count, 0);
+  std::vector<double> possible(count, 0), denied(count, 0);
   for (std::size_t n = 0; n < wide.size(); ++n) {
     const std::int32_t t = wide[n];
-    (isHidden[n] ? hidden : seen)[at(fillingOf[at(t)])] += areas_[at(t)];
-    if (isHidden[n])
+    (isDenied[n] ? denied : possible)[at(fillingOf[at(t)])] += areas_[at(t)];
+    if (isDenied[n])
       keep[at(t)] = 0;
   }
   std::vector<std::uint8_t> isFringe(keep.size(), 0);
   for (const std::int32_t t : kept) {
     const std::size_t filling = at(fillingOf[at(t)]);
-    isFringe[at(t)] = keep[at(t)] && hidden[filling] > seen[filling] ? 1 : 0;
+    isFringe[at(t)] = keep[at(t)] && denied[filling] > possible[filling] ? 1 : 0;
   }
   return isFringe;
 }
 
 /// Leaves of fillings that turn away from the surface around them what `narrow` keeps; and of fringes that only follow
-/// the points around a shadow, where a hole beside it goes on.
+/// the points around what is denied, where a hole beside it goes on.
 void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, const std::vector<std::uint8_t>& isFringe,
                              std::vector<std::uint8_t>& keep)
 {

@@ -22,8 +22,8 @@ namespace mrf {
 struct FillingLimits {
   double hole; ///< where filling closes the surface
   double gap;  ///< elsewhere
-  /// What turns away from the surface around it, or lies in its shadow, is closed like the rest. Else, if the points
-  /// have spacings, only up to 28 of those.
+  /// What turns away from the surface around it, or is denied by lines of sight, is closed like the rest. Else, if the
+  /// points have spacings, only up to 28 of those.
   bool closesBridges;
 };
 
@@ -85,7 +85,7 @@ private:
   std::vector<std::int32_t> fillings(const std::vector<std::uint8_t>& keep) const;
   bool isInvented(std::int32_t triangle) const;
   bool anyInvented(const std::vector<std::uint8_t>& keep);
-  std::vector<std::uint8_t> dropShadows(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep);
+  std::vector<std::uint8_t> dropDenied(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep);
   void dropBridges(const std::vector<std::uint8_t>& narrow, const std::vector<std::uint8_t>& isFringe,
                    std::vector<std::uint8_t>& keep);
 

@@ -327,6 +327,35 @@ TEST(Trimming, whatEverySensorSawSomethingElseInFrontOfIsNoHole)
   EXPECT_TRUE(isFilled({Vector3f(0, 0, height)})) << "a sensor at a point";
 }
 
+TEST(Trimming, whatTheOnlySensorSawThroughIsNoHole)
+{
+  // A disc below a hole of a plane, as wide as that.
+  constexpr float radius = .5f, depth = .6f;
+  PointSet points = bittenPatch(.9, 0, 0); // an open surface
+  for (Vector3f& position : points.positions)
+    if (position.norm() < radius)
+      position.z() -= depth;
+  Scene scene(shapes::plane({0, 0, 1}), points);
+  scene.observed.spacings.assign(points.size(), .03f); // what is more than 28 of them wide is no narrow gap
+  const auto isFilled = [&](const std::vector<Vector3f>& sensors) {
+    scene.observed.sensors = sensors;
+    Execution execution(1);
+    const float diagonal = 6;
+    return covers(trim(scene.mesh, scene.observed, *scene.search, diagonal, {}, execution).mesh, {0, 0, 0});
+  };
+  const Vector3f above(0, 0, 5), farAbove(0, 0, 1e8f), beside(0, 3, 1.5f);
+  EXPECT_TRUE(isFilled({})) << "nothing is known";
+  EXPECT_FALSE(isFilled({above}));
+  EXPECT_FALSE(isFilled({farAbove}));
+  EXPECT_TRUE(isFilled({beside})) << "it looks past the disc";
+  EXPECT_TRUE(isFilled({above, beside})) << "the other one may have seen the disc";
+
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (points.positions[i].z() < -.5f * depth)
+      scene.observed.normals[i] *= -1;
+  EXPECT_TRUE(isFilled({above})) << "it sees no backs";
+}
+
 TEST(Trimming, theBackOfWhatWasSeenFromOneSideIsNoHole)
 {
   TrimmingOptions options;

@@ -30,8 +30,9 @@ struct TrimmingOptions {
   /// Largest width of what is filled of an open surface, cloud's unit: of holes, also those that are joined to the
   /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, but 28 local spacings of the points
   /// where the filling would turn away from the surface around it, as it does behind a step in depth: the mean cosine
-  /// of its normals to those of the nearest points is below .6; and where it is hidden from all sensors behind other
-  /// points: that is a shadow, no hole. Where filling closes a surface, maxHole alone decides.
+  /// of its normals to those of the nearest points is below .6; where it is hidden from all sensors behind other points:
+  /// that is a shadow, no hole; and where the only sensor saw other points through it. Where filling closes a surface,
+  /// maxHole alone decides.
   float maxGap = 0;
   /// Components with fewer coherent points behind them are dropped, the largest one excepted, 0..1000000; 0 or 1: none
   /// are. Three are enough where no other surface is as close as they are to each other. Not with `none`. Measured with
@@ -92,8 +93,8 @@ struct TrimResult : TrimSummary {
 /// are behind that component, too, and two at least have normals within 40° of its own. Bubbles around outliers have no
 /// such points, whatever their area and however many outliers they hold; real patches consist of them, however small.
 /// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
-/// \param points with normals; without spacings, steps in depth and shadows are closed like other gaps, and without
-/// sensors shadows are \param search holds points.positions \param diagonal for the automatic limits: of the points'
+/// \param points with normals; without spacings all gaps are closed alike, and without sensors all but steps in depth
+/// \param search holds points.positions \param diagonal for the automatic limits: of the points'
 /// bounding box or, where they lie in pieces far apart, of the largest piece's
 /// \throw std::invalid_argument if the mesh has no confidences and the options ask for trimming
 /// Cost: linear in the number of triangles, one query per vertex of the regions in question, and n log n for the n

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "trimming/hidden_places.h"
+#include "trimming/lines_of_sight.h"
 
 #include <pcl/surface/mrf/neighbor_search.h>
 
@@ -34,7 +34,8 @@ public:
     search_->setPoints(seen, execution);
   }
 
-  bool hides(const Place& place, Neighbors& besides) const
+  /// \param isOnly no other sensor can have seen the points
+  bool denies(const Place& place, bool isOnly, Neighbors& besides) const
   {
     const Eigen::Vector3d sight = place.position.cast<double>() - sensor_;
     const auto distance = static_cast<float>(sight.norm());
@@ -44,9 +45,11 @@ public:
       const auto i = static_cast<std::size_t>(besides.indices[static_cast<std::size_t>(n)]);
       // Where the line of sight meets the point's tangent plane, seen from the place.
       const Eigen::Vector3f point = points_.positions[i] - place.position;
-      const float inFront = -points_.normals[i].dot(point) / points_.normals[i].dot(direction); // if not finite: beside
-      if (inFront > place.margin && inFront < distance &&
-          (inFront * direction + point).norm() < cover * points_.spacings[i])
+      const float facing = points_.normals[i].dot(direction);
+      const float behind = points_.normals[i].dot(point) / facing; // if not finite: beside
+      const bool hides = -behind > place.margin && -behind < distance;
+      const bool isSeenThrough = isOnly && facing < 0 && behind > place.margin;
+      if ((hides || isSeenThrough) && (behind * direction - point).norm() < cover * points_.spacings[i])
         return true;
     }
     return false;
@@ -70,22 +73,23 @@ private:
 
 } // namespace
 
-std::vector<std::uint8_t> findHidden(const std::vector<Place>& places, const OrientedPoints& points,
+std::vector<std::uint8_t> findDenied(const std::vector<Place>& places, const OrientedPoints& points,
                                      Execution& execution)
 {
-  std::vector<std::uint8_t> isHidden(places.size(), points.sensors.empty() ? 0 : 1);
+  const bool isOnly = points.sensors.size() == 1;
+  std::vector<std::uint8_t> isDenied(places.size(), points.sensors.empty() ? 0 : 1);
   for (const Eigen::Vector3f& sensor : points.sensors) {
-    if (std::find(isHidden.begin(), isHidden.end(), std::uint8_t{1}) == isHidden.end())
+    if (std::find(isDenied.begin(), isDenied.end(), std::uint8_t{1}) == isDenied.end())
       break;
     const View view(sensor, points, execution);
     execution.forRange(static_cast<std::int64_t>(places.size()), 256, [&](std::int64_t begin, std::int64_t end) {
       Neighbors besides;
       for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
-        if (isHidden[n])
-          isHidden[n] = view.hides(places[n], besides) ? 1 : 0;
+        if (isDenied[n])
+          isDenied[n] = view.denies(places[n], isOnly, besides) ? 1 : 0;
     });
   }
-  return isHidden;
+  return isDenied;
 }
 
 } // namespace mrf
