@@ -3,6 +3,7 @@
 
 #include "base/index_hash.h"
 #include "observation/point_observation.h"
+#include "points/local_plane.h"
 #include "solver/whole_level.h"
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -183,6 +184,26 @@ struct Cube {
     }
   }
 };
+
+/// How thick the points lie around those held out: the third eigenvalues of so many nearest ones, beside the second.
+std::vector<double> thicknesses(const Cube& cube, std::size_t neighbors)
+{
+  std::vector<double> result;
+  if (cube.seen.size() < neighbors)
+    return result;
+  std::vector<std::pair<float, std::uint32_t>> byDistance(cube.seen.size());
+  for (const Eigen::Vector3f& p : cube.heldOut) {
+    for (std::uint32_t i = 0; i < byDistance.size(); ++i)
+      byDistance[i] = {(cube.seen.positions[i] - p).squaredNorm(), i};
+    const auto end = byDistance.begin() + static_cast<std::ptrdiff_t>(neighbors);
+    std::nth_element(byDistance.begin(), end - 1, byDistance.end());
+    PlaneMoments moments(p);
+    std::for_each(byDistance.begin(), end,
+                  [&](const auto& neighbor) { moments.add(cube.seen.positions[neighbor.second]); });
+    result.push_back(moments.plane().thirdToSecond);
+  }
+  return result;
+}
 
 /// The minimum of a parabola through three equidistant values, as a multiple of the distance from the middle one.
 double parabolaMinimum(double before, double middle, double after)
@@ -496,6 +517,40 @@ private:
       if (error <= shallow * atBest)
         longestAllowed = std::max(longestAllowed, length(steps, spacing_));
     choice.smoothing = std::max(choice.smoothing, std::min(longestAllowed, smoothingForNoise(choice.noise, spacing_)));
+    if (isThick())
+      smoothThickNoise(choice);
+  }
+
+  /// Whether the points lie in a layer so thick that few of them together tell no surface: those around three held-out
+  /// points of four look alike from all sides, the nearest 16 as well as the nearest 64. Of a bunny with noise of 1.3,
+  /// 1.9, 2.6 and 3.9 spacings the first quartile of the third eigenvalue, beside the second, is .22, .32, .38 and .45
+  /// of 16 and .11, .22, .32 and .47 of 64; of a Kinect frame, an airborne scan, noisy heads and a lidar's street at
+  /// most .17 of 16, though up to .19 of 64.
+  bool isThick()
+  {
+    const auto firstQuartile = [&](std::size_t neighbors) {
+      std::vector<double> all;
+      for (std::size_t c = 0; c < std::min(firstCubes, cubes_[finest()].size()); ++c) {
+        const std::vector<double> ofCube = thicknesses(cubes_[finest()][c], neighbors);
+        all.insert(all.end(), ofCube.begin(), ofCube.end());
+      }
+      if (static_cast<std::int64_t>(all.size()) < minHeldOut)
+        return 0.;
+      const auto quartile = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 4);
+      std::nth_element(all.begin(), quartile, all.end());
+      return *quartile;
+    };
+    return firstQuartile(16) > .25 && firstQuartile(64) > .2;
+  }
+
+  /// In a thick layer the field finds a sheet of zero level near any point, the nearer the shorter ℓ is. What the
+  /// longest one leaves is noise.
+  void smoothThickNoise(SmoothingChoice& choice)
+  {
+    const Score smoothed = score(finest(), maxCubes, length(longest, spacing_), choice.noise);
+    choice.noise = std::max(choice.noise, smoothed.noise);
+    choice.smoothing =
+        std::max(choice.smoothing, std::min(length(longest, spacing_), smoothingForNoise(choice.noise, spacing_)));
   }
 
   const OrientedPoints& points_;

@@ -83,6 +83,17 @@ TEST(Smoothing, strongNoiseIsNotFollowed)
   EXPECT_GT(choice.smoothing, .8 * smoothingForNoise(noise, spacing));
 }
 
+TEST(Smoothing, aLayerOfPointsIsNoise)
+{
+  // There is a zero level near any of its points if ℓ is short, which the score takes for a small error.
+  for (const double noise : {2.5, 4.}) {
+    const SmoothingChoice choice = choose(noisyTorus(noise * spacing));
+    EXPECT_GT(choice.noise, .65 * noise * spacing) << noise;
+    EXPECT_LT(choice.noise, 1.2 * noise * spacing) << noise;
+    EXPECT_GT(choice.smoothing, .8 * smoothingForNoise(noise * spacing, spacing)) << noise;
+  }
+}
+
 TEST(Smoothing, edgesAreNotTakenForNoise)
 {
   // Terraces: exact points and normals on steps, which no smooth field meets. Their errors look like noise of a median
