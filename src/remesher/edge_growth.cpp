@@ -13,9 +13,10 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// With .2, .3 and .5 withheld points are .553, .557 and .558 spacings away from a Kinect frame's mesh, measured with
-/// edges longer from 1.25 times the spacing on; triangles are as many, of the same quality.
-constexpr float growth = .2f;
+/// How much the sizing may grow per target edge of way. With .2, .3 and .5 withheld points are .553, .557 and .558
+/// spacings away from a Kinect frame's mesh, measured with edges longer from 1.25 times the spacing on; triangles are
+/// as many, of the same quality.
+constexpr float steepestGrowth = .2f;
 
 } // namespace
 
@@ -36,7 +37,7 @@ void limitGrowth(HalfEdgeMesh& mesh, float targetEdge, Execution& execution)
     if (size > mesh.sizing[v])
       continue; // it was lowered since
     mesh.forNeighbors(v, [&, size = size, v = v](std::int32_t w) {
-      const float limit = size + growth * (mesh.positions[w] - mesh.positions[v]).norm() / targetEdge;
+      const float limit = size + steepestGrowth * (mesh.positions[w] - mesh.positions[v]).norm() / targetEdge;
       if (mesh.sizing[w] > limit) {
         mesh.sizing[w] = limit;
         queue.emplace(limit, w);
