@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 namespace pcl {
 namespace mrf {
 namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
 
 /// Vertices with support of a component that are asked for the points behind it.
 constexpr std::size_t maxAsked = 1024;
@@ -40,8 +43,9 @@ pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componen
 
 /// Counts the points that support a component of the mesh. A point stands behind it if no other component is closer; it
 /// is coherent if the normals of a third of its neighbors that stand there, and of two at least, agree with its
-/// own, which outliers' do not. It is apart if those two are closer than any other component: no other surface accounts
-/// for it.
+/// own, which outliers' do not. It is apart if those two are closer than any other component, so that no other surface
+/// accounts for it, and not too far away beside the spacing of the points of others next to them: outliers that happen
+/// to be neighbors are, and estimated normals agree among any of those.
 class ComponentSupport {
 public:
   ComponentSupport(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
@@ -72,11 +76,11 @@ public:
       asked.push_back(point);
       if (nearestComponent(point, nearest) != component)
         continue;
-      const float reach = reachOfSupport(point, component, nearest);
-      if (!(reach > 0))
+      const Company company = findCompany(point, component, nearest);
+      if (!(company.reach > 0))
         continue;
       ++coherent;
-      apart += isAlone(point, component, reach, nearest) ? 1 : 0;
+      apart += company.reach <= maxReach * company.spacingBeside && isAlone(point, component, company.reach, nearest);
       if (coherent >= min || apart >= minPointsApart)
         return true;
     }
@@ -90,23 +94,35 @@ private:
     return componentOfVertex_[at(scratch.indices.front())];
   }
 
-  /// Distance of the second neighbor that stands there and agrees; 0 if there are not two, or not a third of them.
-  float reachOfSupport(int point, std::int32_t component, Neighbors& scratch) const
+  /// Of the neighbors of a point.
+  struct Company {
+    float reach = 0; ///< distance of the second that stands there and agrees; 0 if not two do, or not a third of them
+    float spacingBeside = infinity; ///< smallest spacing of those that stand behind another component
+  };
+
+  Company findCompany(int point, std::int32_t component, Neighbors& scratch) const
   {
     constexpr int around = 8;
     Neighbors neighbors;
     search_.nearest(points_.positions[at(point)], around + 1, neighbors);
     int behind = 0, agreeing = 0;
-    float reach = 0;
+    Company company;
     for (std::size_t n = 0; n < neighbors.indices.size(); ++n) {
       const int other = neighbors.indices[n];
-      if (neighbors.squaredDistances[n] == 0 || nearestComponent(other, scratch) != component)
+      if (neighbors.squaredDistances[n] == 0)
         continue;
+      if (nearestComponent(other, scratch) != component) {
+        if (!points_.spacings.empty())
+          company.spacingBeside = std::min(company.spacingBeside, points_.spacings[at(other)]);
+        continue;
+      }
       ++behind;
       if (points_.normals[at(other)].dot(points_.normals[at(point)]) > minAgreement && ++agreeing == 2)
-        reach = std::sqrt(neighbors.squaredDistances[n]);
+        company.reach = std::sqrt(neighbors.squaredDistances[n]);
     }
-    return 3 * agreeing >= behind ? reach : 0;
+    if (3 * agreeing < behind)
+      company.reach = 0;
+    return company;
   }
 
   bool isAlone(int point, std::int32_t component, float reach, Neighbors& scratch) const
@@ -118,6 +134,10 @@ private:
 
   /// Cosine of 40°: one in nine pairs of random directions agrees, one in 70 triples.
   static constexpr float minAgreement = .766f;
+
+  /// Of 184 patches of a few points of four real clouds and two streets one reached farther than 6 spacings, one of
+  /// four clumps of outliers did not reach 7.
+  static constexpr float maxReach = 6;
 
   const TriangleMesh& mesh_;
   const OrientedPoints& points_;

@@ -445,6 +445,23 @@ TEST(Trimming, aFewCoherentPointsAreASurfaceAndManyThatDisagreeAreNone)
   EXPECT_FALSE(covers(result.mesh, {-.5f, .5f, .17f}));
 }
 
+TEST(Trimming, aFewPointsMuchFartherApartThanThoseNextToThemAreNoSurface)
+{
+  // A square of four points whose normals agree, as estimated ones do, on a bubble: an object's corner if its sides are
+  // of the order of the surface's spacing, but as many outliers if they are eight times as long.
+  const shapes::Sdf large = shapes::sphere(.3, {0, -.75, 0}), bubble = shapes::sphere(.36, {0, .5, 0});
+  const auto componentsDropped = [&](float spacings) {
+    PointSet points = shapes::sample(large, 1.2, spacing);
+    const float half = spacings * static_cast<float>(spacing) / 2;
+    for (const float x : {-half, half})
+      for (const float y : {-half, half})
+        clouds::append(points, {x, .5f + y, std::sqrt(.36f * .36f - 2 * half * half)}, Vector3f::UnitZ());
+    return Scene(shapes::unite(large, bubble), points, 60).trim(Trimming::holes, 100).componentsDropped;
+  };
+  EXPECT_EQ(componentsDropped(2), 0);
+  EXPECT_EQ(componentsDropped(8), 1);
+}
+
 TEST(Trimming, pointsOfASurfaceBesideItDoNotStandBehindABubble)
 {
   // The bubble around one point is half a spacing away from the plane: the nearest points of its lower half are the
