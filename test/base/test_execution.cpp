@@ -221,7 +221,8 @@ TEST(Execution, TheFractionOfARunNeverStandsStill)
           EXPECT_GT(calls.fractions[i], calls.fractions[i - 1]) << "expected " << seconds << ", reports " << reports;
         EXPECT_LT(calls.fractions.back(), .1) << "the stage is not done";
         execution.beginStage("second");
-        EXPECT_NEAR(calls.fractions.back(), .1, 1e-3);
+        // How far beyond depends on how long this thread has waited, of the milliseconds that are expected.
+        EXPECT_GT(calls.fractions.back(), .1 - 1e-9) << "the stage is done";
       }
   }
 }
