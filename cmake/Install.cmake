@@ -25,6 +25,9 @@ mrf_install_tool(pcl_mrf_reconstruction tools)
 mrf_install_tool(pcl_mrf_scan tools)
 mrf_install_tool(pcl_mrf_evaluate evaluation)
 mrf_install_tool(pcl_mrf_experiments evaluation)
+if(TARGET mrf_pictures) # where the tools find the library
+  install(TARGETS mrf_pictures LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT tools)
+endif()
 
 # What a static library leaves to its users to link; a shared one has it inside.
 get_target_property(MRF_LIBRARY_TYPE pcl_mrf TYPE)

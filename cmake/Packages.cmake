@@ -32,7 +32,7 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/packages/tr
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 set(CPACK_COMPONENT_TOOLS_DEPENDS library)
-set(CPACK_COMPONENT_EVALUATION_DEPENDS library)
+set(CPACK_COMPONENT_EVALUATION_DEPENDS library tools) # which have the module of pictures
 
 set(MRF_IS_WHAT "Reconstructs surfaces from scanned points by regularizing a signed distance
 field with a Markov random field (Paulsen, Baerentzen, Larsen 2010).")

@@ -137,3 +137,6 @@ for tool in "$built"/bin/pcl_mrf_*; do
   [ -e "$tool" ] || continue
   "$prefix/bin/$(basename "$tool")" --help >/dev/null
 done
+# And the module of pictures: what they say is missing is a display.
+DISPLAY=:nowhere "$prefix/bin/pcl_mrf_reconstruction" none.ply none.obj --picture none.png 2>"$scratch/error" || true
+grep -q "':nowhere' does not answer" "$scratch/error" || { cat "$scratch/error"; exit 1; }
