@@ -76,8 +76,8 @@ void WindowRing::reset(const VoxelSet& voxels, int planes)
   planes_ = planes;
   const std::size_t needed = voxels.windowCount() * static_cast<std::size_t>(planes);
   if (values_.size() < needed) {
-    values_ = {}; // growing keeps up to twice as much, and both while it copies
-    values_.resize(needed, 0);
+    values_ = {}; // not both at once
+    values_ = ZeroedFloats(needed);
   }
   held_.assign(static_cast<std::size_t>(planes), noPlane);
 }

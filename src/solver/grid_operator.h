@@ -49,7 +49,7 @@ private:
 
   const VoxelSet* voxels_ = nullptr;
   int planes_ = 0;
-  std::vector<float, AlignedAllocator<float>> values_;
+  ZeroedFloats values_;
   std::vector<int> held_;
 };
 

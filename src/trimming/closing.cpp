@@ -55,7 +55,7 @@ public:
       if (entry.first > distances_[at(from)])
         continue;
       forNeighbors(mesh, corners, from, [&](std::int32_t to) {
-        if (reach(to, entry.first + step(from, to)))
+        if (distances_[at(to)] > entry.first && reach(to, entry.first + step(from, to)))
           arrive(from, to);
       });
     }
