@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Arrays that begin with a cache line.
+/// \brief An array of zeros that begins with a cache line.
 #pragma once
 
 #include <cstddef>
