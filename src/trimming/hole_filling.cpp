@@ -3,6 +3,7 @@
 
 #include "mesh/mesh_topology.h"
 #include "trimming/lines_of_sight.h"
+#include "trimming/viewpoints.h"
 
 #include <Eigen/Geometry>
 
@@ -26,6 +27,11 @@ constexpr double inventedFrom = 10;
 /// a bunny with four holes each, -.6 to .5 on Kinect frames and on a range scan of a dragon, a sliver of that excepted.
 constexpr double minContinuation = .6;
 constexpr double narrowGap = 28;
+
+/// So is what no sensor could have looked at: edge-on, it goes on where the surface turned out of sight, as between a
+/// leg and a tail. The mean cosine to the line of sight was .3 to 1 in most holes of 35 views of 18 objects, and -.9 to
+/// .1 in most bays; where both are one filling, the part of the hole stays.
+constexpr double minFacing = .17;
 
 /// So it is, if sensors are known, with the shadow that an object casts on a table, which goes on as the table does,
 /// and with a sheet from one object to the next, through which the table behind was seen: with what lines of sight deny
@@ -102,6 +108,7 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   keepRegions(0, narrow); // the closing knows the spacings at the rim
   keepGaps(limits.gap, narrowGap, narrow);
   dropBridges(narrow, std::vector<std::uint8_t>(keep.size(), 0), keep); // as a whole, before lines of sight divide them
+  dropUnseen(narrow, keep);
   if (!points_.sensors.empty())
     dropBridges(narrow, dropDenied(narrow, keep), keep);
   return keep;
@@ -330,6 +337,14 @@ std::vector<std::uint8_t> HoleFinder::dropDenied(const std::vector<std::uint8_t>
   return isFringe;
 }
 
+/// Unit.
+Eigen::Vector3f HoleFinder::normalOf(std::int32_t triangle) const
+{
+  const Triangle& corners = mesh_.triangles[at(triangle)];
+  const Eigen::Vector3f& a = mesh_.vertices[at(corners[0])];
+  return (mesh_.vertices[at(corners[1])] - a).cross(mesh_.vertices[at(corners[2])] - a).normalized();
+}
+
 /// Leaves of fillings that turn away from the surface around them what `narrow` keeps; and of fringes that only follow
 /// the points around what is denied, where a hole beside it goes on.
 void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, const std::vector<std::uint8_t>& isFringe,
@@ -342,18 +357,36 @@ void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, const std:
   for (const std::int32_t t : kept) {
     if (!isInvented(t))
       continue;
-    const Triangle& corners = mesh_.triangles[at(t)];
-    const Eigen::Vector3f &a = mesh_.vertices[at(corners[0])], &b = mesh_.vertices[at(corners[1])],
-                          &c = mesh_.vertices[at(corners[2])];
-    const double cosine = (b - a).cross(c - a).normalized().dot(points_.normals[nearest_.point(corners[0])]);
     const std::size_t filling = at(fillingOf[at(t)]);
     invented[filling] += areas_[at(t)];
-    continued[filling] += areas_[at(t)] * cosine;
+    continued[filling] += areas_[at(t)] * normalOf(t).dot(points_.normals[nearest_.point(mesh_.triangles[at(t)][0])]);
   }
   for (const std::int32_t t : kept) {
     const std::size_t filling = at(fillingOf[at(t)]);
     if (continued[filling] < minContinuation * invented[filling] || (isFringe[at(t)] && invented[filling] == 0))
       keep[at(t)] = narrow[at(t)];
+  }
+}
+
+/// Leaves of what no sensor could see, in fillings that are mostly such, what `narrow` keeps.
+void HoleFinder::dropUnseen(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep)
+{
+  const std::vector<std::int32_t> kept = fillings(keep);
+  std::vector<std::int32_t> fillingOf;
+  const std::size_t count = at(group(kept, fillingOf));
+  const Viewpoints viewpoints(points_);
+  std::vector<float> facing(kept.size());
+  std::vector<double> missing(count, 0); // of the invented area's mean
+  for (std::size_t n = 0; n < kept.size(); ++n) {
+    const std::int32_t t = kept[n];
+    facing[n] = viewpoints.facing(mesh_.vertices[at(mesh_.triangles[at(t)][0])], normalOf(t));
+    if (isInvented(t))
+      missing[at(fillingOf[at(t)])] += areas_[at(t)] * (minFacing - facing[n]);
+  }
+  for (std::size_t n = 0; n < kept.size(); ++n) {
+    const std::size_t t = at(kept[n]);
+    if (missing[at(fillingOf[t])] > 0 && facing[n] < minFacing)
+      keep[t] = narrow[t];
   }
 }
 

@@ -86,6 +86,8 @@ private:
   bool isInvented(std::int32_t triangle) const;
   bool anyInvented(const std::vector<std::uint8_t>& keep);
   std::vector<std::uint8_t> dropDenied(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep);
+  Eigen::Vector3f normalOf(std::int32_t triangle) const;
+  void dropUnseen(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep);
   void dropBridges(const std::vector<std::uint8_t>& narrow, const std::vector<std::uint8_t>& isFringe,
                    std::vector<std::uint8_t>& keep);
 

@@ -30,9 +30,11 @@ struct TrimmingOptions {
   /// Largest width of what is filled of an open surface, cloud's unit: of holes, also those that are joined to the
   /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, but 28 local spacings of the points
   /// where the filling would turn away from the surface around it, as it does behind a step in depth: the mean cosine
-  /// of its normals to those of the nearest points is below .6; where it is hidden from all sensors behind other points:
-  /// that is a shadow, no hole; and where the only sensor saw other points through it. Where filling closes a surface,
-  /// maxHole alone decides.
+  /// of its normals to those of the nearest points is below .6; where it is hidden from all sensors behind other
+  /// points: that is a shadow, no hole; where the only sensor saw other points through it; and where it is edge-on for
+  /// all sensors, or turned away: the mean cosine of its normals to the best line of sight is below .17, and so is that
+  /// of the part in question. Without sensors that goes by the direction from which a single one must have seen all
+  /// points, if normals allow for one. Where filling closes a surface, maxHole alone decides.
   float maxGap = 0;
   /// Components with fewer coherent points behind them are dropped, the largest one excepted, 0..1000000; 0 or 1: none
   /// are. Three are enough where no other surface is as close as they are to each other. Not with `none`. Measured with

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "trimming/viewpoints.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Points that are asked, spread evenly over the cloud.
+constexpr std::size_t maxAsked = 10000;
+
+/// The share of them that turn away most. Where a sensor's view ends they are edge-on, all around it, so that they tell
+/// its direction: in 35 views of 18 objects from 1.5 diagonals that from which they turn away least was 3° off in the
+/// median, 24° at most where the rest of the surface was missing, the mean of all normals 9° and 33°.
+constexpr std::size_t turnedShare = 50; // one in
+
+/// Their least mean cosine: in these views the hundredth of all normals, about their median, was at -.01 to .44, and a
+/// second view 40° from the first, up to grazing angles of 80°, brings it to -.17.
+constexpr double minTurned = -.1;
+
+/// One in so many normals may turn away from all sensors by a wrong side; if more do, these did not see the points.
+constexpr std::size_t wrongShare = 10;
+
+/// Of n points those that are asked.
+std::vector<std::size_t> pick(std::size_t n)
+{
+  std::vector<std::size_t> picked(std::min(n, maxAsked));
+  for (std::size_t i = 0; i < picked.size(); ++i)
+    picked[i] = i * n / picked.size();
+  return picked;
+}
+
+/// Mean of the normals that turn away most from a direction.
+Vector3d meanTurned(const std::vector<Vector3d>& normals, const Vector3d& direction,
+                    std::vector<std::pair<double, std::size_t>>& scratch)
+{
+  scratch.clear();
+  for (std::size_t n = 0; n < normals.size(); ++n)
+    scratch.emplace_back(normals[n].dot(direction), n);
+  const auto end = scratch.begin() + static_cast<std::ptrdiff_t>((normals.size() + turnedShare - 1) / turnedShare);
+  std::nth_element(scratch.begin(), end - 1, scratch.end());
+  Vector3d sum = Vector3d::Zero();
+  for (auto turned = scratch.begin(); turned < end; ++turned)
+    sum += normals[turned->second];
+  return sum / static_cast<double>(end - scratch.begin());
+}
+
+/// The direction from which the normals that turn away most turn least: the maximum of a concave function, climbed by
+/// its subgradients.
+std::optional<Eigen::Vector3f> commonDirection(const std::vector<Eigen::Vector3f>& all)
+{
+  constexpr int steps = 100;
+  if (all.empty())
+    return std::nullopt;
+  std::vector<Vector3d> normals;
+  for (const std::size_t i : pick(all.size()))
+    normals.push_back(all[i].cast<double>());
+  Vector3d direction = Vector3d::Zero();
+  for (const Vector3d& normal : normals)
+    direction += normal;
+  direction.normalize();
+  std::vector<std::pair<double, std::size_t>> scratch;
+  for (int step = 0; step < steps; ++step)
+    direction = (direction + .1 * (1 - static_cast<double>(step) / steps) * meanTurned(normals, direction, scratch))
+                    .normalized();
+  if (!(meanTurned(normals, direction, scratch).dot(direction) >= minTurned))
+    return std::nullopt;
+  return direction.cast<float>();
+}
+
+} // namespace
+
+Viewpoints::Viewpoints(const OrientedPoints& points) : sensors_(points.sensors)
+{
+  if (sensors_.empty()) {
+    direction_ = commonDirection(points.normals);
+    return;
+  }
+  std::size_t turned = 0;
+  const std::vector<std::size_t> picked = pick(points.size());
+  for (const std::size_t i : picked)
+    turned += facing(points.positions[i], points.normals[i]) < minTurned ? 1 : 0;
+  if (wrongShare * turned > picked.size())
+    sensors_.clear();
+}
+
+float Viewpoints::facing(const Eigen::Vector3f& position, const Eigen::Vector3f& normal) const
+{
+  if (direction_)
+    return normal.dot(*direction_);
+  if (sensors_.empty())
+    return 1;
+  float facing = -1;
+  for (const Eigen::Vector3f& sensor : sensors_)
+    facing = std::max(facing, normal.dot((sensor - position).normalized()));
+  return facing;
+}
+
+} // namespace mrf
+} // namespace pcl
