@@ -12,8 +12,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Points that are asked, spread evenly over the cloud.
-constexpr std::size_t maxAsked = 10000;
+/// Normals that are asked, spread evenly over the cloud.
+constexpr std::size_t maxNormals = 10000;
 
 /// The share of them that turn away most. Where a sensor's view ends they are edge-on, all around it, so that they tell
 /// its direction: in 35 views of 18 objects from 1.5 diagonals that from which they turn away least was 3° off in the
@@ -27,10 +27,10 @@ constexpr double minTurned = -.1;
 /// One in so many normals may turn away from all sensors by a wrong side; if more do, these did not see the points.
 constexpr std::size_t wrongShare = 10;
 
-/// Of n points those that are asked.
+/// Of n normals those that are asked.
 std::vector<std::size_t> pick(std::size_t n)
 {
-  std::vector<std::size_t> picked(std::min(n, maxAsked));
+  std::vector<std::size_t> picked(std::min(n, maxNormals));
   for (std::size_t i = 0; i < picked.size(); ++i)
     picked[i] = i * n / picked.size();
   return picked;
