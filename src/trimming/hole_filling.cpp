@@ -337,7 +337,7 @@ std::vector<std::uint8_t> HoleFinder::dropDenied(const std::vector<std::uint8_t>
   return isFringe;
 }
 
-/// Unit.
+/// The unit normal.
 Eigen::Vector3f HoleFinder::normalOf(std::int32_t triangle) const
 {
   const Triangle& corners = mesh_.triangles[at(triangle)];
@@ -371,10 +371,12 @@ void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, const std:
 /// Leaves of what no sensor could see, in fillings that are mostly such, what `narrow` keeps.
 void HoleFinder::dropUnseen(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep)
 {
+  const Viewpoints viewpoints(points_);
+  if (!viewpoints.areKnown())
+    return;
   const std::vector<std::int32_t> kept = fillings(keep);
   std::vector<std::int32_t> fillingOf;
   const std::size_t count = at(group(kept, fillingOf));
-  const Viewpoints viewpoints(points_);
   std::vector<float> facing(kept.size());
   std::vector<double> missing(count, 0); // of the invented area's mean
   for (std::size_t n = 0; n < kept.size(); ++n) {

@@ -90,12 +90,15 @@ Viewpoints::Viewpoints(const OrientedPoints& points) : sensors_(points.sensors)
     sensors_.clear();
 }
 
+bool Viewpoints::areKnown() const
+{
+  return direction_ || !sensors_.empty();
+}
+
 float Viewpoints::facing(const Eigen::Vector3f& position, const Eigen::Vector3f& normal) const
 {
   if (direction_)
     return normal.dot(*direction_);
-  if (sensors_.empty())
-    return 1;
   float facing = -1;
   for (const Eigen::Vector3f& sensor : sensors_)
     facing = std::max(facing, normal.dot((sensor - position).normalized()));

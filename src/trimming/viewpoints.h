@@ -19,8 +19,10 @@ class Viewpoints {
 public:
   explicit Viewpoints(const OrientedPoints& points);
 
+  bool areKnown() const;
+
   /// Cosine between the normal of a place and the line of sight to it that meets it most squarely: near 0 or below, no
-  /// sensor could see a surface there. 1 if nothing is known.
+  /// sensor could see a surface there. \pre areKnown()
   float facing(const Eigen::Vector3f& position, const Eigen::Vector3f& normal) const;
 
 private:
