@@ -730,6 +730,31 @@ TEST(Remesher, IntersectionsOfTheInputDoNotSpread)
     EXPECT_EQ(former.count(cornersOf(result.mesh, t)), 1u);
 }
 
+TEST(Remesher, TrianglesThatRunAgainstTheSurfaceStay)
+{
+  // One vertex of a sphere's mesh lies behind its neighbors.
+  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, voxels);
+  TriangleMesh raw = zeroLevel(field);
+  Vector3f& moved = raw.vertices[raw.vertices.size() / 2];
+  moved = .7f * (moved + 2.5f * static_cast<float>(spacing) * moved.unitOrthogonal()).normalized();
+  std::vector<Vector3f> corners; // of what is folded over
+  for (const Triangle& t : raw.triangles)
+    if (normalOf(raw, t).dot(middleOf(raw, t)) < 0)
+      for (const std::int32_t v : t)
+        corners.push_back(raw.vertices[v]);
+  ASSERT_FALSE(corners.empty());
+  const auto stay = [&](float targetEdge) {
+    RemesherOptions options;
+    options.targetEdge = targetEdge;
+    const TriangleMesh mesh = remeshed(raw, field, options).mesh;
+    return std::count_if(corners.begin(), corners.end(), [&](const Vector3f& corner) {
+      return std::find(mesh.vertices.begin(), mesh.vertices.end(), corner) != mesh.vertices.end();
+    });
+  };
+  EXPECT_EQ(stay(0), static_cast<std::ptrdiff_t>(corners.size()));
+  EXPECT_LT(stay(2 * spacing), static_cast<std::ptrdiff_t>(corners.size())) << "small ones among large ones";
+}
+
 TEST(Remesher, NoRoundsChangeNothing)
 {
   const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, 16);

@@ -14,7 +14,7 @@ namespace pcl {
 namespace mrf {
 
 struct RemesherOptions {
-  int rounds = 6;       ///< 0 = do not remesh, 0..1000
+  int rounds = 6; ///< 0 = do not remesh, 0..1000
   /// Target edge length l, cloud's unit; 0 = median edge of the input mesh, and longer where points are sparse, see
   /// EdgeSizing.
   float targetEdge = 0;
@@ -61,16 +61,18 @@ struct RemeshResult : RemeshSummary {
 /// neighbors along it; what is cut off at its bends stays below a quarter of a voxel.
 ///
 /// What sticks out keeps its length: an operation may not leave edges along which the surface turns by more than 46°,
-/// unless they did before, or are to be longer than before (ours). With it, points of 22 clean scans are as close to the
-/// mesh as before; ten rounds without it left them 1.34 times as far away.
+/// unless they did before, or are to be longer than before (ours). With it, points of 22 clean scans are as close to
+/// the mesh as before; ten rounds without it left them 1.34 times as far away.
 ///
 /// An operation that would turn a triangle over, create a non-manifold edge or vertex, or a duplicate triangle is
 /// refused: every operation is checked against the former triangles and the field's normals. No self-intersection is
 /// created: after each round triangles are tested where sheets are close, where the surface is folded and along
 /// borders; moves that made triangles meet are taken back and, if that does not help, the round is repeated with the
 /// mesh around them left alone. In the end all triangles are tested; if some meet elsewhere, all is done again with
-/// tests everywhere. What intersects in the input may remain, but borders that touch at a vertex come apart. The
-/// topology (components, genus, boundary loops) is kept. \param mesh oriented and manifold, as polygonize gives it
+/// tests everywhere. What intersects in the input may remain, but borders that touch at a vertex come apart. A few
+/// triangles that run against the field's normals stay as they are, unless edges are to be longer: sheets are too close
+/// to each other there for the field to tell what to do. The topology (components, genus, boundary loops) is kept.
+/// \param mesh oriented and manifold, as polygonize gives it
 /// \throw InvalidInput if the mesh is not oriented and manifold, or the field is empty
 /// \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than can be indexed; Cancelled
 /// Vertices and triangles come out in the order of a space-filling curve.
