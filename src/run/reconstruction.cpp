@@ -122,13 +122,6 @@ PointSet gather(RawCloud cloud, const Options& options, Report& report, Executio
   return gather(std::move(cloud), options, report.points, execution);
 }
 
-void setVertexFields(Reconstruction& result, const Support& support, const ResolvedOptions& options,
-                     Execution& execution)
-{
-  setNormals(result.mesh, result.field, execution);
-  setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
-}
-
 /// Cuts the zero level out of the field. \throw InvalidInput if it has none
 void polygonize(Reconstruction& result, const ResolvedOptions& options, Execution& execution)
 {
@@ -141,7 +134,8 @@ void polygonize(Reconstruction& result, const ResolvedOptions& options, Executio
                             : ", or prior.beta = " + decimalText(options.prior.beta) + " is too small"));
 }
 
-/// Sets the fields of the vertices, drops what no data support, and measures what is left.
+/// Sets the confidences of the vertices, drops what no data support, and measures what is left; sets the normals unless
+/// it is to be remeshed.
 /// \param diagonal that the limits of holes follow \throw InvalidInput if nothing is left
 void trim(Reconstruction& result, const NeighborSearch& search, const Support& support, float diagonal,
           const ResolvedOptions& options, Execution& execution)
@@ -150,15 +144,19 @@ void trim(Reconstruction& result, const NeighborSearch& search, const Support& s
   std::optional<MeshStatistics> statistics;
   {
     const StageTimer timer("trimming", report, execution);
-    setVertexFields(result, support, options, execution);
+    setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
     TrimResult trimmed =
         trim(std::move(result.mesh), result.points, search, diagonal, options.requested().trimming, execution);
     report.trimming = trimmed.summary();
     statistics = trimmed.statistics;
     result.mesh = std::move(trimmed.mesh);
     const bool isCut = options.trimming.kind != Trimming::none && !statistics;
-    if (isCut && tightenBorders(result.mesh, support, execution) > 0 && options.remesher.rounds == 0)
-      setVertexFields(result, support, options, execution);
+    const bool isTightened = isCut && tightenBorders(result.mesh, support, execution) > 0;
+    if (options.remesher.rounds == 0) {
+      setNormals(result.mesh, result.field, execution);
+      if (isTightened)
+        setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
+    }
   }
   if (result.mesh.triangles.empty())
     throw InvalidInput(
@@ -178,7 +176,8 @@ void remesh(Reconstruction& result, const Support& support, const ResolvedOption
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
     RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution);
     result.mesh = std::move(remeshed.mesh);
-    setVertexFields(result, support, options, execution);
+    setNormals(result.mesh, result.field, execution);
+    setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
     report.remesher = remeshed.summary();
     report.intersectingBeforeRemeshing = remeshed.intersectingBefore;
     report.intersecting = remeshed.intersecting;
