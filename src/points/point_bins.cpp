@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -92,22 +91,6 @@ std::uint64_t packed(const Eigen::Array3i& brick)
 std::size_t slotOf(std::uint64_t key, std::size_t capacity)
 {
   return static_cast<std::size_t>(key * 0x9e3779b97f4a7c15 >> 32) & (capacity - 1);
-}
-
-/// Distances are not negative: their bits are ordered as they are, equals by index.
-std::uint64_t packed(float distance, std::uint32_t index)
-{
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &distance, sizeof bits);
-  return std::uint64_t{bits} << 32 | index;
-}
-
-float distanceOf(std::uint64_t entry)
-{
-  const auto bits = static_cast<std::uint32_t>(entry >> 32);
-  float distance = 0;
-  std::memcpy(&distance, &bits, sizeof distance);
-  return distance;
 }
 
 constexpr std::size_t noBrick = std::numeric_limits<std::size_t>::max();
@@ -377,29 +360,39 @@ bool PointBins::findBounded(const Eigen::Vector3f& query, float bound, Nearest& 
   return seen <= maxPerQuery;
 }
 
-bool PointBins::findClosest(const Eigen::Vector3f& query, Nearest& nearest) const
+std::uint64_t PointBins::findClosest(const Eigen::Vector3f& query) const
 {
-  // Distance and index in one number, whose minimum takes no branch.
   std::uint64_t closest = std::numeric_limits<std::uint64_t>::max();
-  std::size_t seen = 0;
-  const Eigen::Array3i lower = cellOf(query.array().cast<double>() - .5 * side_);
-  const CellBox cells{lower, (lower + 1).min((1 << cellBits) - 1)};
-  forEachRun(cells, [&](std::size_t begin, std::size_t end) {
-    seen += end - begin;
-    if (seen <= maxPerQuery)
-      for (std::size_t n = begin; n < end; ++n)
-        closest = std::min(closest, packed(points_[n].squaredDistanceTo(query), points_[n].index));
-  });
-  if (seen == 0 || seen > maxPerQuery || !(distanceOf(closest) < squaredClearance(query, cells)))
-    return false;
-  nearest.add(distanceOf(closest), static_cast<std::uint32_t>(closest));
-  return true;
+  const auto isFoundIn = [&](const CellBox& cells, std::size_t& seen) {
+    forEachRun(cells, [&](std::size_t begin, std::size_t end) {
+      seen += end - begin;
+      if (seen <= maxPerQuery)
+        for (std::size_t n = begin; n < end; ++n)
+          closest = std::min(closest, packed(points_[n].squaredDistanceTo(query), points_[n].index));
+    });
+    return seen > 0 && seen <= maxPerQuery && distanceOf(closest) < squaredClearance(query, cells);
+  };
+  if (hasBins()) {
+    constexpr int last = (1 << cellBits) - 1;
+    constexpr double sparse = 3; // cells; farther away the tree is as fast
+    const Eigen::Array3d position = query.array().cast<double>();
+    const Eigen::Array3i corner = cellOf(position - .5 * side_);
+    std::size_t few = 0, more = 0;
+    if (isFoundIn({corner, (corner + 1).min(last)}, few))
+      return closest;
+    if (few <= maxPerQuery && isFoundIn({cellOf(position - sparse * side_), cellOf(position + sparse * side_)}, more))
+      return closest;
+  }
+  return tree_.findClosest(query, closest);
 }
 
 void PointBins::findNearest(const Eigen::Vector3f& query, Nearest& nearest) const
 {
-  if (hasBins() && nearest.capacity() == 1 && findClosest(query, nearest))
+  if (nearest.capacity() == 1) {
+    const std::uint64_t closest = findClosest(query);
+    nearest.add(distanceOf(closest), static_cast<std::uint32_t>(closest));
     return;
+  }
   const auto isFoundIn = [&](const CellBox& cells) {
     nearest.clear();
     std::size_t seen = 0;

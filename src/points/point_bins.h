@@ -60,8 +60,8 @@ private:
 
   void findNearest(const Eigen::Vector3f& query, Nearest& nearest) const;
 
-  /// The same for one neighbor that is in the eight cells around the nearest corner. \return false if it is not
-  bool findClosest(const Eigen::Vector3f& query, Nearest& nearest) const;
+  /// The same for one neighbor, packed. \pre there are points
+  std::uint64_t findClosest(const Eigen::Vector3f& query) const;
 
   /// The same, given a squared distance that the farthest of them does not exceed. \return false if it is too large
   bool findBounded(const Eigen::Vector3f& query, float bound, Nearest& nearest) const;

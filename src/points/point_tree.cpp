@@ -104,7 +104,8 @@ float PointTree::boundFromMemory(std::size_t n, std::size_t k) const
   return *kth;
 }
 
-void PointTree::findNearest(const Eigen::Vector3f& query, Nearest& nearest, float bound) const
+template <typename Admits, typename VisitLeaf>
+void PointTree::descend(const Eigen::Vector3f& query, const Admits& admits, const VisitLeaf& visitLeaf) const
 {
   if (levels_.empty())
     return;
@@ -112,16 +113,10 @@ void PointTree::findNearest(const Eigen::Vector3f& query, Nearest& nearest, floa
   auto& [stack, depth] = visits;
   while (depth > 0) {
     const Visit visit = stack[--depth];
-    if (visit.distance > bound || !nearest.admits(visit.distance, visit.smallestIndex))
+    if (!admits(visit.distance, visit.smallestIndex))
       continue;
     if (visit.level == 0) {
-      const std::size_t begin = pointsBegin(visit.number), count = pointsEnd(visit.number) - begin;
-      float distances[leafSize];
-      for (std::size_t n = 0; n < count; ++n)
-        distances[n] = (*points_)[begin + n].squaredDistanceTo(query);
-      for (std::size_t n = 0; n < count; ++n)
-        if (distances[n] <= bound)
-          nearest.add(distances[n], (*points_)[begin + n].index);
+      visitLeaf(pointsBegin(visit.number), pointsEnd(visit.number));
       continue;
     }
     const Node& node = levels_[visit.level - 1][visit.number];
@@ -130,8 +125,8 @@ void PointTree::findNearest(const Eigen::Vector3f& query, Nearest& nearest, floa
     const std::size_t base = depth;
     for (std::size_t c = 0; c < fanOut; ++c) {
       // Also of a missing child, which is infinitely far, unless the distances of the others overflow as well.
-      if (distances[c] > bound || node.smallestIndex[c] == std::numeric_limits<std::uint32_t>::max() ||
-          !nearest.admits(distances[c], node.smallestIndex[c]))
+      if (node.smallestIndex[c] == std::numeric_limits<std::uint32_t>::max() ||
+          !admits(distances[c], node.smallestIndex[c]))
         continue;
       // The nearest on top; of equals, the one with the smallest index.
       std::size_t n = depth++;
@@ -145,6 +140,31 @@ void PointTree::findNearest(const Eigen::Vector3f& query, Nearest& nearest, floa
                   static_cast<std::uint32_t>(visit.number * fanOut + c)};
     }
   }
+}
+
+void PointTree::findNearest(const Eigen::Vector3f& query, Nearest& nearest, float bound) const
+{
+  descend(
+      query, [&](float distance, std::uint32_t index) { return distance <= bound && nearest.admits(distance, index); },
+      [&](std::size_t begin, std::size_t end) {
+        float distances[leafSize];
+        for (std::size_t n = begin; n < end; ++n)
+          distances[n - begin] = (*points_)[n].squaredDistanceTo(query);
+        for (std::size_t n = begin; n < end; ++n)
+          if (distances[n - begin] <= bound)
+            nearest.add(distances[n - begin], (*points_)[n].index);
+      });
+}
+
+std::uint64_t PointTree::findClosest(const Eigen::Vector3f& query, std::uint64_t known) const
+{
+  descend(
+      query, [&](float distance, std::uint32_t index) { return packed(distance, index) < known; },
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n)
+          known = std::min(known, packed((*points_)[n].squaredDistanceTo(query), (*points_)[n].index));
+      });
+  return known;
 }
 
 } // namespace mrf

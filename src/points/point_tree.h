@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -31,6 +32,23 @@ struct IndexedPoint {
     return dx * dx + dy * dy + dz * dz;
   }
 };
+
+/// Distance and index in one number, of which the smallest takes no branch to find: distances are not negative, so that
+/// their bits are ordered as they are, equals by index.
+inline std::uint64_t packed(float distance, std::uint32_t index)
+{
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &distance, sizeof bits);
+  return std::uint64_t{bits} << 32 | index;
+}
+
+inline float distanceOf(std::uint64_t entry)
+{
+  const auto bits = static_cast<std::uint32_t>(entry >> 32);
+  float distance = 0;
+  std::memcpy(&distance, &bits, sizeof distance);
+  return distance;
+}
 
 /// The k nearest of the points it is shown, nearest first, equals by index.
 class Nearest {
@@ -88,6 +106,10 @@ public:
   void findNearest(const Eigen::Vector3f& query, Nearest& nearest,
                    float bound = std::numeric_limits<float>::infinity()) const;
 
+  /// The nearest one, packed, or what is known already if that is nearer.
+  std::uint64_t findClosest(const Eigen::Vector3f& query,
+                            std::uint64_t known = std::numeric_limits<std::uint64_t>::max()) const;
+
   /// Such a bound for the k nearest of the n-th point: that of the k nearest of its neighbors in memory.
   float boundFromMemory(std::size_t n, std::size_t k) const;
 
@@ -138,6 +160,11 @@ private:
 
     explicit Visits(std::size_t levels) { stack[0] = {0, 0, static_cast<std::uint32_t>(levels), 0}; }
   };
+
+  /// Calls visitLeaf(begin, end) for the points of leaves that may hold what is looked for, the nearest leaf first.
+  /// \param admits whether something this far away, of this smallest index, may still be it
+  template <typename Admits, typename VisitLeaf>
+  void descend(const Eigen::Vector3f& query, const Admits& admits, const VisitLeaf& visitLeaf) const;
 
   std::size_t pointsBegin(std::size_t leaf) const { return leaf * leafSize; }
   std::size_t pointsEnd(std::size_t leaf) const { return std::min((leaf + 1) * leafSize, points_->size()); }
