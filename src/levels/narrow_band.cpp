@@ -2,7 +2,6 @@
 #include "levels/narrow_band.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -244,27 +243,35 @@ VoxelSet zeroLevelAtData(const LevelField& field, Execution& execution)
       0, execution);
 }
 
-/// True if an unknown at the zero level has a neighbor that is no unknown: the coarser level has missed a sheet.
+/// How many voxels at the zero level have a neighbor that is not in a band.
+std::int64_t countAtRim(const VoxelSet& band, const VoxelSet& zeroLevel, Execution& execution)
+{
+  const GridSize size = band.size();
+  const VoxelSet inside = eroded(band, 1, execution);
+  const auto fill = [&](int z, MaskPlane& mask) {
+    MaskPlane solved(size), inner(size);
+    band.rasterize(z, mask);
+    inside.rasterize(z, inner);
+    zeroLevel.rasterize(z, solved);
+    mask.subtract(inner);
+    mask.intersect(solved);
+    clearRim(size, z, mask);
+  };
+  return VoxelSet(size, fill, 0, execution).count();
+}
+
+/// One in so many voxels at the zero level may touch the rim of the band. On a Kinect frame 7 of 220,000 did, and to
+/// solve the band once more for them, a tenth of the run, changed nothing; around a thin plate they are one in a
+/// hundred, and its edges are rounder without.
+constexpr std::int64_t mayTouch = 5000;
+
+/// True if the zero level goes on beyond the unknowns: the coarser level has missed a sheet.
 /// \param zeroLevel close to observed voxels: far from data sheets end at rims as they please
 bool missesSheet(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution& execution)
 {
-  const GridSize size = unknowns.size();
-  const VoxelSet inside = eroded(unknowns, 1, execution);
-  std::atomic<bool> misses{false};
-  execution.forRange(size.z, 16, [&](std::int64_t begin, std::int64_t end) {
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
-      MaskPlane atRim(size), solved(size), inner(size);
-      unknowns.rasterize(z, atRim);
-      inside.rasterize(z, inner);
-      zeroLevel.rasterize(z, solved);
-      atRim.subtract(inner);
-      atRim.intersect(solved);
-      clearRim(size, z, atRim);
-      if (!atRim.empty())
-        misses = true;
-    }
-  });
-  return misses;
+  const std::int64_t touching = countAtRim(unknowns, zeroLevel, execution);
+  return touching * mayTouch > zeroLevel.count() ||
+         (touching > 0 && countAtRim(dilated(unknowns, 1, 1, execution), zeroLevel, execution) > 0);
 }
 
 /// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
