@@ -214,6 +214,8 @@ std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uin
                        Part& part = parts[static_cast<std::size_t>(begin / vertexGrain)];
                        Ring ring;
                        for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
+                         if (corners.begin[at(v)] == corners.begin[at(v) + 1])
+                           continue; // of members mostly a small part of the mesh
                          ring.set(mesh, corners, v);
                          if (!ring.isClosedFan()) {
                            ring.findEdges();
