@@ -368,7 +368,7 @@ std::uint64_t PointBins::findClosest(const Eigen::Vector3f& query) const
       seen += end - begin;
       if (seen <= maxPerQuery)
         for (std::size_t n = begin; n < end; ++n)
-          closest = std::min(closest, packed(points_[n].squaredDistanceTo(query), points_[n].index));
+          closest = std::min(closest, ranked(points_[n].squaredDistanceTo(query), points_[n].index));
     });
     return seen > 0 && seen <= maxPerQuery && distanceOf(closest) < squaredClearance(query, cells);
   };
@@ -447,7 +447,7 @@ int PointBins::within(const Eigen::Vector3f& query, float radius, Neighbors& res
     return 0;
   const auto limit = static_cast<float>(double{radius} * radius);
   std::vector<std::uint64_t> found;
-  const auto add = [&](float distance, std::uint32_t index) { found.push_back(packed(distance, index)); };
+  const auto add = [&](float distance, std::uint32_t index) { found.push_back(ranked(distance, index)); };
   constexpr double maxCells = 2; // from the center; farther, the tree is faster
   if (hasBins() && radius < maxCells * side_) {
     const Eigen::Array3d position = query.array().cast<double>();

@@ -60,7 +60,7 @@ private:
 
   void findNearest(const Eigen::Vector3f& query, Nearest& nearest) const;
 
-  /// The same for one neighbor, packed. \pre there are points
+  /// The same for one neighbor, ranked. \pre there are points
   std::uint64_t findClosest(const Eigen::Vector3f& query) const;
 
   /// The same, given a squared distance that the farthest of them does not exceed. \return false if it is too large

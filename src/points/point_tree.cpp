@@ -159,10 +159,10 @@ void PointTree::findNearest(const Eigen::Vector3f& query, Nearest& nearest, floa
 std::uint64_t PointTree::findClosest(const Eigen::Vector3f& query, std::uint64_t known) const
 {
   descend(
-      query, [&](float distance, std::uint32_t index) { return packed(distance, index) < known; },
+      query, [&](float distance, std::uint32_t index) { return ranked(distance, index) < known; },
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n)
-          known = std::min(known, packed((*points_)[n].squaredDistanceTo(query), (*points_)[n].index));
+          known = std::min(known, ranked((*points_)[n].squaredDistanceTo(query), (*points_)[n].index));
       });
   return known;
 }

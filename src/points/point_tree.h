@@ -35,7 +35,7 @@ struct IndexedPoint {
 
 /// Distance and index in one number, of which the smallest takes no branch to find: distances are not negative, so that
 /// their bits are ordered as they are, equals by index.
-inline std::uint64_t packed(float distance, std::uint32_t index)
+inline std::uint64_t ranked(float distance, std::uint32_t index)
 {
   std::uint32_t bits = 0;
   std::memcpy(&bits, &distance, sizeof bits);
@@ -106,7 +106,7 @@ public:
   void findNearest(const Eigen::Vector3f& query, Nearest& nearest,
                    float bound = std::numeric_limits<float>::infinity()) const;
 
-  /// The nearest one, packed, or what is known already if that is nearer.
+  /// The nearest one, ranked, or what is known already if that is nearer.
   std::uint64_t findClosest(const Eigen::Vector3f& query,
                             std::uint64_t known = std::numeric_limits<std::uint64_t>::max()) const;
 
