@@ -181,14 +181,14 @@ constexpr double pointToleranceOfGuess = 6;
 /// Weight of the normals on a level that bands of order 3 refine, times that of the last one. Bands move the surface
 /// to the points again, but hardly what fills a hole, and that leans on the normals at its rim. On 22 clean scans of
 /// 30,000 points whose last one or two levels are in bands holes are .90 as far from the truth with it, with
-/// Quality::fine .93, on ten of 150,000 points .99, and points are met as well; discs withheld from four real clouds are
-/// .93 as far, in three draws each. With 4 it is less, with 40 no more. Bands of order 2 fill holes as whole levels do
-/// without.
+/// Quality::fine .93, on ten of 150,000 points .99, and points are met as well; discs withheld from four real clouds
+/// are .93 as far, in three draws each. With 4 it is less, with 40 no more. Bands of order 2 fill holes as whole levels
+/// do without.
 constexpr double normalsOfGuess = 10;
 
-/// Voxel side, in spacings, up to which that holds. Clouds that bear larger voxels have so many points that coarse levels
-/// see them well, and holes many voxels wide, where it would bend what fills them: on nine scans of 500,000 and more
-/// points holes came out 1.11 times as far from the truth.
+/// Voxel side, in spacings, up to which that holds. Clouds that bear larger voxels have so many points that coarse
+/// levels see them well, and holes many voxels wide, where it would bend what fills them: on nine scans of 500,000 and
+/// more points holes came out 1.11 times as far from the truth.
 constexpr float normalsLeadUpTo = 2.4f;
 
 /// The points as a level stored in another order of axes sees them.

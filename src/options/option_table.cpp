@@ -269,9 +269,10 @@ void declareOrientation(Table& table)
                "drop components with a smaller share of the points");
   table.number("lowAgreement", "--low-agreement", "share", zeroToOne, field(stage, &OrientationOptions::lowAgreement),
                "warn if fewer normals agree with the vote on their orientation");
-  table.onOff("sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
-              "without these, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the cloud is organized; to "
-              "tell shadows from holes, so is the origin if all normals look there");
+  table.onOff(
+      "sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
+      "without these, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the cloud is organized; to "
+      "tell shadows from holes, so is the origin if all normals look there");
 }
 
 void declareObservation(Table& table)

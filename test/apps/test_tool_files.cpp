@@ -439,7 +439,8 @@ TEST_F(ToolFiles, SurfacesThatSigmaAllowsFor)
 {
   write("in.xyz", tool::sphereRows(2000, .75));
   const json report = reportOf({"in.xyz", "out.ply", "--write-samples", "2"});
-  EXPECT_EQ(files(), (std::vector<std::string>{"in.xyz", "out.ply", "out.sample-1.ply", "out.sample-2.ply", "report.json"}));
+  EXPECT_EQ(files(),
+            (std::vector<std::string>{"in.xyz", "out.ply", "out.sample-1.ply", "out.sample-2.ply", "report.json"}));
   const json& shape = report.at("/uncertainty/shape"_json_pointer);
   EXPECT_EQ(shape.at("surfaces"), 8) << "all draws are measured";
   const json& volume = shape.at("volume");

@@ -224,8 +224,7 @@ TEST_P(MeasuredCloud, BandsFillDiscs)
 }
 
 INSTANTIATE_TEST_SUITE_P(Clouds, MeasuredCloud,
-                         testing::Values(Bar{"real/dragon_one", .0071, .079}, Bar{"real/samp11", .128, .39}),
-                         nameOf);
+                         testing::Values(Bar{"real/dragon_one", .0071, .079}, Bar{"real/samp11", .128, .39}), nameOf);
 
 TEST_P(NoisyScan, DefaultPresetReachesItsBars)
 {

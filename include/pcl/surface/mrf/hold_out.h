@@ -70,8 +70,8 @@ public:
   /// of the parabola through the best three, or the length that the noise found there asks for, if that is longer. Not
   /// from the short end, because noise makes the shortest ℓ flatten the field, which scores well by accident. Where 8
   /// cubes see no noise at .5 l̄, and .71 l̄ does not do much better, the scan is clean and that is all; 3 cubes are
-  /// enough where that is plain. Where the points lie in a layer so thick that the nearest 64 tell no surface, it is the
-  /// length that the noise asks for, as 4 l̄ see it.
+  /// enough where that is plain. Where the points lie in a layer so thick that the nearest 64 tell no surface, it is
+  /// the length that the noise asks for, as 4 l̄ see it.
   SmoothingChoice chooseSmoothing();
 
   /// Chooses the weight of the normals, g²/ℓ², for the noise: .4 or 4.

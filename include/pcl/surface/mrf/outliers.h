@@ -45,8 +45,8 @@ struct OutlierResult {
 /// exceeds aloneFactor times the median of theirs (a local outlier factor), or of all points'. And no surface goes
 /// through it: fewer than five of the eight lie in its tangent plane with normals like its own (by the planes of the 13
 /// nearest points where the points have none), or fewer than three of those stay. So a wall that is scanned sparsely,
-/// the bottom of a pocket that few rays reach and a patch of six points stay, however small they are beside the cloud; a
-/// share of the cloud, or a spacing beside its median alone, is no evidence against a point.
+/// the bottom of a pocket that few rays reach and a patch of six points stay, however small they are beside the cloud;
+/// a share of the cloud, or a spacing beside its median alone, is no evidence against a point.
 ///
 /// The spacing criterion (ours) is robust where the mean and standard deviation of PCL's are not: a few far outliers
 /// inflate the deviation until nothing is dropped. Duplicates count as neighbors at distance 0.
