@@ -295,7 +295,7 @@ void declareObservation(Table& table)
       .number("gradientWeight", "--gradient-weight", "ratio", upTo(100),
               field(stage, &ObservationOptions::gradientWeight),
               "of the normals beside the positions, in squared smoothing lengths")
-      .automatic = ".4, or 4 if the data of a noisy cloud say so";
+      .automatic = ".4, or 4 if the data of a noisy cloud with normals say so";
   table.number("neighbors", "--neighbors", "n", between(1, 100), field(stage, &ObservationOptions::neighbors),
                "points observed per voxel");
   table.onOff("scaleWithLevel", "--scale-distance", field(stage, &ObservationOptions::scaleWithLevel),

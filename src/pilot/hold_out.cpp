@@ -310,6 +310,14 @@ double length(int steps, double spacing)
   return std::pow(1.4142135623730951, steps) * shortestSmoothing(spacing);
 }
 
+/// The one of them closest to a length, within a fourth root of 2. It is mostly one that was tried, so that its scores
+/// are known, and what is best with it is so with the other one.
+double closestLength(double smoothing, double spacing)
+{
+  const double steps = std::round(2 * std::log2(smoothing / shortestSmoothing(spacing)));
+  return steps >= 0 && steps <= longest ? length(static_cast<int>(steps), spacing) : smoothing;
+}
+
 /// How noisy a scan is, as far as the shortest two lengths tell.
 enum class NoiseLevel { low, unclear, high };
 
@@ -372,6 +380,7 @@ public:
     constexpr double noisy = .2, fewer = .92;
     if (noise < noisy * spacing_)
       return weaker;
+    smoothing = closestLength(smoothing, spacing_);
     const auto isBetter = [&](double factor, double discRadius) {
       for (std::size_t cubes = firstCubes;; cubes *= 2) {
         const Score strong = score({finest_, stronger, discRadius}, cubes, smoothing, noise),
@@ -391,6 +400,7 @@ public:
   {
     constexpr int steps = 4;
     constexpr double worse = 1.01;
+    smoothing = closestLength(smoothing, spacing_);
     ResolutionChoice choice;
     choice.voxelSize = finest_;
     std::map<double, std::size_t> asked; // cubes, by the voxel size

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -106,6 +108,37 @@ TEST(OptionResolver, leavesWhatWasGiven)
   EXPECT_EQ(options.normals.maxPlaneDistance, 6);
   EXPECT_EQ(options.trimming.maxHole, 7);
   EXPECT_EQ(options.trimming.maxGap, 7) << "as the hole that was given";
+}
+
+TEST(OptionResolver, estimatedNormalsGetNoMoreWeightBecauseOfNoise)
+{
+  // A bumpy ball whose points are noisy, and whose normals are not.
+  constexpr int count = 12000;
+  constexpr float waves = 20, height = .08f;
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  const auto spacing = static_cast<float>(std::sqrt(4 * M_PI / count));
+  OrientedPoints points;
+  for (int n = 0; n < count; ++n) {
+    const Eigen::Vector3f direction = Eigen::Vector3f(normal(random), normal(random), normal(random)).normalized();
+    Eigen::Vector3f p = direction, gradient = direction;
+    for (int step = 0; step < 8; ++step) { // to the zero of |p|² − 1 + h Σ sin(w p)
+      gradient = 2 * p + height * waves * (waves * p.array()).cos().matrix();
+      const float value = p.squaredNorm() - 1 + height * (waves * p.array()).sin().sum();
+      p -= value / gradient.dot(direction) * direction;
+    }
+    points.normals.push_back(gradient.normalized());
+    points.positions.push_back(p + .4f * spacing * normal(random) * points.normals.back());
+  }
+  Execution execution(1);
+  for (const bool areEstimated : {false, true}) {
+    Report report;
+    report.normalsEstimated = areEstimated;
+    OptionResolver resolver(Options(), densityOf(spacing));
+    resolver.chooseByData(points, report, execution);
+    resolver.limitTrimming(2);
+    EXPECT_EQ(resolver.resolved().observation.gradientWeight, areEstimated ? .4f : 4.f);
+  }
 }
 
 TEST(OptionResolver, asksTheDataOnlyWhatIsLeftToThem)

@@ -79,7 +79,8 @@ public:
   /// A filling leans on the normals at its rim, so discs that are held out, of 6 l̄ around the cubes' centers, tell what
   /// they are worth. 4 is chosen where it brings discs nearer by 8 % and scattered points no farther, on clouds with
   /// noise of .2 l̄ and more. On clean ones the positions are worth more: 4 makes the surface's distance from the points
-  /// a third larger, on three head scans.
+  /// a third larger, on three head scans. Not for normals estimated from the points: those around withheld points know
+  /// of them.
   /// \param smoothing ℓ, \param noise as chooseSmoothing gives them, cloud's unit
   float chooseGradientWeight(double smoothing, double noise);
 

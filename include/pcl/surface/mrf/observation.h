@@ -41,8 +41,9 @@ struct ObservationOptions {
                        ///< else chosen by the data
   float noise = 0;     ///< standard deviation of the scanner's noise, cloud's unit; 0 = unknown
   float gradientWeight = 0; ///< g²/ℓ²: weight of the normals beside that of the positions, ..100; 0 = chosen by the
-                            ///< data, or .4 where the smoothing is given. Coarse levels take ten times as much where
-                            ///< bands of order 3 refine them to voxels of at most 2.4 spacings
+                            ///< data, or .4 where the smoothing is given or the normals are estimated. Coarse levels
+                            ///< take ten times as much where bands of order 3 refine them to voxels of at most 2.4
+                            ///< spacings
 
   // Of observations at the voxels.
   int neighbors = 5;          ///< points per voxel, 1..100
