@@ -81,8 +81,8 @@ void setNormals(RemeshedSurface& surface, Execution& execution)
 /// Pins triangles that run against the surface's normals, slivers aside, which point anywhere. Sheets are closer to
 /// each other there than the field's gradients tell apart: what the passes ask of it has no answer, and what they made
 /// of such triangles intersected, so that rounds had to be repeated. Of a Kinect frame of a cluttered office they are
-/// 1.5 % and cost half of the rounds; on clean scans there are none. Where a mesh is made of such, it is what there is
-/// to be remeshed.
+/// 1.5 % and cost half of the rounds; on three clean scans two at most. Where a mesh is made of such, it is what there
+/// is to be remeshed.
 void pinFolds(RemeshedSurface& surface)
 {
   constexpr double mostPinned = .05;

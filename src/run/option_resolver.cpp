@@ -44,10 +44,8 @@ void chooseSmoothing(HoldOut& holdOut, ObservationOptions& observation, Report& 
 void chooseResolution(HoldOut& holdOut, Options& options, Report& report, Execution& execution)
 {
   const StageTimer timer("resolution", report, execution);
-  const bool isChosen = report.smoothing.smoothing > 0; // the same number: what was solved with it is known
-  report.resolution = holdOut.chooseResolution(isChosen ? report.smoothing.smoothing
-                                                        : static_cast<double>(options.observation.smoothing),
-                                               options.observation.gradientWeight, report.smoothing.noise);
+  report.resolution = holdOut.chooseResolution(options.observation.smoothing, options.observation.gradientWeight,
+                                               report.smoothing.noise);
   options.multiscale.voxelSize = static_cast<float>(report.resolution.voxelSize);
 }
 

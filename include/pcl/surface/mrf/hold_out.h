@@ -81,7 +81,8 @@ public:
   /// noise of .2 l̄ and more. On clean ones the positions are worth more: 4 makes the surface's distance from the points
   /// a third larger, on three head scans. Not for normals estimated from the points: those around withheld points know
   /// of them.
-  /// \param smoothing ℓ, \param noise as chooseSmoothing gives them, cloud's unit
+  /// \param smoothing ℓ, \param noise as chooseSmoothing gives them, cloud's unit; the closest ℓ that it tries stands
+  /// for this one
   float chooseGradientWeight(double smoothing, double noise);
 
   /// Chooses the voxel size: as fine as the data carry.
@@ -92,7 +93,8 @@ public:
   /// sees it. Most of a noisy cloud's distance is the noise, hence so little. All cubes are asked before larger voxels
   /// are taken; to refuse them a few that agree are enough, and the finest size, the slowest, is not tried where the
   /// larger one's distance cannot be seen.
-  /// \param smoothing ℓ, cloud's unit, > 0 \param noise as chooseSmoothing gives it, or 0, cloud's unit
+  /// \param smoothing ℓ, cloud's unit, > 0, or the closest one that chooseSmoothing tries \param noise as
+  /// chooseSmoothing gives it, or 0, cloud's unit
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise);
 
 private:
