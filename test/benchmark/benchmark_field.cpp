@@ -22,10 +22,10 @@ namespace {
 struct Scan {
   OrientedPoints points;
   std::unique_ptr<NeighborSearch> search;
-  float spacing;
+  SamplingDensity density;
 
   explicit Scan(const PointSet& sphere)
-      : points(shapes::oriented(sphere)), search(clouds::searchOf(sphere)), spacing(densityOf(sphere).spacing)
+      : points(shapes::oriented(sphere)), search(clouds::searchOf(sphere)), density(densityOf(sphere))
   {}
 
   static const Scan& of(std::int64_t count)
@@ -39,45 +39,58 @@ struct Scan {
   }
 };
 
-/// All levels at the default voxel size of two spacings.
-void regularization(benchmark::State& state, ObservationKind kind, std::int64_t count, std::int64_t threads)
+/// All levels.
+void regularization(benchmark::State& state, ObservationKind kind, const Scan& scan, float voxelSize,
+                    std::int64_t threads)
 {
-  const Scan& scan = Scan::of(count);
+  const auto count = static_cast<double>(scan.points.size());
   ObservationOptions observation;
   observation.kind = kind;
   PriorOptions prior;
   prior.kind = static_cast<Prior>(state.range(1));
   MultiscaleOptions options;
-  options.voxelSize = spacingsPerVoxel(options.quality) * scan.spacing;
+  options.voxelSize = voxelSize;
   options.padding = minPadding;
   const BoundingBox box = boundingBox(scan.points.positions);
   MultiscaleResult result;
-  runStage(state, threads, "point", static_cast<double>(count), [&](Execution& execution) {
+  runStage(state, threads, "point", count, [&](Execution& execution) {
     result = MultiscaleResult();
-    result = regularize(scan.points, *scan.search, scan.spacing, box, observation, prior, {}, options, execution);
+    result =
+        regularize(scan.points, *scan.search, scan.density.spacing, box, observation, prior, {}, options, execution);
   });
   state.counters["predicted/taken"] =
-      static_cast<double>(result.predictedBytes) / (state.counters["bytes/point"].value * static_cast<double>(count));
+      static_cast<double>(result.predictedBytes) / (state.counters["bytes/point"].value * count);
   Execution execution(0);
   state.counters["voxels"] = static_cast<double>(result.levels.back().size.count());
   state.counters["error_voxels"] =
       sphereError(polygonize(result.field, {}, execution), 1) / static_cast<double>(options.voxelSize);
 }
 
+/// At the default voxel size.
+void byPoints(benchmark::State& state, ObservationKind kind)
+{
+  const Scan& scan = Scan::of(state.range(0));
+  const float voxelSize = spacingsPerVoxel(MultiscaleOptions().quality) * scan.density.spacing;
+  regularization(state, kind, scan, voxelSize, state.range(2));
+}
+
 void pointWise(benchmark::State& state)
 {
-  regularization(state, ObservationKind::points, state.range(0), state.range(2));
+  byPoints(state, ObservationKind::points);
 }
 
 void voxelWise(benchmark::State& state)
 {
-  regularization(state, ObservationKind::plane, state.range(0), state.range(2));
+  byPoints(state, ObservationKind::plane);
 }
 
-/// A volume of 150³ voxels of two spacings each, as in the paper's example: sphere, median of five planes.
+/// A volume of 150³ voxels, each two mean distances to the closest other point wide as in the paper's example: sphere,
+/// median of five planes.
 void volume150(benchmark::State& state)
 {
-  regularization(state, state.range(0) == 0 ? ObservationKind::points : ObservationKind::median, 221000, 1);
+  const Scan& scan = Scan::of(221000);
+  const ObservationKind kind = state.range(0) == 0 ? ObservationKind::points : ObservationKind::median;
+  regularization(state, kind, scan, 2 * scan.density.nearestMean, 1);
 }
 
 /// Bytes per second of a triad over arrays of the size of the field, the best of some runs.
