@@ -103,6 +103,18 @@ void split(std::string_view line, std::vector<std::string_view>& words)
   }
 }
 
+bool haveDecimalCommas(const std::vector<std::string_view>& words)
+{
+  bool areJoined = false, areParted = false;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const char* const end = words[i - 1].data() + words[i - 1].size();
+    const std::string_view between(end, static_cast<std::size_t>(words[i].data() - end));
+    areJoined = areJoined || between == ",";
+    areParted = areParted || between.find(',') == std::string_view::npos;
+  }
+  return areJoined && areParted;
+}
+
 namespace {
 
 /// Of a number that no double holds: whether it is too close to zero rather than too far from it.

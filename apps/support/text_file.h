@@ -39,6 +39,10 @@ private:
 /// Splits a line at blanks, tabs, commas and semicolons.
 void split(std::string_view line, std::vector<std::string_view>& words);
 
+/// True if words of one line are joined by commas here and parted by something else there, as with "0,5 1,25".
+/// \param words as split() gave them, of a line that is still there
+bool haveDecimalCommas(const std::vector<std::string_view>& words);
+
 /// \return true if the whole word is a number (nan and inf are)
 bool toNumber(std::string_view word, double& value);
 

@@ -16,6 +16,13 @@ namespace {
   throw FileError(path, "line " + std::to_string(line) + ": " + cause);
 }
 
+/// Decimal commas would make two numbers of one.
+void refuseDecimalCommas(const std::string& path, std::size_t line, const std::vector<std::string_view>& words)
+{
+  if (haveDecimalCommas(words))
+    failAt(path, line, "has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
+}
+
 Eigen::Vector3d vectorAt(const std::vector<double>& values, std::size_t first)
 {
   return {values[first], values[first + 1], values[first + 2]};
@@ -68,6 +75,7 @@ Rows parseRows(const std::string& path, std::string_view text)
       }
       failAt(path, lines.number(), "is not a row of numbers");
     }
+    refuseDecimalCommas(path, lines.number(), words);
     if (rows.columns == 0 && values.size() == 1 && announced < 0 && isCount(values[0])) {
       announced = values[0];
       continue;
@@ -166,6 +174,7 @@ ObjData parseObjLines(const std::string& path, std::string_view text)
     if (isVertex || isNormal) {
       if (!toNumbers(line.substr(2), words, values))
         failAt(path, lines.number(), "is not a row of numbers");
+      refuseDecimalCommas(path, lines.number(), words);
       if (isVertex)
         addObjVertex(path, lines.number(), values, data);
       else if (values.size() == 3)

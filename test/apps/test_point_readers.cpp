@@ -295,6 +295,16 @@ TEST(XyzReader, announcedCountsAreWholeNumbers)
   expectRefused("xyz", "2147483647\n0 0 0\n", "announces 2147483647 points");
 }
 
+TEST(PointReader, decimalCommasAreNoSeparators)
+{
+  for (const std::string row : {"0,5 1,25 -2,0", "0,5;1,25;-2,0", "0,5\t1\t2", "1 2 3 0,5"}) {
+    expectRefused("xyz", "# scan\n" + row + "\n", "line 2: has commas within numbers");
+    expectRefused("obj", "v 0 0 0\nv " + row + "\n", "line 2: has commas within numbers");
+  }
+  for (const std::string row : {"0.5,1,2", "0.5, 1, 2", "0.5 ,1,2", "0.5 1 2", "0.5;1;2"})
+    EXPECT_EQ(parsePoints("xyz", "a.xyz", row + "\n").positions.front(), Eigen::Vector3d(.5, 1, 2)) << row;
+}
+
 TEST_F(PointReaders, devicesAreNoFiles)
 {
   EXPECT_THROW(readMesh("/dev/zero"), UsageError);
