@@ -12,11 +12,11 @@
 
 namespace mrf_apps {
 
-const char* const pointFileExtensions = "pcd, ply, obj, off, xyz or txt";
+const char* const pointFileExtensions = "pcd, ply, obj, off, xyz, txt, asc or csv";
 
 const std::vector<std::string>& pointFormats()
 {
-  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt"};
+  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt", "asc", "csv"};
   return all;
 }
 

@@ -35,11 +35,12 @@ std::string decimal(double value)
   return text.data();
 }
 
-std::string rows(const std::vector<Eigen::Vector3d>& points, const std::string& start = {}, const std::string& end = {})
+std::string rows(const std::vector<Eigen::Vector3d>& points, const std::string& start = {}, const std::string& end = {},
+                 const std::string& between = " ")
 {
   std::string text;
   for (const Eigen::Vector3d& p : points)
-    text += start + decimal(p.x()) + " " + decimal(p.y()) + " " + decimal(p.z()) + end + "\n";
+    text += start + decimal(p.x()) + between + decimal(p.y()) + between + decimal(p.z()) + end + "\n";
   return text;
 }
 
@@ -112,6 +113,8 @@ TEST(PointReader, everyFormatKeepsTheDigits)
   const std::vector<std::pair<std::string, std::string>> files = {
       {"xyz", rows(points)},
       {"txt", rows(points, "", " 0 0 1")},
+      {"csv", "X,Y,Z\n" + rows(points, {}, {}, ",")},
+      {"asc", "//X Y Z\n" + rows(points)},
       {"obj", rows(points, "v ")},
       {"ply", plyHeader(count, "ascii") + rows(points)},
       {"ply", plyHeader(count, "binary_little_endian") + doubles(points)},

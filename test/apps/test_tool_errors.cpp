@@ -126,7 +126,7 @@ TEST_F(ToolErrors, Usage)
   expectFailure({"sphere.xyz", "out.ply", "--beta", ".5", "--beta", ".6"}, 2, "--beta is given more than once");
   expectFailure({"sphere.xyz", "out.doc"}, 2, "does not end in ply, obj, stl, vtk or vtp");
   expectFailure({"sphere.xyz", "out"}, 2, "does not end in");
-  expectFailure({"sphere.doc", "out.ply"}, 2, "does not end in pcd, ply, obj, off, xyz or txt");
+  expectFailure({"sphere.doc", "out.ply"}, 2, "does not end in pcd, ply, obj, off, xyz, txt, asc or csv");
   expectFailure({"sphere.xyz", "out.ply", "--report", "r.txt"}, 2, ".json");
   expectFailure({"sphere.xyz", "out.ply", "--field", "f.vtk"}, 2, ".vti");
   expectFailure({"sphere.xyz", "out.ply", "--picture", "p.jpg"}, 2, ".png");
