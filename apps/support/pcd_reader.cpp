@@ -331,7 +331,8 @@ private:
     for (Lines lines(text); rows < header_.points && lines.next(line);) {
       if (lines.number() <= header_.lines || line.find_first_not_of(" \t") == std::string_view::npos)
         continue;
-      if (!toNumbers(line, words, values) || values.size() != numbers)
+      split(line, words);
+      if (!toNumbers(words, values) || values.size() != numbers)
         throw FileError(path_, "line " + std::to_string(lines.number()) + ": is not a row of " +
                                    std::to_string(numbers) + " numbers");
       addRow(values);

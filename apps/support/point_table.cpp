@@ -31,7 +31,7 @@ std::string pointFormatOf(std::string_view text)
   std::string_view line;
   std::vector<std::string_view> words;
   for (Lines lines(text); lines.next(line);) {
-    split(line, words);
+    splitRow(line, words);
     if (line.substr(0, 6) == "# .PCD")
       return "pcd";
     if (words.empty() || words[0][0] == '#' || words[0].substr(0, 2) == "//")

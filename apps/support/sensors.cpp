@@ -18,10 +18,10 @@ void forEachRow(const std::string& path, const std::string& text, std::size_t co
   std::vector<std::string_view> words;
   std::vector<double> values;
   for (Lines lines(text); lines.next(line);) {
-    split(line, words);
+    splitRow(line, words);
     if (words.empty() || words[0][0] == '#')
       continue;
-    bool good = toNumbers(line, words, values) && values.size() == columns;
+    bool good = toNumbers(words, values) && values.size() == columns;
     for (std::size_t i = 0; good && i < columns; ++i)
       good = std::isfinite(values[i]);
     if (!good || !use(values))
@@ -35,7 +35,8 @@ bool parseSensor(const std::string& text, Eigen::Vector3d& position)
 {
   std::vector<std::string_view> words;
   std::vector<double> values;
-  if (!toNumbers(text, words, values) || values.size() != 3)
+  splitRow(text, words);
+  if (!toNumbers(words, values) || values.size() != 3)
     return false;
   position = {values[0], values[1], values[2]};
   return position.allFinite();

@@ -32,8 +32,10 @@ Eigen::Vector3d offsetIn(std::string_view header)
   std::vector<std::string_view> words;
   std::vector<double> values;
   const std::string_view mark = stlOffsetMark;
-  if (header.substr(0, mark.size()) != mark || !toNumbers(header.substr(mark.size()), words, values) ||
-      values.size() != 3)
+  if (header.substr(0, mark.size()) != mark)
+    return Eigen::Vector3d::Zero();
+  split(header.substr(mark.size()), words);
+  if (!toNumbers(words, values) || values.size() != 3)
     return Eigen::Vector3d::Zero();
   return {values[0], values[1], values[2]};
 }

@@ -91,9 +91,10 @@ bool Lines::next(std::string_view& line)
   return true;
 }
 
-void split(std::string_view line, std::vector<std::string_view>& words)
+namespace {
+
+void splitAt(std::string_view separators, std::string_view line, std::vector<std::string_view>& words)
 {
-  constexpr std::string_view separators = " \t,;";
   words.clear();
   std::size_t begin = line.find_first_not_of(separators);
   while (begin != std::string_view::npos) {
@@ -101,6 +102,18 @@ void split(std::string_view line, std::vector<std::string_view>& words)
     words.push_back(line.substr(begin, end == std::string_view::npos ? end : end - begin));
     begin = line.find_first_not_of(separators, end);
   }
+}
+
+} // namespace
+
+void split(std::string_view line, std::vector<std::string_view>& words)
+{
+  splitAt(" \t", line, words);
+}
+
+void splitRow(std::string_view line, std::vector<std::string_view>& words)
+{
+  splitAt(" \t,;", line, words);
 }
 
 bool haveDecimalCommas(const std::vector<std::string_view>& words)
@@ -160,9 +173,8 @@ bool equalsIgnoringCase(std::string_view a, std::string_view b)
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
 }
 
-bool toNumbers(std::string_view line, std::vector<std::string_view>& words, std::vector<double>& values)
+bool toNumbers(const std::vector<std::string_view>& words, std::vector<double>& values)
 {
-  split(line, words);
   values.resize(words.size());
   for (std::size_t i = 0; i < words.size(); ++i)
     if (!toNumber(words[i], values[i]))

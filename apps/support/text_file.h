@@ -36,11 +36,14 @@ private:
   std::size_t number_ = 0;
 };
 
-/// Splits a line at blanks, tabs, commas and semicolons.
+/// Splits a line at blanks and tabs.
 void split(std::string_view line, std::vector<std::string_view>& words);
 
-/// True if words of one line are joined by commas here and parted by something else there, as with "0,5 1,25".
-/// \param words as split() gave them, of a line that is still there
+/// Splits a row of a table: at commas and semicolons, too.
+void splitRow(std::string_view line, std::vector<std::string_view>& words);
+
+/// True if words of one row are joined by commas here and parted by something else there, as with "0,5 1,25".
+/// \param words as splitRow() gave them, of a line that is still there
 bool haveDecimalCommas(const std::vector<std::string_view>& words);
 
 /// \return true if the whole word is a number (nan and inf are)
@@ -55,7 +58,7 @@ bool isCount(double value);
 /// True if two words differ in nothing but the case of their letters a to z.
 bool equalsIgnoringCase(std::string_view a, std::string_view b);
 
-/// Splits a line into numbers. \return false if a word is none
-bool toNumbers(std::string_view line, std::vector<std::string_view>& words, std::vector<double>& values);
+/// \return false if one of the words is no number
+bool toNumbers(const std::vector<std::string_view>& words, std::vector<double>& values);
 
 } // namespace mrf_apps

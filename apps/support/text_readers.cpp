@@ -16,13 +16,6 @@ namespace {
   throw FileError(path, "line " + std::to_string(line) + ": " + cause);
 }
 
-/// Decimal commas would make two numbers of one.
-void refuseDecimalCommas(const std::string& path, std::size_t line, const std::vector<std::string_view>& words)
-{
-  if (haveDecimalCommas(words))
-    failAt(path, line, "has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
-}
-
 Eigen::Vector3d vectorAt(const std::vector<double>& values, std::size_t first)
 {
   return {values[first], values[first + 1], values[first + 2]};
@@ -68,14 +61,17 @@ Rows parseRows(const std::string& path, std::string_view text)
   for (Lines lines(text); lines.next(line);) {
     if (isComment(line))
       continue;
-    if (!toNumbers(line, words, values)) {
+    splitRow(line, words);
+    if (!toNumbers(words, values)) {
       if (rows.columns == 0 && !named && isColumnNames(words)) {
         named = true;
         continue;
       }
       failAt(path, lines.number(), "is not a row of numbers");
     }
-    refuseDecimalCommas(path, lines.number(), words);
+    if (haveDecimalCommas(words)) // they would make two numbers of one
+      failAt(path, lines.number(),
+             "has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
     if (rows.columns == 0 && values.size() == 1 && announced < 0 && isCount(values[0])) {
       announced = values[0];
       continue;
@@ -172,9 +168,9 @@ ObjData parseObjLines(const std::string& path, std::string_view text)
     const bool isVertex = line[0] == 'v' && (line[1] == ' ' || line[1] == '\t');
     const bool isNormal = line[0] == 'v' && line[1] == 'n';
     if (isVertex || isNormal) {
-      if (!toNumbers(line.substr(2), words, values))
+      split(line.substr(2), words);
+      if (!toNumbers(words, values))
         failAt(path, lines.number(), "is not a row of numbers");
-      refuseDecimalCommas(path, lines.number(), words);
       if (isVertex)
         addObjVertex(path, lines.number(), values, data);
       else if (values.size() == 3)

@@ -300,10 +300,12 @@ TEST(XyzReader, announcedCountsAreWholeNumbers)
 
 TEST(PointReader, decimalCommasAreNoSeparators)
 {
-  for (const std::string row : {"0,5 1,25 -2,0", "0,5;1,25;-2,0", "0,5\t1\t2", "1 2 3 0,5"}) {
+  for (const std::string row : {"0,5 1,25 -2,0", "0,5;1,25;-2,0", "0,5\t1\t2", "1 2 3 0,5"})
     expectRefused("xyz", "# scan\n" + row + "\n", "line 2: has commas within numbers");
-    expectRefused("obj", "v 0 0 0\nv " + row + "\n", "line 2: has commas within numbers");
-  }
+  expectRefused("obj", "v 0 0 0\nv 0,5 1,25 -2,0\n", "line 2");
+  expectRefused("off", "OFF\n1 0 0\n0,5 1,25 -2,0\n", "line 3");
+  expectRefused("ply", plyHeader(1, "ascii") + "0,5 1,25 -2,0\n");
+  expectRefused("pcd", pcdHeader(1, "8 8 8", "ascii") + "0,5 1,25 -2,0\n", "is not a row of 3 numbers");
   for (const std::string row : {"0.5,1,2", "0.5, 1, 2", "0.5 ,1,2", "0.5 1 2", "0.5;1;2"})
     EXPECT_EQ(parsePoints("xyz", "a.xyz", row + "\n").positions.front(), Eigen::Vector3d(.5, 1, 2)) << row;
 }
