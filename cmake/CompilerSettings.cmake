@@ -10,6 +10,10 @@ if(MRF_WARNINGS_AS_ERRORS)
   target_compile_options(mrf_compiler_settings INTERFACE -Werror)
 endif()
 
+if(MRF_COVERAGE)
+  target_link_options(mrf_compiler_settings INTERFACE --coverage)
+endif()
+
 if(MRF_SANITIZE)
   # One version of each hot loop is enough to look at, and the class for a few types of points.
   target_compile_definitions(mrf_compiler_settings INTERFACE MRF_NO_MULTIVERSIONING PCL_ONLY_CORE_POINT_TYPES)

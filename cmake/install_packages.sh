@@ -1,12 +1,12 @@
 #!/bin/sh
 # SPDX-License-Identifier: BSD-3-Clause
-# Installs the packages of packages.txt that are missing. Needs root or sudo only if one is.
+# Installs the packages of packages.txt, and those given, that are missing. Needs root or sudo only if one is.
 set -eu
 
 list=$(dirname "$0")/packages.txt
 
 missing=
-for package in $(grep -v '^#' "$list"); do
+for package in $(grep -v '^#' "$list") "$@"; do
   state=$(dpkg-query --show --showformat '${Status}' "$package" 2>/dev/null) || state=
   [ "$state" = 'install ok installed' ] || missing="$missing $package"
 done
