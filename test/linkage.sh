@@ -16,7 +16,7 @@ fail() {
 shown=$(nm -DC --defined-only "$library" | cut -d' ' -f3- |
   sed -E 's/^(typeinfo name for|typeinfo for|vtable for|void) //; s/->/ /g; s/\[abi:[a-z0-9]+\]//g; :a; s/<[^<>]*>//g; ta; s/\(.*//; s/~//; s/^.* (pcl::)/\1/' |
   sort -u)
-declared=$(find "$headers" -name '*.h' -exec sed 's,//.*,,' {} + | grep -oE '[A-Za-z_][A-Za-z0-9_]*' | sort -u)
+declared=$(find "$headers" -type f -exec sed 's,//.*,,' {} + | grep -oE '[A-Za-z_][A-Za-z0-9_]*' | sort -u)
 foreign=$(grep -vE '^pcl::(mrf::|MRFReconstruction::|MRFReconstruction$)' <<<"$shown" || true)
 [ -z "$foreign" ] || fail "shown, and not of the library:" $foreign
 undeclared=$(comm -23 <(sed 's/::/\n/g' <<<"$shown" | sort -u) - <<<"$declared")

@@ -6,7 +6,7 @@
 #include "support/surface_mesh.h"
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <array>
 #include <cstdint>

@@ -4,7 +4,6 @@
 ///
 ///     example_colors scan.pcd mesh.ply [confidence]
 
-#include <pcl/surface/mrf/mesh_files.h>
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <pcl/conversions.h>

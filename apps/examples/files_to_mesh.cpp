@@ -3,7 +3,6 @@
 #include <pcl/conversions.h>
 #include <pcl/io/auto_io.h>
 #include <pcl/point_types.h>
-#include <pcl/surface/mrf/mesh_files.h>
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <iostream>

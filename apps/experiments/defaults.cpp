@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "comparisons.h"
+#include "field/prior.h"
 #include "figure_support.h"
 #include "patches.h"
 

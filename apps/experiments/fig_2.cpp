@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "evaluate/evaluation_report.h"
 #include "figure_support.h"
 #include "figures.h"
-
-#include "evaluate/evaluation_report.h"
+#include "remesher/remesher.h"
 #include "scan/analytic_surface.h"
 
-#include <pcl/surface/mrf/polygonizer.h>
-#include <pcl/surface/mrf/remesher.h>
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cmath>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "figure_support.h"
-#include "figures.h"
-
 #include "evaluate/surface_distance.h"
 #include "evaluate/surface_samples.h"
+#include "field/prior.h"
+#include "figure_support.h"
+#include "figures.h"
 #include "scan/analytic_surface.h"
 
-#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "figure_support.h"
-#include "figures.h"
-
 #include "evaluate/surface_distance.h"
 #include "evaluate/surface_samples.h"
+#include "figure_support.h"
+#include "figures.h"
+#include "observation/observation.h"
 #include "scan/mesh_surface.h"
 #include "support/mesh_reader.h"
 

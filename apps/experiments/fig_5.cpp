@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "evaluate/surface_distance.h"
+#include "field/prior.h"
 #include "figure_support.h"
 #include "figures.h"
-
-#include "evaluate/surface_distance.h"
 #include "poisson.h"
 #include "scan/analytic_surface.h"
 #include "scan/mesh_surface.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "field/prior.h"
 #include "figure_support.h"
 #include "figures.h"
 #include "program.h"
 #include "rotation.h"
-
 #include "scan/analytic_surface.h"
 
 #include <algorithm>

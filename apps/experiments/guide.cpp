@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "figure_support.h"
-#include "figures.h"
-#include "methods.h"
-#include "program.h"
-
 #include "evaluate/surface_distance.h"
 #include "evaluate/surface_samples.h"
+#include "figure_support.h"
+#include "figures.h"
+#include "levels/multiscale.h"
+#include "methods.h"
+#include "program.h"
 #include "scan/mesh_surface.h"
 
 #include <algorithm>

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "noise.h"
-
 #include "evaluate/surface_samples.h"
 #include "figure_support.h"
 #include "patches.h"
+#include "points/normals.h"
 #include "program.h"
+#include "run/gathering.h"
+#include "run/preprocessing.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/normals.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <algorithm>
 

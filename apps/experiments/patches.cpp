@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "patches.h"
-
 #include "evaluate/surface_distance.h"
 #include "evaluate/surface_samples.h"
 #include "figure_support.h"
 #include "scan/random.h"
 
-#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <algorithm>
 #include <cmath>

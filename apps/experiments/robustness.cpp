@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "comparisons.h"
 #include "figure_support.h"
+#include "mesh/self_intersection.h"
 #include "random_scans.h"
 
-#include <pcl/surface/mrf/mesh_quality.h>
-#include <pcl/surface/mrf/self_intersection.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <algorithm>
 #include <map>

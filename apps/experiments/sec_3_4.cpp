@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "field/interpolation.h"
+#include "field/prior.h"
 #include "figure_support.h"
 #include "figures.h"
-
-#include "field/interpolation.h"
+#include "levels/multiscale.h"
+#include "observation/observation.h"
+#include "points/sampling_density.h"
 #include "program.h"
 #include "scan/analytic_surface.h"
 #include "scan/mesh_surface.h"
 #include "solver/linear_system.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/multiscale.h>
-#include <pcl/surface/mrf/sampling_density.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <algorithm>
 #include <cmath>

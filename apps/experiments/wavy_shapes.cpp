@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "wavy_shapes.h"
-
 #include "figure_support.h"
+#include "mesh/polygonizer.h"
 
-#include <pcl/surface/mrf/polygonizer.h>
 #include <shapes/portable_math.h>
 #include <shapes/signed_distance.h>
 

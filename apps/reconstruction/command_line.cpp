@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command_line.h"
-
 #include "option_parser.h"
 #include "support/errors.h"
 #include "support/point_table.h"
@@ -8,7 +7,7 @@
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
 
-#include <pcl/surface/mrf/option_names.h>
+#include <pcl/surface/mrf/option_table.h>
 
 #include <algorithm>
 #include <filesystem>

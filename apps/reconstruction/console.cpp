@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "console.h"
-
 #include "support/report_json.h"
 
-#include <pcl/surface/mrf/option_names.h>
+#include <pcl/surface/mrf/option_table.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run.h"
-
 #include "console.h"
 #include "support/errors.h"
 #include "support/field_file.h"
@@ -15,7 +14,7 @@
 #include "support/tool_main.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/option_names.h>
+#include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
 #include <nlohmann/json.hpp>

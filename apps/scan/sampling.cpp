@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "sampling.h"
-
 #include "point_grid.h"
 #include "scanner.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/sampling_density.h>
+#include <pcl/surface/mrf/neighbor_search.h>
+
 #include <shapes/portable_math.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace pcl {
 namespace mrf {
@@ -197,19 +198,21 @@ void validateScanner(const std::vector<Vector3d>& sensors, const SamplingOptions
 /// Mean distance to the closest other point. Where density varies, a grid of one cell size would take too long.
 double meanSpacing(const std::vector<Vector3d>& points, const Box& box, Execution& execution)
 {
-  PointSet set;
+  if (points.size() < 2)
+    return 0;
+  std::vector<Eigen::Vector3f> positions;
+  positions.reserve(points.size());
   for (const Vector3d& x : points)
-    set.positions.push_back(((x - box.center()) / box.diagonal()).cast<float>());
+    positions.push_back(((x - box.center()) / box.diagonal()).cast<float>());
   const auto search = makePointBins();
-  search->setPoints(set.positions, execution);
-  double sum = 0;
-  std::int64_t finite = 0;
-  for (const float distance : measureNeighbors(set, *search, execution).nearest)
-    if (std::isfinite(distance)) {
-      sum += static_cast<double>(distance);
-      ++finite;
-    }
-  return finite > 0 ? box.diagonal() * sum / static_cast<double>(finite) : 0;
+  search->setPoints(positions, execution);
+  std::vector<double> distances(positions.size());
+  search->forEachPosition(positions, 2, NeighborSearch::Answer::distances, execution, [&](const NeighborBatch& batch) {
+    for (std::size_t i = 0; i < batch.size; ++i)
+      distances[batch.positions[i]] = std::sqrt(batch.squaredDistances[2 * i + 1]);
+  });
+  return box.diagonal() * std::accumulate(distances.begin(), distances.end(), 0.) /
+         static_cast<double>(distances.size());
 }
 
 Samples sampleWithScanner(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "report_json.h"
 
-#include <pcl/surface/mrf/option_names.h>
 #include <pcl/surface/mrf/option_table.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <nlohmann/json.hpp>
 

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "surface_mesh.h"
-
 #include "byte_writer.h"
 #include "errors.h"
 #include "poly_data.h"
 #include "text_file.h"
 #include "vtk_output.h"
 
+#include <pcl/surface/mrf/triangle_mesh.h>
+
 #include <pcl/common/io.h>
 #include <pcl/PCLPointCloud2.h>
-#include <pcl/surface/mrf/mesh_files.h>
 
 #include <vtkXMLPolyDataWriter.h>
 

@@ -4,6 +4,8 @@
 #include "base/multiversioning.h"
 #include "field/interpolation.h"
 
+#include <pcl/surface/mrf/options.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -5,6 +5,8 @@
 
 #include "field/voxel_set.h"
 
+#include <pcl/surface/mrf/options.h>
+
 #include <vector>
 
 namespace pcl {

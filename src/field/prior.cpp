@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/prior.h>
+#include "field/prior.h"
 
 #include <cmath>
 

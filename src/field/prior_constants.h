@@ -3,7 +3,9 @@
 /// \brief What the solver takes for each order of the prior.
 #pragma once
 
-#include <pcl/surface/mrf/prior.h>
+#include "field/prior.h"
+
+#include <pcl/surface/mrf/options.h>
 
 #include <array>
 

@@ -3,6 +3,7 @@
 
 #include "base/disjoint_points.h"
 #include "base/multiversioning.h"
+#include "base/point_count.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

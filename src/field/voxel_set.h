@@ -8,6 +8,7 @@
 #pragma once
 
 #include "base/packed_values.h"
+#include "base/point_count.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>

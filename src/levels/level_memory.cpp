@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "levels/level_memory.h"
 
+#include "field/prior.h"
+#include "levels/multiscale.h"
 #include "observation/point_observation.h"
 #include "solver/cholesky.h"
 #include "solver/grid_solver.h"
+
+#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>

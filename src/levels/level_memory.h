@@ -3,7 +3,9 @@
 /// \brief What the levels of the multiscale scheme take, before anything of them is allocated.
 #pragma once
 
-#include <pcl/surface/mrf/multiscale.h>
+#include "levels/multiscale.h"
+
+#include <pcl/surface/mrf/options.h>
 
 namespace pcl {
 namespace mrf {

@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/multiscale.h>
-#include <pcl/surface/mrf/polygonizer.h>
+#include "levels/multiscale.h"
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/point_count.h"
 #include "field/banded_distances.h"
 #include "field/interpolation.h"
 #include "levels/level_memory.h"
 #include "levels/narrow_band.h"
+#include "mesh/polygonizer.h"
+#include "observation/observation.h"
 #include "observation/point_observation.h"
+#include "options/validation.h"
 #include "solver/cholesky.h"
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
 #include "solver/linear_system.h"
+
+#include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "levels/narrow_band.h"
 
+#include "field/prior.h"
+#include "observation/observation.h"
+
+#include <pcl/surface/mrf/report.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

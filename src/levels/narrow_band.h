@@ -3,10 +3,11 @@
 /// \brief The finer levels of the multiscale scheme: bands around the zero level that the coarser one predicts.
 #pragma once
 
+#include "observation/observation.h"
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
 
-#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <vector>
 

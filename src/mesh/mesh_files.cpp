@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/mesh_files.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <pcl/common/io.h>
 #include <pcl/console/print.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mesh/mesh_topology.h"
+#include "mesh/mesh_quality.h"
 
-#include <pcl/surface/mrf/mesh_quality.h>
+#include "mesh/mesh_topology.h"
 
 #include <Eigen/Geometry>
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "mesh/polygonizer.h"
+
 #include "mesh/cell_cases.h"
 #include "mesh/mesh_topology.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/polygonizer.h>
 
 #include <algorithm>
 #include <atomic>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "mesh/self_intersection.h"
+
 #include "base/polling.h"
 #include "mesh/intersecting_triangles.h"
 #include "mesh/predicates.h"
-
-#include <pcl/surface/mrf/self_intersection.h>
 
 #include <Eigen/Geometry>
 

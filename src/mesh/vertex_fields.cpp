@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/vertex_fields.h>
+#include "mesh/vertex_fields.h"
+
+#include "options/confidence.h"
 
 #include <Eigen/Geometry>
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/observation.h>
+#include "observation/observation.h"
 
 #include "observation/point_observation.h"
+#include "options/confidence.h"
+#include "options/validation.h"
+
+#include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,6 +3,10 @@
 
 #include "base/floor.h"
 #include "base/spatial_sort.h"
+#include "field/prior.h"
+#include "observation/observation.h"
+
+#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <array>

@@ -13,9 +13,8 @@
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
-#include <pcl/surface/mrf/observation.h>
+#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
-#include <pcl/surface/mrf/prior.h>
 
 #include <algorithm>
 #include <vector>

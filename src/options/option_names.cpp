@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/option_names.h>
+#include <pcl/surface/mrf/option_table.h>
 
 namespace pcl {
 namespace mrf {

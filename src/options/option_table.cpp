@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "options/validation.h"
+
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/option_names.h>
 #include <pcl/surface/mrf/option_table.h>
 
 #include <algorithm>

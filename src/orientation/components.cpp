@@ -2,6 +2,9 @@
 #include "orientation/components.h"
 
 #include "base/disjoint_points.h"
+#include "orientation/orientation.h"
+
+#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>

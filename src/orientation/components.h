@@ -3,9 +3,10 @@
 /// \brief The components of points whose normals need no turning.
 #pragma once
 
+#include "orientation/orientation.h"
 #include "orientation/orientation_graph.h"
 
-#include <pcl/surface/mrf/orientation.h>
+#include <pcl/surface/mrf/options.h>
 
 namespace pcl {
 namespace mrf {

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/orientation.h>
+#include "orientation/orientation.h"
 
 #include "base/disjoint_points.h"
+#include "options/validation.h"
 #include "orientation/components.h"
 #include "orientation/orientation_graph.h"
 #include "orientation/orientation_sides.h"
+#include "points/sampling_density.h"
+
+#include <pcl/surface/mrf/exceptions.h>
 
 #include <Eigen/Geometry>
 

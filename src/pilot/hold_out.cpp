@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/hold_out.h>
+#include "pilot/hold_out.h"
 
 #include "base/index_hash.h"
+#include "observation/observation.h"
 #include "observation/point_observation.h"
 #include "points/local_plane.h"
 #include "solver/whole_level.h"
 
 #include <pcl/surface/mrf/distance_field.h>
-#include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <Eigen/Geometry>
 

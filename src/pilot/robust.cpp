@@ -3,10 +3,11 @@
 
 #include "base/disjoint_points.h"
 #include "base/select_values.h"
+#include "levels/multiscale.h"
 #include "observation/point_observation.h"
 #include "points/reach.h"
 
-#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pilot/volume.h"
 
-#include <pcl/surface/mrf/polygonizer.h>
-#include <pcl/surface/mrf/triangle_mesh.h>
-#include <pcl/surface/mrf/vertex_fields.h>
-
+#include "levels/multiscale.h"
 #include "mesh/mesh_topology.h"
+#include "mesh/polygonizer.h"
+#include "mesh/vertex_fields.h"
+#include "observation/observation.h"
 #include "observation/point_observation.h"
+
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <Eigen/Geometry>
 

@@ -6,7 +6,10 @@
 /// the distance from the middle of a filled opening to the border, beside the size of the opening.
 #pragma once
 
-#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbor_search.h>
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/point_set.h>
 
 namespace pcl {
 namespace mrf {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/normals.h>
+#include "points/normals.h"
 
+#include "options/validation.h"
 #include "points/local_plane.h"
+
+#include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <cmath>

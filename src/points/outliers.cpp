@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "points/outliers.h"
+
 #include "base/polling.h"
 #include "base/select_values.h"
+#include "options/validation.h"
 #include "points/local_plane.h"
+#include "points/sampling_density.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/outliers.h>
 
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/point_cloud.h>

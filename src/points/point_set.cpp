@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/point_set.h>
 
+#include "base/point_count.h"
 #include "base/select_values.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-
-#include <limits>
-#include <string>
 
 namespace pcl {
 namespace mrf {
@@ -26,14 +24,6 @@ void selectCommon(const Points& points, const Which& which, Points& selected)
 }
 
 } // namespace
-
-void requireCountable(std::size_t points)
-{
-  constexpr std::size_t max = std::numeric_limits<std::int32_t>::max();
-  if (points > max)
-    throw ResourceLimit("the cloud has " + std::to_string(points) + " points, at most " + std::to_string(max) +
-                        " can be numbered; thin it out, or reconstruct it in parts");
-}
 
 PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
 {

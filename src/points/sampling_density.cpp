@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "points/sampling_density.h"
+
 #include "base/select_values.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/sampling_density.h>
 
 #include <algorithm>
 #include <atomic>

@@ -7,8 +7,9 @@
 #include "remesher/border_curves.h"
 #include "remesher/half_edge_mesh.h"
 #include "remesher/reference_surface.h"
+#include "remesher/remesher.h"
 
-#include <pcl/surface/mrf/remesher.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

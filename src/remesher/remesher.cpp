@@ -1,5 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/remesher.h"
+
 #include "base/polling.h"
+#include "mesh/self_intersection.h"
+#include "mesh/vertex_fields.h"
+#include "options/validation.h"
 #include "remesher/border_parting.h"
 #include "remesher/edge_growth.h"
 #include "remesher/edge_operations.h"
@@ -12,8 +17,6 @@
 #include "remesher/zero_level.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/remesher.h>
-#include <pcl/surface/mrf/self_intersection.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,7 @@
 #include "remesher/zero_level.h"
 
 #include "field/field_sampler.h"
-
-#include <pcl/surface/mrf/remesher.h>
+#include "remesher/remesher.h"
 
 #include <algorithm>
 #include <cmath>

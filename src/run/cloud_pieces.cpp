@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/cloud_pieces.h"
 
+#include "levels/multiscale.h"
 #include "pilot/volume.h"
 #include "run/pieces.h"
 #include "run/stage_timer.h"

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "run/gathering.h"
+
+#include "base/point_count.h"
 #include "base/select_values.h"
 #include "base/spatial_sort.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/option_names.h>
+#include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
 #include <algorithm>

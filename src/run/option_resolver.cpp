@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/option_resolver.h"
 
+#include "levels/multiscale.h"
+#include "observation/observation.h"
+#include "orientation/orientation.h"
+#include "pilot/hold_out.h"
+#include "points/normals.h"
 #include "run/stage_timer.h"
+#include "trimming/trimming.h"
 
-#include <pcl/surface/mrf/hold_out.h>
 #include <pcl/surface/mrf/option_table.h>
 
 #include <algorithm>

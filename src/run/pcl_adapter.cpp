@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/surface/mrf/pcl_adapter.h>
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/report.h>
+
+#include <pcl/surface/impl/mrf_reconstruction.hpp>
 
 #include <pcl/console/print.h>
-#include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <array>

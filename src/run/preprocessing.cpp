@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "run/preprocessing.h"
+
 #include "base/select_values.h"
+#include "orientation/orientation.h"
+#include "points/normals.h"
+#include "points/outliers.h"
+#include "points/sampling_density.h"
 #include "run/pieces.h"
 #include "run/stage_timer.h"
 

@@ -2,16 +2,25 @@
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/reconstruction.h>
-#include <pcl/surface/mrf/self_intersection.h>
 
 #include "base/memory.h"
+#include "field/prior.h"
+#include "levels/multiscale.h"
+#include "mesh/polygonizer.h"
+#include "mesh/self_intersection.h"
+#include "mesh/vertex_fields.h"
+#include "options/validation.h"
 #include "pilot/robust.h"
+#include "remesher/remesher.h"
 #include "run/cloud_pieces.h"
+#include "run/gathering.h"
 #include "run/option_resolver.h"
+#include "run/preprocessing.h"
 #include "run/run_plan.h"
 #include "run/stage_timer.h"
 #include "run/warnings.h"
 #include "trimming/error_limit.h"
+#include "trimming/trimming.h"
 #include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/uncertainty.h"
 
@@ -242,7 +251,7 @@ void estimateUncertainty(Reconstruction& result, const CloudPieces& pieces, cons
                                execution);
   if (options.uncertainty.maxError > 0)
     dropBeyondError(result, options.uncertainty.maxError, execution);
-  const SampledMesh sampled{result.mesh, result.report.mesh.closed(), fitsTriangles(options.remesher)};
+  const SampledMesh sampled{result.mesh, result.report.mesh.closed(), options.remesher.fitsTriangles()};
   result.surfaces =
       samplePlausibleSurfaces(draws, report.offset, sampled, options.uncertainty.surfaces, report.shape, execution);
 }

@@ -2,8 +2,10 @@
 #include "solver/cholesky.h"
 
 #include "base/uninitialized.h"
+#include "field/prior.h"
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <Eigen/Cholesky>
 

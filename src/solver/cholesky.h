@@ -6,6 +6,8 @@
 #include "solver/linear_system.h"
 #include "solver/nested_dissection.h"
 
+#include <pcl/surface/mrf/report.h>
+
 namespace pcl {
 namespace mrf {
 

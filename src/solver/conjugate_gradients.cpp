@@ -4,6 +4,7 @@
 #include "base/vector_kernels.h"
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <algorithm>
 #include <cmath>

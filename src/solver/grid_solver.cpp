@@ -2,8 +2,11 @@
 #include "solver/grid_solver.h"
 
 #include "base/vector_kernels.h"
+#include "field/prior.h"
 #include "solver/preconditioned_cg.h"
 #include "solver/v_cycle.h"
+
+#include <pcl/surface/mrf/report.h>
 
 #include <cmath>
 

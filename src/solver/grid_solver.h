@@ -5,7 +5,7 @@
 
 #include "solver/grid_operator.h"
 
-#include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <vector>
 

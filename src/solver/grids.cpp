@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/grids.h"
 
+#include "field/prior.h"
+#include "observation/observation.h"
 #include "solver/linear_system.h"
+
+#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>

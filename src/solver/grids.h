@@ -3,10 +3,11 @@
 /// \brief The grids of a level's solver: the level's own and the coarser ones of its preconditioner.
 #pragma once
 
+#include "observation/observation.h"
 #include "observation/point_observation.h"
 #include "solver/grid_operator.h"
 
-#include <pcl/surface/mrf/observation.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <vector>
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/icm.h"
 
+#include "field/prior.h"
 #include "solver/grid_operator.h"
+
+#include <pcl/surface/mrf/report.h>
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,12 @@
 #include "base/floor.h"
 #include "base/multiversioning.h"
 #include "base/vector_kernels.h"
+#include "field/prior.h"
+#include "observation/observation.h"
+#include "options/validation.h"
 #include "solver/grid_operator.h"
+
+#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <array>

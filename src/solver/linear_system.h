@@ -4,13 +4,12 @@
 /// solve, and what the grids of the multigrid solver are tested against.
 #pragma once
 
+#include "observation/observation.h"
 #include "observation/point_observation.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
-#include <pcl/surface/mrf/observation.h>
-#include <pcl/surface/mrf/prior.h>
-#include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <Eigen/SparseCore>
 

@@ -2,10 +2,14 @@
 #include "solver/multigrid.h"
 
 #include "base/vector_kernels.h"
+#include "field/prior.h"
+#include "observation/observation.h"
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
 #include "solver/preconditioned_cg.h"
 #include "solver/v_cycle.h"
+
+#include <pcl/surface/mrf/report.h>
 
 #include <algorithm>
 #include <cmath>

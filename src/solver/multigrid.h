@@ -5,6 +5,8 @@
 
 #include "solver/linear_system.h"
 
+#include <pcl/surface/mrf/report.h>
+
 namespace pcl {
 namespace mrf {
 

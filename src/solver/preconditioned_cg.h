@@ -4,7 +4,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "options/validation.h"
 #include "solver/cholesky.h"
 #include "solver/conjugate_gradients.h"
 #include "solver/icm.h"
@@ -6,6 +7,7 @@
 #include "solver/multigrid.h"
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,6 @@
 
 #include "solver/grid_operator.h"
 
-#include <pcl/surface/mrf/solver.h>
-
 #include <Eigen/Cholesky>
 
 #include <cstddef>

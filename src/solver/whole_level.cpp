@@ -3,6 +3,8 @@
 
 #include "solver/grid_solver.h"
 
+#include <pcl/surface/mrf/report.h>
+
 #include <utility>
 
 namespace pcl {

@@ -3,9 +3,10 @@
 /// \brief A cloud on one lattice, solved everywhere: what pilot runs and draws are made on.
 #pragma once
 
+#include "observation/observation.h"
 #include "solver/grids.h"
 
-#include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <vector>
 

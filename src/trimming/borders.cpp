@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/mesh_topology.h"
+#include "mesh/self_intersection.h"
+#include "mesh/vertex_fields.h"
+#include "trimming/trimming.h"
 
-#include <pcl/surface/mrf/self_intersection.h>
-#include <pcl/surface/mrf/trimming.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <Eigen/Geometry>
 

@@ -3,6 +3,8 @@
 
 #include "mesh/mesh_topology.h"
 
+#include <pcl/surface/mrf/report.h>
+
 #include <algorithm>
 #include <vector>
 

@@ -3,8 +3,8 @@
 /// \brief Trimming by error instead of size: surface that may be too far off goes.
 #pragma once
 
+#include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
-#include <pcl/surface/mrf/trimming.h>
 
 namespace pcl {
 namespace mrf {

@@ -3,6 +3,7 @@
 
 #include "mesh/mesh_topology.h"
 #include "trimming/lines_of_sight.h"
+#include "trimming/trimming.h"
 #include "trimming/viewpoints.h"
 
 #include <Eigen/Geometry>

@@ -4,12 +4,12 @@
 #pragma once
 
 #include "trimming/closing.h"
+#include "trimming/trimming.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
-#include <pcl/surface/mrf/trimming.h>
 
 #include <cmath>
 #include <cstdint>

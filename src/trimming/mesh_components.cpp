@@ -3,6 +3,8 @@
 
 #include "mesh/mesh_topology.h"
 
+#include <pcl/surface/mrf/options.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -5,9 +5,9 @@
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>
+#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
-#include <pcl/surface/mrf/trimming.h>
 
 #include <cstdint>
 #include <vector>

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "trimming/trimming.h"
+
 #include "mesh/mesh_topology.h"
+#include "options/validation.h"
 #include "trimming/hole_filling.h"
 #include "trimming/mesh_components.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/trimming.h>
 
 #include <Eigen/Geometry>
 

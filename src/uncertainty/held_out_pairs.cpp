@@ -5,6 +5,7 @@
 #include "solver/whole_level.h"
 
 #include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <Eigen/Geometry>
 

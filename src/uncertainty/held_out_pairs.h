@@ -7,6 +7,7 @@
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>
+#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include <vector>

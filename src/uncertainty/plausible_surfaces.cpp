@@ -4,6 +4,8 @@
 #include "uncertainty/bulge.h"
 #include "uncertainty/students_t.h"
 
+#include <pcl/surface/mrf/report.h>
+
 #include <Eigen/Geometry>
 
 #include <cmath>

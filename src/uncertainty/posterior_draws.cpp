@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/posterior_draws.h"
 
+#include "field/prior.h"
 #include "solver/grid_solver.h"
 #include "solver/linear_system.h"
+
+#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 

@@ -12,6 +12,8 @@
 #include "base/packed_values.h"
 #include "solver/grids.h"
 
+#include <pcl/surface/mrf/options.h>
+
 #include <vector>
 
 namespace pcl {

@@ -6,6 +6,8 @@
 #include "uncertainty/students_t.h"
 #include "uncertainty/uncertainty_evidence.h"
 
+#include <pcl/surface/mrf/report.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -374,7 +376,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
     report.largestOpening = std::max(report.largestOpening, 2 * static_cast<double>(evidence[v].distance));
   }
   describeSigmas(mesh, report);
-  report.offset = meanOffset(mesh, evidence, fitsTriangles(options.remesher));
+  report.offset = meanOffset(mesh, evidence, options.remesher.fitsTriangles());
   for (std::size_t n = 0; n < pieces.size(); ++n)
     draws.push_back({pieces[n].volume, std::move(ofPieces[n].draws)});
   return report;

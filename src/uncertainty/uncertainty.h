@@ -22,8 +22,8 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
-#include <pcl/surface/mrf/uncertainty.h>
 
 #include <vector>
 

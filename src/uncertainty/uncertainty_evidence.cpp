@@ -2,12 +2,14 @@
 #include "uncertainty/uncertainty_evidence.h"
 
 #include "levels/level_memory.h"
+#include "levels/multiscale.h"
+#include "mesh/vertex_fields.h"
 #include "solver/whole_level.h"
 #include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/posterior_draws.h"
 
-#include <pcl/surface/mrf/multiscale.h>
-#include <pcl/surface/mrf/vertex_fields.h>
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <algorithm>
 #include <cmath>

@@ -8,6 +8,7 @@
 #include "uncertainty/uncertainty.h"
 
 #include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <cstdint>
 #include <vector>

@@ -12,7 +12,9 @@
 #include "support/tool.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+
 #include <shapes/signed_distance.h>
 
 #include <gtest/gtest.h>

@@ -12,7 +12,7 @@
 #include "support/tool.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/vertex_fields.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <dlfcn.h>
 #include <sys/stat.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The hot loops exist for several instruction sets: each gives the same bytes, loop by loop and as a whole mesh.
-#include "support/contract.h"
-
 #include "base/instruction_set.h"
 #include "base/vector_kernels.h"
+#include "observation/observation.h"
 #include "points/nearest_kernels.h"
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
+#include "support/contract.h"
 
 #include <cstring>
 #include <random>

@@ -2,13 +2,13 @@
 /// \file
 /// \brief Benchmarks of the regularization, and of the smoother's use of the memory.
 #include "inputs.h"
+#include "levels/multiscale.h"
+#include "mesh/polygonizer.h"
 #include "solver/grids.h"
-
 #include "support/clouds.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/multiscale.h>
-#include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <chrono>
 #include <memory>

@@ -2,15 +2,15 @@
 /// \file
 /// \brief Benchmarks of the stages that make and improve the mesh.
 #include "inputs.h"
-
+#include "mesh/polygonizer.h"
+#include "mesh/self_intersection.h"
+#include "mesh/vertex_fields.h"
+#include "remesher/remesher.h"
 #include "support/clouds.h"
+#include "trimming/trimming.h"
 
-#include <pcl/surface/mrf/mesh_quality.h>
-#include <pcl/surface/mrf/polygonizer.h>
-#include <pcl/surface/mrf/remesher.h>
-#include <pcl/surface/mrf/self_intersection.h>
-#include <pcl/surface/mrf/trimming.h>
-#include <pcl/surface/mrf/vertex_fields.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <memory>
 

@@ -2,12 +2,13 @@
 /// \file
 /// \brief Benchmarks of the stages that prepare the points.
 #include "inputs.h"
-
+#include "orientation/orientation.h"
+#include "points/normals.h"
+#include "points/outliers.h"
+#include "points/sampling_density.h"
 #include "support/clouds.h"
 
-#include <pcl/surface/mrf/normals.h>
-#include <pcl/surface/mrf/orientation.h>
-#include <pcl/surface/mrf/outliers.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <cmath>
 #include <memory>

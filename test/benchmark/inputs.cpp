@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "inputs.h"
-
+#include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 

@@ -8,7 +8,7 @@
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/point_set.h>
-#include <pcl/surface/mrf/sampling_density.h>
+#include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <benchmark/benchmark.h>

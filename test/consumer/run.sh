@@ -50,13 +50,13 @@ run_examples() {
   expect 'ok: 2000 points, volume 4.1' "$1/example_poisson_replaced" mrf "$in" "$out.mrf.ply"
   expect 'mean color 200 120 40' "$1/example_colors" "$in" "$out.colors.ply"
   expect 'mean color 2[0-9][0-9] 1[0-9][0-9]' "$1/example_colors" "$in" "$out.confidence.ply" confidence
-  expect ', 1 component' "$1/example_stages" "$scratch/sphere.xyz" "$out.obj"
+  expect ', 1 component' "$1/example_plain_arrays" "$scratch/sphere.xyz" "$out.obj"
   for file in "$out".{ply,poisson.ply,mrf.ply,colors.ply,confidence.ply,obj}; do
     [ "$(stat -c %s "$file")" -gt 10000 ] || { echo "consumer: $file is small" >&2; exit 1; }
   done
   # No points: it ends with a message, and with no mesh.
-  if "$1/example_stages" /dev/null "$out.none.obj" 2>"$scratch/error" || [ -e "$out.none.obj" ]; then
-    echo "consumer: example_stages made a mesh of nothing" >&2
+  if "$1/example_plain_arrays" /dev/null "$out.none.obj" 2>"$scratch/error" || [ -e "$out.none.obj" ]; then
+    echo "consumer: example_plain_arrays made a mesh of nothing" >&2
     exit 1
   fi
   grep -q 'invalid input' "$scratch/error"

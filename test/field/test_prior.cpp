@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "field/prior.h"
+#include "options/validation.h"
 #include "support/lattice_matrix.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/prior.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <gtest/gtest.h>
 

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fuzz/option_readers.h"
-
-#include "fuzz/readers.h"
-
 #include "evaluate/command_line.h"
+#include "fuzz/readers.h"
 #include "reconstruction/command_line.h"
 #include "scan/command_line.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/option_names.h>
+#include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/options.h>
 
 #include <array>

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/grid_transfer.h"
 #include "field/voxel_set.h"
+#include "levels/multiscale.h"
+#include "mesh/polygonizer.h"
 #include "solver/grids.h"
 #include "support/shapes.h"
 #include "support/statistics.h"
 #include "support/zero_level.h"
 
-#include <pcl/surface/mrf/mesh_quality.h>
-#include <pcl/surface/mrf/multiscale.h>
-#include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 

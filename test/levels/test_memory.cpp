@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "benchmark/heap.h"
+#include "field/prior.h"
+#include "levels/multiscale.h"
+#include "observation/observation.h"
 #include "support/clouds.h"
 #include "support/conversion.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <gtest/gtest.h>

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/interpolation.h"
+#include "levels/multiscale.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/multiscale.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <Eigen/LU>
 

@@ -2,7 +2,7 @@
 // Files of meshes, read back by PCL and VTK.
 #include "support/conversion.h"
 
-#include <pcl/surface/mrf/mesh_files.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <pcl/console/print.h>
 #include <pcl/io/ply_io.h>

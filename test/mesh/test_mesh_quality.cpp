@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "mesh/mesh_quality.h"
+#include "mesh/polygonizer.h"
 #include "support/same_statistics.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/mesh_quality.h>
-#include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 

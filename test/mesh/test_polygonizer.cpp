@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "exact/self_intersections.h"
+#include "mesh/polygonizer.h"
+#include "mesh/self_intersection.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/mesh_quality.h>
-#include <pcl/surface/mrf/polygonizer.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <Eigen/Geometry>
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "exact/self_intersections.h"
 #include "mesh/intersecting_triangles.h"
+#include "mesh/polygonizer.h"
+#include "mesh/self_intersection.h"
 #include "support/cancelling.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/polygonizer.h>
-#include <pcl/surface/mrf/self_intersection.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "mesh/polygonizer.h"
+#include "mesh/vertex_fields.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/polygonizer.h>
-#include <pcl/surface/mrf/vertex_fields.h>
+#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "observation/observation.h"
+#include "options/validation.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/observation.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <gtest/gtest.h>
 

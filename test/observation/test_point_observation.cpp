@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "field/prior.h"
+#include "observation/observation.h"
 #include "observation/point_observation.h"
 
 // Observations at the points: the block operator against its definition, merging, all solvers on it.

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every option's limits: the ends of its range are accepted, what lies beyond is refused with the option's name and
 // value.
+#include "field/prior.h"
+#include "levels/multiscale.h"
+#include "observation/observation.h"
+#include "options/validation.h"
+#include "orientation/orientation.h"
+#include "points/normals.h"
 #include "support/clouds.h"
 
 #include <pcl/surface/mrf/exceptions.h>

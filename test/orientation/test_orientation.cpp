@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "base/point_count.h"
+#include "options/validation.h"
+#include "orientation/orientation.h"
 #include "orientation/orientation_graph.h"
+#include "points/normals.h"
+#include "points/outliers.h"
+#include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/scans.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/normals.h>
-#include <pcl/surface/mrf/orientation.h>
-#include <pcl/surface/mrf/outliers.h>
+#include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>

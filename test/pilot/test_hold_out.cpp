@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The smoothing length: found by leaving points out, or set by a known noise.
 #include "observation/point_observation.h"
+#include "pilot/hold_out.h"
+#include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/hold_out.h>
-#include <pcl/surface/mrf/sampling_density.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <gtest/gtest.h>
 

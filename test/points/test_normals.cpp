@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "options/validation.h"
+#include "points/normals.h"
+#include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/normals.h>
-#include <pcl/surface/mrf/sampling_density.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <pcl/features/normal_3d_omp.h>
 #include <pcl/point_cloud.h>

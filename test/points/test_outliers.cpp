@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "options/validation.h"
+#include "points/outliers.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/outliers.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/point_cloud.h>

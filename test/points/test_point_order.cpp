@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the point stages are built of: sorting in space, joining sets by many threads, medians, boxes, the best tree.
-#include "support/clouds.h"
-#include "support/shapes.h"
-
 #include "base/disjoint_points.h"
 #include "base/select_values.h"
 #include "base/spatial_sort.h"
 #include "orientation/orientation_graph.h"
+#include "run/gathering.h"
+#include "support/clouds.h"
+#include "support/shapes.h"
 
 #include <pcl/surface/mrf/reconstruction.h>
 

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/mesh_topology.h"
+#include "mesh/polygonizer.h"
+#include "mesh/self_intersection.h"
+#include "mesh/vertex_fields.h"
+#include "options/validation.h"
 #include "remesher/edge_operations.h"
 #include "remesher/intersection_watch.h"
 #include "remesher/relaxation.h"
+#include "remesher/remesher.h"
 #include "remesher/zero_level.h"
 #include "support/cancelling.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/polygonizer.h>
-#include <pcl/surface/mrf/remesher.h>
-#include <pcl/surface/mrf/self_intersection.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <Eigen/Geometry>
 

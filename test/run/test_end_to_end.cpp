@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The whole method on shapes whose truth is known, what must not change its result, and real scans.
+#include "mesh/self_intersection.h"
 #include "support/clouds.h"
 #include "support/conversion.h"
 #include "support/mesh_distance.h"
@@ -7,7 +8,8 @@
 #include "support/shapes.h"
 #include "support/statistics.h"
 
-#include <pcl/surface/mrf/self_intersection.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <Eigen/Geometry>

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Requests and resolved options: what a run replaces, what it leaves, and that no step can be forgotten.
+#include "levels/multiscale.h"
+#include "observation/observation.h"
 #include "run/option_resolver.h"
 
 #include <gtest/gtest.h>

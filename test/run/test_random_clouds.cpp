@@ -3,11 +3,12 @@
 // a valid mesh, or one clear error and no mesh, within limits of time and memory.
 //   test_random_clouds [CASES [FIRST_SEED]]
 // A case is named by its seed: CASES = 1 runs it alone.
+#include "mesh/self_intersection.h"
 #include "support/conversion.h"
 #include "support/random_clouds.h"
 
-#include <pcl/surface/mrf/mesh_quality.h>
-#include <pcl/surface/mrf/self_intersection.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <pcl/console/print.h>

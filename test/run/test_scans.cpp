@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The real scans beside the project: validity of the meshes, accuracy and hole filling against fixed bars.
+#include "field/prior.h"
+#include "levels/multiscale.h"
+#include "mesh/self_intersection.h"
 #include "support/clouds.h"
 #include "support/mesh_distance.h"
 #include "support/scans.h"
@@ -7,7 +10,6 @@
 #include "support/zero_level.h"
 
 #include <pcl/surface/mrf/reconstruction.h>
-#include <pcl/surface/mrf/self_intersection.h>
 
 #include <gtest/gtest.h>
 

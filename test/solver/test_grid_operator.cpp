@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The grids' operator and its V-cycle against explicit matrices, for all orders of the prior and one that has no name.
+#include "field/prior.h"
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
 #include "solver/preconditioned_cg.h"

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "field/prior.h"
+#include "observation/observation.h"
 #include "support/linear_systems.h"
 
 #include <gtest/gtest.h>

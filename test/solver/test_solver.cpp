@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "field/prior.h"
+#include "observation/observation.h"
+#include "options/validation.h"
 #include "support/linear_systems.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/lattice_matrix.h"
+#include "field/prior.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/linear_systems.h"
+#include "observation/observation.h"
 
 #include <algorithm>
 

@@ -3,6 +3,7 @@
 /// \brief Linear systems with known solutions, and how the tests of the solvers compare fields.
 #pragma once
 
+#include "observation/observation.h"
 #include "solver/grids.h"
 #include "solver/linear_system.h"
 #include "support/lattice_matrix.h"

@@ -2,7 +2,7 @@
 // The options that random clouds are run with.
 #include "support/random_clouds.h"
 
-#include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 /// \brief Comparing what was measured of meshes.
 #pragma once
 
-#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <gtest/gtest.h>
 

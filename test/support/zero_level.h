@@ -3,7 +3,7 @@
 /// \brief How far the zero level of one field is from that of another.
 #pragma once
 
-#include <pcl/surface/mrf/polygonizer.h>
+#include "mesh/polygonizer.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,8 @@
 #include "trimming/error_limit.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 

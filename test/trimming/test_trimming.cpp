@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "mesh/polygonizer.h"
+#include "mesh/self_intersection.h"
+#include "mesh/vertex_fields.h"
+#include "options/validation.h"
+#include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/same_statistics.h"
 #include "support/shapes.h"
+#include "trimming/trimming.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/mesh_quality.h>
-#include <pcl/surface/mrf/polygonizer.h>
-#include <pcl/surface/mrf/sampling_density.h>
-#include <pcl/surface/mrf/self_intersection.h>
-#include <pcl/surface/mrf/trimming.h>
-#include <pcl/surface/mrf/vertex_fields.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/uncertainty.h>
-#include <pcl/surface/mrf/vertex_fields.h>
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 

@@ -142,7 +142,8 @@ public:
   mrf::ColorMode getColorMode() const { return options_.colors; }
 
   /// Whether each vertex gets a sigma, the standard deviation of the surface along its normal, cloud's unit, and a flag
-  /// that is 0 where it is an extrapolation (off by default); see mrf/uncertainty.h. Needs observations at points.
+  /// that is 0 where it is an extrapolation (off by default); see mrf::UncertaintyOptions. Needs observations at
+  /// points.
   void setComputeUncertainty(bool compute) { options_.uncertainty.compute = compute; }
   bool getComputeUncertainty() const { return options_.uncertainty.compute; }
 

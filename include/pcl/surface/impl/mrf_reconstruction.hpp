@@ -3,16 +3,20 @@
 /// \brief The glue between PCL's point types and the plain arrays of the stages.
 #pragma once
 
-#include <pcl/surface/mrf/pcl_adapter.h>
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <pcl/common/io.h>
 #include <pcl/conversions.h>
 #include <pcl/impl/pcl_base.hpp>
+#include <pcl/PCLHeader.h>
 #include <pcl/point_types.h>
+#include <pcl/PolygonMesh.h>
 #include <pcl/search/impl/search.hpp>
 #include <pcl/type_traits.h>
+#include <pcl/Vertices.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <exception>
 #include <limits>
@@ -21,10 +25,40 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace pcl {
 namespace mrf {
 namespace detail {
+
+/// Fields of a mesh's vertices beside x y z, normal_x normal_y normal_z and confidence; all are float32.
+struct VertexFields {
+  bool rgb = false;
+  bool intensity = false;
+  bool sigma = false; ///< and sigma_calibrated
+};
+
+/// Leaves no vertex and no triangle, but the header and the fields.
+PCL_MRF_EXPORT void clear(pcl::PolygonMesh& output, const PCLHeader& header, const VertexFields& fields);
+
+/// Writes the mesh of a result, in the cloud's frame. \pre clear(output, …) with the fields that the result has
+PCL_MRF_EXPORT void write(const Reconstruction& result, pcl::PolygonMesh& output);
+
+PCL_MRF_EXPORT void write(const std::vector<Triangle>& triangles, std::vector<pcl::Vertices>& polygons);
+
+/// Warnings and failure go to PCL's console.
+PCL_MRF_EXPORT void log(const Report& report) noexcept;
+
+/// What a search object of PCL's answered, nearest first. \param found what it said it found \param max what it was
+/// asked for \param positions how many it searches \return found
+/// \throw InvalidInput if it is no answer: the stages use indices as they are
+PCL_MRF_EXPORT int checkedAnswer(int found, int max, std::size_t positions, Neighbors& answer);
+
+/// As in PCL's field rgb, without alpha.
+inline std::uint32_t packRgb(const Rgb& rgb)
+{
+  return static_cast<std::uint32_t>(rgb[0]) << 16 | static_cast<std::uint32_t>(rgb[1]) << 8 | rgb[2];
+}
 
 /// Positions and normals as they lie in the point: types of users may lack PCL's maps.
 template <typename PointNT>

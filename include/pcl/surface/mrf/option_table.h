@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Every option of a reconstruction declared once: its name, unit, range, default and help.
+/// \brief Every option of a reconstruction declared once: its name, unit, range, default and help, and names of values.
 #pragma once
 
 #include <pcl/surface/mrf/export.h>
@@ -68,12 +68,56 @@ PCL_MRF_EXPORT const std::vector<OptionDeclaration>& optionDeclarations();
 /// \throw std::out_of_range if there is no option of this name
 PCL_MRF_EXPORT const OptionDeclaration& optionDeclaration(const std::string& name);
 
-/// Checks every declared option, or those of one stage. \param stage such as "outliers"; empty: all
-/// \throw InvalidOption naming the first one that is out of range, its value and the range
-PCL_MRF_EXPORT void requireDeclared(const Options& options, const std::string& stage = {});
-
 /// Shortest decimal text of a number in single precision.
 PCL_MRF_EXPORT std::string decimalText(double value);
+
+/// \name The words by which messages, command lines and reports call the values of the options
+/// @{
+template <typename Enum>
+using Names = std::vector<std::pair<std::string, Enum>>;
+
+/// All values of an enumeration with their names, in the order of the help.
+template <typename Enum>
+const Names<Enum>& names();
+
+template <>
+PCL_MRF_EXPORT const Names<LengthUnit>& names();
+template <>
+PCL_MRF_EXPORT const Names<Prior>& names();
+template <>
+PCL_MRF_EXPORT const Names<Energy>& names();
+template <>
+PCL_MRF_EXPORT const Names<ObservationKind>& names();
+template <>
+PCL_MRF_EXPORT const Names<ConfidenceShape>& names();
+template <>
+PCL_MRF_EXPORT const Names<Quality>& names();
+template <>
+PCL_MRF_EXPORT const Names<Interpolation>& names();
+template <>
+PCL_MRF_EXPORT const Names<SolverMethod>& names();
+template <>
+PCL_MRF_EXPORT const Names<NormalSource>& names();
+template <>
+PCL_MRF_EXPORT const Names<OrientationVote>& names();
+template <>
+PCL_MRF_EXPORT const Names<CellDecomposition>& names();
+template <>
+PCL_MRF_EXPORT const Names<Trimming>& names();
+template <>
+PCL_MRF_EXPORT const Names<ColorMode>& names();
+template <>
+PCL_MRF_EXPORT const Names<Preset>& names();
+
+template <typename Enum>
+std::string nameOf(Enum value)
+{
+  for (const auto& [name, candidate] : names<Enum>())
+    if (candidate == value)
+      return name;
+  return "?";
+}
+/// @}
 
 } // namespace mrf
 } // namespace pcl

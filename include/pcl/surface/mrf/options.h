@@ -4,24 +4,271 @@
 #pragma once
 
 #include <pcl/surface/mrf/export.h>
-#include <pcl/surface/mrf/multiscale.h>
-#include <pcl/surface/mrf/normals.h>
-#include <pcl/surface/mrf/observation.h>
-#include <pcl/surface/mrf/orientation.h>
-#include <pcl/surface/mrf/outliers.h>
-#include <pcl/surface/mrf/polygonizer.h>
-#include <pcl/surface/mrf/prior.h>
-#include <pcl/surface/mrf/remesher.h>
-#include <pcl/surface/mrf/sampling_density.h>
-#include <pcl/surface/mrf/solver.h>
-#include <pcl/surface/mrf/trimming.h>
-#include <pcl/surface/mrf/uncertainty.h>
-#include <pcl/surface/mrf/vertex_fields.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace pcl {
 namespace mrf {
+
+/// What automatic lengths are multiples of.
+enum class LengthUnit {
+  density, ///< .5/√ρ with ρ points per area: the same for random and for evenly spread points of one density
+  nearest  ///< the mean distance to the closest other point (the paper's l̄), twice as long on evenly spread points
+};
+
+/// Criteria are independent; a point is dropped if any enabled one rejects it. A share above 2 % is a warning of the
+/// report, with the rule's name.
+struct OutlierOptions {
+  bool alone = true;               ///< no coherent neighbors, and far from them beside their own or the cloud's spacing
+  float aloneFactor = 2.7f;        ///< so many times as far, > 1; 2 drops 1 to 3 % of real clouds
+  bool spacing = false;            ///< mean distance to the neighbors against a multiple of its median over all points
+  int spacingNeighbors = 8;        ///< number of neighbors, 1..1000
+  float spacingFactor = 3;         ///< multiple of the median, > 1
+  bool statistical = false;        ///< PCL's StatisticalOutlierRemoval
+  int statisticalNeighbors = 8;    ///< its setMeanK, 1..1000
+  float statisticalDeviations = 3; ///< its setStddevMulThresh, > 0
+  bool robust = false;             ///< by a robust field, once the points are oriented; see robust.h
+};
+
+/// What becomes of normals that come with the cloud.
+enum class NormalSource {
+  automatic, ///< use them if the cloud has them, estimate otherwise
+  use,       ///< use them as they are
+  reference, ///< estimate, and let the cloud's normals vote on the orientation of each component
+  estimate   ///< ignore them
+};
+
+struct NormalOptions {
+  NormalSource source = NormalSource::automatic;
+  float radius = 0;           ///< neighborhood radius, cloud's unit; 0 = by the points' own spacing, or, with
+                              ///< noiseCriteria, 2.5 l̄ as in the paper
+  bool noiseCriteria = false; ///< drop noise as the paper does, by the two limits below
+  float maxThirdEigenvalue =
+      .1f; ///< noise if the smallest eigenvalue explains more than this share of the variation, (0, 1/3]
+  float maxPlaneDistance = 0; ///< noise if farther than this from the fitted plane, cloud's unit; 0 = l̄
+};
+
+struct OrientationOptions {
+  float neighborDistance = 0;    ///< two points are neighbors if closer, cloud's unit; 0 = by localDistance
+  bool localDistance = true;     ///< the automatic distance is five local spacings of each of the two points; false:
+                                 ///< the paper's, max(l̄ + 6 σ_l, 2.5 l̄) for all
+  float maxAngle = 15;           ///< and their normals within this angle, degrees, (0, 90]
+  bool joinAcrossCreases = true; ///< join components over edges that fail the angle, most parallel first
+  float minComponentShare = 0;   ///< drop components with a smaller share of the points, [0, 1); the paper: 1 %,
+                                 ///< which costs what few points reach: pockets, ends of limbs, small objects
+  float lowAgreement = .75f;     ///< report a warning below this agreement, [0, 1]
+  /// The origin that a cloud names is its sensor, if it is not zero or the cloud is organized. To tell shadows from
+  /// holes (see trim), so is that of the coordinates if all normals look there.
+  bool sensorOrigin = true;
+};
+
+/// Which votes decide the sign of a component.
+enum class OrientationVote {
+  none,      ///< keep the normals' signs as they are; only the components are computed
+  reference, ///< the majority of dot(normal, reference normal)
+  sensor,    ///< the majority of dot(normal, sensor - position); where a view is unknown, the nearest sensor counts
+  outward    ///< positive signed volume, Σ A (p - centroid)·n > 0 with A the area that a point stands for, where a
+             ///< component encloses a volume; see below
+};
+
+/// How the points become observations of the field. All but `points` observe one signed distance per voxel near them,
+/// made of the distances to the tangent planes of its nearest points, δ_j = n_j·(x − p_j).
+enum class ObservationKind {
+  points,   ///< at the points themselves: value and gradient, no voxel-wise distances; see point_observation.h
+  median,   ///< L1: robust to outliers (the paper's choice)
+  mean,     ///< L2: for Gaussian noise
+  nearest,  ///< the nearest point's plane alone
+  plane,    ///< G: Σ g_j δ_j / Σ g_j, g_j = exp(−t_j²/2s²), t_j the tangential distance to p_j, s = 0.75 l̄
+  trapezoid ///< T: the same with δ_j = ½ (n_j + n̄)·(x − p_j), n̄ = unit(Σ g_j n_j); corrects for curvature
+};
+
+/// How the confidence falls with t = d_E / dEmax, d_E the distance to the nearest point.
+enum class ConfidenceShape {
+  linear,   ///< α = 1 − min(t, 1) (the paper's)
+  quadratic ///< α = 1 − min(t, 1)²
+};
+
+struct ObservationOptions {
+  ObservationKind kind = ObservationKind::points;
+
+  // Of observations at the points.
+  float smoothing = 0; ///< ℓ, cloud's unit: what is smaller is smoothed away; 0 = by the noise, if it is known, or
+                       ///< else chosen by the data
+  float noise = 0;     ///< standard deviation of the scanner's noise, cloud's unit; 0 = unknown
+  float gradientWeight = 0; ///< g²/ℓ²: weight of the normals beside that of the positions, ..100; 0 = chosen by the
+                            ///< data, or .4 where the smoothing is given or the normals are estimated. Coarse levels
+                            ///< take ten times as much where bands of order 3 refine them to voxels of at most 2.4
+                            ///< spacings
+
+  // Of observations at the voxels.
+  int neighbors = 5;          ///< points per voxel, 1..100
+  bool scaleWithLevel = true; ///< coarser levels, and their automatic dEmax, reach at least 1.5 h of the level
+
+  // Of the confidence: of voxels, and of the surface in colors and trimming.
+  float maxDistance =
+      0; ///< dEmax, cloud's unit; 0 = 3 l̄ (the paper's), 3.25 l̄ for points, plane and trapezoid (measured)
+  ConfidenceShape confidenceShape = ConfidenceShape::quadratic;
+
+  bool atPoints() const { return kind == ObservationKind::points; }
+};
+
+/// Order k of the prior; the system's operator is L^k.
+enum class Prior {
+  membrane = 1,   ///< differences of neighbors (paper Eq. 5, 9, 13)
+  thinPlate = 2,  ///< the fixed point of the paper's ICM for its Laplacian prior (Eq. 6)
+  triharmonic = 3 ///< the exact minimizer of the sum of Eq. 6 over all voxels
+};
+
+/// Which energy is minimized; a = αβ, w = a/(1−a).
+///
+/// The paper has two readings of how much the data weigh beside its Laplacian prior. Its program moves a voxel to
+/// a d° + (1−a) d̄, with d̄ the value that the prior alone asks for given the neighbors: the same as a weight of 42 w
+/// beside L², and of c_k w beside any L^k. Its text defines U_L in Eq. 6, the squared differences of l_i = d_i − (mean
+/// of its neighbors) to those of the 6 neighbors, and adds w_i (d_i − d°_i)². The derivative of U_L(d_i), which the
+/// appendix sets to zero, is 7/18 (L² d)_i; that of the sum over all voxels, which meets every edge from both of its
+/// ends, 1/9 (L³ d)_i. Beside 2 w (d_i − d°_i) these are weights of 36/7 w and 18 w. A β of .9 in the text smooths as
+/// one of .52 (k = 2) or .33 (k = 3) in the program. For k = 1 both say the same (Eq. 9).
+///
+/// Eq. 10–11 meet every edge from both of its ends, too: their prior, as it is written, is twice that of
+/// Energy::weighted. Here it counts once, so that a constant a gives what Energy::joint gives.
+enum class Energy {
+  joint,    ///< Eq. 9 / 13, the paper's program: L^k d + c_k W (d − d°) = 0
+  weighted, ///< Eq. 10–11: the prior of voxel i is weighted by (1−a_i) as well, its data by a_i; has another minimizer
+  paperText ///< the text for Eq. 6: L^k d + 6 W, 36/7 W, 18 W (d − d°) = 0 for k = 1, 2, 3
+};
+
+struct PriorOptions {
+  Prior kind = Prior::triharmonic;
+  float beta = .99f; ///< global weight of the data β, [0, 1); larger trusts the data more
+  Energy energy = Energy::joint;
+};
+
+enum class SolverMethod {
+  multigrid, ///< conjugate gradients preconditioned by one multigrid V-cycle; see grid_solver.h
+  icm,       ///< the paper's iterated conditional modes; see icm.h
+  cg,        ///< Fletcher–Reeves conjugate gradients on the energy; see conjugate_gradients.h
+  cholesky   ///< sparse Cholesky factorization in double precision, the reference; see cholesky.h
+};
+
+struct SolverOptions {
+  SolverMethod method = SolverMethod::multigrid;
+  int maxIterations = 0;           ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid; on levels in bands 4, 2, 1),
+                                   ///< 1000 (icm), 10000 (cg)
+  double residualTolerance = 1e-6; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
+  double changeTolerance = 5e-4;   ///< icm and multigrid also stop when a step changes d by less, RMS in voxel sides
+                                 ///< (icm: over all voxels; multigrid: over the observed ones near the zero level, and
+                                 ///< by 4 times as much where points are observed); 0 = never
+  int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 10 for k = 1 / 2 /
+                          ///< 3, on levels in bands 2 / 4 / 5
+  bool choleskyOnCoarsest =
+      false;              ///< factorize the coarsest level of the multiscale scheme whatever the method (the paper's)
+  std::uint64_t seed = 1; ///< of icm's visiting order, and of the draws of UncertaintyOptions
+  std::size_t maxFactorBytes = std::size_t{4} << 30; ///< cholesky refuses when its factor is predicted to be larger
+};
+
+/// The finest voxels beside the sampling: each step down costs about 2.5 times the time and memory.
+enum class Quality {
+  draft,  ///< h = 3 l̄
+  normal, ///< as fine as the data carry: h = 2 l̄ or coarser, see HoldOut
+  fine    ///< h = 1.5 l̄
+};
+
+/// How a level's field becomes what the next finer one starts from.
+enum class Interpolation {
+  cubic, ///< keeps the curvature that the coarser level has found, so that less is left to solve
+  linear ///< the paper's
+};
+
+struct MultiscaleOptions {
+  Quality quality = Quality::normal;
+  float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = by the quality
+  int padding = 0;           ///< voxels of the finest level around the points' box, 2..100; 0 = the least, 6, around a
+                             ///< box with room beside openings, see volume.h
+  int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
+  std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free
+  /// Levels of more voxels than this are solved in a band around the zero level that the coarser one predicts, the
+  /// others everywhere; ≥ 0, 0 = 2^22, or 350 per point where that is less, but at least 2^18. With k = 3 what fills a
+  /// hole depends on the field far around it, which a band does not have: over 200 holes of 40 scans of 30,000 points,
+  /// all solved everywhere, the error was .85 of that with the last level in a band. Other solvers than multigrid, and
+  /// Energy::weighted, always solve everywhere.
+  std::int64_t denseVoxels = 0;
+  Interpolation interpolation = Interpolation::cubic; ///< between levels solved everywhere; bands take the cubic one
+};
+
+/// How a cell is cut.
+enum class CellDecomposition {
+  cubes,     ///< 256 cases, every face decided by its own four signs
+  tetrahedra ///< six tetrahedra per cell around a diagonal: about twice the triangles, no ambiguous face
+};
+
+struct PolygonizerOptions {
+  CellDecomposition decomposition = CellDecomposition::cubes;
+};
+
+enum class Trimming {
+  none,     ///< keep all: watertight inside the volume
+  holes,    ///< keep hole fillings up to a size, drop extrapolation and components without support
+  supported ///< keep only surface that data support
+};
+
+struct TrimmingOptions {
+  Trimming kind = Trimming::holes;
+  float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the diagonal, see trim
+  /// Largest width of what is filled of an open surface, cloud's unit: of holes, also those that are joined to the
+  /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, but 28 local spacings of the points
+  /// where the filling would turn away from the surface around it, as it does behind a step in depth: the mean cosine
+  /// of its normals to those of the nearest points is below .6; where it is hidden from all sensors behind other
+  /// points: that is a shadow, no hole; where the only sensor saw other points through it; and where it is edge-on for
+  /// all sensors, or turned away: the mean cosine of its normals to the best line of sight is below .17, and so is that
+  /// of the part in question. Without sensors that goes by the direction from which a single one must have seen all
+  /// points, if normals allow for one. Where filling closes a surface, maxHole alone decides.
+  float maxGap = 0;
+  /// Components with fewer coherent points behind them are dropped, the largest one excepted, 0..1000000; 0 or 1: none
+  /// are. Three are enough where no other surface is as close as they are to each other. Not with `none`. Measured with
+  /// 5 % of outliers in 40 scans: bubbles stood around up to 24 points, of which two at most were coherent; patches of
+  /// three and four points of a range scan were.
+  int minComponentPoints = 12;
+  /// Components with less than this share of the supported area are dropped as well, [0, 1). The paper drops those with
+  /// less than 1 % of the points (Sec. 3.1), and with them small objects beside large ones and what a hole cuts off a
+  /// limb. Not with `none`.
+  float minComponentShare = 0;
+};
+
+struct RemesherOptions {
+  int rounds = 6; ///< 0 = do not remesh, 0..1000
+  /// Target edge length l, cloud's unit; 0 = median edge of the input mesh, and longer where points are sparse, see
+  /// EdgeSizing.
+  float targetEdge = 0;
+  float relaxation = 1; ///< share of the tangential step that is taken, (0, 1]
+  bool fit = true;      ///< triangles lie on the surface in the mean; without, vertices do, as in the paper
+
+  /// Whether a remeshed mesh has its triangles, and not their corners, on the surface in the mean.
+  bool fitsTriangles() const { return fit && rounds > 0; }
+};
+
+/// What sigma is: half of the width of an interval around the vertex, along its normal, that holds the surface in 68 of
+/// 100 cases, and twice as wide in 95. Errors of registration, and normals that point to the wrong side, are not in it.
+struct UncertaintyOptions {
+  bool compute = false; ///< sigma per vertex, and the report's part; needs observations at points
+  int samples = 8;      ///< draws from the posterior, 2..1000; their seed is that of the solver
+  /// Surfaces that sigma allows for, which come with the result, 0..1000; sigma is computed for them. Each is one of
+  /// the draws, of which there are at least as many. Where they are wider than the object is thin, they may intersect.
+  int surfaces = 0;
+  /// Surface is dropped, after trimming and remeshing, whose 95 % half-width exceeds this, cloud's unit, and with it
+  /// what hangs on by single triangles; 0: none. Sigma is computed for it. It comes on top of what TrimmingOptions
+  /// drop: with Trimming::none it alone decides.
+  float maxError = 0;
+};
+
+/// Which colors the output carries.
+enum class ColorMode {
+  none,       ///< none
+  input,      ///< the input's RGB or intensity, interpolated, where it had them
+  confidence, ///< α as a color: blue where interpolated, skin where observed (paper Fig. 4)
+  sigma       ///< the error bars, which are computed for it: blue where the surface is known best, red where least
+};
 
 /// Lengths are in the cloud's unit; 0 means "derived from the sampling density" where the field says so.
 struct Options {

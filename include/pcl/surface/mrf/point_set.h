@@ -7,7 +7,9 @@
 
 #include <Eigen/Core>
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace pcl {
@@ -30,9 +32,6 @@ struct PointSet {
 
   std::size_t size() const { return positions.size(); }
 };
-
-/// \throw ResourceLimit for more points than the indices of searches and of PCL count, 2³¹ − 1
-void requireCountable(std::size_t points);
 
 /// The points of `points` whose flag in `keep` is set, in their order; all per-point arrays follow, the rest is copied.
 /// \pre keep.size() == points.size()
@@ -66,6 +65,9 @@ struct BoundingBox {
   float diagonal() const { return (upper - lower).norm(); }
 };
 PCL_MRF_EXPORT BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& positions);
+
+/// Writes the values of a point, by its index. Called from several threads at once.
+using AttributeReader = std::function<void(std::size_t point, float* values)>;
 
 } // namespace mrf
 } // namespace pcl

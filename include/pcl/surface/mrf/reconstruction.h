@@ -11,7 +11,6 @@
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
-#include <pcl/surface/mrf/vertex_fields.h>
 
 #include <cstdint>
 #include <exception>
@@ -64,23 +63,6 @@ struct Reconstruction {
 
 /// The color of each vertex as Options::colors asks for it: by its confidence, its sigma, or the input's; empty: none.
 PCL_MRF_EXPORT std::vector<Rgb> vertexColors(const Reconstruction& result);
-
-/// Builds the gathered points: the part of a cloud the stages can use.
-/// \param cloud its arrays are freed one after the other, as soon as they have been read
-/// \param counts receives input, notFinite, duplicates, zeroNormals, zeroConfidence
-/// \throw InvalidInput as validate does, or if a sensor is not finite, or farther than 1e18 from the cloud
-/// \throw InvalidOption if the options want normals that the cloud has not
-/// Points with a normal that is zero or not finite are dropped only if the normals are to be used as they are. If all
-/// normals are, they are left out instead, as of a cloud that has none yet. Of equal positions the first is kept.
-/// \return the points along a space-filling curve, so that the stages find neighbors close in memory; neither their
-/// positions nor their order depend on the order they came in
-PCL_MRF_EXPORT PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Execution& execution);
-
-/// Section 3.1: outliers, normals, components, orientation. Fills the report's density, counts and orientation.
-/// \param search is given the points that are left; it holds result.positions on return
-/// \throw InvalidInput if too few points are left
-PCL_MRF_EXPORT OrientedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search,
-                                         Report& report, Execution& execution);
 
 /// Runs all stages: the one way from a cloud to a mesh, of the class for PCL's point types as of the tools.
 /// \param cloud moved in, so that its arrays are freed as soon as the stages have read them

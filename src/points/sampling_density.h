@@ -4,28 +4,14 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <vector>
 
 namespace pcl {
 namespace mrf {
-
-/// What automatic lengths are multiples of.
-enum class LengthUnit {
-  density, ///< .5/√ρ with ρ points per area: the same for random and for evenly spread points of one density
-  nearest  ///< the mean distance to the closest other point (the paper's l̄), twice as long on evenly spread points
-};
-
-/// Lengths in the cloud's unit.
-struct SamplingDensity {
-  float spacing = 0;          ///< the unit, as chosen; what the other stages call l̄
-  float nearestMean = 0;      ///< mean distance to the closest other point (the paper's l̄)
-  float nearestDeviation = 0; ///< standard deviation of that distance, σ_l
-  float eighthMedian = 0;     ///< median distance to the 8th neighbor; 0 with fewer than 9 distinct points
-};
 
 /// Nearest others of each point that NeighborDistances tell of.
 constexpr int measuredNeighbors = 8;
@@ -45,15 +31,13 @@ struct NeighborDistances {
 
 /// \param search holds exactly points.positions
 /// Cost: one 9-neighbor query per point.
-PCL_MRF_EXPORT NeighborDistances measureNeighbors(const PointSet& points, const NeighborSearch& search,
-                                                  Execution& execution);
+NeighborDistances measureNeighbors(const PointSet& points, const NeighborSearch& search, Execution& execution);
 
 /// Local sampling distances: .323 times the distance to the 8th neighbor, the mean nearest distance of random points
 /// of that density, averaged over what lies close by in memory as well as in space. Range data thin out with distance
 /// and angle, by factors of five in one Kinect frame. \return one per point, cloud's unit; empty if there are too few
 /// points to tell
-PCL_MRF_EXPORT std::vector<float> localSpacings(const PointSet& points, const NeighborDistances& distances,
-                                                Execution& execution);
+std::vector<float> localSpacings(const PointSet& points, const NeighborDistances& distances, Execution& execution);
 
 /// Estimates the sampling density.
 ///
@@ -64,12 +48,12 @@ PCL_MRF_EXPORT std::vector<float> localSpacings(const PointSet& points, const Ne
 /// \param search holds exactly points.positions
 /// \throw InvalidInput if fewer than two positions are distinct
 /// Cost: one 9-neighbor query per point. The result does not depend on the number of threads.
-PCL_MRF_EXPORT SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborSearch& search,
-                                                       Execution& execution, LengthUnit unit = LengthUnit::density);
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborSearch& search, Execution& execution,
+                                        LengthUnit unit = LengthUnit::density);
 
 /// The same from distances that have been measured. Coincident points are measured again without their duplicates.
-PCL_MRF_EXPORT SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDistances& distances,
-                                                       Execution& execution, LengthUnit unit = LengthUnit::density);
+SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDistances& distances,
+                                        Execution& execution, LengthUnit unit = LengthUnit::density);
 
 } // namespace mrf
 } // namespace pcl

@@ -4,9 +4,8 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/observation.h>
 #include <pcl/surface/mrf/point_set.h>
-#include <pcl/surface/mrf/prior.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <cstdint>
 #include <memory>
@@ -14,33 +13,6 @@
 
 namespace pcl {
 namespace mrf {
-
-/// What points that a field has not seen say about it.
-struct SmoothingScore {
-  double smoothing = 0; ///< ℓ, cloud's unit
-  double error = 0;     ///< mean |distance| of the held-out points from its zero level, cloud's unit
-};
-
-struct SmoothingChoice {
-  double smoothing = 0; ///< ℓ that was chosen, cloud's unit
-  double noise = 0;     ///< robust deviation of the held-out points at that ℓ, cloud's unit: the noise σ, or on
-                        ///< clean scans what the grid does not resolve
-  std::vector<SmoothingScore> curve; ///< what was tried, ascending; empty if there were too few points to tell
-  std::int64_t heldOut = 0;          ///< points that were scored
-};
-
-/// What points that a field has not seen say about a voxel size.
-struct ResolutionScore {
-  double voxelSize = 0; ///< h, cloud's unit
-  double error = 0;     ///< mean |distance| of the held-out points from its zero level, cloud's unit
-};
-
-struct ResolutionChoice {
-  double voxelSize = 0;               ///< h that was chosen, cloud's unit
-  std::vector<ResolutionScore> curve; ///< what was tried, finest first; empty if there were too few points to tell
-  std::int64_t heldOut = 0;           ///< points that all sizes of the curve were scored at
-  std::int64_t cubes = 0;             ///< that were asked, counted once for each size: the work
-};
 
 /// What is left to the data, chosen by hold-out cross-validation (ours).
 ///

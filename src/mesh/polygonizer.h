@@ -6,21 +6,11 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/export.h>
+#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 namespace pcl {
 namespace mrf {
-
-/// How a cell is cut.
-enum class CellDecomposition {
-  cubes,     ///< 256 cases, every face decided by its own four signs
-  tetrahedra ///< six tetrahedra per cell around a diagonal: about twice the triangles, no ambiguous face
-};
-
-struct PolygonizerOptions {
-  CellDecomposition decomposition = CellDecomposition::cubes;
-};
 
 /// Extracts the zero level.
 ///
@@ -30,8 +20,7 @@ struct PolygonizerOptions {
 /// the zero level leaves the field's cells. Sets vertices and triangles only, of a field in pieces those of all.
 /// \return an empty mesh if no cell contains a sign change
 /// Cost: linear in the number of cells. The result does not depend on the number of threads.
-PCL_MRF_EXPORT TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& options,
-                                       Execution& execution);
+TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& options, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -3,39 +3,15 @@
 /// \brief Isotropic remeshing on the zero level of the field (paper Sec. 3.5, after Botsch and Kobbelt).
 #pragma once
 
+#include "mesh/vertex_fields.h"
+
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/export.h>
-#include <pcl/surface/mrf/mesh_quality.h>
+#include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
-#include <pcl/surface/mrf/vertex_fields.h>
 
 namespace pcl {
 namespace mrf {
-
-struct RemesherOptions {
-  int rounds = 6; ///< 0 = do not remesh, 0..1000
-  /// Target edge length l, cloud's unit; 0 = median edge of the input mesh, and longer where points are sparse, see
-  /// EdgeSizing.
-  float targetEdge = 0;
-  float relaxation = 1; ///< share of the tangential step that is taken, (0, 1]
-  bool fit = true;      ///< triangles lie on the surface in the mean; without, vertices do, as in the paper
-};
-
-/// Whether a remeshed mesh has its triangles, and not their corners, on the surface in the mean.
-inline bool fitsTriangles(const RemesherOptions& options)
-{
-  return options.fit && options.rounds > 0;
-}
-
-/// \throw InvalidOption naming the first field that is out of range
-PCL_MRF_EXPORT void validate(const RemesherOptions& options);
-
-struct RemeshSummary {
-  std::int64_t splits = 0, collapses = 0, flips = 0;
-  std::int64_t refusedOperations = 0; ///< that would have flipped a triangle, broken the topology or left the surface
-  double targetEdge = 0;              ///< that was used
-};
 
 struct RemeshResult : RemeshSummary {
   TriangleMesh mesh;                   ///< vertices and triangles only
@@ -78,8 +54,8 @@ struct RemeshResult : RemeshSummary {
 /// Vertices and triangles come out in the order of a space-filling curve.
 /// Cost: linear in the number of triangles per round; relaxation, renumbering and the search for intersections run in
 /// parallel. The result does not depend on the number of threads.
-PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
-                                   Execution& execution);
+RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
+                    Execution& execution);
 
 /// The same for any triangle mesh, of whatever method: the surface not to be left is the mesh itself, as it was.
 ///
@@ -87,21 +63,20 @@ PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const DistanceField
 /// normals are those of the vertices, or else of the triangles around them. Edges and corners of the shape are nothing
 /// special, and get rounded by parts of an edge; so do the ends and corners of borders, which stay within half an edge.
 /// Cost: as above, and a search for the nearest triangle at each step of each vertex.
-PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution);
+RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution);
 
 /// The same with edges of other lengths around other vertices; these do not differ by more than a fifth of the way
 /// between them along the surface. RemesherOptions::targetEdge, if it is given, goes for all edges nevertheless.
 /// \param sizing relative to the target edge, from 1 on, per vertex of the mesh; empty: 1 everywhere
 /// \throw std::invalid_argument if it has another length, or a size below 1 or not finite
-PCL_MRF_EXPORT RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
-                                   const RemesherOptions& options, Execution& execution);
+RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
+                    const RemesherOptions& options, Execution& execution);
 
 /// Traces a position to the zero level along the (not unit-length) gradient: fourth-order Runge–Kutta, straight for the
 /// last quarter of a voxel.
 /// \param maxStep the result is at most this far from the position
 /// \return the position unchanged if the zero level is not reached
-PCL_MRF_EXPORT Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position,
-                                                float maxStep);
+Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position, float maxStep);
 
 } // namespace mrf
 } // namespace pcl

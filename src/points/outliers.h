@@ -3,34 +3,18 @@
 /// \brief Outlier removal before anything is estimated from the points.
 #pragma once
 
+#include "points/sampling_density.h"
+
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbor_search.h>
+#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
-#include <pcl/surface/mrf/sampling_density.h>
 
 #include <cstdint>
 #include <vector>
 
 namespace pcl {
 namespace mrf {
-
-/// Criteria are independent; a point is dropped if any enabled one rejects it. A share above 2 % is a warning of the
-/// report, with the rule's name.
-struct OutlierOptions {
-  bool alone = true;               ///< no coherent neighbors, and far from them beside their own or the cloud's spacing
-  float aloneFactor = 2.7f;        ///< so many times as far, > 1; 2 drops 1 to 3 % of real clouds
-  bool spacing = false;            ///< mean distance to the neighbors against a multiple of its median over all points
-  int spacingNeighbors = 8;        ///< number of neighbors, 1..1000
-  float spacingFactor = 3;         ///< multiple of the median, > 1
-  bool statistical = false;        ///< PCL's StatisticalOutlierRemoval
-  int statisticalNeighbors = 8;    ///< its setMeanK, 1..1000
-  float statisticalDeviations = 3; ///< its setStddevMulThresh, > 0
-  bool robust = false;             ///< by a robust field, once the points are oriented; see robust.h
-};
-
-/// \throw InvalidOption naming the first field that is out of range
-PCL_MRF_EXPORT void validate(const OutlierOptions& options);
 
 struct OutlierResult {
   std::vector<std::uint8_t> keep; ///< one flag per point
@@ -51,13 +35,12 @@ struct OutlierResult {
 /// The spacing criterion (ours) is robust where the mean and standard deviation of PCL's are not: a few far outliers
 /// inflate the deviation until nothing is dropped. Duplicates count as neighbors at distance 0.
 /// \param search holds exactly points.positions
-PCL_MRF_EXPORT OutlierResult findOutliers(const PointSet& points, const NeighborSearch& search,
-                                          const OutlierOptions& options, Execution& execution);
+OutlierResult findOutliers(const PointSet& points, const NeighborSearch& search, const OutlierOptions& options,
+                           Execution& execution);
 
 /// The same from distances that have been measured, or none, if no point is to be alone.
-PCL_MRF_EXPORT OutlierResult findOutliers(const PointSet& points, const NeighborDistances& distances,
-                                          const NeighborSearch& search, const OutlierOptions& options,
-                                          Execution& execution);
+OutlierResult findOutliers(const PointSet& points, const NeighborDistances& distances, const NeighborSearch& search,
+                           const OutlierOptions& options, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
@@ -20,10 +19,10 @@ namespace mrf {
 /// only if it is folded flat. A degenerate triangle counts as its edges and is not compared with another degenerate
 /// one; a triangle with a vertex that is not finite is left out. Cost: uniform bins, about linear for meshes of even
 /// triangle size. The result does not depend on the number of threads.
-PCL_MRF_EXPORT std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution);
+std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution);
 
 /// The same on the calling thread.
-PCL_MRF_EXPORT std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh);
+std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh);
 
 } // namespace mrf
 } // namespace pcl

@@ -4,8 +4,8 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbor_search.h>
+#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 
 #include <cstdint>
@@ -13,27 +13,6 @@
 
 namespace pcl {
 namespace mrf {
-
-/// What becomes of normals that come with the cloud.
-enum class NormalSource {
-  automatic, ///< use them if the cloud has them, estimate otherwise
-  use,       ///< use them as they are
-  reference, ///< estimate, and let the cloud's normals vote on the orientation of each component
-  estimate   ///< ignore them
-};
-
-struct NormalOptions {
-  NormalSource source = NormalSource::automatic;
-  float radius = 0;           ///< neighborhood radius, cloud's unit; 0 = by the points' own spacing, or, with
-                              ///< noiseCriteria, 2.5 l̄ as in the paper
-  bool noiseCriteria = false; ///< drop noise as the paper does, by the two limits below
-  float maxThirdEigenvalue =
-      .1f; ///< noise if the smallest eigenvalue explains more than this share of the variation, (0, 1/3]
-  float maxPlaneDistance = 0; ///< noise if farther than this from the fitted plane, cloud's unit; 0 = l̄
-};
-
-/// \throw InvalidOption naming the first field that is out of range
-PCL_MRF_EXPORT void validate(const NormalOptions& options);
 
 /// One entry per point.
 struct NormalEstimates {
@@ -44,7 +23,7 @@ struct NormalEstimates {
 };
 
 /// The radius for all points, cloud's unit; 0 = each has its own.
-PCL_MRF_EXPORT float resolvedRadius(const NormalOptions& options, float spacing);
+float resolvedRadius(const NormalOptions& options, float spacing);
 
 /// Fits a plane to the neighbors of each point, as pcl::NormalEstimation does and with PCL's covariance and eigenvalue
 /// functions, but in double precision.
@@ -65,8 +44,8 @@ PCL_MRF_EXPORT float resolvedRadius(const NormalOptions& options, float spacing)
 /// Cost: one or two neighbor queries per point, up to a dozen where a neighborhood has to grow. The result does not
 /// depend on the number of threads; where neighborhoods grow, it depends on the order of the points, which gather
 /// fixes.
-PCL_MRF_EXPORT NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& search, float spacing,
-                                               const NormalOptions& options, Execution& execution, float noise = 0);
+NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& search, float spacing,
+                                const NormalOptions& options, Execution& execution, float noise = 0);
 
 } // namespace mrf
 } // namespace pcl

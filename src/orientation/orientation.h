@@ -4,10 +4,9 @@
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
-#include <pcl/surface/mrf/sampling_density.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <cstdint>
 #include <vector>
@@ -15,57 +14,14 @@
 namespace pcl {
 namespace mrf {
 
-struct OrientationOptions {
-  float neighborDistance = 0;    ///< two points are neighbors if closer, cloud's unit; 0 = by localDistance
-  bool localDistance = true;     ///< the automatic distance is five local spacings of each of the two points; false:
-                                 ///< the paper's, max(l̄ + 6 σ_l, 2.5 l̄) for all
-  float maxAngle = 15;           ///< and their normals within this angle, degrees, (0, 90]
-  bool joinAcrossCreases = true; ///< join components over edges that fail the angle, most parallel first
-  float minComponentShare = 0;   ///< drop components with a smaller share of the points, [0, 1); the paper: 1 %,
-                                 ///< which costs what few points reach: pockets, ends of limbs, small objects
-  float lowAgreement = .75f;     ///< report a warning below this agreement, [0, 1]
-  /// The origin that a cloud names is its sensor, if it is not zero or the cloud is organized. To tell shadows from
-  /// holes (see trim), so is that of the coordinates if all normals look there.
-  bool sensorOrigin = true;
-};
-
 /// The option, or its automatic value, cloud's unit; of local distances the median.
-PCL_MRF_EXPORT float resolvedNeighborDistance(const OrientationOptions& options, const SamplingDensity& density);
-
-/// \throw InvalidOption naming the first field that is out of range
-PCL_MRF_EXPORT void validate(const OrientationOptions& options);
-
-/// How the signs of the components were decided.
-struct OrientationSummary {
-  std::int64_t components = 0;          ///< after joining, before dropping
-  std::int64_t componentsAtCreases = 0; ///< as the angle criterion alone cuts them
-  std::int64_t componentsDropped = 0;
-  std::int64_t componentsFlipped = 0; ///< by the vote of sensors, reference normals or signed volume
-  std::int64_t piecesFlipped = 0;     ///< pieces of smooth surface that their own vote turned against their component
-  std::int64_t pointsDropped = 0;
-  std::int64_t pointsFlipped = 0; ///< normals whose sign differs from the one they came with
-  /// Share of the kept points' votes that agree with the normals, 1 without a vote. An outward vote counts by its
-  /// contribution to the volume: 1 for a convex component, about ½ for one without inside and outside.
-  double agreement = 1;
-  double openShare = 0; ///< without sensor or reference: share of the surface in components that enclose no volume
-  /// The surface is open, and nothing tells which side of it is the outside: the side that was taken is a guess.
-  bool sideIsGuessed = false;
-};
+float resolvedNeighborDistance(const OrientationOptions& options, const SamplingDensity& density);
 
 struct OrientationResult : OrientationSummary {
   std::vector<Eigen::Vector3f> normals; ///< consistently oriented, unit; one per point
   std::vector<std::uint8_t> keep;       ///< 0 for points of small components
 
   const OrientationSummary& summary() const { return *this; }
-};
-
-/// Which votes decide the sign of a component.
-enum class OrientationVote {
-  none,      ///< keep the normals' signs as they are; only the components are computed
-  reference, ///< the majority of dot(normal, reference normal)
-  sensor,    ///< the majority of dot(normal, sensor - position); where a view is unknown, the nearest sensor counts
-  outward    ///< positive signed volume, Σ A (p - centroid)·n > 0 with A the area that a point stands for, where a
-             ///< component encloses a volume; see below
 };
 
 /// Makes normals consistent inside each connected component and decides the sign of each component by a vote.
@@ -104,10 +60,9 @@ enum class OrientationVote {
 /// \throw InvalidOption as validate does; InvalidInput if what the vote needs is missing
 /// Cost: one 13-neighbor query per point, and sorting about 7 edges per point; without a vote one 5-neighbor query.
 /// The result does not depend on the number of threads or, up to ties, on the order of the points.
-PCL_MRF_EXPORT OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
-                                               const NeighborSearch& search, const SamplingDensity& density,
-                                               OrientationVote vote, const OrientationOptions& options,
-                                               Execution& execution);
+OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
+                                const NeighborSearch& search, const SamplingDensity& density, OrientationVote vote,
+                                const OrientationOptions& options, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

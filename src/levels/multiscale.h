@@ -5,12 +5,9 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbor_search.h>
-#include <pcl/surface/mrf/observation.h>
 #include <pcl/surface/mrf/point_set.h>
-#include <pcl/surface/mrf/prior.h>
-#include <pcl/surface/mrf/solver.h>
+#include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
@@ -20,66 +17,22 @@
 namespace pcl {
 namespace mrf {
 
-/// The finest voxels beside the sampling: each step down costs about 2.5 times the time and memory.
-enum class Quality {
-  draft,  ///< h = 3 l̄
-  normal, ///< as fine as the data carry: h = 2 l̄ or coarser, see HoldOut
-  fine    ///< h = 1.5 l̄
-};
-
 /// h/l̄
 inline float spacingsPerVoxel(Quality quality)
 {
   return quality == Quality::draft ? 3 : quality == Quality::normal ? 2 : 1.5f;
 }
 
-/// How a level's field becomes what the next finer one starts from.
-enum class Interpolation {
-  cubic, ///< keeps the curvature that the coarser level has found, so that less is left to solve
-  linear ///< the paper's
-};
-
-struct MultiscaleOptions {
-  Quality quality = Quality::normal;
-  float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = by the quality
-  int padding = 0;           ///< voxels of the finest level around the points' box, 2..100; 0 = the least, 6, around a
-                             ///< box with room beside openings, see volume.h
-  int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
-  std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free
-  /// Levels of more voxels than this are solved in a band around the zero level that the coarser one predicts, the
-  /// others everywhere; ≥ 0, 0 = 2^22, or 350 per point where that is less, but at least 2^18. With k = 3 what fills a
-  /// hole depends on the field far around it, which a band does not have: over 200 holes of 40 scans of 30,000 points,
-  /// all solved everywhere, the error was .85 of that with the last level in a band. Other solvers than multigrid, and
-  /// Energy::weighted, always solve everywhere.
-  std::int64_t denseVoxels = 0;
-  Interpolation interpolation = Interpolation::cubic; ///< between levels solved everywhere; bands take the cubic one
-};
-
-/// \throw InvalidOption naming the first field that is out of range
-PCL_MRF_EXPORT void validate(const MultiscaleOptions& options);
-
 /// Voxels of padding that a closed surface needs.
 constexpr int minPadding = 6;
 
 /// The option, or the least.
-PCL_MRF_EXPORT int resolvedPadding(const MultiscaleOptions& options);
+int resolvedPadding(const MultiscaleOptions& options);
 
 /// The option, or what suits so many points. Objects have some 50 voxels for each, sprawling scenes that few points
 /// tell of have hundreds, most of them empty: thinned to 1,000 and 4,000 points a Kinect frame of a table takes a half
 /// and a third of the time in bands, and withheld points are as near.
-PCL_MRF_EXPORT std::int64_t resolvedDenseVoxels(const MultiscaleOptions& options, std::size_t points);
-
-/// One level, for the report.
-struct LevelReport {
-  GridSize size;
-  double voxelSize = 0;      ///< cloud's unit
-  float maxDistance = 0;     ///< dEmax of this level
-  std::int64_t observed = 0; ///< voxels with α > 0
-  std::int64_t unknowns = 0; ///< voxels that were solved for: all of them, or those of a band
-  double observationSeconds = 0;
-  double solverSeconds = 0;
-  SolveReport solve;
-};
+std::int64_t resolvedDenseVoxels(const MultiscaleOptions& options, std::size_t points);
 
 struct MultiscaleResult {
   DistanceField field;
@@ -133,11 +86,10 @@ using SurfaceFilter = std::function<TriangleMesh(TriangleMesh zeroLevel, float v
 /// \throw InvalidInput if nothing is observed; SolverFailure; Cancelled
 /// \throw ResourceLimit if the levels would take more memory than the limit, as the box or the surface in it foretells,
 /// or if the surface would take millions of voxels that are out of proportion to the points: thousands of each
-PCL_MRF_EXPORT MultiscaleResult regularize(const OrientedPoints& points, const NeighborSearch& search, float spacing,
-                                           const BoundingBox& volume, const ObservationOptions& observation,
-                                           const PriorOptions& prior, const SolverOptions& solver,
-                                           const MultiscaleOptions& options, Execution& execution,
-                                           const SurfaceFilter& wanted = {});
+MultiscaleResult regularize(const OrientedPoints& points, const NeighborSearch& search, float spacing,
+                            const BoundingBox& volume, const ObservationOptions& observation, const PriorOptions& prior,
+                            const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution,
+                            const SurfaceFilter& wanted = {});
 
 } // namespace mrf
 } // namespace pcl

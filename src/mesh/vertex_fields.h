@@ -5,9 +5,8 @@
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/export.h>
 #include <pcl/surface/mrf/neighbor_search.h>
-#include <pcl/surface/mrf/observation.h>
+#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
@@ -19,22 +18,12 @@
 namespace pcl {
 namespace mrf {
 
-/// Which colors the output carries.
-enum class ColorMode {
-  none,       ///< none
-  input,      ///< the input's RGB or intensity, interpolated, where it had them
-  confidence, ///< α as a color: blue where interpolated, skin where observed (paper Fig. 4)
-  sigma       ///< the error bars, which are computed for it: blue where the surface is known best, red where least
-};
-
-using Rgb = std::array<std::uint8_t, 3>;
-
 /// Sets the normals: the normalized gradient of the field; the mean triangle normal where it vanishes.
-PCL_MRF_EXPORT void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
+void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
 
 /// How far each point supports a surface around it: dEmax, and up to four times as far where the points lie farther
 /// apart than on average: a wall at six meters is as much surface as a cup at one.
-class PCL_MRF_EXPORT Support {
+class Support {
 public:
   /// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
   /// \param spacing l̄, cloud's unit; 0, or points without spacings: dEmax is the same everywhere
@@ -69,8 +58,7 @@ private:
 };
 
 /// Sets the confidences. Cost: one query per vertex.
-PCL_MRF_EXPORT void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape,
-                                   Execution& execution);
+void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape, Execution& execution);
 
 /// Length that edges around each vertex should have, relative to those where points are as dense as in the median.
 using EdgeSizing = std::vector<float>;
@@ -79,30 +67,17 @@ using EdgeSizing = std::vector<float>;
 /// edges are as much longer, where it is less than 1.75 times they are not longer at all. On a Kinect frame of a table
 /// before a wall that saves two triangles of three, and withheld points are 1 % farther from the mesh (ours).
 /// \return empty if no point is sparse. Cost: one query per vertex else
-PCL_MRF_EXPORT EdgeSizing edgeSizing(const TriangleMesh& mesh, const Support& support, Execution& execution);
-
-/// Writes the values of a point, by its index. Called from several threads at once.
-using AttributeReader = std::function<void(std::size_t point, float* values)>;
+EdgeSizing edgeSizing(const TriangleMesh& mesh, const Support& support, Execution& execution);
 
 /// Interpolates attributes of the data points at the vertices: mean of the 4 nearest points with weights 1/d², the
 /// nearest one's value where it coincides.
 /// \param read writes `channels` values of one of the search's points
 /// \return `channels` values per vertex
-PCL_MRF_EXPORT std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices,
-                                                        const NeighborSearch& search, const AttributeReader& read,
-                                                        int channels, Execution& execution);
+std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighborSearch& search,
+                                         const AttributeReader& read, int channels, Execution& execution);
 
 /// Interpolated channels 0..255 as a color, rounded. \param channels three values
-PCL_MRF_EXPORT Rgb toRgb(const float* channels);
-
-/// The sigma that is shown red: the 95th percentile, in two digits. \param sigmas not empty
-PCL_MRF_EXPORT float largestSigmaShown(std::vector<float> sigmas);
-
-/// The color of a sigma: blue at 0, over green and yellow to red at `largest` and above.
-PCL_MRF_EXPORT Rgb sigmaColor(float sigma, float largest);
-
-/// The color of a confidence: blue at 0 to skin at 1, linear between.
-PCL_MRF_EXPORT Rgb confidenceColor(float confidence);
+Rgb toRgb(const float* channels);
 
 } // namespace mrf
 } // namespace pcl

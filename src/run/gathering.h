@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief From a raw cloud to the points that the stages can use.
+#pragma once
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/reconstruction.h>
+
+namespace pcl {
+namespace mrf {
+
+/// Builds the gathered points: the part of a cloud the stages can use.
+/// \param cloud its arrays are freed one after the other, as soon as they have been read
+/// \param counts receives input, notFinite, duplicates, zeroNormals, zeroConfidence
+/// \throw InvalidInput as validate does, or if a sensor is not finite, or farther than 1e18 from the cloud
+/// \throw InvalidOption if the options want normals that the cloud has not
+/// Points with a normal that is zero or not finite are dropped only if the normals are to be used as they are. If all
+/// normals are, they are left out instead, as of a cloud that has none yet. Of equal positions the first is kept.
+/// \return the points along a space-filling curve, so that the stages find neighbors close in memory; neither their
+/// positions nor their order depend on the order they came in
+PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl
