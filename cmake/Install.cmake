@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs library, headers, tools, the CMake package and the pkg-config file, as components: library, development, tools,
-# and evaluation, the tools that are under the GPL by the CGAL packages in them.
+# evaluation, the tool that is under the GPL by the CGAL packages in it, and experiments, which are Python.
 include(CMakePackageConfigHelpers)
 
 set(MRF_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_mrf_reconstruction)
@@ -24,7 +24,6 @@ endfunction()
 mrf_install_tool(pcl_mrf_reconstruction tools)
 mrf_install_tool(pcl_mrf_scan tools)
 mrf_install_tool(pcl_mrf_evaluate evaluation)
-mrf_install_tool(pcl_mrf_experiments evaluation)
 if(TARGET mrf_pictures) # where the tools find the library
   install(TARGETS mrf_pictures LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT tools)
 endif()

@@ -11,6 +11,7 @@ set(MRF_PACKAGE_library libpcl-mrf${MRF_SONAME})
 set(MRF_PACKAGE_development libpcl-mrf-dev)
 set(MRF_PACKAGE_tools pcl-mrf-tools)
 set(MRF_PACKAGE_evaluation pcl-mrf-evaluation)
+set(MRF_PACKAGE_experiments pcl-mrf-experiments)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME pcl-mrf-reconstruction)
@@ -21,7 +22,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS # whatever the umask says
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
-set(CPACK_COMPONENTS_ALL library development tools evaluation)
+set(CPACK_COMPONENTS_ALL library development tools evaluation experiments)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -33,20 +34,25 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 set(CPACK_COMPONENT_TOOLS_DEPENDS library)
 set(CPACK_COMPONENT_EVALUATION_DEPENDS library tools) # which have the module of pictures
+set(CPACK_COMPONENT_EXPERIMENTS_DEPENDS tools evaluation)
 
 set(MRF_IS_WHAT "Reconstructs surfaces from scanned points by regularizing a signed distance
 field with a Markov random field (Paulsen, Baerentzen, Larsen 2010).")
 set(MRF_DESCRIPTION_library "This package has the shared library.")
 set(MRF_DESCRIPTION_development "This package has headers, a CMake package and a pkg-config file.")
 set(MRF_DESCRIPTION_tools "This package has the programs that reconstruct a scan and that simulate one.")
-set(MRF_DESCRIPTION_evaluation "This package has the programs that measure meshes and run experiments. They
-are built with CGAL, and so under the GPL.")
+set(MRF_DESCRIPTION_evaluation "This package has the program that measures meshes. It is built with CGAL, and so
+under the GPL.")
+set(MRF_DESCRIPTION_experiments "This package has the experiments of the paper, in Python.")
 set(MRF_SECTION_library libs)
 set(MRF_SECTION_development libdevel)
 set(MRF_SECTION_tools graphics)
 set(MRF_SECTION_evaluation graphics)
+set(MRF_SECTION_experiments graphics)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "${MRF_PACKAGE_library} (= ${PROJECT_VERSION}), libpcl-dev, libeigen3-dev")
+set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_DEPENDS "python3, python3-numpy, python3-scipy, python3-matplotlib")
+set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_SUGGESTS "pcl-tools, glmark2-data")
 
 string(TIMESTAMP MRF_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC) # of SOURCE_DATE_EPOCH, if that is set
 configure_file(${PROJECT_SOURCE_DIR}/cmake/debian_changelog.in ${PROJECT_BINARY_DIR}/packages/changelog @ONLY)
@@ -60,7 +66,7 @@ foreach(component ${CPACK_COMPONENTS_ALL})
   set(CPACK_COMPONENT_${upper}_DESCRIPTION "${MRF_IS_WHAT}\n\n${MRF_DESCRIPTION_${component}}")
   set(MRF_COPYRIGHT_OF_PROGRAMS)
   if(component STREQUAL "evaluation")
-    set(MRF_COPYRIGHT_OF_PROGRAMS "The programs in this package are under the GPL, version 3 or later, by the CGAL packages in them; its text\nis in /usr/share/common-licenses/GPL-3.\n\n")
+    set(MRF_COPYRIGHT_OF_PROGRAMS "The program in this package is under the GPL, version 3 or later, by the CGAL packages in it; its text\nis in /usr/share/common-licenses/GPL-3.\n\n")
   endif()
   configure_file(${PROJECT_SOURCE_DIR}/cmake/debian_copyright.in
     ${PROJECT_BINARY_DIR}/packages/${component}/copyright @ONLY)

@@ -12,12 +12,12 @@ while read -r file; do
     failed=1
   }
 done < <(find CMakeLists.txt include src apps test cmake -type f \
-  \( -name '*.cpp' -o -name '*.h' -o -name '*.hpp' -o -name '*.sh' -o -name '*.cmake' -o -name CMakeLists.txt \))
+  \( -name '*.cpp' -o -name '*.h' -o -name '*.hpp' -o -name '*.sh' -o -name '*.py' -o -name '*.cmake' -o -name CMakeLists.txt \))
 echo "$count source files"
 
 # Names are typed from memory: one spelling, American as PCL's. (The test of the help types the other on purpose.)
 british='colour|neighbour|centre|centring|(regular|normal|factor|minim|optim|summar|initial|discret|organ)is(e|ing|ation)'
-if grep -rniE "$british|behaviour|catalogue" include src apps test --include='*.cpp' --include='*.h' --include='*.hpp' \
+if grep -rniE "$british|behaviour|catalogue" include src apps test --include='*.cpp' --include='*.h' --include='*.hpp' --include='*.py' \
   --include=CMakeLists.txt --exclude=test_tool_help.cpp; then
   echo "sources: spelled as in Britain" >&2
   failed=1

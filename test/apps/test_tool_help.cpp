@@ -115,8 +115,7 @@ TEST_P(ToolHelp, OptionsNearAMistypedOneAreNamed)
   EXPECT_EQ(outcome.err, name() + ": '--xyzzyx' is not an option (see --help)\n");
 }
 
-INSTANTIATE_TEST_SUITE_P(Tools, ToolHelp,
-                         testing::Values(MRF_TOOL, MRF_EVALUATE_TOOL, MRF_SCAN_TOOL, MRF_EXPERIMENTS_TOOL),
+INSTANTIATE_TEST_SUITE_P(Tools, ToolHelp, testing::Values(MRF_TOOL, MRF_EVALUATE_TOOL, MRF_SCAN_TOOL),
                          [](const auto& tool) {
                            const std::string path = tool.param;
                            return path.substr(path.rfind('_') + 1);
