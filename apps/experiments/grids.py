@@ -73,7 +73,8 @@ def fig_9(lab):
 def _rotated(lab, scan, turn, options):
     cloud = lab.scratch("cloud.ply")
     surfaces.write_ply(cloud, turn.apply(scan.cloud.points), turn.apply(scan.cloud.normals))
-    made = lab.reconstruct(cloud, "--no-remesh", "--voxel-size", VOXEL, "--trim", "none", "--normals", "use", *options)
+    given = [] if "--normals" in options else ["--normals", "use"]
+    made = lab.reconstruct(cloud, "--no-remesh", "--voxel-size", VOXEL, "--trim", "none", *given, *options)
     return made, made.mesh.moved(turn.inv().as_matrix())
 
 
@@ -136,11 +137,11 @@ def section_3_4(lab):
 
     def base():
         voxel = np.ptp(scan().cloud.points, axis=0).max() / ((36 if lab.quick else side) - 12)
-        return ["--no-remesh", "--trim", "none", "--normals", "use", "--voxel-size", voxel, "--padding", 6, "--threads", 1]
+        return ["--no-remesh", "--trim", "none", "--voxel-size", voxel, "--padding", 6, "--threads", 1]
 
     rows, charts = [], {}
     for k, word in PRIORS.items():
-        words = [*EXACT[:2], "--observation", "plane", "--prior", word]
+        words = [*EXACT[:2], "--normals", "use", "--observation", "plane", "--prior", word]
         exact = lazily(lambda: _field(lab, scan(), base() + words + ["--change-tolerance", 1e-7])[0])
         curves = {}
         for solver in SOLVERS:

@@ -147,8 +147,8 @@ class Laboratory:
 
     def reconstruct(self, cloud, *options):
         mesh, report = self.scratch("mesh.ply"), self.scratch("report.json")
-        seconds, megabytes = self.run("pcl_mrf_reconstruction", cloud, mesh, "-q", "--report", report, *options,
-                                      *self._threads())
+        threads = [] if "--threads" in options else self._threads()
+        seconds, megabytes = self.run("pcl_mrf_reconstruction", cloud, mesh, "-q", "--report", report, *options, *threads)
         return Result(mesh, seconds, megabytes, json.loads(Path(report).read_text()))
 
     def evaluate(self, mesh, *options):
