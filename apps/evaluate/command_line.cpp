@@ -16,10 +16,13 @@ void check(const EvaluateCommand& command)
     if (!condition)
       throw UsageError(message);
   };
-  require(isReadableMesh(extension(command.mesh)),
-          "MESH '" + command.mesh + "' does not end in " + meshInputExtensions);
-  require(command.reference.empty() || isReadableMesh(extension(command.reference)),
-          "--reference '" + command.reference + "' does not end in " + meshInputExtensions);
+  const auto requireMesh = [&](const char* name, const std::string& path) {
+    const std::string wrong = whyNotReadable(path);
+    require(wrong.empty(), std::string(name) + " '" + path + "' " + wrong);
+  };
+  requireMesh("MESH", command.mesh);
+  if (!command.reference.empty())
+    requireMesh("--reference", command.reference);
   require(command.colored.empty() || isMeshFormat(extension(command.colored)),
           "--colored '" + command.colored + "' does not end in " + meshFileExtensions);
   require(command.colored.empty() || extension(command.colored) != "stl", "--colored: STL files hold no colors");

@@ -9,7 +9,6 @@
 #include "support/report_json.h"
 #include "support/sensors.h"
 #include "support/surface_mesh.h"
-#include "support/temporary_files.h"
 #include "support/text_file.h"
 #include "support/tool_main.h"
 

@@ -148,8 +148,8 @@ void check(const ScanCommand& command)
     if (!condition)
       throw UsageError(message);
   };
-  require(isShape(command.input) || isReadableMesh(extension(command.input)),
-          "INPUT '" + command.input + "' is no shape and does not end in " + meshInputExtensions);
+  const std::string wrong = isShape(command.input) ? "" : whyNotReadable(command.input);
+  require(wrong.empty(), "INPUT '" + command.input + "' is no shape and " + wrong);
   const std::pair<const char*, const std::string&> clouds[] = {{"OUTPUT", command.output},
                                                                {"--write-held-out", command.heldOut},
                                                                {"--write-clean", command.clean},

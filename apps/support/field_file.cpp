@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field_file.h"
 
-#include "vtk_output.h"
+#include "text_file.h"
 
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
@@ -39,7 +39,10 @@ void writeField(const pcl::mrf::DistanceField& field, const Eigen::Vector3d& off
   if (field.hasConfidences())
     image->GetPointData()->AddArray(confidences);
   auto writer = vtkSmartPointer<vtkXMLImageDataWriter>::New();
-  writeThroughVtk(*writer, image, path);
+  writer->SetInputData(image);
+  writer->WriteToOutputStringOn(); // VTK would not tell why a file cannot be written
+  writer->Write();
+  writeText(path, writer->GetOutputString());
 }
 
 } // namespace mrf_apps

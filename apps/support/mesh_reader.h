@@ -9,14 +9,15 @@
 
 namespace mrf_apps {
 
-/// Reads the vertices and faces of a PLY, OBJ, OFF, STL, VTK (legacy) or VTP file; chosen by the extension.
+/// Reads the vertices and faces of a PLY, OBJ, OFF or STL file; chosen by the extension.
 ///
 /// Nothing is repaired: repeated vertices of faces, unused and coincident vertices stay as they are. Faces with more
 /// than three corners become fans of triangles around their first corner, which is right for convex ones. The corners
-/// of an STL file, which has no vertices, are one vertex where their coordinates are equal. Fields other than positions
-/// are not read. \throw UsageError if the extension is none of these \throw FileError if the file is missing,
-/// unreadable, empty, truncated, not what its extension says, without faces,
-///        or has faces with vertices that are not there
+/// of an STL file, which has no vertices, are one vertex where their coordinates are equal. Of the fields of vertices
+/// only PLY's scalars are read.
+/// \throw UsageError if the extension is none of these
+/// \throw FileError if the file is missing, unreadable, empty, truncated, not what its extension says, without faces, or
+///        has faces with vertices that are not there
 SurfaceMesh readMesh(const std::string& path);
 
 /// The same for the bytes of a file. \param type extension that readMesh knows, lower case \param path for messages
@@ -26,8 +27,9 @@ SurfaceMesh parseMesh(const std::string& type, const std::string& path, const st
 /// For files that give every triangle its own corners.
 SurfaceMesh mergeVertices(const SurfaceMesh& mesh);
 
-/// True if `readMesh` knows the extension (lower case, without the dot).
-bool isReadableMesh(const std::string& extension);
+/// What is wrong with the name of a mesh file, to be put behind it, with the command that converts it if there is one;
+/// empty: readMesh knows its extension.
+std::string whyNotReadable(const std::string& path);
 
 /// Extensions that readMesh knows, for messages.
 extern const char* const meshInputExtensions;

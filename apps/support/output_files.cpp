@@ -2,290 +2,168 @@
 #include "output_files.h"
 
 #include "errors.h"
-#include "temporary_files.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
-#include <cstdio>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
-#include <memory>
-#include <optional>
-#include <utility>
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 namespace mrf_apps {
 
 namespace fs = std::filesystem;
 
-bool sameFile(const std::string& a, const std::string& b)
-{
-  std::error_code error;
-  return fs::equivalent(a, b, error);
-}
-
-void refuseInputAsOutput(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs)
-{
-  for (const std::string& input : inputs)
-    for (const std::string& output : outputs)
-      if (!input.empty() && !output.empty() && output != "-" && (input == output || sameFile(input, output)))
-        throw UsageError("'" + output + "' is an input and would be overwritten");
-}
+/// Entries are never freed, so that the handler of a signal may go through them at any time.
+struct TemporaryFile {
+  std::string path;
+  TemporaryFile* next;
+  std::atomic<bool> isThere{true};
+};
 
 namespace {
 
-/// What messages call an output.
-std::string told(const std::string& path)
+std::atomic<TemporaryFile*> temporaryFiles{nullptr};
+
+void removeFile(TemporaryFile& file)
 {
-  return path == "-" ? "standard output" : path;
+  if (file.isThere.exchange(false))
+    unlink(file.path.c_str());
 }
 
-/// A name beside the target that no file has yet.
-std::string temporaryName(const fs::path& target, int attempt)
+[[noreturn]] void fail(const std::string& path)
 {
-  const std::string number = std::to_string(getpid()) + (attempt > 0 ? "-" + std::to_string(attempt) : "");
-  return (target.parent_path() / ("." + target.stem().string() + "." + number + ".part" + target.extension().string()))
-      .string();
+  throw FileError(path == "-" ? "standard output" : path, std::string("cannot be written: ") + std::strerror(errno));
 }
 
-/// Where a path leads that may be a link to a file that does not exist yet.
-fs::path followLinks(fs::path path)
+/// Creates a file beside the target. A file of that name is one that a process of this number left when it was killed.
+TemporaryFile* createTemporary(const std::string& path, const fs::path& target)
 {
-  constexpr int max = 40; // as the kernel
-  std::error_code error;
-  for (int i = 0; i < max && fs::is_symlink(fs::symlink_status(path, error)); ++i) {
-    const fs::path next = fs::read_symlink(path, error);
-    if (error)
-      break;
-    path = path.parent_path() / next; // the second alone if it is absolute
+  const std::string name = "." + target.stem().string() + "." + std::to_string(getpid()) + ".part";
+  const fs::path whole = target.parent_path() / (name + target.extension().string());
+  // Known before it is there, so that no signal finds one that is not.
+  temporaryFiles = new TemporaryFile{whole.string(), temporaryFiles};
+  const int descriptor = open(whole.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666);
+  if (descriptor < 0) {
+    temporaryFiles.load()->isThere = false;
+    fail(path);
   }
-  return path;
+  close(descriptor);
+  return temporaryFiles;
 }
 
-/// True if this process may open one more file.
-bool isDescriptorLeft()
+void copyToStandardOutput(std::FILE* spool)
 {
-  const int descriptor = open("/", O_RDONLY | O_CLOEXEC);
-  if (descriptor >= 0)
-    close(descriptor);
-  return descriptor >= 0;
-}
-
-/// What the system says to writing more at the end of a file; empty if it can be done. A writer that has failed may
-/// not know. \param descriptor −1: nothing is known
-std::string whyNotWritable(int descriptor)
-{
-  struct stat status;
-  if (fstat(descriptor, &status) != 0)
-    return {};
-  const std::vector<char> block(1 << 16);
-  for (off_t written = 0; written < static_cast<off_t>(block.size());) {
-    const ssize_t count = pwrite(descriptor, block.data(), block.size(), status.st_size + written);
-    if (count <= 0)
-      return std::strerror(count < 0 ? errno : ENOSPC);
-    written += count;
-  }
-  return {};
+  std::vector<char> block(1 << 16);
+  std::rewind(spool);
+  while (const std::size_t count = std::fread(block.data(), 1, block.size(), spool))
+    if (std::fwrite(block.data(), 1, count, stdout) != count)
+      fail("-");
+  if (std::ferror(spool) != 0 || std::fflush(stdout) != 0)
+    fail("-");
 }
 
 } // namespace
 
-/// One file on its way.
-class OutputFiles::File {
-public:
-  /// \param mayBeUnnamed false: descriptors are scarce \throw FileError
-  File(const std::string& path, const fs::path& target, bool mayBeUnnamed) : path_(path), target_(target)
-  {
-    if (!mayBeUnnamed || !openUnnamed())
-      createNamed();
-  }
-  File(File&& other) noexcept
-      : path_(std::move(other.path_)), target_(std::move(other.target_)), name_(std::move(other.name_)),
-        descriptor_(other.descriptor_)
-  {
-    other.descriptor_ = -1;
-  }
-  File& operator=(File&&) = delete;
-  ~File()
-  {
-    if (descriptor_ >= 0)
-      close(descriptor_);
-  }
+std::string OutputFiles::File::writtenPath() const
+{
+  return spool ? "/proc/self/fd/" + std::to_string(fileno(spool.get())) : temporary->path;
+}
 
-  const std::string& path() const { return path_; }
-  const std::string& target() const { return target_; }
-  /// To be opened for writing.
-  std::string temporary() const { return name_ ? name_->path() : "/proc/self/fd/" + std::to_string(descriptor_); }
-
-  /// Of a file without a name; −1: it has one.
-  int descriptor() const { return descriptor_; }
-
-  bool isStandardOutput() const { return path_ == "-"; }
-
-  void publish()
-  {
-    if (isStandardOutput())
-      return copyToStandardOutput();
-    if (!name_)
-      giveName();
-    if (std::rename(name_->path().c_str(), target_.c_str()) != 0)
-      fail();
-    name_->release();
-  }
-
-private:
-  [[noreturn]] void fail() const
-  {
-    throw FileError(told(path_), std::string("cannot be written: ") + std::strerror(errno));
-  }
-
-  void copyToStandardOutput() const
-  {
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(temporary().c_str(), "rb"), &std::fclose);
-    if (!file)
-      fail();
-    std::vector<char> block(1 << 16);
-    while (const std::size_t count = std::fread(block.data(), 1, block.size(), file.get()))
-      if (std::fwrite(block.data(), 1, count, stdout) != count)
-        fail();
-    if (std::ferror(file.get()) != 0 || std::fflush(stdout) != 0)
-      fail();
-  }
-
-  bool openUnnamed()
-  {
-    const std::string folder = fs::path(target_).parent_path().string();
-    descriptor_ = open(folder.c_str(), O_WRONLY | O_TMPFILE | O_CLOEXEC, 0666);
-    if (descriptor_ < 0)
-      return false;
-    // What is opened again through its number leaves one descriptor at least for other files.
-    if (access(temporary().c_str(), W_OK) == 0 && isDescriptorLeft())
-      return true;
-    close(descriptor_);
-    descriptor_ = -1;
-    return false;
-  }
-
-  void createNamed()
-  {
-    tryNames([](const std::string& name) {
-      const int descriptor = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-      if (descriptor >= 0)
-        close(descriptor);
-      return descriptor >= 0;
-    });
-  }
-
-  void giveName()
-  {
-    const std::string unnamed = temporary();
-    tryNames([&](const std::string& name) {
-      return linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
-    });
-  }
-
-  /// Calls create(name) until it succeeds, with a name that nobody has; a file of a process that crashed may have one.
-  template <typename Create>
-  void tryNames(const Create& create)
-  {
-    constexpr int attempts = 100;
-    for (int attempt = 0; attempt < attempts; ++attempt) {
-      const std::string name = temporaryName(target_, attempt);
-      // Before there is a file, so that no signal finds one that is not known.
-      TemporaryName known(name);
-      if (create(name)) {
-        name_.emplace(std::move(known));
-        return;
-      }
-      known.release(); // it is somebody else's
-      if (errno != EEXIST)
-        break;
-    }
-    fail();
-  }
-
-  std::string path_, target_;
-  std::optional<TemporaryName> name_; ///< none: the file has no name yet
-  int descriptor_ = -1;               ///< of a file without a name
-};
-
-OutputFiles::OutputFiles() = default;
-OutputFiles::~OutputFiles() = default;
+OutputFiles::~OutputFiles()
+{
+  for (const File& file : files_)
+    if (file.temporary != nullptr)
+      removeFile(*file.temporary);
+}
 
 void OutputFiles::add(const std::string& path)
 {
   std::error_code error;
+  File file;
+  file.path = file.target = path;
   if (path == "-") {
-    if (std::any_of(files_.begin(), files_.end(), [](const File& file) { return file.isStandardOutput(); }))
-      throw UsageError("standard output is asked for twice");
-    files_.emplace_back(path, fs::temp_directory_path() / "standard-output", true);
-    return;
-  }
-  // Renaming would replace a symbolic link by the file instead of writing where it leads.
-  const fs::path target = fs::weakly_canonical(followLinks(fs::absolute(path, error)), error);
-  if (error)
-    throw FileError(path, error.message());
-  if (fs::exists(target, error)) {
-    if (fs::is_directory(target, error))
+    file.spool.reset(std::tmpfile());
+    if (!file.spool)
+      fail(path);
+  } else {
+    const fs::path target = fs::weakly_canonical(fs::absolute(path, error), error);
+    if (fs::is_directory(target, error) || !target.has_filename())
       throw FileError(path, "is a directory");
-    if (!fs::is_regular_file(target, error))
+    if (fs::exists(fs::symlink_status(target, error)) && !fs::is_regular_file(target, error))
       throw FileError(path, "is not a regular file; it would be replaced by one");
-    if (access(target.c_str(), W_OK) != 0)
-      throw FileError(path, std::string("cannot be written: ") + std::strerror(errno));
+    if (fs::exists(target, error) && access(target.c_str(), W_OK) != 0)
+      fail(path);
+    file.target = target.string();
   }
-  if (!target.has_filename())
-    throw FileError(path, "is a directory");
-  if (std::any_of(files_.begin(), files_.end(), [&](const File& file) { return file.target() == target; }))
+  if (std::any_of(files_.begin(), files_.end(), [&](const File& other) { return other.target == file.target; }))
     throw UsageError("'" + path + "' is asked for twice");
-  // A scan may have a file for each of hundreds of views.
-  constexpr std::size_t maxDescriptors = 16;
-  files_.emplace_back(path, target, files_.size() < maxDescriptors);
+  if (path != "-")
+    file.temporary = createTemporary(path, file.target);
+  files_.push_back(std::move(file));
 }
 
 std::int64_t OutputFiles::write(const std::string& path, const std::function<void(const std::string&)>& writer)
 {
-  const auto file = std::find_if(files_.begin(), files_.end(), [&](const File& f) { return f.path() == path; });
+  const auto file = std::find_if(files_.begin(), files_.end(), [&](const File& f) { return f.path == path; });
   if (file == files_.end())
-    throw FileError(path, "was not declared as an output");
-  const std::string temporary = file->temporary();
-  // Kept open: VTK removes what it could not finish, and with it the reason.
-  std::unique_ptr<std::FILE, int (*)(std::FILE*)> kept(nullptr, &std::fclose);
-  int descriptor = file->descriptor();
-  if (descriptor < 0 && isDescriptorLeft()) {
-    kept.reset(std::fopen(temporary.c_str(), "ab"));
-    if (!isDescriptorLeft())
-      kept.reset();
-    descriptor = kept ? fileno(kept.get()) : -1;
-  }
-  const auto fail = [&](const std::string& cause) {
-    const std::string reason = whyNotWritable(descriptor);
-    throw FileError(told(path), reason.empty() ? cause : "could not be written: " + reason);
-  };
+    throw std::logic_error(path + " was not declared as an output");
+  const std::string written = file->writtenPath();
   try {
-    writer(temporary);
+    writer(written);
   } catch (const FileError& failure) {
-    fail(failure.what());
+    throw FileError(path == "-" ? "standard output" : path, failure.what());
   }
-  struct stat status;
-  if (stat(temporary.c_str(), &status) != 0 || status.st_size == 0)
-    fail("could not be written; is the disk full?");
-  return status.st_size;
+  return static_cast<std::int64_t>(fs::file_size(written));
 }
 
 void OutputFiles::publish()
 {
-  // First, because its reader may have gone; the others have been seen to be writable.
-  for (File& file : files_)
-    if (file.isStandardOutput())
-      file.publish();
-  while (!files_.empty()) {
-    if (!files_.back().isStandardOutput())
-      files_.back().publish();
-    files_.pop_back();
+  // Standard output first, because its reader may have gone; the others have been seen to be writable.
+  for (const File& file : files_)
+    if (file.spool)
+      copyToStandardOutput(file.spool.get());
+  for (const File& file : files_)
+    if (file.temporary != nullptr) {
+      if (std::rename(file.temporary->path.c_str(), file.target.c_str()) != 0)
+        fail(file.path);
+      file.temporary->isThere = false;
+    }
+  files_.clear();
+}
+
+void refuseInputAsOutput(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs)
+{
+  std::error_code error;
+  for (const std::string& input : inputs)
+    for (const std::string& output : outputs)
+      if (!input.empty() && !output.empty() && output != "-" &&
+          (input == output || fs::equivalent(input, output, error)))
+        throw UsageError("'" + output + "' is an input and would be overwritten");
+}
+
+void endBySignal(int signal)
+{
+  for (TemporaryFile* file = temporaryFiles; file != nullptr; file = file->next)
+    removeFile(*file);
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+void removeTemporaryFilesOnSignals()
+{
+  for (const int signal : {SIGHUP, SIGINT, SIGQUIT, SIGILL, SIGTRAP, SIGABRT, SIGBUS, SIGFPE, SIGUSR1, SIGSEGV, SIGUSR2,
+                           SIGALRM, SIGTERM, SIGXCPU, SIGVTALRM, SIGPROF, SIGIO, SIGPWR, SIGSYS}) {
+    struct sigaction action = {};
+    if (sigaction(signal, nullptr, &action) == 0 && action.sa_handler == SIG_DFL)
+      std::signal(signal, endBySignal);
   }
+  // Not ignored, because programs that are started would ignore them as well.
+  for (const int signal : {SIGPIPE, SIGXFSZ})
+    std::signal(signal, [](int) {});
 }
 
 } // namespace mrf_apps

@@ -3,6 +3,7 @@
 
 #include "errors.h"
 #include "picture_renderer.h"
+#include "text_file.h"
 
 #include <Eigen/Geometry>
 
@@ -76,7 +77,7 @@ void requireDisplay()
 
 void writePicture(const SurfaceMesh& mesh, const PictureOptions& options, const std::string& path)
 {
-  renderer().write(mesh, options, path);
+  writeText(path, renderer().render(mesh, options));
 }
 
 } // namespace mrf_apps

@@ -2,7 +2,7 @@
 #include "picture_renderer.h"
 
 #include "poly_data.h"
-#include "vtk_output.h"
+#include "errors.h"
 
 #include <Eigen/Geometry>
 
@@ -20,6 +20,7 @@
 #include <vtkScalarBarActor.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
 #include <X11/Xlib.h>
@@ -115,7 +116,7 @@ void checkDisplay()
   XCloseDisplay(display);
 }
 
-void renderPicture(const SurfaceMesh& mesh, const PictureOptions& options, const std::string& path)
+std::string renderPicture(const SurfaceMesh& mesh, const PictureOptions& options)
 {
   // Far from the origin the graphics card's floats would show.
   SurfaceMesh centered = mesh;
@@ -201,7 +202,11 @@ void renderPicture(const SurfaceMesh& mesh, const PictureOptions& options, const
   image->ReadFrontBufferOff();
   image->Update();
   auto writer = vtkSmartPointer<vtkPNGWriter>::New();
-  writeThroughVtk(*writer, image->GetOutput(), path);
+  writer->SetInputData(image->GetOutput());
+  writer->WriteToMemoryOn();
+  writer->Write();
+  vtkUnsignedCharArray& bytes = *writer->GetResult();
+  return {reinterpret_cast<const char*>(bytes.GetPointer(0)), static_cast<std::size_t>(bytes.GetNumberOfValues())};
 }
 
 } // namespace

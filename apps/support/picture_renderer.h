@@ -9,10 +9,10 @@
 
 namespace mrf_apps {
 
-/// What picture.h says of its functions. Both throw FileError.
+/// What picture.h says of its functions.
 struct PictureRenderer {
   void (*requireDisplay)();
-  void (*write)(const SurfaceMesh& mesh, const PictureOptions& options, const std::string& path);
+  std::string (*render)(const SurfaceMesh& mesh, const PictureOptions& options); ///< the bytes of a PNG file
 };
 
 extern "C" const PictureRenderer pictureRenderer;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The readers behind readPoints, one per file format.
+/// \brief The readers behind readPoints and readMesh, one per file format.
 #pragma once
 
 #include "point_table.h"
@@ -47,5 +47,9 @@ PointTable readPcd(const std::string& path, const std::string& text);
 
 /// Vertices of a PLY file, text or binary, with all scalar properties. \param faces receives the faces, if not null
 PointTable readPly(const std::string& path, const std::string& text, Polygons* faces = nullptr);
+
+/// The corners of an STL file, text or binary, three by three, each a point of its own; for meshes only. Our own header
+/// of a shifted file shifts it back (stlOffset).
+PointTable parseStl(const std::string& path, const std::string& text, Polygons& faces);
 
 } // namespace mrf_apps

@@ -75,7 +75,7 @@ PointTable readPoints(const std::string& path, const std::string& format)
   const std::string type = format.empty() ? extension(path) : format;
   const std::vector<std::string>& known = pointFormats();
   if (std::find(known.begin(), known.end(), type) == known.end())
-    throw UsageError("'" + path + "': input files end in " + pointFileExtensions);
+    throw UsageError("'" + path + "': input files end in " + pointFileExtensions + conversionHint(path));
   return parsePoints(type, path, readWholeFile(path));
 }
 

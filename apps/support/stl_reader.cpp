@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // STL. Not through VTK, whose reader takes the memory that a header asks for and half a file for the whole.
 #include "errors.h"
-#include "mesh_reader.h"
-#include "mesh_readers.h"
+#include "point_readers.h"
+#include "surface_mesh.h"
 #include "text_file.h"
 
 #include <cstring>
@@ -134,15 +134,16 @@ Corners textCorners(const std::string& path, const std::string& text)
 
 } // namespace
 
-SurfaceMesh parseStl(const std::string& path, const std::string& text)
+PointTable parseStl(const std::string& path, const std::string& text, Polygons& faces)
 {
-  SurfaceMesh soup;
-  soup.vertices = isBinary(text) ? binaryCorners(text) : textCorners(path, text);
-  for (std::size_t corner = 0; corner < soup.vertices.size(); corner += 3) {
-    const auto first = static_cast<std::int32_t>(corner);
-    soup.triangles.push_back({first, first + 1, first + 2});
+  PointTable table;
+  table.positions = isBinary(text) ? binaryCorners(text) : textCorners(path, text);
+  for (std::size_t corner = 0; corner < table.size(); ++corner) {
+    faces.corners.push_back(static_cast<std::int64_t>(corner));
+    if (corner % 3 == 2)
+      faces.close();
   }
-  return mergeVertices(soup);
+  return table;
 }
 
 } // namespace mrf_apps

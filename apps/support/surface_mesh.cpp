@@ -4,7 +4,6 @@
 #include "errors.h"
 #include "poly_data.h"
 #include "text_file.h"
-#include "vtk_output.h"
 
 #include <pcl/surface/mrf/triangle_mesh.h>
 
@@ -256,7 +255,10 @@ void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::stri
   if (format != "vtp")
     throw UsageError("'" + path + "': mesh files end in " + meshFileExtensions);
   auto writer = vtkSmartPointer<vtkXMLPolyDataWriter>::New();
-  writeThroughVtk(*writer, toPolyData(mesh), path);
+  writer->SetInputData(toPolyData(mesh));
+  writer->WriteToOutputStringOn(); // VTK would not tell why a file cannot be written
+  writer->Write();
+  writeText(path, writer->GetOutputString());
 }
 
 } // namespace mrf_apps

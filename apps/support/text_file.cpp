@@ -30,6 +30,14 @@ std::string extension(const std::string& path)
   return result;
 }
 
+std::string conversionHint(const std::string& path)
+{
+  const std::string type = extension(path);
+  return type == "vtk"   ? "; pcl_vtk2ply '" + path + "' mesh.ply makes a ply file of it"
+         : type == "vtp" ? "; ParaView saves it as ply"
+                         : "";
+}
+
 namespace {
 
 /// The rest of a stream. \param size that it has if it is a file; pipes have no size beforehand

@@ -14,6 +14,9 @@ namespace mrf_apps {
 /// \return the extension of a path in lower case without the dot; empty if it has none
 std::string extension(const std::string& path);
 
+/// The end of a message about a file that is written but not read: the command that converts it; empty for all others.
+std::string conversionHint(const std::string& path);
+
 /// Reads a file or a pipe. \throw FileError if it is missing, a directory or device, unreadable or empty
 std::string readWholeFile(const std::string& path);
 

@@ -2,7 +2,7 @@
 #include "tool_main.h"
 
 #include "errors.h"
-#include "temporary_files.h"
+#include "output_files.h"
 
 #include <pcl/console/print.h>
 #include <pcl/surface/mrf/exceptions.h>

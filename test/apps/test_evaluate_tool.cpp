@@ -74,7 +74,7 @@ TEST_F(EvaluateTool, SigmaNeedsAFieldAndSomethingToCompareWith)
 TEST_F(EvaluateTool, TableJsonAndColors)
 {
   const tool::Outcome outcome = run({"flat.off", "--input", "cloud.xyz", "--held-out", "cloud.xyz", "--reference",
-                                     "above.off", "--json", "r.json", "--colored", "c.vtk", "--samples", "1000"});
+                                     "above.off", "--json", "r.json", "--colored", "c.ply", "--samples", "1000"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   for (const char* words :
@@ -98,10 +98,9 @@ TEST_F(EvaluateTool, TableJsonAndColors)
   EXPECT_EQ(json["mesh"]["selfIntersectingTriangles"], 0);
   EXPECT_EQ(json["mesh"]["eulerCharacteristic"], 1);
 
-  const std::string colored = tool::readText(path("c.vtk"));
-  EXPECT_NE(colored.find("rgb"), std::string::npos);
-  EXPECT_NE(colored.find("error"), std::string::npos);
-  EXPECT_EQ(mrf_apps::readMesh(path("c.vtk").string()).triangles.size(), 2u);
+  const std::string colored = tool::readText(path("c.ply"));
+  EXPECT_NE(colored.find("property uchar red"), std::string::npos);
+  EXPECT_EQ(mrf_apps::readMesh(path("c.ply").string()).scalars.at("error").size(), 4u);
 }
 
 TEST_F(EvaluateTool, LocalSpacings)

@@ -3,13 +3,8 @@
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"
-#include "support/poly_data.h"
 #include "support/scans.h"
 #include "support/tool.h"
-
-#include <vtkNew.h>
-#include <vtkPolyDataWriter.h>
-#include <vtkXMLPolyDataWriter.h>
 
 #include <algorithm>
 #include <array>
@@ -72,7 +67,7 @@ SurfaceMesh large()
 TEST_F(MeshReader, readsWhatIsWritten)
 {
   const SurfaceMesh mesh = pyramid();
-  for (const std::string format : {"ply", "obj", "stl", "vtk", "vtp"}) {
+  for (const std::string format : {"ply", "obj", "stl"}) {
     SCOPED_TRACE(format);
     writeMesh(mesh, path("mesh." + format).string(), format);
     const SurfaceMesh again = read("mesh." + format);
@@ -102,7 +97,7 @@ TEST_F(MeshReader, keepsDoublePrecision)
     for (int i = 0; i + 1 < side; ++i)
       mesh.triangles.push_back({i + j * side, i + 1 + j * side, i + (j + 1) * side});
   mesh.doublePrecision = true;
-  for (const std::string format : {"ply", "obj", "vtk", "vtp"}) {
+  for (const std::string format : {"ply", "obj"}) {
     SCOPED_TRACE(format);
     writeMesh(mesh, path("mesh." + format).string(), format);
     const SurfaceMesh again = read("mesh." + format);
@@ -147,86 +142,6 @@ TEST_F(MeshReader, stlIsWrittenRelativeToAnOffset)
   EXPECT_EQ(tool::readText(path("tiny.stl")).size(), 84 + 50 * mesh.triangles.size());
 }
 
-TEST_F(MeshReader, everyEncodingOfVtp)
-{
-  SurfaceMesh mesh = large();
-  mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::UnitZ());
-  const auto data = toPolyData(mesh);
-  const auto expectSame = [&](vtkXMLPolyDataWriter& writer, const std::string& trace) {
-    SCOPED_TRACE(trace);
-    writer.SetFileName(path("mesh.vtp").c_str());
-    writer.SetInputData(data);
-    ASSERT_EQ(writer.Write(), 1);
-    const SurfaceMesh again = read("mesh.vtp");
-    EXPECT_EQ(again.vertices, mesh.vertices);
-    EXPECT_EQ(again.triangles, mesh.triangles);
-  };
-  for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended})
-    for (const int compressor : {vtkXMLWriter::NONE, vtkXMLWriter::ZLIB, vtkXMLWriter::LZ4, vtkXMLWriter::LZMA})
-      for (const bool isPlain : {false, true}) {
-        vtkNew<vtkXMLPolyDataWriter> writer;
-        writer->SetDataMode(mode);
-        writer->SetCompressorType(compressor);
-        writer->SetEncodeAppendedData(!isPlain);
-        writer->SetHeaderType(isPlain ? vtkXMLWriter::UInt32 : vtkXMLWriter::UInt64);
-        writer->SetByteOrder(isPlain ? vtkXMLWriter::BigEndian : vtkXMLWriter::LittleEndian);
-        writer->SetBlockSize(1 << 12); // several blocks
-        expectSame(*writer, std::to_string(mode) + " " + std::to_string(compressor) + (isPlain ? " plain" : ""));
-      }
-}
-
-TEST_F(MeshReader, everyEncodingOfVtk)
-{
-  SurfaceMesh mesh = large();
-  mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::UnitZ());
-  mesh.colors.assign(mesh.vertices.size(), {10, 13, 32}); // bytes that are ends of lines and blanks
-  mesh.confidences.assign(mesh.vertices.size(), .5f);
-  for (const bool isBinary : {false, true})
-    for (const int version :
-         {vtkDataWriter::VTK_LEGACY_READER_VERSION_4_2, vtkDataWriter::VTK_LEGACY_READER_VERSION_5_1}) {
-      SCOPED_TRACE(version);
-      vtkNew<vtkPolyDataWriter> writer;
-      writer->SetFileName(path("mesh.vtk").c_str());
-      writer->SetFileVersion(version);
-      isBinary ? writer->SetFileTypeToBinary() : writer->SetFileTypeToASCII();
-      writer->SetInputData(toPolyData(mesh));
-      ASSERT_EQ(writer->Write(), 1);
-      const SurfaceMesh again = read("mesh.vtk");
-      EXPECT_EQ(again.vertices, mesh.vertices);
-      EXPECT_EQ(again.triangles, mesh.triangles);
-      // Half of the attributes are not all of them.
-      const std::string text = tool::readText(path("mesh.vtk"));
-      expectRefused("cut.vtk", text.substr(0, text.size() - 2000));
-    }
-}
-
-TEST_F(MeshReader, sectionsOfVtkFilesInAnyOrder)
-{
-  const std::string start = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n";
-  const std::string points = "POINTS 4 float\n0 0 0 1 0 0 0 1 0 1 1 1\n";
-  const std::string field = "FIELD FieldData 2\nTimeValue 1 1 double\n0.5\nnames 1 2 string\none name\nanother\n";
-  const std::string polygons = "POLYGONS 2 8\n3 0 1 2\n3 1 2 3\n";
-  const std::string metadata = "METADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0 1\n\n";
-  std::string zeros;
-  for (int i = 0; i < 4 * 9; ++i)
-    zeros += "0 ";
-  const std::string attributes = "CELL_DATA 2\nSCALARS a int 2\n1 2 3 4\nPOINT_DATA 4\nVECTORS v float\n"
-                                 "0 0 0 1 0 0 0 1 0 1 1 1\nTENSORS t float\n" +
-                                 zeros + "\n";
-  for (const std::string& text :
-       {field + points + polygons, points + metadata + field + polygons, polygons + points, points + polygons + field,
-        points + "LINES 1 3\n2 0 1\n" + polygons + "VERTICES 1 2\n1 3\n" + attributes + field}) {
-    const SurfaceMesh mesh = parse("mesh.vtk", start + text);
-    EXPECT_EQ(mesh.vertices.at(3), Eigen::Vector3d(1, 1, 1));
-    EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::int32_t, 3>>{{0, 1, 2}, {1, 2, 3}}));
-  }
-  for (const std::string& text :
-       {points + points + polygons, points + "SPHERES 1 2\n" + polygons, points + polygons + "NORMALS n float\n0 0 1\n",
-        points + polygons + "POINT_DATA 4\nNORMALS n float\n0 0 1\n", points + "POLYGONS 2 8\n3 0 1 2\n3 1 2 3.5\n",
-        points + "POLYGONS 2 8.5\n3 0 1 2\n3 1 2 3\n"})
-    expectRefused("mesh.vtk", start + text);
-}
-
 TEST_F(MeshReader, stlInTextIsReadToItsEnd)
 {
   const std::string facet = "facet normal 0 0 1\nouter loop\nvertex 4500000.01 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
@@ -247,11 +162,22 @@ TEST_F(MeshReader, inputsThatBrokeReadersBefore)
 {
   SKIP_WITHOUT_SCANS();
   const std::filesystem::path folder = std::filesystem::path(MRF_SOURCE_DIR) / ".." / "shared" / "data" / "bad_inputs";
-  for (const std::string name : {"a1.vtk", "d3.vtk", "g2.vtk", "g3.vtk", "x.vtk", "s.stl"})
-    expectRefused(name, tool::readText(folder / name));
-  EXPECT_EQ(readMesh((folder / "f1.vtk").string()).triangles.size(), 2u);
+  expectRefused("s.stl", tool::readText(folder / "s.stl"));
+  for (const std::string name : {"a1.vtk", "d3.vtk", "f1.vtk", "g2.vtk", "g3.vtk", "x.vtk"})
+    EXPECT_THROW(readMesh((folder / name).string()), UsageError) << name;
   for (const std::string name : {"p1.pcd", "p4.pcd"})
     EXPECT_THROW(readPoints((folder / name).string()), FileError) << name;
+}
+
+TEST_F(MeshReader, filesOfVtkAreRefusedWithTheCommandThatConvertsThem)
+{
+  EXPECT_EQ(whyNotReadable("a mesh.VTK"), "does not end in ply, obj, off or stl; pcl_vtk2ply 'a mesh.VTK' mesh.ply makes "
+                                          "a ply file of it");
+  EXPECT_NE(whyNotReadable("mesh.vtp").find("ParaView"), std::string::npos);
+  EXPECT_EQ(whyNotReadable("mesh.xyz"), "does not end in ply, obj, off or stl");
+  EXPECT_EQ(whyNotReadable("mesh.STL"), "");
+  expectFailure({"mesh.vtk", "out.ply"}, 2, "pcl_vtk2ply 'mesh.vtk' mesh.ply");
+  EXPECT_THROW(read("mesh.vtk"), UsageError);
 }
 
 TEST_F(MeshReader, offAndPolygons)
@@ -270,12 +196,6 @@ TEST_F(MeshReader, offAndPolygons)
                   "element face 2\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
                   "0 0 1\n4 0 1 2 3\n3 0 1 4\n");
   EXPECT_EQ(ply.triangles, expected);
-  const SurfaceMesh vtk = parse(
-      "mesh.vtk", "# vtk DataFile Version 3.0\nstrip\nASCII\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0\n1 0 0\n0 1 0\n"
-                  "1 1 0\nTRIANGLE_STRIPS 1 5\n4 0 1 2 3\n");
-  // Both face up.
-  const std::vector<std::array<std::int32_t, 3>> strip = {{0, 1, 2}, {1, 3, 2}};
-  EXPECT_EQ(vtk.triangles, strip);
   const SurfaceMesh stl =
       parse("mesh.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
                         "vertex 0 1 0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\n"
@@ -311,7 +231,7 @@ TEST_F(MeshReader, refusesTruncatedFiles)
     off += std::to_string(vertex.x()) + " " + std::to_string(vertex.y()) + " 0\n";
   write("whole.off", off + "3 0 1 2\n");
   // A cut OBJ file is a smaller one unless a face lost its vertices, which come first.
-  for (const std::string format : {"ply", "stl", "vtk", "vtp", "off"}) {
+  for (const std::string format : {"ply", "stl", "off"}) {
     if (format != "off")
       writeMesh(mesh, path("whole." + format).string(), format);
     EXPECT_NO_THROW(read("whole." + format)) << format;
@@ -324,7 +244,7 @@ TEST_F(MeshReader, refusesTruncatedFiles)
 
 TEST_F(MeshReader, refusesWhatIsNoMesh)
 {
-  for (const std::string format : {"ply", "obj", "off", "stl", "vtk", "vtp"}) {
+  for (const std::string format : {"ply", "obj", "off", "stl"}) {
     expectRefused("empty." + format, "");
     expectRefused("noise." + format, "It was a dark and stormy night;\nthe rain fell in torrents.\n");
     EXPECT_THROW(read("nowhere." + format), FileError);
@@ -341,12 +261,4 @@ TEST_F(MeshReader, refusesWhatIsNoMesh)
                 "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
                 "float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n"
                 "0 1 0\n3 0 1 3\n");
-  const std::string vtkPoints = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0\n"
-                                "1 0 0\n0 1 0\n";
-  for (const char* polygons : {"POLYGONS 1 4\n3 0 1\n", "POLYGONS 1 4\n4 0 1 2 0\n", "POLYGONS 2 4\n3 0 1 2\n",
-                               "POLYGONS 1 9\n3 0 1 2\n", "POLYGONS 1 4\n-3 0 1 2\n", "POLYGONS\n3 0 1 2\n"})
-    expectRefused("cells.vtk", vtkPoints + polygons);
-  expectRefused("grid.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 2\n");
-  expectRefused("beyond.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0\n1 0 0\n"
-                              "0 1 0\nPOLYGONS 1 4\n3 0 1 3\n");
 }

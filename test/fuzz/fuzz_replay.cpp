@@ -166,7 +166,7 @@ private:
 /// \return true if the file was read; ends the process if something is wrong with that
 bool run(const fuzz::Reader& reader, const std::string& bytes)
 {
-  // What is there for every file: messages, buffers, objects of VTK.
+  // What is there for every file: messages and buffers.
   constexpr std::size_t always = std::size_t{1} << 20;
   const std::size_t before = liveBytes;
   limitBytes = before + always + reader.largestRatio * bytes.size();

@@ -58,7 +58,7 @@ void require(bool condition, const char* what)
 const std::vector<Reader>& readers()
 {
   // 100: a face of PLY may take a byte of the file and eight of memory, in arrays that double while they grow and live
-  // beside the triangles. LZF unpacks to 88 times as much, zlib to 1032 times, and a byte becomes a double.
+  // beside the triangles. LZF unpacks to 88 times as much, and a byte becomes a double.
   static const std::vector<Reader> all = {
       {"points-xyz", [](const std::string& bytes) { readPointsAs("xyz", bytes); }, 100},
       {"points-obj", [](const std::string& bytes) { readPointsAs("obj", bytes); }, 100},
@@ -69,8 +69,6 @@ const std::vector<Reader>& readers()
       {"mesh-obj", [](const std::string& bytes) { readMeshAs("obj", bytes); }, 100},
       {"mesh-off", [](const std::string& bytes) { readMeshAs("off", bytes); }, 100},
       {"mesh-stl", [](const std::string& bytes) { readMeshAs("stl", bytes); }, 100},
-      {"mesh-vtk", [](const std::string& bytes) { readMeshAs("vtk", bytes); }, 100},
-      {"mesh-vtp", [](const std::string& bytes) { readMeshAs("vtp", bytes); }, 1032 * 20},
       {"sensors", [](const std::string& bytes) { parseSensors(path, bytes); }, 100},
       {"views", [](const std::string& bytes) { parseViews(path, bytes); }, 100},
       {"command-reconstruction", readReconstructionCommand, 1000}, // CLI11 keeps words several times, in lists

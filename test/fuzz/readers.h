@@ -17,7 +17,7 @@ struct Reader {
   std::size_t largestRatio; ///< of memory to the file's size; those that unpack have what they unpack
 };
 
-/// All readers: points-xyz, mesh-vtk, options, and so on.
+/// All readers: points-xyz, mesh-stl, options, and so on.
 const std::vector<Reader>& readers();
 
 /// Ends the process, with a message, if the condition does not hold.
