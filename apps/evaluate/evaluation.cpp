@@ -46,7 +46,7 @@ double diagonalOf(const SurfaceMesh& mesh)
   used.reserve(3 * mesh.triangles.size());
   for (const auto& triangle : mesh.triangles)
     for (const std::int32_t v : triangle)
-      used.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
+      used.push_back(mesh.vertices[v]);
   return diagonalOf(used);
 }
 
@@ -135,7 +135,7 @@ Points usedVertices(const SurfaceMesh& mesh)
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     if (!areaVector(mesh, t).isZero(0))
       for (const std::int32_t v : mesh.triangles[t])
-        used[static_cast<std::size_t>(v)] = true;
+        used[v] = true;
   Points result;
   for (std::size_t v = 0; v < used.size(); ++v)
     if (used[v])
@@ -206,28 +206,26 @@ std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const Eva
                                               const EvaluationOptions& options, Execution& execution)
 {
   const LocalSpacing local(cloud.points, execution);
-  const std::vector<double>& spacings = local.spacings();
-  if (spacings.empty())
+  if (!local.isKnown())
     return std::nullopt;
   LocalComparison result;
-  std::vector<double> sorted = spacings;
-  std::sort(sorted.begin(), sorted.end());
-  result.spacing = quantile(sorted, .5);
-  result.unevenness = quantile(sorted, .9) / quantile(sorted, .1);
+  std::vector<double> spacings, inSpacings;
+  for (const LocalSpacing::Nearest& point : local.nearest(cloud.points, execution)) {
+    inSpacings.push_back(cloud.places[spacings.size()].distance / point.spacing);
+    spacings.push_back(point.spacing);
+  }
+  std::sort(spacings.begin(), spacings.end());
+  result.spacing = quantile(spacings, .5);
+  result.unevenness = quantile(spacings, .9) / quantile(spacings, .1);
   result.cloudRms = cloud.statistics().rms / result.spacing;
   if (heldOut)
     result.heldOutRms = heldOut->rms / result.spacing;
   result.flippedShare = flippedShare(mesh, input, cloud.places);
-
-  std::vector<double> inSpacings;
-  for (std::size_t i = 0; i < spacings.size(); ++i)
-    inSpacings.push_back(cloud.places[i].distance / spacings[i]);
   result.nearShare = 1 - shareAbove(inSpacings, LocalComparison::nearLimit);
-
   inSpacings.clear();
-  for (const NearestPoint& nearest :
-       local.nearest(sampleSurface(mesh, options.samples, options.seed).positions, execution))
-    inSpacings.push_back(nearest.distance / spacings[nearest.point]);
+  const SurfaceSamples samples = sampleSurface(mesh, options.samples, options.seed);
+  for (const LocalSpacing::Nearest& nearest : local.nearest(samples.positions, execution))
+    inSpacings.push_back(nearest.distance / nearest.spacing);
   result.inventedShare = shareAbove(inSpacings, LocalComparison::inventedLimit);
   return result;
 }
@@ -260,9 +258,7 @@ void check(const SurfaceMesh& mesh, Evaluation& evaluation)
   evaluation.mesh = pcl::mrf::measure(plain);
   const double meanArea = evaluation.mesh.area / static_cast<double>(evaluation.mesh.triangles);
   for (std::size_t t = 0; t < plain.triangles.size(); ++t) {
-    const auto vertex = [&](int corner) {
-      return plain.vertices[static_cast<std::size_t>(plain.triangles[t][static_cast<std::size_t>(corner)])];
-    };
+    const auto vertex = [&](int corner) { return plain.vertices[plain.triangles[t][corner]]; };
     addToBin(pcl::mrf::triangleQuality(vertex(0), vertex(1), vertex(2)),
              1. / static_cast<double>(evaluation.qualities.size()), evaluation.qualities);
     addToBin(areaVector(mesh, t).norm() / meanArea, Evaluation::areaStep, evaluation.areas);
@@ -329,20 +325,6 @@ Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const
     result.reference = compare(mesh, toMesh, *input.reference, result.options, execution);
   check(mesh, result);
   return result;
-}
-
-std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const EvaluationInput& input,
-                                              const EvaluationOptions& options, Execution& execution)
-{
-  validate(options);
-  const SurfaceDistance toMesh(mesh);
-  std::int64_t notFinite = 0;
-  const auto cloud = pointsToMesh("input cloud", input.cloud, toMesh, execution, notFinite);
-  const auto heldOut = pointsToMesh("held-out cloud", input.heldOut, toMesh, execution, notFinite);
-  if (!cloud)
-    return std::nullopt;
-  return compareLocally(mesh, input, *cloud, heldOut ? std::optional(heldOut->statistics()) : std::nullopt, options,
-                        execution);
 }
 
 std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& input, Execution& execution)

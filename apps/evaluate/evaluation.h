@@ -107,12 +107,6 @@ struct Evaluation {
 Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const EvaluationOptions& options,
                     pcl::mrf::Execution& execution);
 
-/// Of evaluate() what is measured in local spacings, without the rest.
-/// \return none if the cloud has fewer than nine distinct points
-/// \throw as evaluate()
-std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const EvaluationInput& input,
-                                              const EvaluationOptions& options, pcl::mrf::Execution& execution);
-
 /// The error at each vertex, cloud's unit: the distance to the reference's surface, else to the nearest point that is
 /// known to lie on the surface: held-out and noise-free points, or those of the cloud where there is no noise-free one.
 /// NaN at vertices that are not finite.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief An evaluation as text and as JSON.
+/// \brief An evaluation as JSON and as text.
 #pragma once
 
 #include "evaluation.h"
@@ -12,14 +12,13 @@
 
 namespace mrf_apps {
 
-/// A readable table, lines of at most 100 characters.
-std::string toText(const Evaluation& evaluation);
-std::string toText(const SigmaEvaluation& evaluation);
-
 /// Everything in the evaluation, under the names of its members. Statistics of distances come twice: in the cloud's
 /// unit, and in per cent of the diagonal under the same name with `Percent` appended. Shares are 0..1. What was not
 /// measured is not there.
 nlohmann::ordered_json toJson(const Evaluation& evaluation);
 nlohmann::ordered_json toJson(const SigmaEvaluation& evaluation);
+
+/// The same to be read: a line per figure, a row per statistics; histograms are left out.
+std::string toText(const nlohmann::ordered_json& json, const std::string& indent = {});
 
 } // namespace mrf_apps

@@ -7,6 +7,7 @@
 #include "support/mesh_reader.h"
 #include "support/output_files.h"
 #include "support/point_table.h"
+#include "support/report_json.h"
 #include "support/text_file.h"
 #include "surface_samples.h"
 
@@ -75,7 +76,7 @@ nlohmann::ordered_json filesOf(const EvaluateCommand& command)
 
 } // namespace
 
-void run(const EvaluateCommand& command)
+int run(const EvaluateCommand& command)
 {
   refuseInputAsOutput({command.mesh, command.cloud, command.heldOut, command.clean, command.reference},
                       {command.json, command.colored});
@@ -101,17 +102,15 @@ void run(const EvaluateCommand& command)
 
   pcl::mrf::Execution execution(command.threads);
   const Evaluation evaluation = evaluate(mesh, input, command.options, execution);
-  std::optional<SigmaEvaluation> sigma;
+  nlohmann::ordered_json json = toJson(evaluation);
   if (command.sigma)
-    sigma = evaluateSigma(sigmaSamples(mesh, input, command.noise, execution), evaluation.options.diagonal);
-
+    json["sigma"] =
+        toJson(evaluateSigma(sigmaSamples(mesh, input, command.noise, execution), evaluation.options.diagonal));
   if (!command.json.empty())
     outputs.write(command.json, [&](const std::string& path) {
-      nlohmann::ordered_json json = {{"files", filesOf(command)}};
-      json.update(toJson(evaluation));
-      if (sigma)
-        json["sigma"] = toJson(*sigma);
-      writeText(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+      nlohmann::ordered_json whole = {{"files", filesOf(command)}};
+      whole.update(json);
+      writeJson(path, whole);
     });
   if (!command.colored.empty()) {
     std::vector<float> errors = vertexErrors(mesh, input, execution);
@@ -120,10 +119,9 @@ void run(const EvaluateCommand& command)
     outputs.write(command.colored, [&](const std::string& path) { writeMesh(mesh, path, extension(command.colored)); });
   }
   outputs.publish();
-  if (extension(command.colored) == "stl" && !stlOffset(mesh).isZero(0))
-    std::fprintf(stderr, "warning: %s\n", shiftWarning(command.colored, stlOffset(mesh)).c_str());
   if (!command.quiet)
-    std::fputs((command.mesh + ": " + toText(evaluation) + (sigma ? toText(*sigma) : "")).c_str(), stdout);
+    std::fputs((command.mesh + "\n" + toText(json)).c_str(), stdout);
+  return exitDone;
 }
 
 } // namespace mrf_apps

@@ -8,7 +8,7 @@
 namespace mrf_apps {
 
 /// Reads, measures, writes and prints the table. Leaves no output behind if it throws.
-/// \throw FileError, UsageError, pcl::mrf::Error
-void run(const EvaluateCommand& command);
+/// \return exitDone \throw FileError, UsageError, pcl::mrf::Error
+int run(const EvaluateCommand& command);
 
 } // namespace mrf_apps

@@ -91,7 +91,7 @@ std::vector<double> vertexAreas(const SurfaceMesh& mesh)
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const double third = areaVector(mesh, t).norm() / 3;
     for (const std::int32_t v : mesh.triangles[t])
-      areas[static_cast<std::size_t>(v)] += std::isfinite(third) ? third : 0;
+      areas[v] += std::isfinite(third) ? third : 0;
   }
   return areas;
 }
@@ -99,10 +99,8 @@ std::vector<double> vertexAreas(const SurfaceMesh& mesh)
 /// Of a triangle, the corner nearest to a point.
 std::size_t nearestCorner(const SurfaceMesh& mesh, std::int32_t triangle, const Eigen::Vector3d& point)
 {
-  const auto& corners = mesh.triangles[static_cast<std::size_t>(triangle)];
-  const auto distance = [&](std::int32_t v) {
-    return (mesh.vertices[static_cast<std::size_t>(v)] - point).squaredNorm();
-  };
+  const auto& corners = mesh.triangles[triangle];
+  const auto distance = [&](std::int32_t v) { return (mesh.vertices[v] - point).squaredNorm(); };
   return static_cast<std::size_t>(*std::min_element(
       corners.begin(), corners.end(), [&](std::int32_t a, std::int32_t b) { return distance(a) < distance(b); }));
 }
@@ -122,45 +120,16 @@ const std::vector<float>& confidencesOf(const SurfaceMesh& mesh)
   return mesh.confidences.empty() ? fieldOf(mesh, "confidence") : mesh.confidences;
 }
 
-/// Ranks from 0.
-std::vector<double> ranksOf(const std::vector<double>& values)
-{
-  std::vector<std::size_t> order(values.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
-  std::vector<double> ranks(values.size());
-  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    while (end < order.size() && values[order[end]] == values[order[begin]])
-      ++end;
-    for (std::size_t i = begin; i < end; ++i)
-      ranks[order[i]] = static_cast<double>(begin + end - 1) / 2;
-  }
-  return ranks;
-}
-
-} // namespace
-
+/// \param predictions one per sample, up to any rising function
 double sparsificationOf(const std::vector<SigmaSample>& samples, const std::vector<double>& predictions)
 {
   std::vector<double> errors;
-  errors.reserve(samples.size());
   for (const SigmaSample& sample : samples)
     errors.push_back(sample.error);
   return areaOfSparsification(samples, predictions) - areaOfSparsification(samples, errors);
 }
 
-double rankCorrelation(const std::vector<double>& a, const std::vector<double>& b)
-{
-  const std::vector<double> ranksOfA = ranksOf(a), ranksOfB = ranksOf(b);
-  const double mean = (static_cast<double>(a.size()) - 1) / 2;
-  double product = 0, squareA = 0, squareB = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    product += (ranksOfA[i] - mean) * (ranksOfB[i] - mean);
-    squareA += (ranksOfA[i] - mean) * (ranksOfA[i] - mean);
-    squareB += (ranksOfB[i] - mean) * (ranksOfB[i] - mean);
-  }
-  return squareA > 0 && squareB > 0 ? product / std::sqrt(squareA * squareB) : 0;
-}
+} // namespace
 
 SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double diagonal)
 {

@@ -44,12 +44,6 @@ struct SigmaEvaluation {
   std::int64_t notKnown = 0;     ///< places left out: sigma or error is not finite or not positive
 };
 
-/// Sparsification of any prediction of the errors. \param predictions one per sample, up to any rising function
-double sparsificationOf(const std::vector<SigmaSample>& samples, const std::vector<double>& predictions);
-
-/// Spearman's: −1..1, the correlation of the ranks; equal values share the mean of theirs. 0 if either is constant.
-double rankCorrelation(const std::vector<double>& a, const std::vector<double>& b);
-
 /// \param diagonal that likelihoods refer to, cloud's unit
 SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double diagonal);
 

@@ -34,7 +34,7 @@ SurfaceDistance::SurfaceDistance(const SurfaceMesh& mesh) : locator_(std::make_u
     if (!(areaVector(mesh, t).squaredNorm() > 0))
       continue;
     for (const std::int32_t v : triangle)
-      box.extend(mesh.vertices[static_cast<std::size_t>(v)]);
+      box.extend(mesh.vertices[v]);
     polygons->InsertNextCell({triangle[0], triangle[1], triangle[2]});
     locator_->triangles.push_back(static_cast<std::int32_t>(t));
   }
@@ -77,7 +77,7 @@ std::vector<ClosestPlace> SurfaceDistance::closest(const std::vector<Eigen::Vect
       locator_->cells->FindClosestPoint(query.data(), place.data(), cell, id, part, squared);
       if (id < 0)
         throw pcl::mrf::InvalidInput("no distance to the mesh could be computed");
-      result[i] = {std::sqrt(squared), locator_->triangles[static_cast<std::size_t>(id)]};
+      result[i] = {std::sqrt(squared), locator_->triangles[id]};
     }
   });
   return result;

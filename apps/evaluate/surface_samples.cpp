@@ -22,7 +22,7 @@ double uniform(std::mt19937_64& generator)
 Eigen::Vector3d areaVector(const SurfaceMesh& mesh, std::size_t triangle)
 {
   const auto corner = [&](std::size_t i) -> const Eigen::Vector3d& {
-    return mesh.vertices[static_cast<std::size_t>(mesh.triangles[triangle][i])];
+    return mesh.vertices[mesh.triangles[triangle][i]];
   };
   const Eigen::Vector3d result = .5 * (corner(1) - corner(0)).cross(corner(2) - corner(0));
   return result.allFinite() ? result : Eigen::Vector3d::Zero();
@@ -69,9 +69,8 @@ SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::u
     const auto& triangle = mesh.triangles[lastWithArea];
     // The square root makes the density uniform: the part of a triangle beyond a line parallel to a side is quadratic.
     const double r = std::sqrt(uniform(generator)), s = uniform(generator);
-    samples.positions.push_back((1 - r) * mesh.vertices[static_cast<std::size_t>(triangle[0])] +
-                                r * (1 - s) * mesh.vertices[static_cast<std::size_t>(triangle[1])] +
-                                r * s * mesh.vertices[static_cast<std::size_t>(triangle[2])]);
+    samples.positions.push_back((1 - r) * mesh.vertices[triangle[0]] + r * (1 - s) * mesh.vertices[triangle[1]] +
+                                r * s * mesh.vertices[triangle[2]]);
     samples.triangles.push_back(static_cast<std::int32_t>(lastWithArea));
   }
   return samples;

@@ -17,7 +17,7 @@ using pcl::mrf::Triangle;
 /// Rotates a triangle so that the corner comes first.
 Triangle startingAt(const Triangle& triangle, int corner)
 {
-  const auto at = [&](int offset) { return triangle[static_cast<std::size_t>((corner + offset) % 3)]; };
+  const auto at = [&](int offset) { return triangle[(corner + offset) % 3]; };
   return {at(0), at(1), at(2)};
 }
 
@@ -31,11 +31,11 @@ public:
     }
   }
 
-  const Point& point(std::int32_t vertex) const { return points_[static_cast<std::size_t>(vertex)]; }
+  const Point& point(std::int32_t vertex) const { return points_[vertex]; }
 
   bool isFinite(const Triangle& t) const
   {
-    return std::all_of(t.begin(), t.end(), [&](std::int32_t v) { return finite_[static_cast<std::size_t>(v)]; });
+    return std::all_of(t.begin(), t.end(), [&](std::int32_t v) { return finite_[v]; });
   }
 
   bool isDegenerate(const Triangle& t) const { return CGAL::collinear(point(t[0]), point(t[1]), point(t[2])); }
@@ -45,7 +45,7 @@ public:
     Triangle a = triangles_[first], b = triangles_[second];
     int common = 0, freeCorner = 0, sharedCorner = 0;
     for (int corner = 0; corner < 3; ++corner) {
-      if (std::find(b.begin(), b.end(), a[static_cast<std::size_t>(corner)]) != b.end()) {
+      if (std::find(b.begin(), b.end(), a[corner]) != b.end()) {
         ++common;
         sharedCorner = corner;
       } else {

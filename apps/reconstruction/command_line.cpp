@@ -131,8 +131,8 @@ void addUncertaintyOptions(OptionParser& parser)
 void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
 {
   parser.group("Files");
-  parser.folder("--output-directory", command.outputDirectory,
-                "reconstruct each INPUT to a mesh of its name in this folder, which is made if it is not there");
+  parser.file("--output-directory", "FOLDER", command.outputDirectory,
+              "reconstruct each INPUT to a mesh of its name in this folder, which is made if it is not there");
   parser.words("--input-format", pointFormats(),
                "of INPUT, whatever its name ends in; default: by its name, of "
                "standard input by what it begins with",

@@ -69,17 +69,12 @@ double processorSeconds()
 }
 
 /// Prints lines under headings.
-class Log {
-public:
-  explicit Log(std::FILE* file) : file_(file) {}
-
+struct Log {
+  std::FILE* file;
   void operator()(const char* heading, const std::string& text) const
   {
-    std::fprintf(file_, "%-10s%s\n", heading, text.c_str());
+    std::fprintf(file, "%-10s%s\n", heading, text.c_str());
   }
-
-private:
-  std::FILE* file_;
 };
 
 std::string droppedPoints(const pcl::mrf::PointCounts& points)
@@ -257,7 +252,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
     std::fprintf(stderr, "warning: %s\n", warning.c_str());
   if (verbosity == Verbosity::quiet)
     return;
-  const Log print(log);
+  const Log print{log};
   print("read", run.input + ": " + counted(static_cast<std::int64_t>(run.points), "point", "points") +
                     (run.fields.empty() ? "" : " with " + join(run.fields)));
   for (const std::string& note : run.notes)

@@ -58,7 +58,6 @@ struct Result {
   pcl::mrf::DistanceField field; ///< only if it is to be written
   Eigen::Vector3d fieldOffset = Eigen::Vector3d::Zero();
   Eigen::Vector3d shiftOfOutput = Eigen::Vector3d::Zero(); ///< what the mesh's file leaves off the vertices
-  Legend legend;                                           ///< of the colors, for a picture
   std::vector<std::vector<float>> surfaces; ///< distances that the vertices move along their normals, to be written
 };
 
@@ -130,18 +129,6 @@ void readInput(const Job& job, const Command& command, Input& input)
   input.sensors = sensorsOf(input.cloud, command.options);
 }
 
-/// What a picture's colors stand for.
-Legend legendOfSigma(const std::vector<float>& sigmas)
-{
-  Legend legend;
-  legend.title = "sigma: standard deviation of the surface, unit of the input";
-  legend.upper = static_cast<double>(pcl::mrf::largestSigmaShown(sigmas));
-  constexpr int steps = 64;
-  for (int step = 0; step < steps; ++step)
-    legend.colors.push_back(pcl::mrf::sigmaColor((static_cast<float>(step) + .5f) / steps, 1));
-  return legend;
-}
-
 /// The stages without the class for PCL's clouds and meshes, which know single precision only.
 /// \param report has what was done also if that throws
 Result reconstruct(Input& input, const Job& job, const Command& command, const pcl::mrf::ProgressCallback& progress,
@@ -164,8 +151,6 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
   result.mesh = toSurfaceMesh(std::move(reconstruction.mesh), result.fieldOffset);
   result.mesh.doublePrecision = isExact;
   result.mesh.colors = std::move(colors);
-  if (result.mesh.colors.size() > 0 && reconstruction.report.options.colors == pcl::mrf::ColorMode::sigma)
-    result.legend = legendOfSigma(result.mesh.scalars.at("sigma"));
   if (reconstruction.channels == 1)
     result.mesh.intensities = std::move(reconstruction.attributes);
   result.report = std::move(reconstruction.report);
@@ -212,9 +197,7 @@ SurfaceMesh movedMesh(const SurfaceMesh& mesh, const std::vector<float>& distanc
 /// From the sensor, if there is one; several see the object from all around.
 PictureOptions viewOf(const Result& result, const std::vector<Eigen::Vector3d>& sensors)
 {
-  PictureOptions options = sensors.size() == 1 ? pictureFrom(sensors.front(), result.mesh) : PictureOptions();
-  options.legend = result.legend;
-  return options;
+  return sensors.size() == 1 ? pictureFrom(sensors.front(), result.mesh) : PictureOptions();
 }
 
 /// To be raised when a name in the report changes its meaning or goes.
@@ -231,7 +214,7 @@ void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfO
   if (!shiftOfOutput.isZero(0))
     json["offset"] = {shiftOfOutput.x(), shiftOfOutput.y(), shiftOfOutput.z()};
   json.update(toJson(report));
-  writeText(path, json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  writeJson(path, json);
 }
 
 /// Sets status and message by the exception that is being handled.

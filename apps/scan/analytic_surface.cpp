@@ -1,31 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "analytic_surface.h"
 
-#include <pcl/surface/mrf/exceptions.h>
-#include <shapes/portable_math.h>
-
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 using Eigen::Vector3d;
-using portable::sinCos;
-using portable::SinCos;
 
 namespace {
-
-constexpr double pi = 3.14159265358979323846;
-
-void setFrame(SurfacePoint& point, const Vector3d& tangent, double curvature1, double curvature2)
-{
-  point.tangents[0] = tangent;
-  point.tangents[1] = portable::cross(point.normal, tangent);
-  point.normalChanges[0] = curvature1 * point.tangents[0];
-  point.normalChanges[1] = curvature2 * point.tangents[1];
-}
 
 /// The part of a sphere with z ≥ lowest · radius.
 Patch zonePatch(double radius, const Vector3d& center, double lowest)
@@ -35,7 +19,6 @@ Patch zonePatch(double radius, const Vector3d& center, double lowest)
     const SinCos around = sinCos(draw.v);
     point.normal = {across * around.cosine, across * around.sine, z};
     point.position = center + radius * point.normal;
-    setFrame(point, portable::perpendicular(point.normal), 1 / radius, 1 / radius);
     return true;
   };
   return {2 * pi * radius * radius * (1 - lowest), at};
@@ -64,7 +47,6 @@ Patch torusPatch(double majorRadius, double minorRadius, const Vector3d& center)
     const Vector3d outwards(around.cosine, around.sine, 0);
     point.normal = tube.cosine * outwards + Vector3d(0, 0, tube.sine);
     point.position = center + radius * outwards + Vector3d(0, 0, minorRadius * tube.sine);
-    setFrame(point, Vector3d(-around.sine, around.cosine, 0), tube.cosine / radius, 1 / minorRadius);
     return true;
   };
   return {4 * pi * pi * minorRadius * (majorRadius + minorRadius), at};
@@ -72,25 +54,23 @@ Patch torusPatch(double majorRadius, double minorRadius, const Vector3d& center)
 
 Patch cylinderPatch(const Vector3d& a, const Vector3d& b, double radius)
 {
-  const Vector3d axis = portable::unit(b - a), x = portable::perpendicular(axis), y = portable::cross(axis, x);
+  const Vector3d axis = (b - a).normalized(), x = perpendicular(axis), y = axis.cross(x);
   const auto at = [=](const Draw& draw, SurfacePoint& point) {
     const SinCos around = sinCos(draw.v);
     point.normal = around.cosine * x + around.sine * y;
     point.position = a + draw.u * (b - a) + radius * point.normal;
-    setFrame(point, axis, 0, 1 / radius);
     return true;
   };
-  return {2 * pi * radius * portable::norm(b - a), at};
+  return {2 * pi * radius * (b - a).norm(), at};
 }
 
 Patch discPatch(const Vector3d& center, const Vector3d& normal, double radius)
 {
-  const Vector3d unit = portable::unit(normal), x = portable::perpendicular(unit), y = portable::cross(unit, x);
+  const Vector3d unit = normal.normalized(), x = perpendicular(unit), y = unit.cross(x);
   const auto at = [=](const Draw& draw, SurfacePoint& point) {
     const SinCos around = sinCos(draw.v);
     point.normal = unit;
     point.position = center + radius * std::sqrt(draw.u) * (around.cosine * x + around.sine * y);
-    setFrame(point, x, 0, 0);
     return true;
   };
   return {pi * radius * radius, at};
@@ -98,29 +78,42 @@ Patch discPatch(const Vector3d& center, const Vector3d& normal, double radius)
 
 Patch rectanglePatch(const Vector3d& corner, const Vector3d& side1, const Vector3d& side2)
 {
-  const Vector3d normal = portable::unit(portable::cross(side1, side2)), tangent = portable::unit(side1);
+  const Vector3d normal = side1.cross(side2).normalized();
   const auto at = [=](const Draw& draw, SurfacePoint& point) {
     point.normal = normal;
     point.position = corner + draw.u * side1 + draw.v * side2;
-    setFrame(point, tangent, 0, 0);
     return true;
   };
-  return {portable::norm(portable::cross(side1, side2)), at};
+  return {side1.cross(side2).norm(), at};
 }
 
 Patch reversed(const Patch& patch)
 {
   const auto at = [forward = patch.at](const Draw& draw, SurfacePoint& point) {
-    if (!forward(draw, point))
-      return false;
+    const bool isThere = forward(draw, point);
     point.normal = -point.normal;
-    std::swap(point.tangents[0], point.tangents[1]);
-    std::swap(point.normalChanges[0], point.normalChanges[1]);
-    for (Vector3d& change : point.normalChanges)
-      change = -change;
-    return true;
+    return isThere;
   };
   return {patch.area, at};
+}
+
+double Box::leaves(const Vector3d& origin, const Vector3d& direction) const
+{
+  // A millionth of the diagonal: flat boxes have no thickness to be hit.
+  const double margin = 1e-6 * diagonal();
+  double enter = 0, leave = std::numeric_limits<double>::max();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double below = lower[axis] - margin - origin[axis], above = upper[axis] + margin - origin[axis];
+    if (direction[axis] == 0) {
+      if (below > 0 || above < 0)
+        return -1;
+      continue;
+    }
+    const double a = below / direction[axis], b = above / direction[axis];
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter <= leave ? leave : -1;
 }
 
 AnalyticSurface::AnalyticSurface(Shape shape) : shape_(std::move(shape))
@@ -137,7 +130,6 @@ bool AnalyticSurface::sample(const Draw& draw, SurfacePoint& point) const
   point.part = static_cast<std::int64_t>(part);
   if (!shape_.patches[part].at(draw, point))
     return false;
-  point.displacementDirection = point.normal;
   // Buried in another solid, or cut away. The limit is far above rounding and far below what could be seen.
   return std::abs(shape_.distance(point.position)) < 1e-9 * shape_.box.diagonal();
 }
@@ -146,7 +138,7 @@ bool AnalyticSurface::isOccluded(const SurfacePoint& point, const Vector3d& from
 {
   // Towards the point; near it the distance falls to 0 because of the point itself, so that the last bit is not walked.
   const double diagonal = shape_.box.diagonal(), hit = 1e-7 * diagonal, last = 1e-4 * diagonal;
-  const double length = portable::norm(point.position - from);
+  const double length = (point.position - from).norm();
   const Vector3d direction = (point.position - from) / length;
   double walked = 0;
   for (int step = 0; step < 10000 && walked < length - last; ++step) {
@@ -181,10 +173,8 @@ bool AnalyticSurface::firstHit(const Vector3d& origin, const Vector3d& direction
     const Vector3d offset = 1e-6 * diagonal * Vector3d::Unit(axis);
     point.normal[axis] = shape_.distance(point.position + offset) - shape_.distance(point.position - offset);
   }
-  point.normal = portable::unit(point.normal);
+  point.normal = point.normal.normalized();
   return true;
 }
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

@@ -12,14 +12,12 @@
 #include <string>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 /// A piece of surface with a closed parametrization.
 struct Patch {
   double area = 0; ///< that the draws are spread over
-  /// Sets position, normal, tangents and the normal's changes; false rejects the draw.
+  /// Sets position and normal; false rejects the draw.
   std::function<bool(const Draw& draw, SurfacePoint& point)> at;
 };
 
@@ -74,6 +72,4 @@ bool isShape(const std::string& description);
 /// One line per shape: name, parameters with their defaults, meaning. For the tool's help.
 std::string describeShapes();
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

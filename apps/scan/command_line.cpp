@@ -65,15 +65,6 @@ bool parseElevations(const std::string& text, SamplingOptions& options)
          toNumber(text.substr(colon + 1), options.highestElevation);
 }
 
-void addObjectOptions(Parser& parser, ScanCommand& command)
-{
-  ScanOptions& options = command.options;
-  parser.group("Object");
-  parser.vector("--rotate", options.rotation, "degrees about x, then y, then z, about the origin; default 0,0,0");
-  parser.length("--displace", options.displacement, "fine random height along the normal, root mean square; default 0");
-  parser.length("--wavelength", options.wavelength, "of that height; default 2%");
-}
-
 void addViewOptions(Parser& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
@@ -93,9 +84,8 @@ void addViewOptions(Parser& parser, ScanCommand& command)
   parser.places("--sensor", options.sensors, "use this sensor instead of --views; may be repeated");
   parser.number("--grazing", "DEGREES", options.sampling.grazingLimit,
                 "largest angle between normal and line of sight; default 80");
-  parser.flag("--no-occlusion", "see through the object", [&] { options.sampling.isOccluded = false; });
-  parser.flag("--two-sided", "see the back of the surface as well, with the normal turned towards the sensor",
-              [&] { options.sampling.isTwoSided = true; });
+  parser.flag("--two-sided", options.sampling.isTwoSided,
+              "see the back of the surface as well, with the normal turned towards the sensor");
 }
 
 void addErrorOptions(Parser& parser, ScanCommand& command)
@@ -137,8 +127,6 @@ void addOutputOptions(Parser& parser, ScanCommand& command)
   parser.file("--write-sensors", "FILE", command.sensors, "position of each sensor, x y z per line");
   parser.file("--write-held-out", "CLOUD", command.heldOut, "points that the holes took away, without errors");
   parser.file("--write-clean", "CLOUD", command.clean, "the inliers of OUTPUT in their order, without errors");
-  parser.file("--write-each-view", "CLOUD", command.eachView,
-              "one cloud per view: scan.ply stands for scan-000.ply, scan-001.ply, ...");
   parser.file("--report", "FILE.json", command.report, "what was done: counts, lengths, holes");
 }
 
@@ -150,10 +138,8 @@ void check(const ScanCommand& command)
   };
   const std::string wrong = isShape(command.input) ? "" : whyNotReadable(command.input);
   require(wrong.empty(), "INPUT '" + command.input + "' is no shape and " + wrong);
-  const std::pair<const char*, const std::string&> clouds[] = {{"OUTPUT", command.output},
-                                                               {"--write-held-out", command.heldOut},
-                                                               {"--write-clean", command.clean},
-                                                               {"--write-each-view", command.eachView}};
+  const std::pair<const char*, const std::string&> clouds[] = {
+      {"OUTPUT", command.output}, {"--write-held-out", command.heldOut}, {"--write-clean", command.clean}};
   for (const auto& [name, path] : clouds)
     require(path.empty() || isWritableCloud(extension(path)),
             std::string(name) + " '" + path + "' does not end in " + pointOutputExtensions);
@@ -163,8 +149,8 @@ void check(const ScanCommand& command)
   require(command.sensorsFile.empty() || options.sensors.empty(), "--sensor and --sensors exclude each other");
   if (command.sensorsFile.empty() && options.sensors.empty() && options.views.count == 0) {
     require(options.sampling.pattern != Pattern::scanner, "--sampling scanner needs sensors, but --views is 0");
-    require(command.views.empty() && command.sensors.empty() && command.eachView.empty(),
-            "--write-views, --write-sensors and --write-each-view need sensors, but --views is 0");
+    require(command.views.empty() && command.sensors.empty(),
+            "--write-views and --write-sensors need sensors, but --views is 0");
     require(options.misalignmentAngle == 0 && options.misalignmentShift.value == 0,
             "misalignment needs sensors, but --views is 0");
   }
@@ -229,7 +215,9 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   parser.operand("OUTPUT", std::string("cloud: ") + pointOutputExtensions);
   addEverydayOptions(parser);
   addSamplingOptions(parser, command);
-  addObjectOptions(parser, command);
+  parser.group("Object");
+  parser.vector("--rotate", command.options.rotation,
+                "degrees about x, then y, then z, about the origin; default 0,0,0");
   addViewOptions(parser, command);
   addErrorOptions(parser, command);
   addHoleOptions(parser, command);
@@ -240,8 +228,8 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   parser.note("LENGTH is a number in the unit of INPUT, in % of the object's diagonal (0.5%) or in mean distances "
               "between the points (0.5s).");
   parser.note("Shapes, with their defaults:\n" + describeShapes());
-  parser.note("The same options and seed give the same bytes everywhere; each kind of error has its own random "
-              "numbers, so that changing one leaves the rest as it is.");
+  parser.note("The same options and seed give the same bytes; each kind of error has its own random numbers, so that "
+              "changing one leaves the rest as it is.");
   parser.note("Exit status: 0 done, 1 a file cannot be read or written or nothing is seen, 2 wrong usage, 3 the method "
               "failed.");
 

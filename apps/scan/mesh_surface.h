@@ -4,17 +4,15 @@
 #pragma once
 
 #include "surface.h"
-#include "triangle_tree.h"
+
+#include <unsupported/Eigen/BVH>
 
 #include <array>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
-/// Triangles are counter-clockwise seen from outside. Vertices at the same place count as one for the direction of
-/// displacement, so that a soup of triangles does not tear.
+/// Triangles are counter-clockwise seen from outside. Rays go through Eigen's tree of boxes.
 class MeshSurface : public Surface {
 public:
   /// \throw InvalidInput if an index is out of range, a coordinate is not finite or the mesh has no area
@@ -27,18 +25,18 @@ public:
   Box boundingBox() const override { return box_; }
 
 private:
-  void setVertexNormals();
-  std::size_t triangleAt(double area) const;
+  struct Facet {
+    Eigen::Vector3d corner, edge1, edge2;
+    Eigen::Vector3d doubleArea() const { return edge1.cross(edge2); }
+  };
+  struct Segment;
+  Facet facet(std::size_t triangle) const;
 
   std::vector<Eigen::Vector3d> vertices_;
   std::vector<std::array<std::int32_t, 3>> triangles_;
-  std::vector<Eigen::Vector3d> vertexNormals_; ///< weighted by area
-  std::vector<double> areas_;                  ///< cumulative
-  std::vector<std::uint32_t> guide_;           ///< first triangle that can contain each equal share of the area
+  std::vector<double> areas_; ///< cumulative
   Box box_;
-  TriangleTree tree_;
+  Eigen::KdBVH<double, 3, std::int32_t> tree_; ///< of the triangles
 };
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

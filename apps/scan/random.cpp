@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "random.h"
 
-#include <shapes/portable_math.h>
+#include <cmath>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 std::uint64_t mix(std::uint64_t x)
 {
@@ -37,7 +35,7 @@ double Random::normal()
     y = 2 * uniform() - 1;
     square = x * x + y * y;
   } while (square >= 1 || square == 0);
-  const double factor = std::sqrt(-2 * portable::logarithm(square) / square);
+  const double factor = std::sqrt(-2 * std::log(square) / square);
   spare_ = y * factor;
   hasSpare_ = true;
   return x * factor;
@@ -56,11 +54,9 @@ Eigen::Vector3d Random::direction()
 {
   Eigen::Vector3d v;
   do
-    v = portable::unit(normalVector());
+    v = normalVector().normalized();
   while (v.isZero());
   return v;
 }
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

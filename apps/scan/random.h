@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Random numbers that are the same on every platform.
+/// \brief Random numbers with a stream for each purpose.
 ///
-/// The engines of the C++ library are specified to the bit, its distributions and std::shuffle are not.
+/// The engines of the C++ library are specified to the bit, its distributions and std::shuffle are not, so that these
+/// are the same whatever the library.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,9 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 /// One step of the splitmix64 generator: turns a counter into well mixed bits.
 std::uint64_t mix(std::uint64_t x);
@@ -49,6 +48,4 @@ private:
   bool hasSpare_ = false;
 };
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

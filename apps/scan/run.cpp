@@ -7,6 +7,7 @@
 #include "support/mesh_reader.h"
 #include "support/output_files.h"
 #include "support/point_writer.h"
+#include "support/report_json.h"
 #include "support/sensors.h"
 #include "support/text_file.h"
 
@@ -14,10 +15,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <unistd.h>
-
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 namespace mrf_apps {
@@ -48,35 +46,21 @@ PointTable tableOf(const Points& points, bool hasNormals)
   return table;
 }
 
-Points ofView(const Points& points, std::int32_t view)
+std::string sensorsText(const Scan& scan)
 {
-  Points result;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (points.views[i] == view)
-      result.append(points, i);
-  return result;
-}
-
-/// scan.ply → scan-007.ply
-std::string numbered(const std::string& path, std::size_t view)
-{
-  const std::filesystem::path whole(path);
-  std::string digits = std::to_string(view);
-  digits.insert(0, digits.size() < 3 ? 3 - digits.size() : 0, '0');
-  return (whole.parent_path() / (whole.stem().string() + "-" + digits + whole.extension().string())).string();
-}
-
-std::string line(const Vector3d& x)
-{
-  char text[100];
-  std::snprintf(text, sizeof text, "%.17g %.17g %.17g\n", x.x(), x.y(), x.z());
+  std::string text;
+  char line[100];
+  for (const Vector3d& x : scan.sensors) {
+    std::snprintf(line, sizeof line, "%.17g %.17g %.17g\n", x.x(), x.y(), x.z());
+    text += line;
+  }
   return text;
 }
 
-std::string viewsText(const Points& points)
+std::string viewsText(const Scan& scan)
 {
   std::string text;
-  for (const std::int32_t view : points.views)
+  for (const std::int32_t view : scan.cloud.views)
     text += std::to_string(view) + "\n";
   return text;
 }
@@ -100,34 +84,6 @@ nlohmann::ordered_json toJson(const ScanCommand& command, const Scan& scan)
   return json;
 }
 
-/// Percentage on a terminal, nothing elsewhere.
-class Progress {
-public:
-  explicit Progress(bool quiet) : isShown_(!quiet && isatty(STDERR_FILENO) != 0) {}
-  ~Progress()
-  {
-    if (last_ >= 0)
-      std::fputs("\r\033[K", stderr);
-  }
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-
-  bool show(const std::string& stage, double fraction)
-  {
-    const int percent = static_cast<int>(100 * fraction);
-    if (isShown_ && percent != last_) {
-      std::fprintf(stderr, "\r\033[K%s %d %%", stage.c_str(), percent);
-      std::fflush(stderr);
-      last_ = percent;
-    }
-    return true;
-  }
-
-private:
-  bool isShown_;
-  int last_ = -1;
-};
-
 void printSummary(const ScanCommand& command, const Scan& scan)
 {
   std::printf("%s: %zu points", command.input.c_str(), scan.cloud.size());
@@ -142,37 +98,22 @@ void printSummary(const ScanCommand& command, const Scan& scan)
 
 } // namespace
 
-void run(const ScanCommand& command)
+int run(const ScanCommand& command)
 {
-  const bool isFile = !isShape(command.input);
-  std::vector<std::string> inputs = {command.sensorsFile};
-  if (isFile)
-    inputs.push_back(command.input);
-  refuseInputAsOutput(inputs, {command.output, command.views, command.sensors, command.heldOut, command.clean,
-                               command.eachView, command.report});
+  const std::vector<std::string> files = {command.output,  command.views, command.sensors,
+                                          command.heldOut, command.clean, command.report};
+  refuseInputAsOutput({command.sensorsFile, isShape(command.input) ? "" : command.input}, files);
   ScanOptions options = command.options;
   if (!command.sensorsFile.empty())
     options.sensors = readSensors(command.sensorsFile);
-
   OutputFiles outputs;
-  for (const std::string& path :
-       {command.output, command.views, command.sensors, command.heldOut, command.clean, command.report})
+  for (const std::string& path : files)
     if (!path.empty())
       outputs.add(path);
-  const std::size_t sensors =
-      options.sensors.empty() ? static_cast<std::size_t>(options.views.count) : options.sensors.size();
-  if (!command.eachView.empty())
-    for (std::size_t view = 0; view < sensors; ++view)
-      outputs.add(numbered(command.eachView, view));
 
   const std::unique_ptr<Surface> surface = openSurface(command.input);
-  Scan scan;
-  {
-    Progress progress(command.quiet);
-    pcl::mrf::Execution execution(
-        command.threads, [&](const std::string& stage, double fraction) { return progress.show(stage, fraction); });
-    scan = simulateScan(*surface, options, execution);
-  }
+  pcl::mrf::Execution execution(command.threads);
+  const Scan scan = simulateScan(*surface, options, execution);
 
   const auto write = [&](const std::string& path, const std::function<void(const std::string&)>& writer) {
     if (!path.empty())
@@ -186,22 +127,13 @@ void run(const ScanCommand& command)
   writeCloud(command.output, scan.cloud);
   writeCloud(command.clean, scan.clean);
   writeCloud(command.heldOut, scan.heldOut);
-  if (!command.eachView.empty())
-    for (std::size_t view = 0; view < sensors; ++view)
-      writeCloud(numbered(command.eachView, view), ofView(scan.cloud, static_cast<std::int32_t>(view)));
-  write(command.views, [&](const std::string& path) { writeText(path, viewsText(scan.cloud)); });
-  write(command.sensors, [&](const std::string& path) {
-    std::string text;
-    for (const Vector3d& sensor : scan.sensors)
-      text += line(sensor);
-    writeText(path, text);
-  });
-  write(command.report, [&](const std::string& path) {
-    writeText(path, toJson(command, scan).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-  });
+  write(command.views, [&](const std::string& path) { writeText(path, viewsText(scan)); });
+  write(command.sensors, [&](const std::string& path) { writeText(path, sensorsText(scan)); });
+  write(command.report, [&](const std::string& path) { writeJson(path, toJson(command, scan)); });
   outputs.publish();
   if (!command.quiet)
     printSummary(command, scan);
+  return exitDone;
 }
 
 } // namespace mrf_apps

@@ -8,7 +8,7 @@
 namespace mrf_apps {
 
 /// Reads, scans, writes all outputs or none, and prints a summary.
-/// \throw FileError, UsageError, pcl::mrf::Error
-void run(const ScanCommand& command);
+/// \return exitDone \throw FileError, UsageError, pcl::mrf::Error
+int run(const ScanCommand& command);
 
 } // namespace mrf_apps

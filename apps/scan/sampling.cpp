@@ -1,24 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "sampling.h"
-#include "point_grid.h"
+
+#include "error_model.h"
+#include "random.h"
 #include "scanner.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 
-#include <shapes/portable_math.h>
-
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <unordered_map>
+#include <utility>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 using Eigen::Vector3d;
-using portable::dot;
-using portable::norm;
 
 void Points::append(const Points& other, std::size_t i)
 {
@@ -31,40 +28,33 @@ void Points::append(const Points& other, std::size_t i)
 
 namespace {
 
-void require(bool holds, const std::string& message)
-{
-  if (!holds)
-    throw InvalidOption(message);
-}
-
 /// Decides which sensor sees a point; the surface and the sensors stay the same.
 class Visibility {
 public:
   Visibility(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options)
       : surface_(surface), sensors_(sensors), options_(options),
-        lowestCosine_(portable::sinCos(options.grazingLimit / 360).cosine)
+        lowestCosine_(sinCos(options.grazingLimit / 360).cosine)
   {}
 
   /// A random one of the sensors that see the point, -1 if none does; the point's normal is turned towards it.
-  /// \param bare the point before it was displaced: what hides it starts there
-  std::int32_t choose(const SurfacePoint& bare, SurfacePoint& point, std::uint64_t order) const
+  std::int32_t choose(SurfacePoint& point, std::uint64_t order) const
   {
     std::vector<std::int32_t> facing;
     for (std::size_t view = 0; view < sensors_.size(); ++view) {
       const Vector3d sight = sensors_[view] - point.position;
-      double cosine = dot(point.normal, sight);
+      double cosine = point.normal.dot(sight);
       if (options_.isTwoSided)
         cosine = std::abs(cosine);
-      if (cosine > 0 && cosine >= lowestCosine_ * norm(sight))
+      if (cosine > 0 && cosine >= lowestCosine_ * sight.norm())
         facing.push_back(static_cast<std::int32_t>(view));
     }
     while (!facing.empty()) {
       order = mix(order);
-      std::swap(facing[static_cast<std::size_t>(order % facing.size())], facing.back());
+      std::swap(facing[order % facing.size()], facing.back());
       const std::int32_t view = facing.back();
-      const Vector3d& sensor = sensors_[static_cast<std::size_t>(view)];
-      if (!options_.isOccluded || !surface_.isOccluded(bare, sensor)) {
-        if (dot(point.normal, sensor - point.position) < 0)
+      const Vector3d& sensor = sensors_[view];
+      if (!surface_.isOccluded(point, sensor)) {
+        if (point.normal.dot(sensor - point.position) < 0)
           point.normal = -point.normal;
         return view;
       }
@@ -80,19 +70,64 @@ private:
   double lowestCosine_;
 };
 
-struct Candidate {
-  enum class Fate : std::uint8_t { rejected, crowded, hidden, seen };
-  Vector3d position, normal;
-  std::int32_t view;
-  Fate fate;
+/// Points in a hash of cubic cells.
+class PointGrid {
+public:
+  explicit PointGrid(double side) : side_(side) {}
+
+  void add(const Vector3d& position, const Vector3d& normal)
+  {
+    cells_[keyOf(cellOf(position))].push_back({position, normal});
+  }
+
+  /// True if a point is closer than radius and faces the same side as the normal: the two sides of a thin plate do not
+  /// see each other.
+  bool hasWithin(const Vector3d& position, const Vector3d& normal, double radius) const
+  {
+    const Cell lower = cellOf(position - Vector3d::Constant(radius)),
+               upper = cellOf(position + Vector3d::Constant(radius));
+    for (std::int64_t z = lower.z(); z <= upper.z(); ++z)
+      for (std::int64_t y = lower.y(); y <= upper.y(); ++y)
+        for (std::int64_t x = lower.x(); x <= upper.x(); ++x)
+          if (const auto cell = cells_.find(keyOf({x, y, z})); cell != cells_.end())
+            for (const auto& [place, itsNormal] : cell->second)
+              if ((place - position).squaredNorm() < radius * radius && itsNormal.dot(normal) > 0)
+                return true;
+    return false;
+  }
+
+private:
+  using Cell = Eigen::Matrix<std::int64_t, 3, 1>;
+
+  Cell cellOf(const Vector3d& position) const
+  {
+    return (position / side_).array().floor().matrix().cast<std::int64_t>();
+  }
+
+  static std::uint64_t keyOf(const Cell& cell)
+  {
+    // 21 bits per axis: cells that are 2 million apart share a list, which costs time only.
+    const std::uint64_t mask = (1u << 21) - 1;
+    const auto bits = [&](int axis) { return static_cast<std::uint64_t>(cell[axis]) & mask; };
+    return mix(bits(0) | bits(1) << 21 | bits(2) << 42);
+  }
+
+  double side_;
+  std::unordered_map<std::uint64_t, std::vector<std::pair<Vector3d, Vector3d>>> cells_; ///< positions and normals
 };
 
+struct Candidate {
+  Vector3d position, normal;
+  std::int32_t view; ///< that sees it; −1: none does, or it is crowded or no point of the surface
+};
+
+/// Draws candidates, batch by batch.
 class Sampler {
 public:
   Sampler(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
-          const Displacement* displacement, std::uint64_t seed, Execution& execution)
-      : surface_(surface), isSeenByAll_(sensors.empty()), displacement_(displacement),
-        visibility_(surface, sensors, options), random_(seed, 1), execution_(execution)
+          std::uint64_t seed, Execution& execution)
+      : surface_(surface), isSeenByAll_(sensors.empty()), visibility_(surface, sensors, options), random_(seed, 1),
+        execution_(execution)
   {}
 
   /// The next batch of candidates; only those that keep the radius to the grid's points are looked at.
@@ -117,28 +152,15 @@ public:
 private:
   Candidate evaluate(const Draw& draw, const PointGrid* grid, double radius) const
   {
-    using Fate = Candidate::Fate;
-    Candidate candidate{Vector3d::Zero(), Vector3d::Zero(), -1, Fate::rejected};
     SurfacePoint point;
-    if (!surface_.sample(draw, point))
-      return candidate;
-    SurfacePoint moved = point;
-    if (displacement_ && !displacement_->apply(moved))
-      return candidate;
-    if (grid && grid->hasWithin(moved.position, moved.normal, radius)) {
-      candidate.fate = Fate::crowded;
-      return candidate;
-    }
-    candidate.view = isSeenByAll_ ? 0 : visibility_.choose(point, moved, draw.order);
-    candidate.fate = candidate.view < 0 ? Fate::hidden : Fate::seen;
-    candidate.position = moved.position;
-    candidate.normal = moved.normal;
-    return candidate;
+    if (!surface_.sample(draw, point) || (grid && grid->hasWithin(point.position, point.normal, radius)))
+      return {point.position, point.normal, -1};
+    const std::int32_t view = isSeenByAll_ ? 0 : visibility_.choose(point, draw.order);
+    return {point.position, point.normal, view};
   }
 
   const Surface& surface_;
   bool isSeenByAll_;
-  const Displacement* displacement_;
   Visibility visibility_;
   Random random_;
   Execution& execution_;
@@ -152,7 +174,7 @@ double estimateVisibleArea(Sampler& sampler, const Surface& surface)
   const std::size_t batch = 1 << 14;
   while (seen < 4096 && drawn < (1 << 20)) {
     for (const Candidate& candidate : sampler.draw(batch, nullptr, 0))
-      seen += candidate.fate == Candidate::Fate::seen ? 1 : 0;
+      seen += candidate.view >= 0 ? 1 : 0;
     drawn += batch;
   }
   if (seen < 100)
@@ -162,69 +184,76 @@ double estimateVisibleArea(Sampler& sampler, const Surface& surface)
   return surface.drawnArea() * static_cast<double>(seen) / static_cast<double>(drawn);
 }
 
-double meanSpacing(const PointGrid& grid, Execution& execution)
-{
-  const auto count = static_cast<std::int64_t>(std::min<std::size_t>(grid.size(), 100000));
-  std::vector<double> distances(static_cast<std::size_t>(count));
-  execution.forRange(count, 1024, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      distances[i] = grid.nearestOther(i);
-  });
-  double sum = 0;
-  std::int64_t finite = 0;
-  for (const double distance : distances)
-    if (std::isfinite(distance)) {
-      sum += distance;
-      ++finite;
-    }
-  return finite > 0 ? sum / static_cast<double>(finite) : 0;
-}
-
-void validateScanner(const std::vector<Vector3d>& sensors, const SamplingOptions& options,
-                     const Displacement* displacement)
+void validateScanner(const std::vector<Vector3d>& sensors, const SamplingOptions& options)
 {
   require(!sensors.empty(), "a scanner needs sensors: give some, or sample evenly or at random");
-  require(displacement == nullptr, "a scanner's rays do not see a displacement: sample evenly or at random");
-  require(options.isOccluded,
-          "a scanner's rays end at the first surface: sample evenly or at random to see through it");
   require(options.aspect >= .01 && options.aspect <= 100, "the scanner's aspect must be .01 to 100");
   require(options.lowestElevation >= -90 && options.highestElevation <= 90 &&
               options.lowestElevation < options.highestElevation,
           "the scanner's elevations must be -90 to 90 degrees, the lower one first");
-  require(options.axis.allFinite() && norm(options.axis) > 0 && options.forward.allFinite(),
+  require(options.axis.allFinite() && options.axis.norm() > 0 && options.forward.allFinite(),
           "the scanner's axis must not be zero, and its front direction finite");
 }
 
-/// Mean distance to the closest other point. Where density varies, a grid of one cell size would take too long.
+/// Mean distance to the closest other point at another place, 0 if there is none.
 double meanSpacing(const std::vector<Vector3d>& points, const Box& box, Execution& execution)
 {
-  if (points.size() < 2)
-    return 0;
   std::vector<Eigen::Vector3f> positions;
-  positions.reserve(points.size());
   for (const Vector3d& x : points)
     positions.push_back(((x - box.center()) / box.diagonal()).cast<float>());
   const auto search = makePointBins();
   search->setPoints(positions, execution);
-  std::vector<double> distances(positions.size());
-  search->forEachPosition(positions, 2, NeighborSearch::Answer::distances, execution, [&](const NeighborBatch& batch) {
-    for (std::size_t i = 0; i < batch.size; ++i)
-      distances[batch.positions[i]] = std::sqrt(batch.squaredDistances[2 * i + 1]);
+  std::vector<double> distances(points.size());
+  execution.forRange(static_cast<std::int64_t>(points.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
+    Neighbors found;
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const int count = search->nearest(positions[i], 2, found);
+      // The first one is the point itself, or one at the same place.
+      const std::size_t other = found.indices[0] == static_cast<std::int32_t>(i) ? 1 : 0;
+      distances[i] = count < 2 ? 0 : (points[found.indices[other]] - points[i]).norm();
+    }
   });
-  return box.diagonal() * std::accumulate(distances.begin(), distances.end(), 0.) /
-         static_cast<double>(distances.size());
+  double sum = 0;
+  std::int64_t apart = 0;
+  for (const double distance : distances) {
+    sum += distance;
+    apart += distance > 0 ? 1 : 0;
+  }
+  return apart > 0 ? sum / static_cast<double>(apart) : 0;
 }
 
-Samples sampleWithScanner(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
-                          const Displacement* displacement, std::uint64_t seed, Execution& execution)
+/// Candidates that are seen until there are as many as are wanted.
+Points samplePoints(Sampler& sampler, const SamplingOptions& options, double visibleArea, double drawnArea,
+                    Execution& execution)
 {
-  validateScanner(sensors, options, displacement);
-  Sampler sampler(surface, sensors, options, nullptr, seed, execution);
-  Samples samples;
-  samples.visibleArea = estimateVisibleArea(sampler, surface);
-  samples.points = scanWithRays(surface, sensors, options, seed, execution);
-  samples.spacing = meanSpacing(samples.points.positions, surface.boundingBox(), execution);
-  return samples;
+  const auto wanted = static_cast<std::size_t>(options.points);
+  const double meanSide = std::sqrt(visibleArea / static_cast<double>(wanted));
+  // Random discs jam at .83 of this side; at .7 a candidate in about 30 still finds a place at the end.
+  const bool isEven = options.pattern == Pattern::even;
+  double radius = isEven ? .7 * meanSide : 0;
+  PointGrid grid(1.4 * meanSide);
+  Points points;
+  const std::size_t batch = std::clamp<std::size_t>(wanted / 2, 1024, 1 << 18);
+  while (points.size() < wanted) {
+    const std::size_t before = points.size();
+    for (const Candidate& candidate : sampler.draw(batch, isEven ? &grid : nullptr, radius)) {
+      if (candidate.view < 0 || points.size() == wanted)
+        continue;
+      if (isEven) {
+        // Candidates of one batch have not seen each other yet.
+        if (grid.hasWithin(candidate.position, candidate.normal, radius))
+          continue;
+        grid.add(candidate.position, candidate.normal);
+      }
+      points.positions.push_back(candidate.position);
+      points.normals.push_back(candidate.normal);
+      points.views.push_back(candidate.view);
+    }
+    if (static_cast<double>(points.size() - before) < .01 * static_cast<double>(batch) * visibleArea / drawnArea)
+      radius *= .95;
+    execution.progress(static_cast<double>(points.size()) / static_cast<double>(wanted));
+  }
+  return points;
 }
 
 } // namespace
@@ -235,16 +264,16 @@ std::vector<Vector3d> placeSensors(const ViewOptions& options, const Box& object
   require(options.distance > 0 && options.distance < 1e6, "the sensors' distance must be positive, in diagonals");
   require(std::abs(options.elevation) <= 90, "the elevation must be -90 to 90 degrees");
   require(options.fan >= 0 && options.fan <= 360, "the fan must span 0 to 360 degrees");
-  require(options.axis.allFinite() && norm(options.axis) > 0, "the axis must not be zero");
+  require(options.axis.allFinite() && options.axis.norm() > 0, "the axis must not be zero");
   require(options.forward.allFinite(), "the front direction must be finite");
-  const Vector3d axis = portable::unit(options.axis), front = portable::unit(options.forward);
-  const Vector3d across = front - dot(front, axis) * axis;
-  require(norm(across) > 1e-6, "the front direction must not be parallel to the axis");
-  const Vector3d x = portable::unit(across), y = portable::cross(axis, x);
+  const Vector3d axis = options.axis.normalized(), front = options.forward.normalized();
+  const Vector3d across = front - front.dot(axis) * axis;
+  require(across.norm() > 1e-6, "the front direction must not be parallel to the axis");
+  const Vector3d x = across.normalized(), y = axis.cross(x);
 
   std::vector<Vector3d> sensors;
   const double goldenTurn = 2 / (3 + std::sqrt(5.0));
-  const portable::SinCos elevation = portable::sinCos(options.elevation / 360);
+  const SinCos elevation = sinCos(options.elevation / 360);
   for (int i = 0; i < options.count; ++i) {
     double sine = elevation.sine, cosine = elevation.cosine, turn = 0;
     switch (options.placement) {
@@ -260,7 +289,7 @@ std::vector<Vector3d> placeSensors(const ViewOptions& options, const Box& object
       turn = options.count > 1 ? options.fan / 360 * (static_cast<double>(i) / (options.count - 1) - .5) : 0;
       break;
     }
-    const portable::SinCos around = portable::sinCos(turn);
+    const SinCos around = sinCos(turn);
     const Vector3d direction = sine * axis + cosine * (around.cosine * x + around.sine * y);
     sensors.push_back(object.center() + options.distance * object.diagonal() * direction);
   }
@@ -268,51 +297,23 @@ std::vector<Vector3d> placeSensors(const ViewOptions& options, const Box& object
 }
 
 Samples sampleSurface(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
-                      const Displacement* displacement, std::uint64_t seed, Execution& execution)
+                      std::uint64_t seed, Execution& execution)
 {
   require(options.points >= 1 && options.points <= INT32_MAX, "the number of points must be 1 to 2147483647");
   require(options.grazingLimit > 0 && options.grazingLimit <= 90,
           "the grazing limit must be above 0 and at most 90 degrees");
-
-  if (options.pattern == Pattern::scanner)
-    return sampleWithScanner(surface, sensors, options, displacement, seed, execution);
-  Sampler sampler(surface, sensors, options, displacement, seed, execution);
+  const bool isScanner = options.pattern == Pattern::scanner;
+  if (isScanner)
+    validateScanner(sensors, options);
+  Sampler sampler(surface, sensors, options, seed, execution);
   Samples samples;
   samples.visibleArea = estimateVisibleArea(sampler, surface);
-  const auto wanted = static_cast<std::size_t>(options.points);
-  const double meanSide = std::sqrt(samples.visibleArea / static_cast<double>(wanted));
-  // Random discs jam at .83 of this side; at .7 a candidate in about 30 still finds a place at the end.
-  const bool isEven = options.pattern == Pattern::even;
-  double radius = isEven ? .7 * meanSide : 0;
-  PointGrid grid(1.4 * meanSide, wanted);
-  Points& points = samples.points;
-  points.positions.reserve(wanted);
-  points.normals.reserve(wanted);
-
-  const std::size_t batch = std::clamp<std::size_t>(wanted / 2, 1024, 1 << 18);
-  while (points.size() < wanted) {
-    const std::size_t before = points.size();
-    for (const Candidate& candidate : sampler.draw(batch, isEven ? &grid : nullptr, radius)) {
-      if (candidate.fate != Candidate::Fate::seen || points.size() == wanted)
-        continue;
-      // Candidates of one batch have not seen each other yet.
-      if (isEven && grid.hasWithin(candidate.position, candidate.normal, radius))
-        continue;
-      grid.add(candidate.position, candidate.normal);
-      points.positions.push_back(candidate.position);
-      points.normals.push_back(candidate.normal);
-      if (!sensors.empty())
-        points.views.push_back(candidate.view);
-    }
-    const double visibleDraws = static_cast<double>(batch) * samples.visibleArea / surface.drawnArea();
-    if (static_cast<double>(points.size() - before) < .01 * visibleDraws)
-      radius *= .95;
-    execution.progress(static_cast<double>(points.size()) / static_cast<double>(wanted));
-  }
-  samples.spacing = meanSpacing(grid, execution);
+  samples.points = isScanner ? scanWithRays(surface, sensors, options, seed, execution)
+                             : samplePoints(sampler, options, samples.visibleArea, surface.drawnArea(), execution);
+  if (sensors.empty())
+    samples.points.views.clear();
+  samples.spacing = meanSpacing(samples.points.positions, surface.boundingBox(), execution);
   return samples;
 }
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

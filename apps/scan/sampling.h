@@ -3,7 +3,6 @@
 /// \brief Sensors around an object, and the points of its surface that they see.
 #pragma once
 
-#include "displacement.h"
 #include "surface.h"
 
 #include <pcl/surface/mrf/execution.h>
@@ -11,9 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 /// Parallel arrays; empty normals or views: there are none.
 struct Points {
@@ -57,7 +54,6 @@ struct SamplingOptions {
   Pattern pattern = Pattern::even;
   double grazingLimit = 80; ///< degrees between normal and line of sight, above 0 and at most 90
   bool isTwoSided = false;  ///< a sensor behind the surface sees it too, with the normal turned round
-  bool isOccluded = true;   ///< the object hides what is behind it; a scanner's always does
 
   // Of a scanner.
   double aspect = 1;                                   ///< step between rows over that in a row, .01 to 100
@@ -69,7 +65,7 @@ struct SamplingOptions {
 struct Samples {
   Points points;
   double visibleArea = 0; ///< estimated from a few ten thousand draws
-  double spacing = 0;     ///< mean distance to the closest other point, of at most 100,000 points
+  double spacing = 0;     ///< mean distance to the closest other point
 };
 
 /// Points spread over what at least one sensor sees, each with one of the sensors that see it.
@@ -77,14 +73,10 @@ struct Samples {
 /// Apart from those of a scanner, every part of the visible surface has the same density. Even: a point is taken only
 /// if it keeps a distance to all taken before it that face the same side; the distance shrinks when places run out, so
 /// that the count is always reached. The order of the points carries no meaning. With no sensors, all of the surface is
-/// visible. \param displacement may be null; what hides a point is the surface without it \throw InvalidInput if next
-/// to nothing of the surface is seen \throw InvalidOption also for a scanner without sensors or with a displacement
-/// Cost: about 10 draws and 1 to 2 lines of sight per point, 120 bytes per point. The result does not depend on the
-/// number of threads.
+/// visible. \throw InvalidInput if next to nothing of the surface is seen \throw InvalidOption also for a scanner
+/// without sensors. Cost: about 10 draws and 1 to 2 lines of sight per point, 120 bytes per point. The result does not
+/// depend on the number of threads.
 Samples sampleSurface(const Surface& surface, const std::vector<Eigen::Vector3d>& sensors,
-                      const SamplingOptions& options, const Displacement* displacement, std::uint64_t seed,
-                      Execution& execution);
+                      const SamplingOptions& options, std::uint64_t seed, Execution& execution);
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

@@ -11,9 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 /// A length in one of the units that make sense before the object is known.
 struct Length {
@@ -33,10 +31,8 @@ struct ScanOptions {
   SamplingOptions sampling;
   ViewOptions views;
   std::vector<Eigen::Vector3d> sensors; ///< given ones, instead of views
-  Eigen::Vector3d rotation =
-      Eigen::Vector3d::Zero(); ///< degrees about x, then y, then z, of the object about the origin
-  Length displacement;         ///< root mean square of a fine height along the normal
-  Length wavelength{2, Length::Unit::diagonalPercent}; ///< of that height; not in spacings, > 0
+  /// Degrees about x, then y, then z, of the object about the origin.
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
 
   Length noise;                                           ///< standard deviation of each point
   NoiseDirection noiseDirection = NoiseDirection::normal; ///< isotropic: per axis
@@ -59,6 +55,7 @@ struct Hole {
   Eigen::Vector3d center;
   double radius;
   std::int64_t points; ///< it took away
+  bool holds(const Eigen::Vector3d& x) const { return (x - center).squaredNorm() < radius * radius; }
 };
 
 struct Scan {
@@ -71,18 +68,20 @@ struct Scan {
   double diagonal = 0;    ///< of the object before it is rotated: what % refers to
   double spacing = 0;     ///< mean distance to the closest other point before holes and noise
   double visibleArea = 0; ///< before holes
+
+  double inCloudUnit(const Length& length) const;
+  bool isInHole(const Eigen::Vector3d& x) const;
 };
 
-/// Samples the surface, makes holes, adds noise, misalignment and outliers, and shuffles.
+/// A scan is a surface, seen from the sensors (sampling.h), with errors (error_model.h): samples the surface, makes
+/// holes, adds noise, misalignment and outliers, and shuffles.
 ///
 /// Holes are balls about their centers: they take the points of all sheets inside, by the points' true places, and no
 /// outlier falls into them. Normals are those of the surface, turned with their view; an outlier's is random and faces
 /// its sensor.
 /// \throw InvalidOption naming what is out of range
 /// \throw InvalidInput if nothing is seen or the holes leave nothing
-/// The same bytes for the same options, on every platform and for any number of threads.
+/// The same bytes for the same options, for any number of threads.
 Scan simulateScan(const Surface& surface, const ScanOptions& options, Execution& execution);
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

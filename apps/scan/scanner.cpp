@@ -4,19 +4,15 @@
 #include "random.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <shapes/portable_math.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 using Eigen::Vector3d;
-using portable::dot;
 
 namespace {
 
@@ -46,9 +42,8 @@ struct Row {
 /// Unit, perpendicular to both; to the first one at least.
 Vector3d across(const Vector3d& unit, const Vector3d& other)
 {
-  const Vector3d product = portable::cross(unit, other);
-  return portable::norm(product) > 1e-6 * portable::norm(other) ? portable::unit(product)
-                                                                : portable::perpendicular(unit);
+  const Vector3d product = unit.cross(other);
+  return product.norm() > 1e-6 * other.norm() ? product.normalized() : perpendicular(unit);
 }
 
 Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& options, Random& random)
@@ -58,20 +53,20 @@ Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& optio
   head.azimuthPhase = random.uniform();
   head.rowPhase = random.uniform();
   const Vector3d sight = box.center() - sensor;
-  const double distance = portable::norm(sight), radius = .5 * box.diagonal();
+  const double distance = sight.norm(), radius = .5 * box.diagonal();
   const bool isOutside = distance > radius;
   if (isOutside) {
     // An angle of at least the cone's: asin x ≤ (π/2) x.
     head.halfAzimuth = .25 * radius / distance;
     head.highest = head.halfAzimuth;
     head.lowest = -head.highest;
-    head.forward = portable::unit(sight);
-    head.left = across(portable::unit(options.axis), head.forward);
-    head.up = portable::cross(head.forward, head.left);
+    head.forward = sight.normalized();
+    head.left = across(options.axis.normalized(), head.forward);
+    head.up = head.forward.cross(head.left);
   } else {
-    head.up = portable::unit(options.axis);
+    head.up = options.axis.normalized();
     head.left = across(head.up, options.forward);
-    head.forward = portable::cross(head.left, head.up);
+    head.forward = head.left.cross(head.up);
   }
   head.lowest = std::max(head.lowest, options.lowestElevation / 360);
   head.highest = std::min(head.highest, options.highestElevation / 360);
@@ -83,7 +78,7 @@ public:
   RayScan(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
           std::uint64_t seed, Execution& execution)
       : surface_(surface), options_(options), execution_(execution), box_(surface.boundingBox()),
-        lowestCosine_(portable::sinCos(options.grazingLimit / 360).cosine)
+        lowestCosine_(sinCos(options.grazingLimit / 360).cosine)
   {
     Random random(seed, 1);
     for (const Vector3d& sensor : sensors)
@@ -159,14 +154,14 @@ private:
 
   void scanRow(const Row& row, double step, Points& points) const
   {
-    const Head& head = heads_[static_cast<std::size_t>(row.view)];
+    const Head& head = heads_[row.view];
     // A whole number of steps where the row closes, or it had a seam.
     const auto columns = static_cast<std::int64_t>(std::ceil(2 * head.halfAzimuth / step));
     const double columnStep = head.turnsAround() ? 1 / static_cast<double>(columns) : step;
-    const portable::SinCos elevation = portable::sinCos(row.elevation);
+    const SinCos elevation = sinCos(row.elevation);
     for (std::int64_t column = 0; column < columns; ++column) {
       const double azimuth = (static_cast<double>(column) + head.azimuthPhase) * columnStep - head.halfAzimuth;
-      const portable::SinCos around = portable::sinCos(azimuth);
+      const SinCos around = sinCos(azimuth);
       const Vector3d direction =
           elevation.cosine * (around.cosine * head.forward + around.sine * head.left) + elevation.sine * head.up;
       addHit(head, row.view, direction, points);
@@ -178,7 +173,7 @@ private:
     SurfacePoint point;
     if (!surface_.firstHit(head.position, direction, point))
       return;
-    double cosine = -dot(point.normal, direction);
+    double cosine = -point.normal.dot(direction);
     if (options_.isTwoSided && cosine < 0) {
       point.normal = -point.normal;
       cosine = -cosine;
@@ -210,6 +205,4 @@ Points scanWithRays(const Surface& surface, const std::vector<Vector3d>& sensors
   return RayScan(surface, sensors, options, seed, execution).run();
 }
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

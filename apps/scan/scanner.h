@@ -5,9 +5,7 @@
 
 #include "sampling.h"
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 /// Points where the rays of each sensor first meet the surface, as a depth camera or a lidar measures them: their
 /// density falls with the square of the distance and with the angle of incidence.
@@ -22,6 +20,4 @@ namespace scan {
 Points scanWithRays(const Surface& surface, const std::vector<Eigen::Vector3d>& sensors, const SamplingOptions& options,
                     std::uint64_t seed, Execution& execution);
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

@@ -4,20 +4,15 @@
 #include "random.h"
 #include "solids.h"
 
-#include <shapes/portable_math.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 using Eigen::Vector3d;
-using portable::SinCos;
 
 namespace {
 
@@ -36,7 +31,7 @@ public:
       // Evenly in the logarithm of the wavelength, by repeated multiplication; higher where longer.
       const double share = static_cast<double>(i) / (count - 1);
       const double wavelength = side * longest * shortest / (shortest + share * share * (longest - shortest));
-      const SinCos around = portable::sinCos(random.uniform());
+      const SinCos around = sinCos(random.uniform());
       waves_.push_back({around.cosine / wavelength, around.sine / wavelength, random.uniform(),
                         wavelength * std::sqrt(wavelength / side)});
       slopes += 2 * pi * waves_.back().height / wavelength;
@@ -51,7 +46,7 @@ public:
     double result = 0;
     slopeX = slopeY = 0;
     for (const Wave& wave : waves_) {
-      const SinCos value = portable::sinCos(wave.x * x + wave.y * y + wave.phase);
+      const SinCos value = sinCos(wave.x * x + wave.y * y + wave.phase);
       result += wave.height * value.sine;
       slopeX += 2 * pi * wave.height * wave.x * value.cosine;
       slopeY += 2 * pi * wave.height * wave.y * value.cosine;
@@ -65,15 +60,7 @@ public:
     return height(x, y, slopeX, slopeY);
   }
 
-  Vector3d normal(double x, double y) const
-  {
-    double slopeX, slopeY;
-    height(x, y, slopeX, slopeY);
-    return portable::unit(Vector3d(-slopeX, -slopeY, 1));
-  }
-
 private:
-  static constexpr double pi = 3.14159265358979323846;
   struct Wave {
     double x, y, phase; ///< turns per length, turns
     double height;
@@ -92,16 +79,7 @@ Patch groundPatch(const std::shared_ptr<const Hills>& hills, double side, double
     if (draw.accept * maxArea > std::sqrt(1 + slopeX * slopeX + slopeY * slopeY))
       return false;
     point.position = {x, y, z};
-    point.normal = portable::unit(Vector3d(-slopeX, -slopeY, 1));
-    point.tangents[0] = portable::perpendicular(point.normal);
-    point.tangents[1] = portable::cross(point.normal, point.tangents[0]);
-    const double step = 1e-6 * side;
-    for (int i = 0; i < 2; ++i) {
-      const Vector3d& along = point.tangents[i];
-      point.normalChanges[i] = (hills->normal(x + step * along.x(), y + step * along.y()) -
-                                hills->normal(x - step * along.x(), y - step * along.y())) /
-                               (2 * step);
-    }
+    point.normal = Vector3d(-slopeX, -slopeY, 1).normalized();
     return true;
   };
   return {side * side * maxArea, at};
@@ -200,6 +178,4 @@ Shape makeStreet(double length)
   return unite(parts);
 }
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

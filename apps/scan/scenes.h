@@ -5,9 +5,7 @@
 
 #include "analytic_surface.h"
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 /// Objects on a table before a wall, y up, the table's top at y = 0, the wall at −z. \param size of the whole over 2.8
 /// m
@@ -27,6 +25,4 @@ Shape makeTerrain(const TerrainOptions& options);
 /// \param length of the street, in a frame in which it is 16 wide
 Shape makeStreet(double length);
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

@@ -5,15 +5,16 @@
 #include "solids.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <shapes/portable_math.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <sstream>
+#include <utility>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 using Eigen::Vector3d;
 using shapes::Sdf;
@@ -22,43 +23,28 @@ namespace {
 
 std::string text(double value)
 {
-  std::ostringstream stream;
-  stream.imbue(std::locale::classic());
-  stream << value;
-  return stream.str();
+  std::array<char, 32> digits;
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
 }
 
-struct Parameter {
-  const char* name;
-  double value; ///< default
-};
+using Parameter = std::pair<const char*, double>; ///< with its default
 
 /// The parameters of one shape, with the values of its description.
 class Parameters {
 public:
   Parameters(const std::string& description, const std::vector<Parameter>& known)
-      : shape_(description.substr(0, description.find(':'))), values_(known)
+      : shape_(description.substr(0, description.find(':'))), values_(known.begin(), known.end())
   {
-    if (shape_.size() == description.size())
-      return;
-    std::istringstream rest(description.substr(shape_.size() + 1));
+    std::istringstream rest(description.substr(std::min(shape_.size() + 1, description.size())));
     for (std::string item; std::getline(rest, item, ',');)
       set(item);
   }
 
-  double any(const char* name) const
+  double inRange(const char* name, double lower, double upper, const std::string& range) const
   {
-    for (const Parameter& parameter : values_)
-      if (std::string(parameter.name) == name)
-        return parameter.value;
-    throw std::logic_error(std::string("no parameter ") + name);
-  }
-
-  double inRange(const char* name, double lower, double upper, const char* range) const
-  {
-    const double value = any(name);
+    const double value = values_.at(name);
     if (!(value >= lower && value <= upper))
-      throw InvalidOption("shape " + shape_ + ": " + name + " is " + text(value) + ", it must be " + range);
+      fail(std::string(name) + " is " + text(value) + ", it must be " + range);
     return value;
   }
 
@@ -66,41 +52,41 @@ public:
 
   int count(const char* name, int max) const
   {
-    const double value = inRange(name, 0, max, ("a whole number, 0 to " + std::to_string(max)).c_str());
+    const double value = inRange(name, 0, max, "a whole number, 0 to " + std::to_string(max));
     if (value != std::floor(value))
-      throw InvalidOption("shape " + shape_ + ": " + name + " is " + text(value) + ", it must be a whole number");
+      fail(std::string(name) + " is " + text(value) + ", it must be a whole number");
     return static_cast<int>(value);
   }
 
 private:
+  [[noreturn]] void fail(const std::string& cause) const { throw InvalidOption("shape " + shape_ + ": " + cause); }
+
   void set(const std::string& item)
   {
     const std::size_t equals = std::min(item.find('='), item.size());
     const std::string name = item.substr(0, equals);
-    for (Parameter& parameter : values_) {
-      if (name != parameter.name)
-        continue;
-      const char *begin = item.data() + std::min(equals + 1, item.size()), *end = item.data() + item.size();
-      const auto result = std::from_chars(begin, end, parameter.value);
-      if (result.ec != std::errc() || result.ptr != end || !std::isfinite(parameter.value))
-        throw InvalidOption("shape " + shape_ + ": '" + item + "' is not of the form " + name + "=NUMBER");
-      return;
+    const auto found = values_.find(name);
+    if (found == values_.end()) {
+      std::string names;
+      for (const auto& value : values_)
+        names += (names.empty() ? "" : ", ") + value.first;
+      fail("unknown parameter '" + name + "', it has " + names);
     }
-    std::string names;
-    for (const Parameter& parameter : values_)
-      names += (names.empty() ? "" : ", ") + std::string(parameter.name);
-    throw InvalidOption("shape " + shape_ + ": unknown parameter '" + name + "', it has " + names);
+    const char *begin = item.data() + std::min(equals + 1, item.size()), *end = item.data() + item.size();
+    const auto result = std::from_chars(begin, end, found->second);
+    if (result.ec != std::errc() || result.ptr != end || !std::isfinite(found->second))
+      fail("'" + item + "' is not of the form " + name + "=NUMBER");
   }
 
   std::string shape_;
-  std::vector<Parameter> values_;
+  std::map<std::string, double> values_;
 };
 
 Shape makeCutSphere(const Parameters& parameters)
 {
   const double radius = parameters.positive("radius");
   const double turns = parameters.inRange("angle", 1e-3, 180, "degrees, above 0 and at most 180") / 360;
-  const portable::SinCos edge = portable::sinCos(turns);
+  const SinCos edge = sinCos(turns);
   const double widest = turns < .25 ? radius * edge.sine : radius;
   Box box{{-widest, -widest, radius * edge.cosine}, {widest, widest, radius}};
   return {shapes::sphere(radius), {capPatch(radius, turns)}, box};
@@ -285,8 +271,8 @@ std::string describeShapes()
   for (const Entry& entry : catalog()) {
     std::string line = std::string("  ") + entry.name;
     char separator = ':';
-    for (const Parameter& parameter : entry.parameters) {
-      line += separator + std::string(parameter.name) + "=" + text(parameter.value);
+    for (const auto& [name, value] : entry.parameters) {
+      line += separator + std::string(name) + "=" + text(value);
       separator = ',';
     }
     lines += line + "\n      " + entry.meaning + "\n";
@@ -294,6 +280,4 @@ std::string describeShapes()
   return lines;
 }
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solids.h"
 
-#include <shapes/portable_math.h>
-
 #include <cmath>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 using Eigen::Vector3d;
 using shapes::Sdf;
@@ -80,7 +76,7 @@ Shape makeCylinder(const Vector3d& a, const Vector3d& b, double radius, bool are
     shape.patches.push_back(discPatch(a, a - b, radius));
     shape.patches.push_back(discPatch(b, b - a, radius));
   }
-  const Vector3d axis = portable::unit(b - a);
+  const Vector3d axis = (b - a).normalized();
   const Vector3d across = radius * (Vector3d::Ones() - axis.cwiseProduct(axis)).cwiseMax(0).cwiseSqrt();
   shape.box = {a.cwiseMin(b) - across, a.cwiseMax(b) + across};
   return shape;
@@ -101,6 +97,4 @@ Shape unite(const std::vector<Shape>& parts)
   return all;
 }
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

@@ -7,9 +7,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
-namespace scan {
+namespace pcl::mrf::scan {
 
 /// The box of these half sides about a center.
 Box boxOf(const Eigen::Vector3d& half, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
@@ -28,6 +26,4 @@ Shape makeCylinder(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double ra
 /// All of them: what is buried in another is not surface. \pre none has openings
 Shape unite(const std::vector<Shape>& parts);
 
-} // namespace scan
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::scan

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "signed_distance.h"
 
-#include "portable_math.h"
+#include "turns.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,6 @@
 namespace shapes {
 
 using Eigen::Vector3d;
-using portable::dot;
-using portable::norm;
 
 namespace {
 
@@ -24,7 +22,7 @@ double hypotenuse(double a, double b)
 
 Sdf sphere(double radius, const Vector3d& center)
 {
-  return [=](const Vector3d& x) { return norm(x - center) - radius; };
+  return [=](const Vector3d& x) { return (x - center).norm() - radius; };
 }
 
 Sdf torus(double majorRadius, double minorRadius)
@@ -36,25 +34,25 @@ Sdf box(const Vector3d& half, double rounding)
 {
   return [=](const Vector3d& x) {
     const Vector3d q = x.cwiseAbs() - (half - Vector3d::Constant(rounding));
-    return norm(q.cwiseMax(0)) + std::min(q.maxCoeff(), 0.0) - rounding;
+    return q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.0) - rounding;
   };
 }
 
 Sdf tube(const Vector3d& a, const Vector3d& b, double radius)
 {
   return [=](const Vector3d& x) {
-    const double t = std::clamp(dot(x - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
-    return norm(x - a - t * (b - a)) - radius;
+    const double t = std::clamp((x - a).dot(b - a) / (b - a).dot(b - a), 0.0, 1.0);
+    return (x - a - t * (b - a)).norm() - radius;
   };
 }
 
 Sdf cylinder(const Vector3d& a, const Vector3d& b, double radius)
 {
-  const Vector3d center = .5 * (a + b), axis = portable::unit(b - a);
-  const double halfLength = .5 * norm(b - a);
+  const Vector3d center = .5 * (a + b), axis = (b - a).normalized();
+  const double halfLength = .5 * (b - a).norm();
   return [=](const Vector3d& x) {
-    const double height = dot(x - center, axis);
-    const double across = norm(x - center - height * axis) - radius;
+    const double height = (x - center).dot(axis);
+    const double across = (x - center - height * axis).norm() - radius;
     const double along = std::abs(height) - halfLength;
     return hypotenuse(std::max(across, 0.0), std::max(along, 0.0)) + std::min(std::max(across, along), 0.0);
   };
@@ -62,8 +60,8 @@ Sdf cylinder(const Vector3d& a, const Vector3d& b, double radius)
 
 Sdf plane(const Vector3d& normal)
 {
-  const Vector3d unit = portable::unit(normal);
-  return [=](const Vector3d& x) { return dot(unit, x); };
+  const Vector3d unit = normal.normalized();
+  return [=](const Vector3d& x) { return unit.dot(x); };
 }
 
 Sdf translate(const Sdf& shape, const Vector3d& offset)
@@ -104,7 +102,7 @@ Vector3d normalOf(const Sdf& sdf, const Vector3d& position)
     const Vector3d offset = step * Vector3d::Unit(axis);
     gradient[axis] = sdf(position + offset) - sdf(position - offset);
   }
-  return portable::unit(gradient);
+  return gradient.normalized();
 }
 
 } // namespace shapes

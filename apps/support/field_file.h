@@ -13,7 +13,7 @@ namespace mrf_apps {
 
 /// Writes a VTI file with the point arrays `distance` and `confidence`.
 /// \param offset of the field's frame in the cloud's; becomes part of the image's origin
-/// \throw FileError
+/// \throw pcl::mrf::FileError
 void writeField(const pcl::mrf::DistanceField& field, const Eigen::Vector3d& offset, const std::string& path);
 
 } // namespace mrf_apps

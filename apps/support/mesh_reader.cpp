@@ -57,8 +57,7 @@ SurfaceMesh mergeVertices(const SurfaceMesh& mesh)
       result.vertices.push_back(x);
   }
   for (const auto& [a, b, c] : mesh.triangles)
-    result.triangles.push_back({merged[static_cast<std::size_t>(a)], merged[static_cast<std::size_t>(b)],
-                                merged[static_cast<std::size_t>(c)]});
+    result.triangles.push_back({merged[a], merged[b], merged[c]});
   return result;
 }
 

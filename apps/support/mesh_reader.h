@@ -16,7 +16,8 @@ namespace mrf_apps {
 /// of an STL file, which has no vertices, are one vertex where their coordinates are equal. Of the fields of vertices
 /// only PLY's scalars are read.
 /// \throw UsageError if the extension is none of these
-/// \throw FileError if the file is missing, unreadable, empty, truncated, not what its extension says, without faces, or
+/// \throw FileError if the file is missing, unreadable, empty, truncated, not what its extension says, without faces,
+/// or
 ///        has faces with vertices that are not there
 SurfaceMesh readMesh(const std::string& path);
 

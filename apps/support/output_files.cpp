@@ -3,6 +3,8 @@
 
 #include "errors.h"
 
+#include <pcl/surface/mrf/exceptions.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
@@ -114,7 +116,7 @@ std::int64_t OutputFiles::write(const std::string& path, const std::function<voi
   const std::string written = file->writtenPath();
   try {
     writer(written);
-  } catch (const FileError& failure) {
+  } catch (const pcl::mrf::FileError& failure) {
     throw FileError(path == "-" ? "standard output" : path, failure.what());
   }
   return static_cast<std::int64_t>(fs::file_size(written));

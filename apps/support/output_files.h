@@ -29,7 +29,7 @@ public:
   void add(const std::string& path);
 
   /// Has a declared file written: `writer` is given the path to write to.
-  /// \return bytes written; \throw FileError naming the target if the writer throws one
+  /// \return bytes written; \throw FileError naming the target if the writer throws pcl::mrf::FileError
   std::int64_t write(const std::string& path, const std::function<void(const std::string& temporary)>& writer);
 
   /// Copies to standard output what is for it, then renames every file to its target. \throw FileError

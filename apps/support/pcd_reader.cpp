@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <set>
 
 namespace mrf_apps {
 namespace {
@@ -40,17 +41,25 @@ struct Header {
 /// The lines of a header by their first words.
 class HeaderLines {
 public:
-  HeaderLines(const std::string& path, std::string_view text) : path_(path), lines_(text)
+  HeaderLines(const std::string& path, std::string_view text) : path_(path)
   {
+    const std::set<std::string_view> keys = {"VERSION", "FIELDS",    "SIZE",   "TYPE", "COUNT",
+                                             "WIDTH",   "VIEWPOINT", "HEIGHT", "DATA", "POINTS"};
     std::string_view line;
-    while (!has("DATA") && lines_.next(line)) {
-      Entry entry;
-      split(line, entry.words);
-      if (entry.words.empty() || entry.words[0][0] == '#')
+    std::vector<std::string_view> words;
+    for (Lines lines(text); !has("DATA") && lines.next(line); count_ = lines.number()) {
+      split(line, words);
+      if (words.empty() || words[0][0] == '#')
         continue;
-      entry.line = lines_.number();
-      add(entry);
-      body_ = text.substr(std::min(text.size(), static_cast<std::size_t>(line.data() + line.size() - text.data())));
+      const std::string_view key = words[0] == "COLUMNS" ? "FIELDS" : words[0]; // an older name of the same
+      if (keys.count(key) == 0 && entries_.empty())
+        throw FileError(path, "is not a PCD file");
+      if (keys.count(key) == 0)
+        failAt(lines.number(), "is not a line of a PCD header");
+      if (has(key))
+        failAt(lines.number(), "the header has a second line " + std::string(key));
+      entries_[key] = {lines.number(), {words.begin() + 1, words.end()}};
+      body_ = text.substr(static_cast<std::size_t>(line.data() + line.size() - text.data()));
     }
     // The rest of the line is its end: LF or CRLF.
     body_.remove_prefix(std::min(body_.size(), body_.find('\n') + 1));
@@ -59,82 +68,56 @@ public:
         throw FileError(path, std::string("is not a PCD file: its header has no line ") + key);
   }
 
-  bool has(const std::string& key) const { return entries_.count(key) != 0; }
+  bool has(std::string_view key) const { return entries_.count(key) != 0; }
   std::string_view body() const { return body_; }
-  std::size_t count() const { return lines_.number(); }
+  std::size_t count() const { return count_; }
 
-  /// The words behind the key, exactly so many.
-  std::vector<std::string_view> words(const std::string& key, std::size_t count) const
+  /// The words behind a key that is there.
+  const std::vector<std::string_view>& words(std::string_view key) const { return entries_.at(key).second; }
+
+  /// The same, exactly so many.
+  const std::vector<std::string_view>& words(std::string_view key, std::size_t count) const
   {
-    const Entry& entry = entries_.at(key);
-    if (entry.words.size() != count + 1)
-      fail(entry);
-    return {entry.words.begin() + 1, entry.words.end()};
+    if (words(key).size() != count)
+      fail(key);
+    return words(key);
   }
 
   /// The same as whole numbers in a range.
-  std::vector<std::size_t> counts(const std::string& key, std::size_t count, std::int64_t min, std::int64_t max) const
+  std::vector<std::size_t> counts(std::string_view key, std::size_t count, std::int64_t min, std::int64_t max) const
   {
     std::vector<std::size_t> result;
     for (const std::string_view word : words(key, count)) {
       std::int64_t value = 0;
       if (!toCount(word, value) || value < min || value > max)
-        fail(entries_.at(key));
+        fail(key);
       result.push_back(static_cast<std::size_t>(value));
     }
     return result;
   }
 
-  /// The same as numbers.
-  std::vector<double> numbers(const std::string& key, std::size_t count) const
+  [[noreturn]] void fail(std::string_view key) const
   {
-    std::vector<double> result;
-    for (const std::string_view word : words(key, count))
-      if (!toNumber(word, result.emplace_back()))
-        fail(entries_.at(key));
-    return result;
+    failAt(entries_.at(key).first, "is not a line of a PCD header");
   }
-
-  std::size_t wordCount(const std::string& key) const { return entries_.at(key).words.size() - 1; }
-  [[noreturn]] void failAt(const std::string& key) const { fail(entries_.at(key)); }
 
 private:
-  struct Entry {
-    std::size_t line = 0;
-    std::vector<std::string_view> words;
-  };
-
-  [[noreturn]] void fail(const Entry& entry) const
+  [[noreturn]] void failAt(std::size_t line, const std::string& cause) const
   {
-    throw FileError(path_, "line " + std::to_string(entry.line) + ": is not a line of a PCD header");
-  }
-
-  void add(const Entry& entry)
-  {
-    static constexpr std::array<std::string_view, 10> keys = {"VERSION", "FIELDS",    "SIZE",   "TYPE", "COUNT",
-                                                              "WIDTH",   "VIEWPOINT", "HEIGHT", "DATA", "POINTS"};
-    // An older name of the same.
-    const std::string_view key = entry.words[0] == "COLUMNS" ? "FIELDS" : entry.words[0];
-    if (std::find(keys.begin(), keys.end(), key) == keys.end()) {
-      if (entries_.empty())
-        throw FileError(path_, "is not a PCD file");
-      fail(entry);
-    }
-    if (!entries_.emplace(key, entry).second)
-      throw FileError(path_,
-                      "line " + std::to_string(entry.line) + ": the header has a second line " + std::string(key));
+    throw FileError(path_, "line " + std::to_string(line) + ": " + cause);
   }
 
   const std::string& path_;
-  Lines lines_;
-  std::map<std::string, Entry> entries_;
+  std::map<std::string_view, std::pair<std::size_t, std::vector<std::string_view>>> entries_; ///< with their lines
+  std::size_t count_ = 0;
   std::string_view body_;
 };
 
 std::vector<Field> parseFields(const std::string& path, const HeaderLines& lines, std::int64_t fileSize)
 {
-  const std::size_t count = lines.wordCount("FIELDS");
-  const std::vector<std::string_view> names = lines.words("FIELDS", count), types = lines.words("TYPE", count);
+  const std::vector<std::string_view>& names = lines.words("FIELDS");
+  const std::size_t count = names.size();
+  const std::vector<std::string_view>& types = lines.words("TYPE", count);
   const std::vector<std::size_t> sizes = lines.counts("SIZE", count, 1, 8);
   const std::vector<std::size_t> counts =
       lines.has("COUNT") ? lines.counts("COUNT", count, 1, fileSize) : std::vector<std::size_t>(count, 1);
@@ -159,7 +142,9 @@ std::optional<Eigen::Vector3d> parseViewpoint(const HeaderLines& lines, bool isO
 {
   if (!lines.has("VIEWPOINT"))
     return {};
-  const std::vector<double> values = lines.numbers("VIEWPOINT", 7); // with a rotation, as a quaternion
+  std::vector<double> values;
+  if (!toNumbers(lines.words("VIEWPOINT", 7), values)) // with a rotation, as a quaternion
+    lines.fail("VIEWPOINT");
   const Eigen::Vector3d position(values[0], values[1], values[2]);
   if (!position.allFinite() || (position.isZero(0) && !isOrganized))
     return {};
@@ -179,7 +164,7 @@ Header parseHeader(const std::string& path, const std::string& text)
   else if (encoding == "binary_compressed")
     header.encoding = Encoding::compressed;
   else if (encoding != "ascii")
-    lines.failAt("DATA");
+    lines.fail("DATA");
 
   constexpr std::int64_t max = std::numeric_limits<std::uint32_t>::max();
   if (!lines.has("POINTS") && !lines.has("WIDTH"))
@@ -390,7 +375,7 @@ std::vector<Eigen::Vector3d> takeVectors(const Header& header, Body& body, const
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::vector<double> values = body.take(numbers[axis]);
     for (std::size_t i = 0; i < result.size(); ++i)
-      result[i][static_cast<Eigen::Index>(axis)] = values[i];
+      result[i][axis] = values[i];
   }
   return result;
 }

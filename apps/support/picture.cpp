@@ -2,7 +2,6 @@
 #include "picture.h"
 
 #include "errors.h"
-#include "picture_renderer.h"
 #include "text_file.h"
 
 #include <Eigen/Geometry>

@@ -259,8 +259,7 @@ bool complete(const std::array<int, 3>& properties)
 
 Eigen::Vector3d pick(const Columns& columns, std::size_t row, const std::array<int, 3>& properties)
 {
-  return {columns[static_cast<std::size_t>(properties[0])][row], columns[static_cast<std::size_t>(properties[1])][row],
-          columns[static_cast<std::size_t>(properties[2])][row]};
+  return {columns[properties[0]][row], columns[properties[1]][row], columns[properties[2]][row]};
 }
 
 void readVertices(const std::string& path, const Element& element, Body& body, PointTable& table)
@@ -272,7 +271,7 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
   if (!complete(position))
     throw FileError(path, "has no vertices with the properties x, y and z");
   // Colors are bytes, or floats from 0 to 1.
-  const bool areBytes = complete(color) && element.properties[static_cast<std::size_t>(color[0])].type < Type::float32;
+  const bool areBytes = complete(color) && element.properties[color[0]].type < Type::float32;
 
   std::vector<std::vector<float>*> scalars(element.properties.size(), nullptr);
   for (std::size_t p = 0; p < scalars.size(); ++p) {

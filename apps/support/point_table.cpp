@@ -91,7 +91,7 @@ Eigen::AlignedBox3d innerBox(const std::vector<Eigen::Vector3d>& positions)
   for (std::size_t i = 0; i < positions.size(); i += step)
     if (positions[i].allFinite())
       for (std::size_t axis = 0; axis < 3; ++axis)
-        coordinates[axis].push_back(positions[i][static_cast<Eigen::Index>(axis)]);
+        coordinates[axis].push_back(positions[i][axis]);
   Eigen::AlignedBox3d box;
   const std::size_t count = coordinates[0].size();
   if (count == 0)
@@ -99,8 +99,8 @@ Eigen::AlignedBox3d innerBox(const std::vector<Eigen::Vector3d>& positions)
   Eigen::Vector3d lower, upper;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::sort(coordinates[axis].begin(), coordinates[axis].end());
-    lower[static_cast<Eigen::Index>(axis)] = coordinates[axis][count / 100];
-    upper[static_cast<Eigen::Index>(axis)] = coordinates[axis][count - 1 - count / 100];
+    lower[axis] = coordinates[axis][count / 100];
+    upper[axis] = coordinates[axis][count - 1 - count / 100];
   }
   return {lower, upper};
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "point_writer.h"
 
-#include "byte_writer.h"
+#include <base/byte_writer.h>
 
 #include <string>
 
@@ -49,7 +49,7 @@ void writePoints(const PointTable& points, const std::string& path, const std::s
 {
   const bool hasNormals = !points.normals.empty();
   const bool isDouble = !floatOffset(points.positions).isZero(0);
-  ByteWriter file(path);
+  pcl::mrf::ByteWriter file(path);
   file.text(format == "pcd" ? pcdHeader(points.size(), isDouble, hasNormals)
                             : plyHeader(points.size(), isDouble, hasNormals));
   for (std::size_t i = 0; i < points.size(); ++i) {

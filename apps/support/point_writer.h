@@ -18,7 +18,7 @@ extern const char* const pointOutputExtensions;
 /// Writes positions and, if there are any, normals as binary PLY or PCD. Positions are floats, or doubles where float
 /// does not hold them (floatOffset). The same bytes everywhere, which PCL's and VTK's writers do not promise.
 /// \param format extension, lower case, without the dot
-/// \throw FileError
+/// \throw pcl::mrf::FileError
 void writePoints(const PointTable& points, const std::string& path, const std::string& format);
 
 } // namespace mrf_apps

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "report_json.h"
 
+#include "text_file.h"
+
 #include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/report.h>
 
@@ -9,16 +11,34 @@
 #include <string>
 #include <variant>
 
-namespace mrf_apps {
-namespace {
-
 using Json = nlohmann::ordered_json;
-using namespace pcl::mrf;
+
+// What nlohmann-json looks for: how the library's types become JSON.
+namespace pcl::mrf {
+
+static void to_json(Json& json, Status status)
+{
+  json = toString(status);
+}
+
+static void to_json(Json& json, SolverMethod method)
+{
+  json = nameOf(method);
+}
+
+static void to_json(Json& json, OrientationVote vote)
+{
+  json = nameOf(vote);
+}
+
+static void to_json(Json& json, const GridSize& size)
+{
+  json = {size.x, size.y, size.z};
+}
 
 /// By stages, as the options' table names them.
-Json toJson(const Options& options)
+static void to_json(Json& json, const Options& options)
 {
-  Json json;
   for (const OptionDeclaration& option : optionDeclarations()) {
     const Json value = std::visit([](const auto& held) { return Json(held); }, option.exact(options));
     if (const std::size_t dot = option.key.find('.'); dot == std::string::npos)
@@ -27,205 +47,77 @@ Json toJson(const Options& options)
       json[option.key.substr(0, dot)][option.key.substr(dot + 1)] = value;
   }
   json["confidenceField"] = options.confidenceField; // the only text
-  return json;
 }
 
-Json toJson(const PointCounts& points)
+#define MRF_ADD(member) json[#member] = value.member;
+/// Members under their own names.
+#define MRF_JSON(Type, ...)                                                                                            \
+  static void to_json(Json& json, const Type& value)                                                                   \
+  {                                                                                                                    \
+    NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(MRF_ADD, __VA_ARGS__))                                                    \
+  }
+
+MRF_JSON(PointCounts, input, notFinite, duplicates, zeroNormals, zeroConfidence, outliersAlone, outliersBySpacing,
+         outliersByStatistics, noiseByPlaneFit, smallComponents, outliersByField, alone, used)
+MRF_JSON(SamplingDensity, spacing, nearestMean, nearestDeviation, eighthMedian)
+MRF_JSON(OrientationSummary, components, componentsAtCreases, componentsDropped, componentsFlipped, pointsDropped,
+         pointsFlipped, agreement, openShare, sideIsGuessed)
+MRF_JSON(SmoothingScore, smoothing, error)
+MRF_JSON(SmoothingChoice, smoothing, noise, heldOut, curve)
+MRF_JSON(ResolutionScore, voxelSize, error)
+MRF_JSON(ResolutionChoice, voxelSize, heldOut, cubes, curve)
+MRF_JSON(SolveReport, method, iterations, relativeResidual, remainingChange, remainingChangeOfFillings, converged,
+         history)
+MRF_JSON(LevelReport, size, voxelSize, maxDistance, observed, unknowns, observationSeconds, solverSeconds, solve)
+MRF_JSON(PieceReport, points, levels)
+MRF_JSON(TrimSummary, holesFilled, extrapolationsDropped, componentsDropped, areaFilled, areaDropped, largestHole)
+MRF_JSON(RemeshSummary, splits, collapses, flips, refusedOperations)
+MRF_JSON(MeshStatistics, vertices, triangles, edges, components, boundaryEdges, boundaryLoops, nonManifoldEdges,
+         nonManifoldVertices, degenerateTriangles, unusedVertices, eulerCharacteristic, area, volume, meanQuality,
+         minQuality, meanEdge, minEdge, maxEdge, areaDeviation, valences)
+MRF_JSON(SigmaQuantiles, vertices, median, percentile95, max)
+MRF_JSON(SampledQuantity, mean, deviation, lower, upper)
+
+static void to_json(Json& json, const SampledShape& shape)
 {
-  return {{"input", points.input},
-          {"notFinite", points.notFinite},
-          {"duplicates", points.duplicates},
-          {"zeroNormals", points.zeroNormals},
-          {"zeroConfidence", points.zeroConfidence},
-          {"outliersAlone", points.outliersAlone},
-          {"outliersBySpacing", points.outliersBySpacing},
-          {"outliersByStatistics", points.outliersByStatistics},
-          {"noiseByPlaneFit", points.noiseByPlaneFit},
-          {"smallComponents", points.smallComponents},
-          {"outliersByField", points.outliersByField},
-          {"alone", points.alone},
-          {"used", points.used}};
+  json = {{"surfaces", shape.surfaces},
+          {"volume", shape.isClosed ? Json(shape.volume) : Json()},
+          {"area", shape.area},
+          {"extent", shape.extent}};
 }
 
-Json toJson(const OrientationSummary& orientation)
+MRF_JSON(UncertaintyReport, samples, voxelSize, voxels, noise, heldOut, measuredError, offset, patches, patchPoints,
+         largestPatch, largestOpening, fillingFactor, notCalibrated, measured, fillings, shape)
+MRF_JSON(ErrorLimitSummary, triangles, area, measuredArea)
+MRF_JSON(StageTime, stage, seconds)
+MRF_JSON(Report, status, message, warnings, options, density, diagonal, smoothingLength, smoothing, resolution, points,
+         normalsEstimated, vote, sensorOriginUsed, sensorSupposed, orientation, levels, otherPieces, trimming, remesher,
+         meshBeforeRemeshing, mesh, times, seconds, predictedBytes, peakBytes, threads)
+
+} // namespace pcl::mrf
+
+namespace mrf_apps {
+
+Json toJson(const pcl::mrf::MeshStatistics& mesh)
 {
-  return {{"components", orientation.components},
-          {"componentsAtCreases", orientation.componentsAtCreases},
-          {"componentsDropped", orientation.componentsDropped},
-          {"componentsFlipped", orientation.componentsFlipped},
-          {"pointsDropped", orientation.pointsDropped},
-          {"pointsFlipped", orientation.pointsFlipped},
-          {"agreement", orientation.agreement},
-          {"openShare", orientation.openShare},
-          {"sideIsGuessed", orientation.sideIsGuessed}};
+  return mesh;
 }
 
-Json toJson(const SmoothingChoice& choice)
+Json toJson(const pcl::mrf::Report& report)
 {
-  Json curve = Json::array();
-  for (const SmoothingScore& score : choice.curve)
-    curve.push_back({{"smoothing", score.smoothing}, {"error", score.error}});
-  return {{"smoothing", choice.smoothing}, {"noise", choice.noise}, {"heldOut", choice.heldOut}, {"curve", curve}};
-}
-
-Json toJson(const ResolutionChoice& choice)
-{
-  Json curve = Json::array();
-  for (const ResolutionScore& score : choice.curve)
-    curve.push_back({{"voxelSize", score.voxelSize}, {"error", score.error}});
-  return {{"voxelSize", choice.voxelSize}, {"heldOut", choice.heldOut}, {"cubes", choice.cubes}, {"curve", curve}};
-}
-
-Json toJson(const LevelReport& level)
-{
-  return {{"size", {level.size.x, level.size.y, level.size.z}},
-          {"voxelSize", level.voxelSize},
-          {"maxDistance", level.maxDistance},
-          {"observed", level.observed},
-          {"unknowns", level.unknowns},
-          {"observationSeconds", level.observationSeconds},
-          {"solverSeconds", level.solverSeconds},
-          {"solve",
-           {{"method", nameOf(level.solve.method)},
-            {"iterations", level.solve.iterations},
-            {"relativeResidual", level.solve.relativeResidual},
-            {"remainingChange", level.solve.remainingChange},
-            {"remainingChangeOfFillings", level.solve.remainingChangeOfFillings},
-            {"converged", level.solve.converged},
-            {"history", level.solve.history}}}};
-}
-
-Json toJson(const SigmaQuantiles& sigma)
-{
-  return {
-      {"vertices", sigma.vertices}, {"median", sigma.median}, {"percentile95", sigma.percentile95}, {"max", sigma.max}};
-}
-
-Json toJson(const SampledQuantity& quantity)
-{
-  return {
-      {"mean", quantity.mean}, {"deviation", quantity.deviation}, {"lower", quantity.lower}, {"upper", quantity.upper}};
-}
-
-Json toJson(const SampledShape& shape)
-{
-  return {{"surfaces", shape.surfaces},
-          {"volume", shape.isClosed ? toJson(shape.volume) : Json()},
-          {"area", toJson(shape.area)},
-          {"extent", {toJson(shape.extent[0]), toJson(shape.extent[1]), toJson(shape.extent[2])}}};
-}
-
-Json toJson(const UncertaintyReport& uncertainty)
-{
-  return {{"samples", uncertainty.samples},
-          {"voxelSize", uncertainty.voxelSize},
-          {"voxels", uncertainty.voxels},
-          {"noise", uncertainty.noise},
-          {"heldOut", uncertainty.heldOut},
-          {"measuredError", uncertainty.measuredError},
-          {"offset", uncertainty.offset},
-          {"patches", uncertainty.patches},
-          {"patchPoints", uncertainty.patchPoints},
-          {"largestPatch", uncertainty.largestPatch},
-          {"largestOpening", uncertainty.largestOpening},
-          {"fillingFactor", uncertainty.fillingFactor},
-          {"notCalibrated", uncertainty.notCalibrated},
-          {"measured", toJson(uncertainty.measured)},
-          {"fillings", toJson(uncertainty.fillings)},
-          {"shape", toJson(uncertainty.shape)}};
-}
-
-} // namespace
-
-Json toJson(const MeshStatistics& mesh)
-{
-  return {{"vertices", mesh.vertices},
-          {"triangles", mesh.triangles},
-          {"edges", mesh.edges},
-          {"components", mesh.components},
-          {"boundaryEdges", mesh.boundaryEdges},
-          {"boundaryLoops", mesh.boundaryLoops},
-          {"nonManifoldEdges", mesh.nonManifoldEdges},
-          {"nonManifoldVertices", mesh.nonManifoldVertices},
-          {"degenerateTriangles", mesh.degenerateTriangles},
-          {"unusedVertices", mesh.unusedVertices},
-          {"eulerCharacteristic", mesh.eulerCharacteristic},
-          {"area", mesh.area},
-          {"volume", mesh.volume},
-          {"meanQuality", mesh.meanQuality},
-          {"minQuality", mesh.minQuality},
-          {"meanEdge", mesh.meanEdge},
-          {"minEdge", mesh.minEdge},
-          {"maxEdge", mesh.maxEdge},
-          {"areaDeviation", mesh.areaDeviation},
-          {"valences", mesh.valences}};
-}
-
-Json toJson(const std::vector<LevelReport>& levels)
-{
-  Json result = Json::array();
-  for (const LevelReport& level : levels)
-    result.push_back(toJson(level));
-  return result;
-}
-
-Json toJson(const Report& report)
-{
-  Json otherPieces = Json::array();
-  for (const PieceReport& piece : report.otherPieces)
-    otherPieces.push_back({{"points", piece.points}, {"levels", toJson(piece.levels)}});
-  Json times = Json::array();
-  for (const StageTime& time : report.times)
-    times.push_back({{"stage", time.stage}, {"seconds", time.seconds}});
-  Json json = {{"status", toString(report.status)},
-               {"message", report.message},
-               {"warnings", report.warnings},
-               {"options", toJson(report.options)},
-               {"density",
-                {{"spacing", report.density.spacing},
-                 {"nearestMean", report.density.nearestMean},
-                 {"nearestDeviation", report.density.nearestDeviation},
-                 {"eighthMedian", report.density.eighthMedian}}},
-               {"diagonal", report.diagonal},
-               {"smoothingLength", report.smoothingLength},
-               {"smoothing", toJson(report.smoothing)},
-               {"resolution", toJson(report.resolution)},
-               {"points", toJson(report.points)},
-               {"normalsEstimated", report.normalsEstimated},
-               {"vote", nameOf(report.vote)},
-               {"sensorOriginUsed", report.sensorOriginUsed},
-               {"sensorSupposed", report.sensorSupposed},
-               {"orientation", toJson(report.orientation)},
-               {"levels", toJson(report.levels)},
-               {"otherPieces", otherPieces},
-               {"trimming",
-                {{"holesFilled", report.trimming.holesFilled},
-                 {"extrapolationsDropped", report.trimming.extrapolationsDropped},
-                 {"componentsDropped", report.trimming.componentsDropped},
-                 {"areaFilled", report.trimming.areaFilled},
-                 {"areaDropped", report.trimming.areaDropped},
-                 {"largestHole", report.trimming.largestHole}}},
-               {"remesher",
-                {{"splits", report.remesher.splits},
-                 {"collapses", report.remesher.collapses},
-                 {"flips", report.remesher.flips},
-                 {"refusedOperations", report.remesher.refusedOperations}}},
-               {"intersectingTriangles",
-                {{"beforeRemeshing", report.intersectingBeforeRemeshing}, {"mesh", report.intersecting}}},
-               {"meshBeforeRemeshing", toJson(report.meshBeforeRemeshing)},
-               {"mesh", toJson(report.mesh)},
-               {"times", times},
-               {"seconds", report.seconds},
-               {"predictedBytes", report.predictedBytes},
-               {"peakBytes", report.peakBytes},
-               {"threads", report.threads}};
+  Json json = report;
+  json["intersectingTriangles"] = {{"beforeRemeshing", report.intersectingBeforeRemeshing},
+                                   {"mesh", report.intersecting}};
   if (report.uncertainty.isComputed)
-    json["uncertainty"] = toJson(report.uncertainty);
+    json["uncertainty"] = report.uncertainty;
   if (report.options.uncertainty.maxError > 0)
-    json["beyondError"] = {{"triangles", report.beyondError.triangles},
-                           {"area", report.beyondError.area},
-                           {"measuredArea", report.beyondError.measuredArea}};
+    json["beyondError"] = report.beyondError;
   return json;
+}
+
+void writeJson(const std::string& path, const Json& json)
+{
+  writeText(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 } // namespace mrf_apps

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The report of a reconstruction as JSON.
+/// \brief JSON files, and the report of a reconstruction as one.
 #pragma once
 
 #include <pcl/surface/mrf/report.h>
 
 #include <nlohmann/json_fwd.hpp>
+
+#include <string>
 
 namespace mrf_apps {
 
@@ -13,5 +15,8 @@ namespace mrf_apps {
 /// times in seconds.
 nlohmann::ordered_json toJson(const pcl::mrf::Report& report);
 nlohmann::ordered_json toJson(const pcl::mrf::MeshStatistics& mesh);
+
+/// Writes a whole file; bytes that are no UTF-8 are replaced. \throw pcl::mrf::FileError, see OutputFiles::write
+void writeJson(const std::string& path, const nlohmann::ordered_json& json);
 
 } // namespace mrf_apps

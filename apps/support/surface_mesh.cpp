@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "surface_mesh.h"
-#include "byte_writer.h"
+
 #include "errors.h"
 #include "poly_data.h"
 #include "text_file.h"
 
-#include <pcl/surface/mrf/triangle_mesh.h>
-
+#include <base/byte_writer.h>
 #include <pcl/common/io.h>
-#include <pcl/PCLPointCloud2.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <vtkXMLPolyDataWriter.h>
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -22,22 +22,6 @@
 
 namespace mrf_apps {
 namespace {
-
-/// Offset of a 4-byte field in a packed point, −1 if it is not there.
-int fieldOffset(const pcl::PCLPointCloud2& cloud, const std::string& name)
-{
-  for (const pcl::PCLPointField& field : cloud.fields)
-    if (field.name == name)
-      return static_cast<int>(field.offset);
-  return -1;
-}
-
-float floatAt(const std::uint8_t* bytes)
-{
-  float value;
-  std::memcpy(&value, bytes, sizeof(value));
-  return value;
-}
 
 /// The mesh as the library's writers see it.
 pcl::mrf::MeshView viewOf(const SurfaceMesh& mesh)
@@ -71,36 +55,29 @@ pcl::mrf::MeshView viewOf(const SurfaceMesh& mesh)
   return view;
 }
 
+/// Shortest text that reads back as the same number.
+template <typename T>
+std::string decimal(T number)
+{
+  std::array<char, 32> digits;
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr};
+}
+
 void writeObj(const SurfaceMesh& mesh, const std::string& path)
 {
-  ByteWriter file(path);
-  const auto coordinate = [&](double value) {
-    file.text(" ");
-    if (mesh.doublePrecision)
-      file.decimal(value);
-    else
-      file.decimal(static_cast<float>(value));
-  };
+  pcl::mrf::ByteWriter file(path);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    file.text("v");
-    for (int axis = 0; axis < 3; ++axis)
-      coordinate(mesh.vertices[v][axis]);
+    std::string line = "v";
+    for (const double value : mesh.vertices[v])
+      line += " " + (mesh.doublePrecision ? decimal(value) : decimal(static_cast<float>(value)));
     // The widespread extension: colors 0..1 behind the coordinates.
     if (!mesh.colors.empty())
-      for (const std::uint8_t channel : mesh.colors[v]) {
-        file.text(" ");
-        file.decimal(static_cast<float>(channel) / 255.f);
-      }
-    file.text("\n");
+      for (const std::uint8_t channel : mesh.colors[v])
+        line += " " + decimal(static_cast<float>(channel) / 255.f);
+    file.text(line + "\n");
   }
-  for (const Eigen::Vector3f& normal : mesh.normals) {
-    file.text("vn");
-    for (int axis = 0; axis < 3; ++axis) {
-      file.text(" ");
-      file.decimal(normal[axis]);
-    }
-    file.text("\n");
-  }
+  for (const Eigen::Vector3f& normal : mesh.normals)
+    file.text("vn " + decimal(normal.x()) + " " + decimal(normal.y()) + " " + decimal(normal.z()) + "\n");
   for (const auto& triangle : mesh.triangles) {
     file.text("f");
     for (const std::int32_t vertex : triangle) {
@@ -118,23 +95,18 @@ void writeObj(const SurfaceMesh& mesh, const std::string& path)
 void writeStl(const SurfaceMesh& mesh, const std::string& path)
 {
   const Eigen::Vector3d offset = stlOffset(mesh);
-  ByteWriter file(path);
+  pcl::mrf::ByteWriter file(path);
   std::string header = "Markov random field surface reconstruction";
-  if (!offset.isZero(0)) {
-    header = stlOffsetMark;
-    for (const double value : offset) {
-      std::array<char, 32> digits;
-      header += " ";
-      header.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr);
-    }
-  }
+  if (!offset.isZero(0))
+    header =
+        std::string(stlOffsetMark) + " " + decimal(offset.x()) + " " + decimal(offset.y()) + " " + decimal(offset.z());
   header.resize(80, '\0');
   file.text(header);
   file.value(static_cast<std::uint32_t>(mesh.triangles.size()));
   for (const auto& triangle : mesh.triangles) {
     std::array<Eigen::Vector3f, 3> corners;
     for (std::size_t corner = 0; corner < 3; ++corner)
-      corners[corner] = (mesh.vertices[static_cast<std::size_t>(triangle[corner])] - offset).cast<float>();
+      corners[corner] = (mesh.vertices[triangle[corner]] - offset).cast<float>();
     const Eigen::Vector3f normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
     for (const Eigen::Vector3f& vector : {normal, corners[0], corners[1], corners[2]})
       for (const float value : vector)
@@ -161,38 +133,6 @@ SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& of
     result.scalars["sigma"] = std::move(mesh.sigmas);
     result.scalars["sigma_calibrated"].assign(mesh.calibrated.begin(), mesh.calibrated.end());
   }
-  return result;
-}
-
-SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& offset)
-{
-  const pcl::PCLPointCloud2& cloud = mesh.cloud;
-  const std::size_t count = std::size_t{cloud.width} * cloud.height;
-  SurfaceMesh result;
-  result.doublePrecision = !offset.isZero(0);
-  const auto forEach = [&](const char* name, auto& values, auto&& read) {
-    const int position = fieldOffset(cloud, name);
-    if (position < 0)
-      return;
-    values.reserve(count);
-    for (std::size_t i = 0; i < count; ++i)
-      values.push_back(read(cloud.data.data() + i * cloud.point_step + position));
-  };
-  // The three coordinates of a position or a normal lie one behind the other.
-  const auto vectorAt = [](const std::uint8_t* p) {
-    return Eigen::Vector3f(floatAt(p), floatAt(p + 4), floatAt(p + 8));
-  };
-  forEach("x", result.vertices,
-          [&](const std::uint8_t* p) -> Eigen::Vector3d { return vectorAt(p).cast<double>() + offset; });
-  forEach("normal_x", result.normals, vectorAt);
-  forEach("rgb", result.colors, [](const std::uint8_t* p) { return std::array<std::uint8_t, 3>{p[2], p[1], p[0]}; });
-  forEach("intensity", result.intensities, floatAt);
-  forEach("confidence", result.confidences, floatAt);
-  result.triangles.reserve(mesh.polygons.size());
-  for (const pcl::Vertices& polygon : mesh.polygons)
-    result.triangles.push_back({static_cast<std::int32_t>(polygon.vertices[0]),
-                                static_cast<std::int32_t>(polygon.vertices[1]),
-                                static_cast<std::int32_t>(polygon.vertices[2])});
   return result;
 }
 
@@ -241,13 +181,10 @@ bool isMeshFormat(const std::string& extension)
 
 void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format)
 {
-  if (format == "ply" || format == "vtk") {
-    try {
-      return format == "ply" ? pcl::mrf::writePLY(viewOf(mesh), path) : pcl::mrf::writeVTK(viewOf(mesh), path);
-    } catch (const pcl::mrf::FileError& error) {
-      throw FileError(error.what());
-    }
-  }
+  if (format == "ply")
+    return pcl::mrf::writePLY(viewOf(mesh), path);
+  if (format == "vtk")
+    return pcl::mrf::writeVTK(viewOf(mesh), path);
   if (format == "obj")
     return writeObj(mesh, path);
   if (format == "stl")

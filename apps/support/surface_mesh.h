@@ -3,7 +3,6 @@
 /// \brief A triangle mesh with vertex fields, and the mesh files the tools write.
 #pragma once
 
-#include <pcl/PolygonMesh.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <Eigen/Core>
@@ -31,9 +30,6 @@ struct SurfaceMesh {
 /// Takes over a reconstruction. \param offset is added to the vertices
 SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& offset);
 
-/// The same for one of PCL's; doublePrecision is set unless the offset is zero.
-SurfaceMesh toSurfaceMesh(const pcl::PolygonMesh& mesh, const Eigen::Vector3d& offset);
-
 /// Formats that `writeMesh` knows: extensions in lower case, without the dot.
 const std::vector<std::string>& meshFormats();
 
@@ -56,7 +52,7 @@ extern const char* const stlOffsetMark;
 /// Writes PLY (binary), OBJ, STL (binary), VTK (legacy, binary) or VTP.
 /// STL holds float coordinates, less stlOffset, and no fields; OBJ no scalars.
 /// \param format extension, lower case, without the dot
-/// \throw FileError
+/// \throw pcl::mrf::FileError
 void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format);
 
 } // namespace mrf_apps

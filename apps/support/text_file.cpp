@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "text_file.h"
 
-#include "byte_writer.h"
 #include "errors.h"
+
+#include <base/byte_writer.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -81,7 +82,7 @@ std::string readStandardInput()
 
 void writeText(const std::string& path, const std::string& text)
 {
-  ByteWriter file(path);
+  pcl::mrf::ByteWriter file(path);
   file.text(text);
   file.close();
 }

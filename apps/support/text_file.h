@@ -23,7 +23,7 @@ std::string readWholeFile(const std::string& path);
 /// Reads standard input to its end. \throw FileError if it is a terminal, unreadable or empty
 std::string readStandardInput();
 
-/// Writes a whole file. \throw FileError without the path, for OutputFiles::write
+/// Writes a whole file. \throw pcl::mrf::FileError, which OutputFiles::write adds the path to
 void writeText(const std::string& path, const std::string& text);
 
 /// Hands out the lines of a text, without their ends (LF, CRLF).

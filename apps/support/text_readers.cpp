@@ -204,8 +204,7 @@ void addObjNormals(const ObjData& data, PointTable& table)
   bool referred = false;
   for (const Face& corner : data.corners)
     if (corner.normal >= 0) {
-      normals[static_cast<std::size_t>(corner.vertex)] +=
-          data.normals[static_cast<std::size_t>(corner.normal)].cast<float>();
+      normals[corner.vertex] += data.normals[corner.normal].cast<float>();
       referred = true;
     }
   if (!referred && data.normals.size() != data.positions.size()) {

@@ -3,6 +3,9 @@
 /// \brief From exceptions to one line on standard error and an exit status, for all tools.
 #pragma once
 
+#include "errors.h"
+
+#include <cstdio>
 #include <functional>
 #include <string>
 
@@ -12,6 +15,16 @@ namespace mrf_apps {
 /// \param tool returns the exit status, see ExitStatus
 /// \return that, or the one for what it throws
 int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<int()>& tool);
+
+/// Runs a command, or prints what was asked for instead, such as a help. \return the exit status
+template <typename Command>
+int runOrTell(const Command& command, int (*run)(const Command&))
+{
+  if (command.information.empty())
+    return run(command);
+  std::fputs(command.information.c_str(), stdout);
+  return exitDone;
+}
 
 /// Runs a part of a tool; what it throws becomes a line on standard error.
 /// \param subject what the part is about, which every line names; may be empty

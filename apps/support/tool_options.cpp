@@ -2,7 +2,6 @@
 #include "tool_options.h"
 
 #include "errors.h"
-#include "suggestion.h"
 
 #include <algorithm>
 
@@ -14,6 +13,43 @@ struct Information : CLI::Success {
   explicit Information(std::string wanted) : text(std::move(wanted)) {}
   std::string text;
 };
+
+/// Fewest letters inserted, dropped, changed, or swapped with the next that make one word the other.
+std::size_t editDistance(const std::string& a, const std::string& b)
+{
+  // Row i holds the distances of the first i letters of a from the beginnings of b.
+  std::vector<std::vector<std::size_t>> distance(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i)
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      std::size_t& best = distance[i][j];
+      best = i + j;
+      if (i > 0 && j > 0)
+        best = std::min(
+            {distance[i - 1][j] + 1, distance[i][j - 1] + 1, distance[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        best = std::min(best, distance[i - 2][j - 2] + 1);
+    }
+  return distance[a.size()][b.size()];
+}
+
+/// The end of a message: "; did you mean NEAREST?" if a word begins with the mistyped one, or is at most one edit in
+/// three letters away from it; else nothing.
+std::string didYouMean(const std::string& word, const std::vector<std::string>& candidates)
+{
+  constexpr std::size_t longestWord = 100; // nobody mistypes a longer one, and the time grows with its square
+  const auto letters = word.size() - static_cast<std::size_t>(std::count(word.begin(), word.end(), '-'));
+  std::string best;
+  std::size_t min = letters == 0 || word.size() > longestWord ? 0 : letters / 3 + 1;
+  for (const std::string& candidate : candidates) {
+    const bool isBeginning = letters > 1 && candidate.compare(0, word.size(), word) == 0;
+    const std::size_t edits = min == 0 ? 0 : isBeginning ? 0 : editDistance(word, candidate);
+    if (edits < min) {
+      min = edits;
+      best = candidate;
+    }
+  }
+  return best.empty() ? "" : "; did you mean " + best + "?";
+}
 
 std::string longName(const std::string& name)
 {
@@ -109,7 +145,6 @@ CLI::Option* ToolOptions::words(const std::string& name, const std::vector<std::
     return {};
   };
   CLI::Option* option = add(name, join(words, "|"), help, use);
-  texts_.options.back().completion = Completion::words;
   texts_.options.back().words = words;
   return option;
 }
@@ -154,25 +189,12 @@ std::string ToolOptions::checkWhole(const std::string& text, double lower, doubl
 CLI::Option* ToolOptions::file(const std::string& name, const std::string& unit, std::string& target,
                                const std::string& help)
 {
-  const std::string wanted = extension(unit);
-  CLI::Option* option = add(name, unit, help, [&target, wanted](const std::string& text) -> std::string {
+  return add(name, unit, help, [&target, wanted = extension(unit)](const std::string& text) -> std::string {
     target = text;
     if (text.empty())
       return "is not the name of a file";
     return wanted.empty() || extension(text) == wanted ? "" : "does not end in ." + wanted;
   });
-  texts_.options.back().completion = Completion::file;
-  return option;
-}
-
-CLI::Option* ToolOptions::folder(const std::string& name, std::string& target, const std::string& help)
-{
-  CLI::Option* option = add(name, "FOLDER", help, [&target](const std::string& text) {
-    target = text;
-    return text.empty() ? "is not the name of a folder" : "";
-  });
-  texts_.options.back().completion = Completion::folder;
-  return option;
 }
 
 void ToolOptions::refuseUnknown() const

@@ -77,7 +77,6 @@ public:
 
   /// The name of a file. \param unit "FILE.json" wants this extension
   CLI::Option* file(const std::string& name, const std::string& unit, std::string& target, const std::string& help);
-  CLI::Option* folder(const std::string& name, std::string& target, const std::string& help);
 
   template <typename Value>
   void choice(const std::string& name, const std::vector<std::pair<std::string, Value>>& choices, Value& target,

@@ -2,6 +2,7 @@
 #include "tool_texts.h"
 
 #include <algorithm>
+#include <cctype>
 #include <sstream>
 
 namespace mrf_apps {
@@ -58,7 +59,7 @@ std::string termOf(const OptionText& option)
 std::string shortTermOf(OptionText option)
 {
   constexpr std::size_t longest = 22;
-  if (option.completion == Completion::words && termOf(option).size() > longest)
+  if (!option.words.empty() && termOf(option).size() > longest)
     option.value = "WORD";
   return termOf(option);
 }
@@ -71,10 +72,23 @@ const OptionText* find(const ToolTexts& texts, const std::string& name)
   return nullptr;
 }
 
-void addUsage(const ToolTexts& texts, std::string& text)
+/// Usage, summary, operands.
+void addBeginning(const ToolTexts& texts, std::size_t column, std::string& text)
 {
   for (const std::string& line : texts.usage)
     text += (&line == &texts.usage.front() ? "Usage: " : "       ") + texts.tool + " " + line + "\n";
+  text += "\n";
+  addWrapped(texts.summary, 0, 0, text);
+  text += "\n";
+  for (const auto& [operand, help] : texts.operands)
+    addEntry(operand, help, column, text);
+}
+
+void addExamples(const ToolTexts& texts, std::string& text)
+{
+  text += "\nExamples:\n";
+  for (const std::string& example : texts.examples)
+    text += "  " + texts.tool + " " + example + "\n";
 }
 
 /// The groups in the order of their first options.
@@ -91,10 +105,6 @@ std::vector<std::string> groupsOf(const ToolTexts& texts)
 
 std::string shortHelp(const ToolTexts& texts)
 {
-  std::string text;
-  addUsage(texts, text);
-  text += "\n";
-  addWrapped(texts.summary, 0, 0, text);
   std::size_t column = 0;
   for (const auto& [operand, help] : texts.operands)
     column = std::max(column, operand.size());
@@ -102,17 +112,12 @@ std::string shortHelp(const ToolTexts& texts)
     if (const OptionText* option = find(texts, name))
       column = std::max(column, shortTermOf(*option).size());
   column += 4;
-  text += "\n";
-  for (const auto& [operand, help] : texts.operands)
-    addEntry(operand, help, column, text);
+  std::string text;
+  addBeginning(texts, column, text);
   for (const auto& [name, help] : texts.everyday)
     if (const OptionText* option = find(texts, name))
       addEntry(shortTermOf(*option), help, column, text);
-  if (!texts.examples.empty()) {
-    text += "\nExamples:\n";
-    for (const std::string& example : texts.examples)
-      text += "  " + texts.tool + " " + example + "\n";
-  }
+  addExamples(texts, text);
   return text;
 }
 
@@ -120,12 +125,7 @@ std::string fullHelp(const ToolTexts& texts)
 {
   constexpr std::size_t column = 28;
   std::string text;
-  addUsage(texts, text);
-  text += "\n";
-  addWrapped(texts.summary, 0, 0, text);
-  text += "\n";
-  for (const auto& [operand, help] : texts.operands)
-    addEntry(operand, help, column, text);
+  addBeginning(texts, column, text);
   for (const std::string& group : groupsOf(texts)) {
     text += "\n" + group + ":\n";
     for (const OptionText& option : texts.options)
@@ -136,11 +136,7 @@ std::string fullHelp(const ToolTexts& texts)
     text += "\n";
     addNote(note, text);
   }
-  if (!texts.examples.empty()) {
-    text += "\nExamples:\n";
-    for (const std::string& example : texts.examples)
-      text += "  " + texts.tool + " " + example + "\n";
-  }
+  addExamples(texts, text);
   return text;
 }
 
@@ -164,9 +160,7 @@ std::string troff(const std::string& text)
 
 std::string upperCase(std::string text)
 {
-  for (char& c : text)
-    if (c >= 'a' && c <= 'z')
-      c = static_cast<char>(c - 'a' + 'A');
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
   return text;
 }
 
@@ -175,8 +169,7 @@ std::string upperCase(std::string text)
 std::string manualPage(const ToolTexts& texts)
 {
   std::string summary = texts.summary.substr(0, texts.summary.find_last_not_of('.') + 1);
-  if (!summary.empty() && summary[0] >= 'A' && summary[0] <= 'Z')
-    summary[0] = static_cast<char>(summary[0] - 'A' + 'a');
+  summary[0] = static_cast<char>(std::tolower(summary[0]));
   std::string page = ".TH " + upperCase(texts.tool) + " 1 \"\" \"" + texts.version + "\" \"User Commands\"\n";
   page += ".SH NAME\n" + troff(texts.tool) + " \\- " + troff(summary) + "\n.SH SYNOPSIS\n.nf\n";
   for (const std::string& line : texts.usage)
@@ -188,11 +181,9 @@ std::string manualPage(const ToolTexts& texts)
   for (const std::string& group : groupsOf(texts)) {
     page += ".SS " + troff(group) + "\n";
     for (const OptionText& option : texts.options)
-      if (option.group == group) {
+      if (option.group == group)
         page += ".TP\n\\fB" + (option.shortName.empty() ? "" : troff(option.shortName) + "\\fR, \\fB") +
-                troff(option.name) + "\\fR" + (option.value.empty() ? "" : " \\fI" + troff(option.value) + "\\fR") +
-                "\n" + troff(option.help) + "\n";
-      }
+                troff(option.name) + "\\fR \\fI" + troff(option.value) + "\\fR\n" + troff(option.help) + "\n";
   }
   page += ".SH NOTES\n";
   for (const std::string& note : texts.notes) {
@@ -201,54 +192,38 @@ std::string manualPage(const ToolTexts& texts)
     for (std::string line; std::getline(lines, line);)
       page += (line.compare(0, 1, " ") == 0 ? ".br\n\\&" : "") + troff(line) + "\n";
   }
-  if (!texts.examples.empty()) {
-    page += ".SH EXAMPLES\n.nf\n";
-    for (const std::string& example : texts.examples)
-      page += troff(texts.tool + " " + example) + "\n";
-    page += ".fi\n";
-  }
-  return page;
+  page += ".SH EXAMPLES\n.nf\n";
+  for (const std::string& example : texts.examples)
+    page += troff(texts.tool + " " + example) + "\n";
+  return page + ".fi\n";
 }
 
 std::string bashCompletion(const ToolTexts& texts)
 {
-  std::string names, files, folders, others, words;
+  std::string names, words;
   for (const OptionText& option : texts.options) {
-    const std::string pattern = option.name + (option.shortName.empty() ? "" : "|" + option.shortName);
-    names += (names.empty() ? "" : " ") + option.name + (option.shortName.empty() ? "" : " " + option.shortName);
-    if (option.value.empty())
+    names += " " + option.name + (option.shortName.empty() ? "" : " " + option.shortName);
+    if (option.words.empty())
       continue;
-    if (option.completion == Completion::words) {
-      std::string list;
-      for (const std::string& word : option.words)
-        list += (list.empty() ? "" : " ") + word;
-      words += "    " + pattern + ") mapfile -t COMPREPLY < <(compgen -W '" + list + "' -- \"$current\"); return ;;\n";
-      continue;
-    }
-    std::string& patterns = option.completion == Completion::file     ? files
-                            : option.completion == Completion::folder ? folders
-                                                                      : others;
-    patterns += (patterns.empty() ? "" : "|") + pattern;
+    std::string list;
+    for (const std::string& word : option.words)
+      list += " " + word;
+    words += "    " + option.name + ") choices='" + list + "' ;;\n";
   }
-  const auto entry = [](const std::string& patterns, const std::string& action) {
-    return patterns.empty() ? "" : "    " + patterns + ") " + action + "return ;;\n";
-  };
   const std::string function = "_" + texts.tool;
-  const std::string complete = "compopt -o filenames 2> /dev/null; mapfile -t COMPREPLY < <(compgen ";
   return "# bash completion for " + texts.tool + "\n" + function +
          "()\n{\n"
-         "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]}\n"
+         "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]} choices=\n"
          "  # --option=value comes as three words.\n"
          "  if [[ $current == = ]]; then\n    current=\n"
          "  elif [[ $previous == = ]]; then\n    previous=${COMP_WORDS[COMP_CWORD-2]}\n  fi\n"
-         "  COMPREPLY=()\n"
          "  case $previous in\n" +
-         words + entry(files, complete + "-f -- \"$current\"); ") + entry(folders, complete + "-d -- \"$current\"); ") +
-         entry(others, "") +
+         words +
          "  esac\n"
-         "  if [[ $current == -* ]]; then\n"
-         "    mapfile -t COMPREPLY < <(compgen -W '" +
-         names + "' -- \"$current\")\n  else\n    " + complete + "-f -- \"$current\")\n  fi\n}\ncomplete -F " +
+         "  [[ -n $choices || $current != -* ]] || choices='" +
+         names +
+         " '\n  # Where nothing is chosen, bash completes files.\n"
+         "  mapfile -t COMPREPLY < <(compgen -W \"$choices\" -- \"$current\")\n}\ncomplete -o default -F " +
          function + " " + texts.tool + "\n";
 }
 

@@ -9,18 +9,14 @@
 
 namespace mrf_apps {
 
-/// What completes the value of an option.
-enum class Completion { none, words, file, folder };
-
 /// One option of a tool.
 struct OptionText {
-  std::string name;      ///< "--quiet"
-  std::string shortName; ///< "-q", or empty
-  std::string value;     ///< "LENGTH"; empty: a flag
-  std::string help;      ///< with limits and default
-  std::string group;     ///< heading
-  Completion completion = Completion::none;
-  std::vector<std::string> words; ///< that it takes, for Completion::words
+  std::string name;               ///< "--quiet"
+  std::string shortName;          ///< "-q", or empty
+  std::string value;              ///< "LENGTH"; empty: a flag
+  std::string help;               ///< with limits and default
+  std::string group;              ///< heading
+  std::vector<std::string> words; ///< that it takes; empty: any
 };
 
 /// All that is told of a tool.
@@ -44,7 +40,7 @@ std::string fullHelp(const ToolTexts& texts);
 /// For man, as a page of section 1.
 std::string manualPage(const ToolTexts& texts);
 
-/// A script for bash.
+/// A script for bash: of options and the words that some take; it completes files by itself.
 std::string bashCompletion(const ToolTexts& texts);
 
 } // namespace mrf_apps

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include "base/byte_writer.h"
+
 #include <pcl/common/io.h>
 #include <pcl/console/print.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 #include <type_traits>
 
@@ -21,69 +21,6 @@ namespace mrf {
 namespace {
 
 namespace fs = std::filesystem;
-
-enum class ByteOrder { little, big };
-
-/// Bytes on their way into a file, a block at a time. The machine is little-endian, as PCL's own files are.
-class Output {
-public:
-  Output(const std::string& path, ByteOrder order) : file_(path, std::ios::binary | std::ios::trunc), order_(order)
-  {
-    requireWritten();
-    block_.reserve(2 * blockBytes);
-  }
-
-  void text(const std::string& characters)
-  {
-    block_ += characters;
-    writeFullBlock();
-  }
-
-  template <typename T>
-  void value(T number)
-  {
-    std::array<char, sizeof(T)> bytes;
-    std::memcpy(bytes.data(), &number, sizeof(T));
-    if (order_ == ByteOrder::big)
-      std::reverse(bytes.begin(), bytes.end());
-    block_.append(bytes.data(), bytes.size());
-    writeFullBlock();
-  }
-
-  /// When all is written. \throw FileError if anything could not be
-  void close()
-  {
-    write();
-    file_.close();
-    requireWritten();
-  }
-
-private:
-  static constexpr std::size_t blockBytes = 1 << 16;
-
-  void requireWritten() const
-  {
-    if (!file_)
-      throw FileError(std::string("could not be written: ") + std::strerror(errno));
-  }
-
-  void write()
-  {
-    file_.write(block_.data(), static_cast<std::streamsize>(block_.size()));
-    block_.clear();
-    requireWritten();
-  }
-
-  void writeFullBlock()
-  {
-    if (block_.size() >= blockBytes)
-      write();
-  }
-
-  std::ofstream file_;
-  std::string block_;
-  ByteOrder order_;
-};
 
 /// Of the types that a field of a cloud may have, those of 64-bit whole numbers fit no file.
 std::uint8_t writtenType(const VertexField& field, bool inSinglePrecision)
@@ -137,7 +74,7 @@ void visitValue(const VertexField& field, std::size_t vertex, const Visit& visit
   }
 }
 
-void writeValue(const VertexField& field, std::size_t vertex, bool inSinglePrecision, Output& file)
+void writeValue(const VertexField& field, std::size_t vertex, bool inSinglePrecision, ByteWriter& file)
 {
   visitValue(field, vertex, [&](auto number) {
     using Number = decltype(number);
@@ -219,7 +156,7 @@ const TypeName& nameOf(const VertexField& field, bool inSinglePrecision)
 /// The point data of a VTK file: all fields but the position.
 class VtkPointData {
 public:
-  VtkPointData(const MeshView& mesh, Output& file)
+  VtkPointData(const MeshView& mesh, ByteWriter& file)
       : mesh_(mesh), file_(file), colors_(findAll(mesh, {"red", "green", "blue"})),
         normals_(findAll(mesh, {"nx", "ny", "nz"}))
   {
@@ -273,7 +210,7 @@ private:
   }
 
   const MeshView& mesh_;
-  Output& file_;
+  ByteWriter& file_;
   Triple colors_, normals_;
   std::vector<const VertexField*> others_;
 };
@@ -352,7 +289,7 @@ int save(const char* caller, const std::string& path, const pcl::PolygonMesh& me
 void writePLY(const MeshView& mesh, const std::string& path)
 {
   requirePosition(mesh);
-  Output file(path, ByteOrder::little);
+  ByteWriter file(path, ByteOrder::little);
   file.text("ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertices) + "\n");
   for (const VertexField& field : mesh.fields)
     file.text(std::string("property ") + nameOf(field, mesh.inSinglePrecision).ply + " " + field.name + "\n");
@@ -374,7 +311,7 @@ void writePLY(const MeshView& mesh, const std::string& path)
 void writeVTK(const MeshView& mesh, const std::string& path)
 {
   const Triple position = requirePosition(mesh);
-  Output file(path, ByteOrder::big);
+  ByteWriter file(path, ByteOrder::big);
   file.text("# vtk DataFile Version 3.0\nMarkov random field surface reconstruction\nBINARY\nDATASET POLYDATA\n");
   file.text("POINTS " + std::to_string(mesh.vertices) + " " + nameOf(*position[0], mesh.inSinglePrecision).vtk + "\n");
   for (std::size_t v = 0; v < mesh.vertices; ++v)

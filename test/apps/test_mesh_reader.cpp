@@ -77,8 +77,7 @@ TEST_F(MeshReader, readsWhatIsWritten)
     // STL numbers the vertices anew; positions corner by corner are the same everywhere.
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       for (std::size_t corner = 0; corner < 3; ++corner)
-        EXPECT_EQ(again.vertices[static_cast<std::size_t>(again.triangles[t][corner])],
-                  mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][corner])]);
+        EXPECT_EQ(again.vertices[again.triangles[t][corner]], mesh.vertices[mesh.triangles[t][corner]]);
     if (format != "stl") {
       EXPECT_EQ(again.triangles, mesh.triangles);
     }
@@ -131,10 +130,7 @@ TEST_F(MeshReader, stlIsWrittenRelativeToAnOffset)
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::size_t corner = 0; corner < 3; ++corner)
       // Float holds numbers below 4 to 2.4e-7.
-      EXPECT_LT((again.vertices[static_cast<std::size_t>(again.triangles[t][corner])] -
-                 mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][corner])])
-                    .norm(),
-                1e-6);
+      EXPECT_LT((again.vertices[again.triangles[t][corner]] - mesh.vertices[mesh.triangles[t][corner]]).norm(), 1e-6);
   // The longest numbers fit into the header.
   for (Eigen::Vector3d& vertex : mesh.vertices)
     vertex = Eigen::Vector3d::Constant(-1.23456789012345e-101) + 1e-109 * vertex;
@@ -171,8 +167,9 @@ TEST_F(MeshReader, inputsThatBrokeReadersBefore)
 
 TEST_F(MeshReader, filesOfVtkAreRefusedWithTheCommandThatConvertsThem)
 {
-  EXPECT_EQ(whyNotReadable("a mesh.VTK"), "does not end in ply, obj, off or stl; pcl_vtk2ply 'a mesh.VTK' mesh.ply makes "
-                                          "a ply file of it");
+  EXPECT_EQ(whyNotReadable("a mesh.VTK"),
+            "does not end in ply, obj, off or stl; pcl_vtk2ply 'a mesh.VTK' mesh.ply makes "
+            "a ply file of it");
   EXPECT_NE(whyNotReadable("mesh.vtp").find("ParaView"), std::string::npos);
   EXPECT_EQ(whyNotReadable("mesh.xyz"), "does not end in ply, obj, off or stl");
   EXPECT_EQ(whyNotReadable("mesh.STL"), "");
@@ -211,7 +208,7 @@ TEST(MergeVertices, equalCoordinatesBecomeOneVertex)
   for (const auto& triangle : mesh.triangles) {
     const auto first = static_cast<std::int32_t>(soup.vertices.size());
     for (const std::int32_t v : triangle)
-      soup.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
+      soup.vertices.push_back(mesh.vertices[v]);
     soup.triangles.push_back({first, first + 1, first + 2});
   }
   soup.vertices.push_back(Eigen::Vector3d::Constant(std::nan("")));
@@ -219,8 +216,7 @@ TEST(MergeVertices, equalCoordinatesBecomeOneVertex)
   ASSERT_EQ(merged.vertices.size(), 6u) << "five corners and the one without a place";
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::size_t corner = 0; corner < 3; ++corner)
-      EXPECT_EQ(merged.vertices[static_cast<std::size_t>(merged.triangles[t][corner])],
-                mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][corner])]);
+      EXPECT_EQ(merged.vertices[merged.triangles[t][corner]], mesh.vertices[mesh.triangles[t][corner]]);
 }
 
 TEST_F(MeshReader, refusesTruncatedFiles)

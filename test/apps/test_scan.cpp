@@ -8,7 +8,6 @@
 #include "support/statistics.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <shapes/portable_math.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -117,7 +116,7 @@ TEST(ScanSampling, EvenKeepsPointsApart)
     mean += nearest / 4000;
   }
   EXPECT_GT(closest, .6 * side);
-  EXPECT_NEAR(mean, even.spacing, 1e-9 * side);
+  EXPECT_NEAR(mean, even.spacing, 1e-6 * side);
 }
 
 TEST(ScanSampling, SidesOfAThinPlateDoNotCrowdEachOther)
@@ -386,11 +385,12 @@ TEST(ScanViews, WallsOfACupHideItsInside)
     const double heightAtRim = 8 + t * (x.z() - 8);
     ASSERT_GE(heightAtRim, 4 - 1e-6) << x.transpose();
   }
-  options.sampling.isOccluded = false;
+  // From straight above the bottom is seen, so that it could be.
+  options.sensors = {{0, 0, 20}};
   double lowest = 4;
   for (const Vector3d& x : scanOf(cup, options).cloud.positions)
     lowest = std::min(lowest, x.z());
-  EXPECT_EQ(lowest, 0) << "without occlusion the bottom is seen, or this test could not fail";
+  EXPECT_EQ(lowest, 0);
 }
 
 TEST(ScanViews, SolidsHideEachOther)
@@ -407,8 +407,7 @@ TEST(ScanViews, SolidsHideEachOther)
   const AnalyticSurface cheese = shape("cheese");
   const Scan result = scanOf(cheese, options);
   for (std::size_t i = 0; i < result.cloud.size(); ++i) {
-    const Vector3d &x = result.cloud.positions[i],
-                   &sensor = result.sensors[static_cast<std::size_t>(result.cloud.views[i])];
+    const Vector3d &x = result.cloud.positions[i], &sensor = result.sensors[result.cloud.views[i]];
     for (int step = 1; step < 200; ++step)
       ASSERT_GT(cheese.distance()(x + step / 200.0 * (sensor - x)), 0);
   }
@@ -470,7 +469,7 @@ TEST(ScanNoise, ViewsMoveAsRigidBodies)
   std::vector<Vector3d> ofView(200, Vector3d::Constant(NAN));
   for (std::size_t i = 0; i < result.cloud.size(); ++i) {
     const Vector3d moved = result.cloud.positions[i] - result.clean.positions[i];
-    Vector3d& first = ofView[static_cast<std::size_t>(result.cloud.views[i])];
+    Vector3d& first = ofView[result.cloud.views[i]];
     if (std::isnan(first.x()))
       first = moved;
     ASSERT_LT((moved - first).norm(), 1e-12);
@@ -508,7 +507,7 @@ TEST(ScanOutliers, SharesAreExact)
   int late = 0;
   for (std::size_t i = 0; i < result.cloud.size(); ++i) {
     const Vector3d& x = result.cloud.positions[i];
-    const Vector3d sight = result.sensors[static_cast<std::size_t>(result.cloud.views[i])] - x;
+    const Vector3d sight = result.sensors[result.cloud.views[i]] - x;
     ASSERT_GE(result.cloud.normals[i].dot(sight), 0);
     if (std::abs(x.norm() - 1) > 1e-9) {
       off.push_back(x);
@@ -581,7 +580,6 @@ TEST(ScanDeterminism, SeedDecidesAllAndThreadsNothing)
   options.uniformOutliers = 1;
   options.clusteredOutliers = 2;
   options.holes = 2;
-  options.displacement = {.2, Length::Unit::diagonalPercent};
   const MeshSurface surface = surfaceOf(sphereSoup(1, 30));
   const Scan first = scanOf(surface, options, 1), threads = scanOf(surface, options, 3);
   EXPECT_TRUE(sameBytes(first.cloud, threads.cloud));
@@ -593,42 +591,6 @@ TEST(ScanDeterminism, SeedDecidesAllAndThreadsNothing)
   const Scan other = scanOf(surface, options, 1);
   EXPECT_FALSE(sameBytes(first.cloud, other.cloud));
   EXPECT_NE(first.holes[0].center, other.holes[0].center);
-}
-
-TEST(ScanDeterminism, SameBitsOnEveryPlatform)
-{
-  // The one snapshot here: the promise is exactly that these bits do not depend on compiler, library or processor. It
-  // has to be renewed when the simulator draws differently on purpose.
-  ScanOptions options;
-  options.sampling.points = 2000;
-  options.noise = {.5, Length::Unit::spacings};
-  options.misalignmentAngle = .5;
-  options.uniformOutliers = 1;
-  options.clusteredOutliers = 2;
-  options.holes = 2;
-  options.rotation = {10, 20, 30};
-  options.displacement = {.2, Length::Unit::diagonalPercent};
-  std::uint64_t hash = 0;
-  const auto add = [&](const std::vector<Vector3d>& values) {
-    for (const Vector3d& x : values)
-      for (int axis = 0; axis < 3; ++axis) {
-        std::uint64_t bits;
-        const double value = x[axis];
-        std::memcpy(&bits, &value, sizeof bits);
-        hash = mix(hash ^ bits);
-      }
-  };
-  const MeshSurface mesh = surfaceOf(sphereSoup(1, 30));
-  const AnalyticSurface primitives = shape("primitives");
-  for (const Surface* surface : {static_cast<const Surface*>(&mesh), static_cast<const Surface*>(&primitives)}) {
-    const Scan result = scanOf(*surface, options);
-    for (const Points* points : {&result.cloud, &result.heldOut}) {
-      add(points->positions);
-      add(points->normals);
-    }
-    add(result.sensors);
-  }
-  EXPECT_EQ(hash, 14709127839521845576u);
 }
 
 TEST(ScanRotation, RotatesTheSample)
@@ -657,24 +619,6 @@ TEST(ScanRotation, RotatesTheSample)
   }
 }
 
-TEST(ScanDisplacement, MeshIsDisplacedByWhatWasAskedAndDoesNotTear)
-{
-  ScanOptions options = unseen(20000);
-  options.displacement = {.02, Length::Unit::cloud};
-  options.wavelength = {.3, Length::Unit::cloud};
-  const Soup soup = sphereSoup(1, 60);
-  const Scan result = scanOf(surfaceOf(soup), options);
-  std::vector<double> heights;
-  int steep = 0;
-  for (std::size_t i = 0; i < result.cloud.size(); ++i) {
-    heights.push_back(result.cloud.positions[i].norm() - 1);
-    steep += result.cloud.normals[i].dot(result.cloud.positions[i].normalized()) < .5 ? 1 : 0;
-  }
-  // A few hundred independent bumps: 5 % each of sampling error and of the field's own.
-  EXPECT_NEAR(rootMeanSquare(heights), .02, .004);
-  EXPECT_LT(steep, 200) << "slopes are about 2π·.02/.3 = .42";
-}
-
 TEST(ScanErrors, OptionsAreChecked)
 {
   const AnalyticSurface sphere = shape("sphere");
@@ -697,8 +641,6 @@ TEST(ScanErrors, OptionsAreChecked)
   refuses([](ScanOptions& o) { o.clusterSize = 0; });
   refuses([](ScanOptions& o) { o.misalignmentAngle = -1; });
   refuses([](ScanOptions& o) { o.smallestHole = {2, Length::Unit::cloud}; });
-  refuses([](ScanOptions& o) { o.displacement = {1, Length::Unit::spacings}; });
-  refuses([](ScanOptions& o) { o.wavelength = {}; });
   refuses([](ScanOptions& o) { o.rotation.x() = NAN; });
   const auto refusesScanner = [&](const std::function<void(ScanOptions&)>& change) {
     refuses([&](ScanOptions& o) {
@@ -707,8 +649,6 @@ TEST(ScanErrors, OptionsAreChecked)
     });
   };
   refusesScanner([](ScanOptions& o) { o.views.count = 0; });
-  refusesScanner([](ScanOptions& o) { o.displacement = {1, Length::Unit::diagonalPercent}; });
-  refusesScanner([](ScanOptions& o) { o.sampling.isOccluded = false; });
   refusesScanner([](ScanOptions& o) { o.sampling.aspect = 0; });
   refusesScanner([](ScanOptions& o) { o.sampling.aspect = NAN; });
   refusesScanner([](ScanOptions& o) { o.sampling.lowestElevation = 30, o.sampling.highestElevation = 20; });

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the scanner simulator scans: shapes, meshes, lines of sight, and the arithmetic beneath.
+// What the scanner simulator scans: shapes, meshes, lines of sight, random numbers.
 
 #include "scan/analytic_surface.h"
-#include "scan/displacement.h"
 #include "scan/mesh_surface.h"
+#include "scan/random.h"
 #include "scan/scan.h"
 #include "support/scan_meshes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <shapes/portable_math.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -51,20 +50,7 @@ const std::vector<std::string> allShapes = {
 
 } // namespace
 
-TEST(PortableMath, AgreesWithTheLibrary)
-{
-  for (int i = -2000; i <= 2000; ++i) {
-    const double turns = i / 777.0;
-    const auto value = portable::sinCos(turns);
-    // 1e-15 for the series, and the library's argument 2πt is itself rounded to 16 · 2^-53.
-    EXPECT_NEAR(value.sine, std::sin(2 * M_PI * turns), 4e-15);
-    EXPECT_NEAR(value.cosine, std::cos(2 * M_PI * turns), 4e-15);
-  }
-  for (double x = 1e-300; x < 1e300; x *= 1.37)
-    EXPECT_NEAR(portable::logarithm(x), std::log(x), 4e-16 * std::max(1.0, std::abs(std::log(x))));
-}
-
-TEST(PortableRandom, MomentsAndEvenness)
+TEST(ScanRandom, MomentsAndEvenness)
 {
   Random random(7, 3);
   const int count = 200000;
@@ -93,7 +79,7 @@ TEST(PortableRandom, MomentsAndEvenness)
   EXPECT_LT(sum.norm() / 10000, 4 / std::sqrt(10000));
 }
 
-TEST(PortableRandom, StreamsDiffer)
+TEST(ScanRandom, StreamsDiffer)
 {
   Random a(1, 1), b(1, 2), c(2, 1), again(1, 1);
   const std::uint64_t first = a.bits();
@@ -102,7 +88,7 @@ TEST(PortableRandom, StreamsDiffer)
   EXPECT_EQ(first, again.bits());
 }
 
-TEST(TriangleTree, AgreesWithTryingAllTriangles)
+TEST(ScanMesh, RaysAgreeWithTryingAllTriangles)
 {
   // Small random triangles of any orientation; some of them needles.
   Random random(5, 1);
@@ -113,46 +99,46 @@ TEST(TriangleTree, AgreesWithTryingAllTriangles)
       soup.vertices.push_back(center + .15 * random.normalVector());
     soup.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
-  const TriangleTree tree(soup.vertices, soup.triangles);
+  const MeshSurface surface(soup.vertices, soup.triangles);
   int hits = 0;
   for (int i = 0; i < 3000; ++i) {
-    const Vector3d origin = 2 * random.direction(), direction = 2 * random.direction() - origin;
-    // Independent of the tree's test: signed volumes of the segment with the triangle's edges.
-    bool isHit = false;
-    double first = 1;
+    SurfacePoint start, hit;
+    start.position = 2 * random.direction();
+    start.part = -1;
+    const Vector3d end = 2 * random.direction(), direction = (end - start.position).normalized();
+    // Independent of the surface's test: signed volumes of the segment with the triangle's edges.
+    double first = INFINITY;
     for (const Corners& t : soup.triangles) {
-      const Vector3d a = soup.vertices[static_cast<std::size_t>(t[0])] - origin,
-                     b = soup.vertices[static_cast<std::size_t>(t[1])] - origin,
-                     c = soup.vertices[static_cast<std::size_t>(t[2])] - origin;
+      const Vector3d a = soup.vertices[t[0]] - start.position, b = soup.vertices[t[1]] - start.position,
+                     c = soup.vertices[t[2]] - start.position;
       const double u = direction.dot(a.cross(b)), v = direction.dot(b.cross(c)), w = direction.dot(c.cross(a));
       if (!((u > 0 && v > 0 && w > 0) || (u < 0 && v < 0 && w < 0)))
         continue;
       const Vector3d normal = (b - a).cross(c - a);
-      const double t1 = normal.dot(a) / normal.dot(direction);
-      isHit = isHit || (t1 > 0 && t1 < 1);
-      if (t1 > 0)
-        first = std::min(first, t1);
+      if (const double distance = normal.dot(a) / normal.dot(direction); distance > 0)
+        first = std::min(first, distance);
     }
-    hits += isHit ? 1 : 0;
-    ASSERT_EQ(tree.isHit(origin, direction, 0, -1), isHit) << "segment " << i;
-    const TriangleTree::Hit hit = tree.firstHit(origin, direction);
-    ASSERT_EQ(hit.triangle >= 0, isHit);
-    if (isHit) {
-      ASSERT_NEAR(hit.t, first, 1e-9) << "needles lose some digits";
+    hits += std::isfinite(first) ? 1 : 0;
+    ASSERT_EQ(surface.isOccluded(start, end), first < (end - start.position).norm()) << "segment " << i;
+    ASSERT_EQ(surface.firstHit(start.position, direction, hit), std::isfinite(first)) << "ray " << i;
+    if (std::isfinite(first)) {
+      ASSERT_NEAR((hit.position - start.position).norm(), first, 1e-9) << "needles lose some digits";
     }
   }
   EXPECT_GT(hits, 300);
   EXPECT_LT(hits, 2700);
 }
 
-TEST(TriangleTree, ManyTrianglesInOnePlace)
+TEST(ScanMesh, ManyTrianglesInOnePlace)
 {
   Soup soup;
   for (int i = 0; i < 5000; ++i)
     soup.quad({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
-  const TriangleTree tree(soup.vertices, soup.triangles);
-  EXPECT_TRUE(tree.isHit({.3, .4, 1}, {0, 0, -2}, 0, -1));
-  EXPECT_FALSE(tree.isHit({1.3, .4, 1}, {0, 0, -2}, 0, -1));
+  const MeshSurface surface(soup.vertices, soup.triangles);
+  SurfacePoint hit;
+  EXPECT_TRUE(surface.firstHit({.3, .4, 1}, {0, 0, -1}, hit));
+  EXPECT_LT(hit.part, 2) << "of equals the first";
+  EXPECT_FALSE(surface.firstHit({1.3, .4, 1}, {0, 0, -1}, hit));
 }
 
 TEST(ScanShapes, PointsAndNormalsAreExact)
@@ -224,38 +210,4 @@ TEST(ScanMesh, RefusesBrokenMeshes)
   EXPECT_THROW(MeshSurface({{0, 0, 0}}, {{0, 1, 2}}), InvalidInput);
   EXPECT_THROW(MeshSurface({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}), InvalidInput) << "no area";
   EXPECT_THROW(MeshSurface({{0, 0, 0}, {1, 0, NAN}, {0, 1, 0}}, {{0, 1, 2}}), InvalidInput);
-}
-
-TEST(ScanDisplacement, HeightAndNormals)
-{
-  // On a plane the displaced surface is a graph, whose normal follows from the height alone.
-  Random random(1, 1);
-  const double amplitude = .03, wavelength = .4;
-  const Displacement displacement(amplitude, wavelength, random);
-  Vector3d gradient, ignored;
-  const Vector3d x(.3, -.2, .7);
-  displacement.height(x, gradient);
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d step = 1e-6 * Vector3d::Unit(axis);
-    const double slope = (displacement.height(x + step, ignored) - displacement.height(x - step, ignored)) / 2e-6;
-    EXPECT_NEAR(slope, gradient[axis], 1e-8); // rounding: 1e-17 / 1e-6; curvature: 1e-12 · 100
-  }
-
-  // The normal must be that of the displaced surface itself: compare with close by displaced points of one patch.
-  for (const Patch& patch : {spherePatch(1, Vector3d::Zero()), torusPatch(1, .4, Vector3d::Zero()),
-                             reversed(cylinderPatch({0, 0, 0}, {0, 0, 2}, .5))})
-    for (int i = 0; i < 50; ++i) {
-      const double u = random.uniform(.1, .9), v = random.uniform(.1, .9), h = 1e-6;
-      const auto displaced = [&](double du, double dv) {
-        SurfacePoint point;
-        EXPECT_TRUE(patch.at({0, u + du, v + dv, 0, 0}, point));
-        point.displacementDirection = point.normal;
-        EXPECT_TRUE(displacement.apply(point));
-        return point;
-      };
-      const SurfacePoint center = displaced(0, 0);
-      for (const Vector3d& tangent : {Vector3d(displaced(h, 0).position - displaced(-h, 0).position),
-                                      Vector3d(displaced(0, h).position - displaced(0, -h).position)})
-        EXPECT_NEAR(tangent.normalized().dot(center.normal), 0, 1e-6); // error of the difference: h² and 1e-16/h
-    }
 }

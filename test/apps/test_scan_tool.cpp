@@ -40,34 +40,11 @@ double floatError(double largest)
 
 TEST_F(ScanTool, AllFilesBelongTogether)
 {
-  expectSuccess({"torus",
-                 "scan.ply",
-                 "--points",
-                 "3000",
-                 "--views",
-                 "5",
-                 "--holes",
-                 "2",
-                 "--hole-radius",
-                 "6%:9%",
-                 "--hole",
-                 "-1.4,0,0",
-                 "--outliers",
-                 "2",
-                 "--noise",
-                 "0.5s",
-                 "--write-views",
-                 "v.txt",
-                 "--write-sensors",
-                 "s.txt",
-                 "--write-held-out",
-                 "held.pcd",
-                 "--write-clean",
-                 "clean.ply",
-                 "--write-each-view",
-                 "each.pcd",
-                 "--report",
-                 "r.json"});
+  expectSuccess({"torus",           "scan.ply", "--points",         "3000",     "--views",       "5",
+                 "--holes",         "2",        "--hole-radius",    "6%:9%",    "--hole",        "-1.4,0,0",
+                 "--outliers",      "2",        "--noise",          "0.5s",     "--write-views", "v.txt",
+                 "--write-sensors", "s.txt",    "--write-held-out", "held.pcd", "--write-clean", "clean.ply",
+                 "--report",        "r.json"});
   const auto cloud = points("scan.ply"), clean = points("clean.ply"), held = points("held.pcd");
   const auto sensors = mrf_apps::readSensors(path("s.txt").string());
   const auto views = mrf_apps::readViews(path("v.txt").string());
@@ -94,22 +71,6 @@ TEST_F(ScanTool, AllFilesBelongTogether)
       isIn = isIn || (x - center).norm() < hole["radius"].get<double>() + floatError(1.4);
     }
     ASSERT_TRUE(isIn);
-  }
-
-  // The clouds of the views are the cloud, cut up.
-  std::vector<std::size_t> next(5, 0);
-  std::vector<mrf_apps::PointTable> each;
-  for (int view = 0; view < 5; ++view)
-    each.push_back(points("each-00" + std::to_string(view) + ".pcd"));
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const auto view = static_cast<std::size_t>(views[i]);
-    ASSERT_LT(view, 5u);
-    ASSERT_LT(next[view], each[view].size());
-    ASSERT_EQ(each[view].positions[next[view]], cloud.positions[i]);
-    ASSERT_EQ(each[view].normals[next[view]++], cloud.normals[i]);
-    // Rounded to float: a normal may have been turned by 2^-24 or so at a right angle to its sight.
-    const Vector3d sight = (sensors[view] - cloud.positions[i]).normalized();
-    ASSERT_GT(sight.dot(cloud.normals[i].cast<double>()), -1e-6);
   }
 }
 
@@ -156,19 +117,11 @@ TEST_F(ScanTool, OptionsReachTheScan)
   expectSuccess({"bowl.off", "o.ply", "--sensors", "above.txt", "--points", "500", "--grazing", "10"});
   for (const Vector3d& x : points("o.ply").positions)
     ASSERT_EQ(x.z(), 0);
-  // From the side, the wall is in the way of the bottom; with sight through it, it is not.
+  // From the side, the wall is in the way of the bottom.
   write("side.txt", "-50 2 5\n");
-  const auto share = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"bowl.off", "o.ply", "--sensors", "side.txt",
-                                          "--points", "500",   "--grazing", "90"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    expectSuccess(arguments);
-    const auto table = points("o.ply");
-    return std::count_if(table.positions.begin(), table.positions.end(), [](const Vector3d& x) { return x.z() == 0; });
-  };
-  EXPECT_EQ(share({}), 0);
-  // Bottom 12, three walls that face the sensor 8 + 6 + 6; four standard deviations of a binomial.
-  EXPECT_NEAR(static_cast<double>(share({"--no-occlusion"})), 500 * 12 / 32., 44);
+  expectSuccess({"bowl.off", "o.ply", "--sensors", "side.txt", "--points", "500", "--grazing", "90"});
+  for (const Vector3d& x : points("o.ply").positions)
+    ASSERT_GT(x.z(), 0) << "the bottom is hidden";
 
   // The far wall's inside faces the sensor; its outside does from the other side, if both sides count.
   write("other.txt", "50 2 1\n");
@@ -213,7 +166,7 @@ TEST_F(ScanTool, WrongUsage)
   expectFailure({"torus", "o.ply", "--nonsense"}, 2, "--nonsense");
   for (const char* value : {"0", "-5", "2.5", "x", "1e12", ""})
     expectFailure({"torus", "o.ply", "--points", value}, 2, "--points");
-  for (const char* option : {"--noise", "--misalign-shift", "--cluster-radius", "--hole-radius", "--displace"})
+  for (const char* option : {"--noise", "--misalign-shift", "--cluster-radius", "--hole-radius"})
     for (const char* value : {"-1", "1m", "nan", "x", "1:"})
       expectFailure({"torus", "o.ply", option, value}, 2, option);
   for (const char* value : {"100", "-1", "nan"})
@@ -229,7 +182,6 @@ TEST_F(ScanTool, WrongUsage)
   expectFailure({"torus", "o.ply", "--views", "0", "--sampling", "scanner"}, 2, "--views is 0");
   expectFailure({"torus", "o.ply", "--sampling", "scanner", "--elevations", "3"}, 2, "--elevations");
   expectFailure({"torus", "o.ply", "--sampling", "scanner", "--elevations", "3:-3"}, 2, "elevations");
-  expectFailure({"torus", "o.ply", "--sampling", "scanner", "--displace", "1%"}, 2, "displacement");
   expectFailure({"torus", "o.ply", "--sensor", "1,2"}, 2, "--sensor");
   expectFailure({"torus", "o.ply", "--sensor", "0,0,9", "--sensors", "s.txt"}, 2, "exclude");
   expectFailure({"torus", "o.ply", "--report", "r.txt"}, 2, "--report");

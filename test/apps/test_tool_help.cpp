@@ -149,12 +149,9 @@ TEST_F(ReconstructionHelp, BashCompletes)
   EXPECT_EQ(completed({"--quali"}), Words{"--quality"});
   EXPECT_EQ(completed({"--quality", ""}), (Words{"draft", "fine", "normal"}));
   EXPECT_EQ(completed({"--quality", "=", "f"}), Words{"fine"});
-  EXPECT_EQ(completed({"--beta", ""}), Words{""}) << "a number is not completed";
   write("a scan.ply", "");
-  std::filesystem::create_directory(path("meshes"));
-  EXPECT_EQ(completed({"a"}), Words{"a scan.ply"});
-  EXPECT_EQ(completed({"--report", "a"}), Words{"a scan.ply"});
-  EXPECT_EQ(completed({"--output-directory", ""}), Words{"meshes"});
+  for (const char* before : {"--beta", "--report", "a.ply"})
+    EXPECT_EQ(completed({before, "a"}), Words{""}) << "bash completes files where there is no choice";
 }
 
 TEST_F(ReconstructionHelp, WordsNearAMistypedOneAreNamed)

@@ -30,8 +30,9 @@ protected:
 
 /// Starts a long run and waits for its temporary file. (The shell has programs in the background ignore SIGINT and
 /// SIGQUIT, which env undoes.)
-const std::string untilThere = "env --default-signal=INT,QUIT $TOOL large.xyz out.ply -q & until ls -A | grep -q part; do "
-                               "sleep .01; kill -0 $! || exit 99; done; ";
+const std::string untilThere =
+    "env --default-signal=INT,QUIT $TOOL large.xyz out.ply -q & until ls -A | grep -q part; do "
+    "sleep .01; kill -0 $! || exit 99; done; ";
 
 TEST_F(ToolOutputs, SignalsLeaveNothing)
 {
@@ -115,7 +116,7 @@ TEST_F(ToolOutputs, StlOfSurveyCoordinatesSaysWhatItIsRelativeTo)
   const nlohmann::json report = nlohmann::json::parse(tool::readText(path("r.json")));
   for (std::size_t axis = 0; axis < 3; ++axis)
     // In whole units, because the sphere is a few of them wide.
-    EXPECT_NEAR(report.at("offset").at(axis), center[static_cast<Eigen::Index>(axis)], 1.);
+    EXPECT_NEAR(report.at("offset").at(axis), center[axis], 1.);
   EXPECT_EQ(report.at("warnings").size(), 1u);
 }
 

@@ -201,7 +201,7 @@ TEST_F(ToolStreams, ProgressOfSeveralInputsIsOne)
   EXPECT_EQ(told.stages.back(), "2 of 2, writing");
   const auto second = std::find(told.stages.begin(), told.stages.end(), "2 of 2, reading");
   ASSERT_NE(second, told.stages.end());
-  EXPECT_EQ(told.percentages[static_cast<std::size_t>(second - told.stages.begin())], 50);
+  EXPECT_EQ(told.percentages[second - told.stages.begin()], 50);
 }
 
 TEST_F(ToolStreams, ATerminalHasABarThatNeverFalls)

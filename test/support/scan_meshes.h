@@ -3,7 +3,7 @@
 /// \brief Triangle soups to scan.
 #pragma once
 
-#include <shapes/portable_math.h>
+#include <shapes/turns.h>
 
 #include <Eigen/Core>
 
@@ -31,7 +31,7 @@ inline Soup sphereSoup(double radius, int rows)
 {
   Soup soup;
   const auto at = [&](int row, int column) {
-    const auto polar = portable::sinCos(.5 * row / rows), around = portable::sinCos(.5 * column / rows);
+    const auto polar = shapes::sinCos(.5 * row / rows), around = shapes::sinCos(.5 * column / rows);
     return Eigen::Vector3d(radius * polar.sine * around.cosine, radius * polar.sine * around.sine,
                            radius * polar.cosine);
   };

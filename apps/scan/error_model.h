@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief What goes wrong in a scan: each function changes Scan::cloud, by its own stream of the seed.
+#pragma once
+
+#include "scan.h"
+
+namespace pcl::mrf::scan {
+
+/// Streams of the seed; sampling has number 1.
+enum Stream : std::uint64_t { cutting = 3, noising, misaligning, lying, shuffling };
+
+/// \throw InvalidOption
+void require(bool holds, const std::string& message);
+
+/// Moves each point, along its normal or in any direction.
+void addNoise(const ScanOptions& options, Scan& scan);
+
+/// Moves each view and its sensor together. \param middle that views are turned about
+void misalign(const ScanOptions& options, const Eigen::Vector3d& middle, Scan& scan);
+
+/// Appends points that are no surface: spread in the box, and in clusters like false matches.
+void addOutliers(const ScanOptions& options, Scan& scan);
+
+} // namespace pcl::mrf::scan
