@@ -126,7 +126,7 @@ by_pkg_config "$here/consumer.cpp" "$scratch/consumer"
 "$scratch/consumer" multigrid
 if [ "$mode" = installed ]; then
   mkdir "$scratch/examples"
-  for example in files_to_mesh poisson_replaced colors stages; do
+  for example in files_to_mesh poisson_replaced colors plain_arrays; do
     by_pkg_config "$examples/$example.cpp" "$scratch/examples/example_$example" pcl_io pcl_surface
   done
   run_examples "$scratch/examples"
