@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs library, headers, tools, the CMake package and the pkg-config file, as components: library, development, tools,
-# evaluation, the tool that is under the GPL by the CGAL packages in it, and experiments, which are Python.
+# experiments, which are Python, and what is under the GPL: cholesky by CHOLMOD, evaluation by the CGAL packages in its tool.
 include(CMakePackageConfigHelpers)
 
 set(MRF_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_mrf_reconstruction)
@@ -9,6 +9,9 @@ install(TARGETS pcl_mrf EXPORT pcl_mrf_reconstruction
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT library)
+if(TARGET mrf_cholesky) # where the library finds it: beside itself
+  install(TARGETS mrf_cholesky LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cholesky)
+endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development
   FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
 # The tools find the library beside them, wherever the tree is moved; in the system's own place it is found anyway.
@@ -35,6 +38,9 @@ set(MRF_PKG_CONFIG_LIBS)
 if(MRF_LIBRARY_TYPE STREQUAL "STATIC_LIBRARY")
   set(MRF_NEEDS_THREADS ON)
   string(APPEND MRF_PKG_CONFIG_LIBS " -pthread")
+  foreach(library ${CMAKE_DL_LIBS})
+    string(APPEND MRF_PKG_CONFIG_LIBS " -l${library}")
+  endforeach()
 endif()
 
 install(EXPORT pcl_mrf_reconstruction NAMESPACE pcl_mrf:: DESTINATION ${MRF_CMAKE_DIR} COMPONENT development

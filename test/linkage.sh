@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # What the built library shows to its users, and what it and the tools need. Run by ctest.
-#   linkage.sh LIBRARY HEADERS [TOOL...]     TOOL: one that is to be free of CGAL
+#   linkage.sh LIBRARY HEADERS MODULE [TOOL...]
+# MODULE: of the solver cholesky, or none; TOOL: one that is to be free of CGAL
 set -euo pipefail
 
-library=$1 headers=$2
-tools=("${@:3}")
+library=$1 headers=$2 module=$3
+tools=("${@:4}")
 failed=0
 fail() {
   echo "linkage: $*" >&2
@@ -31,12 +32,18 @@ needed() { objdump -p "$1" | sed -n 's/^ *NEEDED *//p'; }
 for other in $(needed "$library"); do
   case $other in
   libpcl_common.so* | libpcl_kdtree.so* | libpcl_search.so* | libpcl_filters.so* | libpcl_features.so*) ;;
-  libstdc++.so* | libc++.so* | libm.so* | libgcc_s.so* | libc.so* | libgomp.so* | ld-linux*) ;;
+  libstdc++.so* | libc++.so* | libm.so* | libgcc_s.so* | libc.so* | libdl.so* | libgomp.so* | ld-linux*) ;;
   *) fail "$library needs $other" ;;
   esac
 done
 if ldd "$library" | grep -iE 'cholmod|suitesparse|cgal|gmp|mpfr|vtk'; then
   fail "$library loads these"
+fi
+
+# What is under the GPL is here, and shows nothing but its one function.
+if [ "$module" != none ]; then
+  needed "$module" | grep -q '^libcholmod.so' || fail "$module does not need CHOLMOD"
+  [ "$(nm -D --defined-only "$module" | cut -d' ' -f3)" = pcl_mrf_cholesky_1 ] || fail "$module shows other names"
 fi
 
 for tool in "${tools[@]}"; do

@@ -100,7 +100,7 @@ void addModelOptions(OptionParser& parser)
   parser.group("Solver");
   for (const char* name :
        {"solver.method", "solver.maxIterations", "solver.residualTolerance", "solver.changeTolerance",
-        "solver.smootherDegree", "solver.choleskyOnCoarsest", "solver.maxFactorBytes", "solver.seed"})
+        "solver.smootherDegree", "solver.choleskyOnCoarsest", "solver.seed"})
     parser.declared(name);
 }
 

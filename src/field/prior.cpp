@@ -6,18 +6,16 @@
 namespace pcl {
 namespace mrf {
 
-double dataCoefficient(const PriorOptions& options)
-{
-  if (options.energy != Energy::paperText || options.kind == Prior::membrane)
-    return centerCoefficient(options.kind);
-  return options.kind == Prior::thinPlate ? 36. / 7 : 18;
-}
-
 double smoothingLength(const PriorOptions& options, double voxelSize)
 {
+  int power = order(options.kind);
+  double coefficient = centerCoefficient(options.kind);
+  if (options.energy == Energy::paper) {
+    coefficient = power == 1 ? 3 : 18;
+    power = power == 1 ? 1 : 3;
+  }
   const double beta = options.beta;
-  const double balance = dataCoefficient(options) * beta / (1 - beta);
-  return voxelSize * std::pow(balance, -.5 / order(options.kind));
+  return voxelSize * std::pow(coefficient * beta / (1 - beta), -.5 / power);
 }
 
 } // namespace mrf

@@ -20,15 +20,12 @@ inline int centerCoefficient(Prior prior)
   return prior == Prior::membrane ? 6 : prior == Prior::thinPlate ? 42 : 324;
 }
 
-/// What multiplies W beside L^k, or A beside P_v: c_k, or with Energy::paperText 6, 36/7 or 18.
-double dataCoefficient(const PriorOptions& options);
-
 /// Length over which the prior smooths observed data, cloud's unit.
 ///
-/// In the continuum h^(2k) Δ^k balances c w, c the data's coefficient; the transfer function of a wave of number q is
-/// 1/(1 + (hq)^(2k)/(c w)) and falls to one half at wavelength 2πℓ with ℓ = h (c w)^(−1/(2k)). It holds for fully
-/// observed voxels (α = 1); it depends on h, which is why β has another meaning on every grid.
-/// \pre 0 < beta < 1
+/// In the continuum h^(2k) Δ^k balances c w, c being c_k, or 3 or 18 (Energy::paper); the transfer function of a wave
+/// of number q is 1/(1 + (hq)^(2k)/(c w)) and falls to one half at wavelength 2πℓ with ℓ = h (c w)^(−1/(2k)). It holds
+/// for fully observed voxels (α = 1); it depends on h, which is why β has another meaning on every grid. \pre 0 < beta
+/// < 1
 double smoothingLength(const PriorOptions& options, double voxelSize);
 
 } // namespace mrf

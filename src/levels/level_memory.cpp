@@ -44,8 +44,8 @@ constexpr double maxVoxelsAlongAxis = 1 << 20;
 /// like; a lone point occupies eight. (Measured on spheres with .25 to 16 points per face.)
 constexpr double occupiedPerFace = 2.6, occupiedPerPoint = 8;
 
-/// Of each of them the row of the plain system that couples it with its neighbors.
-constexpr double bytesPerOccupied = 27 * (sizeof(double) + sizeof(std::int64_t));
+/// Of each of them what the plain system adds up of its row before the matrix is made.
+constexpr double bytesPerOccupied = 27 * sizeof(double);
 
 /// Of each of them the matrices of the cells on whole levels, 288 bytes for each of .4 cells, with all coarser grids.
 constexpr double blockBytesPerOccupied = 155;
@@ -68,9 +68,9 @@ constexpr double valuesPerVoxel = 3, valuesPerGridVoxel = 6;
 /// Of voxels that are observed: weights and targets.
 constexpr double valuesPerObservedGridVoxel = 2;
 
-/// A plain system in double precision: the field twice, the right-hand side, where rows begin, the product and its
-/// scratch, and two more of the solver.
-constexpr double bytesPerPlainVoxel = 60;
+/// A plain system in double precision: the field twice, the right-hand side, where rows begin, the diagonal or the
+/// product and two more vectors of the solver, the order in which voxels are visited; and of each entry of its matrix.
+constexpr double bytesPerPlainVoxel = 60, bytesPerEntry = sizeof(double) + sizeof(int);
 
 /// The voxels that points occupy on a level.
 double occupiedVoxels(const GridSize& size, double side, const Workload& workload)
@@ -109,22 +109,31 @@ double gridBytes(const GridSize& size, const Workload& workload, int threads)
   }
 }
 
+/// The prior that couples the voxels as the energy does.
+Prior couplingOf(const Workload& workload)
+{
+  const PriorOptions& prior = workload.prior;
+  return prior.energy == Energy::paper && prior.kind == Prior::thinPlate ? Prior::triharmonic : prior.kind;
+}
+
 /// Peak bytes while a dense level is solved.
 double denseBytes(const GridSize& size, double side, const Workload& workload, bool isCoarsest, int threads)
 {
-  const Prior prior = workload.prior.kind;
-  const bool pointwise = workload.reach == 0, weighted = workload.prior.energy == Energy::weighted;
+  const bool pointwise = workload.reach == 0;
+  const Prior coupled = couplingOf(workload);
   const bool factorizes =
       workload.solver.method == SolverMethod::cholesky || (isCoarsest && workload.solver.choleskyOnCoarsest);
-  const bool usesGrids = workload.solver.method == SolverMethod::multigrid;
+  const bool isPlain = solvesPlainly(workload.solver, workload.prior, pointwise);
   const double occupied = pointwise ? occupiedVoxels(size, side, workload) : 0;
   double bytes = dataBytes(size, side, workload) + sizeof(float) * valuesPerVoxel * count(size);
-  if (usesGrids)
+  if (!isPlain)
     bytes += gridBytes(size, workload, threads) + blockBytesPerOccupied * occupied;
-  if (!usesGrids || weighted || factorizes)
-    bytes += (bytesPerPlainVoxel + (weighted ? sizeof(double) : 0)) * count(size) + bytesPerOccupied * occupied;
+  if (isPlain || factorizes) {
+    bytes += (bytesPerPlainVoxel + bytesPerEntry * entriesPerVoxel(coupled, pointwise)) * count(size) +
+             bytesPerOccupied * occupied;
+  }
   if (factorizes)
-    bytes += choleskyCost(size, prior, pointwise).bytes + choleskyBytesPerVoxel * count(size);
+    bytes += choleskyBytes(size, coupled, pointwise);
   return bytes;
 }
 
@@ -141,10 +150,27 @@ double bandBytes(const GridSize& lattice, double side, const Workload& workload,
                                   smootherDegree(workload.solver, workload.prior.kind, false), threads);
 }
 
+/// Voxels of the finest level along each axis.
+Eigen::Array3d finestVoxels(const BoundingBox& box, double side, const MultiscaleOptions& options)
+{
+  return ((box.upper - box.lower).cast<double>().array() / side + 2. * resolvedPadding(options)).ceil();
+}
+
+/// Factors grow with voxels to the power of 4/3: what is beyond any memory is not worth being dissected.
+bool isBeyondFactors(const Eigen::Array3d& voxels, const Workload& workload)
+{
+  return workload.solver.method == SolverMethod::cholesky && voxels.prod() > maxVoxelsOfFactor;
+}
+
 GridSize wholeVoxels(const Eigen::Array3d& voxels)
 {
-  const Eigen::Array3i whole = voxels.ceil().cast<int>();
+  const Eigen::Array3i whole = voxels.cast<int>();
   return {whole.x(), whole.y(), whole.z()};
+}
+
+bool isCoarsest(const GridSize& size, const MultiscaleOptions& options)
+{
+  return std::max({size.x, size.y, size.z}) <= options.coarsestSide;
 }
 
 } // namespace
@@ -168,27 +194,37 @@ Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
                       int threads)
 {
-  const double padding = 2. * resolvedPadding(options);
-  const Eigen::Array3d voxels = (box.upper - box.lower).cast<double>().array() / side + padding;
+  const Eigen::Array3d voxels = finestVoxels(box, side, options);
   constexpr double infinite = std::numeric_limits<double>::infinity();
-  if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis))
-    return infinite;
-  // Factors grow with voxels to the power of 4/3: what is beyond any memory is not worth being dissected.
-  if (workload.solver.method == SolverMethod::cholesky && voxels.prod() > maxVoxelsOfFactor)
+  if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis) || isBeyondFactors(voxels, workload))
     return infinite;
   GridSize size = wholeVoxels(voxels);
   const GridSize finest = size;
-  const auto isCoarsest = [&] { return std::max({size.x, size.y, size.z}) <= options.coarsestSide; };
   double voxelSide = side;
   int bands = 0;
-  for (; !isCoarsest() && size.count() > options.denseVoxels; ++bands, voxelSide *= 2)
+  for (; !isCoarsest(size, options) && size.count() > options.denseVoxels; ++bands, voxelSide *= 2)
     size = size.coarsened();
   double max = bands == 0 ? 0 : bandBytes(finest, side, workload, bands, threads) + bytesPerBackground * count(size);
   for (;; voxelSide *= 2, size = size.coarsened()) {
-    max = std::max(max, denseBytes(size, voxelSide, workload, isCoarsest(), threads));
-    if (isCoarsest())
+    max = std::max(max, denseBytes(size, voxelSide, workload, isCoarsest(size, options), threads));
+    if (isCoarsest(size, options))
       return max;
   }
+}
+
+double predictedCholeskySeconds(const BoundingBox& box, double side, const Workload& workload,
+                                const MultiscaleOptions& options)
+{
+  const bool isFinest = workload.solver.method == SolverMethod::cholesky;
+  if (!isFinest && !workload.solver.choleskyOnCoarsest)
+    return 0;
+  const Eigen::Array3d voxels = finestVoxels(box, side, options);
+  if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis) || isBeyondFactors(voxels, workload))
+    return std::numeric_limits<double>::infinity();
+  GridSize size = wholeVoxels(voxels);
+  while (!isFinest && !isCoarsest(size, options))
+    size = size.coarsened();
+  return choleskySeconds(size, couplingOf(workload), workload.reach == 0);
 }
 
 } // namespace mrf

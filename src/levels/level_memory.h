@@ -22,5 +22,9 @@ Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
                       int threads);
 
+/// Seconds in which a factorization cannot be cancelled; 0 without any.
+double predictedCholeskySeconds(const BoundingBox& box, double side, const Workload& workload,
+                                const MultiscaleOptions& options);
+
 } // namespace mrf
 } // namespace pcl

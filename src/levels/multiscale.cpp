@@ -92,31 +92,33 @@ MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Worklo
 {
   MultiscaleOptions own = options;
   own.denseVoxels = resolvedDenseVoxels(options, static_cast<std::size_t>(workload.points));
-  if (workload.solver.method != SolverMethod::multigrid || workload.prior.energy == Energy::weighted)
+  if (solvesPlainly(workload.solver, workload.prior, workload.reach == 0))
     own.denseVoxels = std::numeric_limits<std::int64_t>::max();
   return own;
 }
 
-/// \throw ResourceLimit if a box of this size cannot be solved within the limit, by one thread
-void checkMemory(const BoundingBox& box, float voxelSize, const Workload& workload, const MultiscaleOptions& options)
+/// \throw ResourceLimit if a box of this size cannot be solved within the limit by one thread, or cannot be left while
+/// it is factorized
+void checkResources(const BoundingBox& box, float voxelSize, const Workload& workload, const MultiscaleOptions& options)
 {
   const double limit = memoryLimit(options.maxMemory);
   const auto bytesFor = [&](double side) { return predictedBytes(box, side, workload, options, 1); };
-  const double predicted = bytesFor(voxelSize);
-  if (predicted <= limit)
+  const auto secondsFor = [&](double side) { return predictedCholeskySeconds(box, side, workload, options); };
+  const double predicted = bytesFor(voxelSize), seconds = secondsFor(voxelSize);
+  if (predicted <= limit && seconds <= maxCholeskySeconds)
     return;
-  // What is named must not be refused for its factor next.
-  const double fits = workload.solver.method == SolverMethod::cholesky
-                          ? std::min(limit, static_cast<double>(workload.solver.maxFactorBytes))
-                          : limit;
   double fitting = voxelSize;
-  while (bytesFor(fitting) > fits && fitting < box.diagonal())
+  while ((bytesFor(fitting) > limit || secondsFor(fitting) > maxCholeskySeconds) && fitting < box.diagonal())
     fitting *= 1.05;
   std::ostringstream text;
   text.precision(3);
-  text << "voxel size " << voxelSize << " would take " << predicted / (1 << 30) << " GiB, the limit is "
-       << limit / (1 << 30) << " GiB; a voxel size of " << fitting << " would fit";
-  if (workload.solver.method == SolverMethod::cholesky || workload.solver.choleskyOnCoarsest)
+  text << "voxel size " << voxelSize << " would take ";
+  if (predicted > limit)
+    text << predicted / (1 << 30) << " GiB, the limit is " << limit / (1 << 30) << " GiB";
+  else
+    text << "cholesky some " << seconds << " s, in which the run could not be cancelled";
+  text << "; a voxel size of " << fitting << " would fit";
+  if (seconds > 0)
     text << ", and so may another solver";
   throw ResourceLimit(text.str());
 }
@@ -128,15 +130,16 @@ constexpr double slowVoxels = 4e6, slowVoxelsPerPoint = 100;
 /// \throw ResourceLimit if ICM or conjugate gradients would take very long for a volume that hardly holds points
 void checkTime(const GridSize& finest, const Workload& workload)
 {
-  const SolverMethod method = workload.solver.method;
   const double voxels = static_cast<double>(finest.count());
-  if ((method != SolverMethod::icm && method != SolverMethod::cg) ||
+  if (!solvesPlainly(workload.solver, workload.prior, workload.reach == 0) ||
+      workload.solver.method == SolverMethod::cholesky ||
       voxels <= std::max(slowVoxels, slowVoxelsPerPoint * workload.points))
     return;
   std::ostringstream text;
   text.precision(3);
-  text << "solver " << (method == SolverMethod::icm ? "icm" : "cg") << " would visit " << voxels << " voxels around "
-       << workload.points << " points thousands of times; take multigrid, larger voxels or less padding";
+  text << "solver " << (isIcm(workload.solver.method) ? "icm" : "cg") << " would visit " << voxels << " voxels around "
+       << workload.points
+       << " points thousands of times; take multigrid with the energy joint, larger voxels or less padding";
   throw ResourceLimit(text.str());
 }
 
@@ -351,7 +354,7 @@ private:
     SolverOptions solver = solver_;
     if (level == firstLevel_ && solver.choleskyOnCoarsest)
       solver.method = SolverMethod::cholesky;
-    if (solver.method != SolverMethod::multigrid || prior_.energy == Energy::weighted)
+    if (solvesPlainly(solver, prior_, observation_.atPoints()))
       return solvePlain(lattice, observation, level, solver);
     if (observation_.atPoints())
       solver.changeTolerance *= isFinest(level) ? pointTolerance : pointToleranceOfGuess;
@@ -365,7 +368,7 @@ private:
     const LinearSystem system = observation_.atPoints()
                                     ? assembleAtPoints(lattice.size, prior_.kind, samples_.own[level],
                                                        observation.weights, lattice.spacing, execution_)
-                                    : assemble(observation.voxels, prior_);
+                                    : assemble(observation.voxels, prior_, execution_);
     std::vector<double> distances(distances_.begin(), distances_.end());
     const SolveReport report = solve(system, solver, lattice.spacing, distances, execution_);
     std::transform(distances.begin(), distances.end(), distances_.begin(),
@@ -530,7 +533,7 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
   if (!(voxelSize > 0))
     throw InvalidOption("multiscale.voxelSize = " + std::to_string(voxelSize) +
                         " must be above 0 where levels are planned");
-  checkMemory(box, voxelSize, workload, withDenseLevels(options, workload));
+  checkResources(box, voxelSize, workload, withDenseLevels(options, workload));
 
   const Eigen::Vector3d corner = box.lower.cast<double>();
   const Eigen::Array3d extent = (box.upper - box.lower).cast<double>().array();
@@ -551,10 +554,8 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
   std::reverse(levels.begin(), levels.end());
   requireCountable(withMargin(bandAxes(levels.back().size).toStored(levels.back().size)));
   checkTime(levels.back().size, workload);
-  const SolverOptions& solver = workload.solver;
-  if (solver.method == SolverMethod::cholesky || solver.choleskyOnCoarsest)
-    requireFactorFits((solver.method == SolverMethod::cholesky ? levels.back() : levels.front()).size,
-                      workload.prior.kind, workload.reach == 0, solver);
+  if (workload.solver.method == SolverMethod::cholesky || workload.solver.choleskyOnCoarsest)
+    requireCholesky();
   return levels;
 }
 

@@ -22,8 +22,7 @@ const Names<Prior>& names()
 template <>
 const Names<Energy>& names()
 {
-  static const Names<Energy> all = {
-      {"joint", Energy::joint}, {"weighted", Energy::weighted}, {"paper-text", Energy::paperText}};
+  static const Names<Energy> all = {{"joint", Energy::joint}, {"paper", Energy::paper}};
   return all;
 }
 
@@ -64,6 +63,7 @@ const Names<SolverMethod>& names()
 {
   static const Names<SolverMethod> all = {{"multigrid", SolverMethod::multigrid},
                                           {"icm", SolverMethod::icm},
+                                          {"icm-colors", SolverMethod::icmColors},
                                           {"cg", SolverMethod::cg},
                                           {"cholesky", SolverMethod::cholesky}};
   return all;

@@ -320,15 +320,15 @@ void declarePrior(Table& table)
   table.number("beta", "--beta", "weight", zeroToBelowOne, field(stage, &PriorOptions::beta),
                "weight of the data observed at voxels; lower it for noisy data");
   table.choice("energy", "--energy", field(stage, &PriorOptions::energy),
-               "joint: Eq. 9 of the paper, and its program; weighted: Eq. 10-11; paper-text: Eq. 6 as its text weighs "
-               "the data, 36/7 (thin-plate) or 18 (triharmonic) against 42 or 324");
+               "joint: Eq. 9 of the paper, and its program; paper: Eq. 10-11 as they are written, for --solver cg");
 }
 
 void declareSolver(Table& table)
 {
   table.stage("solver");
   const auto stage = &Options::solver;
-  table.choice("method", "--solver", field(stage, &SolverOptions::method), "how the linear system is solved");
+  table.choice("method", "--solver", field(stage, &SolverOptions::method),
+               "how the linear system is solved; icm-colors visits voxels in parallel that icm visits in random order");
   table
       .number("maxIterations", "--max-iterations", "n", notNegative, field(stage, &SolverOptions::maxIterations),
               "iterations or sweeps per level")
@@ -347,8 +347,6 @@ void declareSolver(Table& table)
               "factorize the coarsest level whatever the solver");
   table.number("seed", "--seed", "n", notNegative, field(stage, &SolverOptions::seed),
                "of icm's visiting order and of the draws of --uncertainty");
-  table.number("maxFactorBytes", "--max-factor-memory", "MiB", positive, field(stage, &SolverOptions::maxFactorBytes),
-               "memory a Cholesky factor may take", mebibyte);
 }
 
 void declareMultiscale(Table& table)

@@ -42,6 +42,7 @@ Options paperPreset()
   options.prior.beta = .9f;
   options.solver.method = SolverMethod::icm;
   options.solver.changeTolerance = 1e-3;
+  options.solver.choleskyOnCoarsest = true;
   options.multiscale.padding = 5;
   options.multiscale.interpolation = Interpolation::linear;
   options.trimming.kind = Trimming::none;

@@ -74,7 +74,7 @@ void warnOfUnsolvedLevels(Report& report)
   std::ostringstream text;
   text.precision(2);
   text << "the level with voxels of " << unsolved->voxelSize << " has not converged after " << solve.iterations
-       << (solve.method == SolverMethod::icm ? " sweeps" : " iterations");
+       << (isIcm(solve.method) ? " sweeps" : " iterations");
   if (solve.method == SolverMethod::multigrid)
     text << ": its surface would still move by about " << solve.remainingChange << " voxels at the points, "
          << solve.remainingChangeOfFillings << " elsewhere";

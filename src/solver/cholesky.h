@@ -1,35 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Sparse Cholesky factorization (paper Sec. 3.4).
+/// \brief Sparse Cholesky factorization (paper Sec. 3.4.3), by CHOLMOD.
 #pragma once
 
 #include "solver/linear_system.h"
-#include "solver/nested_dissection.h"
 
 #include <pcl/surface/mrf/report.h>
 
 namespace pcl {
 namespace mrf {
 
-/// What the factor of a system on a grid of this size takes.
+/// Bytes that the factorization of a system on a grid of this size takes, beside the system.
 /// \param pointwise the data couple the voxels of a cell, as observations at points do
-FactorCost choleskyCost(const GridSize& size, Prior prior, bool pointwise);
+double choleskyBytes(const GridSize& size, Prior prior, bool pointwise);
 
-/// \throw ResourceLimit if the factor would exceed SolverOptions::maxFactorBytes
-void requireFactorFits(const GridSize& size, Prior prior, bool pointwise, const SolverOptions& options);
+/// Seconds that it takes one processor of 2020.
+double choleskySeconds(const GridSize& size, Prior prior, bool pointwise);
 
-/// Bytes per voxel besides the factor: places, the right-hand side, and vectors to find the entries with.
-constexpr double choleskyBytesPerVoxel = 36;
+/// More are refused: a factorization that has begun cannot be cancelled.
+constexpr double maxCholeskySeconds = 16;
+
+/// \throw SolverFailure if the module libpcl_mrf_cholesky cannot be loaded
+void requireCholesky();
 
 /// Factorizes the system in double precision and solves it; the guess in d is not used.
 ///
-/// The voxels are ordered by nested dissection of the grid, so that the factor's structure follows from the grid alone:
-/// its size and the work are known beforehand. Supernodes are factorized one after the other, their dense blocks in
-/// pieces between which the run can be cancelled. Measured on 32³ voxels, k = 1, 2, 3: 1.5, 1.2 and 1.2 times the
-/// numbers that METIS's ordering leaves (the corners' share is what counts), known without its second of analysis.
-/// \throw ResourceLimit if the factor would exceed SolverOptions::maxFactorBytes
-SolveReport solveCholesky(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
-                          Execution& execution);
+/// CHOLMOD is given the order of elimination, by nested dissection of the grid: its own, by METIS, leaves two thirds of
+/// the numbers, but takes as long to be found as it saves (48³ voxels, k = 1: analysis 1.3 s and .1, factorization 3.8
+/// and 4.6; 32³, k = 2: .56 and .05, 2.1 and 2.6), and would not be known while a run is planned.
+/// The result does not depend on the number of threads: it takes one.
+/// \throw SolverFailure if the module cannot be loaded, or the matrix is not positive definite
+/// \throw ResourceLimit if it takes more memory than is free, or longer than maxCholeskySeconds
+SolveReport solveCholesky(const LinearSystem& system, std::vector<double>& d, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

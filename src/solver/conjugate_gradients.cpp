@@ -29,12 +29,11 @@ SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOpti
 
   // r is the downhill gradient of the energy, p the direction conjugate to all before.
   std::vector<double> r(d.size()), product(d.size());
-  SystemProduct times(system);
-  double squared = times.residual(d, r, execution);
+  double squared = residual(system, d, r, execution);
   double restarted = squared;
   std::vector<double> p = r;
   while (std::sqrt(squared) > target && report.iterations < maxIterations) {
-    times.apply(p, product, execution);
+    multiply(system, p, product, execution);
     const double curvature = dotProduct(p, product, execution);
     if (!std::isfinite(curvature) || !std::isfinite(squared))
       throw SolverFailure("cg: the iteration broke down with values that are not finite");
@@ -50,7 +49,7 @@ SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOpti
     bool stalled = false;
     if (std::sqrt(squared) <= target) {
       // The recursion drifts from the residual by rounding: what counts is the residual itself.
-      squared = times.residual(d, r, execution);
+      squared = residual(system, d, r, execution);
       stalled = std::sqrt(squared) > target && squared > .25 * restarted;
       restarted = squared;
       beta = 0;
@@ -61,7 +60,7 @@ SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOpti
     if (stalled)
       break;
   }
-  report.relativeResidual = std::sqrt(times.residual(d, r, execution)) / norm;
+  report.relativeResidual = std::sqrt(residual(system, d, r, execution)) / norm;
   report.converged = report.relativeResidual <= options.residualTolerance;
   return report;
 }

@@ -38,7 +38,7 @@ std::vector<float> packedWeights(const LevelObservation& observation, const Voxe
     if (at < 0)
       continue;
     weights[static_cast<std::size_t>(at)] = static_cast<float>(
-        dataWeight(observed.confidences[n], observation.prior.beta) * dataCoefficient(observation.prior));
+        dataWeight(observed.confidences[n], observation.prior.beta) * centerCoefficient(observation.prior.kind));
     targets[static_cast<std::size_t>(at)] = observed.distances[n];
   }
   return weights;

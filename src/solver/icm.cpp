@@ -16,6 +16,9 @@ namespace pcl {
 namespace mrf {
 namespace {
 
+/// Voxels between two chances to cancel.
+constexpr std::size_t polled = 1 << 16;
+
 /// Color (x + b y + c z) mod count: voxels of one color are more than `order` steps of the lattice apart, so no power
 /// of L up to that order couples them. The counts are the smallest there are for colorings of this form.
 struct Coloring {
@@ -55,33 +58,19 @@ double sumOverColor(const GridSize& size, const Coloring& coloring, int color, E
   });
 }
 
-/// The diagonal of P + C. Voxels of one color do not interact: what the system makes of ones on all of them is the
-/// diagonal there.
-std::vector<double> diagonalOf(const LinearSystem& system, const Coloring& coloring, SystemProduct& times,
-                               std::vector<double>& product, Execution& execution)
+/// Minimizes the energy over a voxel given the others. \return its squared change
+double settle(const LinearSystem& system, std::size_t voxel, double diagonal, std::vector<double>& d)
 {
-  std::vector<double> diagonal(product.size()), ones(product.size(), 0);
-  for (int color = 0; color < coloring.count; ++color) {
-    const auto setOnes = [&](double value) {
-      sumOverColor(system.size(), coloring, color, execution, [&](std::size_t i) {
-        ones[i] = value;
-        return 0;
-      });
-    };
-    setOnes(1);
-    times.apply(ones, product, execution);
-    setOnes(0);
-    sumOverColor(system.size(), coloring, color, execution, [&](std::size_t i) {
-      diagonal[i] = product[i];
-      return 0;
-    });
-    execution.poll();
-  }
-  return diagonal;
+  if (!(diagonal > 0))
+    return 0;
+  const double change =
+      (system.rightHandSide[voxel] - rowTimes(system.matrix, static_cast<std::int64_t>(voxel), d)) / diagonal;
+  d[voxel] += change;
+  return change * change;
 }
 
 /// Fisher–Yates of our own: the standard library's shuffle differs between its implementations.
-void shuffle(std::vector<int>& order, std::mt19937_64& random)
+void shuffle(std::vector<std::int64_t>& order, std::mt19937_64& random)
 {
   for (std::size_t n = order.size(); n > 1; --n)
     std::swap(order[n - 1], order[random() % n]);
@@ -92,34 +81,31 @@ void shuffle(std::vector<int>& order, std::mt19937_64& random)
 SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                      Execution& execution)
 {
-  const GridSize size = system.size();
-  const std::vector<double>& b = system.rightHandSide;
+  const GridSize size = system.size;
   const int maxSweeps = options.maxIterations > 0 ? options.maxIterations : 1000;
+  const Eigen::VectorXd diagonal = system.matrix.diagonal();
+  const auto settleVoxel = [&](std::size_t voxel) {
+    return settle(system, voxel, diagonal[static_cast<Eigen::Index>(voxel)], d);
+  };
   // Data that couple a voxel with its 26 neighbors reach as far as L³.
-  const Coloring coloring(system.isDiagonal() ? order(system.prior.kind) : 3);
-  SystemProduct times(system);
-  std::vector<double> product(d.size());
-  const std::vector<double> diagonal = diagonalOf(system, coloring, times, product, execution);
+  const Coloring coloring(system.coupling.corners ? 3 : system.coupling.steps);
+  const bool isParallel = options.method == SolverMethod::icmColors;
 
   SolveReport report;
-  report.method = SolverMethod::icm;
+  report.method = options.method;
   std::mt19937_64 random(options.seed);
-  std::vector<int> colors(static_cast<std::size_t>(coloring.count));
-  std::iota(colors.begin(), colors.end(), 0);
+  std::vector<std::int64_t> turns(static_cast<std::size_t>(isParallel ? coloring.count : size.count()));
+  std::iota(turns.begin(), turns.end(), 0);
   while (report.iterations < maxSweeps && !report.converged) {
-    shuffle(colors, random);
+    shuffle(turns, random);
     double squaredChange = 0;
-    for (const int color : colors) {
-      // Whole products cost less than the rows of one color do: they run along memory, and share powers of L.
-      times.apply(d, product, execution);
-      squaredChange += sumOverColor(size, coloring, color, execution, [&](std::size_t i) {
-        if (!(diagonal[i] > 0))
-          return 0.;
-        const double change = (b[i] - product[i]) / diagonal[i];
-        d[i] += change;
-        return change * change;
-      });
-      execution.poll();
+    for (std::size_t turn = 0; turn < turns.size(); ++turn) {
+      if (isParallel)
+        squaredChange += sumOverColor(size, coloring, static_cast<int>(turns[turn]), execution, settleVoxel);
+      else
+        squaredChange += settleVoxel(static_cast<std::size_t>(turns[turn]));
+      if (isParallel || turn % polled == 0)
+        execution.poll();
     }
     ++report.iterations;
     report.history.push_back(energy(system, d, execution));

@@ -12,9 +12,10 @@ namespace mrf {
 
 /// Minimizes the energy over one voxel at a time given the others. Stops on SolverOptions::changeTolerance.
 ///
-/// The paper visits the voxels in random order. Here they are cut into color classes whose members do not interact;
-/// the order of the classes is shuffled for every sweep, and the members of one class are updated together: the same as
-/// any order among them, so the result depends on the seed alone.
+/// SolverMethod::icm visits the voxels in an order that is drawn anew for every sweep, one after the other, as the
+/// paper does. SolverMethod::icmColors cuts them into classes of voxels that do not interact and draws the order of the
+/// classes: the members of one are updated together, the same as in any order among them. Both depend on the seed, not
+/// on the number of threads.
 SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                      Execution& execution);
 

@@ -2,89 +2,234 @@
 #include "solver/linear_system.h"
 
 #include "base/floor.h"
-#include "base/multiversioning.h"
 #include "base/vector_kernels.h"
 #include "field/prior.h"
 #include "observation/observation.h"
 #include "options/validation.h"
-#include "solver/grid_operator.h"
+
+#include <pcl/surface/mrf/exceptions.h>
 
 #include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
 namespace {
 
-/// Planes that are computed as one piece of work.
-constexpr int grainPlanes = 4;
+/// Rows of a matrix per piece of work.
+constexpr std::int64_t rowGrain = 1 << 14;
 
-std::int64_t planeGrain(const GridSize& size)
-{
-  return size.count() < serialVoxels ? size.z : grainPlanes;
-}
-
-/// A row of voxels and the four beside it; at the grid's border the row itself.
-struct Rows {
-  const double *center, *south, *north, *below, *above;
-
-  Rows(const GridSize& size, const double* values, int y, int z)
+/// What a row holds of the voxels that are at most three steps away along each axis.
+class Row {
+public:
+  /// \param center voxel that the row belongs to
+  void reset(const Eigen::Array3i& center)
   {
-    const auto row = [&](int j, int k) {
-      return values + size.index(0, std::clamp(j, 0, size.y - 1), std::clamp(k, 0, size.z - 1));
-    };
-    center = row(y, z);
-    south = row(y - 1, z);
-    north = row(y + 1, z);
-    below = row(y, z - 1);
-    above = row(y, z + 1);
+    center_ = center;
+    values_.fill(0);
   }
+  const Eigen::Array3i& center() const { return center_; }
+
+  void add(const Eigen::Array3i& voxel, double value) { values_[at(voxel - center_)] += value; }
+
+  /// Adds another voxel's row.
+  void add(const Row& other)
+  {
+    for (std::size_t i = 0; i < values_.size(); ++i)
+      values_[i] += other.values_[i];
+  }
+
+  /// Calls visit(step, value) for all that is not zero, in the order of the voxels.
+  template <typename Visit>
+  void forEach(const Visit& visit) const
+  {
+    std::size_t i = 0;
+    for (int z = -reach; z <= reach; ++z)
+      for (int y = -reach; y <= reach; ++y)
+        for (int x = -reach; x <= reach; ++x, ++i)
+          if (values_[i] != 0)
+            visit(Eigen::Array3i(x, y, z), values_[i]);
+  }
+
+private:
+  static constexpr int reach = 3, side = 2 * reach + 1;
+
+  static std::size_t at(const Eigen::Array3i& step)
+  {
+    return static_cast<std::size_t>((step.x() + reach) + side * ((step.y() + reach) + side * (step.z() + reach)));
+  }
+
+  Eigen::Array3i center_ = Eigen::Array3i::Zero();
+  std::array<double, side * side * side> values_;
 };
 
-MRF_MULTIVERSION(void, laplacianOfRow, (int n, const Rows& x, double* __restrict out), (n, x, out))
-{
-  const double *const c = x.center, *const south = x.south, *const north = x.north, *const below = x.below,
-                      *const above = x.above;
-  const auto across = [=](int i) { return 4 * c[i] - ((south[i] + north[i]) + (below[i] + above[i])); };
-  for (int i = 1; i + 1 < n; ++i)
-    out[i] = 2 * c[i] - (c[i - 1] + c[i + 1]) + across(i);
-  out[0] = (n > 1 ? c[0] - c[1] : 0) + across(0);
-  if (n > 1)
-    out[n - 1] = c[n - 1] - c[n - 2] + across(n - 1);
-}
+/// The neighbors of the voxels of a grid.
+class Neighborhood {
+public:
+  explicit Neighborhood(const GridSize& size) : size_(size) {}
 
-/// The same of edges that weigh the mean of their two voxels' v.
-MRF_MULTIVERSION(void, weightedLaplacianOfRow, (int n, const Rows& x, const Rows& v, double* __restrict out),
-                 (n, x, v, out))
-{
-  const auto edge = [&](const double* rowX, const double* rowV, int i, int j) {
-    return .5 * (v.center[i] + rowV[j]) * (x.center[i] - rowX[j]);
-  };
-  for (int i = 0; i < n; ++i) {
-    const int before = std::max(i - 1, 0), after = std::min(i + 1, n - 1);
-    out[i] = (edge(x.center, v.center, i, before) + edge(x.center, v.center, i, after)) +
-             (edge(x.south, v.south, i, i) + edge(x.north, v.north, i, i)) +
-             (edge(x.below, v.below, i, i) + edge(x.above, v.above, i, i));
-  }
-}
+  const GridSize& size() const { return size_; }
 
-/// y = L x, or L_v x with weights v.
-void laplacian(const GridSize& size, const double* v, const double* x, double* y, Execution& execution)
-{
-  execution.forRange(size.z, planeGrain(size), [&](std::int64_t begin, std::int64_t end) {
-    for (int k = static_cast<int>(begin); k < static_cast<int>(end); ++k)
-      for (int j = 0; j < size.y; ++j) {
-        double* const out = y + size.index(0, j, k);
-        if (v)
-          weightedLaplacianOfRow(size.x, Rows(size, x, j, k), Rows(size, v, j, k), out);
-        else
-          laplacianOfRow(size.x, Rows(size, x, j, k), out);
+  template <typename Visit>
+  void forEach(const Eigen::Array3i& voxel, const Visit& visit) const
+  {
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int step : {-1, 1}) {
+        Eigen::Array3i neighbor = voxel;
+        neighbor[axis] += step;
+        if (size_.contains(neighbor.x(), neighbor.y(), neighbor.z()))
+          visit(neighbor);
       }
+  }
+
+  int count(const Eigen::Array3i& voxel) const
+  {
+    int count = 0;
+    forEach(voxel, [&](const Eigen::Array3i&) { ++count; });
+    return count;
+  }
+
+private:
+  GridSize size_;
+};
+
+/// The rows of L^k.
+class PowerRows {
+public:
+  PowerRows(const GridSize& size, int power) : neighbors_(size), power_(power)
+  {
+    // Inside of a grid all rows are the same.
+    const int side = 2 * power + 1;
+    inner_.reset(Eigen::Array3i::Constant(power));
+    addPower(Neighborhood({side, side, side}), power, inner_.center(), 1, inner_);
+  }
+
+  void add(Row& row) const
+  {
+    const Eigen::Array3i& at = row.center();
+    const GridSize& size = neighbors_.size();
+    if ((at >= power_).all() && (at + power_ < Eigen::Array3i(size.x, size.y, size.z)).all())
+      row.add(inner_);
+    else
+      addPower(neighbors_, power_, at, 1, row);
+  }
+
+private:
+  static void addPower(const Neighborhood& neighbors, int power, const Eigen::Array3i& at, double factor, Row& row)
+  {
+    if (power == 0) {
+      row.add(at, factor);
+      return;
+    }
+    addPower(neighbors, power - 1, at, factor * neighbors.count(at), row);
+    neighbors.forEach(at, [&](const Eigen::Array3i& other) { addPower(neighbors, power - 1, other, -factor, row); });
+  }
+
+  Neighborhood neighbors_;
+  int power_;
+  Row inner_;
+};
+
+/// The rows of the prior of Energy::paper: half the derivative of Σ v_i U(d_i).
+class PaperRows {
+public:
+  /// \param shares v
+  PaperRows(const GridSize& size, Prior prior, const std::vector<double>& shares)
+      : neighbors_(size), isOfDifferences_(prior == Prior::membrane), shares_(shares)
+  {}
+
+  void add(Row& row) const
+  {
+    const Eigen::Array3i& at = row.center();
+    if (isOfDifferences_) { // U_i = Σ (d_i − d_j)² / n_i
+      neighbors_.forEach(at, [&](const Eigen::Array3i& other) {
+        const double weight = share(at) / neighbors_.count(at) + share(other) / neighbors_.count(other);
+        row.add(at, weight);
+        row.add(other, -weight);
+      });
+      return;
+    }
+    // U_i = Σ (l_i − l_j)², l = M d: Mᵀ K M, K of edges that weigh v_i + v_j.
+    addDifferences(at, 1, row);
+    neighbors_.forEach(at,
+                       [&](const Eigen::Array3i& other) { addDifferences(other, -1. / neighbors_.count(other), row); });
+  }
+
+private:
+  double share(const Eigen::Array3i& voxel) const
+  {
+    return shares_[static_cast<std::size_t>(neighbors_.size().index(voxel.x(), voxel.y(), voxel.z()))];
+  }
+
+  /// A row of K M.
+  void addDifferences(const Eigen::Array3i& at, double factor, Row& row) const
+  {
+    neighbors_.forEach(at, [&](const Eigen::Array3i& other) {
+      const double weight = factor * (share(at) + share(other));
+      addOffMean(at, weight, row);
+      addOffMean(other, -weight, row);
+    });
+  }
+
+  /// A row of M: l_i, the voxel less the mean of its neighbors.
+  void addOffMean(const Eigen::Array3i& at, double factor, Row& row) const
+  {
+    const int count = neighbors_.count(at);
+    if (count == 0)
+      return;
+    row.add(at, factor);
+    neighbors_.forEach(at, [&](const Eigen::Array3i& other) { row.add(other, -factor / count); });
+  }
+
+  Neighborhood neighbors_;
+  bool isOfDifferences_;
+  const std::vector<double>& shares_;
+};
+
+/// \param addRow adds what a row holds \throw ResourceLimit if the entries cannot be counted
+template <typename AddRow>
+SystemMatrix matrixOf(const GridSize& size, const AddRow& addRow, Execution& execution)
+{
+  SystemMatrix matrix(size.count(), size.count());
+  int* const begins = matrix.outerIndexPtr();
+  const auto forRows = [&](const auto& body) {
+    execution.forRange(size.count(), rowGrain, [&](std::int64_t begin, std::int64_t end) {
+      Row row;
+      for (std::int64_t voxel = begin; voxel < end; ++voxel) {
+        row.reset(size.voxel(voxel));
+        addRow(voxel, row);
+        body(voxel, row);
+      }
+    });
+    execution.poll();
+  };
+  forRows([&](std::int64_t voxel, const Row& row) {
+    int entries = 0;
+    row.forEach([&](const Eigen::Array3i&, double) { ++entries; });
+    begins[voxel + 1] = entries;
   });
+  begins[0] = 0;
+  for (std::int64_t voxel = 0; voxel < size.count(); ++voxel) {
+    if (begins[voxel] > std::numeric_limits<int>::max() - begins[voxel + 1])
+      throw ResourceLimit("the plain matrix of " + std::to_string(size.count()) +
+                          " unknowns has more entries than can be counted; use the solver multigrid or larger voxels");
+    begins[voxel + 1] += begins[voxel];
+  }
+  matrix.resizeNonZeros(begins[size.count()]);
+  forRows([&](std::int64_t voxel, const Row& row) {
+    int at = begins[voxel];
+    row.forEach([&](const Eigen::Array3i& step, double value) {
+      matrix.innerIndexPtr()[at] = static_cast<int>(voxel + size.index(step.x(), step.y(), step.z()));
+      matrix.valuePtr()[at++] = value;
+    });
+  });
+  return matrix;
 }
 
 int neighborIndex(int dx, int dy, int dz)
@@ -144,15 +289,16 @@ using DataRow = std::array<double, 27>;
 
 /// Adds what a sample says of the rows of its cell's voxels. \param rowOf gives the row of a voxel
 template <typename RowOf>
-void addSample(const LinearSystem& system, const PointSample& sample, const RowOf& rowOf, std::vector<double>& b)
+void addSample(const GridSize& size, const PointSample& sample, const PointWeights& weights, double unit,
+               const RowOf& rowOf, std::vector<double>& b)
 {
-  const Cell cell(sample.position, system.size());
+  const Cell cell(sample.position, size);
   for (int corner = 0; corner < 8; ++corner) {
     if (!cell.has(corner))
       continue;
-    const std::int64_t voxel = cell.voxel(corner, system.size());
-    const double value = system.weights.value * sample.weight * cell.value(corner);
-    const Eigen::Vector3d gradient = system.weights.gradient * sample.weight * cell.gradient(corner);
+    const std::int64_t voxel = cell.voxel(corner, size);
+    const double value = weights.value * sample.weight * cell.value(corner);
+    const Eigen::Vector3d gradient = weights.gradient * sample.weight * cell.gradient(corner);
     DataRow& row = rowOf(voxel);
     for (int other = 0; other < 8; ++other)
       if (cell.has(other)) {
@@ -160,60 +306,11 @@ void addSample(const LinearSystem& system, const PointSample& sample, const RowO
         row[static_cast<std::size_t>(neighborIndex(step(0), step(1), step(2)))] +=
             value * cell.value(other) + gradient.dot(cell.gradient(other));
       }
-    b[static_cast<std::size_t>(voxel)] += system.unit * gradient.dot(sample.normal.cast<double>());
+    b[static_cast<std::size_t>(voxel)] += unit * gradient.dot(sample.normal.cast<double>());
   }
-}
-
-DataMatrix matrixOf(const GridSize& size, const std::vector<std::int32_t>& rowOf, const std::vector<DataRow>& rows)
-{
-  DataMatrix matrix(size.count(), size.count());
-  std::int64_t entries = 0;
-  for (const DataRow& row : rows)
-    entries += std::count_if(row.begin(), row.end(), [](double c) { return c != 0; });
-  matrix.reserve(entries);
-  for (std::int64_t voxel = 0; voxel < size.count(); ++voxel) {
-    matrix.startVec(voxel);
-    const std::int32_t index = rowOf[static_cast<std::size_t>(voxel)];
-    if (index < 0)
-      continue;
-    const DataRow& row = rows[static_cast<std::size_t>(index)];
-    for (int dz = -1; dz <= 1; ++dz)
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx)
-          if (const double c = row[static_cast<std::size_t>(neighborIndex(dx, dy, dz))]; c != 0)
-            matrix.insertBack(voxel, voxel + size.index(dx, dy, dz)) = c;
-  }
-  matrix.finalize();
-  return matrix;
 }
 
 } // namespace
-
-void apply(const PriorOperator& prior, const double* x, double* y, std::vector<double>& scratch, Execution& execution)
-{
-  const auto count = static_cast<std::size_t>(prior.size.count());
-  const bool isWeighted = !prior.voxelWeights.empty();
-  if (isWeighted && prior.voxelWeights.size() != count)
-    throw std::invalid_argument("apply: voxelWeights must be empty or hold one value per voxel");
-  const double* const v = isWeighted ? prior.voxelWeights.data() : nullptr;
-  const GridSize& size = prior.size;
-  scratch.resize(count);
-  switch (order(prior.kind)) {
-  case 1:
-    laplacian(size, v, x, y, execution);
-    return;
-  case 2:
-    laplacian(size, nullptr, x, scratch.data(), execution);
-    for (std::size_t i = 0; isWeighted && i < count; ++i)
-      scratch[i] *= v[i];
-    laplacian(size, nullptr, scratch.data(), y, execution);
-    return;
-  default:
-    laplacian(size, nullptr, x, y, execution);
-    laplacian(size, v, y, scratch.data(), execution);
-    laplacian(size, nullptr, scratch.data(), y, execution);
-  }
-}
 
 double dataWeight(double confidence, double beta)
 {
@@ -221,7 +318,14 @@ double dataWeight(double confidence, double beta)
   return a / (1 - a);
 }
 
-LinearSystem assemble(const Observation& observation, const PriorOptions& options)
+double entriesPerVoxel(Prior prior, bool pointwise)
+{
+  // All voxels within k steps, for points with the corners of the cells around.
+  constexpr std::array<double, 3> ofPrior{7, 25, 63}, withCells{27, 33, 63};
+  return (pointwise ? withCells : ofPrior)[static_cast<std::size_t>(order(prior) - 1)];
+}
+
+LinearSystem assemble(const Observation& observation, const PriorOptions& options, Execution& execution)
 {
   validate(options);
   const GridSize size = observation.lattice.size;
@@ -230,45 +334,48 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
       observation.confidences.size() != observation.voxels.size())
     throw std::invalid_argument("assemble: the observation's arrays differ in length");
 
-  const bool weighted = options.energy == Energy::weighted;
-  const double coefficient = dataCoefficient(options);
+  const bool isPaper = options.energy == Energy::paper;
   LinearSystem system;
-  system.prior = {size, options.kind, {}};
-  if (weighted)
-    system.prior.voxelWeights.assign(count, 1);
-  std::vector<double> weights(count, 0);
+  system.size = size;
+  system.coupling.steps = isPaper && options.kind != Prior::membrane ? 3 : order(options.kind);
   system.rightHandSide.assign(count, 0);
+  std::vector<double> weights(count, 0), shares(isPaper ? count : 0, 1);
   for (std::size_t n = 0; n < observation.voxels.size(); ++n) {
     const auto voxel = static_cast<std::size_t>(observation.voxels[n]);
     if (voxel >= count)
       throw std::invalid_argument("assemble: an observed voxel is outside the lattice");
     const double w = dataWeight(static_cast<double>(observation.confidences[n]), static_cast<double>(options.beta));
     const double a = w / (1 + w);
-    weights[voxel] = coefficient * (weighted ? a : w);
+    weights[voxel] = isPaper ? a : centerCoefficient(options.kind) * w;
     system.rightHandSide[voxel] = weights[voxel] * static_cast<double>(observation.distances[n]);
-    if (weighted)
-      system.prior.voxelWeights[voxel] = 1 - a;
+    system.isObserved = system.isObserved || w > 0;
+    if (isPaper)
+      shares[voxel] = 1 - a;
   }
-  system.data.resize(size.count(), size.count());
-  system.data.reserve(static_cast<std::int64_t>(observation.voxels.size()));
-  for (std::int64_t voxel = 0; voxel < size.count(); ++voxel) {
-    system.data.startVec(voxel);
-    if (const double weight = weights[static_cast<std::size_t>(voxel)]; weight != 0)
-      system.data.insertBack(voxel, voxel) = weight;
-  }
-  system.data.finalize();
+  const auto build = [&](const auto& prior) {
+    system.matrix = matrixOf(
+        size,
+        [&](std::int64_t voxel, Row& row) {
+          prior.add(row);
+          row.add(row.center(), weights[static_cast<std::size_t>(voxel)]);
+        },
+        execution);
+  };
+  if (isPaper)
+    build(PaperRows(size, options.kind, shares));
+  else
+    build(PowerRows(size, order(options.kind)));
   return system;
 }
 
-LinearSystem assembleAtPoints(const GridSize& size, Prior prior, std::vector<PointSample> samples,
+LinearSystem assembleAtPoints(const GridSize& size, Prior prior, const std::vector<PointSample>& samples,
                               const PointWeights& weights, double unit, Execution& execution)
 {
   LinearSystem system;
-  system.prior = {size, prior, {}};
+  system.size = size;
+  system.coupling = {order(prior), true};
+  system.isObserved = !samples.empty();
   system.rightHandSide.assign(static_cast<std::size_t>(size.count()), 0);
-  system.samples = std::move(samples);
-  system.weights = weights;
-  system.unit = unit;
   constexpr std::int32_t none = -1;
   std::vector<std::int32_t> rowOf(static_cast<std::size_t>(size.count()), none);
   std::vector<DataRow> rows;
@@ -281,47 +388,56 @@ LinearSystem assembleAtPoints(const GridSize& size, Prior prior, std::vector<Poi
     return rows[static_cast<std::size_t>(index)];
   };
   constexpr std::size_t polled = 1 << 16;
-  for (std::size_t s = 0; s < system.samples.size(); ++s) {
-    addSample(system, system.samples[s], rowAt, system.rightHandSide);
+  for (std::size_t s = 0; s < samples.size(); ++s) {
+    addSample(size, samples[s], weights, unit, rowAt, system.rightHandSide);
     if (s % polled == 0)
       execution.poll();
   }
-  system.data = matrixOf(size, rowOf, rows);
+  const PowerRows powers(size, order(prior));
+  system.matrix = matrixOf(
+      size,
+      [&](std::int64_t voxel, Row& row) {
+        powers.add(row);
+        const std::int32_t index = rowOf[static_cast<std::size_t>(voxel)];
+        if (index == none)
+          return;
+        const DataRow& data = rows[static_cast<std::size_t>(index)];
+        for (int z = -1; z <= 1; ++z)
+          for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x)
+              row.add(row.center() + Eigen::Array3i(x, y, z), data[static_cast<std::size_t>(neighborIndex(x, y, z))]);
+      },
+      execution);
   return system;
 }
 
-SystemProduct::SystemProduct(const LinearSystem& system) : system_(system) {}
-
-void SystemProduct::apply(const std::vector<double>& x, std::vector<double>& y, Execution& execution)
+void multiply(const LinearSystem& system, const std::vector<double>& x, std::vector<double>& y, Execution& execution)
 {
-  mrf::apply(system_.prior, x.data(), y.data(), scratch_, execution);
-  const GridSize size = system_.size();
-  execution.forRange(size.z, planeGrain(size), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin * size.planeCount(); i < end * size.planeCount(); ++i)
-      for (DataMatrix::InnerIterator entry(system_.data, i); entry; ++entry)
-        y[static_cast<std::size_t>(i)] += entry.value() * x[static_cast<std::size_t>(entry.col())];
+  execution.forRange(system.size.count(), rowGrain, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i)
+      y[static_cast<std::size_t>(i)] = rowTimes(system.matrix, i, x);
   });
 }
 
-double SystemProduct::residual(const std::vector<double>& x, std::vector<double>& r, Execution& execution)
+double residual(const LinearSystem& system, const std::vector<double>& x, std::vector<double>& r, Execution& execution)
 {
-  apply(x, r, execution);
-  scaleAndAdd(-1, system_.rightHandSide, r, execution);
+  multiply(system, x, r, execution);
+  scaleAndAdd(-1, system.rightHandSide, r, execution);
   return dotProduct(r, r, execution);
 }
 
 double energy(const LinearSystem& system, const std::vector<double>& d, Execution& execution)
 {
   std::vector<double> product(d.size());
-  SystemProduct(system).apply(d, product, execution);
+  multiply(system, d, product, execution);
   const double quadratic = dotProduct(d, product, execution), linear = dotProduct(system.rightHandSide, d, execution);
   return (.5 * quadratic - linear) / static_cast<double>(d.size());
 }
 
 double relativeResidual(const LinearSystem& system, const std::vector<double>& d, Execution& execution)
 {
-  std::vector<double> residual(d.size());
-  const double squared = SystemProduct(system).residual(d, residual, execution);
+  std::vector<double> r(d.size());
+  const double squared = residual(system, d, r, execution);
   const double norm = std::sqrt(dotProduct(system.rightHandSide, system.rightHandSide, execution));
   return norm > 0 ? std::sqrt(squared) / norm : std::sqrt(squared);
 }

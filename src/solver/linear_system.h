@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The system of one level in its plain form, in double precision: what ICM, conjugate gradients and Cholesky
-/// solve, and what the grids of the multigrid solver are tested against.
+/// \brief The system of one level in its plain form, a sparse matrix in double precision: what ICM, conjugate gradients
+/// and Cholesky solve, and what the grids of the multigrid solver are tested against.
 #pragma once
 
 #include "observation/observation.h"
 #include "observation/point_observation.h"
+#include "solver/nested_dissection.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
@@ -18,79 +19,71 @@
 namespace pcl {
 namespace mrf {
 
-/// The operator of the prior: L^k, or with voxel weights v (Energy::weighted)
-/// k = 1: L_v, k = 2: L V L, k = 3: L L_v L, where L_v = Σ over edges (i,j) of ½(v_i+v_j)(e_i−e_j)(e_i−e_j)ᵀ.
-/// Borders are clamped: missing neighbors are dropped. Symmetric, positive semidefinite, annihilates constants.
-struct PriorOperator {
-  GridSize size;
-  Prior kind = Prior::triharmonic;
-  std::vector<double> voxelWeights; ///< v, one per voxel, ≥ 0; empty: 1 everywhere
-};
+using SystemMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-/// y = P x. \pre x and y hold size.count() values and do not overlap \param scratch of the same size, from k = 2 on
-void apply(const PriorOperator& prior, const double* x, double* y, std::vector<double>& scratch, Execution& execution);
-
-using DataMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor, std::int64_t>;
-
-/// (P + C) d = b on all voxels of a grid, symmetric positive definite as soon as one voxel is observed.
+/// A d = b on all voxels of a grid, symmetric positive definite as soon as one voxel is observed. Borders are clamped:
+/// missing neighbors are dropped.
 struct LinearSystem {
-  PriorOperator prior;
-  DataMatrix data; ///< C
+  GridSize size;
+  Coupling coupling; ///< of the voxels by A
+  SystemMatrix matrix;
   std::vector<double> rightHandSide;
-  std::vector<PointSample> samples; ///< that C was made of; none: of voxels, and it is diagonal
-  PointWeights weights;             ///< of the samples
-  double unit = 1;                  ///< of the field, per voxel, with samples
-
-  GridSize size() const { return prior.size; }
-  bool isDiagonal() const { return samples.empty(); }
+  bool isObserved = false; ///< by data of a positive weight
 };
 
 /// w = a/(1 − a), a = αβ clamped to 1 − 10⁻⁶: an infinite weight would leave a voxel without any prior.
 double dataWeight(double confidence, double beta);
 
-/// The voxel-wise system of the paper. a_i = α_i β.
-/// Energy::joint: (L^k + c_k W) d = c_k W d°, w_i = a_i / (1 − a_i) with a_i clamped to 1 − 10⁻⁶.
-/// Energy::weighted: (P_v + c_k A) d = c_k A d° with v_i = 1 − a_i; for constant a the same as joint.
-/// Energy::paperText: as joint, with 36/7 or 18 in place of c_2 or c_3.
-LinearSystem assemble(const Observation& observation, const PriorOptions& options);
+/// Entries of a row of the matrix where no border is near. \param pointwise of observations at points
+double entriesPerVoxel(Prior prior, bool pointwise);
 
-/// The system of observations at points: C = Σ ρ (value · ccᵀ + gradient · GᵀG), b = unit · Σ ρ · gradient · Gᵀn,
-/// blocks of 27 voxels on the occupied cells. Points beyond the outermost voxel centers observe the linear continuation
-/// of the field. \param samples on the grid, in any order
-LinearSystem assembleAtPoints(const GridSize& size, Prior prior, std::vector<PointSample> samples,
+/// The voxel-wise system of the paper. a_i = α_i β, clamped as by dataWeight.
+/// Energy::joint: (L^k + c_k W) d = c_k W d°, w_i = a_i / (1 − a_i).
+/// Energy::paper: half the derivative of Σ (1 − a_i) U(d_i) + a_i (d_i − d°_i)².
+LinearSystem assemble(const Observation& observation, const PriorOptions& options, Execution& execution);
+
+/// The system of observations at points: L^k + C, C = Σ ρ (value · ccᵀ + gradient · GᵀG), b = unit · Σ ρ · gradient ·
+/// Gᵀn, blocks of 27 voxels on the occupied cells. Points beyond the outermost voxel centers observe the linear
+/// continuation of the field.
+/// \param samples on the grid, in any order \param unit of the field, per voxel
+LinearSystem assembleAtPoints(const GridSize& size, Prior prior, const std::vector<PointSample>& samples,
                               const PointWeights& weights, double unit, Execution& execution);
 
-/// Products with a system; keeps its scratch memory from one to the next.
-class SystemProduct {
-public:
-  /// \pre the system outlives it
-  explicit SystemProduct(const LinearSystem& system);
+/// Σ_j A_ij x_j
+inline double rowTimes(const SystemMatrix& matrix, std::int64_t row, const std::vector<double>& x)
+{
+  double sum = 0;
+  for (int at = matrix.outerIndexPtr()[row]; at < matrix.outerIndexPtr()[row + 1]; ++at)
+    sum += matrix.valuePtr()[at] * x[static_cast<std::size_t>(matrix.innerIndexPtr()[at])];
+  return sum;
+}
 
-  /// y = (P + C) x
-  void apply(const std::vector<double>& x, std::vector<double>& y, Execution& execution);
+/// y = A x
+void multiply(const LinearSystem& system, const std::vector<double>& x, std::vector<double>& y, Execution& execution);
 
-  /// r = b − (P + C) x. \return ‖r‖²
-  double residual(const std::vector<double>& x, std::vector<double>& r, Execution& execution);
+/// r = b − A x. \return ‖r‖²
+double residual(const LinearSystem& system, const std::vector<double>& x, std::vector<double>& r, Execution& execution);
 
-private:
-  const LinearSystem& system_;
-  std::vector<double> scratch_;
-};
+/// Whether whole levels are solved in this form: by other solvers than multigrid, and for the energy that it does not
+/// minimize. \param pointwise points are observed, where the energy is joint
+inline bool solvesPlainly(const SolverOptions& solver, const PriorOptions& prior, bool pointwise)
+{
+  return solver.method != SolverMethod::multigrid || (prior.energy == Energy::paper && !pointwise);
+}
 
-/// Solves (P + C) d = b.
-/// \param system at least one voxel must be observed
+/// Solves A d = b. Multigrid, which solves levels in another form (grid_solver.h), is replaced by conjugate gradients.
 /// \param unit length of one voxel side in the unit of d; scales changeTolerance only
-/// \param d in: initial guess, size().count() values; out: the solution
+/// \param d in: initial guess, size.count() values; out: the solution
 /// \throw SolverFailure if no voxel is observed, the result is not finite, or the factorization fails
-/// \throw ResourceLimit if cholesky's factor would exceed maxFactorBytes
+/// \throw ResourceLimit if the factorization would take too long or too much memory
 /// The result does not depend on the number of threads.
 SolveReport solve(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                   Execution& execution);
 
-/// ½ dᵀ(P + C)d − bᵀd per voxel: what every solver lowers.
+/// ½ dᵀA d − bᵀd per voxel: what every solver lowers.
 double energy(const LinearSystem& system, const std::vector<double>& d, Execution& execution);
 
-/// ‖b − (P + C) d‖ / ‖b‖.
+/// ‖b − A d‖ / ‖b‖.
 double relativeResidual(const LinearSystem& system, const std::vector<double>& d, Execution& execution);
 
 } // namespace mrf

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/nested_dissection.h"
 
-#include <algorithm>
-
 namespace pcl {
 namespace mrf {
 namespace {
@@ -28,15 +26,8 @@ void dissect(const VoxelBox& box, const Coupling& coupling, const std::function<
   visit({separator, box});
 }
 
-} // namespace
-
-void dissect(const GridSize& size, const Coupling& coupling, const std::function<void(const Front&)>& visit)
-{
-  VoxelBox all;
-  all.upper = {size.x, size.y, size.z};
-  dissect(all, coupling, visit);
-}
-
+/// How many voxels outside of a front's region it is coupled with: all of them are eliminated later, and after the
+/// region they are coupled with each other.
 std::int64_t boundaryCount(const Front& front, const GridSize& size, const Coupling& coupling)
 {
   const std::array<int, 3> sides{size.x, size.y, size.z};
@@ -54,6 +45,29 @@ std::int64_t boundaryCount(const Front& front, const GridSize& size, const Coupl
         if (coupling.joins(dx, dy, dz))
           count += std::int64_t{number(0, dx)} * number(1, dy) * number(2, dz);
   return count;
+}
+
+} // namespace
+
+void dissect(const GridSize& size, const Coupling& coupling, const std::function<void(const Front&)>& visit)
+{
+  VoxelBox all;
+  all.upper = {size.x, size.y, size.z};
+  dissect(all, coupling, visit);
+}
+
+std::vector<std::int64_t> dissectionOrder(const GridSize& size, const Coupling& coupling)
+{
+  std::vector<std::int64_t> voxels;
+  voxels.reserve(static_cast<std::size_t>(size.count()));
+  dissect(size, coupling, [&](const Front& front) {
+    const VoxelBox& own = front.own;
+    for (int z = own.lower[2]; z < own.upper[2]; ++z)
+      for (int y = own.lower[1]; y < own.upper[1]; ++y)
+        for (int x = own.lower[0]; x < own.upper[0]; ++x)
+          voxels.push_back(size.index(x, y, z));
+  });
+  return voxels;
 }
 
 FactorCost factorCost(const GridSize& size, const Coupling& coupling)

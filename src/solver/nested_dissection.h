@@ -5,7 +5,6 @@
 
 #include <pcl/surface/mrf/lattice.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -45,35 +44,8 @@ struct Front {
 /// after both of the halves that it separates. Calls visit(front) in the order of elimination.
 void dissect(const GridSize& size, const Coupling& coupling, const std::function<void(const Front&)>& visit);
 
-/// Calls visit(x, y, z) for the voxels outside of a front's region that it is coupled with: all of them are eliminated
-/// later, and after the region they are coupled with each other.
-template <typename Visit>
-void forEachBoundaryVoxel(const Front& front, const GridSize& size, const Coupling& coupling, const Visit& visit)
-{
-  const VoxelBox& box = front.region;
-  const std::array<int, 3> sides{size.x, size.y, size.z};
-  VoxelBox around;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    around.lower[axis] = std::max(box.lower[axis] - coupling.steps, 0);
-    around.upper[axis] = std::min(box.upper[axis] + coupling.steps, sides[axis]);
-  }
-  const auto distance = [&](std::size_t axis, int i) {
-    return std::max({box.lower[axis] - i, i - (box.upper[axis] - 1), 0});
-  };
-  for (int z = around.lower[2]; z < around.upper[2]; ++z)
-    for (int y = around.lower[1]; y < around.upper[1]; ++y) {
-      const int dy = distance(1, y), dz = distance(2, z);
-      for (int x = around.lower[0]; x < around.upper[0]; ++x) {
-        if (dy == 0 && dz == 0 && x == box.lower[0])
-          x = box.upper[0]; // the region itself
-        if (x < around.upper[0] && coupling.joins(distance(0, x), dy, dz))
-          visit(x, y, z);
-      }
-    }
-}
-
-/// How many those are.
-std::int64_t boundaryCount(const Front& front, const GridSize& size, const Coupling& coupling);
+/// The voxels in that order.
+std::vector<std::int64_t> dissectionOrder(const GridSize& size, const Coupling& coupling);
 
 /// What a factor takes.
 struct FactorCost {

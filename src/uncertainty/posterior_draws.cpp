@@ -3,7 +3,6 @@
 
 #include "field/prior.h"
 #include "solver/grid_solver.h"
-#include "solver/linear_system.h"
 
 #include <pcl/surface/mrf/options.h>
 
@@ -52,6 +51,33 @@ std::vector<double> drawOfDifferences(const GridSize& size, const NormalDraws& d
   return values;
 }
 
+/// L x
+std::vector<double> laplacianOf(const GridSize& size, const std::vector<double>& x, Execution& execution)
+{
+  std::vector<double> result(x.size());
+  execution.forRange(size.z, 1, [&](std::int64_t plane, std::int64_t) {
+    const auto z = static_cast<int>(plane);
+    for (int j = 0; j < size.y; ++j) {
+      const auto row = [&](int y, int above) { // the row itself at the grid's border
+        return x.data() + size.index(0, std::clamp(y, 0, size.y - 1), std::clamp(above, 0, size.z - 1));
+      };
+      const double *const center = row(j, z), *const south = row(j - 1, z), *const north = row(j + 1, z),
+                          *const below = row(j, z - 1), *const above = row(j, z + 1);
+      double* const out = result.data() + size.index(0, j, z);
+      for (int i = 0; i < size.x; ++i) {
+        const double across = 4 * center[i] - ((south[i] + north[i]) + (below[i] + above[i]));
+        const bool isFirst = i == 0, isLast = i + 1 == size.x;
+        const double along = isFirst && isLast ? 0
+                             : isFirst         ? center[i] - center[i + 1]
+                             : isLast          ? center[i] - center[i - 1]
+                                               : 2 * center[i] - (center[i - 1] + center[i + 1]);
+        out[i] = along + across;
+      }
+    }
+  });
+  return result;
+}
+
 /// A factor of L^k times ξ.
 std::vector<double> drawOfPrior(const GridSize& size, Prior prior, const NormalDraws& draws, Execution& execution)
 {
@@ -62,13 +88,7 @@ std::vector<double> drawOfPrior(const GridSize& size, Prior prior, const NormalD
     const std::vector<float> voxels = drawOf(NormalDraws::Kind::voxels, size.count(), draws, execution);
     values.assign(voxels.begin(), voxels.end());
   }
-  const PriorOperator laplacian{size, Prior::membrane, {}};
-  std::vector<double> product(values.size()), scratch;
-  for (int power = 0; power < order(prior) / 2; ++power) {
-    apply(laplacian, values.data(), product.data(), scratch, execution);
-    values.swap(product);
-  }
-  return values;
+  return order(prior) > 1 ? laplacianOf(size, values, execution) : values;
 }
 
 } // namespace

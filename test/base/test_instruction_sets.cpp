@@ -173,7 +173,7 @@ TEST_F(InstructionSets, MeshesAreTheSameBytes)
   options.observation.kind = pcl::mrf::ObservationKind::plane;
   expectSameMesh(true, options);
   options.prior.kind = pcl::mrf::Prior::membrane;
-  options.prior.energy = pcl::mrf::Energy::weighted;
+  options.prior.energy = pcl::mrf::Energy::paper;
   expectSameMesh(false, options);
   options.solver.method = pcl::mrf::SolverMethod::cg;
   expectSameMesh(false, options);

@@ -68,13 +68,25 @@ expect() {
   grep -q "$1" "$scratch/said" || { cat "$scratch/said"; echo "consumer: '$1' expected of ${*:2}" >&2; exit 1; }
 }
 
+# expect_missing_module PROGRAM: it fails, and says which package it lacks.
+expect_missing_module() {
+  if "$1" cholesky >"$scratch/said" 2>"$scratch/error" ||
+    ! grep -q 'of the package libpcl-mrf-cholesky[0-9.]*, which cannot be loaded' "$scratch/said" "$scratch/error"; then
+    cat "$scratch/said" "$scratch/error"
+    echo "consumer: not what is expected without the module of the solver cholesky" >&2
+    exit 1
+  fi
+}
+
 if [ "$mode" = subdirectory ]; then
   # By a project that has not heard of PCL before, and by one that uses more of it; each without a build type, but with
   # the flags of Release, with which ccache has seen the library.
   source=(-DCONSUMER_SOURCE="$tree" -DMRF_WARNINGS_AS_ERRORS=ON -DCMAKE_CXX_FLAGS='-O3 -DNDEBUG')
-  build "$scratch/build" "${source[@]}" -DCONSUMER_EXAMPLES=OFF
+  build "$scratch/build" "${source[@]}" -DCONSUMER_EXAMPLES=OFF -DMRF_BUILD_CHOLESKY=ON
   "$scratch/build/consumer" multigrid
   "$scratch/build/consumer" cholesky
+  find "$scratch/build" -name 'libpcl_mrf_cholesky*' -delete
+  expect_missing_module "$scratch/build/consumer"
   build "$scratch/with-pcl" "${source[@]}"
   run_examples "$scratch/with-pcl/examples"
   exit
@@ -137,6 +149,10 @@ for tool in "$built"/bin/pcl_mrf_*; do
   [ -e "$tool" ] || continue
   "$prefix/bin/$(basename "$tool")" --help >/dev/null
 done
+# Without its module cholesky is refused, and nothing else.
+rm "$(find "$prefix" -name 'libpcl_mrf_cholesky.so.*')"
+expect_missing_module "$scratch/build/consumer"
+"$scratch/build/consumer" multigrid
 # And the module of pictures: what they say is missing is a display.
 DISPLAY=:nowhere "$prefix/bin/pcl_mrf_reconstruction" none.ply none.obj --picture none.png 2>"$scratch/error" || true
 grep -q "':nowhere' does not answer" "$scratch/error" || { cat "$scratch/error"; exit 1; }

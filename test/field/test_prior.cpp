@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/prior.h"
 #include "options/validation.h"
+#include "solver/linear_system.h"
 #include "support/lattice_matrix.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -8,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -21,82 +23,51 @@ const Prior allPriors[] = {Prior::membrane, Prior::thinPlate, Prior::triharmonic
 const GridSize allSizes[] = {{7, 5, 6}, {8, 4, 8}, {17, 3, 9}, {1, 6, 5}, {6, 1, 5}, {6, 5, 1}, {2, 1, 9},
                              {9, 2, 1}, {1, 1, 7}, {7, 1, 1},  {1, 7, 1}, {2, 2, 2}, {1, 1, 1}, {3, 2, 4}};
 
-PriorOperator makePrior(GridSize size, Prior prior, bool weighted)
-{
-  PriorOperator result{size, prior, {}};
-  if (weighted)
-    result.voxelWeights = oracle::randomValues(static_cast<std::size_t>(size.count()), .01, 1, 7);
-  return result;
-}
-
-std::vector<double> product(const PriorOperator& prior, const std::vector<double>& x, int threads = 1)
+/// The matrix of a level that nothing observes.
+LinearSystem unobserved(const GridSize& size, Prior prior, int threads = 1)
 {
   Execution execution(threads);
-  std::vector<double> y(x.size(), std::numeric_limits<double>::quiet_NaN()), scratch;
-  apply(prior, x.data(), y.data(), scratch, execution);
-  return y;
+  Observation none;
+  none.lattice.size = size;
+  PriorOptions options;
+  options.kind = prior;
+  return assemble(none, options, execution);
 }
 
-Eigen::MatrixXd denseOperator(const PriorOperator& prior)
+Eigen::VectorXd product(const GridSize& size, Prior prior, const std::vector<double>& x)
 {
-  const auto count = static_cast<Eigen::Index>(prior.size.count());
-  Eigen::MatrixXd matrix(count, count);
-  for (Eigen::Index j = 0; j < count; ++j) {
-    std::vector<double> unit(static_cast<std::size_t>(count));
-    unit[static_cast<std::size_t>(j)] = 1;
-    const std::vector<double> column = product(prior, unit);
-    matrix.col(j) = Eigen::Map<const Eigen::VectorXd>(column.data(), count);
-  }
-  return matrix;
+  return unobserved(size, prior).matrix *
+         Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
 }
 
 } // namespace
 
-TEST(Prior, matrixFreeOperatorIsTheMatrixOfTheDefinition)
+TEST(Prior, isThePowerOfTheLaplacian)
 {
-  for (const bool weighted : {false, true})
-    for (const Prior prior : allPriors)
-      for (const GridSize& size : allSizes) {
-        SCOPED_TRACE(testing::Message() << "k = " << order(prior) << ", " << size.x << " x " << size.y << " x "
-                                        << size.z << (weighted ? ", weighted" : ""));
-        const auto op = makePrior(size, prior, weighted);
-        const auto x = oracle::randomValues(static_cast<std::size_t>(size.count()), -1, 1, 3);
-        const auto y = product(op, x);
-        const Eigen::VectorXd expected =
-            oracle::priorMatrix(op) * Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size()));
-        for (std::size_t i = 0; i < x.size(); ++i) // values up to 12^k, rounding 1e-16 each
-          ASSERT_NEAR(y[i], expected[static_cast<Eigen::Index>(i)], 1e-12 * std::pow(12.0, order(prior)));
-      }
+  for (const Prior prior : allPriors)
+    for (const GridSize& size : allSizes) {
+      SCOPED_TRACE(testing::Message() << "k = " << order(prior) << ", " << size.x << " x " << size.y << " x "
+                                      << size.z);
+      EXPECT_EQ(Eigen::MatrixXd(unobserved(size, prior).matrix), Eigen::MatrixXd(oracle::priorMatrix(size, prior)));
+    }
 }
 
 TEST(Prior, symmetricPositiveSemidefiniteWithConstantsAsNullSpace)
 {
-  for (const bool weighted : {false, true})
-    for (const Prior prior : allPriors)
-      for (const GridSize& size : {GridSize{6, 5, 4}, GridSize{5, 1, 7}}) {
-        SCOPED_TRACE(testing::Message() << "k = " << order(prior) << (weighted ? ", weighted" : ""));
-        const Eigen::MatrixXd matrix = denseOperator(makePrior(size, prior, weighted));
-        const double largest = std::pow(12.0, order(prior));
-        EXPECT_LE((matrix - matrix.transpose()).cwiseAbs().maxCoeff(), 1e-15 * largest);
-        const oracle::Spectrum spectrum = oracle::spectrumOf(matrix);
-        const Eigen::VectorXd& values = spectrum.values;
-        EXPECT_NEAR(values[0], 0, 1e-13 * largest);
-        // The smallest other eigenvalue of L is 2 − 2 cos(π/7) = .198 here, of the weighted ones at least .01 of its
-        // power.
-        EXPECT_GT(values[1], .01 * std::pow(.19, order(prior)));
-        EXPECT_LE(values[values.size() - 1], largest);
-        EXPECT_LE((spectrum.first.array() - spectrum.first.mean()).abs().maxCoeff(), 1e-9);
-      }
-}
-
-TEST(Prior, annihilatesConstantsExactly)
-{
   for (const Prior prior : allPriors)
-    for (const double constant : {1., .1, 12345.678}) {
-      const GridSize size{13, 9, 6};
-      for (const double value : product(makePrior(size, prior, false),
-                                        std::vector<double>(static_cast<std::size_t>(size.count()), constant)))
-        ASSERT_EQ(value, 0);
+    for (const GridSize& size : {GridSize{6, 5, 4}, GridSize{5, 1, 7}}) {
+      SCOPED_TRACE(testing::Message() << "k = " << order(prior));
+      const Eigen::MatrixXd matrix(unobserved(size, prior).matrix);
+      const double largest = std::pow(12.0, order(prior));
+      EXPECT_EQ(matrix, matrix.transpose());
+      EXPECT_TRUE((matrix.rowwise().sum().array() == 0).all());
+      const oracle::Spectrum spectrum = oracle::spectrumOf(matrix);
+      const Eigen::VectorXd& values = spectrum.values;
+      EXPECT_NEAR(values[0], 0, 1e-13 * largest);
+      // The smallest other eigenvalue of L is 2 − 2 cos(π/7) = .198 here.
+      EXPECT_GT(values[1], std::pow(.19, order(prior)));
+      EXPECT_LE(values[values.size() - 1], largest);
+      EXPECT_LE((spectrum.first.array() - spectrum.first.mean()).abs().maxCoeff(), 1e-9);
     }
 }
 
@@ -104,10 +75,8 @@ TEST(Prior, centerCoefficientsOfTheInterior)
 {
   const GridSize size{9, 9, 9};
   for (const Prior prior : allPriors) {
-    std::vector<double> unit(static_cast<std::size_t>(size.count()));
-    const auto center = static_cast<std::size_t>(size.index(4, 4, 4));
-    unit[center] = 1;
-    EXPECT_EQ(product(makePrior(size, prior, false), unit)[center], centerCoefficient(prior));
+    const std::int64_t center = size.index(4, 4, 4);
+    EXPECT_EQ(unobserved(size, prior).matrix.coeff(center, center), centerCoefficient(prior));
   }
   EXPECT_EQ(centerCoefficient(Prior::membrane), 6);
   EXPECT_EQ(centerCoefficient(Prior::thinPlate), 42);
@@ -124,28 +93,29 @@ TEST(Prior, annihilatesThePolynomialsBelowItsOrderInTheInterior)
         linear.push_back(3 * x - 2 * y + z + 5);
         cubic.push_back(x * x * y - z * z * z + 2 * x * y * z + y * y);
       }
-  const auto center = static_cast<std::size_t>(size.index(5, 5, 5));
-  EXPECT_EQ(product(makePrior(size, Prior::membrane, false), linear)[center], 0);
-  EXPECT_EQ(product(makePrior(size, Prior::thinPlate, false), cubic)[center], 0);
-  EXPECT_EQ(product(makePrior(size, Prior::triharmonic, false), cubic)[center], 0);
+  const std::int64_t center = size.index(5, 5, 5);
+  EXPECT_EQ(product(size, Prior::membrane, linear)[center], 0);
+  EXPECT_EQ(product(size, Prior::thinPlate, cubic)[center], 0);
+  EXPECT_EQ(product(size, Prior::triharmonic, cubic)[center], 0);
   // −Δ of x² is −2.
   std::vector<double> square;
   for (int i = 0; i < size.count(); ++i)
     square.push_back((i % size.x) * (i % size.x));
-  EXPECT_EQ(product(makePrior(size, Prior::membrane, false), square)[center], -2);
+  EXPECT_EQ(product(size, Prior::membrane, square)[center], -2);
 }
 
 TEST(Prior, sameBytesForAnyNumberOfThreads)
 {
-  const GridSize size{61, 47, 43}; // above the size that is cut into slabs
-  for (const bool weighted : {false, true})
-    for (const Prior prior : allPriors) {
-      const auto op = makePrior(size, prior, weighted);
-      const std::vector<double> x = oracle::randomValues(static_cast<std::size_t>(size.count()), -1, 1, 5);
-      const auto one = product(op, x, 1);
-      for (const int threads : {2, 3, 4, 50}) // 50: slabs thinner than the operator's reach
-        EXPECT_EQ(one, product(op, x, threads)) << threads << " threads, k = " << order(prior);
+  const GridSize size{61, 47, 43}; // several pieces of work
+  for (const Prior prior : allPriors) {
+    const SystemMatrix one = unobserved(size, prior).matrix;
+    for (const int threads : {2, 3}) {
+      const SystemMatrix other = unobserved(size, prior, threads).matrix;
+      ASSERT_EQ(one.nonZeros(), other.nonZeros());
+      EXPECT_TRUE(std::equal(one.valuePtr(), one.valuePtr() + one.nonZeros(), other.valuePtr()));
+      EXPECT_TRUE(std::equal(one.innerIndexPtr(), one.innerIndexPtr() + one.nonZeros(), other.innerIndexPtr()));
     }
+  }
 }
 
 TEST(Prior, optionLimits)

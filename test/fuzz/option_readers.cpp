@@ -59,7 +59,7 @@ void forEachMember(Options& o, const Visit& visit)
       o.observation.neighbors, o.observation.scaleWithLevel, o.observation.maxDistance, o.observation.confidenceShape);
   all(o.prior.kind, o.prior.beta, o.prior.energy);
   all(o.solver.method, o.solver.maxIterations, o.solver.residualTolerance, o.solver.changeTolerance,
-      o.solver.smootherDegree, o.solver.choleskyOnCoarsest, o.solver.seed, o.solver.maxFactorBytes);
+      o.solver.smootherDegree, o.solver.choleskyOnCoarsest, o.solver.seed);
   all(o.multiscale.quality, o.multiscale.voxelSize, o.multiscale.padding, o.multiscale.coarsestSide,
       o.multiscale.maxMemory, o.multiscale.denseVoxels, o.multiscale.interpolation);
   all(o.polygonizer.decomposition);

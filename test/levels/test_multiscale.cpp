@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/interpolation.h"
+#include "field/prior.h"
 #include "levels/multiscale.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
@@ -133,14 +134,15 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
   EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, ofArea(1), options));
 }
 
-TEST(PlanLevels, TheVoxelSizeThatWouldFitSuitsTheFactorAsWell)
+TEST(PlanLevels, TheVoxelSizeThatWouldFitIsFactorizedInTimeAsWell)
 {
   const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
   MultiscaleOptions options;
   options.maxMemory = std::size_t{8} << 30;
   Workload workload = ofArea(1);
   workload.solver.method = SolverMethod::cholesky;
-  workload.solver.maxFactorBytes = std::size_t{64} << 20;
+  const std::string slow = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .03f, workload, options); });
+  EXPECT_NE(slow.find(" s, in which the run could not be cancelled; a voxel size of "), std::string::npos) << slow;
   const std::string message = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .01f, workload, options); });
   const std::string phrase = "a voxel size of ";
   ASSERT_NE(message.find(phrase), std::string::npos) << message;
@@ -369,27 +371,34 @@ TEST(Regularize, FillsAHoleInASphere)
   EXPECT_LT(errors[2], .2);
 }
 
-// w = αβ/(1−αβ) is αβ for low β, so that the text's weights are the program's with another β.
-TEST(Regularize, BandsWeighDataByTheEnergyAsDenseLevelsDo)
+TEST(Regularize, CholeskyGivesMultigridsConvergedField)
 {
-  ObservationOptions observation;
-  observation.kind = ObservationKind::plane;
-  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .05);
-  for (const std::int64_t denseVoxels : {std::int64_t{1}, std::int64_t{1} << 30}) {
-    const auto errorOf = [&](Energy energy, float beta) {
-      PriorOptions prior;
-      prior.kind = Prior::thinPlate;
-      prior.beta = beta;
-      prior.energy = energy;
-      MultiscaleOptions options;
-      options.denseVoxels = denseVoxels;
-      return surfaceError(regularizePoints(points, .05f, prior, options, {}, 1, observation).field, points);
-    };
-    const float beta = .02f;
-    const double text = errorOf(Energy::paperText, beta);
-    EXPECT_NEAR(errorOf(Energy::joint, beta * (36.f / 7) / 42), text, .04 * text) << "weights differ by 2 %";
-    EXPECT_LT(errorOf(Energy::joint, beta), .7 * text);
-  }
+  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .15);
+  for (const ObservationKind kind : {ObservationKind::points, ObservationKind::plane})
+    for (const Prior prior : {Prior::membrane, Prior::thinPlate}) {
+      ObservationOptions observation;
+      observation.kind = kind;
+      PriorOptions options;
+      options.kind = prior;
+      const auto fieldBy = [&](SolverMethod method) {
+        SolverOptions solver;
+        solver.method = method;
+        solver.residualTolerance = 1e-7;
+        solver.changeTolerance = 0;
+        return regularizePoints(points, .15f, options, {}, solver, 1, observation).field;
+      };
+      const DistanceField expected = fieldBy(SolverMethod::cholesky), found = fieldBy(SolverMethod::multigrid);
+      const GridSize size = expected.lattice().size;
+      double difference = 0, norm = 0;
+      for (int k = 0; k < size.z; ++k)
+        for (int j = 0; j < size.y; ++j)
+          for (int i = 0; i < size.x; ++i) {
+            const double value = static_cast<double>(expected.distance(i, j, k));
+            difference += std::pow(static_cast<double>(found.distance(i, j, k)) - value, 2);
+            norm += value * value;
+          }
+      EXPECT_LT(std::sqrt(difference / norm), 1e-5) << "k = " << order(prior);
+    }
 }
 
 TEST(Regularize, ConfidenceOfVoxelsIsZeroAwayFromThePoints)

@@ -402,7 +402,7 @@ TEST(Options, EnumerationsOutOfRange)
       [](auto& o) { o.observation.confidenceShape = static_cast<pcl::mrf::ConfidenceShape>(2); },
       [](auto& o) { o.prior.kind = static_cast<pcl::mrf::Prior>(0); },
       [](auto& o) { o.prior.energy = static_cast<pcl::mrf::Energy>(3); },
-      [](auto& o) { o.solver.method = static_cast<pcl::mrf::SolverMethod>(4); },
+      [](auto& o) { o.solver.method = static_cast<pcl::mrf::SolverMethod>(5); },
       [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },
       [](auto& o) { o.polygonizer.decomposition = static_cast<pcl::mrf::CellDecomposition>(2); },
       [](auto& o) { o.trimming.kind = static_cast<pcl::mrf::Trimming>(3); },

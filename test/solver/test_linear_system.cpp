@@ -5,15 +5,15 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
-#include <random>
+#include <vector>
 
 using namespace pcl::mrf;
 using namespace systems;
 
-TEST(Assemble, weightsAndTargetsOfJointAndWeightedEnergy)
+TEST(Assemble, weightsAndTargets)
 {
+  Execution execution;
   Observation observation;
   observation.lattice.size = {3, 2, 2};
   observation.voxels = {1, 7};
@@ -21,121 +21,158 @@ TEST(Assemble, weightsAndTargetsOfJointAndWeightedEnergy)
   observation.confidences = {1.f, .25f};
   for (const Prior prior : allPriors) {
     const double c = centerCoefficient(prior);
-    const auto joint = assemble(observation, priorOptions(prior, Energy::joint, .8f));
-    const auto weighted = assemble(observation, priorOptions(prior, Energy::weighted, .8f));
-    EXPECT_TRUE(joint.prior.voxelWeights.empty());
+    const auto joint = assemble(observation, priorOptions(prior, Energy::joint, .8f), execution);
+    const Eigen::MatrixXd data =
+        Eigen::MatrixXd(joint.matrix) - Eigen::MatrixXd(oracle::priorMatrix(joint.size, prior));
+    EXPECT_TRUE(joint.isObserved);
     for (std::size_t i = 0; i < 12; ++i) {
       const auto v = static_cast<Eigen::Index>(i);
       const double a = i == 1 ? .8 : i == 7 ? .2 : 0;
       const double target = i == 1 ? .5 : i == 7 ? -2 : 0;
       // β = .8 is not representable in single precision.
-      EXPECT_NEAR(joint.data.coeff(v, v), c * a / (1 - a), 1e-6 * c * 4);
+      EXPECT_NEAR(data(v, v), c * a / (1 - a), 1e-6 * c * 4);
       EXPECT_NEAR(joint.rightHandSide[i], c * a / (1 - a) * target, 1e-6 * c * 4);
-      EXPECT_NEAR(weighted.data.coeff(v, v), c * a, 1e-6 * c);
-      EXPECT_NEAR(weighted.rightHandSide[i], c * a * target, 1e-6 * c);
-      EXPECT_NEAR(weighted.prior.voxelWeights[i], 1 - a, 1e-6);
     }
+    EXPECT_EQ(data.sum(), data.diagonal().sum());
   }
   // α β = 1 would be an infinite weight.
   observation.confidences = {1.f, 1.f};
-  const auto strong = assemble(observation, priorOptions(Prior::membrane, Energy::joint, std::nextafter(1.f, 0.f)));
-  EXPECT_NEAR(strong.data.coeff(1, 1), 6e6, 10);
+  const auto strong =
+      assemble(observation, priorOptions(Prior::membrane, Energy::joint, std::nextafter(1.f, 0.f)), execution);
+  EXPECT_NEAR(strong.matrix.coeff(1, 1), 6e6, 10);
 }
 
-TEST(Assemble, weightsOfThePapersText)
+namespace {
+
+/// Σ (1 − a_i) U(d_i) + a_i (d_i − d°_i)² as the paper writes it.
+class PaperEnergy {
+public:
+  PaperEnergy(const Observation& observation, const PriorOptions& options)
+      : size_(observation.lattice.size), options_(options), a_(static_cast<std::size_t>(size_.count()), 0),
+        target_(a_.size(), 0)
+  {
+    for (std::size_t n = 0; n < observation.voxels.size(); ++n) {
+      const auto voxel = static_cast<std::size_t>(observation.voxels[n]);
+      a_[voxel] = static_cast<double>(observation.confidences[n]) * static_cast<double>(options.beta);
+      target_[voxel] = static_cast<double>(observation.distances[n]);
+    }
+  }
+
+  double operator()(const std::vector<double>& d) const
+  {
+    double sum = 0;
+    for (std::int64_t i = 0; i < size_.count(); ++i) {
+      const auto v = static_cast<std::size_t>(i);
+      sum += (1 - a_[v]) * clique(d, i) + a_[v] * std::pow(d[v] - target_[v], 2);
+    }
+    return sum;
+  }
+
+private:
+  std::vector<std::int64_t> neighbors(std::int64_t i) const
+  {
+    std::vector<std::int64_t> found;
+    const Eigen::Array3i at = size_.voxel(i);
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int step : {-1, 1}) {
+        Eigen::Array3i other = at;
+        other[axis] += step;
+        if (size_.contains(other.x(), other.y(), other.z()))
+          found.push_back(size_.index(other.x(), other.y(), other.z()));
+      }
+    return found;
+  }
+
+  double offMean(const std::vector<double>& d, std::int64_t i) const // l_i
+  {
+    const auto all = neighbors(i);
+    double sum = 0;
+    for (const std::int64_t j : all)
+      sum += d[static_cast<std::size_t>(j)];
+    return d[static_cast<std::size_t>(i)] - sum / static_cast<double>(all.size());
+  }
+
+  double clique(const std::vector<double>& d, std::int64_t i) const // U(d_i)
+  {
+    const auto all = neighbors(i);
+    double sum = 0;
+    for (const std::int64_t j : all)
+      sum += options_.kind == Prior::membrane
+                 ? std::pow(d[static_cast<std::size_t>(i)] - d[static_cast<std::size_t>(j)], 2) /
+                       static_cast<double>(all.size())
+                 : std::pow(offMean(d, i) - offMean(d, j), 2);
+    return sum;
+  }
+
+  GridSize size_;
+  PriorOptions options_;
+  std::vector<double> a_, target_;
+};
+
+} // namespace
+
+TEST(Assemble, thePapersEnergyIsTheOneThatItWrites)
 {
+  Execution execution(2);
+  for (const Prior prior : allPriors)
+    for (const GridSize& size : {GridSize{6, 5, 7}, GridSize{9, 1, 4}}) {
+      const Observation observation = observeSphere(size);
+      const PriorOptions options = priorOptions(prior, Energy::paper, .9f);
+      const LinearSystem system = assemble(observation, options, execution);
+      const PaperEnergy paperEnergy(observation, options);
+      std::vector<double> d = oracle::randomValues(static_cast<std::size_t>(size.count()), -1, 1, 5), product(d.size());
+      multiply(system, d, product, execution);
+      for (std::size_t i = 0; i < d.size(); ++i) {
+        const double before = d[i];
+        d[i] = before + .5;
+        const double above = paperEnergy(d);
+        d[i] = before - .5;
+        const double below = paperEnergy(d);
+        d[i] = before;
+        // Central differences of a quadratic are its derivative, whatever the step.
+        ASSERT_NEAR(2 * (product[i] - system.rightHandSide[i]), above - below, 1e-10) << "k = " << order(prior);
+      }
+    }
+}
+
+TEST(Assemble, smoothingLengthsOfThePapersEnergyAreThoseOfItsInterior)
+{
+  // Where all voxels are observed with a constant a, rows divided by (1 − a) are L^k times a factor, and w.
+  Execution execution;
+  const GridSize size{13, 13, 13};
   Observation observation;
-  observation.lattice.size = {2, 2, 2};
-  observation.voxels = {3};
-  observation.distances = {-2.f};
-  observation.confidences = {.5f};
-  const std::array<double, 3> coefficients = {6, 36. / 7, 18};
+  observation.lattice.size = size;
+  for (std::int64_t i = 0; i < size.count(); ++i) {
+    observation.voxels.push_back(i);
+    observation.distances.push_back(0);
+    observation.confidences.push_back(1);
+  }
+  const std::int64_t center = size.index(6, 6, 6), beside = center + 1;
   for (const Prior prior : allPriors) {
-    const PriorOptions options = priorOptions(prior, Energy::paperText, .5f);
-    const double expected = coefficients[static_cast<std::size_t>(order(prior) - 1)] / 3; // w of a = 1/4
-    const auto system = assemble(observation, options);
-    EXPECT_TRUE(system.prior.voxelWeights.empty());
-    EXPECT_DOUBLE_EQ(system.data.coeff(3, 3), expected);
-    EXPECT_DOUBLE_EQ(system.rightHandSide[3], -2 * expected);
-    EXPECT_EQ(system.data.coeff(0, 0), 0);
-    EXPECT_DOUBLE_EQ(dataCoefficient(options), 3 * expected);
-    EXPECT_EQ(dataCoefficient(priorOptions(prior, Energy::joint)), centerCoefficient(prior));
-    EXPECT_EQ(dataCoefficient(priorOptions(prior, Energy::weighted)), centerCoefficient(prior));
-    // What the data hold back less is smoothed over a longer way, by the ratio of the weights.
-    const double ratio = smoothingLength(options, 1) / smoothingLength(priorOptions(prior, Energy::joint, .5f), 1);
-    EXPECT_NEAR(std::pow(ratio, 2 * order(prior)), centerCoefficient(prior) / dataCoefficient(options), 1e-9);
+    const PriorOptions options = priorOptions(prior, Energy::paper, .75f);
+    const LinearSystem system = assemble(observation, options, execution);
+    const Prior power = prior == Prior::membrane ? prior : Prior::triharmonic;
+    const oracle::Matrix expected = oracle::priorMatrix(size, power);
+    const double factor = system.matrix.coeff(center, beside) / expected.coeff(center, beside);
+    const double coefficient = .75 / factor; // w of L^k + c w
+    EXPECT_NEAR(system.matrix.coeff(center, center), factor * centerCoefficient(power) + .75, 1e-9);
+    EXPECT_NEAR(smoothingLength(options, 1), std::pow(coefficient, -.5 / order(power)), 1e-6);
   }
 }
 
-// The paper's text for Eq. 6 as it stands, differentiated: what 2 w (d − d°) is added to.
-TEST(Assemble, weightsOfThePapersTextFollowFromItsEnergy)
-{
-  // Wide enough that no clique of the voxel in the middle, nor L³ there, sees the border.
-  const GridSize size{9, 9, 9};
-  const std::int64_t middle = size.index(4, 4, 4);
-  std::mt19937 random(1);
-  std::vector<double> d(static_cast<std::size_t>(size.count()));
-  for (double& value : d)
-    value = std::uniform_real_distribution<double>(-1, 1)(random);
-  const std::array<std::int64_t, 6> steps = {1, -1, size.x, -size.x, size.planeCount(), -size.planeCount()};
-  const auto offMean = [&](std::int64_t i) { // l_i
-    double sum = 0;
-    for (const std::int64_t step : steps)
-      sum += d[static_cast<std::size_t>(i + step)];
-    return d[static_cast<std::size_t>(i)] - sum / 6;
-  };
-  const auto clique = [&](std::int64_t i) { // U_L(d_i)
-    double sum = 0;
-    for (const std::int64_t step : steps)
-      sum += std::pow(offMean(i) - offMean(i + step), 2);
-    return sum;
-  };
-  const auto allCliques = [&](std::int64_t) {
-    double sum = 0;
-    for (int z = 2; z < 7; ++z)
-      for (int y = 2; y < 7; ++y)
-        for (int x = 2; x < 7; ++x)
-          sum += clique(size.index(x, y, z));
-    return sum;
-  };
-  // Exact for a quadratic, whatever the step.
-  const auto derivative = [&](const auto& energy) {
-    double& value = d[static_cast<std::size_t>(middle)];
-    const double before = value;
-    value = before + .5;
-    const double above = energy(middle);
-    value = before - .5;
-    const double below = energy(middle);
-    value = before;
-    return above - below;
-  };
-  Execution execution;
-  const auto product = [&](Prior prior) {
-    std::vector<double> result(d.size()), scratch(d.size());
-    apply(PriorOperator{size, prior, {}}, d.data(), result.data(), scratch, execution);
-    return result[static_cast<std::size_t>(middle)];
-  };
-  EXPECT_NEAR(2 * product(Prior::thinPlate) / derivative(clique),
-              dataCoefficient(priorOptions(Prior::thinPlate, Energy::paperText)), 1e-9);
-  EXPECT_NEAR(2 * product(Prior::triharmonic) / derivative(allCliques),
-              dataCoefficient(priorOptions(Prior::triharmonic, Energy::paperText)), 1e-9);
-}
-
-TEST(Assemble, matrixFreeSystemIsTheExplicitMatrix)
+TEST(Assemble, energyAndResidualAreThoseOfTheMatrix)
 {
   Execution execution;
   for (const Energy energyKind : allEnergies)
-    for (const Prior prior : allPriors)
-      for (const GridSize& size : {GridSize{9, 8, 7}, GridSize{10, 1, 10}, GridSize{2, 10, 9}}) {
-        const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind));
-        const auto x = oracle::randomValues(static_cast<std::size_t>(size.count()), -1, 1, 11);
-        const auto matrix = systemMatrix(system);
-        const auto b = asVector(system.rightHandSide);
-        const oracle::Vector product = matrix * asVector(x);
-        // Rounding of a sum of a few hundred terms.
-        EXPECT_NEAR(relativeResidual(system, x, execution), (b - product).norm() / b.norm(), 1e-11);
-        const double expected =
-            (.5 * asVector(x).dot(product) - b.dot(asVector(x))) / static_cast<double>(size.count());
-        EXPECT_NEAR(energy(system, x, execution), expected, 1e-11 * std::abs(expected));
-      }
+    for (const Prior prior : allPriors) {
+      const GridSize size{9, 8, 7};
+      const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind), execution);
+      const auto x = oracle::randomValues(static_cast<std::size_t>(size.count()), -1, 1, 11);
+      const auto b = asVector(system.rightHandSide);
+      const oracle::Vector product = system.matrix * asVector(x);
+      // Rounding of a sum of a few hundred terms.
+      EXPECT_NEAR(relativeResidual(system, x, execution), (b - product).norm() / b.norm(), 1e-11);
+      const double expected = (.5 * asVector(x).dot(product) - b.dot(asVector(x))) / static_cast<double>(size.count());
+      EXPECT_NEAR(energy(system, x, execution), expected, 1e-11 * std::abs(expected));
+    }
 }

@@ -11,11 +11,10 @@ TEST(Solver, sameBytesForAnyNumberOfThreads)
   const GridSize size{53, 47, 44}; // above the size that is cut into slabs
   for (const Energy energyKind : allEnergies)
     for (const Prior prior : allPriors) {
-      const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind));
-      for (const SolverMethod method : {SolverMethod::multigrid, SolverMethod::cg, SolverMethod::icm}) {
-        if (method == SolverMethod::icm && energyKind == Energy::weighted && prior != Prior::membrane)
-          continue; // an explicit matrix of this size takes too long here; the sweep is the same
-        const SolverOptions options = solverOptions(method, 1e-9, method == SolverMethod::icm ? 1 : 2);
+      Execution single;
+      const auto system = assemble(observeSphere(size), priorOptions(prior, energyKind), single);
+      for (const SolverMethod method : {SolverMethod::cg, SolverMethod::icmColors, SolverMethod::icm}) {
+        const SolverOptions options = solverOptions(method, 1e-9, isIcm(method) ? 1 : 2);
         std::vector<double> first;
         std::vector<double> firstHistory;
         for (const int threads : {1, 3, 11}) { // 11: slabs thinner than the smoother's reach

@@ -11,10 +11,10 @@
 
 namespace oracle {
 
-Matrix laplacian(const pcl::mrf::GridSize& size, const Vector& v)
+Matrix laplacian(const pcl::mrf::GridSize& size)
 {
   const auto count = static_cast<Eigen::Index>(size.count());
-  Eigen::SparseMatrix<double> differences(0, count); // one row per edge, scaled by √ of its weight
+  Eigen::SparseMatrix<double> differences(0, count); // one row per edge
   std::vector<Eigen::Triplet<double>> entries;
   int edges = 0;
   const int steps[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -25,9 +25,8 @@ Matrix laplacian(const pcl::mrf::GridSize& size, const Vector& v)
           if (size.contains(x + step[0], y + step[1], z + step[2])) {
             const auto i = static_cast<int>(size.index(x, y, z));
             const auto j = static_cast<int>(size.index(x + step[0], y + step[1], z + step[2]));
-            const double root = std::sqrt(.5 * (v[i] + v[j]));
-            entries.emplace_back(edges, i, root);
-            entries.emplace_back(edges, j, -root);
+            entries.emplace_back(edges, i, 1);
+            entries.emplace_back(edges, j, -1);
             ++edges;
           }
   differences.resize(edges, count);
@@ -35,21 +34,13 @@ Matrix laplacian(const pcl::mrf::GridSize& size, const Vector& v)
   return Matrix(differences.transpose()) * differences;
 }
 
-Matrix priorMatrix(const pcl::mrf::PriorOperator& prior)
+Matrix priorMatrix(const pcl::mrf::GridSize& size, pcl::mrf::Prior prior)
 {
-  const auto count = static_cast<Eigen::Index>(prior.size.count());
-  Vector v = Vector::Ones(count);
-  for (std::size_t i = 0; i < prior.voxelWeights.size(); ++i)
-    v[static_cast<Eigen::Index>(i)] = prior.voxelWeights[i];
-  const Matrix plain = laplacian(prior.size, Vector::Ones(count));
-  switch (pcl::mrf::order(prior.kind)) {
-  case 1:
-    return laplacian(prior.size, v);
-  case 2:
-    return plain * Matrix(v.asDiagonal() * plain);
-  default:
-    return plain * Matrix(laplacian(prior.size, v) * plain);
-  }
+  const Matrix single = laplacian(size);
+  Matrix power = single;
+  for (int k = 1; k < order(prior); ++k)
+    power = (power * single).pruned();
+  return power;
 }
 
 Vector solved(const Matrix& matrix, const Vector& rightHandSide)

@@ -3,7 +3,8 @@
 /// \brief The prior as an explicit matrix, written down from its definition: the oracle for the matrix-free operator.
 #pragma once
 
-#include "solver/linear_system.h"
+#include <pcl/surface/mrf/lattice.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <Eigen/SparseCore>
 
@@ -14,11 +15,11 @@ namespace oracle {
 using Matrix = Eigen::SparseMatrix<double>;
 using Vector = Eigen::VectorXd;
 
-/// Σ over the lattice's edges (i, j) of ½(v_i + v_j) (e_i − e_j)(e_i − e_j)ᵀ.
-Matrix laplacian(const pcl::mrf::GridSize& size, const Vector& v);
+/// L: Σ over the lattice's edges (i, j) of (e_i − e_j)(e_i − e_j)ᵀ.
+Matrix laplacian(const pcl::mrf::GridSize& size);
 
-/// The prior's matrix; `v` empty: voxel weights of 1.
-Matrix priorMatrix(const pcl::mrf::PriorOperator& prior);
+/// L^k
+Matrix priorMatrix(const pcl::mrf::GridSize& size, pcl::mrf::Prior prior);
 
 /// The solution of a symmetric positive definite system, by a factorization.
 Vector solved(const Matrix& matrix, const Vector& rightHandSide);

@@ -25,25 +25,23 @@ Observation observeSphere(GridSize size, double shift, double scale)
   return observation;
 }
 
-void observeDirectly(const std::vector<double>& weights, const std::vector<double>& targets, LinearSystem& system)
+LinearSystem observedDirectly(const GridSize& size, Prior prior, const std::vector<double>& weights,
+                              const std::vector<double>& targets)
 {
-  system.data.resize(system.size().count(), system.size().count());
-  system.rightHandSide.clear();
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    system.data.insert(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) = weights[i];
+  const oracle::Vector w = asVector(weights);
+  LinearSystem system;
+  system.size = size;
+  system.coupling.steps = order(prior);
+  system.matrix = oracle::priorMatrix(size, prior) + oracle::Matrix(w.asDiagonal());
+  system.isObserved = true;
+  for (std::size_t i = 0; i < weights.size(); ++i)
     system.rightHandSide.push_back(weights[i] * targets[i]);
-  }
-  system.data.makeCompressed();
-}
-
-oracle::Matrix systemMatrix(const LinearSystem& system)
-{
-  return oracle::priorMatrix(system.prior) + oracle::Matrix(system.data);
+  return system;
 }
 
 std::vector<double> directSolution(const LinearSystem& system)
 {
-  const oracle::Vector solution = oracle::solved(systemMatrix(system), asVector(system.rightHandSide));
+  const oracle::Vector solution = oracle::solved(system.matrix, asVector(system.rightHandSide));
   return {solution.data(), solution.data() + solution.size()};
 }
 
@@ -70,7 +68,7 @@ LinearSystem SphereLevel::plain() const
 {
   pcl::mrf::Execution execution(1);
   return observation.samples ? assembleAtPoints(size(), prior, samples.own.back(), observation.weights, 1, execution)
-                             : assemble(observation.voxels, observation.prior);
+                             : assemble(observation.voxels, observation.prior, execution);
 }
 
 std::vector<pcl::mrf::PointSample> SphereLevel::pointsOnSphere(const GridSize& size)

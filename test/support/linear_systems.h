@@ -26,7 +26,7 @@ using pcl::mrf::SolverMethod;
 using pcl::mrf::SolverOptions;
 
 constexpr Prior allPriors[] = {Prior::membrane, Prior::thinPlate, Prior::triharmonic};
-constexpr Energy allEnergies[] = {Energy::joint, Energy::weighted, Energy::paperText};
+constexpr Energy allEnergies[] = {Energy::joint, Energy::paper};
 
 inline PriorOptions priorOptions(Prior prior, Energy energy = Energy::joint, float beta = .99f)
 {
@@ -40,10 +40,9 @@ inline PriorOptions priorOptions(Prior prior, Energy energy = Energy::joint, flo
 /// Distances to a sphere of radius 0.3 of the grid within 1.5 voxels of it, but for a cap of 37° around +z: a hole.
 Observation observeSphere(GridSize size, double shift = 0, double scale = 1);
 
-/// C = diag(weights), b = weights · targets.
-void observeDirectly(const std::vector<double>& weights, const std::vector<double>& targets, LinearSystem& system);
-
-oracle::Matrix systemMatrix(const LinearSystem& system);
+/// (L^k + W) d = W targets
+LinearSystem observedDirectly(const GridSize& size, Prior prior, const std::vector<double>& weights,
+                              const std::vector<double>& targets);
 
 inline Eigen::Map<const oracle::Vector> asVector(const std::vector<double>& values)
 {
@@ -66,7 +65,7 @@ double relativeDifference(const std::vector<A>& a, const std::vector<B>& b)
 
 inline std::vector<double> zeros(const LinearSystem& system)
 {
-  return std::vector<double>(static_cast<std::size_t>(system.size().count()));
+  return std::vector<double>(static_cast<std::size_t>(system.size.count()));
 }
 
 inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4, int maxIterations = 0)
@@ -74,7 +73,7 @@ inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4,
   SolverOptions options;
   options.method = method;
   options.residualTolerance = tolerance;
-  options.changeTolerance = method == SolverMethod::icm ? tolerance : 0;
+  options.changeTolerance = isIcm(method) ? tolerance : 0;
   options.maxIterations = maxIterations;
   return options;
 }
@@ -113,7 +112,8 @@ struct SphereLevel {
   static std::vector<pcl::mrf::PointSample> pointsOnSphere(const GridSize& size);
 };
 
-constexpr std::array<SolverMethod, 4> allMethods = {SolverMethod::multigrid, SolverMethod::icm, SolverMethod::cg,
+/// Of plain systems.
+constexpr std::array<SolverMethod, 4> allMethods = {SolverMethod::icm, SolverMethod::icmColors, SolverMethod::cg,
                                                     SolverMethod::cholesky};
 
 } // namespace systems

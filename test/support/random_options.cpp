@@ -133,8 +133,8 @@ const std::vector<Change>& changes()
       choice("confidenceShape", observation, &ObservationOptions::confidenceShape, 0, 1),
       choice("prior", prior, &PriorOptions::kind, 1, 3),
       number("beta", prior, &PriorOptions::beta, .1, .999, 0, 1 - 1e-7),
-      choice("energy", prior, &PriorOptions::energy, 0, 2),
-      choice("method", solver, &SolverOptions::method, 0, 3),
+      choice("energy", prior, &PriorOptions::energy, 0, 1),
+      choice("method", solver, &SolverOptions::method, 0, 4),
       number("maxIterations", solver, &SolverOptions::maxIterations, 1, 50, 1, most),
       number("residualTolerance", solver, &SolverOptions::residualTolerance, 1e-8, .1, 1e-300, .999999),
       number("changeTolerance", solver, &SolverOptions::changeTolerance, 1e-4, .1, 0, 1e300),
@@ -145,7 +145,6 @@ const std::vector<Change>& changes()
          return text(true);
        }},
       number("seed", solver, &SolverOptions::seed, 0, 100, 0, 1e19),
-      number("maxFactorBytes", solver, &SolverOptions::maxFactorBytes, 1e5, 1e8, 1, 1e19),
       choice("quality", multiscale, &MultiscaleOptions::quality, 0, 2),
       length("voxelSize", multiscale, &MultiscaleOptions::voxelSize, -.5, 1),
       number("padding", multiscale, &MultiscaleOptions::padding, 2, 20, 2, 100),
@@ -215,7 +214,7 @@ Options drawOptions(const Cloud& cloud, Random& random, std::string& description
     description += std::string(" ") + change.name + "=" + change.draw(options, random, unit);
   }
   // These solve everywhere and slowly: seconds for what takes multigrid in bands milliseconds.
-  if ((options.solver.method != SolverMethod::multigrid || options.prior.energy == Energy::weighted) &&
+  if ((options.solver.method != SolverMethod::multigrid || options.prior.energy == Energy::paper) &&
       options.multiscale.voxelSize < 4 * unit && !random.oneIn(20)) {
     options.multiscale.voxelSize = static_cast<float>(std::min(4 * unit, 1e30));
     description += " voxelSize=" + text(options.multiscale.voxelSize);

@@ -123,20 +123,16 @@ enum class Prior {
 
 /// Which energy is minimized; a = αβ, w = a/(1−a).
 ///
-/// The paper has two readings of how much the data weigh beside its Laplacian prior. Its program moves a voxel to
-/// a d° + (1−a) d̄, with d̄ the value that the prior alone asks for given the neighbors: the same as a weight of 42 w
-/// beside L², and of c_k w beside any L^k. Its text defines U_L in Eq. 6, the squared differences of l_i = d_i − (mean
-/// of its neighbors) to those of the 6 neighbors, and adds w_i (d_i − d°_i)². The derivative of U_L(d_i), which the
-/// appendix sets to zero, is 7/18 (L² d)_i; that of the sum over all voxels, which meets every edge from both of its
-/// ends, 1/9 (L³ d)_i. Beside 2 w (d_i − d°_i) these are weights of 36/7 w and 18 w. A β of .9 in the text smooths as
-/// one of .52 (k = 2) or .33 (k = 3) in the program. For k = 1 both say the same (Eq. 9).
-///
-/// Eq. 10–11 meet every edge from both of its ends, too: their prior, as it is written, is twice that of
-/// Energy::weighted. Here it counts once, so that a constant a gives what Energy::joint gives.
+/// joint is what the paper's program does: it moves a voxel to a d° + (1−a) d̄, d̄ being the value that the prior alone
+/// asks for given the neighbors. paper is what its text writes, where every edge is met from both of its ends: U of a
+/// voxel i with n neighbors j is Σ (d_i − d_j)²/n for k = 1 (Eq. 5), and Σ (l_i − l_j)² of l = d − (mean of the
+/// neighbors) for k = 2 and 3 (Eq. 6). The derivative of the sum of Eq. 6 is of the order of L³ whatever k is: k = 2
+/// is the fixed point of ICM and minimizes no energy of this form. Where a is constant and no border near, paper is
+/// L d + 3 w (d − d°) = 0 or L³ d + 18 w (d − d°) = 0, so that a β of .9 smooths as one of .82 or .33 with joint.
 enum class Energy {
-  joint,    ///< Eq. 9 / 13, the paper's program: L^k d + c_k W (d − d°) = 0
-  weighted, ///< Eq. 10–11: the prior of voxel i is weighted by (1−a_i) as well, its data by a_i; has another minimizer
-  paperText ///< the text for Eq. 6: L^k d + 6 W, 36/7 W, 18 W (d − d°) = 0 for k = 1, 2, 3
+  joint, ///< Eq. 9 / 13: L^k d + c_k W (d − d°) = 0
+  paper ///< Eq. 10–11: the minimum of Σ (1−a_i) U(d_i) + a_i (d_i − d°_i)², by every solver but multigrid, which
+        ///< conjugate gradients stand in for; for observations at voxels
 };
 
 struct PriorOptions {
@@ -147,10 +143,18 @@ struct PriorOptions {
 
 enum class SolverMethod {
   multigrid, ///< conjugate gradients preconditioned by one multigrid V-cycle; see grid_solver.h
-  icm,       ///< the paper's iterated conditional modes; see icm.h
+  icm,       ///< the paper's iterated conditional modes, voxel by voxel in a random order; see icm.h
   cg,        ///< Fletcher–Reeves conjugate gradients on the energy; see conjugate_gradients.h
-  cholesky   ///< sparse Cholesky factorization in double precision, the reference; see cholesky.h
+  cholesky,  ///< sparse Cholesky factorization by CHOLMOD, in double precision; needs the module libpcl_mrf_cholesky,
+             ///< which is a package of its own, and is refused where it would take longer than some 16 s
+  icmColors  ///< iterated conditional modes by classes of voxels that do not interact, in parallel
 };
+
+/// Whether a method visits voxel after voxel.
+inline bool isIcm(SolverMethod method)
+{
+  return method == SolverMethod::icm || method == SolverMethod::icmColors;
+}
 
 struct SolverOptions {
   SolverMethod method = SolverMethod::multigrid;
@@ -165,7 +169,6 @@ struct SolverOptions {
   bool choleskyOnCoarsest =
       false;              ///< factorize the coarsest level of the multiscale scheme whatever the method (the paper's)
   std::uint64_t seed = 1; ///< of icm's visiting order, and of the draws of UncertaintyOptions
-  std::size_t maxFactorBytes = std::size_t{4} << 30; ///< cholesky refuses when its factor is predicted to be larger
 };
 
 /// The finest voxels beside the sampling: each step down costs about 2.5 times the time and memory.
@@ -192,7 +195,7 @@ struct MultiscaleOptions {
   /// others everywhere; ≥ 0, 0 = 2^22, or 350 per point where that is less, but at least 2^18. With k = 3 what fills a
   /// hole depends on the field far around it, which a band does not have: over 200 holes of 40 scans of 30,000 points,
   /// all solved everywhere, the error was .85 of that with the last level in a band. Other solvers than multigrid, and
-  /// Energy::weighted, always solve everywhere.
+  /// Energy::paper, always solve everywhere.
   std::int64_t denseVoxels = 0;
   Interpolation interpolation = Interpolation::cubic; ///< between levels solved everywhere; bands take the cubic one
 };
@@ -301,8 +304,9 @@ PCL_MRF_EXPORT Options defaultPreset();
 
 /// The paper's own settings: lengths in its l̄, normals estimated anew, its PCA noise criteria, components of at least
 /// 1 % of the points, the median of 5 planes, linear α over dEmax = 3 l̄, h = 2 l̄, the Laplacian prior (k = 2), its ICM
-/// on all levels, each from the linear interpolation of the coarser one, ten rounds of remeshing with vertices on the
-/// zero level, no trimming. All that is left in which it differs from the paper:
+/// after a Cholesky factorization of the coarsest level (which needs the module libpcl_mrf_cholesky), each from the
+/// linear interpolation of the coarser one, ten rounds of remeshing with vertices on the zero level, no trimming. All
+/// that is left in which it differs from the paper:
 /// - Points (Sec. 3.1): fewer than 12 neighbors within 2.5 l̄ make a plane of the 12 nearest (normals.h). Components
 ///   join points within l̄ + 6 σ_l, but never less than 2.5 l̄; their normals and sides are found as orientation.h says,
 ///   also without sensors. Equal points count once. Points alone far from all others are dropped, and parts of a cloud
@@ -310,11 +314,10 @@ PCL_MRF_EXPORT Options defaultPreset();
 /// - Observation (Sec. 3.3.3): coarse levels reach at least 1.5 of their voxels (observation.scaleWithLevel). With the
 ///   fixed dEmax they see next to nothing: four scans of 30,000 to 110,000 points come out in 4 to 15 components
 ///   instead of one, with holes 1.7 to 2.5 times as far off, for five times the time.
-/// - Energy (Sec. 3.3.4): the data weigh 42 W, as in the paper's program; its text for Eq. 6 says 36/7 W
-///   (Energy::paperText). β = .9 is our guess, the paper's value is not known.
-/// - ICM (Sec. 3.4): voxels are visited in random order by classes that do not interact (icm.h). It stops at a change
-///   of .001 voxel RMS or after 1000 sweeps, and starts from 0 on the coarsest level, which is at most 16 voxels long;
-///   the paper factorizes that one (solver.choleskyOnCoarsest), which changes no hole of these scans by more than 1 %.
+/// - Energy (Sec. 3.3.4): the data weigh 42 W, as in the paper's program, not as in its text (Energy). β = .9 is the
+///   text's value at Fig. 4.
+/// - ICM (Sec. 3.4): it stops at a change of .001 voxel RMS or after 1000 sweeps. The coarsest level is at most 16
+///   voxels long.
 /// - Volume: 5 of the finest voxels around the points' box (ours). With them Fig. 9 comes out nearly as published, 2.8
 ///   for 2.47 of a radius of 40; the default's volume, which grows beside openings, gives .1.
 /// - Mesh (Sec. 3.5): the zero level is cut out of all cells, not followed from seeds, so that sheets far from the
