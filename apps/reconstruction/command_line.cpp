@@ -93,7 +93,7 @@ void addModelOptions(OptionParser& parser)
   parser.group("Grid");
   CLI::Option* quality = parser.declared("multiscale.quality");
   parser.declared("multiscale.voxelSize")->excludes(quality);
-  for (const char* name : {"unit", "multiscale.padding", "multiscale.coarsestSide", "multiscale.maxMemory",
+  for (const char* name : {"unit", "search", "multiscale.padding", "multiscale.coarsestSide", "multiscale.maxMemory",
                            "multiscale.denseVoxels", "multiscale.interpolation"})
     parser.declared(name);
 

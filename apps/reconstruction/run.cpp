@@ -101,17 +101,16 @@ std::vector<Eigen::Vector3f> toFloat(const std::vector<Eigen::Vector3d>& positio
   return result;
 }
 
-/// Colors of the input, or its intensities if it has no colors. \param table outlives what is returned
+/// Colors and intensities of the input. \param table outlives what is returned
 pcl::mrf::PointAttributes attributesOf(const PointTable& table)
 {
-  if (!table.colors.empty())
-    return {3, [&table](std::size_t point, float* values) {
-              std::copy(table.colors[point].begin(), table.colors[point].end(), values);
-            }};
-  if (!table.hasIntensity())
-    return {};
-  const std::vector<float>& intensities = table.scalars.at("intensity");
-  return {1, [&intensities](std::size_t point, float* values) { *values = intensities[point]; }};
+  const std::vector<float>* const intensities = table.hasIntensity() ? &table.scalars.at("intensity") : nullptr;
+  return {!table.colors.empty(), intensities != nullptr, [&table, intensities](std::size_t point, float* values) {
+            if (!table.colors.empty())
+              values = std::copy(table.colors[point].begin(), table.colors[point].end(), values);
+            if (intensities != nullptr)
+              *values = (*intensities)[point];
+          }};
 }
 
 /// Positions and normals are taken out of the table: of millions of points, the memory is needed. \pre the input stays
@@ -136,7 +135,7 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
 {
   pcl::mrf::Execution execution(command.options.threads, progress);
   const bool isExact = !input.cloud.offset.isZero(0);
-  const auto search = pcl::mrf::makePointBins();
+  const auto search = pcl::mrf::makeSearch(command.options.search);
   pcl::mrf::Reconstruction reconstruction;
   try {
     pcl::mrf::reconstruct(std::move(input.cloud), command.options, *search, execution, reconstruction);
@@ -151,8 +150,7 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
   result.mesh = toSurfaceMesh(std::move(reconstruction.mesh), result.fieldOffset);
   result.mesh.doublePrecision = isExact;
   result.mesh.colors = std::move(colors);
-  if (reconstruction.channels == 1)
-    result.mesh.intensities = std::move(reconstruction.attributes);
+  result.mesh.intensities = std::move(reconstruction.intensities);
   result.report = std::move(reconstruction.report);
   result.surfaces = std::move(reconstruction.surfaces);
   if (!job.field.empty())

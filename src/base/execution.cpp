@@ -20,29 +20,6 @@ constexpr double largestReport = .95;
 
 } // namespace
 
-const char* toString(Status status)
-{
-  switch (status) {
-  case Status::notRun:
-    return "not run";
-  case Status::ok:
-    return "ok";
-  case Status::invalidInput:
-    return "invalid input";
-  case Status::invalidOption:
-    return "invalid option";
-  case Status::resourceLimit:
-    return "resource limit";
-  case Status::solverFailure:
-    return "solver failure";
-  case Status::cancelled:
-    return "cancelled";
-  case Status::internalError:
-    return "internal error";
-  }
-  return "unknown";
-}
-
 /// Workers wait for the loop counter to move, then claim ranges until none is left.
 struct Execution::Workers {
   std::mutex mutex;
@@ -295,7 +272,8 @@ void Execution::poll()
   if (!callback_)
     return;
   lastCall_ = std::chrono::steady_clock::now();
-  if (!callback_(stage_, run_ ? run_->fraction() : fraction_))
+  const double fraction = run_ ? run_->fraction() : fraction_;
+  if (!callHandedIn("the progress callback", [&] { return callback_(stage_, fraction); }))
     throw Cancelled("cancelled during the stage '" + stage_ + "'");
 }
 

@@ -23,6 +23,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -232,56 +233,128 @@ private:
   const NeighborSearch& search_;
 };
 
-/// The levels of one run, coarse to fine: dense ones, then those in bands.
-class LevelSolver {
+/// Dense levels, then those in bands.
+class LevelSolver : public Levels {
 public:
-  LevelSolver(const OrientedPoints& points, const NeighborSearch& search, float spacing, std::vector<Lattice> lattices,
-              AxisOrder axes, int bandThreads, float maxDistance, const ObservationOptions& observation,
-              const PriorOptions& prior, const SolverOptions& solver, const MultiscaleOptions& options,
-              const SurfaceFilter& wanted, Execution& execution)
-      : points_(points), search_(search), spacing_(spacing), maxDistance_(maxDistance), lattices_(std::move(lattices)),
-        axes_(axes), bandThreads_(bandThreads), observation_(observation), prior_(prior), solver_(solver),
-        options_(options), wanted_(wanted), execution_(execution)
+  LevelSolver(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution)
+      : spacing_(spacing), options_(options), execution_(execution), points_(piece.points), search_(piece.search)
   {
-    firstLevel_ = addCoarserGrids(lattices_);
+    validate(options.observation);
+    validate(options.prior);
+    validate(options.solver);
+    validate(options.multiscale);
+    plan(piece.volume);
+    if (!axes_.isNatural()) {
+      turnedPoints_ = inOrder(axes_, *piece.points);
+      turnedSearch_.emplace(axes_, *piece.search);
+      points_ = &turnedPoints_;
+      search_ = &*turnedSearch_;
+      for (Lattice& lattice : lattices_)
+        lattice = axes_.toStored(lattice);
+    }
+    firstLevel_ = next_ = addCoarserGrids(lattices_);
     denseLevels_ = lattices_.size();
     // The coarsest level is always dense.
-    while (denseLevels_ > firstLevel_ + 1 && lattices_[denseLevels_ - 1].size.count() > options.denseVoxels)
+    while (denseLevels_ > firstLevel_ + 1 && lattices_[denseLevels_ - 1].size.count() > options_.multiscale.denseVoxels)
       --denseLevels_;
-    if (observation_.atPoints())
-      samples_ = samplesOfLevels(points_, lattices_, spacing_, execution_);
+    if (options_.observation.atPoints())
+      samples_ = samplesOfLevels(*points_, lattices_, spacing_, execution_);
+    for (std::size_t level = firstLevel_; level < lattices_.size(); ++level)
+      voxels_ += static_cast<double>(lattices_[level].size.count());
   }
 
-  MultiscaleResult run()
+  bool done() const override { return next_ == lattices_.size(); }
+
+  float voxelSize() const override { return static_cast<float>(lattices_[next_ - 1].spacing); }
+
+  void solveNext() override
   {
-    double totalVoxels = 0, doneVoxels = 0;
-    for (std::size_t level = firstLevel_; level < lattices_.size(); ++level)
-      totalVoxels += static_cast<double>(lattices_[level].size.count());
-    MultiscaleResult result;
-    for (std::size_t level = firstLevel_; level < lattices_.size(); ++level) {
-      const double begin = doneVoxels / totalVoxels;
-      doneVoxels += static_cast<double>(lattices_[level].size.count());
-      execution_.beginStep(begin, doneVoxels / totalVoxels);
-      result.levels.push_back(level < denseLevels_ ? solveDense(level) : solveInBand(level));
-      execution_.progress(1);
+    const double begin = solvedVoxels_ / voxels_;
+    solvedVoxels_ += static_cast<double>(lattices_[next_].size.count());
+    execution_.beginStep(begin, solvedVoxels_ / voxels_);
+    result_.levels.push_back(next_ < denseLevels_ ? solveDense(next_) : solveInBand(next_));
+    ++next_;
+    execution_.progress(1);
+  }
+
+  bool mayLeaveOut() const override
+  {
+    if (done() || next_ < denseLevels_)
+      return false;
+    // The first band shapes what fills holes, and feels the sheets around: left out there, the discs of a Kinect frame
+    // came out a tenth worse. The last mesh but one is worth its cost only if there is none before it.
+    return next_ > denseLevels_ ? next_ == denseLevels_ + 1 || !isFinest(next_) : isFinest(next_);
+  }
+
+  TriangleMesh zeroLevel() override
+  {
+    const auto banded = std::make_shared<BandedDistances>();
+    banded->background = DistanceField(lattices_[denseLevels_ - 1], distances_, {});
+    banded->band = std::move(band_.support);
+    banded->values = std::move(band_.values);
+    TriangleMesh mesh = polygonize(DistanceField(lattices_[next_ - 1], banded, axes_), {}, execution_);
+    band_.support = std::move(banded->band);
+    band_.values = std::move(banded->values);
+    zeroLevelTriangles_ = mesh.triangles.size();
+    return mesh;
+  }
+
+  void refineOnly(const TriangleMesh& wanted) override
+  {
+    if (wanted.triangles.size() == zeroLevelTriangles_)
+      return;
+    const Lattice& lattice = lattices_[next_ - 1];
+    std::vector<std::int64_t> voxels;
+    const Eigen::Array3d last = Eigen::Array3d(lattice.size.x, lattice.size.y, lattice.size.z) - 1;
+    for (const Eigen::Vector3f& vertex : wanted.vertices) {
+      const Eigen::Array3d at = lattice.toVoxels(axes_.toStored(vertex)).array();
+      const Eigen::Array3i voxel = at.max(0).min(last).cast<int>();
+      voxels.push_back(lattice.size.index(voxel.x(), voxel.y(), voxel.z()));
     }
-    if (result.levels.back().observed == 0) {
+    std::sort(voxels.begin(), voxels.end());
+    const GridSize grid = band_.unknowns.size();
+    keepNear(voxelSetOf(voxels, lattice.size, grid, execution_), band_, execution_);
+  }
+
+  MultiscaleResult result() override
+  {
+    if (result_.levels.back().observed == 0) {
       std::ostringstream text;
       text << "no voxel of side " << lattices_.back().spacing << " is closer than dEmax = " << maxDistance_
            << " to a point; choose a smaller voxel size or a larger dEmax";
       throw InvalidInput(text.str());
     }
-    result.field = field();
-    return result;
+    result_.field = field();
+    return std::move(result_);
   }
 
 private:
+  /// Lengths, lattices and memory, before anything takes any.
+  void plan(const BoundingBox& volume)
+  {
+    MultiscaleOptions& multiscale = options_.multiscale;
+    if (!(multiscale.voxelSize > 0))
+      multiscale.voxelSize = spacingsPerVoxel(multiscale.quality) * spacing_;
+    maxDistance_ = resolvedMaxDistance(options_.observation, spacing_, multiscale.voxelSize);
+    Workload workload = workloadOf(points_->size(), spacing_, options_.prior);
+    workload.reach = options_.observation.atPoints() ? 0 : maxDistance_;
+    workload.solver = options_.solver;
+    multiscale = withDenseLevels(multiscale, workload);
+    lattices_ = planLevels(volume, multiscale.voxelSize, workload, multiscale);
+    bandThreads_ = affordableThreads(volume, multiscale.voxelSize, workload, multiscale, execution_.threads());
+    result_.predictedBytes =
+        static_cast<std::size_t>(predictedBytes(volume, multiscale.voxelSize, workload, multiscale, bandThreads_));
+    const GridSize finest = lattices_.back().size;
+    if (finest.count() > multiscale.denseVoxels)
+      axes_ = bandAxes(finest);
+  }
+
   bool isFinest(std::size_t level) const { return level + 1 == lattices_.size(); }
 
   /// Whether levels before the last one heed the normals more.
   bool normalsLead() const
   {
-    return prior_.kind == Prior::triharmonic && denseLevels_ < lattices_.size() &&
+    return options_.prior.kind == Prior::triharmonic && denseLevels_ < lattices_.size() &&
            lattices_.back().spacing <= normalsLeadUpTo * spacing_;
   }
 
@@ -292,7 +365,7 @@ private:
     report.voxelSize = lattices_[level].spacing;
     report.maxDistance = maxDistance_;
     report.unknowns = report.size.count();
-    if (observation_.scaleWithLevel && !isFinest(level))
+    if (options_.observation.scaleWithLevel && !isFinest(level))
       report.maxDistance = std::max(maxDistance_, static_cast<float>(1.5 * report.voxelSize));
     return report;
   }
@@ -300,7 +373,7 @@ private:
   Observation observeVoxels(std::size_t level, const LevelReport& report)
   {
     Observation result =
-        observe(points_, search_, lattices_[level], spacing_, report.maxDistance, observation_, execution_);
+        observe(*points_, *search_, lattices_[level], spacing_, report.maxDistance, options_.observation, execution_);
     if (isFinest(level))
       finest_ = result;
     return result;
@@ -309,15 +382,15 @@ private:
   LevelObservation observeLevel(std::size_t level, LevelReport& report)
   {
     LevelObservation observation;
-    if (observation_.atPoints()) {
+    if (options_.observation.atPoints()) {
       observation.samples = &samples_;
       observation.weights =
-          levelWeights(prior_.kind, observation_, spacing_, lattices_[level].spacing, isFinest(level));
+          levelWeights(options_.prior.kind, options_.observation, spacing_, lattices_[level].spacing, isFinest(level));
       if (!isFinest(level) && normalsLead())
         observation.weights.gradient *= normalsOfGuess;
     } else {
       observation.voxels = observeVoxels(level, report);
-      observation.prior = prior_;
+      observation.prior = options_.prior;
       report.observed = static_cast<std::int64_t>(observation.voxels.voxels.size());
     }
     return observation;
@@ -329,7 +402,7 @@ private:
     const Lattice& lattice = lattices_[level];
     const Clock::time_point start = Clock::now();
     const LevelObservation observation = observeLevel(level, report);
-    if (observation_.atPoints())
+    if (options_.observation.atPoints())
       report.observed = observedVoxels(samples_.own[level], withMargin(lattice.size), execution_).count();
     else if (level + 1 == denseLevels_)
       lastDense_ = observation.voxels.voxels;
@@ -339,36 +412,50 @@ private:
     if (level == firstLevel_)
       distances_.assign(static_cast<std::size_t>(lattice.size.count()), 0);
     else
-      distances_ = (options_.interpolation == Interpolation::linear ? interpolateLinear : interpolateCubic)(
+      distances_ = (options_.multiscale.interpolation == Interpolation::linear ? interpolateLinear : interpolateCubic)(
           distances_, lattices_[level - 1], lattice, execution_);
     // With a narrow reach the coarse levels of the paper's scheme may see nothing: their guess is then kept.
     if (report.observed > 0)
       report.solve = solveWhole(level, observation);
+    if (level + 1 == denseLevels_ && !isFinest(level))
+      beginBand();
     report.solverSeconds = secondsSince(solverStart);
     return report;
+  }
+
+  /// What the last dense level hands to the first one in a band.
+  void beginBand()
+  {
+    const Lattice& coarse = lattices_[denseLevels_ - 1];
+    const GridSize size = withMargin(coarse.size);
+    band_ =
+        fieldOfDense(coarse, distances_,
+                     options_.observation.atPoints() ? observedVoxels(samples_.own[denseLevels_ - 1], size, execution_)
+                                                     : voxelSetOf(lastDense_, coarse.size, size, execution_),
+                     execution_);
   }
 
   SolveReport solveWhole(std::size_t level, const LevelObservation& observation)
   {
     const Lattice& lattice = lattices_[level];
-    SolverOptions solver = solver_;
+    SolverOptions solver = options_.solver;
     if (level == firstLevel_ && solver.choleskyOnCoarsest)
       solver.method = SolverMethod::cholesky;
-    if (solvesPlainly(solver, prior_, observation_.atPoints()))
+    if (solvesPlainly(solver, options_.prior, options_.observation.atPoints()))
       return solvePlain(lattice, observation, level, solver);
-    if (observation_.atPoints())
+    if (options_.observation.atPoints())
       solver.changeTolerance *= isFinest(level) ? pointTolerance : pointToleranceOfGuess;
-    return solveWholeGrids(wholeGrids(lattices_, level, observation, prior_.kind, execution_), prior_.kind, solver,
-                           lattice.spacing, distances_, execution_);
+    return solveWholeGrids(wholeGrids(lattices_, level, observation, options_.prior.kind, execution_),
+                           options_.prior.kind, solver, lattice.spacing, distances_, execution_);
   }
 
   SolveReport solvePlain(const Lattice& lattice, const LevelObservation& observation, std::size_t level,
                          const SolverOptions& solver)
   {
-    const LinearSystem system = observation_.atPoints()
-                                    ? assembleAtPoints(lattice.size, prior_.kind, samples_.own[level],
+    const LinearSystem system = options_.observation.atPoints()
+                                    ? assembleAtPoints(lattice.size, options_.prior.kind, samples_.own[level],
                                                        observation.weights, lattice.spacing, execution_)
-                                    : assemble(observation.voxels, prior_, execution_);
+                                    : assemble(observation.voxels, options_.prior, execution_);
     std::vector<double> distances(distances_.begin(), distances_.end());
     const SolveReport report = solve(system, solver, lattice.spacing, distances, execution_);
     std::transform(distances.begin(), distances.end(), distances_.begin(),
@@ -380,18 +467,6 @@ private:
   {
     LevelReport report = newReport(level);
     const Clock::time_point start = Clock::now();
-    if (level == denseLevels_) {
-      const Lattice& coarse = lattices_[level - 1];
-      const GridSize size = withMargin(coarse.size);
-      band_ = fieldOfDense(coarse, distances_,
-                           observation_.atPoints() ? observedVoxels(samples_.own[level - 1], size, execution_)
-                                                   : voxelSetOf(lastDense_, coarse.size, size, execution_),
-                           execution_);
-    }
-    // The first band shapes what fills holes, and feels the sheets around: left out there, the discs of a Kinect frame
-    // came out a tenth worse. The last mesh but one is worth its cost only if there is none before it.
-    if (wanted_ && (level > denseLevels_ ? level == denseLevels_ + 1 || !isFinest(level) : isFinest(level)))
-      keepWanted(level - 1);
     if (level == denseLevels_ && isFinest(level)) // a band is half as wide at least as what a dense level hands on
       checkUnknowns(level - 1, .5 * static_cast<double>(band_.unknowns.count()));
     const LevelObservation observation = observeLevel(level, report);
@@ -399,7 +474,7 @@ private:
     const Clock::time_point solverStart = Clock::now();
     LevelPlan plan = level == denseLevels_ ? firstPlan : isFinest(level) ? lastPlan : middlePlan;
     plan.threads = bandThreads_;
-    band_ = solveNarrowBand(lattices_, level, band_, observation, prior_.kind, plan, solver_, isFinest(level), report,
+    band_ = solveNarrowBand({lattices_, level, observation, options_.prior.kind}, band_, plan, options_.solver, report,
                             execution_);
     report.solverSeconds = secondsSince(solverStart);
     if (!isFinest(level))
@@ -410,36 +485,8 @@ private:
   /// \throw ResourceLimit if what a level's unknowns foretell of the finest one's is too much
   void checkUnknowns(std::size_t level, double unknowns) const
   {
-    checkSurface(std::ldexp(unknowns, 2 * static_cast<int>(lattices_.size() - 1 - level)), points_.size(),
-                 lattices_.back().spacing, options_);
-  }
-
-  /// Takes what is not wanted of a level's zero level from the voxels that are refined.
-  void keepWanted(std::size_t level)
-  {
-    const Lattice& lattice = lattices_[level];
-    const auto banded = std::make_shared<BandedDistances>();
-    banded->background = DistanceField(lattices_[denseLevels_ - 1], distances_, {});
-    banded->band = std::move(band_.support);
-    banded->values = std::move(band_.values);
-    TriangleMesh mesh = polygonize(DistanceField(lattice, banded, axes_), {}, execution_);
-    const std::size_t triangles = mesh.triangles.size();
-    mesh = wanted_(std::move(mesh), static_cast<float>(lattice.spacing));
-    band_.support = std::move(banded->band);
-    band_.values = std::move(banded->values);
-    if (mesh.triangles.size() == triangles)
-      return;
-
-    std::vector<std::int64_t> voxels;
-    const Eigen::Array3d last = Eigen::Array3d(lattice.size.x, lattice.size.y, lattice.size.z) - 1;
-    for (const Eigen::Vector3f& vertex : mesh.vertices) {
-      const Eigen::Array3d at = lattice.toVoxels(axes_.toStored(vertex)).array();
-      const Eigen::Array3i voxel = at.max(0).min(last).cast<int>();
-      voxels.push_back(lattice.size.index(voxel.x(), voxel.y(), voxel.z()));
-    }
-    std::sort(voxels.begin(), voxels.end());
-    const GridSize grid = band_.unknowns.size();
-    keepNear(voxelSetOf(voxels, lattice.size, grid, execution_), band_, execution_);
+    checkSurface(std::ldexp(unknowns, 2 * static_cast<int>(lattices_.size() - 1 - level)), points_->size(),
+                 lattices_.back().spacing, options_.multiscale);
   }
 
   DistanceField field()
@@ -447,35 +494,37 @@ private:
     const Lattice& lattice = lattices_.back();
     if (denseLevels_ == lattices_.size())
       return DistanceField(lattice, std::move(distances_),
-                           observation_.atPoints() ? std::vector<float>() : denseConfidences(finest_));
+                           options_.observation.atPoints() ? std::vector<float>() : denseConfidences(finest_));
     auto banded = std::make_shared<BandedDistances>();
     banded->background = DistanceField(lattices_[denseLevels_ - 1], std::move(distances_), {});
     banded->band = std::move(band_.support);
     banded->values = std::move(band_.values);
-    if (!observation_.atPoints())
+    if (!options_.observation.atPoints())
       banded->confidences = bandConfidences(finest_, banded->band);
     return DistanceField(lattice, std::move(banded), axes_);
   }
 
-  const OrientedPoints& points_;
-  const NeighborSearch& search_;
-  float spacing_, maxDistance_;
-  std::vector<Lattice> lattices_; ///< as they are stored, like the points and all that follows
-  AxisOrder axes_;                ///< of the cloud in that order
-  int bandThreads_;
-  const ObservationOptions& observation_;
-  const PriorOptions& prior_;
-  const SolverOptions& solver_;
-  const MultiscaleOptions& options_;
-  const SurfaceFilter& wanted_;
+  float spacing_, maxDistance_ = 0;
+  Options options_; ///< with denseVoxels for the workload
   Execution& execution_;
-  std::size_t firstLevel_ = 0;          ///< of the lattices; those before it are grids of the solver
-  std::size_t denseLevels_ = 0;         ///< where the lattices that are solved in bands begin
-  LevelSamples samples_;                ///< if points are observed
-  Observation finest_;                  ///< of the finest level, if voxels are
-  std::vector<std::int64_t> lastDense_; ///< voxels observed on the last dense level
-  std::vector<float> distances_;        ///< of the last dense level so far
-  LevelField band_;                     ///< of the last level in a band so far
+  const OrientedPoints* points_;
+  const NeighborSearch* search_;
+  OrientedPoints turnedPoints_;               ///< in another order of axes, if that is worthwhile
+  std::optional<SearchInOrder> turnedSearch_; ///< likewise
+  std::vector<Lattice> lattices_;             ///< as they are stored, like the points and all that follows
+  AxisOrder axes_;                            ///< of the cloud in that order
+  int bandThreads_ = 1;
+  std::size_t firstLevel_ = 0;           ///< of the lattices; those before it are grids of the solver
+  std::size_t denseLevels_ = 0;          ///< where the lattices that are solved in bands begin
+  std::size_t next_ = 0;                 ///< level to be solved
+  double voxels_ = 0, solvedVoxels_ = 0; ///< of all levels, and of those that are solved
+  std::size_t zeroLevelTriangles_ = 0;   ///< of the last zeroLevel()
+  LevelSamples samples_;                 ///< if points are observed
+  Observation finest_;                   ///< of the finest level, if voxels are
+  std::vector<std::int64_t> lastDense_;  ///< voxels observed on the last dense level
+  std::vector<float> distances_;         ///< of the last dense level so far
+  LevelField band_;                      ///< of the last level in a band so far
+  MultiscaleResult result_;
 };
 
 } // namespace
@@ -559,37 +608,18 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
   return levels;
 }
 
-MultiscaleResult regularize(const OrientedPoints& points, const NeighborSearch& search, float spacing,
-                            const BoundingBox& volume, const ObservationOptions& observationOptions,
-                            const PriorOptions& prior, const SolverOptions& solver, const MultiscaleOptions& options,
-                            Execution& execution, const SurfaceFilter& wanted)
+std::unique_ptr<Levels> beginLevels(const SolvedPiece& piece, float spacing, const Options& options,
+                                    Execution& execution)
 {
-  validate(observationOptions);
-  validate(prior);
-  validate(solver);
-  const float voxelSize = options.voxelSize > 0 ? options.voxelSize : spacingsPerVoxel(options.quality) * spacing;
-  const float maxDistance = resolvedMaxDistance(observationOptions, spacing, voxelSize);
+  return std::make_unique<LevelSolver>(piece, spacing, options, execution);
+}
 
-  Workload workload = workloadOf(points.size(), spacing, prior);
-  workload.reach = observationOptions.atPoints() ? 0 : maxDistance;
-  workload.solver = solver;
-  const MultiscaleOptions own = withDenseLevels(options, workload);
-  std::vector<Lattice> lattices = planLevels(volume, voxelSize, workload, own);
-  const int bandThreads = affordableThreads(volume, voxelSize, workload, own, execution.threads());
-  const auto solve = [&](const OrientedPoints& stored, const NeighborSearch& asked, AxisOrder axes) {
-    MultiscaleResult result = LevelSolver(stored, asked, spacing, std::move(lattices), axes, bandThreads, maxDistance,
-                                          observationOptions, prior, solver, own, wanted, execution)
-                                  .run();
-    result.predictedBytes = static_cast<std::size_t>(predictedBytes(volume, voxelSize, workload, own, bandThreads));
-    return result;
-  };
-  const GridSize finest = lattices.back().size;
-  const AxisOrder axes = finest.count() > own.denseVoxels ? bandAxes(finest) : AxisOrder();
-  if (axes.isNatural())
-    return solve(points, search, axes);
-  for (Lattice& lattice : lattices)
-    lattice = axes.toStored(lattice);
-  return solve(inOrder(axes, points), SearchInOrder(axes, search), axes);
+MultiscaleResult regularize(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution)
+{
+  LevelSolver levels(piece, spacing, options, execution);
+  while (!levels.done())
+    levels.solveNext();
+  return levels.result();
 }
 
 } // namespace mrf

@@ -11,7 +11,7 @@
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
-#include <functional>
+#include <memory>
 #include <vector>
 
 namespace pcl {
@@ -72,24 +72,46 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
 int affordableThreads(const BoundingBox& box, float voxelSize, const Workload& workload,
                       const MultiscaleOptions& options, int threads);
 
-/// Selects what is worth refining of a coarser level's zero level, which tells where the finer ones' will be.
-/// \param voxelSize of that level, cloud's unit \return the part of the mesh
-using SurfaceFilter = std::function<TriangleMesh(TriangleMesh zeroLevel, float voxelSize)>;
+/// A part of the points that has a field of its own.
+struct SolvedPiece {
+  const OrientedPoints* points;
+  const NeighborSearch* search; ///< holds their positions
+  BoundingBox volume;           ///< that its field covers, with the padding around it; contains the points
+};
 
-/// Regularizes the observed distances, coarse to fine.
-///
-/// Each level starts from the interpolation of the coarser one, the coarsest from 0.
-/// \param search holds points.positions \param spacing l̄, cloud's unit
-/// \param volume that the field covers, with the padding around it; contains the points
-/// \param wanted asked about the zero level of the first band and of those after it, but for the last two: what it
-/// drops the finer levels leave out, unless it is observed. Without it all is solved.
-/// \throw InvalidInput if nothing is observed; SolverFailure; Cancelled
-/// \throw ResourceLimit if the levels would take more memory than the limit, as the box or the surface in it foretells,
-/// or if the surface would take millions of voxels that are out of proportion to the points: thousands of each
-MultiscaleResult regularize(const OrientedPoints& points, const NeighborSearch& search, float spacing,
-                            const BoundingBox& volume, const ObservationOptions& observation, const PriorOptions& prior,
-                            const SolverOptions& solver, const MultiscaleOptions& options, Execution& execution,
-                            const SurfaceFilter& wanted = {});
+/// The levels of a run, coarse to fine: each starts from the interpolation of the coarser one, the coarsest from 0.
+class Levels {
+public:
+  virtual ~Levels() = default;
+
+  virtual bool done() const = 0;
+
+  /// Of the last level that was solved, cloud's unit. \pre solveNext() was called
+  virtual float voxelSize() const = 0;
+
+  /// \throw SolverFailure; Cancelled; ResourceLimit if the surface would take more memory than the limit, or millions
+  /// of voxels that are out of proportion to the points: thousands of each
+  virtual void solveNext() = 0;
+
+  /// Whether refineOnly pays before the next level is solved.
+  virtual bool mayLeaveOut() const = 0;
+  /// Of the last level, which tells where the finer ones' will be. \pre mayLeaveOut()
+  virtual TriangleMesh zeroLevel() = 0;
+  /// Leaves out of the finer levels what is not observed and no part of this. \param wanted part of zeroLevel()
+  virtual void refineOnly(const TriangleMesh& wanted) = 0;
+
+  /// \pre done(); called once \throw InvalidInput if nothing is observed
+  virtual MultiscaleResult result() = 0;
+};
+
+/// Plans the levels. \param piece its points and search outlive the levels \param spacing l̄, cloud's unit
+/// \throw InvalidOption
+/// \throw ResourceLimit if the levels would take more memory than the limit, as the box foretells
+std::unique_ptr<Levels> beginLevels(const SolvedPiece& piece, float spacing, const Options& options,
+                                    Execution& execution);
+
+/// Regularizes the observed distances: solves all levels, with nothing left out.
+MultiscaleResult regularize(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -445,33 +445,33 @@ void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution)
       0, execution);
 }
 
-LevelField solveNarrowBand(const std::vector<Lattice>& lattices, std::size_t level, const LevelField& coarse,
-                           const LevelObservation& observation, Prior prior, const LevelPlan& plan,
-                           const SolverOptions& solver, bool isFinest, LevelReport& report, Execution& execution)
+LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const LevelPlan& plan,
+                           const SolverOptions& solver, LevelReport& report, Execution& execution)
 {
-  const Lattice& lattice = lattices[level];
+  const LevelObservation& observation = own.observation;
+  const Lattice& lattice = own.lattices[own.level];
   const GridSize size = withMargin(lattice.size);
   const Refinement refinement(coarse.lattice, lattice);
   LevelField field;
   field.lattice = lattice;
-  field.observed = observation.samples ? observedVoxels(observation.samples->own[level], size, execution)
+  field.observed = observation.samples ? observedVoxels(observation.samples->own[own.level], size, execution)
                                        : voxelSetOf(observation.voxels.voxels, lattice.size, size, execution);
   report.observed = field.observed.count();
 
   VoxelSet zeroLevel = predictedZeroLevel(coarse, refinement, size, execution);
   const VoxelSet nearObserved = dilated(coarse.observed, nearData, nearData, execution);
-  const int reach = isFinest ? order(prior) : interpolationReach;
-  const int reachX = isFinest ? order(prior) : interpolationReachX;
+  const int reach = own.isFinest() ? order(own.prior) : interpolationReach;
+  const int reachX = own.isFinest() ? order(own.prior) : interpolationReachX;
   for (int round = 0; round < maxRounds; ++round) {
     VoxelSet unknowns = bandAround(zeroLevel, field.observed, nearObserved, refinement, coarse.unknowns, execution);
     field.support = dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
     std::vector<SolverGrid> grids =
-        bandGrids(lattices, level, std::move(unknowns), observation, prior, plan.coarseGrids, execution);
+        bandGrids(own.lattices, own.level, std::move(unknowns), observation, own.prior, plan.coarseGrids, execution);
     report.unknowns = grids[0].voxels.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
     const SolveReport solve =
-        solveOnGrids(grids, prior, field.support, plan, solver, lattice.spacing, field.values.data(), execution);
+        solveOnGrids(grids, own.prior, field.support, plan, solver, lattice.spacing, field.values.data(), execution);
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;

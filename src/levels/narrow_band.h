@@ -35,14 +35,23 @@ void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution);
 VoxelSet voxelSetOf(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
                     Execution& execution);
 
+/// One level of several.
+struct BandLevel {
+  const std::vector<Lattice>& lattices; ///< of all levels
+  std::size_t level;                    ///< ≥ 1
+  const LevelObservation& observation;
+  Prior prior;
+
+  bool isFinest() const { return level + 1 == lattices.size(); }
+};
+
 /// Solves one level in a band.
 ///
 /// Unknowns are the observed voxels and those within two voxels of the interpolated zero level, six where nothing is
 /// observed near. Where the coarser level has missed a sheet that is observed, the band grows and is solved again.
-/// \param lattices of all levels \param level ≥ 1 \param coarse the field of level − 1
-LevelField solveNarrowBand(const std::vector<Lattice>& lattices, std::size_t level, const LevelField& coarse,
-                           const LevelObservation& observation, Prior prior, const LevelPlan& plan,
-                           const SolverOptions& solver, bool isFinest, LevelReport& report, Execution& execution);
+/// \param coarse the field of the level before
+LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const LevelPlan& plan,
+                           const SolverOptions& solver, LevelReport& report, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -32,6 +32,9 @@ public:
       : points_(points), search_(search), maxDistance_(maxDistance), spacing_(points.spacings.empty() ? 0 : spacing)
   {}
 
+  const OrientedPoints& points() const { return points_; }
+  const NeighborSearch& search() const { return search_; }
+
   /// What the nearest point leaves of its reach at a position: ≤ 0 without support, −inf without points.
   float margin(const Eigen::Vector3f& position, Neighbors& scratch) const;
 

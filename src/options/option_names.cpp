@@ -12,6 +12,13 @@ const Names<LengthUnit>& names()
 }
 
 template <>
+const Names<SearchKind>& names()
+{
+  static const Names<SearchKind> all = {{"bins", SearchKind::bins}, {"kdtree", SearchKind::kdTree}};
+  return all;
+}
+
+template <>
 const Names<Prior>& names()
 {
   static const Names<Prior> all = {

@@ -267,7 +267,7 @@ void declareOrientation(Table& table)
               "join components over neighbors that fail the angle");
   table.number("minComponentShare", "--min-component", "share", zeroToBelowOne,
                field(stage, &OrientationOptions::minComponentShare),
-               "drop components with a smaller share of the points");
+               "drop components with a smaller share of the input's points");
   table.number("lowAgreement", "--low-agreement", "share", zeroToOne, field(stage, &OrientationOptions::lowAgreement),
                "warn if fewer normals agree with the vote on their orientation");
   table.onOff(
@@ -444,6 +444,8 @@ void declareOthers(Table& table)
   table.choice("unit", "--unit", field(&Options::unit),
                "s, the unit of automatic lengths: half the side of the square that a point stands for, or the mean "
                "distance to the nearest point (the paper's)");
+  table.choice("search", "--search", field(&Options::search),
+               "what finds nearest points: sorted bins, or PCL's kd-tree (FLANN), which takes longer for the same");
   table.choice(
       "colors", "--color", field(&Options::colors),
       "colors of the mesh: blue where interpolated and skin where observed, by sigma as --uncertainty computes it from "

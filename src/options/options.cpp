@@ -30,6 +30,7 @@ Options paperPreset()
 {
   Options options;
   options.unit = LengthUnit::nearest;
+  options.search = SearchKind::kdTree;
   options.outliers.alone = false;
   options.normals.source = NormalSource::estimate;
   options.normals.noiseCriteria = true;
@@ -43,7 +44,6 @@ Options paperPreset()
   options.solver.method = SolverMethod::icm;
   options.solver.changeTolerance = 1e-3;
   options.solver.choleskyOnCoarsest = true;
-  options.multiscale.padding = 5;
   options.multiscale.interpolation = Interpolation::linear;
   options.trimming.kind = Trimming::none;
   options.trimming.minComponentShare = .01f; // should trimming be asked for

@@ -121,7 +121,7 @@ private:
     result.normals = normals_;
     result.keep.assign(points_.size(), 0);
     const auto sizes = joined_.sizes(execution_);
-    const double smallest = options_.minComponentShare * static_cast<double>(points_.size());
+    const double smallest = options_.minComponentShare * static_cast<double>(points_.wholeSize());
     const std::int64_t kept = count([&](std::uint32_t i) {
       result.keep[i] = sizes[joined_.find(i)] >= smallest ? 1 : 0;
       return result.keep[i] != 0;

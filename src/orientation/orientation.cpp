@@ -187,7 +187,7 @@ public:
         options_(options), execution_(execution),
         knowsViews_(vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1)),
         piecesVote_(vote == OrientationVote::reference || knowsViews_),
-        smallest_(options.minComponentShare * static_cast<double>(points.size())), withinAngle_(points.size()),
+        smallest_(options.minComponentShare * static_cast<double>(points.wholeSize())), withinAngle_(points.size()),
         smooth_(piecesVote_ ? points.size() : 0)
   {}
 

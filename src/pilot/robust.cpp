@@ -88,24 +88,21 @@ std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const Neighb
                                       double voxelSize, std::size_t maxMemory, Execution& execution)
 {
   const auto side = static_cast<float>(2 * voxelSize);
-  PriorOptions prior;
-  prior.kind = Prior::thinPlate;
-  ObservationOptions observation;
-  MultiscaleOptions multiscale;
-  multiscale.voxelSize = side;
-  multiscale.maxMemory = maxMemory;
-  const BoundingBox box = boundingBox(points.positions);
+  Options options;
+  options.prior.kind = Prior::thinPlate;
+  options.multiscale.voxelSize = side;
+  options.multiscale.maxMemory = maxMemory;
 
   OrientedPoints weighted = points;
   weighted.confidences.resize(points.size());
   const std::vector<std::uint8_t> isSmall = inSmallComponents(points, search, spacing, execution);
   std::vector<float> errors(points.size(), 0), weights(points.size(), 1);
   for (const Step& step : steps) {
-    observation.smoothing = step.smoothing * side;
+    options.observation.smoothing = step.smoothing * side;
     for (std::size_t i = 0; i < points.size(); ++i)
       weighted.confidences[i] = (isSmall[i] ? minWeight : weights[i]) * points.confidence(i);
     const DistanceField field =
-        regularize(weighted, search, spacing, box, observation, prior, {}, multiscale, execution).field;
+        regularize({&weighted, &search, boundingBox(points.positions)}, spacing, options, execution).field;
     errors = residuals(points.positions, field, execution);
     // Beneath a tenth of a voxel residuals are the grid's, not the points'.
     const float limit = step.scale * std::max(deviation(errors), .1f * side);

@@ -143,23 +143,22 @@ private:
 } // namespace
 
 BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& search, float spacing,
-                         const ObservationOptions& observation, const PriorOptions& prior, const SolverOptions& solver,
-                         const MultiscaleOptions& multiscale, float maxHole, Execution& execution)
+                         const Options& options, float maxHole, Execution& execution)
 {
   const BoundingBox box = boundingBox(points.positions);
   const Eigen::Vector3f side = box.upper - box.lower;
-  MultiscaleOptions pilot = multiscale;
-  pilot.voxelSize = std::max(multiscale.voxelSize, side.maxCoeff() / pilotSide);
-  pilot.padding = pilotSide / 2;
-  ObservationOptions coarse = observation;
-  coarse.smoothing = static_cast<float>(levelSmoothing(observation, spacing, pilot.voxelSize, false));
-  coarse.maxDistance = std::max(resolvedMaxDistance(observation, spacing, pilot.voxelSize), 1.5f * pilot.voxelSize);
-  SolverOptions rough = solver;
-  rough.changeTolerance =
-      std::max(rough.changeTolerance, observation.atPoints() ? toleranceAtPoints : toleranceAtVoxels);
-  const DistanceField field = regularize(points, search, spacing, box, coarse, prior, rough, pilot, execution).field;
+  Options pilot = options;
+  const float pilotVoxel = std::max(options.multiscale.voxelSize, side.maxCoeff() / pilotSide);
+  pilot.multiscale.voxelSize = pilotVoxel;
+  pilot.multiscale.padding = pilotSide / 2;
+  ObservationOptions& observation = pilot.observation;
+  observation.smoothing = static_cast<float>(levelSmoothing(options.observation, spacing, pilotVoxel, false));
+  observation.maxDistance = std::max(resolvedMaxDistance(options.observation, spacing, pilotVoxel), 1.5f * pilotVoxel);
+  pilot.solver.changeTolerance =
+      std::max(pilot.solver.changeTolerance, observation.atPoints() ? toleranceAtPoints : toleranceAtVoxels);
+  const DistanceField field = regularize({&points, &search, box}, spacing, pilot, execution).field;
   TriangleMesh mesh = polygonize(field, {}, execution);
-  setConfidences(mesh, {points, search, coarse.maxDistance, 0}, coarse.confidenceShape, execution);
+  setConfidences(mesh, {points, search, observation.maxDistance, 0}, observation.confidenceShape, execution);
 
   setNormals(mesh, field, execution);
 
@@ -184,11 +183,11 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& sea
       continue;
     if (openings.isReliable(v) && isInOpening())
       grow(volume, mesh.vertices[v], roomPerOpening * distance);
-    else if (distance <= coarseVoxelsAtRim * pilot.voxelSize)
+    else if (distance <= coarseVoxelsAtRim * pilotVoxel)
       grow(rim, mesh.vertices[v], roomPerOpening * distance);
   }
   limit(volume, side.maxCoeff() / 2);
-  limit(rim, voxelsAtRim * multiscale.voxelSize);
+  limit(rim, voxelsAtRim * options.multiscale.voxelSize);
   volume.lower = volume.lower.cwiseMin(rim.lower);
   volume.upper = volume.upper.cwiseMax(rim.upper);
   return volume;

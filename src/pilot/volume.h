@@ -23,12 +23,11 @@ namespace mrf {
 /// is what lies amid data, as holes that a neck joins to the sheet and bays do. Other rims get a strip of two such
 /// voxels, at most 20 of the finest level. How the points lie in their box does not matter, nor does how flat they are;
 /// openings of what is too thin for that grid get no room but the strip.
-/// \param search holds points.positions \param spacing l̄, cloud's unit \param multiscale with the voxel size set
+/// \param search holds points.positions \param spacing l̄, cloud's unit \param options with the voxel size set
 /// \param maxHole diameter of the largest hole that is to be filled, cloud's unit; infinite: all
 /// Cost: that of a grid of some 60,000 voxels.
 BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& search, float spacing,
-                         const ObservationOptions& observation, const PriorOptions& prior, const SolverOptions& solver,
-                         const MultiscaleOptions& multiscale, float maxHole, Execution& execution);
+                         const Options& options, float maxHole, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

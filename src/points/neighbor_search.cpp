@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
+#include "points/pcl_search.h"
+
+#include <pcl/search/kdtree.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
@@ -13,14 +14,7 @@ namespace {
 
 class KdTree : public NeighborSearch {
 public:
-  void setPoints(const std::vector<Eigen::Vector3f>& positions) override
-  {
-    auto cloud = std::make_shared<PointCloud<PointXYZ>>();
-    cloud->reserve(positions.size());
-    for (const Eigen::Vector3f& position : positions)
-      cloud->push_back(PointXYZ(position.x(), position.y(), position.z()));
-    tree_.setInputCloud(cloud);
-  }
+  void setPoints(const std::vector<Eigen::Vector3f>& positions) override { tree_.setInputCloud(toPclCloud(positions)); }
 
   int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override
   {
@@ -45,7 +39,7 @@ private:
 
   static PointXYZ toPoint(const Eigen::Vector3f& position) { return {position.x(), position.y(), position.z()}; }
 
-  KdTreeFLANN<PointXYZ> tree_;
+  search::KdTree<PointXYZ> tree_;
 };
 
 /// Positions per piece of parallel work: a few milliseconds of queries.
@@ -92,6 +86,58 @@ void NeighborSearch::forEachPosition(const std::vector<Eigen::Vector3f>& positio
 std::unique_ptr<NeighborSearch> makeKdTree()
 {
   return std::make_unique<KdTree>();
+}
+
+std::unique_ptr<NeighborSearch> makeSearch(SearchKind kind)
+{
+  return kind == SearchKind::kdTree ? makeKdTree() : makePointBins();
+}
+
+PointCloud<PointXYZ>::Ptr toPclCloud(const std::vector<Eigen::Vector3f>& positions)
+{
+  auto cloud = std::make_shared<PointCloud<PointXYZ>>();
+  cloud->reserve(positions.size());
+  for (const Eigen::Vector3f& position : positions)
+    cloud->push_back(PointXYZ(position.x(), position.y(), position.z()));
+  return cloud;
+}
+
+template <typename Query>
+int SearchForPcl::answer(Indices& indices, std::vector<float>& distances, const Query& query) const
+{
+  if (hasFailed_)
+    return 0;
+  try {
+    Neighbors found{std::move(indices), std::move(distances)};
+    const int number = query(found);
+    indices = std::move(found.indices);
+    distances = std::move(found.squaredDistances);
+    return number;
+  } catch (...) {
+    if (!hasFailed_.exchange(true))
+      error_ = std::current_exception();
+    return 0;
+  }
+}
+
+int SearchForPcl::nearestKSearch(const PointXYZ& point, int k, Indices& indices, std::vector<float>& distances) const
+{
+  return answer(indices, distances,
+                [&](Neighbors& found) { return search_.nearest(point.getVector3fMap(), k, found); });
+}
+
+int SearchForPcl::radiusSearch(const PointXYZ& point, double radius, Indices& indices, std::vector<float>& distances,
+                               unsigned int) const
+{
+  return answer(indices, distances, [&](Neighbors& found) {
+    return search_.within(point.getVector3fMap(), static_cast<float>(radius), found);
+  });
+}
+
+void SearchForPcl::rethrow() const
+{
+  if (error_)
+    std::rethrow_exception(error_);
 }
 
 } // namespace mrf

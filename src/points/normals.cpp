@@ -3,18 +3,23 @@
 
 #include "options/validation.h"
 #include "points/local_plane.h"
+#include "points/pcl_search.h"
+
+#include <pcl/features/normal_3d_omp.h>
 
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <numeric>
 #include <sstream>
 
 namespace pcl {
 namespace mrf {
 namespace {
 
-/// Neighborhoods inside a radius of fewer points, the point itself included, are extended to so many.
+/// Points with too few others inside a radius for a plane have that of so many nearest ones, themselves included.
 constexpr int minNeighbors = 12;
 
 /// Neighborhoods that stand for more points consist of every fourth, sixteenth, ... point, so that none costs more.
@@ -72,26 +77,57 @@ std::size_t numberFound(const float* squared, std::size_t k)
                                   squared);
 }
 
-/// Planes of the neighbors inside one radius for all points, as in the paper.
-void fitWithin(const PointSet& points, const NeighborSearch& search, float radius, Estimates& estimates,
-               Execution& execution)
+/// Distance of a point from the plane with a normal through the mean of its neighbors.
+double distanceFromMean(const PointSet& points, const NeighborSearch& search, std::size_t i, float radius,
+                        const Eigen::Vector3d& normal, Neighbors& found)
 {
-  // In this order because most neighborhoods of unevenly sampled clouds are small, and then one query is enough.
-  search.forEachPosition(points.positions, minNeighbors, NeighborSearch::Answer::indicesAndDistances, execution,
-                         [&](const NeighborBatch& batch) {
-                           Neighbors found;
-                           for (std::size_t q = 0; q < batch.size; ++q) {
-                             const std::size_t i = batch.positions[q];
-                             const Eigen::Vector3f& position = points.positions[i];
-                             const float* squared = batch.squaredDistances + q * batch.k;
-                             if (squared[batch.k - 1] < radius * radius) {
-                               const auto number = static_cast<std::size_t>(search.within(position, radius, found));
-                               estimates.set(i, fitPlane(points.positions, found.indices.data(), number, position));
-                             } else
-                               estimates.set(i, fitPlane(points.positions, batch.indices + q * batch.k,
-                                                         numberFound(squared, batch.k), position));
-                           }
-                         });
+  search.within(points.positions[i], radius, found);
+  double sum = 0;
+  for (const int neighbor : found.indices)
+    sum += normal.dot((points.positions[static_cast<std::size_t>(neighbor)] - points.positions[i]).cast<double>());
+  return std::abs(sum) / static_cast<double>(found.indices.size());
+}
+
+/// Points per call of PCL's, some tenths of a second: in between the run can be cancelled.
+constexpr std::size_t pointsPerPoll = 1 << 15;
+
+/// Planes of the neighbors inside one radius for all points, as in the paper: pcl::NormalEstimationOMP.
+void fitWithin(const PointSet& points, const NeighborSearch& search, float radius, const NormalOptions& options,
+               Estimates& estimates, Execution& execution)
+{
+  NormalEstimationOMP<PointXYZ, Normal> estimation(static_cast<unsigned int>(execution.threads()));
+  const auto lent = std::make_shared<SearchForPcl>(search);
+  estimation.setInputCloud(toPclCloud(points.positions));
+  estimation.setSearchMethod(lent);
+  estimation.setRadiusSearch(radius);
+  for (std::size_t first = 0; first < points.size(); first += pointsPerPoll) {
+    const auto indices = std::make_shared<Indices>(std::min(pointsPerPoll, points.size() - first));
+    std::iota(indices->begin(), indices->end(), static_cast<index_t>(first));
+    estimation.setIndices(indices);
+    PointCloud<Normal> normals;
+    estimation.compute(normals);
+    lent->rethrow();
+    execution.forRange(
+        static_cast<std::int64_t>(normals.size()), normalGrain, [&](std::int64_t begin, std::int64_t end) {
+          Neighbors found;
+          for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+            const std::size_t i = first + n;
+            const Eigen::Vector3f& position = points.positions[i];
+            Plane plane;
+            if (isFinite(normals[n])) {
+              plane.normal = normals[n].getNormalVector3fMap().cast<double>();
+              plane.thirdShare = normals[n].curvature;
+              if (options.noiseCriteria) // PCL's keeps the plane's distance from the origin to itself
+                plane.distance = distanceFromMean(points, search, i, radius, plane.normal, found);
+            } else if (!options.noiseCriteria) {
+              const auto number = static_cast<std::size_t>(search.nearest(position, minNeighbors, found));
+              plane = fitPlane(points.positions, found.indices.data(), number, position);
+            }
+            estimates.set(i, plane);
+          }
+        });
+    execution.poll();
+  }
 }
 
 /// Points that a neighborhood needs under noise: a radius of four standard deviations, so that it is flat, and of
@@ -203,7 +239,7 @@ NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& se
   Estimates estimates(result, points.size(), options, spacing);
   const float radius = resolvedRadius(options, spacing);
   if (radius > 0) {
-    fitWithin(points, search, radius, estimates, execution);
+    fitWithin(points, search, radius, options, estimates, execution);
     return result;
   }
   std::vector<Growing> growing;

@@ -25,8 +25,8 @@ struct NormalEstimates {
 /// The radius for all points, cloud's unit; 0 = each has its own.
 float resolvedRadius(const NormalOptions& options, float spacing);
 
-/// Fits a plane to the neighbors of each point, as pcl::NormalEstimation does and with PCL's covariance and eigenvalue
-/// functions, but in double precision.
+/// Fits a plane to the neighbors of each point, as pcl::NormalEstimation does and with PCL's closed form of the
+/// eigenvalues, but in double precision.
 ///
 /// Automatic neighborhoods are the 13 nearest points, wherever they are, twice as many where those are rough (third
 /// eigenvalue over 1/16 of the second). They double while the points nearly lie on a line (second eigenvalue under a
@@ -34,8 +34,8 @@ float resolvedRadius(const NormalOptions& options, float spacing);
 /// they are represented by every fourth, sixteenth, ... point. Noise that is known widens them to four standard
 /// deviations, and to where the normal is off by about 5°.
 ///
-/// With a radius, a point with fewer than 12 neighbors inside it, itself included, takes its 12 nearest instead:
-/// randomly sampled surfaces have 6 on average within 2.5 l̄, which is too few for a normal under noise.
+/// With a radius it is pcl::NormalEstimationOMP that fits them, in single precision. Points with fewer than two others
+/// inside it have the plane of their 12 nearest, or, with noiseCriteria, none, as in the paper.
 /// Neighbors on a line do not define a plane.
 /// \param spacing l̄, for the paper's automatic lengths
 /// \param search holds exactly points.positions

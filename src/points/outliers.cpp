@@ -5,13 +5,12 @@
 #include "base/select_values.h"
 #include "options/validation.h"
 #include "points/local_plane.h"
+#include "points/pcl_search.h"
 #include "points/sampling_density.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <pcl/filters/statistical_outlier_removal.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
 
 #include <algorithm>
 #include <cmath>
@@ -178,13 +177,8 @@ std::vector<std::uint8_t> keptBySpacing(const std::vector<float>& means, const O
 
 std::vector<std::uint8_t> keptByStatistics(const PointSet& points, const OutlierOptions& options)
 {
-  auto cloud = std::make_shared<PointCloud<PointXYZ>>();
-  cloud->reserve(points.size());
-  for (const Eigen::Vector3f& position : points.positions)
-    cloud->push_back(PointXYZ(position.x(), position.y(), position.z()));
-
-  StatisticalOutlierRemoval<PointXYZ> filter(true);
-  filter.setInputCloud(cloud);
+  StatisticalOutlierRemoval<PointXYZ> filter(true); // which searches by FLANN
+  filter.setInputCloud(toPclCloud(points.positions));
   // Left to itself PCL goes on without any if there is no memory for them.
   auto indices = std::make_shared<Indices>(points.size());
   std::iota(indices->begin(), indices->end(), 0);

@@ -30,6 +30,7 @@ PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
   PointSet kept;
   selectCommon(points, keep, kept);
   kept.views = selectValues(points.views, keep);
+  kept.gathered = points.wholeSize();
   kept.resolution = points.resolution;
   kept.hasSensorOrigin = points.hasSensorOrigin;
   kept.hadOnlyZeroNormals = points.hadOnlyZeroNormals;

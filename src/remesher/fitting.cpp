@@ -16,7 +16,7 @@ using Eigen::Vector3f;
 constexpr std::int64_t fittingGrain = 2048;
 /// Accuracy of the scan igea_clean after none, three, five and eight: .0161, .0119, .0117, .0117 % of the diagonal; two
 /// more are alike.
-constexpr int steps = 5;
+constexpr int fittingSteps = 5;
 /// Share of the target edge that a vertex moves at most.
 constexpr float farthest = .15f;
 /// Share of the target edge from which on a height counts nothing, and the less the closer to it (Tukey's biweight):
@@ -71,7 +71,7 @@ void fitToSurface(RemeshedSurface& surface, Execution& execution)
 {
   const std::vector<float> heights = heightsOfMiddles(surface, execution);
   std::vector<float> moved(surface.mesh.positions.size(), 0);
-  for (int n = 0; n < steps; ++n)
+  for (int n = 0; n < fittingSteps; ++n)
     moved = step(surface, heights, moved, execution);
   Poller poll(execution);
   for (std::int32_t v = 0; v < surface.mesh.vertexCount(); ++v) {

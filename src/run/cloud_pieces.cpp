@@ -2,9 +2,9 @@
 #include "run/cloud_pieces.h"
 
 #include "levels/multiscale.h"
+#include "options/stage_timer.h"
 #include "pilot/volume.h"
 #include "run/pieces.h"
-#include "run/stage_timer.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -40,7 +40,7 @@ CloudPieces::CloudPieces(OrientedPoints& points, NeighborSearch& search, const O
   if (found.points.size() > 1)
     for (const std::vector<std::uint32_t>& piece : found.points) {
       points_.push_back(select(points, piece));
-      searches_.push_back(makePointBins());
+      searches_.push_back(makeSearch(options.search));
       searches_.back()->setPoints(points_.back().positions, execution);
     }
   dropAlone(found.alone, points, search, report, execution);
@@ -66,8 +66,7 @@ void CloudPieces::growVolumes(const Options& options, Report& report, Execution&
   const float maxHole =
       options.trimming.kind == Trimming::none ? std::numeric_limits<float>::infinity() : options.trimming.maxHole;
   for (SolvedPiece& piece : pieces_)
-    piece.volume = chooseVolume(*piece.points, *piece.search, report.density.spacing, options.observation,
-                                options.prior, options.solver, options.multiscale, maxHole, execution);
+    piece.volume = chooseVolume(*piece.points, *piece.search, report.density.spacing, options, maxHole, execution);
 }
 
 } // namespace mrf

@@ -3,7 +3,7 @@
 /// \brief The parts of a cloud that are solved on their own, each with its points, its search and its volume.
 #pragma once
 
-#include "uncertainty/uncertainty.h"
+#include "levels/multiscale.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#define PCL_MRF_ONLY_TYPES_OF_PCL
 #include <pcl/surface/impl/mrf_reconstruction.hpp>
 
 #include <pcl/impl/instantiate.hpp>

@@ -3,10 +3,10 @@
 
 #include "levels/multiscale.h"
 #include "observation/observation.h"
+#include "options/stage_timer.h"
 #include "orientation/orientation.h"
 #include "pilot/hold_out.h"
 #include "points/normals.h"
-#include "run/stage_timer.h"
 #include "trimming/trimming.h"
 
 #include <pcl/surface/mrf/option_table.h>

@@ -30,12 +30,18 @@ void addField(PCLPointCloud2& cloud, const char* name)
   cloud.point_step += 4;
 }
 
-/// An octree answers in the order of its cells.
+/// Nearest first, equals by index: an octree answers in the order of its cells.
 void sort(Neighbors& answer)
 {
+  const auto entry = [&](std::size_t n) { return std::make_pair(answer.squaredDistances[n], answer.indices[n]); };
+  std::size_t ordered = 1;
+  while (ordered < answer.indices.size() && entry(ordered - 1) < entry(ordered))
+    ++ordered;
+  if (ordered >= answer.indices.size())
+    return;
   std::vector<std::pair<float, int>> entries;
   for (std::size_t n = 0; n < answer.indices.size(); ++n)
-    entries.emplace_back(answer.squaredDistances[n], answer.indices[n]);
+    entries.push_back(entry(n));
   std::sort(entries.begin(), entries.end());
   for (std::size_t n = 0; n < entries.size(); ++n)
     std::tie(answer.squaredDistances[n], answer.indices[n]) = entries[n];
@@ -78,15 +84,15 @@ void write(const Reconstruction& result, pcl::PolygonMesh& output)
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     const Eigen::Vector3f position = (mesh.vertices[v].cast<double>() + result.points.offset).cast<float>();
     const Eigen::Vector3f& normal = mesh.normals[v];
-    std::array<float, 10> values = {position.x(), position.y(), position.z(),       normal.x(),
+    std::array<float, 11> values = {position.x(), position.y(), position.z(),       normal.x(),
                                     normal.y(),   normal.z(),   mesh.confidences[v]};
     std::size_t next = 7;
     if (!colors.empty()) {
       const std::uint32_t packed = packRgb(colors[v]);
       std::memcpy(&values[next++], &packed, sizeof(packed));
-    } else if (result.channels == 1) {
-      values[next++] = result.attributes[v];
     }
+    if (!result.intensities.empty())
+      values[next++] = result.intensities[v];
     if (!mesh.sigmas.empty()) {
       values[next++] = mesh.sigmas[v];
       values[next] = static_cast<float>(mesh.calibrated[v]);
@@ -114,6 +120,17 @@ void log(const Report& report) noexcept
   }
 }
 
+std::exception_ptr asThrown(const std::exception_ptr& error)
+{
+  try {
+    std::rethrow_exception(error);
+  } catch (const CallerError& caught) {
+    return caught.nested_ptr();
+  } catch (...) {
+    return error;
+  }
+}
+
 int checkedAnswer(int found, int max, std::size_t positions, Neighbors& answer)
 {
   if (found < 0 || found > max || static_cast<std::size_t>(found) > answer.indices.size() ||
@@ -127,8 +144,7 @@ int checkedAnswer(int found, int max, std::size_t positions, Neighbors& answer)
   for (const float distance : answer.squaredDistances)
     if (!(distance >= 0))
       failAnswer("a squared distance of " + std::to_string(distance));
-  if (!std::is_sorted(answer.squaredDistances.begin(), answer.squaredDistances.end()))
-    sort(answer);
+  sort(answer);
   return found;
 }
 

@@ -2,6 +2,7 @@
 #include "run/pieces.h"
 
 #include "mesh/mesh_topology.h"
+#include "points/preprocessing.h"
 
 #include <algorithm>
 #include <array>

@@ -11,9 +11,6 @@
 namespace pcl {
 namespace mrf {
 
-/// Fewer points than a plane's neighborhood cannot tell a surface.
-constexpr std::size_t minPointsOfSurface = 4;
-
 struct Pieces {
   /// Indices into the points, ascending, of each piece; pieces by falling number of points. Empty: all are one piece.
   std::vector<std::vector<std::uint32_t>> points;

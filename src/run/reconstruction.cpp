@@ -9,15 +9,16 @@
 #include "mesh/polygonizer.h"
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
+#include "options/stage_timer.h"
 #include "options/validation.h"
+#include "orientation/oriented_points.h"
 #include "pilot/robust.h"
+#include "points/gathering.h"
+#include "points/preprocessing.h"
 #include "remesher/remesher.h"
 #include "run/cloud_pieces.h"
-#include "run/gathering.h"
 #include "run/option_resolver.h"
-#include "run/preprocessing.h"
 #include "run/run_plan.h"
-#include "run/stage_timer.h"
 #include "run/warnings.h"
 #include "trimming/error_limit.h"
 #include "trimming/trimming.h"
@@ -81,40 +82,39 @@ Support supportOf(const OrientedPoints& points, const NeighborSearch& search, fl
   return {points, search, reach, options.unit == LengthUnit::density ? spacing : 0}; // the paper has one for all points
 }
 
-/// What trimming may keep of a zero level, as a coarser level shows it. Its limits are wider here, and what turns away
-/// from the surface around it is not told apart: the finest level's mesh decides that.
-SurfaceFilter trimmedGenerously(const SolvedPiece& piece, const ResolvedOptions& options, float diagonal, float spacing,
-                                Execution& execution)
+/// What trimming may keep of a coarser level's zero level. Its limits are wider here, and what turns away from the
+/// surface around it is not told apart: the finest level's mesh decides that.
+TriangleMesh trimmedGenerously(TriangleMesh mesh, const Support& support, float diagonal,
+                               const ResolvedOptions& options, Execution& execution)
 {
-  TrimmingOptions trimming = options.trimming;
-  if (trimming.kind == Trimming::none)
-    return {};
   constexpr float wider = 1.25f;
+  TrimmingOptions trimming = options.trimming;
   trimming.maxHole *= wider;
   trimming.maxGap *= wider;
   trimming.minComponentPoints = 0;
   trimming.minComponentShare = 0;
-  return [&piece, &options, trimming, diagonal, spacing, &execution](TriangleMesh mesh, float voxelSize) {
-    const float reach = std::max(options.observation.maxDistance, 1.5f * voxelSize);
-    setConfidences(mesh, supportOf(*piece.points, *piece.search, reach, spacing, options),
-                   options.observation.confidenceShape, execution);
-    if (std::all_of(mesh.confidences.begin(), mesh.confidences.end(), [](float value) { return value > 0; }))
-      return mesh;
-    return trim(std::move(mesh), *piece.points, *piece.search, diagonal, trimming, execution).mesh;
-  };
+  setConfidences(mesh, support, options.observation.confidenceShape, execution);
+  if (std::all_of(mesh.confidences.begin(), mesh.confidences.end(), [](float value) { return value > 0; }))
+    return mesh;
+  return trim(std::move(mesh), support.points(), support.search(), diagonal, trimming, execution).mesh;
 }
 
 /// The fields of all pieces; the report gets their levels.
-DistanceField regularize(const CloudPieces& pieces, const ResolvedOptions& options, Report& report,
-                         Execution& execution)
+DistanceField solveLevels(const CloudPieces& pieces, const ResolvedOptions& options, Report& report,
+                          Execution& execution)
 {
   const StageTimer timer("regularization", report, execution);
+  const float spacing = report.density.spacing, diagonal = pieces.largestDiagonal();
   std::vector<DistanceField> fields;
   for (const SolvedPiece& piece : pieces.all()) {
-    MultiscaleResult result =
-        regularize(*piece.points, *piece.search, report.density.spacing, piece.volume, options.observation,
-                   options.prior, options.solver, options.multiscale, execution,
-                   trimmedGenerously(piece, options, pieces.largestDiagonal(), report.density.spacing, execution));
+    const std::unique_ptr<Levels> levels = beginLevels(piece, spacing, options, execution);
+    for (; !levels->done(); levels->solveNext())
+      if (options.trimming.kind != Trimming::none && levels->mayLeaveOut()) {
+        const float reach = std::max(options.observation.maxDistance, 1.5f * levels->voxelSize());
+        const Support support = supportOf(*piece.points, *piece.search, reach, spacing, options);
+        levels->refineOnly(trimmedGenerously(levels->zeroLevel(), support, diagonal, options, execution));
+      }
+    MultiscaleResult result = levels->result();
     report.predictedBytes = std::max(report.predictedBytes, result.predictedBytes);
     if (fields.empty())
       report.levels = std::move(result.levels);
@@ -125,14 +125,14 @@ DistanceField regularize(const CloudPieces& pieces, const ResolvedOptions& optio
   return DistanceField::ofPieces(std::move(fields));
 }
 
-PointSet gather(RawCloud cloud, const Options& options, Report& report, Execution& execution)
+PointSet gatherPoints(RawCloud cloud, const Options& options, Report& report, Execution& execution)
 {
   const StageTimer timer("gathering", report, execution);
   return gather(std::move(cloud), options, report.points, execution);
 }
 
 /// Cuts the zero level out of the field. \throw InvalidInput if it has none
-void polygonize(Reconstruction& result, const ResolvedOptions& options, Execution& execution)
+void cutZeroLevel(Reconstruction& result, const ResolvedOptions& options, Execution& execution)
 {
   const StageTimer timer("polygonizer", result.report, execution);
   result.mesh = polygonize(result.field, options.polygonizer, execution);
@@ -143,29 +143,35 @@ void polygonize(Reconstruction& result, const ResolvedOptions& options, Executio
                             : ", or prior.beta = " + decimalText(options.prior.beta) + " is too small"));
 }
 
+/// \param moved whether the confidences are those of other places
+void setVertexFields(Reconstruction& result, bool moved, const Support& support, const ResolvedOptions& options,
+                     Execution& execution)
+{
+  setNormals(result.mesh, result.field, execution);
+  if (moved)
+    setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
+}
+
 /// Sets the confidences of the vertices, drops what no data support, and measures what is left; sets the normals unless
 /// it is to be remeshed.
 /// \param diagonal that the limits of holes follow \throw InvalidInput if nothing is left
-void trim(Reconstruction& result, const NeighborSearch& search, const Support& support, float diagonal,
-          const ResolvedOptions& options, Execution& execution)
+void trimMesh(Reconstruction& result, const Support& support, float diagonal, const ResolvedOptions& options,
+              Execution& execution)
 {
   Report& report = result.report;
   std::optional<MeshStatistics> statistics;
   {
     const StageTimer timer("trimming", report, execution);
     setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
-    TrimResult trimmed =
-        trim(std::move(result.mesh), result.points, search, diagonal, options.requested().trimming, execution);
+    TrimResult trimmed = trim(std::move(result.mesh), support.points(), support.search(), diagonal,
+                              options.requested().trimming, execution);
     report.trimming = trimmed.summary();
     statistics = trimmed.statistics;
     result.mesh = std::move(trimmed.mesh);
     const bool isCut = options.trimming.kind != Trimming::none && !statistics;
     const bool isTightened = isCut && tightenBorders(result.mesh, support, execution) > 0;
-    if (options.remesher.rounds == 0) {
-      setNormals(result.mesh, result.field, execution);
-      if (isTightened)
-        setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
-    }
+    if (options.remesher.rounds == 0)
+      setVertexFields(result, isTightened, support, options, execution);
   }
   if (result.mesh.triangles.empty())
     throw InvalidInput(
@@ -177,7 +183,7 @@ void trim(Reconstruction& result, const NeighborSearch& search, const Support& s
 }
 
 /// Remeshes if it was asked for, and counts triangles that intersect others.
-void remesh(Reconstruction& result, const Support& support, const ResolvedOptions& options, Execution& execution)
+void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOptions& options, Execution& execution)
 {
   Report& report = result.report;
   if (options.remesher.rounds > 0) {
@@ -185,8 +191,7 @@ void remesh(Reconstruction& result, const Support& support, const ResolvedOption
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
     RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution);
     result.mesh = std::move(remeshed.mesh);
-    setNormals(result.mesh, result.field, execution);
-    setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
+    setVertexFields(result, true, support, options, execution);
     report.remesher = remeshed.summary();
     report.intersectingBeforeRemeshing = remeshed.intersectingBefore;
     report.intersecting = remeshed.intersecting;
@@ -199,17 +204,25 @@ void remesh(Reconstruction& result, const Support& support, const ResolvedOption
 }
 
 /// Attributes of the cloud at the vertices, if the options ask for them.
-void interpolate(const PointAttributes& attributes, const NeighborSearch& search, const ResolvedOptions& options,
-                 Execution& execution, Reconstruction& result)
+void addAttributes(const PointAttributes& attributes, const NeighborSearch& search, const ResolvedOptions& options,
+                   Execution& execution, Reconstruction& result)
 {
-  if (attributes.channels < 1 || options.colors != ColorMode::input)
+  const std::size_t ofColor = attributes.colors ? 3 : 0, channels = ofColor + (attributes.intensities ? 1 : 0);
+  if (channels == 0 || options.colors != ColorMode::input)
     return;
   const StageTimer timer("attributes", result.report, execution);
-  result.channels = attributes.channels;
-  result.attributes = interpolateAttributes(
+  const std::vector<float> values = interpolateAttributes(
       result.mesh.vertices, search,
-      [&](std::size_t point, float* values) { attributes.read(result.points.origins[point], values); },
-      attributes.channels, execution);
+      [&](std::size_t point, float* read) {
+        callHandedIn("the reader of attributes", [&] { attributes.read(result.points.origins[point], read); });
+      },
+      static_cast<int>(channels), execution);
+  for (std::size_t n = 0; n < values.size(); n += channels) {
+    if (attributes.colors)
+      result.colors.push_back(toRgb(&values[n]));
+    if (attributes.intensities)
+      result.intensities.push_back(values[n + ofColor]);
+  }
 }
 
 /// Drops what may be farther off than the limit.
@@ -239,8 +252,8 @@ void dropBeyondError(Reconstruction& result, float maxError, Execution& executio
 }
 
 /// Sets sigma at the vertices, if it was asked for, and drops and draws what needs it.
-void estimateUncertainty(Reconstruction& result, const CloudPieces& pieces, const ResolvedOptions& options,
-                         Execution& execution)
+void addUncertainty(Reconstruction& result, const CloudPieces& pieces, const ResolvedOptions& options,
+                    Execution& execution)
 {
   if (!wantsUncertainty(options))
     return;
@@ -273,15 +286,15 @@ void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, d
   report.options = options;
   report.smoothingLength = smoothingLengthOf(options);
   warnOfCoarseInput(resolution, options.multiscale.voxelSize, report);
-  result.field = regularize(pieces, options, report, execution);
+  result.field = solveLevels(pieces, options, report, execution);
   warnOfUnsolvedLevels(report);
-  polygonize(result, options, execution);
+  cutZeroLevel(result, options, execution);
   const Support support =
       supportOf(result.points, search, options.observation.maxDistance, report.density.spacing, options);
-  trim(result, search, support, pieces.largestDiagonal(), options, execution);
-  remesh(result, support, options, execution);
-  estimateUncertainty(result, pieces, options, execution);
-  interpolate(attributes, search, options, execution, result);
+  trimMesh(result, support, pieces.largestDiagonal(), options, execution);
+  remeshMesh(result, support, options, execution);
+  addUncertainty(result, pieces, options, execution);
+  addAttributes(attributes, search, options, execution, result);
 }
 
 } // namespace
@@ -299,9 +312,10 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
 
   execution.beginRun(expectedStages(cloud.positions.size(), options));
   const PointAttributes attributes = std::move(cloud.attributes);
-  PointSet points = gather(std::move(cloud), options, report, execution);
+  PointSet points = gatherPoints(std::move(cloud), options, report, execution);
   const double resolution = points.resolution;
-  result.points = preprocess(std::move(points), options, search, report, execution);
+  PreparedPoints prepared = preprocess(std::move(points), options, search, report, execution);
+  result.points = orientPoints(std::move(prepared), options, search, report, execution);
   requireVoxelsWithinCloud(options.multiscale.voxelSize, boundingBox(result.points.positions).diagonal());
 
   OptionResolver resolver(options, report.density);
@@ -321,7 +335,7 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
 
 Reconstruction reconstruct(RawCloud cloud, const Options& options, Execution& execution)
 {
-  const auto search = makePointBins();
+  const auto search = makeSearch(options.search);
   Reconstruction result;
   reconstruct(std::move(cloud), options, *search, execution, result);
   return result;
@@ -338,9 +352,8 @@ std::vector<Rgb> vertexColors(const Reconstruction& result)
     const float largest = sigmas.empty() ? 1 : largestSigmaShown(sigmas);
     for (const float sigma : sigmas)
       colors.push_back(sigmaColor(sigma, largest));
-  } else if (result.channels == 3)
-    for (std::size_t n = 0; n < result.attributes.size(); n += 3)
-      colors.push_back(toRgb(&result.attributes[n]));
+  } else
+    colors = result.colors;
   return colors;
 }
 

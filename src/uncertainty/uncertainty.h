@@ -16,11 +16,11 @@
 /// that point to the wrong side, sheets that noise has joined.
 #pragma once
 
+#include "levels/multiscale.h"
 #include "options/resolved_options.h"
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
-#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
@@ -29,13 +29,6 @@
 
 namespace pcl {
 namespace mrf {
-
-/// A part of the points that has a field of its own.
-struct SolvedPiece {
-  const OrientedPoints* points;
-  const NeighborSearch* search; ///< holds their positions
-  BoundingBox volume;           ///< that its field covers
-};
 
 /// Draws from the posterior, piece by piece; those of one number belong together.
 struct PieceDraws {

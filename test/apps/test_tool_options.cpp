@@ -21,7 +21,7 @@ struct Case {
 const std::vector<Case> cases = {
     {{"--preset", "paper"}, "/options/solver/method", "icm"},
     {{"--preset", "paper"}, "/normalsEstimated", true},
-    {{"--preset", "paper"}, "/options/multiscale/padding", 5},
+    {{"--preset", "paper"}, "/options/search", "kdtree"},
     {{"--normals", "use"}, "/options/normals/source", "use"},
     {{"--normals", "reference"}, "/vote", "reference"},
     {{"--normals", "estimate"}, "/normalsEstimated", true},
@@ -67,6 +67,7 @@ const std::vector<Case> cases = {
     {{"--coarsest-side", "32"}, "/options/multiscale/coarsestSide", 32},
     {{"--max-memory", "512"}, "/options/multiscale/maxMemory", 512 << 20},
     {{"--dense-voxels", "1000"}, "/options/multiscale/denseVoxels", 1000},
+    {{"--search", "kdtree"}, "/options/search", "kdtree"},
     {{"--interpolation", "linear"}, "/options/multiscale/interpolation", "linear"},
     {{"--solver", "icm", "--prior", "membrane"}, "/options/solver/method", "icm"},
     {{"--solver", "cg"}, "/options/solver/method", "cg"},

@@ -44,25 +44,23 @@ void regularization(benchmark::State& state, ObservationKind kind, const Scan& s
                     std::int64_t threads)
 {
   const auto count = static_cast<double>(scan.points.size());
-  ObservationOptions observation;
-  observation.kind = kind;
-  PriorOptions prior;
-  prior.kind = static_cast<Prior>(state.range(1));
-  MultiscaleOptions options;
-  options.voxelSize = voxelSize;
-  options.padding = minPadding;
-  const BoundingBox box = boundingBox(scan.points.positions);
+  Options options;
+  options.observation.kind = kind;
+  options.prior.kind = static_cast<Prior>(state.range(1));
+  options.multiscale.voxelSize = voxelSize;
+  options.multiscale.padding = minPadding;
+  const SolvedPiece piece{&scan.points, scan.search.get(), boundingBox(scan.points.positions)};
   MultiscaleResult result;
   runStage(state, threads, "point", count, [&](Execution& execution) {
     result = MultiscaleResult();
-    result = regularize(scan.points, *scan.search, scan.spacing, box, observation, prior, {}, options, execution);
+    result = regularize(piece, scan.spacing, options, execution);
   });
   state.counters["predicted/taken"] =
       static_cast<double>(result.predictedBytes) / (state.counters["bytes/point"].value * count);
   Execution execution(0);
   state.counters["voxels"] = static_cast<double>(result.levels.back().size.count());
   state.counters["error_voxels"] =
-      sphereError(polygonize(result.field, {}, execution), 1) / static_cast<double>(options.voxelSize);
+      sphereError(polygonize(result.field, {}, execution), 1) / static_cast<double>(options.multiscale.voxelSize);
 }
 
 /// At the default voxel size.

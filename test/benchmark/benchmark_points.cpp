@@ -61,6 +61,18 @@ void tree(benchmark::State& state)
   runOnPoints(state, [&](Execution&) { benchmark::DoNotOptimize(clouds::searchOf(cloud.points)); });
 }
 
+/// The nine nearest of each point by each search, which has to be built as well.
+void nearest9(benchmark::State& state, SearchKind kind)
+{
+  const PointSet& points = Cloud::of(state).points;
+  runOnPoints(state, [&](Execution& execution) {
+    const auto search = makeSearch(kind);
+    search->setPoints(points.positions, execution);
+    search->forEachPosition(points.positions, 9, NeighborSearch::Answer::indicesAndDistances, execution,
+                            [&](const NeighborBatch& batch) { benchmark::DoNotOptimize(batch.squaredDistances[0]); });
+  });
+}
+
 void density(benchmark::State& state)
 {
   const Cloud& cloud = Cloud::of(state);
@@ -114,9 +126,17 @@ void sizes(benchmark::internal::Benchmark* benchmark)
   benchmark->ArgNames({"points", "threads"})->ArgsProduct({{10000, 100000, 1000000}, {1, 2, 4}});
 }
 
+void searchSizes(benchmark::internal::Benchmark* benchmark)
+{
+  configure(benchmark);
+  benchmark->ArgNames({"points", "threads"})->ArgsProduct({{35000, 1000000}, {1}});
+}
+
 } // namespace
 
 BENCHMARK(tree)->Apply(configure)->ArgNames({"points", "threads"})->ArgsProduct({{10000, 100000, 1000000}, {1}});
+BENCHMARK_CAPTURE(nearest9, bins, SearchKind::bins)->Apply(searchSizes);
+BENCHMARK_CAPTURE(nearest9, kdtree, SearchKind::kdTree)->Apply(searchSizes);
 BENCHMARK(density)->Apply(sizes);
 BENCHMARK(outliers)->Apply(sizes);
 BENCHMARK(normals)->Apply(sizes);

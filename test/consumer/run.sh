@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
-# Builds and runs the consumer and the examples, without warnings. Run by ctest with the compiler in CXX.
+# Builds and runs the consumer and the examples, without warnings. Run by ctest with the compiler in CXX, and with
+# MRF_UNITY_BUILD as it is built with.
 #   run.sh installed BUILD SCRATCH      installs BUILD and consumes it by find_package and by pkg-config
 #   run.sh packages SOURCE SCRATCH      makes the Debian packages, unpacks them, and consumes what is in them
 #   run.sh subdirectory SOURCE SCRATCH  consumes SOURCE as a subdirectory, static
@@ -9,7 +10,7 @@ set -euo pipefail
 mode=$1 tree=$2 scratch=$3
 here=$(cd "$(dirname "$0")" && pwd)
 examples=$(cd "$here/../../apps/examples" && pwd)
-flags='-O1 -Wall -Wextra -Werror'
+flags='-Wall -Wextra -Werror'
 rm -rf "$scratch"
 mkdir -p "$scratch"
 
@@ -20,10 +21,11 @@ if command -v ccache >/dev/null; then
   export CMAKE_CXX_COMPILER_LAUNCHER=ccache
 fi
 
-# build DIRECTORY CMAKE_OPTION...
+# build DIRECTORY TARGETS CMAKE_OPTION...
 build() {
-  cmake -S "$here" -B "$1" -G Ninja --log-level=WARNING "${@:2}" >/dev/null
-  cmake --build "$1" >"$scratch/log" || { cat "$scratch/log"; exit 1; }
+  cmake -S "$here" -B "$1" -G Ninja --log-level=WARNING "${@:3}" >/dev/null
+  # shellcheck disable=SC2086 # targets are words
+  cmake --build "$1" --target $2 >"$scratch/log" || { cat "$scratch/log"; exit 1; }
 }
 
 # A colored sphere with normals, of radius 1.
@@ -50,6 +52,7 @@ run_examples() {
   expect 'ok: 2000 points, volume 4.1' "$1/example_poisson_replaced" mrf "$in" "$out.mrf.ply"
   expect 'mean color 200 120 40' "$1/example_colors" "$in" "$out.colors.ply"
   expect 'mean color 2[0-9][0-9] 1[0-9][0-9]' "$1/example_colors" "$in" "$out.confidence.ply" confidence
+  expect ' vertices, mean intensity 0.50' "$1/example_own_points" "$scratch/sphere.xyz" "$out.own.ply"
   expect ', 1 component' "$1/example_plain_arrays" "$scratch/sphere.xyz" "$out.obj"
   for file in "$out".{ply,poisson.ply,mrf.ply,colors.ply,confidence.ply,obj}; do
     [ "$(stat -c %s "$file")" -gt 10000 ] || { echo "consumer: $file is small" >&2; exit 1; }
@@ -79,23 +82,26 @@ expect_missing_module() {
 }
 
 if [ "$mode" = subdirectory ]; then
-  # By a project that has not heard of PCL before, and by one that uses more of it; each without a build type, but with
-  # the flags of Release, with which ccache has seen the library.
-  source=(-DCONSUMER_SOURCE="$tree" -DMRF_WARNINGS_AS_ERRORS=ON -DCMAKE_CXX_FLAGS='-O3 -DNDEBUG')
-  build "$scratch/build" "${source[@]}" -DCONSUMER_EXAMPLES=OFF -DMRF_BUILD_CHOLESKY=ON
+  # By a project that has not heard of PCL before, and by one that uses more of it; without a build type, and with many
+  # files compiled at a time, as a parent may ask for.
+  source=(-DCONSUMER_SOURCE="$tree" -DMRF_WARNINGS_AS_ERRORS=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=12)
+  build "$scratch/build" all "${source[@]}" -DCONSUMER_EXAMPLES=OFF -DMRF_BUILD_CHOLESKY=ON
   "$scratch/build/consumer" multigrid
   "$scratch/build/consumer" cholesky
   find "$scratch/build" -name 'libpcl_mrf_cholesky*' -delete
   expect_missing_module "$scratch/build/consumer"
-  build "$scratch/with-pcl" "${source[@]}"
-  run_examples "$scratch/with-pcl/examples"
+  rm "$scratch/build/CMakeCache.txt" # but the library is compiled
+  build "$scratch/build" 'consumer example_files_to_mesh' "${source[@]}"
+  sphere >"$scratch/sphere.ply"
+  expect '^2000 of 2000 points, [1-9]' "$scratch/build/examples/example_files_to_mesh" "$scratch/sphere.ply" "$scratch/mesh.ply"
   exit
 fi
 
 if [ "$mode" = packages ]; then
   # Built where users build them: beside the other build directories, where ccache knows what was compiled for those.
   built=$tree/build-packages
-  sh "$tree/cmake/packages.sh" "$built" -DMRF_WARNINGS_AS_ERRORS=ON >/dev/null
+  env -u CMAKE_CXX_COMPILER_LAUNCHER sh "$tree/cmake/packages.sh" "$built" -DMRF_WARNINGS_AS_ERRORS=ON \
+    -DMRF_UNITY_BUILD="${MRF_UNITY_BUILD:-OFF}" >/dev/null
   if command -v lintian >/dev/null; then
     lintian --allow-root --fail-on error "$built"/*.deb
   fi
@@ -120,7 +126,7 @@ fi
 
 # The same files of CMake are in both; what the examples show is shown once.
 examples_too=$([ "$mode" = installed ] && echo ON || echo OFF)
-build "$scratch/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release -DCONSUMER_EXAMPLES="$examples_too"
+build "$scratch/build" all -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release -DCONSUMER_EXAMPLES="$examples_too"
 "$scratch/build/consumer" multigrid
 "$scratch/build/consumer" cholesky
 [ "$examples_too" = OFF ] || run_examples "$scratch/build/examples"
@@ -137,11 +143,8 @@ by_pkg_config() {
 by_pkg_config "$here/consumer.cpp" "$scratch/consumer"
 "$scratch/consumer" multigrid
 if [ "$mode" = installed ]; then
-  mkdir "$scratch/examples"
-  for example in files_to_mesh poisson_replaced colors plain_arrays; do
-    by_pkg_config "$examples/$example.cpp" "$scratch/examples/example_$example" pcl_io pcl_surface
-  done
-  run_examples "$scratch/examples"
+  by_pkg_config "$examples/files_to_mesh.cpp" "$scratch/files_to_mesh" pcl_io
+  expect '^2000 of 2000 points, [1-9]' "$scratch/files_to_mesh" "$scratch/sphere.ply" "$scratch/mesh.ply"
 fi
 
 # The tools find the library, and every one that was built was installed.

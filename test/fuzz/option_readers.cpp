@@ -46,7 +46,7 @@ template <typename Visit>
 void forEachMember(Options& o, const Visit& visit)
 {
   const auto all = [&](auto&... members) { (visit(members), ...); };
-  all(o.unit, o.colors, o.threads);
+  all(o.unit, o.search, o.colors, o.threads);
   all(o.outliers.alone, o.outliers.aloneFactor, o.outliers.spacing, o.outliers.spacingNeighbors,
       o.outliers.spacingFactor, o.outliers.statistical, o.outliers.statisticalNeighbors,
       o.outliers.statisticalDeviations, o.outliers.robust);

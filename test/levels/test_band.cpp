@@ -15,6 +15,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <cstdint>
 #include <limits>
 #include <random>
@@ -68,17 +69,22 @@ void forAll(const Body& body)
 
 MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t denseVoxels, const PriorOptions& prior,
                        ObservationKind kind = ObservationKind::points, int threads = 1,
-                       const SurfaceFilter& wanted = {})
+                       const std::function<TriangleMesh(TriangleMesh, float)>& wanted = {})
 {
   Execution execution(threads);
   const auto search = makeKdTree();
   search->setPoints(points.positions);
-  ObservationOptions observation;
-  observation.kind = kind;
-  MultiscaleOptions multiscale;
-  multiscale.denseVoxels = denseVoxels;
-  return regularize(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior, {},
-                    multiscale, execution, wanted);
+  Options options;
+  options.observation.kind = kind;
+  options.prior = prior;
+  options.multiscale.denseVoxels = denseVoxels;
+  const OrientedPoints oriented = shapes::oriented(points);
+  const auto levels =
+      beginLevels({&oriented, search.get(), boundingBox(points.positions)}, spacing, options, execution);
+  for (; !levels->done(); levels->solveNext())
+    if (wanted && levels->mayLeaveOut())
+      levels->refineOnly(wanted(levels->zeroLevel(), levels->voxelSize()));
+  return levels->result();
 }
 
 constexpr std::int64_t everything = std::numeric_limits<std::int64_t>::max(), fewVoxels = 5000;

@@ -65,7 +65,12 @@ struct SphereRun {
     Execution execution(threads);
     const std::int64_t before = benchmarks::heapBytes();
     benchmarks::resetPeak();
-    regularize(points, *search, spacing, boundingBox(points.positions), observation, prior, solver, options, execution);
+    Options all;
+    all.observation = observation;
+    all.prior = prior;
+    all.solver = solver;
+    all.multiscale = options;
+    regularize({&points, search.get(), boundingBox(points.positions)}, spacing, all, execution);
     return static_cast<double>(benchmarks::peakBytes() - before);
   }
 

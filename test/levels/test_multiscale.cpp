@@ -44,8 +44,13 @@ MultiscaleResult regularizePoints(const PointSet& points, float spacing, const P
   Execution execution(threads);
   const auto search = makeKdTree();
   search->setPoints(points.positions);
-  return regularize(shapes::oriented(points), *search, spacing, boundingBox(points.positions), observation, prior,
-                    solver, options, execution);
+  Options all;
+  all.observation = observation;
+  all.prior = prior;
+  all.solver = solver;
+  all.multiscale = options;
+  const OrientedPoints oriented = shapes::oriented(points);
+  return regularize({&oriented, search.get(), boundingBox(points.positions)}, spacing, all, execution);
 }
 
 /// Root mean square of the field's value at exact surface points, in units of the voxel side.
@@ -495,14 +500,9 @@ TEST(Regularize, RefusesSurfacesThatNoPointsTellOf)
 
 TEST(Regularize, SaysWhatIsWrongWhenNothingIsObserved)
 {
-  Execution execution(1);
-  PointSet points = shapes::sample(shapes::sphere(1), 1.2, .3);
-  const auto search = makeKdTree();
-  search->setPoints(points.positions);
   ObservationOptions observation;
   observation.kind = ObservationKind::plane;
   observation.maxDistance = 1e-4f;
-  EXPECT_THROW(regularize(shapes::oriented(points), *search, .3f, boundingBox(points.positions), observation, {}, {},
-                          {}, execution),
-               InvalidInput);
+  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .3);
+  EXPECT_THROW(regularizePoints(points, .3f, {}, {}, {}, 1, observation), InvalidInput);
 }

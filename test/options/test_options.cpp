@@ -185,7 +185,8 @@ TEST(Options, ThePapersPresetIsWhatItSays)
   EXPECT_EQ(paper.solver.changeTolerance, 1e-3);
   EXPECT_EQ(paper.solver.maxIterations, 0) << "1000 sweeps";
   EXPECT_EQ(paper.multiscale.interpolation, Interpolation::linear);
-  EXPECT_EQ(paper.multiscale.padding, 5);
+  EXPECT_EQ(paper.multiscale.padding, 0) << "room beside openings";
+  EXPECT_EQ(paper.search, SearchKind::kdTree);
   EXPECT_EQ(paper.multiscale.coarsestSide, 16);
   EXPECT_EQ(paper.multiscale.voxelSize, 0);
   EXPECT_EQ(spacingsPerVoxel(paper.multiscale.quality), 2);

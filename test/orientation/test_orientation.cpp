@@ -473,6 +473,8 @@ TEST(Orientation, WithoutAVoteSignsStay)
   const OrientationResult most = orient(points, normals, OrientationVote::none, options);
   EXPECT_EQ(most.componentsDropped, 1);
   EXPECT_FALSE(most.keep.back());
+  points.gathered = 101 * points.size(); // of which outliers were dropped since
+  EXPECT_EQ(orient(points, normals, OrientationVote::none, options).componentsDropped, 2);
 }
 
 TEST(Orientation, ComponentsWithoutAVoteAreThoseOfAllEdges)

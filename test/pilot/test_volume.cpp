@@ -60,9 +60,9 @@ BoundingBox volumeOf(const PointSet& points, float maxHole)
   Execution execution(1);
   const auto search = makePointBins();
   search->setPoints(points.positions);
-  MultiscaleOptions multiscale;
-  multiscale.voxelSize = 2 * spacing;
-  return chooseVolume(shapes::oriented(points), *search, spacing, {}, {}, {}, multiscale, maxHole, execution);
+  Options options;
+  options.multiscale.voxelSize = 2 * spacing;
+  return chooseVolume(shapes::oriented(points), *search, spacing, options, maxHole, execution);
 }
 
 Eigen::Array3f growth(const PointSet& points, float maxHole)

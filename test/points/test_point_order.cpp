@@ -4,7 +4,7 @@
 #include "base/select_values.h"
 #include "base/spatial_sort.h"
 #include "orientation/orientation_graph.h"
-#include "run/gathering.h"
+#include "points/gathering.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 

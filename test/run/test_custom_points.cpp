@@ -5,10 +5,7 @@
 
 #include <pcl/surface/impl/mrf_reconstruction.hpp>
 
-#include <pcl/kdtree/impl/kdtree_flann.hpp>
 #include <pcl/point_types.h>
-#include <pcl/search/impl/kdtree.hpp>
-#include <pcl/search/impl/organized.hpp>
 
 #include <gtest/gtest.h>
 
@@ -20,11 +17,12 @@ struct Echo {
   float normal_x, normal_y, normal_z;
   float confidence;
   std::uint32_t rgb;
+  float intensity;
 };
-POINT_CLOUD_REGISTER_POINT_STRUCT(Echo, (float, x, x)(float, y, y)(float, z, z)(float, normal_x,
-                                                                                normal_x)(float, normal_y, normal_y)(
-                                            float, normal_z, normal_z)(float, confidence, confidence)(std::uint32_t,
-                                                                                                      rgb, rgb))
+POINT_CLOUD_REGISTER_POINT_STRUCT(
+    Echo,
+    (float, x, x)(float, y, y)(float, z, z)(float, normal_x, normal_x)(float, normal_y, normal_y)(
+        float, normal_z, normal_z)(float, confidence, confidence)(std::uint32_t, rgb, rgb)(float, intensity, intensity))
 
 namespace {
 
@@ -34,7 +32,7 @@ pcl::PointCloud<Echo>::Ptr sphere()
   pcl::PointCloud<Echo>::Ptr cloud(new pcl::PointCloud<Echo>);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3f p = points.positions[i] + points.offset.cast<float>(), &n = points.normals[i];
-    cloud->push_back({p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), 1, 0x102030});
+    cloud->push_back({p.x(), p.y(), p.z(), n.x(), n.y(), n.z(), 1, 0x102030, .25f});
   }
   return cloud;
 }
@@ -55,6 +53,11 @@ TEST(CustomPoints, WorkThroughBothOverloads)
   // Points of spacing .15 on curvature 1: chords and tangents are off by spacing²/2 = 1 %, thrice that in the volume.
   EXPECT_NEAR(report.mesh.volume, 4 * M_PI / 3, .05 * 4 * M_PI / 3);
 
+  pcl::PointCloud<Echo> vertices;
+  pcl::fromPCLPointCloud2(mesh.cloud, vertices);
+  EXPECT_EQ(vertices[0].rgb & 0xffffff, 0x102030u);
+  EXPECT_FLOAT_EQ(vertices[0].intensity, .25f);
+
   pcl::PointCloud<Echo> points;
   std::vector<pcl::Vertices> polygons;
   mrf.reconstruct(points, polygons);
@@ -64,6 +67,7 @@ TEST(CustomPoints, WorkThroughBothOverloads)
     const Eigen::Vector3f position(point.x, point.y, point.z), normal(point.normal_x, point.normal_y, point.normal_z);
     EXPECT_GT(normal.dot(position), .9f) << "outward";
     EXPECT_EQ(point.rgb & 0xffffff, 0x102030u);
+    EXPECT_FLOAT_EQ(point.intensity, .25f) << "beside the color";
     EXPECT_GT(point.confidence, .3f);
     EXPECT_LE(point.confidence, 1);
   }

@@ -428,6 +428,44 @@ TEST(Invariance, Rotation)
   }
 }
 
+TEST(Invariance, RotationOfThePapersSphereWithoutItsCap)
+{
+  // Fig. 9: exact normals, random points, no axis that is one of the grid's.
+  constexpr float radius = 40;
+  const float capsCosine = std::cos(37 * static_cast<float>(M_PI) / 180);
+  PointSet points;
+  std::mt19937 random(1);
+  std::normal_distribution<float> coordinate;
+  while (points.size() < 18000) {
+    const float x = coordinate(random), y = coordinate(random), z = coordinate(random);
+    const Eigen::Vector3f normal = Eigen::Vector3f(x, y, z).normalized();
+    if (-normal.z() < capsCosine)
+      clouds::append(points, radius * normal, normal);
+  }
+  pcl::mrf::Options options = pcl::mrf::paperPreset();
+  options.multiscale.voxelSize = 2;
+  options.normals.source = pcl::mrf::NormalSource::use;
+  options.remesher.rounds = 0;
+  const auto reconstructTurned = [&](float degrees) {
+    const Eigen::Matrix3f rotation =
+        Eigen::AngleAxisf(degrees * static_cast<float>(M_PI) / 180, Eigen::Vector3f(1, 2, 3).normalized())
+            .toRotationMatrix();
+    const auto there = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(rotation * p); };
+    const auto back = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(rotation.transpose() * p); };
+    const Outcome run = reconstruct(mapped(points, there, rotation), options);
+    EXPECT_TRUE(run.report.mesh.closed()) << "its volume has room for all of the surface";
+    EXPECT_EQ(run.report.mesh.eulerCharacteristic, 2);
+    return mapped(run.mesh, back);
+  };
+  const TriangleMesh straight = reconstructTurned(0);
+  for (const float degrees : {30.f, 45.f}) {
+    const double distance = hausdorff(reconstructTurned(degrees), straight);
+    std::cout << "turned by " << degrees << " degrees: at most " << distance << " apart\n";
+    // The paper has 2.47 as the largest distance. .29 was measured; ICM's stop is no sharp one.
+    EXPECT_LT(distance, .6);
+  }
+}
+
 TEST(Invariance, OrderOfThePoints)
 {
   const PointSet& points = lopsidedPoints();

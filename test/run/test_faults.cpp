@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What goes wrong outside of the method: memory, threads, the user's own objects. Always a clean error.
+#include "support/clouds.h"
 #include "support/contract.h"
 
 #include <pcl/search/kdtree.h>
@@ -272,7 +273,7 @@ TEST(Callbacks, WhatTheyThrowIsReportedOrLeavesOnRequest)
   mrf.setProgressCallback([](const std::string& stage, double) -> bool {
     return stage != "polygonizer" ? true : throw std::length_error("the caller's own");
   });
-  EXPECT_NE(expectFailure(mrf, Status::internalError).find("the caller's own"), std::string::npos);
+  EXPECT_EQ(expectFailure(mrf, Status::callerError), "the progress callback failed: the caller's own");
   EXPECT_FALSE(mrf.getReport().levels.empty()) << "the report has what was done";
   EXPECT_GT(mrf.getReport().seconds, 0);
   EXPECT_GT(mrf.getReport().peakBytes, 0u);
@@ -287,7 +288,7 @@ TEST(Callbacks, WhatTheyThrowIsReportedOrLeavesOnRequest)
   EXPECT_TRUE(outputs.points.empty() && outputs.polygons.empty());
 
   mrf.setThrowing(false);
-  expectFailure(mrf, Status::internalError);
+  EXPECT_EQ(expectFailure(mrf, Status::callerError), "the progress callback failed: an exception of an unknown type");
   mrf.setProgressCallback({});
   EXPECT_TRUE(sameBytes(run(mrf), expected));
 }
@@ -374,7 +375,25 @@ TEST(Searches, WhatTheyThrowIsReported)
   const pcl::shared_ptr<ChangedSearch> search(new ChangedSearch);
   search->change = [](int, pcl::Indices&, std::vector<float>&) -> int { throw std::runtime_error("no such tree"); };
   mrf.setSearchMethod(search);
-  EXPECT_NE(expectFailure(mrf, Status::internalError).find("no such tree"), std::string::npos);
+  EXPECT_EQ(expectFailure(mrf, Status::callerError), "the object of setSearchMethod failed: no such tree");
+  // Also inside of PCL's own parallel loop.
+  mrf.setPreset(pcl::mrf::Preset::paper);
+  std::atomic<bool> isNormals{false};
+  mrf.setProgressCallback([&](const std::string& stage, double) { return isNormals = stage == "normals", true; });
+  search->change = [&](int found, pcl::Indices&, std::vector<float>&) {
+    return isNormals ? throw std::runtime_error("no more of it") : found;
+  };
+  EXPECT_EQ(expectFailure(mrf, Status::callerError), "the object of setSearchMethod failed: no more of it");
+}
+
+TEST(Callbacks, WhatAReaderOfAttributesThrowsIsReported)
+{
+  pcl::mrf::RawCloud cloud = clouds::raw(shapes::sample(shapes::sphere(1), 1.2, .35).positions);
+  cloud.attributes = {false, true, [](std::size_t, float*) { throw std::runtime_error("no such point"); }};
+  pcl::mrf::Execution execution(2);
+  EXPECT_EQ(
+      clouds::messageOf<pcl::mrf::CallerError>([&] { reconstruct(std::move(cloud), smallOptions(2), execution); }),
+      "the reader of attributes failed: no such point");
 }
 
 TEST(Searches, MayAnswerOutOfOrder)

@@ -156,8 +156,7 @@ TEST(BadInput, LongNormalsAreDirectionsAsWell)
 TEST(BadInput, IndicesOutsideTheCloud)
 {
   for (const int index : {-1, 1000000}) {
-    Mrf mrf;
-    mrf.setInputCloud(sphereCloud());
+    OnSphere mrf;
     pcl::IndicesPtr indices(new pcl::Indices{0, 1, index, 2, 3});
     mrf.setIndices(indices);
     EXPECT_NE(expectFailure(mrf, Status::invalidInput).find(std::to_string(index)), std::string::npos);
@@ -166,16 +165,14 @@ TEST(BadInput, IndicesOutsideTheCloud)
 
 TEST(BadInput, NoIndices)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   mrf.setIndices(pcl::IndicesPtr(new pcl::Indices));
   expectFailure(mrf, Status::invalidInput);
 }
 
 TEST(BadInput, SensorsAndViewsThatDoNotFit)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   mrf.setSensorPositions({Eigen::Vector3d(0, 0, 5)}, {0, 0, 0});
   EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("3"), std::string::npos) << "3 views";
   std::vector<std::int32_t> views(sphere().size(), 0);
@@ -189,8 +186,7 @@ TEST(BadInput, SensorsAndViewsThatDoNotFit)
 
 TEST(BadInput, ConfidenceFieldThatIsMissing)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   pcl::mrf::Options options;
   options.confidenceField = "trust";
   mrf.setOptions(options);

@@ -2,7 +2,9 @@
 // The contract of pcl::MRFReconstruction: what PCL users rely on.
 #include "support/contract.h"
 
+#include <pcl/features/normal_3d_omp.h>
 #include <pcl/search/kdtree.h>
+#include <pcl/search/organized.h>
 
 #include <algorithm>
 #include <atomic>
@@ -98,9 +100,7 @@ TYPED_TEST(EveryPointType, RefusesNormalsThatTheTypeLacks)
       EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("normals"), std::string::npos);
       continue;
     }
-    pcl::PolygonMesh mesh;
-    mrf.reconstruct(mesh);
-    EXPECT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+    outputOf(mrf);
     EXPECT_EQ(mrf.getReport().normalsEstimated, source == pcl::mrf::NormalSource::reference);
   }
 }
@@ -128,8 +128,7 @@ TEST(Interface, HonoursIndices)
 
 TEST(Interface, WorksThroughBaseClassPointers)
 {
-  Mrf direct;
-  direct.setInputCloud(sphereCloud());
+  OnSphere direct;
   const pcl::mrf::TriangleMesh expected = run(direct);
 
   pcl::SurfaceReconstruction<pcl::PointNormal>::Ptr surface(new Mrf);
@@ -161,8 +160,7 @@ TEST(Interface, OneObjectServesManyClouds)
   fresh.setInputCloud(torus);
   const pcl::mrf::TriangleMesh expected = run(fresh);
 
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   run(mrf);
   mrf.setInputCloud(Cloud::Ptr(new Cloud));
   expectFailure(mrf, Status::invalidInput);
@@ -174,8 +172,7 @@ TEST(Interface, OneObjectServesManyClouds)
 
 TEST(Report, NamesALevelThatHasNotConverged)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   pcl::mrf::Options options = mrf.getOptions();
   options.solver.maxIterations = 1;
   mrf.setOptions(options);
@@ -211,14 +208,95 @@ struct CountingSearch : pcl::search::KdTree<pcl::PointNormal> {
 
 TEST(Interface, AsksTheGivenSearchObject)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   const pcl::mrf::TriangleMesh expected = run(mrf);
   const pcl::shared_ptr<CountingSearch> search(new CountingSearch);
   mrf.setSearchMethod(search);
   EXPECT_TRUE(sameBytes(run(mrf), expected)) << "the same exact queries";
   // One query per point for the spacing, one per vertex for the confidence.
   EXPECT_GE(search->queries, static_cast<int>(sphere().size() + expected.vertices.size()));
+}
+
+TEST(Interface, AnOrganizedCloudWorksWithPclsSearchOfOrganizedClouds)
+{
+  const Cloud::Ptr cloud = conversion::make<pcl::PointNormal>(patch());
+  for (pcl::PointNormal& point : *cloud)
+    point.z += 3; // before the camera
+  cloud->resize(cloud->size() / 19 * 19);
+  cloud->width = 19;
+  cloud->height = static_cast<std::uint32_t>(cloud->size() / 19);
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  const pcl::mrf::TriangleMesh expected = run(mrf);
+  const pcl::search::OrganizedNeighbor<pcl::PointNormal>::Ptr search(
+      new pcl::search::OrganizedNeighbor<pcl::PointNormal>);
+  mrf.setSearchMethod(search);
+  EXPECT_TRUE(sameBytes(run(mrf), expected));
+  EXPECT_FALSE(search->getInputCloud()) << "it is not asked";
+}
+
+TEST(Interface, AFilledCloudHasTheInputsPose)
+{
+  const Cloud::Ptr cloud = sphereCloud();
+  cloud->sensor_origin_ = {0, 0, 3, 0};
+  cloud->sensor_orientation_ = Eigen::Quaternionf(Eigen::AngleAxisf(.5f, Eigen::Vector3f::UnitX()));
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  Outputs<pcl::PointNormal> outputs;
+  mrf.reconstruct(outputs.points, outputs.polygons);
+  EXPECT_EQ(outputs.points.sensor_origin_, cloud->sensor_origin_);
+  EXPECT_EQ(outputs.points.sensor_orientation_.coeffs(), cloud->sensor_orientation_.coeffs());
+}
+
+TEST(PaperPreset, RunsPclsOwnParts)
+{
+  OnSphere mrf;
+  mrf.setPreset(pcl::mrf::Preset::paper);
+  mrf.setKeepResult(true);
+  const pcl::mrf::TriangleMesh expected = run(mrf);
+  const pcl::mrf::OrientedPoints points = mrf.getResult().points;
+  ASSERT_EQ(points.size(), sphere().size()) << "so that the normals below are of the same points";
+
+  pcl::PointCloud<pcl::PointXYZ>::Ptr used(new pcl::PointCloud<pcl::PointXYZ>);
+  for (const Eigen::Vector3f& position : points.positions)
+    used->push_back({position.x(), position.y(), position.z()});
+  pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> estimation;
+  estimation.setInputCloud(used);
+  estimation.setSearchMethod(pcl::search::KdTree<pcl::PointXYZ>::Ptr(new pcl::search::KdTree<pcl::PointXYZ>));
+  estimation.setRadiusSearch(2.5 * static_cast<double>(mrf.getReport().density.nearestMean));
+  pcl::PointCloud<pcl::Normal> normals;
+  estimation.compute(normals);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f normal = normals[i].getNormalVector3fMap();
+    // Which of two equally near points comes first may differ, and with it the last bits of a sum.
+    EXPECT_LT((normal.dot(points.normals[i]) > 0 ? points.normals[i] - normal : points.normals[i] + normal).norm(),
+              1e-6f)
+        << i;
+  }
+
+  const pcl::shared_ptr<CountingSearch> search(new CountingSearch);
+  mrf.setSearchMethod(search);
+  std::vector<std::string> stages;
+  std::vector<int> queries; ///< before each stage
+  mrf.setProgressCallback([&](const std::string& stage, double) {
+    if (stages.empty() || stages.back() != stage) {
+      stages.push_back(stage);
+      queries.push_back(search->queries);
+    }
+    return true;
+  });
+  EXPECT_TRUE(sameBytes(run(mrf), expected)) << "by itself it searches in PCL's kd-tree";
+  queries.push_back(search->queries);
+  const auto asked = [&](const char* stage) {
+    const auto at = static_cast<std::size_t>(std::find(stages.begin(), stages.end(), stage) - stages.begin());
+    return at < stages.size() ? queries[at + 1] - queries[at] : -1;
+  };
+  const auto count = static_cast<int>(points.size());
+  EXPECT_GE(asked("outliers"), count) << "for the spacing";
+  EXPECT_GE(asked("normals"), 2 * count) << "by NormalEstimationOMP, and for the distances from the planes";
+  EXPECT_GT(asked("orientation"), 0);
+  EXPECT_GE(asked("regularization"), count) << "one for each voxel near the points";
+  EXPECT_GE(asked("trimming"), static_cast<int>(mrf.getReport().meshBeforeRemeshing.vertices));
 }
 
 TEST(Interface, TheGivenSearchObjectIsLeftAsItWas)
@@ -228,8 +306,7 @@ TEST(Interface, TheGivenSearchObjectIsLeftAsItWas)
   const pcl::search::KdTree<pcl::PointNormal>::Ptr used(new pcl::search::KdTree<pcl::PointNormal>),
       fresh(new pcl::search::KdTree<pcl::PointNormal>);
   used->setInputCloud(own, indices);
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   mrf.setSearchMethod(used);
   run(mrf);
   EXPECT_EQ(used->getInputCloud(), own);
@@ -253,8 +330,7 @@ TEST(Interface, TheGivenSearchObjectIsLeftAsItWas)
 TEST(Interface, TwoObjectsRunInTwoThreads)
 {
   const auto torus = conversion::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, spacing));
-  Mrf alone;
-  alone.setInputCloud(sphereCloud());
+  OnSphere alone;
   const pcl::mrf::TriangleMesh sphereMesh = run(alone);
   alone.setInputCloud(torus);
   const pcl::mrf::TriangleMesh torusMesh = run(alone);
@@ -321,8 +397,7 @@ TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
 
 TEST(Interface, TellsOfABetaThatHasNoEffect)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   mrf.setBeta(.5f);
   run(mrf);
   ASSERT_EQ(mrf.getReport().warnings.size(), 1u);
@@ -335,8 +410,7 @@ TEST(Interface, TellsOfABetaThatHasNoEffect)
 
 TEST(Interface, KeepsTheResultOnRequestOnly)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   const pcl::mrf::TriangleMesh mesh = run(mrf);
   EXPECT_TRUE(mrf.getDistanceField().empty());
   EXPECT_TRUE(mrf.getResult().mesh.vertices.empty());
@@ -420,9 +494,7 @@ TEST(VertexFields, ColorsAreInterpolated)
   }
   pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;
   mrf.setInputCloud(cloud);
-  pcl::PolygonMesh output;
-  mrf.reconstruct(output);
-  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  pcl::PolygonMesh output = outputOf(mrf);
   pcl::PointCloud<pcl::PointXYZRGBNormal> points, direct;
   pcl::fromPCLPointCloud2(output.cloud, points);
   std::vector<pcl::Vertices> polygons;
@@ -444,9 +516,7 @@ TEST(VertexFields, IntensityIsInterpolated)
     point.intensity = 5 + point.y;
   pcl::MRFReconstruction<pcl::PointXYZI> mrf;
   mrf.setInputCloud(cloud);
-  pcl::PolygonMesh output;
-  mrf.reconstruct(output);
-  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  pcl::PolygonMesh output = outputOf(mrf);
   pcl::PointCloud<pcl::PointXYZI> points;
   pcl::fromPCLPointCloud2(output.cloud, points);
   for (const pcl::PointXYZI& point : points)
@@ -460,9 +530,7 @@ TEST(VertexFields, SurfacesThatSigmaAllowsFor)
   EXPECT_EQ(mrf.getNumberOfSurfaces(), 0);
   mrf.setNumberOfSurfaces(2);
   mrf.setKeepResult(true);
-  pcl::PolygonMesh mesh;
-  mrf.reconstruct(mesh);
-  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  pcl::PolygonMesh mesh = outputOf(mrf);
   ASSERT_EQ(mrf.getResult().surfaces.size(), 2u);
   EXPECT_EQ(mrf.getResult().surfaces[1].size(), mesh.cloud.width);
   EXPECT_TRUE(conversion::hasField(mesh, "sigma")) << "they are made of it";
@@ -476,9 +544,7 @@ TEST(VertexFields, SigmaIfItIsAskedFor)
   mrf.setInputCloud(conversion::make<pcl::PointXYZRGBNormal>(sphere()));
   EXPECT_FALSE(mrf.getComputeUncertainty());
   mrf.setComputeUncertainty(true);
-  pcl::PolygonMesh mesh;
-  mrf.reconstruct(mesh);
-  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  pcl::PolygonMesh mesh = outputOf(mrf);
   const std::vector<float> sigmas = conversion::values(mesh.cloud, "sigma"),
                            calibrated = conversion::values(mesh.cloud, "sigma_calibrated");
   ASSERT_EQ(sigmas.size(), mesh.cloud.width);
@@ -506,13 +572,10 @@ TEST(VertexFields, ColorModes)
   pcl::MRFReconstruction<pcl::PointXYZRGB> colored;
   colored.setInputCloud(conversion::make<pcl::PointXYZRGB>(sphere()));
   colored.setColorMode(pcl::mrf::ColorMode::none);
-  pcl::PolygonMesh output;
-  colored.reconstruct(output);
-  ASSERT_EQ(colored.getReport().status, Status::ok);
+  pcl::PolygonMesh output = outputOf(colored);
   EXPECT_FALSE(conversion::hasField(output, "rgb"));
 
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   mrf.setColorMode(pcl::mrf::ColorMode::confidence);
   mrf.reconstruct(output);
   ASSERT_EQ(mrf.getReport().status, Status::ok);
@@ -536,9 +599,7 @@ TEST(VertexFields, PointConfidencesWeighTheData)
   options.confidenceField = "intensity";
   options.trimming.kind = pcl::mrf::Trimming::none;
   mrf.setOptions(options);
-  pcl::PolygonMesh output;
-  mrf.reconstruct(output);
-  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  pcl::PolygonMesh output = outputOf(mrf);
   std::int64_t trusted = 0;
   for (const pcl::PointXYZINormal& point : *cloud)
     trusted += point.z > 0;
@@ -560,9 +621,7 @@ TEST(Sensors, TurnNormalsTowardsThem)
     pcl::MRFReconstruction<pcl::PointXYZ> mrf;
     mrf.setInputCloud(conversion::make<pcl::PointXYZ>(points));
     mrf.setSensorPosition({.3, .2, side * 4});
-    pcl::PolygonMesh output;
-    mrf.reconstruct(output);
-    ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+    pcl::PolygonMesh output = outputOf(mrf);
     EXPECT_EQ(mrf.getReport().vote, pcl::mrf::OrientationVote::sensor);
     EXPECT_NEAR(mrf.getReport().orientation.agreement, 1, .01);
     for (const Eigen::Vector3f& normal : conversion::plain(output).normals)
@@ -599,10 +658,7 @@ TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
     pcl::MRFReconstruction<pcl::PointXYZ> mrf;
     mrf.setInputCloud(cloud);
     change(mrf);
-    pcl::PolygonMesh output;
-    mrf.reconstruct(output);
-    EXPECT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
-    const pcl::mrf::TriangleMesh mesh = conversion::plain(output);
+    const pcl::mrf::TriangleMesh mesh = contract::run(mrf);
     // Which of the two sides the mesh faces, where the sensor decided it.
     const bool isSeen = mrf.getReport().vote == pcl::mrf::OrientationVote::sensor;
     return std::make_pair(isSeen ? std::lround(mesh.normals.at(0).z()) : 0, mrf.getReport().sensorOriginUsed);
@@ -633,9 +689,7 @@ TEST(Sensors, NormalsThatLookAtTheOriginSupposeOneThere)
     pcl::MRFReconstruction<pcl::PointNormal> mrf;
     mrf.setInputCloud(conversion::make<pcl::PointNormal>(points));
     change(mrf);
-    pcl::PolygonMesh output;
-    mrf.reconstruct(output);
-    EXPECT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+    outputOf(mrf);
     return mrf.getReport().sensorSupposed;
   };
   const auto asIs = [](auto&) {};
@@ -678,19 +732,15 @@ TEST(Sensors, ViewsAreOfTheCloudNotOfTheIndices)
   mrf.setIndices(indices);
   // Each patch is nearer to the other one's sensor: only the views tell.
   mrf.setSensorPositions({Eigen::Vector3d(0, 0, 3.5), Eigen::Vector3d(0, 0, .5)}, views);
-  pcl::PolygonMesh output;
-  mrf.reconstruct(output);
-  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
+  const pcl::mrf::TriangleMesh mesh = run(mrf);
   EXPECT_GT(mrf.getReport().orientation.agreement, .99);
-  const pcl::mrf::TriangleMesh mesh = conversion::plain(output);
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     EXPECT_GT(mesh.normals[v].z() * (mesh.vertices[v].z() < 2 ? 1.f : -1.f), .5f) << mesh.vertices[v].transpose();
 }
 
 TEST(Progress, ReportsStagesAndFractions)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   std::vector<std::string> stages;
   double last = 0;
   mrf.setProgressCallback([&](const std::string& stage, double fraction) {
@@ -777,8 +827,7 @@ TEST(Padding, IsUsableUpToItsLimit)
 
 TEST(Errors, AFieldWithoutAZeroLevelIsBlamedOnBetaAtVoxels)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   mrf.setObservation(pcl::mrf::ObservationKind::plane);
   mrf.setBeta(1e-10f);
   const std::string message = expectFailure(mrf, Status::invalidInput);
@@ -790,8 +839,7 @@ TEST(Errors, AFieldWithoutAZeroLevelIsBlamedOnBetaAtVoxels)
 
 TEST(Errors, MemoryLimitNamesTheVoxelSizeThatFits)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   pcl::mrf::Options options;
   options.multiscale.voxelSize = .01f;
   options.multiscale.maxMemory = std::size_t{1} << 20;
@@ -802,8 +850,7 @@ TEST(Errors, MemoryLimitNamesTheVoxelSizeThatFits)
 
 TEST(Errors, MemoryLimitHoldsForTheRobustField)
 {
-  Mrf mrf;
-  mrf.setInputCloud(sphereCloud());
+  OnSphere mrf;
   pcl::mrf::Options options;
   options.outliers.robust = true;
   options.multiscale.maxMemory = 1000;

@@ -78,13 +78,26 @@ std::string expectFailure(pcl::MRFReconstruction<PointT>& mrf, pcl::mrf::Status 
   return message;
 }
 
-inline pcl::mrf::TriangleMesh run(Mrf& mrf)
+/// What a run that has to succeed writes.
+template <typename PointT>
+pcl::PolygonMesh outputOf(pcl::MRFReconstruction<PointT>& mrf)
 {
   pcl::PolygonMesh mesh;
   mrf.reconstruct(mesh);
   EXPECT_EQ(mrf.getReport().status, pcl::mrf::Status::ok) << mrf.getReport().message;
-  return conversion::plain(mesh);
+  return mesh;
 }
+
+template <typename PointT>
+pcl::mrf::TriangleMesh run(pcl::MRFReconstruction<PointT>& mrf)
+{
+  return conversion::plain(outputOf(mrf));
+}
+
+/// The class with the sphere as its input.
+struct OnSphere : Mrf {
+  OnSphere() { setInputCloud(sphereCloud()); }
+};
 
 /// PCL prints the errors that these tests provoke; they would hide the test's own.
 class Quiet : public ::testing::Environment {

@@ -102,6 +102,11 @@ const std::vector<Change>& changes()
          o.unit = LengthUnit::nearest;
          return text("nearest");
        }},
+      {"search",
+       [](Options& o, Random&, double) {
+         o.search = SearchKind::kdTree;
+         return text("kdtree");
+       }},
       toggle("alone", outliers, &OutlierOptions::alone),
       number("aloneFactor", outliers, &OutlierOptions::aloneFactor, 1.1, 5, 1.0001, huge),
       toggle("spacing", outliers, &OutlierOptions::spacing),

@@ -36,21 +36,23 @@ namespace pcl {
 /// options.
 ///
 /// On failure the output is cleared but for its header and fields, one PCL_ERROR is logged, and the report has status
-/// and message; nothing is thrown, whatever a callback or a search object throw (Status::internalError); see
-/// setThrowing. Each warning of the report is logged as a PCL_WARN. The mesh's cloud carries x y z, normal_x normal_y
-/// normal_z, confidence (α, 0..1) and rgb or intensity where the input had them (mean of the 4 nearest points, weights
-/// 1/d²). The result does not depend on the number of threads.
+/// and message; nothing is thrown, whatever a callback or a search object throw (Status::callerError, with its text);
+/// see setThrowing. Each warning of the report is logged as a PCL_WARN. The mesh's cloud carries x y z, normal_x
+/// normal_y normal_z, confidence (α, 0..1), and rgb and intensity where the input had them (mean of the 4 nearest
+/// points, weights 1/d²). A cloud that is filled has the input's sensor_origin_ and sensor_orientation_ as well. The
+/// result does not depend on the number of threads.
 ///
-/// The search object of setSearchMethod is used for every query; it is handed clouds in a recentered frame, and in the
-/// end its own cloud again, or the input cloud if it had none. An answer with indices that are none of the cloud's, or
-/// with distances that are none, ends the run as invalid input. Without one, the library searches in sorted bins.
+/// The search object of setSearchMethod is handed clouds in a recentered frame, and in the end its own cloud again, or
+/// the input cloud if it had none. An answer with indices that are none of the cloud's, or with distances that are
+/// none, ends the run as invalid input. Without one, and in place of a pcl::search::OrganizedNeighbor, which finds
+/// nothing in points that are no image any more, the library searches by itself: Options::search.
 ///
 /// Objects share nothing: two of them may run in two threads. One object is for one thread at a time.
 ///
 /// Compiled for all of PCL's point types with x y z. For a type of your own (floats x y z, registered with
 /// POINT_CLOUD_REGISTER_POINT_STRUCT; normal_x normal_y normal_z, rgb or rgba, intensity and confidence are used if it
-/// has them) include pcl/surface/impl/mrf_reconstruction.hpp, or define PCL_NO_PRECOMPILE before the first header of
-/// PCL's, as for its own classes.
+/// has them) include pcl/surface/impl/mrf_reconstruction.hpp, as apps/examples/own_points.cpp does, or define
+/// PCL_NO_PRECOMPILE before the first header of PCL's, as for its own classes.
 template <typename PointNT>
 class PCL_MRF_EXPORT MRFReconstruction : public SurfaceReconstruction<PointNT> {
 public:

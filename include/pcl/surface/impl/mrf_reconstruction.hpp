@@ -12,8 +12,15 @@
 #include <pcl/point_types.h>
 #include <pcl/PolygonMesh.h>
 #include <pcl/search/impl/search.hpp>
+#include <pcl/search/organized.h>
 #include <pcl/type_traits.h>
 #include <pcl/Vertices.h>
+
+#ifndef PCL_MRF_ONLY_TYPES_OF_PCL // for which PCL has compiled the searches that its own surface classes make
+#include <pcl/kdtree/impl/kdtree_flann.hpp>
+#include <pcl/search/impl/kdtree.hpp>
+#include <pcl/search/impl/organized.hpp>
+#endif
 
 #include <cstddef>
 #include <cstdint>
@@ -48,6 +55,9 @@ PCL_MRF_EXPORT void write(const std::vector<Triangle>& triangles, std::vector<pc
 
 /// Warnings and failure go to PCL's console.
 PCL_MRF_EXPORT void log(const Report& report) noexcept;
+
+/// What the caller's own code threw as it threw it, all else as it is.
+PCL_MRF_EXPORT std::exception_ptr asThrown(const std::exception_ptr& error);
 
 /// What a search object of PCL's answered, nearest first. \param found what it said it found \param max what it was
 /// asked for \param positions how many it searches \return found
@@ -109,23 +119,29 @@ public:
     cloud->reserve(positions.size());
     for (const Eigen::Vector3f& position : positions)
       cloud->push_back(toPoint(position));
-    search_->setInputCloud(cloud);
+    callHandedIn(searchObject, [&] { return search_->setInputCloud(cloud); });
     count_ = positions.size();
   }
 
   int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override
   {
-    const int found = search_->nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances);
+    const int found = callHandedIn(searchObject, [&] {
+      return search_->nearestKSearch(toPoint(query), k, result.indices, result.squaredDistances);
+    });
     return checkedAnswer(found, k, count_, result);
   }
 
   int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override
   {
-    const int found = search_->radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances);
+    const int found = callHandedIn(searchObject, [&] {
+      return search_->radiusSearch(toPoint(query), radius, result.indices, result.squaredDistances);
+    });
     return checkedAnswer(found, std::numeric_limits<int>::max(), count_, result);
   }
 
 private:
+  static constexpr const char* searchObject = "the object of setSearchMethod";
+
   static PointNT toPoint(const Eigen::Vector3f& position)
   {
     PointNT point;
@@ -144,19 +160,17 @@ template <typename PointNT>
 struct Attributes {
   static constexpr bool hasRgb = traits::has_color<PointNT>::value;
   static constexpr bool hasIntensity = traits::has_intensity<PointNT>::value;
-  static constexpr int channels = hasRgb ? 3 : hasIntensity ? 1 : 0;
 
-  static void read(const PointNT& point, float* values)
+  static void read([[maybe_unused]] const PointNT& point, [[maybe_unused]] float* values)
   {
     if constexpr (hasRgb) {
       std::uint32_t packed;
       std::memcpy(&packed, reinterpret_cast<const char*>(&point) + rgbOffset(), sizeof(packed));
       for (const unsigned shift : {16u, 8u, 0u})
         *values++ = static_cast<float>(packed >> shift & 0xff);
-    } else if constexpr (hasIntensity)
+    }
+    if constexpr (hasIntensity)
       *values = point.intensity;
-    else
-      static_cast<void>(point), static_cast<void>(values);
   }
 
   /// What lies beside the color, PCL's alpha, stays.
@@ -241,7 +255,8 @@ mrf::RawCloud MRFReconstruction<PointNT>::rawCloud() const
     cloud.confidences = mrf::detail::readField(*input_, *indices_, options_.confidenceField);
   cloud.sensors = sensors_;
   cloud.sensorOrigin = mrf::detail::sensorOriginOf(*input_);
-  cloud.attributes.channels = Attributes::channels;
+  cloud.attributes.colors = Attributes::hasRgb;
+  cloud.attributes.intensities = Attributes::hasIntensity;
   cloud.attributes.read = [this](std::size_t point, float* values) {
     Attributes::read((*input_)[static_cast<std::size_t>((*indices_)[point])], values);
   };
@@ -275,10 +290,11 @@ void MRFReconstruction<PointNT>::gatherAndRun()
   checkInput();
   mrf::Execution execution(options_.threads, callback_);
   std::unique_ptr<mrf::NeighborSearch> search;
-  if (tree_)
+  // PCL's choice for organized clouds searches images, as which the points that are left would have to be kept.
+  if (tree_ && !dynamic_cast<const pcl::search::OrganizedNeighbor<PointNT>*>(tree_.get()))
     search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_, input_);
   else
-    search = mrf::makePointBins();
+    search = mrf::makeSearch(options_.search);
   mrf::reconstruct(rawCloud(), options_, *search, execution, result_);
 }
 
@@ -310,7 +326,7 @@ void MRFReconstruction<PointNT>::run(const Fill& fill, const Clear& clear)
   this->deinitCompute();
   mrf::detail::log(result_.report);
   if (error && throwing_)
-    std::rethrow_exception(error);
+    std::rethrow_exception(mrf::detail::asThrown(error));
 }
 
 template <typename PointNT>
@@ -327,7 +343,8 @@ void MRFReconstruction<PointNT>::releaseResult()
 {
   releaseFieldAndPoints();
   result_.mesh = mrf::TriangleMesh();
-  result_.attributes = std::vector<float>();
+  result_.colors = std::vector<mrf::Rgb>();
+  result_.intensities = std::vector<float>();
   result_.surfaces = std::vector<std::vector<float>>();
 }
 
@@ -361,8 +378,11 @@ void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::
   const auto clear = [&] {
     points = PointCloud();
     polygons.clear();
-    if (input_)
-      points.header = input_->header;
+    if (!input_)
+      return;
+    points.header = input_->header;
+    points.sensor_origin_ = input_->sensor_origin_;
+    points.sensor_orientation_ = input_->sensor_orientation_;
   };
   run([&] { write(points, polygons); }, clear);
 }
@@ -377,8 +397,7 @@ bool MRFReconstruction<PointNT>::isColored() const
 template <typename PointNT>
 bool MRFReconstruction<PointNT>::isIntense() const
 {
-  return mrf::detail::Attributes<PointNT>::hasIntensity && !mrf::detail::Attributes<PointNT>::hasRgb &&
-         options_.colors == mrf::ColorMode::input;
+  return mrf::detail::Attributes<PointNT>::hasIntensity && options_.colors == mrf::ColorMode::input;
 }
 
 template <typename PointNT>
@@ -399,12 +418,12 @@ void MRFReconstruction<PointNT>::write(PointCloud& points, std::vector<pcl::Vert
     }
     if constexpr (traits::has_field<PointNT, fields::confidence>::value)
       point.confidence = mesh.confidences[v];
-    if constexpr (Attributes::hasRgb) {
+    if constexpr (Attributes::hasRgb)
       if (!colors.empty())
         Attributes::setColor(point, colors[v]);
-    } else if constexpr (Attributes::hasIntensity)
-      if (result_.channels == 1)
-        point.intensity = result_.attributes[v];
+    if constexpr (Attributes::hasIntensity)
+      if (!result_.intensities.empty())
+        point.intensity = result_.intensities[v];
   }
   mrf::detail::write(mesh.triangles, polygons);
 }

@@ -6,6 +6,8 @@
 #include <pcl/exceptions.h>
 #include <pcl/surface/mrf/export.h>
 
+#include <exception>
+#include <new>
 #include <string>
 
 namespace pcl {
@@ -13,8 +15,17 @@ namespace mrf {
 
 /// How a reconstruction ended, if there was one. What went wrong comes with a message that names the value and the
 /// remedy.
-/// internalError: an exception that is not the module's own, such as one of a callback or a search object of the user.
-enum class Status { notRun, ok, invalidInput, invalidOption, resourceLimit, solverFailure, cancelled, internalError };
+enum class Status {
+  notRun,
+  ok,
+  invalidInput,
+  invalidOption,
+  resourceLimit,
+  solverFailure,
+  cancelled,
+  callerError,  ///< a callback or a search object of the caller threw an exception
+  internalError ///< any other exception that is not the module's own
+};
 
 /// \return the status as a word for reports: "ok", "invalid input", ...
 PCL_MRF_EXPORT const char* toString(Status status);
@@ -61,6 +72,31 @@ class PCL_MRF_EXPORT Cancelled : public Error {
 public:
   explicit Cancelled(const std::string& message) : Error(Status::cancelled, message) {}
 };
+
+/// A callback or a search object of the caller threw an exception: the message has its text, and it is nested.
+class PCL_MRF_EXPORT CallerError : public Error, public std::nested_exception {
+public:
+  explicit CallerError(const std::string& message) : Error(Status::callerError, message) {}
+};
+
+/// Turns the exception that is being handled into a CallerError. \param what threw it, as "the progress callback"
+[[noreturn]] PCL_MRF_EXPORT void throwCallerError(const char* what);
+
+/// Calls what the caller handed in. \param what it is, for the message
+/// \throw CallerError for what it throws; but the module's own errors and std::bad_alloc pass as they are
+template <typename Call>
+auto callHandedIn(const char* what, const Call& call) -> decltype(call())
+{
+  try {
+    return call();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (...) {
+    throwCallerError(what);
+  }
+}
 
 /// A file cannot be written, and why.
 class PCL_MRF_EXPORT FileError : public pcl::IOException {

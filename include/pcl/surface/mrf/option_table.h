@@ -83,6 +83,8 @@ const Names<Enum>& names();
 template <>
 PCL_MRF_EXPORT const Names<LengthUnit>& names();
 template <>
+PCL_MRF_EXPORT const Names<SearchKind>& names();
+template <>
 PCL_MRF_EXPORT const Names<Prior>& names();
 template <>
 PCL_MRF_EXPORT const Names<Energy>& names();

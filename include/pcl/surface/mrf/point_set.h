@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Points as the stages see them: plain arrays in a recentered frame, without PCL point types.
+/// \brief Clouds as they come and as the stages see them: plain arrays without PCL point types.
 #pragma once
 
 #include <pcl/surface/mrf/export.h>
+#include <pcl/surface/mrf/options.h>
 
 #include <Eigen/Core>
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace pcl {
@@ -26,11 +28,14 @@ struct PointSet {
   std::vector<std::uint32_t> origins;   ///< index of each point in the cloud it came from
   std::vector<Eigen::Vector3f> sensors; ///< sensor positions, in the same recentered frame; empty: unknown
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to a position to be back in the cloud's frame
+  std::size_t gathered = 0;        ///< points of the cloud that could be used, before any was dropped; 0: these
   float resolution = 0;            ///< steps of the largest coordinate as it came in single precision, cloud's unit
   bool hasSensorOrigin = false;    ///< the one sensor is the cloud's own origin, which nobody gave explicitly
   bool hadOnlyZeroNormals = false; ///< the cloud's normals, all zero or not finite, were left out
 
   std::size_t size() const { return positions.size(); }
+  /// Number of points that shares of a cloud are meant of.
+  std::size_t wholeSize() const { return gathered > 0 ? gathered : size(); }
 };
 
 /// The points of `points` whose flag in `keep` is set, in their order; all per-point arrays follow, the rest is copied.
@@ -68,6 +73,34 @@ PCL_MRF_EXPORT BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& posit
 
 /// Writes the values of a point, by its index. Called from several threads at once.
 using AttributeReader = std::function<void(std::size_t point, float* values)>;
+
+/// What a cloud has beside its geometry, to be interpolated at the vertices of the mesh.
+struct PointAttributes {
+  bool colors = false;      ///< red, green and blue 0..255 of each point
+  bool intensities = false; ///< one value of each point, after its color
+  /// Writes the values of a point of the cloud, by its index. Called from several threads at once, and only for points
+  /// next to a vertex: nothing is copied before.
+  AttributeReader read;
+};
+
+/// A cloud as it comes, without PCL's point types. Arrays are either empty or as long as `positions`, but for sensors.
+struct RawCloud {
+  std::vector<Eigen::Vector3f> positions; ///< possibly not finite
+  std::vector<Eigen::Vector3f> normals;   ///< of any length; empty: none
+  std::vector<float> confidences;         ///< the scanner's, 0..1; empty: 1 everywhere
+  std::vector<std::int32_t> views;        ///< index into `sensors` per point; empty: unknown
+  std::vector<Eigen::Vector3d> sensors;   ///< in the cloud's frame; empty: unknown
+  /// Where the cloud itself says that its sensor was, see OrientationOptions::sensorOrigin; counts without `sensors`.
+  std::optional<Eigen::Vector3d> sensorOrigin;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to positions to be in the cloud's frame
+  PointAttributes attributes;
+};
+
+/// The cloud's sensors, or else the one that it names itself if the options let that count.
+PCL_MRF_EXPORT std::vector<Eigen::Vector3d> sensorsOf(const RawCloud& cloud, const Options& options);
+
+/// \throw InvalidInput if an array is too short or too long, or a view names no sensor
+PCL_MRF_EXPORT void validate(const RawCloud& cloud);
 
 } // namespace mrf
 } // namespace pcl

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run/gathering.h"
+#include "points/gathering.h"
 
 #include "base/point_count.h"
 #include "base/select_values.h"
@@ -7,7 +7,6 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
-#include <pcl/surface/mrf/reconstruction.h>
 
 #include <algorithm>
 #include <cmath>
@@ -161,6 +160,7 @@ PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Exe
   points.positions = ordered(cloud.positions, points.origins, execution, [](const Eigen::Vector3f& p) { return p; });
   counts.duplicates = dropRepeated(points);
   counts.used = static_cast<std::int64_t>(points.origins.size());
+  points.gathered = points.origins.size();
   points.normals = ordered(cloud.normals, points.origins, execution, unitOrZero);
   points.confidences =
       ordered(cloud.confidences, points.origins, execution, [](float value) { return std::min(value, 1.f); });

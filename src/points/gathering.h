@@ -5,7 +5,7 @@
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/point_set.h>
-#include <pcl/surface/mrf/reconstruction.h>
+#include <pcl/surface/mrf/report.h>
 
 namespace pcl {
 namespace mrf {

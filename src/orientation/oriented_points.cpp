@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "orientation/oriented_points.h"
+
+#include "base/select_values.h"
+#include "options/stage_timer.h"
+#include "orientation/orientation.h"
+
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+OrientationVote chooseVote(const PointSet& points, const Options& options, const Report& report)
+{
+  if (!report.normalsEstimated)
+    return OrientationVote::none;
+  if (options.normals.source == NormalSource::reference && !points.normals.empty())
+    return OrientationVote::reference;
+  return points.sensors.empty() ? OrientationVote::outward : OrientationVote::sensor;
+}
+
+void warnOfGuess(Report& report)
+{
+  std::ostringstream text;
+  text << "the surface is open (" << std::lround(100 * report.orientation.openShare)
+       << " % of it encloses no volume), and nothing tells which side is the outside: the side that was taken is a "
+          "guess; give the sensor's position (--sensor, setSensorPosition), a cloud that knows its sensor origin, or "
+          "normals";
+  report.warnings.push_back(text.str());
+}
+
+void warnOfDisagreement(const Options& options, Report& report)
+{
+  // Where the side is a guess, votes on it mean nothing.
+  if (report.orientation.sideIsGuessed)
+    return warnOfGuess(report);
+  if (report.vote == OrientationVote::none || report.orientation.agreement >= options.orientation.lowAgreement)
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "only " << 100 * report.orientation.agreement
+       << " % of the normals agree with the vote on their orientation ("
+       << "lowAgreement = " << options.orientation.lowAgreement
+       << "); give sensor positions, or normals that point outward";
+  report.warnings.push_back(text.str());
+}
+
+/// Nobody named a sensor, but normals that look at the origin of the coordinates tell one: most depth cameras and
+/// lidars measure from there, and of a surface that encloses something, half of the normals would look away. The origin
+/// of a survey's coordinates is too far for that.
+bool isSeenFromOrigin(const OrientedPoints& points, Execution& execution)
+{
+  constexpr std::int64_t oneIn = 1000; // may look past it
+  constexpr float maxDiagonals = 100;  // of the cloud, away from it
+  const Eigen::Vector3f origin = (-points.offset).cast<float>();
+  const BoundingBox box = boundingBox(points.positions);
+  if ((origin - (box.lower + box.upper) / 2).norm() > maxDiagonals * box.diagonal())
+    return false;
+  std::vector<std::uint8_t> looksThere(points.size(), 1);
+  const std::int64_t others = dropWhere(
+      looksThere, [&](std::size_t i) { return points.normals[i].dot(origin - points.positions[i]) <= 0; }, execution);
+  return others * oneIn <= static_cast<std::int64_t>(points.size());
+}
+
+} // namespace
+
+OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, NeighborSearch& search, Report& report,
+                            Execution& execution)
+{
+  PointSet& points = prepared.points;
+  report.vote = chooseVote(points, options, report);
+  report.sensorOriginUsed = report.vote == OrientationVote::sensor && points.hasSensorOrigin;
+  OrientationResult oriented;
+  {
+    const StageTimer timer("orientation", report, execution);
+    oriented =
+        orientNormals(points, prepared.normals, search, report.density, report.vote, options.orientation, execution);
+    report.orientation = oriented.summary();
+  }
+  prepared.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
+  warnOfDisagreement(options, report);
+  report.points.smallComponents = report.orientation.pointsDropped;
+  points.normals = std::move(oriented.normals);
+  reduce(points, oriented.keep, search, execution);
+  requirePoints(points, "dropping small components", report);
+  report.points.used = static_cast<std::int64_t>(points.size());
+
+  OrientedPoints result;
+  result.positions = std::move(points.positions);
+  result.normals = std::move(points.normals);
+  result.confidences = std::move(points.confidences);
+  result.spacings = std::move(points.spacings);
+  result.origins = std::move(points.origins);
+  result.sensors = std::move(points.sensors);
+  result.offset = points.offset;
+  report.sensorSupposed =
+      options.orientation.sensorOrigin && result.sensors.empty() && isSeenFromOrigin(result, execution);
+  if (report.sensorSupposed)
+    result.sensors.emplace_back((-result.offset).cast<float>());
+  return result;
+}
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief The last step to oriented points: who votes on the normals' signs, and what is said about it.
+#pragma once
+
+#include "points/preprocessing.h"
+
+namespace pcl {
+namespace mrf {
+
+/// Orients the normals, by sensors or reference normals if there are any, and drops small components. The report gets
+/// the vote, what it came to, and warnings. \param search holds the points, and in the end those that are left
+/// \throw InvalidInput if too few points are left
+OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, NeighborSearch& search, Report& report,
+                            Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

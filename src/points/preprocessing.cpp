@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "points/preprocessing.h"
+
+#include "base/select_values.h"
+#include "options/stage_timer.h"
+#include "points/normals.h"
+#include "points/outliers.h"
+#include "points/sampling_density.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// Between these lengths a cloud scaled by a power of two gives the same bytes, scaled. Outside of them areas and their
+/// squares, the fourth powers of lengths, leave the range of single precision.
+constexpr double shortestSpacing = 1e-8, longestDiagonal = 1e9;
+
+/// Of the box around the points, also where its square would overflow.
+double diagonalOf(const PointSet& points)
+{
+  const BoundingBox box = boundingBox(points.positions);
+  return (box.upper.cast<double>() - box.lower.cast<double>()).norm();
+}
+
+/// \throw InvalidInput if a length of the cloud is outside of that range, with a factor that brings it into its middle
+void requireRange(const char* what, double length)
+{
+  if (length >= shortestSpacing && length <= longestDiagonal)
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "the points' " << what << " is " << length << ", outside the range of single precision from "
+       << shortestSpacing << " to " << longestDiagonal << "; multiply the coordinates by 1e"
+       << -std::lround(std::log10(length)) << (length > 1 ? ", or drop points far away" : "");
+  throw InvalidInput(text.str());
+}
+
+/// Hands the points to the search first, drops outliers, and measures the density of what is left: from the same
+/// distances, as the few outliers hardly count among eight neighbors.
+void removeOutliers(PointSet& points, const Options& options, NeighborSearch& search, Report& report,
+                    Execution& execution)
+{
+  NeighborDistances distances;
+  {
+    const StageTimer timer("outliers", report, execution);
+    search.setPoints(points.positions, execution);
+    distances = measureNeighbors(points, search, execution);
+    const OutlierResult outliers = findOutliers(points, distances, search, options.outliers, execution);
+    report.points.outliersAlone = outliers.droppedAlone;
+    report.points.outliersBySpacing = outliers.droppedBySpacing;
+    report.points.outliersByStatistics = outliers.droppedByStatistics;
+    if (reduce(points, outliers.keep, search, execution))
+      for (std::vector<float>* values : {&distances.nearest, &distances.eighth, &distances.mean})
+        *values = selectValues(*values, outliers.keep);
+  }
+  requirePoints(points, "outlier removal", report);
+  const StageTimer timer("sampling density", report, execution);
+  report.density = estimateSamplingDensity(points, distances, execution, options.unit);
+  requireRange("spacing", report.density.spacing);
+  points.spacings = localSpacings(points, distances, execution);
+}
+
+/// A cloud whose type has room for normals, which nobody has estimated yet.
+/// \throw InvalidInput if these are to be used as they are
+void warnOfZeroNormals(const PointSet& points, const Options& options, Report& report)
+{
+  if (!points.hadOnlyZeroNormals)
+    return;
+  if (options.normals.source == NormalSource::use)
+    throw InvalidInput("all normals of the cloud are zero or not finite, and normals.source = use wants them as they "
+                       "are; have them estimated (automatic)");
+  report.warnings.push_back("all normals of the cloud are zero or not finite: they were estimated instead");
+}
+
+/// The normals to be oriented, taken from the points if they are theirs; points without one are dropped.
+std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& options, NeighborSearch& search,
+                                         Report& report, Execution& execution)
+{
+  const StageTimer timer("normals", report, execution);
+  const bool given = !points.normals.empty() &&
+                     (options.normals.source == NormalSource::automatic || options.normals.source == NormalSource::use);
+  report.normalsEstimated = !given;
+  if (given && !options.normals.noiseCriteria)
+    return std::move(points.normals);
+
+  NormalEstimates estimates =
+      estimateNormals(points, search, report.density.spacing, options.normals, execution, options.observation.noise);
+  std::vector<std::uint8_t> keep(points.size(), 1);
+  report.points.noiseByPlaneFit = dropWhere(
+      keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); },
+      execution);
+  std::vector<Eigen::Vector3f> normals = given ? points.normals : std::move(estimates.normals);
+  if (reduce(points, keep, search, execution))
+    normals = given ? points.normals : selectValues(normals, keep);
+  return normals;
+}
+
+} // namespace
+
+bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighborSearch& search, Execution& execution)
+{
+  if (std::find(keep.begin(), keep.end(), std::uint8_t{0}) == keep.end())
+    return false;
+  points = select(points, keep);
+  if (points.size() > 0)
+    search.dropPoints(points.positions, keep, execution);
+  return true;
+}
+
+void requirePoints(const PointSet& points, const char* after, const Report& report)
+{
+  if (points.size() >= minPointsOfSurface)
+    return;
+  const PointCounts& counts = report.points;
+  std::ostringstream text;
+  text << points.size() << " of " << counts.input << " points are left after " << after << ", at least "
+       << minPointsOfSurface << " are needed (dropped: " << counts.notFinite << " not finite, " << counts.duplicates
+       << " duplicates, " << counts.zeroNormals << " zero normals, " << counts.zeroConfidence << " without confidence, "
+       << counts.outliersAlone + counts.outliersBySpacing + counts.outliersByStatistics << " outliers, "
+       << counts.noiseByPlaneFit << " without a plane, " << counts.smallComponents << " in small components)";
+  throw InvalidInput(text.str());
+}
+
+PreparedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search, Report& report,
+                          Execution& execution)
+{
+  requirePoints(points, "gathering", report);
+  warnOfZeroNormals(points, options, report);
+  requireRange("diagonal", diagonalOf(points));
+  removeOutliers(points, options, search, report, execution);
+  PreparedPoints prepared;
+  prepared.normals = findNormals(points, options, search, report, execution);
+  requirePoints(points, "normal estimation", report);
+  prepared.points = std::move(points);
+  return prepared;
+}
+
+} // namespace mrf
+} // namespace pcl
