@@ -28,7 +28,9 @@ NormalEstimates normalsOf(const PointSet& points, const NormalOptions& options =
 {
   Execution execution(threads);
   const auto search = clouds::searchOf(points);
-  const float spacing = estimateSamplingDensity(points, *search, execution).spacing;
+  // The paper's noise criteria come with the paper's l̄.
+  const LengthUnit unit = options.noiseCriteria ? LengthUnit::nearest : LengthUnit::density;
+  const float spacing = estimateSamplingDensity(points, *search, execution, unit).spacing;
   return estimateNormals(points, *search, spacing, options, execution, noise);
 }
 
