@@ -12,6 +12,7 @@ namespace pcl {
 namespace mrf {
 namespace {
 
+/// Where memory runs out during a query FLANN ends the process: it allocates inside of a parallel loop of its own.
 class KdTree : public NeighborSearch {
 public:
   void setPoints(const std::vector<Eigen::Vector3f>& positions) override { tree_.setInputCloud(toPclCloud(positions)); }
