@@ -17,10 +17,10 @@ float median(const std::vector<float>& values, Execution& execution)
   using Histogram = std::vector<std::uint32_t>;
   constexpr std::size_t grain = std::size_t{1} << 18, buckets = std::size_t{1} << 16;
   std::vector<Histogram> parts((values.size() + grain - 1) / grain);
-  execution.forRange(static_cast<std::int64_t>(values.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    Histogram& counts = parts[static_cast<std::size_t>(begin) / grain];
+  execution.forRange(values.size(), grain, [&](std::size_t begin, std::size_t end) {
+    Histogram& counts = parts[begin / grain];
     counts.assign(buckets, 0);
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+    for (std::size_t i = begin; i < end; ++i)
       ++counts[bucketOf(values[i])];
   });
   std::size_t rank = values.size() / 2, bucket = 0;
@@ -36,7 +36,7 @@ float median(const std::vector<float>& values, Execution& execution)
   for (const float value : values)
     if (bucketOf(value) == bucket)
       close.push_back(value);
-  const auto middle = close.begin() + static_cast<std::ptrdiff_t>(rank);
+  const auto middle = close.begin() + rank;
   std::nth_element(close.begin(), middle, close.end());
   return *middle;
 }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Per-point arrays: some of their entries, the one in the middle.
+/// \brief Arrays: some of their entries, the one in the middle.
 #pragma once
 
-#include <pcl/surface/mrf/execution.h>
+#include "base/loops.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace pcl {
@@ -41,13 +42,32 @@ std::vector<Value> selectValues(const std::vector<Value>& values, const std::vec
   return selected;
 }
 
-/// The upper median. \pre not empty
-inline float median(std::vector<float> values)
+/// The value that `rank` others come before. \pre there are more
+template <typename Value>
+Value valueAt(std::vector<Value> values, std::size_t rank)
 {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[rank];
 }
+
+/// The upper median. \pre not empty
+template <typename Value>
+Value median(std::vector<Value> values)
+{
+  const std::size_t rank = values.size() / 2;
+  return valueAt(std::move(values), rank);
+}
+
+/// \param share of the others that come before, 0..1, rounded down. \pre not empty
+template <typename Value>
+Value quantile(std::vector<Value> values, double share)
+{
+  const auto rank = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
+  return valueAt(std::move(values), rank);
+}
+
+/// Standard deviations of a Gaussian in the median of its absolute value.
+constexpr double deviationPerMedian = 1.4826;
 
 /// The same without a copy, for many values. \pre not negative, not NaN
 float median(const std::vector<float>& values, Execution& execution);
@@ -57,16 +77,12 @@ template <typename Rejects>
 std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects, Execution& execution)
 {
   constexpr std::int64_t grain = 1 << 14;
-  const double dropped =
-      execution.sum(static_cast<std::int64_t>(keep.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-        std::int64_t count = 0;
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-          if (keep[i] && rejects(i)) {
-            keep[i] = 0;
-            ++count;
-          }
-        return static_cast<double>(count);
-      });
+  const double dropped = sumOver(execution, keep.size(), grain, [&](std::size_t i) {
+    const bool isDropped = keep[i] && rejects(i);
+    if (isDropped)
+      keep[i] = 0;
+    return isDropped ? 1. : 0.;
+  });
   return static_cast<std::int64_t>(dropped);
 }
 

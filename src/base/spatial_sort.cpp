@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/spatial_sort.h"
 
+#include "base/loops.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,7 +32,7 @@ void sortTies(const SortKeys& keys, const std::vector<Eigen::Vector3f>& position
         return p[axis] < q[axis];
     return a < b;
   };
-  execution.forRange(static_cast<std::int64_t>(keys.size()), sortGrain, [&](std::int64_t from, std::int64_t to) {
+  execution.forRange(keys.size(), sortGrain, [&](std::int64_t from, std::int64_t to) {
     // Runs belong to the piece of work that they begin in.
     for (auto begin = static_cast<std::size_t>(from); begin < static_cast<std::size_t>(to);) {
       const bool isBeginning = begin == 0 || keys[begin - 1] != keys[begin];
@@ -39,8 +41,7 @@ void sortTies(const SortKeys& keys, const std::vector<Eigen::Vector3f>& position
       while (end < limit && keys[end] == keys[begin])
         ++end;
       if (isBeginning && end - begin > 1)
-        std::sort(order.begin() + static_cast<std::ptrdiff_t>(begin), order.begin() + static_cast<std::ptrdiff_t>(end),
-                  isBefore);
+        std::sort(order.begin() + begin, order.begin() + end, isBefore);
       begin = end;
     }
   });
@@ -59,7 +60,7 @@ void radixSort(Keys& keys, int lowestBit, const Move& move, const Swap& swap, Ex
   const std::size_t chunks = (count + sortGrain - 1) / sortGrain;
   std::vector<std::array<std::uint32_t, digits>> offsets(chunks);
   const auto forChunks = [&](const auto& body) {
-    execution.forRange(static_cast<std::int64_t>(count), sortGrain, [&](std::int64_t begin, std::int64_t end) {
+    execution.forRange(count, sortGrain, [&](std::int64_t begin, std::int64_t end) {
       body(offsets[static_cast<std::size_t>(begin) / sortGrain], static_cast<std::size_t>(begin),
            static_cast<std::size_t>(end));
     });
@@ -125,12 +126,10 @@ std::vector<std::uint32_t> spatialOrder(const std::vector<Eigen::Vector3f>& posi
   const double extent = (upper.cast<double>() - origin).maxCoeff();
   const double scale = extent > 0 ? ((1 << axisBits) - 1) / extent : 0;
   SortKeys keys(order.size());
-  execution.forRange(static_cast<std::int64_t>(order.size()), sortGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-      const Eigen::Array3i cell = ((positions[order[n]].array().cast<double>() - origin) * scale).cast<int>();
-      keys[n] = mortonCode(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),
-                           static_cast<std::uint32_t>(cell.z()));
-    }
+  forEach(execution, order.size(), sortGrain, [&](std::size_t n) {
+    const Eigen::Array3i cell = ((positions[order[n]].array().cast<double>() - origin) * scale).cast<int>();
+    keys[n] = mortonCode(static_cast<std::uint32_t>(cell.x()), static_cast<std::uint32_t>(cell.y()),
+                         static_cast<std::uint32_t>(cell.z()));
   });
   sortByKey(keys, order, execution);
   sortTies(keys, positions, order, execution);

@@ -3,7 +3,7 @@
 /// \brief Sorting positions so that neighbors in space are neighbors in memory.
 #pragma once
 
-#include "base/uninitialized.h"
+#include "base/arrays.h"
 
 #include <pcl/surface/mrf/execution.h>
 

@@ -28,7 +28,7 @@ void addScaled(std::int64_t count, double a, const double* x, double* y);
 template <typename Vector>
 double dotProduct(const Vector& x, const Vector& y, Execution& execution)
 {
-  return execution.sum(static_cast<std::int64_t>(x.size()), sumGrain, [&](std::int64_t begin, std::int64_t end) {
+  return execution.sum(x.size(), sumGrain, [&](std::int64_t begin, std::int64_t end) {
     return kernels::dot(end - begin, x.data() + begin, y.data() + begin);
   });
 }
@@ -37,7 +37,7 @@ double dotProduct(const Vector& x, const Vector& y, Execution& execution)
 template <typename Vector>
 void scaleAndAdd(typename Vector::value_type a, const Vector& x, Vector& y, Execution& execution)
 {
-  execution.forRange(static_cast<std::int64_t>(x.size()), sumGrain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(x.size(), sumGrain, [&](std::int64_t begin, std::int64_t end) {
     kernels::scaleAndAdd(end - begin, a, x.data() + begin, y.data() + begin);
   });
 }
@@ -45,7 +45,7 @@ void scaleAndAdd(typename Vector::value_type a, const Vector& x, Vector& y, Exec
 /// y += a x
 inline void addScaled(double a, const std::vector<double>& x, std::vector<double>& y, Execution& execution)
 {
-  execution.forRange(static_cast<std::int64_t>(x.size()), sumGrain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(x.size(), sumGrain, [&](std::int64_t begin, std::int64_t end) {
     kernels::addScaled(end - begin, a, x.data() + begin, y.data() + begin);
   });
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/voxel_set.h"
 
-#include "base/disjoint_points.h"
+#include "base/disjoint_sets.h"
 #include "base/multiversioning.h"
 #include "base/point_count.h"
 
@@ -395,7 +395,7 @@ VoxelSet connectedTo(VoxelSet band, const VoxelSet& other, Execution& execution)
   const GridSize size = band.size();
   const auto indexOf = [&](const Run* run) { return static_cast<std::uint32_t>(run - band.row(0, 0).begins); };
   const std::size_t runs = indexOf(band.row(size.y - 1, size.z - 1).ends);
-  DisjointPoints parts(runs);
+  DisjointSets parts(runs);
   const auto forRows = [&](const auto& body) {
     execution.forRange(size.z, windowPlanes, [&](std::int64_t begin, std::int64_t end) {
       for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)

@@ -7,7 +7,7 @@
 /// exist. A Laplacian then needs no neighbor table, and memory grows with the surface.
 #pragma once
 
-#include "base/packed_values.h"
+#include "base/arrays.h"
 #include "base/point_count.h"
 
 #include <pcl/surface/mrf/execution.h>

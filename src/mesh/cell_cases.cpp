@@ -42,7 +42,7 @@ std::array<int, 3> doubledMidpoint(const CellEdge& edge)
 {
   std::array<int, 3> middle{};
   for (int axis = 0; axis < 3; ++axis)
-    middle[static_cast<std::size_t>(axis)] = 2 * (edge.corner >> axis & 1) + (edge.direction >> axis & 1);
+    middle[axis] = 2 * (edge.corner >> axis & 1) + (edge.direction >> axis & 1);
   return middle;
 }
 
@@ -171,7 +171,7 @@ CellTable makeCubeTable()
 {
   CellTable table = makeEdges({1, 2, 4});
   for (int signs = 0; signs < 256; ++signs) {
-    CellCase& cell = table.cases[static_cast<std::size_t>(signs)];
+    CellCase& cell = table.cases[signs];
     for (const Loop& loop : traceLoops(table, signs)) {
       // The four vertices of a quad lie on parallel edges or around one edge: its diagonals are never in a face.
       if (loop.size() == 4)
@@ -228,7 +228,7 @@ CellTable makeTetrahedraTable()
   do {
     const int first = 1 << axes[0], second = first | 1 << axes[1];
     for (int signs = 0; signs < 256; ++signs)
-      cutTetrahedron(table, {0, first, second, 7}, signs, table.cases[static_cast<std::size_t>(signs)]);
+      cutTetrahedron(table, {0, first, second, 7}, signs, table.cases[signs]);
   } while (std::next_permutation(axes.begin(), axes.end()));
   return table;
 }

@@ -5,6 +5,8 @@
 
 #include <pcl/surface/mrf/execution.h>
 
+#include "base/cell_hash.h"
+
 #include <Eigen/Core>
 
 #include <cstdint>
@@ -28,26 +30,15 @@ public:
   bool contains(const Eigen::Vector3f& position) const;
 
 private:
-  using Index = Eigen::Array<std::int64_t, 3, 1>;
-  using Key = std::uint64_t;
   struct Cell {
-    Key key;
     Eigen::Vector3f axis = Eigen::Vector3f::Zero(); ///< unit, mean of the normals
     float cosine = 1;                               ///< to it, the smallest
     bool isCrowded = false;
   };
 
-  Index indexOf(const Eigen::Vector3f& position) const;
-  static Key keyOf(const Index& index);
-  std::size_t slotOf(Key key) const;
-  bool isCrowdedAround(const Index& index) const;
+  bool isCrowdedAround(const CellHash::Cell& place) const;
 
-  static constexpr std::uint32_t none = ~std::uint32_t{0};
-  static constexpr int bits = 21; ///< of a key per axis
-
-  Eigen::Array3d origin_ = Eigen::Array3d::Zero();
-  double side_ = 1;
-  std::vector<std::uint32_t> slots_; ///< cells by hashed key
+  CellHash hash_; ///< far cells share one: they look crowded, no more
   std::vector<Cell> cells_;
 };
 

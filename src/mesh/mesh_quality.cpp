@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/mesh_quality.h"
 
+#include "base/disjoint_sets.h"
+#include "base/loops.h"
 #include "mesh/mesh_topology.h"
 
 #include <Eigen/Geometry>
@@ -24,8 +26,7 @@ struct Corners {
   {}
 
   Corners(const TriangleMesh& mesh, const Triangle& t)
-      : Corners(mesh.vertices[static_cast<std::size_t>(t[0])], mesh.vertices[static_cast<std::size_t>(t[1])],
-                mesh.vertices[static_cast<std::size_t>(t[2])])
+      : Corners(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]])
   {}
 
   double area() const { return (b - a).cross(c - a).norm() / 2; }
@@ -76,28 +77,25 @@ struct TriangleSums {
 
 constexpr std::int64_t qualityGrain = 16384;
 
-/// Sums of type Sums over `count` items, chunk by chunk, added in their order.
-template <typename Sums, typename Body>
-Sums sumUp(std::size_t count, Execution& execution, const Body& body)
+/// Those of all parts, added in their order.
+template <typename Sums>
+Sums total(const std::vector<Sums>& parts)
 {
-  std::vector<Sums> partial((count + qualityGrain - 1) / qualityGrain);
-  execution.forRange(static_cast<std::int64_t>(count), qualityGrain, [&](std::int64_t begin, std::int64_t end) {
-    Sums& sums = partial[static_cast<std::size_t>(begin / qualityGrain)];
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      body(sums, i);
-  });
-  Sums total;
-  for (const Sums& sums : partial)
-    total.add(sums);
-  return total;
+  Sums result;
+  for (const Sums& part : parts)
+    result.add(part);
+  return result;
 }
 
 void measureTriangles(const TriangleMesh& mesh, MeshStatistics& statistics, Execution& execution)
 {
   if (mesh.triangles.empty())
     return;
-  const auto sums = sumUp<TriangleSums>(mesh.triangles.size(), execution,
-                                        [&](TriangleSums& partial, std::size_t t) { partial.add(mesh, t); });
+  const auto sums = total(partsOf<TriangleSums>(execution, mesh.triangles.size(), qualityGrain,
+                                                [&](TriangleSums& part, std::size_t begin, std::size_t end) {
+                                                  for (std::size_t t = begin; t < end; ++t)
+                                                    part.add(mesh, t);
+                                                }));
   const auto count = static_cast<double>(mesh.triangles.size());
   statistics.area = sums.area;
   statistics.volume = sums.volume;
@@ -162,11 +160,11 @@ public:
   }
 
 private:
-  void countValence(std::int32_t edges) { ++sums_.valences[static_cast<std::size_t>(std::min(edges, 15))]; }
+  void countValence(std::int32_t edges) { ++sums_.valences[std::min(edges, 15)]; }
 
   void countEdge(std::int32_t from, std::int32_t to)
   {
-    const auto position = [&](std::int32_t v) { return mesh_.vertices[static_cast<std::size_t>(v)].cast<double>(); };
+    const auto position = [&](std::int32_t v) { return mesh_.vertices[v].cast<double>(); };
     ++sums_.edges;
     const double length = (position(from) - position(to)).norm();
     if (!std::isfinite(length))
@@ -198,12 +196,12 @@ private:
   void joinBoundary()
   {
     constexpr std::int32_t none = -1;
-    sideOfFan_.assign(static_cast<std::size_t>(ring_.size()), none);
+    sideOfFan_.assign(ring_.size(), none);
     for (const Ring::Edge& edge : ring_.edges()) {
       if (edge.sides() != 1)
         continue;
       const std::int32_t side = ring_.sideNumber(*edge.begin);
-      std::int32_t& other = sideOfFan_[static_cast<std::size_t>(ring_.fan(edge.begin->at))];
+      std::int32_t& other = sideOfFan_[ring_.fan(edge.begin->at)];
       if (other == none)
         other = side;
       else
@@ -222,17 +220,12 @@ private:
 VertexSums countVertices(const TriangleMesh& mesh, EdgeConnectivity& connectivity, Execution& execution)
 {
   const VertexCorners corners = groupCorners(mesh);
-  std::vector<VertexSums> partial((mesh.vertices.size() + qualityGrain - 1) / qualityGrain);
-  execution.forRange(
-      static_cast<std::int64_t>(mesh.vertices.size()), qualityGrain, [&](std::int64_t begin, std::int64_t end) {
-        VertexCensus census(mesh, corners, connectivity, partial[static_cast<std::size_t>(begin / qualityGrain)]);
-        for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
-          census.count(v);
-      });
-  VertexSums total;
-  for (const VertexSums& sums : partial)
-    total.add(sums);
-  return total;
+  return total(partsOf<VertexSums, std::int32_t>(execution, mesh.vertices.size(), qualityGrain,
+                                                 [&](VertexSums& part, std::int32_t begin, std::int32_t end) {
+                                                   VertexCensus census(mesh, corners, connectivity, part);
+                                                   for (std::int32_t v = begin; v < end; ++v)
+                                                     census.count(v);
+                                                 }));
 }
 
 std::int64_t countLoops(std::vector<std::int32_t> sides, const std::vector<std::array<std::int32_t, 2>>& joins)
@@ -240,13 +233,13 @@ std::int64_t countLoops(std::vector<std::int32_t> sides, const std::vector<std::
   std::sort(sides.begin(), sides.end());
   DisjointSets loops(sides.size());
   const auto numberOf = [&](std::int32_t side) {
-    return static_cast<std::int32_t>(std::lower_bound(sides.begin(), sides.end(), side) - sides.begin());
+    return static_cast<std::uint32_t>(std::lower_bound(sides.begin(), sides.end(), side) - sides.begin());
   };
   for (const auto& join : joins)
-    loops.unite(numberOf(join[0]), numberOf(join[1]));
+    loops.join(numberOf(join[0]), numberOf(join[1]));
   std::int64_t count = 0;
-  for (std::size_t n = 0; n < sides.size(); ++n)
-    count += loops.find(static_cast<std::int32_t>(n)) == static_cast<std::int32_t>(n) ? 1 : 0;
+  for (std::uint32_t n = 0; n < sides.size(); ++n)
+    count += loops.find(n) == n ? 1 : 0;
   return count;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/mesh_topology.h"
 
-#include "base/disjoint_points.h"
+#include "base/disjoint_sets.h"
+#include "base/loops.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -9,6 +10,7 @@
 #include <limits>
 #include <numeric>
 #include <string>
+#include <type_traits>
 
 namespace pcl {
 namespace mrf {
@@ -17,11 +19,6 @@ namespace {
 constexpr std::int64_t vertexGrain = 8192, triangleGrain = 16384;
 
 } // namespace
-
-DisjointSets::DisjointSets(std::size_t count) : parent_(count)
-{
-  std::iota(parent_.begin(), parent_.end(), 0);
-}
 
 VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember)
 {
@@ -32,30 +29,30 @@ VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
         for (std::size_t i = 0; i < 3; ++i)
-          visit(at(mesh.triangles[t][i]), static_cast<std::int32_t>(3 * t + i));
+          visit(mesh.triangles[t][i], static_cast<std::int32_t>(3 * t + i));
   };
   VertexCorners result;
   // Counted one place ahead, so that filling moves each vertex's position from its begin to its end.
   result.begin.assign(mesh.vertices.size() + 2, 0);
   forMembers([&](std::size_t v, std::int32_t) { ++result.begin[v + 2]; });
   std::partial_sum(result.begin.begin(), result.begin.end(), result.begin.begin());
-  result.corners.resize(at(result.begin.back()));
-  forMembers([&](std::size_t v, std::int32_t corner) { result.corners[at(result.begin[v + 1]++)] = corner; });
+  result.corners.resize(result.begin.back());
+  forMembers([&](std::size_t v, std::int32_t corner) { result.corners[result.begin[v + 1]++] = corner; });
   result.begin.pop_back();
   return result;
 }
 
 void Ring::set(const TriangleMesh& mesh, const VertexCorners& corners, std::int32_t vertex)
 {
-  corners_ = corners.corners.data() + corners.begin[at(vertex)];
-  const std::int32_t count = corners.begin[at(vertex) + 1] - corners.begin[at(vertex)];
-  following_.resize(at(count));
-  preceding_.resize(at(count));
+  corners_ = corners.corners.data() + corners.begin[vertex];
+  const std::int32_t count = corners.begin[vertex + 1] - corners.begin[vertex];
+  following_.resize(count);
+  preceding_.resize(count);
   for (std::int32_t i = 0; i < count; ++i) {
-    const Triangle& t = mesh.triangles[at(corners_[i] / 3)];
-    const auto place = at(corners_[i] % 3);
-    following_[at(i)] = t[place == 2 ? 0 : place + 1];
-    preceding_[at(i)] = t[place == 0 ? 2 : place - 1];
+    const Triangle& t = mesh.triangles[corners_[i] / 3];
+    const std::int32_t place = corners_[i] % 3;
+    following_[i] = t[place == 2 ? 0 : place + 1];
+    preceding_[i] = t[place == 0 ? 2 : place - 1];
   }
   isClosedFan_ = closes();
 }
@@ -91,8 +88,8 @@ void Ring::findEdges()
 {
   sides_.clear();
   for (std::int32_t i = 0; i < size(); ++i) {
-    sides_.push_back({following_[at(i)], i, true});
-    sides_.push_back({preceding_[at(i)], i, false});
+    sides_.push_back({following_[i], i, true});
+    sides_.push_back({preceding_[i], i, false});
   }
   std::sort(sides_.begin(), sides_.end(),
             [](const Side& a, const Side& b) { return a.to != b.to ? a.to < b.to : a.at < b.at; });
@@ -106,8 +103,8 @@ void Ring::findEdges()
 
 std::int32_t Ring::findFan(std::int32_t i) const
 {
-  while (fans_[at(i)] != i)
-    i = fans_[at(i)];
+  while (fans_[i] != i)
+    i = fans_[i];
   return i;
 }
 
@@ -120,13 +117,13 @@ std::int32_t Ring::joinFans(bool overCrowdedEdges)
       continue;
     for (const Side* side = edge.begin + 1; side < edge.end; ++side) {
       const std::int32_t a = findFan(edge.begin->at), b = findFan(side->at);
-      fans_[at(std::max(a, b))] = std::min(a, b);
+      fans_[std::max(a, b)] = std::min(a, b);
     }
   }
   std::int32_t count = 0;
   for (std::int32_t i = 0; i < size(); ++i) {
-    fans_[at(i)] = fans_[at(fans_[at(i)])]; // the fan's first triangle comes first and is settled
-    count += fans_[at(i)] == i ? 1 : 0;
+    fans_[i] = fans_[fans_[i]]; // the fan's first triangle comes first and is settled
+    count += fans_[i] == i ? 1 : 0;
   }
   return count;
 }
@@ -143,7 +140,7 @@ void EdgeConnectivity::note(std::int32_t vertex, Ring& ring, std::vector<CornerF
     smallest = none;
   } else if (!ring.edges().empty())
     smallest = std::min(smallest, ring.edges().front().to());
-  smallest_[at(vertex)] = smallest;
+  smallest_[vertex] = smallest;
 }
 
 std::int32_t EdgeConnectivity::components(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
@@ -158,7 +155,7 @@ std::int32_t EdgeConnectivity::components(const TriangleMesh& mesh, const std::v
       firstCorners.push_back(corner.fan);
   const auto nodeOf = [&](std::size_t triangle, std::size_t place) {
     const std::int32_t vertex = mesh.triangles[triangle][place];
-    if (smallest_[at(vertex)] != none)
+    if (smallest_[vertex] != none)
       return static_cast<std::uint32_t>(vertex);
     const CornerFan key{static_cast<std::int32_t>(3 * triangle + place), 0};
     const std::int32_t fan = std::lower_bound(separate.begin(), separate.end(), key)->fan;
@@ -167,17 +164,15 @@ std::int32_t EdgeConnectivity::components(const TriangleMesh& mesh, const std::v
   };
 
   // Most vertices have a smaller neighbor: joining these leads to a few local minima, and little is left to join.
-  DisjointPoints nodes(smallest_.size() + firstCorners.size());
+  DisjointSets nodes(smallest_.size() + firstCorners.size());
   for (std::size_t v = 0; v < smallest_.size(); ++v)
-    if (smallest_[v] != none && smallest_[at(smallest_[v])] != none)
+    if (smallest_[v] != none && smallest_[smallest_[v]] != none)
       nodes.join(static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(smallest_[v]));
   const auto forMembers = [&](const auto& visit) {
-    execution.forRange(static_cast<std::int64_t>(mesh.triangles.size()), triangleGrain,
-                       [&](std::int64_t begin, std::int64_t end) {
-                         for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
-                           if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
-                             visit(t);
-                       });
+    forEach(execution, mesh.triangles.size(), triangleGrain, [&](std::size_t t) {
+      if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
+        visit(t);
+    });
   };
   forMembers([&](std::size_t t) {
     const std::uint32_t first = nodeOf(t, 0);
@@ -191,7 +186,7 @@ std::int32_t EdgeConnectivity::components(const TriangleMesh& mesh, const std::v
   std::vector<std::int32_t> numbers(smallest_.size() + firstCorners.size(), none);
   for (std::int32_t& component : componentOfTriangle)
     if (component != none) {
-      std::int32_t& number = numbers[at(component)];
+      std::int32_t& number = numbers[component];
       if (number == none)
         number = count++;
       component = number;
@@ -208,22 +203,20 @@ std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uin
     std::vector<CornerFan> separate;
     bool isTorn = false;
   };
-  std::vector<Part> parts((mesh.vertices.size() + vertexGrain - 1) / vertexGrain);
-  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), vertexGrain,
-                     [&](std::int64_t begin, std::int64_t end) {
-                       Part& part = parts[static_cast<std::size_t>(begin / vertexGrain)];
-                       Ring ring;
-                       for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
-                         if (corners.begin[at(v)] == corners.begin[at(v) + 1])
-                           continue; // of members mostly a small part of the mesh
-                         ring.set(mesh, corners, v);
-                         if (!ring.isClosedFan()) {
-                           ring.findEdges();
-                           part.isTorn = ring.joinFans(false) > 1 || part.isTorn;
-                         }
-                         connectivity.note(v, ring, part.separate);
-                       }
-                     });
+  const auto parts = partsOf<Part, std::int32_t>(execution, mesh.vertices.size(), vertexGrain,
+                                                 [&](Part& part, std::int32_t begin, std::int32_t end) {
+                                                   Ring ring;
+                                                   for (std::int32_t v = begin; v < end; ++v) {
+                                                     if (corners.begin[v] == corners.begin[v + 1])
+                                                       continue; // of members mostly a small part of the mesh
+                                                     ring.set(mesh, corners, v);
+                                                     if (!ring.isClosedFan()) {
+                                                       ring.findEdges();
+                                                       part.isTorn = ring.joinFans(false) > 1 || part.isTorn;
+                                                     }
+                                                     connectivity.note(v, ring, part.separate);
+                                                   }
+                                                 });
   isTorn = false;
   std::vector<CornerFan> separate;
   for (const Part& part : parts) {
@@ -240,7 +233,7 @@ void splitFans(TriangleMesh& mesh)
   {
     const VertexCorners corners = groupCorners(mesh);
     Ring ring;
-    for (std::int32_t v = 0; at(v) < mesh.vertices.size(); ++v) {
+    for (std::int32_t v = 0; v < static_cast<std::int32_t>(mesh.vertices.size()); ++v) {
       ring.set(mesh, corners, v);
       if (ring.isClosedFan())
         continue;
@@ -254,25 +247,23 @@ void splitFans(TriangleMesh& mesh)
   }
   std::sort(apart.begin(), apart.end());
 
-  const auto vertexAt = [&](std::int32_t corner) -> std::int32_t& {
-    return mesh.triangles[at(corner / 3)][at(corner % 3)];
-  };
+  const auto vertexAt = [&](std::int32_t corner) -> std::int32_t& { return mesh.triangles[corner / 3][corner % 3]; };
   for (const CornerFan& corner : apart) {
     if (corner.corner != corner.fan) {
       vertexAt(corner.corner) = vertexAt(corner.fan); // has its copy already: a fan's first corner comes first
       continue;
     }
-    const std::size_t v = at(vertexAt(corner.corner));
+    const std::int32_t v = vertexAt(corner.corner);
     vertexAt(corner.corner) = static_cast<std::int32_t>(mesh.vertices.size());
-    mesh.vertices.push_back(Eigen::Vector3f(mesh.vertices[v]));
-    if (!mesh.normals.empty())
-      mesh.normals.push_back(Eigen::Vector3f(mesh.normals[v]));
-    if (!mesh.confidences.empty())
-      mesh.confidences.push_back(float{mesh.confidences[v]});
-    if (!mesh.sigmas.empty())
-      mesh.sigmas.push_back(float{mesh.sigmas[v]});
-    if (!mesh.calibrated.empty())
-      mesh.calibrated.push_back(std::uint8_t{mesh.calibrated[v]});
+    const auto copy = [v](auto& values) {
+      if (!values.empty())
+        values.push_back(typename std::decay_t<decltype(values)>::value_type(values[v]));
+    };
+    copy(mesh.vertices);
+    copy(mesh.normals);
+    copy(mesh.confidences);
+    copy(mesh.sigmas);
+    copy(mesh.calibrated);
   }
 }
 

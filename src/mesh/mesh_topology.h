@@ -6,6 +6,8 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include "base/loops.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -15,40 +17,6 @@
 
 namespace pcl {
 namespace mrf {
-
-/// A vertex, triangle or corner number as an index of an array.
-inline std::size_t at(std::int32_t number)
-{
-  return static_cast<std::size_t>(number);
-}
-
-/// Disjoint sets of 0..count-1 whose representative is the smallest member, so that it depends on nothing else.
-class DisjointSets {
-public:
-  explicit DisjointSets(std::size_t count);
-  /// From a parent for each element, at most the element itself.
-  explicit DisjointSets(std::vector<std::int32_t> parents) : parent_(std::move(parents)) {}
-
-  std::int32_t find(std::int32_t element)
-  {
-    auto* parent = parent_.data();
-    while (parent[element] != element) {
-      parent[element] = parent[parent[element]];
-      element = parent[element];
-    }
-    return element;
-  }
-
-  void unite(std::int32_t a, std::int32_t b)
-  {
-    a = find(a);
-    b = find(b);
-    parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-  }
-
-private:
-  std::vector<std::int32_t> parent_;
-};
 
 /// True if the three indices name three different vertices of the mesh.
 inline bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle)
@@ -61,9 +29,8 @@ inline bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle)
 /// \pre hasValidIndices
 inline double areaOf(const TriangleMesh& mesh, const Triangle& corners)
 {
-  const Eigen::Vector3d a = mesh.vertices[at(corners[0])].cast<double>(),
-                        b = mesh.vertices[at(corners[1])].cast<double>(),
-                        c = mesh.vertices[at(corners[2])].cast<double>();
+  const Eigen::Vector3d a = mesh.vertices[corners[0]].cast<double>(), b = mesh.vertices[corners[1]].cast<double>(),
+                        c = mesh.vertices[corners[2]].cast<double>();
   return (b - a).cross(c - a).norm() / 2;
 }
 
@@ -72,11 +39,7 @@ template <typename Body>
 void forTriangles(const TriangleMesh& mesh, Execution& execution, const Body& body)
 {
   constexpr std::int64_t grain = 16384;
-  execution.forRange(static_cast<std::int64_t>(mesh.triangles.size()), grain,
-                     [&](std::int64_t begin, std::int64_t end) {
-                       for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
-                         body(t);
-                     });
+  forEach(execution, mesh.triangles.size(), grain, [&](std::size_t t) { body(t); });
 }
 
 /// The corners at each vertex: corner 3 t + i is the i-th of triangle t.
@@ -114,7 +77,7 @@ public:
   std::int32_t size() const { return static_cast<std::int32_t>(following_.size()); }
   std::int32_t corner(std::int32_t i) const { return corners_[i]; }
   /// The vertex that follows in triangle i: over all triangles of a closed fan, every neighbor once.
-  std::int32_t following(std::int32_t i) const { return following_[static_cast<std::size_t>(i)]; }
+  std::int32_t following(std::int32_t i) const { return following_[i]; }
   /// The side's number: that of the corner it starts from.
   std::int32_t sideNumber(const Side& side) const;
 
@@ -128,7 +91,7 @@ public:
   /// Joins triangles over edges with two sides, or over those with more as well. \return the number of fans
   std::int32_t joinFans(bool overCrowdedEdges);
   /// The first triangle of the fan that triangle i belongs to. \pre joinFans
-  std::int32_t fan(std::int32_t i) const { return fans_[static_cast<std::size_t>(i)]; }
+  std::int32_t fan(std::int32_t i) const { return fans_[i]; }
 
 private:
   bool closes() const;

@@ -85,7 +85,7 @@ struct CellWord {
     Word any = 0, all = ~Word{0};
     for (int corner = 0; corner < 8; ++corner) {
       const Word bits = signs.shifted(w, corner & 1, j + (corner >> 1 & 1), k + (corner >> 2 & 1));
-      corners[static_cast<std::size_t>(corner)] = bits;
+      corners[corner] = bits;
       any |= bits;
       all &= bits;
     }
@@ -193,25 +193,25 @@ public:
   TriangleMesh run()
   {
     // Signs and edges are found again in each pass: for all planes at once they would take more than the field.
-    firstVertex_.resize(static_cast<std::size_t>(size_.z));
+    firstVertex_.resize(size_.z);
     std::vector<std::int64_t> firstTriangle(firstVertex_);
     forPieces([&](PlaneRange planes) {
       const SignBits signs(field_, {planes.begin, std::min(planes.end + 1, size_.z)});
       CutEdges edges(signs, table_, size_, planes);
       for (int k = planes.begin; k < planes.end; ++k) {
-        firstVertex_[static_cast<std::size_t>(k)] = edges.markPlane(k);
+        firstVertex_[k] = edges.markPlane(k);
         if (k + 1 < size_.z)
-          firstTriangle[static_cast<std::size_t>(k)] = countTriangles(signs, k);
+          firstTriangle[k] = countTriangles(signs, k);
       }
     });
-    mesh_.vertices.resize(static_cast<std::size_t>(accumulate(firstVertex_, "vertices")));
-    mesh_.triangles.resize(static_cast<std::size_t>(accumulate(firstTriangle, "triangles")));
+    mesh_.vertices.resize(accumulate(firstVertex_, "vertices"));
+    mesh_.triangles.resize(accumulate(firstTriangle, "triangles"));
 
     forPieces([&](PlaneRange planes) {
       const SignBits signs(field_, {planes.begin, std::min(planes.end + 1, size_.z)});
       CutEdges edges(signs, table_, size_, planes);
       number(edges, planes, [&](std::int32_t number, int i, int j, int k, std::uint8_t direction) {
-        mesh_.vertices[static_cast<std::size_t>(number)] = crossing(i, j, k, direction);
+        mesh_.vertices[number] = crossing(i, j, k, direction);
       });
     });
     forPieces([&](PlaneRange planes) {
@@ -221,7 +221,7 @@ public:
       CutEdges edges(signs, table_, size_, ofEdges);
       number(edges, ofEdges, [](std::int32_t, int, int, int, std::uint8_t) {});
       for (int k = planes.begin; k < std::min(planes.end, size_.z - 1); ++k)
-        writeTriangles(signs, edges, k, mesh_.triangles.data() + firstTriangle[static_cast<std::size_t>(k)]);
+        writeTriangles(signs, edges, k, mesh_.triangles.data() + firstTriangle[k]);
     });
     // Around a missing cell, edges may be left without a triangle, and others with triangles on two sides of the gap.
     if (cellsMissing_) {
@@ -248,7 +248,7 @@ private:
   {
     for (int k = planes.begin; k < planes.end; ++k) {
       edges.markPlane(k);
-      edges.numberPlane(k, static_cast<std::int32_t>(firstVertex_[static_cast<std::size_t>(k)]), visit);
+      edges.numberPlane(k, static_cast<std::int32_t>(firstVertex_[k]), visit);
     }
   }
 
@@ -325,7 +325,7 @@ private:
 
   float squaredLength(std::int32_t a, std::int32_t b) const
   {
-    return (mesh_.vertices[static_cast<std::size_t>(a)] - mesh_.vertices[static_cast<std::size_t>(b)]).squaredNorm();
+    return (mesh_.vertices[a] - mesh_.vertices[b]).squaredNorm();
   }
 
   const DistanceField& field_;

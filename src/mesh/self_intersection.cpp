@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/self_intersection.h"
 
-#include "base/polling.h"
-#include "mesh/intersecting_triangles.h"
+#include "base/loops.h"
 #include "mesh/predicates.h"
 
 #include <Eigen/Geometry>
@@ -220,7 +219,7 @@ Box boxOf(const TriangleMesh& mesh, const Triangle& t)
   Box box;
   if (a.allFinite() && b.allFinite() && c.allFinite())
     for (int axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
+      const std::size_t i = axis;
       box.lower[i] = std::min({a[axis], b[axis], c[axis]});
       box.upper[i] = std::max({a[axis], b[axis], c[axis]});
     }
@@ -285,11 +284,7 @@ private:
   template <typename Body>
   void forRange(const Body& body)
   {
-    forRangePolling(execution_, static_cast<std::int64_t>(boxes_.size()), grain,
-                    [&](std::int64_t begin, std::int64_t end) {
-                      for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
-                        body(t);
-                    });
+    forEachPolling(execution_, boxes_.size(), grain, [&](std::size_t t) { body(t); });
   }
 
   /// Sets origin and side of the cells: half as large again as the marked triangles' boxes on average.
@@ -335,18 +330,13 @@ private:
     const double enough = 16.0 * static_cast<double>(boxes_.size());
     for (double total = 2 * enough + 1; total > enough; side_ *= 2) {
       inverseSide_ = 1 / side_;
-      total =
-          execution_.sum(static_cast<std::int64_t>(boxes_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-            double sum = 0;
-            for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
-              const Box& box = boxes_[t];
-              const double cells =
-                  box.empty() ? 0 : ((cellOf(box.upper) - cellOf(box.lower)).cast<double>().array() + 1).prod();
-              first_[t + 1] = static_cast<std::int64_t>(std::min(cells, enough + 1));
-              sum += cells;
-            }
-            return sum;
-          });
+      total = sumOver(execution_, boxes_.size(), grain, [&](std::size_t t) {
+        const Box& box = boxes_[t];
+        const double cells =
+            box.empty() ? 0 : ((cellOf(box.upper) - cellOf(box.lower)).cast<double>().array() + 1).prod();
+        first_[t + 1] = static_cast<std::int64_t>(std::min(cells, enough + 1));
+        return cells;
+      });
     }
   }
 
@@ -396,7 +386,7 @@ private:
     // The bins of each triangle, in parallel; then one pass in order that sorts them.
     for (std::size_t t = 0; t < boxes_.size(); ++t)
       first_[t + 1] += first_[t];
-    const auto total = static_cast<std::size_t>(first_.back());
+    const std::size_t total = first_.back();
     std::vector<std::uint32_t> binOfEntry(total);
     std::vector<std::uint8_t> offsetOfEntry(total);
     forRange([&](std::size_t t) {
@@ -483,31 +473,21 @@ bool intersect(const TriangleMesh& mesh, Triangle s, Triangle t)
 
 } // namespace
 
-std::vector<std::int32_t> intersectingTriangles(const TriangleMesh& mesh, const std::vector<std::uint8_t>& marked,
-                                                Execution& execution)
+std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution,
+                                                    const std::vector<std::uint8_t>& marked)
 {
   const Bins bins(mesh, marked, execution);
   constexpr std::int64_t grain = 4096;
-  std::vector<std::vector<std::int32_t>> found(static_cast<std::size_t>((bins.count() + grain - 1) / grain));
-  forRangePolling(execution, bins.count(), grain, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<std::int32_t>& hits = found[static_cast<std::size_t>(begin / grain)];
-    bins.forPairs(begin, end, [&](std::int32_t s, std::int32_t t) {
-      if (s != t && intersect(mesh, mesh.triangles[s], mesh.triangles[t]))
-        hits.insert(hits.end(), {s, t});
-    });
-  });
-
-  std::vector<std::int32_t> triangles;
-  for (const std::vector<std::int32_t>& hits : found)
-    triangles.insert(triangles.end(), hits.begin(), hits.end());
+  std::vector<std::int32_t> triangles = joined(partsOf<std::vector<std::int32_t>>(
+      execution, bins.count(), grain, [&](std::vector<std::int32_t>& hits, std::size_t begin, std::size_t end) {
+        bins.forPairs(begin, end, [&](std::int32_t s, std::int32_t t) {
+          if (s != t && intersect(mesh, mesh.triangles[s], mesh.triangles[t]))
+            hits.insert(hits.end(), {s, t});
+        });
+      }));
   std::sort(triangles.begin(), triangles.end());
   triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
   return triangles;
-}
-
-std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution)
-{
-  return intersectingTriangles(mesh, {}, execution);
 }
 
 std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh)

@@ -19,7 +19,9 @@ namespace mrf {
 /// only if it is folded flat. A degenerate triangle counts as its edges and is not compared with another degenerate
 /// one; a triangle with a vertex that is not finite is left out. Cost: uniform bins, about linear for meshes of even
 /// triangle size. The result does not depend on the number of threads.
-std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution);
+/// \param marked flags of triangles: only pairs of which one is marked count; empty: all do
+std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution,
+                                                    const std::vector<std::uint8_t>& marked = {});
 
 /// The same on the calling thread.
 std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh);

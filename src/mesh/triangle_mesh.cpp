@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/triangle_mesh.h>
 
-#include <algorithm>
+#include "base/select_values.h"
 
 namespace pcl {
 namespace mrf {
@@ -13,36 +13,21 @@ TriangleMesh select(const TriangleMesh& mesh, const std::vector<std::uint8_t>& k
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     if (keep[t])
       for (const std::int32_t v : mesh.triangles[t])
-        used[static_cast<std::size_t>(v)] = 1;
+        used[v] = 1;
 
-  // Sized beforehand: growing by doubling would take half as much memory again.
-  const auto vertices = static_cast<std::size_t>(std::count(used.begin(), used.end(), 1));
-  kept.vertices.reserve(vertices);
-  kept.normals.reserve(mesh.normals.empty() ? 0 : vertices);
-  kept.confidences.reserve(mesh.confidences.empty() ? 0 : vertices);
-  kept.triangles.reserve(keep.size() - static_cast<std::size_t>(std::count(keep.begin(), keep.end(), 0)));
   std::vector<std::int32_t> newIndex(mesh.vertices.size(), -1);
-  for (std::size_t v = 0; v < used.size(); ++v) {
-    if (!used[v])
-      continue;
-    newIndex[v] = static_cast<std::int32_t>(kept.vertices.size());
-    kept.vertices.push_back(mesh.vertices[v]);
-    if (!mesh.normals.empty())
-      kept.normals.push_back(mesh.normals[v]);
-    if (!mesh.confidences.empty())
-      kept.confidences.push_back(mesh.confidences[v]);
-    if (!mesh.sigmas.empty())
-      kept.sigmas.push_back(mesh.sigmas[v]);
-    if (!mesh.calibrated.empty())
-      kept.calibrated.push_back(mesh.calibrated[v]);
-  }
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (!keep[t])
-      continue;
-    const Triangle& old = mesh.triangles[t];
-    kept.triangles.push_back({newIndex[static_cast<std::size_t>(old[0])], newIndex[static_cast<std::size_t>(old[1])],
-                              newIndex[static_cast<std::size_t>(old[2])]});
-  }
+  std::int32_t count = 0;
+  for (std::size_t v = 0; v < used.size(); ++v)
+    if (used[v])
+      newIndex[v] = count++;
+  kept.vertices = selectValues(mesh.vertices, used);
+  kept.normals = selectValues(mesh.normals, used);
+  kept.confidences = selectValues(mesh.confidences, used);
+  kept.sigmas = selectValues(mesh.sigmas, used);
+  kept.calibrated = selectValues(mesh.calibrated, used);
+  kept.triangles = selectValues(mesh.triangles, keep);
+  for (Triangle& t : kept.triangles)
+    t = {newIndex[t[0]], newIndex[t[1]], newIndex[t[2]]};
   return kept;
 }
 

@@ -3,6 +3,9 @@
 
 #include "options/confidence.h"
 
+#include "base/loops.h"
+#include "base/select_values.h"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -22,11 +25,11 @@ std::vector<Eigen::Vector3d> triangleNormals(const TriangleMesh& mesh)
   std::vector<Eigen::Vector3d> normals(mesh.vertices.size(), Eigen::Vector3d::Zero());
   for (const Triangle& t : mesh.triangles) {
     const auto position = [&](std::size_t corner) -> Eigen::Vector3d {
-      return mesh.vertices[static_cast<std::size_t>(t[corner])].cast<double>();
+      return mesh.vertices[t[corner]].cast<double>();
     };
     const Eigen::Vector3d normal = (position(1) - position(0)).cross(position(2) - position(0));
     for (const std::int32_t v : t)
-      normals[static_cast<std::size_t>(v)] += normal;
+      normals[v] += normal;
   }
   return normals;
 }
@@ -38,15 +41,12 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
   // A distance field's gradient has a length near 1 whatever the cloud's unit.
   constexpr float vanishing = 1e-6f;
   mesh.normals.assign(mesh.vertices.size(), Eigen::Vector3f::Zero());
-  execution.forRange(static_cast<std::int64_t>(mesh.vertices.size()), fieldGrain,
-                     [&](std::int64_t begin, std::int64_t end) {
-                       for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
-                         const Eigen::Vector3f gradient = field.sampleGradient(mesh.vertices[v]);
-                         const float length = gradient.norm();
-                         if (length > vanishing && std::isfinite(length))
-                           mesh.normals[v] = gradient / length;
-                       }
-                     });
+  forEach(execution, mesh.vertices.size(), fieldGrain, [&](std::size_t v) {
+    const Eigen::Vector3f gradient = field.sampleGradient(mesh.vertices[v]);
+    const float length = gradient.norm();
+    if (length > vanishing && std::isfinite(length))
+      mesh.normals[v] = gradient / length;
+  });
   const auto isZero = [](const Eigen::Vector3f& normal) { return normal.isZero(0); };
   if (std::none_of(mesh.normals.begin(), mesh.normals.end(), isZero))
     return;
@@ -70,7 +70,7 @@ float Support::sparseness(const Eigen::Vector3f& position, Neighbors& scratch) c
 {
   if (spacing_ <= 0 || search_.nearest(position, 1, scratch) < 1)
     return 1;
-  return points_.spacings[static_cast<std::size_t>(scratch.indices[0])] / spacing_;
+  return points_.spacings[scratch.indices[0]] / spacing_;
 }
 
 float Support::largestSparseness() const
@@ -90,30 +90,29 @@ float Support::confidence(const Eigen::Vector3f& position, ConfidenceShape shape
 {
   if (search_.nearest(position, 1, scratch) < 1)
     return 0;
-  const auto point = static_cast<std::size_t>(scratch.indices[0]);
+  const std::size_t point = scratch.indices[0];
   return confidenceAt(std::sqrt(scratch.squaredDistances[0]) / reach(point), shape) * points_.confidence(point);
 }
 
 void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape shape, Execution& execution)
 {
   mesh.confidences.assign(mesh.vertices.size(), 0);
-  execution.forRange(
-      static_cast<std::int64_t>(mesh.vertices.size()), fieldGrain, [&](std::int64_t begin, std::int64_t end) {
-        Neighbors nearest;
-        // Far from all points, where a search takes longest, the one before tells of the vertices close to it.
-        Eigen::Vector3f asked = Eigen::Vector3f::Zero();
-        float freeAround = 0;
-        for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
-          if ((mesh.vertices[v] - asked).norm() < freeAround)
-            continue;
-          mesh.confidences[v] = support.confidence(mesh.vertices[v], shape, nearest);
-          asked = mesh.vertices[v];
-          constexpr float rounding = .999f;
-          freeAround = nearest.squaredDistances.empty()
-                           ? 0
-                           : rounding * std::sqrt(nearest.squaredDistances.front()) - support.farthestReach();
-        }
-      });
+  execution.forRange(mesh.vertices.size(), fieldGrain, [&](std::size_t begin, std::size_t end) {
+    Neighbors nearest;
+    // Far from all points, where a search takes longest, the one before tells of the vertices close to it.
+    Eigen::Vector3f asked = Eigen::Vector3f::Zero();
+    float freeAround = 0;
+    for (std::size_t v = begin; v < end; ++v) {
+      if ((mesh.vertices[v] - asked).norm() < freeAround)
+        continue;
+      mesh.confidences[v] = support.confidence(mesh.vertices[v], shape, nearest);
+      asked = mesh.vertices[v];
+      constexpr float rounding = .999f;
+      freeAround = nearest.squaredDistances.empty()
+                       ? 0
+                       : rounding * std::sqrt(nearest.squaredDistances.front()) - support.farthestReach();
+    }
+  });
 }
 
 EdgeSizing edgeSizing(const TriangleMesh& mesh, const Support& support, Execution& execution)
@@ -125,9 +124,9 @@ EdgeSizing edgeSizing(const TriangleMesh& mesh, const Support& support, Executio
   if (support.largestSparseness() <= sparse)
     return {};
   EdgeSizing sizing(mesh.vertices.size(), 1);
-  execution.forRange(static_cast<std::int64_t>(sizing.size()), fieldGrain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(sizing.size(), fieldGrain, [&](std::size_t begin, std::size_t end) {
     Neighbors nearest;
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+    for (std::size_t v = begin; v < end; ++v) {
       const float ratio = support.sparseness(mesh.vertices[v], nearest);
       sizing[v] = std::max(1.f, std::min(ratio, 1 + (ratio - sparse) * (full - 1) / (full - sparse)));
     }
@@ -140,13 +139,13 @@ std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& ver
 {
   if (channels < 1)
     throw std::invalid_argument("interpolateAttributes: needs a channel at least");
-  const auto stride = static_cast<std::size_t>(channels);
+  const std::size_t stride = channels;
   std::vector<float> values(vertices.size() * stride, 0);
-  execution.forRange(static_cast<std::int64_t>(vertices.size()), fieldGrain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(vertices.size(), fieldGrain, [&](std::size_t begin, std::size_t end) {
     Neighbors nearest;
     std::vector<double> sums(stride);
     std::vector<float> ofPoint(stride);
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+    for (std::size_t v = begin; v < end; ++v) {
       const int found = search.nearest(vertices[v], 4, nearest);
       if (found < 1)
         continue;
@@ -181,12 +180,11 @@ Rgb toRgb(const float* channels)
 
 float largestSigmaShown(std::vector<float> sigmas)
 {
-  const auto at = sigmas.begin() + static_cast<std::ptrdiff_t>(.95 * static_cast<double>(sigmas.size() - 1));
-  std::nth_element(sigmas.begin(), at, sigmas.end());
-  if (!(*at > 0))
+  const double shown = quantile(std::move(sigmas), .95);
+  if (!(shown > 0))
     return 1;
-  const double digit = std::pow(10., std::floor(std::log10(static_cast<double>(*at))) - 1);
-  return static_cast<float>(std::ceil(static_cast<double>(*at) / digit - 1e-6) * digit);
+  const double digit = std::pow(10., std::floor(std::log10(shown)) - 1);
+  return static_cast<float>(std::ceil(shown / digit - 1e-6) * digit);
 }
 
 Rgb sigmaColor(float sigma, float largest)

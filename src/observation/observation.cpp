@@ -38,7 +38,7 @@ struct PointsByPlane {
       first[z] += first[z - 1];
     std::vector<std::size_t> next(first.begin(), first.end() - 1);
     for (std::size_t i = 0; i < positions.size(); ++i)
-      points[next[static_cast<std::size_t>(plane[i])]++] = static_cast<std::uint32_t>(i);
+      points[next[plane[i]]++] = static_cast<std::uint32_t>(i);
   }
 };
 
@@ -77,19 +77,18 @@ ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice
   const double reach = maxDistance / lattice.spacing;
   const auto limit = static_cast<float>(reach * reach);
   const int slabs = (size.z + slabPlanes - 1) / slabPlanes;
-  std::vector<ObservedVoxels> found(static_cast<std::size_t>(slabs));
+  std::vector<ObservedVoxels> found(slabs);
 
   execution.forRange(slabs, 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t slab = begin; slab < end; ++slab) {
       const int zBegin = static_cast<int>(slab) * slabPlanes, zEnd = std::min(zBegin + slabPlanes, size.z);
-      std::vector<float> squared(static_cast<std::size_t>(size.planeCount() * (zEnd - zBegin)), limit);
+      std::vector<float> squared(size.planeCount() * (zEnd - zBegin), limit);
       const int margin = static_cast<int>(std::min<double>(std::ceil(reach), size.z)) + 1;
       const int from = std::max(zBegin - margin, 0), to = std::min(zEnd + margin, size.z);
-      for (std::size_t e = byPlane.first[static_cast<std::size_t>(from)];
-           e < byPlane.first[static_cast<std::size_t>(to)]; ++e)
+      for (std::size_t e = byPlane.first[from]; e < byPlane.first[to]; ++e)
         splat(lattice.toVoxels(points.positions[byPlane.points[e]]), reach, size, zBegin, zEnd, squared.data());
 
-      ObservedVoxels& mine = found[static_cast<std::size_t>(slab)];
+      ObservedVoxels& mine = found[slab];
       const std::int64_t offset = size.index(0, 0, zBegin);
       for (std::size_t v = 0; v < squared.size(); ++v)
         if (squared[v] < limit) {
@@ -109,7 +108,7 @@ ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice
 
 float median(std::vector<float>& values)
 {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  const auto middle = values.begin() + values.size() / 2;
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1)
     return *middle;
@@ -155,9 +154,9 @@ public:
   }
 
 private:
-  const Eigen::Vector3f& position(int j) const { return points_.positions[static_cast<std::size_t>(j)]; }
-  const Eigen::Vector3f& normal(int j) const { return points_.normals[static_cast<std::size_t>(j)]; }
-  float confidence(int j) const { return points_.confidence(static_cast<std::size_t>(j)); }
+  const Eigen::Vector3f& position(int j) const { return points_.positions[j]; }
+  const Eigen::Vector3f& normal(int j) const { return points_.normals[j]; }
+  float confidence(int j) const { return points_.confidence(j); }
 
   void setWeightsToConfidence(const std::vector<int>& neighbors)
   {
@@ -231,10 +230,10 @@ Observation observe(const OrientedPoints& points, const NeighborSearch& search, 
   result.confidences.resize(result.voxels.size());
 
   const int neighbors = options.kind == ObservationKind::nearest ? 1 : options.neighbors;
-  execution.forRange(static_cast<std::int64_t>(result.voxels.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(result.voxels.size(), 4096, [&](std::size_t begin, std::size_t end) {
     Neighbors found;
     Estimator estimator(points, options.kind, spacing);
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v) {
+    for (std::size_t v = begin; v < end; ++v) {
       const Eigen::Array3i voxel = lattice.size.voxel(result.voxels[v]);
       const Eigen::Vector3f x = lattice.position(voxel.x(), voxel.y(), voxel.z());
       search.nearest(x, neighbors, found);
@@ -245,7 +244,7 @@ Observation observe(const OrientedPoints& points, const NeighborSearch& search, 
       if (!points.confidences.empty()) {
         float mean = 0;
         for (const int j : found.indices)
-          mean += points.confidence(static_cast<std::size_t>(j));
+          mean += points.confidence(j);
         confidence *= mean / static_cast<float>(found.indices.size());
       }
       result.confidences[v] = confidence;

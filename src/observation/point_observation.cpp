@@ -2,6 +2,7 @@
 #include "observation/point_observation.h"
 
 #include "base/floor.h"
+#include "base/loops.h"
 #include "base/spatial_sort.h"
 #include "field/prior.h"
 #include "observation/observation.h"
@@ -42,16 +43,6 @@ private:
 /// Samples per piece of parallel work.
 constexpr std::size_t sampleGrain = 1 << 14;
 
-/// Calls body(i) for all samples, concurrently.
-template <typename Body>
-void forSamples(std::size_t count, Execution& execution, const Body& body)
-{
-  execution.forRange(static_cast<std::int64_t>(count), sampleGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      body(i);
-  });
-}
-
 Eigen::Array3i cubeOf(const PointSample& sample, float side)
 {
   const Eigen::Vector3f position = sample.position / side;
@@ -71,17 +62,14 @@ struct CubeBounds {
 /// Of the cubes that samples lie in.
 CubeBounds bounds(const std::vector<PointSample>& samples, float side, Execution& execution)
 {
-  std::vector<CubeBounds> pieces((samples.size() + sampleGrain - 1) / sampleGrain);
-  execution.forRange(static_cast<std::int64_t>(samples.size()), sampleGrain, [&](std::int64_t begin, std::int64_t end) {
-    CubeBounds piece;
-    for (auto s = static_cast<std::size_t>(begin); s < static_cast<std::size_t>(end); ++s) {
-      const Eigen::Array3i cube = cubeOf(samples[s], side);
-      piece.include({cube, cube});
-    }
-    pieces[static_cast<std::size_t>(begin) / sampleGrain] = piece;
-  });
   CubeBounds result;
-  for (const CubeBounds& piece : pieces)
+  for (const CubeBounds& piece : partsOf<CubeBounds>(execution, samples.size(), sampleGrain,
+                                                     [&](CubeBounds&own, std::size_t begin, std::size_t end) {
+                                                       for (std::size_t s = begin; s < end; ++s) {
+                                                         const Eigen::Array3i cube = cubeOf(samples[s], side);
+                                                         own.include({cube, cube});
+                                                       }
+                                                     }))
     result.include(piece);
   return result;
 }
@@ -98,7 +86,7 @@ struct CubeOrder {
       return;
     const CubeBounds range = bounds(samples, side, execution);
     const Eigen::Array<std::uint64_t, 3, 1> size = (range.upper - range.lower + 1).cast<std::uint64_t>();
-    forSamples(samples.size(), execution, [&](std::size_t s) {
+    forEach(execution, samples.size(), sampleGrain, [&](std::size_t s) {
       const Eigen::Array<std::uint64_t, 3, 1> cube = (cubeOf(samples[s], side) - range.lower).cast<std::uint64_t>();
       keys[s] = cube.x() + size.x() * (cube.y() + size.y() * cube.z());
       order[s] = static_cast<std::uint32_t>(s);
@@ -113,7 +101,7 @@ std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& 
                                    Execution& execution)
 {
   std::vector<PointSample> samples(points.size());
-  forSamples(samples.size(), execution, [&](std::size_t i) {
+  forEach(execution, samples.size(), sampleGrain, [&](std::size_t i) {
     const float mass = points.confidence(i) * (points.spacings.empty() ? 1 : relativeArea(points.spacings[i], spacing));
     samples[i] = {lattice.toVoxels(points.positions[i]).cast<float>(), points.normals[i], mass};
   });
@@ -129,11 +117,10 @@ std::vector<PointSample> merge(const std::vector<PointSample>& samples, float si
   const std::size_t pieces = (samples.size() + sampleGrain - 1) / sampleGrain;
   std::vector<std::size_t> begins(pieces + 1, 0);
   const auto forPieces = [&](const auto& body) {
-    execution.forRange(static_cast<std::int64_t>(samples.size()), sampleGrain,
-                       [&](std::int64_t begin, std::int64_t end) {
-                         body(static_cast<std::size_t>(begin) / sampleGrain, static_cast<std::size_t>(begin),
-                              static_cast<std::size_t>(end));
-                       });
+    execution.forRange(samples.size(), sampleGrain, [&](std::int64_t begin, std::int64_t end) {
+      body(static_cast<std::size_t>(begin) / sampleGrain, static_cast<std::size_t>(begin),
+           static_cast<std::size_t>(end));
+    });
   };
   forPieces([&](std::size_t piece, std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n)
@@ -171,7 +158,7 @@ std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, 
 {
   const std::vector<std::uint32_t> order = CubeOrder(samples, 1, execution).order;
   std::vector<PointSample> sorted(samples.size());
-  forSamples(samples.size(), execution, [&](std::size_t n) { sorted[n] = samples[order[n]]; });
+  forEach(execution, samples.size(), sampleGrain, [&](std::size_t n) { sorted[n] = samples[order[n]]; });
   return sorted;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "orientation/components.h"
 
-#include "base/disjoint_points.h"
+#include "base/disjoint_sets.h"
+#include "base/loops.h"
 #include "orientation/orientation.h"
 
 #include <pcl/surface/mrf/options.h>
@@ -68,17 +69,13 @@ private:
     constexpr std::size_t following = 8;
     constexpr int edgesToFollowing = 2; // more cost as much as they save
     const std::vector<Eigen::Vector3f>& positions = points_.positions;
-    execution_.forRange(static_cast<std::int64_t>(positions.size()), componentGrain,
-                        [&](std::int64_t begin, std::int64_t end) {
-                          for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-                            int edges = 0;
-                            for (std::size_t j = i + 1;
-                                 j < std::min(i + 1 + following, positions.size()) && edges < edgesToFollowing; ++j)
-                              if (reach_.joins(i, j, (positions[j] - positions[i]).squaredNorm()) &&
-                                  join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)))
-                                ++edges;
-                          }
-                        });
+    forEach(execution_, positions.size(), componentGrain, [&](std::size_t i) {
+      int edges = 0;
+      for (std::size_t j = i + 1; j < std::min(i + 1 + following, positions.size()) && edges < edgesToFollowing; ++j)
+        if (reach_.joins(i, j, (positions[j] - positions[i]).squaredNorm()) &&
+            join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(j)))
+          ++edges;
+    });
     execution_.poll();
   }
 
@@ -86,19 +83,17 @@ private:
   template <typename IsWanted>
   void joinAllEdges(const IsWanted& isWanted)
   {
-    execution_.forRange(static_cast<std::int64_t>(points_.size()), componentGrain,
-                        [&](std::int64_t begin, std::int64_t end) {
-                          Neighbors found;
-                          for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
-                            if (!normals_[i].isZero() && isWanted(i)) {
-                              search_.within(points_.positions[i],
-                                             std::nextafter(reach_.of(i), std::numeric_limits<float>::max()), found);
-                              for (std::size_t n = 0; n < found.indices.size(); ++n)
-                                if (const auto j = static_cast<std::uint32_t>(found.indices[n]);
-                                    reach_.joins(i, j, found.squaredDistances[n]))
-                                  join(i, j);
-                            }
-                        });
+    execution_.forRange(points_.size(), componentGrain, [&](std::uint32_t begin, std::uint32_t end) {
+      Neighbors found;
+      for (std::uint32_t i = begin; i < end; ++i)
+        if (!normals_[i].isZero() && isWanted(i)) {
+          search_.within(points_.positions[i], std::nextafter(reach_.of(i), std::numeric_limits<float>::max()), found);
+          for (std::size_t n = 0; n < found.indices.size(); ++n)
+            if (const auto j = static_cast<std::uint32_t>(found.indices[n]);
+                reach_.joins(i, j, found.squaredDistances[n]))
+              join(i, j);
+        }
+    });
     execution_.poll();
   }
 
@@ -106,13 +101,9 @@ private:
   template <typename Condition>
   std::int64_t count(const Condition& condition)
   {
-    return static_cast<std::int64_t>(execution_.sum(static_cast<std::int64_t>(points_.size()), componentGrain,
-                                                    [&](std::int64_t begin, std::int64_t end) {
-                                                      std::int64_t total = 0;
-                                                      for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i)
-                                                        total += !normals_[i].isZero() && condition(i) ? 1 : 0;
-                                                      return static_cast<double>(total);
-                                                    }));
+    return static_cast<std::int64_t>(
+        sumOver<std::uint32_t>(execution_, points_.size(), componentGrain,
+                               [&](std::uint32_t i) { return !normals_[i].isZero() && condition(i) ? 1. : 0.; }));
   }
 
   OrientationResult result()
@@ -140,8 +131,8 @@ private:
   const float minCosine_;
   const OrientationOptions& options_;
   Execution& execution_;
-  DisjointPoints joined_; ///< the components
-  DisjointPoints smooth_; ///< those within the angle
+  DisjointSets joined_; ///< the components
+  DisjointSets smooth_; ///< those within the angle
 };
 
 } // namespace

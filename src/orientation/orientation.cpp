@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "orientation/orientation.h"
 
-#include "base/disjoint_points.h"
+#include "base/disjoint_sets.h"
 #include "options/validation.h"
 #include "orientation/components.h"
 #include "orientation/orientation_graph.h"
@@ -65,7 +65,7 @@ const Eigen::Vector3f& sensorOf(const PointSet& points, std::size_t i)
 {
   if (!points.views.empty() && points.views[i] >= 0 &&
       static_cast<std::size_t>(points.views[i]) < points.sensors.size())
-    return points.sensors[static_cast<std::size_t>(points.views[i])];
+    return points.sensors[points.views[i]];
   const auto distance = [&](const Eigen::Vector3f& sensor) { return (sensor - points.positions[i]).squaredNorm(); };
   return *std::min_element(
       points.sensors.begin(), points.sensors.end(),
@@ -323,11 +323,11 @@ private:
   const OrientationVote vote_;
   const OrientationOptions& options_;
   Execution& execution_;
-  const bool knowsViews_;      ///< which sensor saw each point
-  const bool piecesVote_;      ///< votes are good enough for smooth pieces to have their own
-  const double smallest_;      ///< points of a component that stays
-  DisjointPoints withinAngle_; ///< the paper's components
-  DisjointPoints smooth_;      ///< the pieces
+  const bool knowsViews_;    ///< which sensor saw each point
+  const bool piecesVote_;    ///< votes are good enough for smooth pieces to have their own
+  const double smallest_;    ///< points of a component that stays
+  DisjointSets withinAngle_; ///< the paper's components
+  DisjointSets smooth_;      ///< the pieces
   std::vector<float> areas_;
   OrientationResult result_;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "orientation/orientation_graph.h"
 
+#include "base/loops.h"
 #include "base/spatial_sort.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -76,7 +77,7 @@ OrientationGraph::OrientationGraph(const PointSet& points, const std::vector<Eig
   areas_.assign(points.size(), 0);
   findNeighbors(search, reach, execution);
   execution.poll();
-  DisjointPoints connected(points.size());
+  DisjointSets connected(points.size());
   sortIntoBuckets(visit, connected, execution);
   execution.poll();
   connectPieces(search, reach, visit, connected, execution);
@@ -110,33 +111,32 @@ void OrientationGraph::findNeighbors(const NeighborSearch& search, const Reach& 
                          });
 }
 
-void OrientationGraph::sortIntoBuckets(const std::function<void(const Edge&)>& visit, DisjointPoints& connected,
+void OrientationGraph::sortIntoBuckets(const std::function<void(const Edge&)>& visit, DisjointSets& connected,
                                        Execution& execution)
 {
   buckets_.assign(neighbors_.size(), noEdge);
   const auto lists = [&](std::size_t i, std::uint32_t j) {
-    const auto first = neighbors_.begin() + static_cast<std::ptrdiff_t>(i * maxNeighbors);
+    const auto first = neighbors_.begin() + i * maxNeighbors;
     return std::find(first, first + maxNeighbors, j) != first + maxNeighbors;
   };
-  execution.forRange(static_cast<std::int64_t>(positions_.size()), graphGrain,
-                     [&](std::int64_t begin, std::int64_t end) {
-                       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-                         for (std::size_t place = i * maxNeighbors; place < (i + 1) * maxNeighbors; ++place) {
-                           const std::uint32_t j = neighbors_[place];
-                           if (j == noPoint)
-                             break;
-                           if (!hasNormal(i) || !hasNormal(j) || (j < i && lists(j, static_cast<std::uint32_t>(i))))
-                             continue;
-                           const Edge edge = grade(static_cast<std::uint32_t>(i), j);
-                           buckets_[place] = bucketOf(edge);
-                           visit(edge);
-                           connected.join(static_cast<std::uint32_t>(i), j);
-                         }
-                     });
+  execution.forRange(positions_.size(), graphGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t place = i * maxNeighbors; place < (i + 1) * maxNeighbors; ++place) {
+        const std::uint32_t j = neighbors_[place];
+        if (j == noPoint)
+          break;
+        if (!hasNormal(i) || !hasNormal(j) || (j < i && lists(j, static_cast<std::uint32_t>(i))))
+          continue;
+        const Edge edge = grade(static_cast<std::uint32_t>(i), j);
+        buckets_[place] = bucketOf(edge);
+        visit(edge);
+        connected.join(static_cast<std::uint32_t>(i), j);
+      }
+  });
 }
 
 void OrientationGraph::connectPieces(const NeighborSearch& search, const Reach& reach,
-                                     const std::function<void(const Edge&)>& visit, DisjointPoints& connected,
+                                     const std::function<void(const Edge&)>& visit, DisjointSets& connected,
                                      Execution& execution)
 {
   // The nearest neighbors of a scan line may all lie on it: look at the whole radius where the cap cut a piece off.
@@ -144,32 +144,28 @@ void OrientationGraph::connectPieces(const NeighborSearch& search, const Reach& 
   if (count == 0)
     return;
   const std::uint32_t largest = connected.largest(execution);
-  std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found((count + graphGrain - 1) / graphGrain);
-  execution.forRange(static_cast<std::int64_t>(count), graphGrain, [&](std::int64_t begin, std::int64_t end) {
-    Neighbors around;
-    std::vector<std::uint32_t> reached;
-    for (auto i = static_cast<std::uint32_t>(begin); i < static_cast<std::uint32_t>(end); ++i) {
-      const bool isFull = neighbors_[(std::size_t{i} + 1) * maxNeighbors - 1] != noPoint;
-      if (!hasNormal(i) || !isFull || connected.find(i) == largest)
-        continue;
-      reached.assign(1, connected.find(i));
-      const int number = search.within(positions_[i], reach.of(i), around);
-      for (int n = 0; n < number; ++n) {
-        const auto j = static_cast<std::uint32_t>(around.indices[static_cast<std::size_t>(n)]);
-        if (!hasNormal(j) || !reach.joins(i, j, around.squaredDistances[static_cast<std::size_t>(n)]) ||
-            std::find(reached.begin(), reached.end(), connected.find(j)) != reached.end())
-          continue;
-        reached.push_back(connected.find(j));
-        found[static_cast<std::size_t>(begin / graphGrain)].emplace_back(i, j);
-      }
-    }
-  });
-  std::size_t more = 0;
-  for (const auto& part : found)
-    more += part.size();
-  requireRoom(count, more);
-  for (const auto& part : found)
-    more_.insert(more_.end(), part.begin(), part.end());
+  using Ends = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  more_ = joined(partsOf<Ends, std::uint32_t>(
+      execution, count, graphGrain, [&](Ends& found, std::uint32_t begin, std::uint32_t end) {
+        Neighbors around;
+        std::vector<std::uint32_t> reached;
+        for (std::uint32_t i = begin; i < end; ++i) {
+          const bool isFull = neighbors_[(std::size_t{i} + 1) * maxNeighbors - 1] != noPoint;
+          if (!hasNormal(i) || !isFull || connected.find(i) == largest)
+            continue;
+          reached.assign(1, connected.find(i));
+          const int number = search.within(positions_[i], reach.of(i), around);
+          for (int n = 0; n < number; ++n) {
+            const auto j = static_cast<std::uint32_t>(around.indices[n]);
+            if (!hasNormal(j) || !reach.joins(i, j, around.squaredDistances[n]) ||
+                std::find(reached.begin(), reached.end(), connected.find(j)) != reached.end())
+              continue;
+            reached.push_back(connected.find(j));
+            found.emplace_back(i, j);
+          }
+        }
+      }));
+  requireRoom(count, more_.size());
   for (const auto& [a, b] : more_) {
     const Edge edge = grade(a, b);
     buckets_.push_back(bucketOf(edge));
@@ -219,28 +215,18 @@ std::vector<std::uint64_t> OrientationGraph::collect(int first, int last, const 
                                                      Execution& execution) const
 {
   constexpr std::int64_t places = graphGrain * static_cast<std::int64_t>(maxNeighbors);
-  std::vector<std::vector<std::uint64_t>> parts((buckets_.size() + places - 1) / places);
-  execution.forRange(static_cast<std::int64_t>(buckets_.size()), places, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<std::uint64_t>& part = parts[static_cast<std::size_t>(begin / places)];
-    const auto width = static_cast<std::uint8_t>(last - first);
-    for (auto place = static_cast<std::size_t>(begin); place < static_cast<std::size_t>(end); ++place) {
-      // Below the first bucket it wraps, above the last are the places without an edge.
-      if (static_cast<std::uint8_t>(buckets_[place] - first) > width)
-        continue;
-      const auto [a, b] = ends(place);
-      if (forest.rootOf(a) != forest.rootOf(b))
-        part.push_back(edge_key::of(grade(a, b).quality, place));
-    }
-  });
-  std::size_t total = 0;
-  for (const std::vector<std::uint64_t>& part : parts)
-    total += part.size();
-  std::vector<std::uint64_t> edges;
-  edges.reserve(total);
-  for (std::vector<std::uint64_t>& part : parts) {
-    edges.insert(edges.end(), part.begin(), part.end());
-    part = std::vector<std::uint64_t>(); // {} would keep its memory
-  }
+  const auto width = static_cast<std::uint8_t>(last - first);
+  std::vector<std::uint64_t> edges = joined(partsOf<std::vector<std::uint64_t>>(
+      execution, buckets_.size(), places, [&](std::vector<std::uint64_t>& part, std::size_t begin, std::size_t end) {
+        for (std::size_t place = begin; place < end; ++place) {
+          // Below the first bucket it wraps, above the last are the places without an edge.
+          if (static_cast<std::uint8_t>(buckets_[place] - first) > width)
+            continue;
+          const auto [a, b] = ends(place);
+          if (forest.rootOf(a) != forest.rootOf(b))
+            part.push_back(edge_key::of(grade(a, b).quality, place));
+        }
+      }));
   // By badness and the place's first bits; the places come in their order, and equals keep it.
   sortByUpperHalf(edges, execution);
   return edges;
@@ -257,7 +243,7 @@ SignedForest OrientationGraph::bestTree(const std::function<bool(const Edge&, Si
   // In growing portions: most of the later edges join nothing any more, and need not be sorted.
   std::size_t portion = std::max<std::size_t>(positions_.size() / 2, 1 << 16);
   for (int first = 0, last = 0; first <= lastBucket; first = last + 1) {
-    std::size_t edges = sizes[static_cast<std::size_t>(first)];
+    std::size_t edges = sizes[first];
     for (last = first; last < lastBucket && edges + sizes[static_cast<std::size_t>(last) + 1] <= portion; ++last)
       edges += sizes[static_cast<std::size_t>(last) + 1];
     if (edges == 0)

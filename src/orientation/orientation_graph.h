@@ -7,7 +7,7 @@
 #include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 
-#include "base/disjoint_points.h"
+#include "base/disjoint_sets.h"
 #include "points/reach.h"
 
 #include <algorithm>
@@ -113,9 +113,9 @@ private:
   static std::uint8_t bucketOf(const Edge& edge);
 
   void findNeighbors(const NeighborSearch& search, const Reach& reach, Execution& execution);
-  void sortIntoBuckets(const std::function<void(const Edge&)>& visit, DisjointPoints& connected, Execution& execution);
+  void sortIntoBuckets(const std::function<void(const Edge&)>& visit, DisjointSets& connected, Execution& execution);
   void connectPieces(const NeighborSearch& search, const Reach& reach, const std::function<void(const Edge&)>& visit,
-                     DisjointPoints& connected, Execution& execution);
+                     DisjointSets& connected, Execution& execution);
   std::vector<std::uint64_t> collect(int first, int last, const SignedForest& forest, Execution& execution) const;
 
   const std::vector<Eigen::Vector3f>& positions_;

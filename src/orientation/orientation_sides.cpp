@@ -201,7 +201,7 @@ Eigen::Vector3d Chooser::commonAxis() const
       areas.push_back(extents_[c].vectorArea);
   std::vector<Eigen::Vector3d> starts = areas;
   const std::size_t tried = std::min(starts.size(), maxStarts);
-  std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(tried), starts.end(),
+  std::partial_sort(starts.begin(), starts.begin() + tried, starts.end(),
                     [](const auto& a, const auto& b) { return a.squaredNorm() > b.squaredNorm(); });
   starts.resize(tried);
   for (int axis = 0; axis < 3; ++axis)
@@ -347,9 +347,9 @@ void Chooser::followNeighbors(const NeighborSearch& search, Execution& execution
     std::uint32_t point = 0;
   };
   std::vector<Neighbor> nearest(small.size());
-  execution.forRange(static_cast<std::int64_t>(small.size()), sidesGrain, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(small.size(), sidesGrain, [&](std::size_t begin, std::size_t end) {
     Neighbors found;
-    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+    for (std::size_t n = begin; n < end; ++n) {
       const int number = search.nearest(points_.positions[small[n]], neighborsAsked, found);
       for (std::size_t m = 0; m < static_cast<std::size_t>(number); ++m) {
         const auto j = static_cast<std::uint32_t>(found.indices[m]);

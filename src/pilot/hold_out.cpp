@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pilot/hold_out.h"
 
-#include "base/index_hash.h"
+#include "base/loops.h"
+#include "base/random.h"
+#include "base/select_values.h"
+#include "field/first_order.h"
 #include "observation/observation.h"
 #include "observation/point_observation.h"
 #include "points/local_plane.h"
@@ -32,8 +35,8 @@ constexpr double margin = 3;     ///< voxels at a cube's border where the field 
 constexpr int heldOutShare = 10; ///< one point in so many
 constexpr std::int64_t minHeldOut = 50; ///< held-out points that say something
 
-/// Distances that nobody sees, in spacings and as a share of the cloud's diagonal: below both voxels may be larger. By
-/// the first alone, a head of 300,000 points is 2.7 times farther from its points than by pcl::Poisson at depth 9.
+/// Distances too small to be seen, in spacings and as a share of the cloud's diagonal: where the field is closer than
+/// both, voxels may be larger. The second is for large clouds, whose spacings are small beside what can be seen.
 constexpr double invisibleInSpacings = .04, invisibleShare = 2e-5;
 
 /// True for one in heldOutShare of the indices, scattered.
@@ -56,7 +59,7 @@ std::vector<Eigen::Vector3f> spread(const std::vector<Eigen::Vector3f>& position
     const auto farthest = std::max_element(nearest.begin(), nearest.end());
     if (*farthest < distance * distance)
       break;
-    chosen.push_back(candidates[static_cast<std::size_t>(farthest - nearest.begin())]);
+    chosen.push_back(candidates[farthest - nearest.begin()]);
     for (std::size_t n = 0; n < candidates.size(); ++n)
       nearest[n] = std::min(nearest[n], (candidates[n] - chosen.back()).squaredNorm());
   }
@@ -73,9 +76,9 @@ public:
   PointBoxes(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
       : count_(positions.size()), boxes_((positions.size() + length - 1) / length)
   {
-    execution.forRange(static_cast<std::int64_t>(count_), length, [&](std::int64_t begin, std::int64_t end) {
-      Eigen::AlignedBox3f& box = boxes_[static_cast<std::size_t>(begin) / length];
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+    execution.forRange(count_, length, [&](std::size_t begin, std::size_t end) {
+      Eigen::AlignedBox3f& box = boxes_[begin / length];
+      for (std::size_t i = begin; i < end; ++i)
         box.extend(positions[i]);
     });
   }
@@ -142,7 +145,7 @@ struct Cube {
     if (seen.size() == 0)
       heldOut.clear();
     clip();
-    field.assign(static_cast<std::size_t>(lattice.size.count()), 0);
+    field.assign(lattice.size.count(), 0);
   }
 
   /// Cuts off what is farther from all points than the margin: half of the lattice where the surface is level.
@@ -176,11 +179,8 @@ struct Cube {
                            serial);
     level.solve(roughSolver(prior, tolerance), field, serial);
     const DistanceField distances(lattice, field, {});
-    // Where noise has flattened the field its values are small, where the field follows the noise its slope is large:
-    // neither may pass for a small distance.
-    constexpr double min = .1, max = 1;
     for (const Eigen::Vector3f& p : heldOut) {
-      const double slope = std::clamp<double>(distances.sampleGradient(p).norm(), min, max);
+      const double slope = slopeWithin(heldOutSlope, distances.sampleGradient(p));
       known->second.push_back(std::abs(distances.sampleDistance(p)) / slope);
     }
   }
@@ -196,7 +196,7 @@ std::vector<double> thicknesses(const Cube& cube, std::size_t neighbors)
   for (const Eigen::Vector3f& p : cube.heldOut) {
     for (std::uint32_t i = 0; i < byDistance.size(); ++i)
       byDistance[i] = {(cube.seen.positions[i] - p).squaredNorm(), i};
-    const auto end = byDistance.begin() + static_cast<std::ptrdiff_t>(neighbors);
+    const auto end = byDistance.begin() + neighbors;
     std::nth_element(byDistance.begin(), end - 1, byDistance.end());
     PlaneMoments moments(p);
     std::for_each(byDistance.begin(), end,
@@ -232,9 +232,7 @@ struct Score {
     if (all.empty())
       return;
     error = std::accumulate(all.begin(), all.end(), 0.) / static_cast<double>(all.size());
-    std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-    constexpr double deviationPerMedian = 1.4826; // of a Gaussian's absolute value
-    noise = deviationPerMedian * all[all.size() / 2];
+    noise = deviationPerMedian * median(std::move(all));
   }
 
   std::int64_t heldOut() const { return std::accumulate(counts.begin(), counts.end(), std::int64_t{0}); }
@@ -451,10 +449,8 @@ private:
     // noise 46 of 48 clouds choose the same voxels and weights, and lengths within 3 %, in a tenth more time.
     const double tolerance = std::max(3e-3, .04 * noise / trial.voxelSize);
     const PointWeights weights = pointWeights(prior_, smoothing, spacing_, trial.voxelSize, trial.gradientWeight);
-    execution_.forRange(static_cast<std::int64_t>(used), 1, [&](std::int64_t begin, std::int64_t end) {
-      for (auto c = static_cast<std::size_t>(begin); c < static_cast<std::size_t>(end); ++c)
-        made[c].score(smoothing, spacing_, weights, prior_, tolerance);
-    });
+    forEach(execution_, used, 1,
+            [&](std::size_t c) { made[c].score(smoothing, spacing_, weights, prior_, tolerance); });
     execution_.poll();
     std::vector<std::vector<double>> errors;
     for (std::size_t c = 0; c < used; ++c)
@@ -548,9 +544,8 @@ private:
       }
       if (static_cast<std::int64_t>(all.size()) < minHeldOut)
         return 0.;
-      const auto quartile = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 4);
-      std::nth_element(all.begin(), quartile, all.end());
-      return *quartile;
+      const std::size_t rank = all.size() / 4;
+      return valueAt(std::move(all), rank);
     };
     return firstQuartile(16) > .25 && firstQuartile(64) > .2;
   }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pilot/robust.h"
 
-#include "base/disjoint_points.h"
+#include "base/disjoint_sets.h"
+#include "base/loops.h"
 #include "base/select_values.h"
+#include "field/first_order.h"
 #include "levels/multiscale.h"
 #include "observation/point_observation.h"
 #include "points/reach.h"
@@ -23,17 +25,13 @@ struct Step {
 };
 constexpr Step steps[] = {{64, 1}, {16, .7f}, {8, .5f}, {6, .3f}, {6, .2f}};
 
-constexpr float minSlope = .3f; ///< of the field, which is 1 but for noise and creases
 constexpr float minWeight = 1e-4f;
 
 /// Neighbors within so many of both their local spacings are of one component.
 constexpr float componentReach = 3;
 constexpr int componentNeighbors = 16;
 /// A component of fewer points, or of a smaller share of them, has no say in the field: alone in free space it would
-/// get a bubble of its own at any weight. With false matches (3 % of 28,000 points in clusters of 30, eight objects)
-/// the mesh is within .17 % of the diagonal of the object (RMS), within 2.0 % if every component has a say. True pieces
-/// behind occluders pay for it: 6 % of a Kinect frame of an office goes. With a reach of 5 fewer do, but then the mesh
-/// of the objects is within .5 %.
+/// get a bubble of its own at any weight. True pieces behind occluders pay for it.
 constexpr double minComponentPoints = 50, minComponentShare = .0015;
 
 /// Flags of the points in small components; the largest one is none.
@@ -44,7 +42,7 @@ std::vector<std::uint8_t> inSmallComponents(const OrientedPoints& points, const 
     return {};
   const Reach reach =
       points.spacings.empty() ? Reach(componentReach * spacing) : Reach(points.spacings, componentReach);
-  DisjointPoints joined(points.size());
+  DisjointSets joined(points.size());
   search.forEachPosition(points.positions, componentNeighbors + 1, NeighborSearch::Answer::indicesAndDistances,
                          execution, [&](const NeighborBatch& batch) {
                            for (std::size_t q = 0; q < batch.size; ++q)
@@ -68,10 +66,9 @@ std::vector<float> residuals(const std::vector<Eigen::Vector3f>& positions, cons
                              Execution& execution)
 {
   std::vector<float> result(positions.size());
-  execution.forRange(static_cast<std::int64_t>(positions.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      result[i] = std::abs(field.sampleDistance(positions[i])) /
-                  std::clamp(field.sampleGradient(positions[i]).norm(), minSlope, 1.f);
+  forEach(execution, positions.size(), 4096, [&](std::size_t i) {
+    result[i] =
+        std::abs(field.sampleDistance(positions[i])) / slopeWithin(robustSlope, field.sampleGradient(positions[i]));
   });
   return result;
 }
@@ -79,7 +76,7 @@ std::vector<float> residuals(const std::vector<Eigen::Vector3f>& positions, cons
 /// Standard deviation of a Gaussian with the median of these absolute values.
 float deviation(const std::vector<float>& absolute)
 {
-  return 1.4826f * median(absolute);
+  return static_cast<float>(deviationPerMedian) * median(absolute);
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "pilot/volume.h"
 
+#include "base/disjoint_sets.h"
 #include "levels/multiscale.h"
 #include "mesh/mesh_topology.h"
 #include "mesh/polygonizer.h"
@@ -32,8 +33,7 @@ constexpr float roomPerOpening = 1.2f; ///< around a vertex without data, in its
 constexpr float beyondHole = 1.25f; ///< of a hole's limit: the coarse solution sees its size but roughly
 
 /// The sheet around an open surface gets a strip of at most this width, in voxels of the coarse solution and of the
-/// finest level. With two of the former the points of a face seen from the front are .064 % of the diagonal off the
-/// surface, without .074, with three .060 at a third more voxels; beyond some tens of the latter nothing is gained.
+/// finest level.
 constexpr float coarseVoxelsAtRim = 2, voxelsAtRim = 20;
 
 /// An opening is reliable if the coarse solution has the normals of most of the points that are nearest to it: what is
@@ -58,14 +58,14 @@ public:
     for (const Triangle& t : mesh.triangles)
       for (const std::size_t side : {0u, 1u, 2u}) {
         const std::int32_t a = t[side], b = t[(side + 1) % 3];
-        components.unite(a, b);
+        components.join(a, b);
         if (isFree(a) && isFree(b))
-          openings.unite(a, b);
+          openings.join(a, b);
       }
     std::vector<std::uint8_t> hasPoints(count, 0);
-    for (std::size_t v = 0; v < count; ++v)
+    for (std::uint32_t v = 0; v < count; ++v)
       if (mesh.confidences[v] > 0)
-        hasPoints[root(components, v)] = 1;
+        hasPoints[components.find(v)] = 1;
     distances_.assign(count, 0);
     largest_.assign(count, 0);
     reachesBorder_.assign(count, 0);
@@ -74,15 +74,15 @@ public:
     const VertexCorners corners = groupCorners(mesh);
     Ring ring;
     Neighbors nearest;
-    for (std::size_t v = 0; v < count; ++v) {
-      openingOf_[v] = root(openings, v);
-      if (!isFree(static_cast<std::int32_t>(v)) || !hasPoints[root(components, v)] ||
+    for (std::uint32_t v = 0; v < count; ++v) {
+      openingOf_[v] = openings.find(v);
+      if (!isFree(static_cast<std::int32_t>(v)) || !hasPoints[components.find(v)] ||
           search.nearest(mesh.vertices[v], 1, nearest) < 1)
         continue;
       distances_[v] = std::sqrt(nearest.squaredDistances[0]);
       float& largest = largest_[openingOf_[v]];
       largest = std::max(largest, distances_[v]);
-      const auto p = static_cast<std::size_t>(nearest.indices[0]);
+      const std::size_t p = nearest.indices[0];
       const Eigen::Vector3f gradient = field.sampleGradient(points.positions[p]);
       ++vertices_[openingOf_[v]];
       agreeing_[openingOf_[v]] += gradient.dot(points.normals[p]) > agreeingCosine * gradient.norm() ? 1 : 0;
@@ -127,12 +127,7 @@ public:
   }
 
 private:
-  bool isFree(std::int32_t v) const { return !(mesh_.confidences[static_cast<std::size_t>(v)] > 0); }
-  static std::size_t root(DisjointSets& sets, std::size_t v)
-  {
-    return static_cast<std::size_t>(sets.find(static_cast<std::int32_t>(v)));
-  }
-
+  bool isFree(std::int32_t v) const { return !(mesh_.confidences[v] > 0); }
   const TriangleMesh& mesh_;
   std::vector<std::size_t> openingOf_; ///< by its first vertex
   std::vector<float> distances_, largest_;

@@ -64,7 +64,7 @@ Plane fitPlane(const std::vector<Eigen::Vector3f>& positions, const Index* neigh
 {
   PlaneMoments moments(position);
   for (std::size_t n = 0; n < count; ++n)
-    moments.add(positions[static_cast<std::size_t>(neighbors[n])]);
+    moments.add(positions[neighbors[n]]);
   return moments.plane();
 }
 

@@ -62,26 +62,25 @@ void NeighborSearch::dropPoints(const std::vector<Eigen::Vector3f>& left, const 
 void NeighborSearch::forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
                                      Execution& execution, const std::function<void(const NeighborBatch&)>& visit) const
 {
-  const auto wanted = static_cast<std::size_t>(std::max(k, 0));
-  execution.forRange(
-      static_cast<std::int64_t>(positions.size()), searchGrain, [&](std::int64_t begin, std::int64_t end) {
-        Neighbors found;
-        std::vector<std::uint32_t> indices(wanted);
-        for (std::int64_t i = begin; i < end; ++i) {
-          const int number = nearest(positions[static_cast<std::size_t>(i)], k, found);
-          found.squaredDistances.resize(wanted, std::numeric_limits<float>::infinity());
-          for (std::size_t n = 0; n < wanted; ++n)
-            indices[n] = n < static_cast<std::size_t>(number) ? static_cast<std::uint32_t>(found.indices[n]) : 0;
-          const auto position = static_cast<std::uint32_t>(i);
-          NeighborBatch batch;
-          batch.size = 1;
-          batch.k = wanted;
-          batch.positions = &position;
-          batch.squaredDistances = found.squaredDistances.data();
-          batch.indices = answer == Answer::distances ? nullptr : indices.data();
-          visit(batch);
-        }
-      });
+  const std::size_t wanted = std::max(k, 0);
+  execution.forRange(positions.size(), searchGrain, [&](std::int64_t begin, std::int64_t end) {
+    Neighbors found;
+    std::vector<std::uint32_t> indices(wanted);
+    for (std::int64_t i = begin; i < end; ++i) {
+      const int number = nearest(positions[i], k, found);
+      found.squaredDistances.resize(wanted, std::numeric_limits<float>::infinity());
+      for (std::size_t n = 0; n < wanted; ++n)
+        indices[n] = n < static_cast<std::size_t>(number) ? static_cast<std::uint32_t>(found.indices[n]) : 0;
+      const auto position = static_cast<std::uint32_t>(i);
+      NeighborBatch batch;
+      batch.size = 1;
+      batch.k = wanted;
+      batch.positions = &position;
+      batch.squaredDistances = found.squaredDistances.data();
+      batch.indices = answer == Answer::distances ? nullptr : indices.data();
+      visit(batch);
+    }
+  });
 }
 
 std::unique_ptr<NeighborSearch> makeKdTree()

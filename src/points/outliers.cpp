@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "points/outliers.h"
 
-#include "base/polling.h"
+#include "base/loops.h"
 #include "base/select_values.h"
 #include "options/validation.h"
 #include "points/local_plane.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "points/sampling_density.h"
 
+#include "base/loops.h"
 #include "base/select_values.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -48,7 +49,7 @@ NeighborDistances measureNeighbors(const PointSet& points, const NeighborSearch&
     Neighbors found;
     const int number = search.nearest(positions[i], 2, found);
     return std::any_of(found.indices.begin(), found.indices.begin() + number, [&](int index) {
-      const auto j = static_cast<std::size_t>(index);
+      const std::size_t j = index;
       return j != i && positions[j] == positions[i];
     });
   };
@@ -81,17 +82,15 @@ std::vector<float> localSpacings(const PointSet& points, const NeighborDistances
   constexpr std::size_t reach = 8;
   const std::size_t count = points.size();
   std::vector<float> spacings(count);
-  execution.forRange(static_cast<std::int64_t>(count), densityGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const float limit = distances.eighth[i] * distances.eighth[i];
-      float sum = 0, found = 0;
-      for (std::size_t j = i - std::min(i, reach); j < std::min(i + reach + 1, count); ++j)
-        if ((points.positions[j] - points.positions[i]).squaredNorm() <= limit) {
-          sum += distances.eighth[j];
-          ++found;
-        }
-      spacings[i] = nearestToEighth * (found > 0 ? sum / found : distances.eighth[i]);
-    }
+  forEach(execution, count, densityGrain, [&](std::size_t i) {
+    const float limit = distances.eighth[i] * distances.eighth[i];
+    float sum = 0, found = 0;
+    for (std::size_t j = i - std::min(i, reach); j < std::min(i + reach + 1, count); ++j)
+      if ((points.positions[j] - points.positions[i]).squaredNorm() <= limit) {
+        sum += distances.eighth[j];
+        ++found;
+      }
+    spacings[i] = nearestToEighth * (found > 0 ? sum / found : distances.eighth[i]);
   });
   return spacings;
 }
@@ -121,12 +120,7 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDi
   const std::vector<float>& nearest = distances.nearest;
   const auto count = static_cast<std::int64_t>(nearest.size());
   const auto sumOf = [&](auto&& term) {
-    return execution.sum(count, densityGrain, [&](std::int64_t begin, std::int64_t end) {
-      double total = 0;
-      for (std::int64_t i = begin; i < end; ++i)
-        total += term(double{nearest[static_cast<std::size_t>(i)]});
-      return total;
-    });
+    return sumOver(execution, count, densityGrain, [&](std::size_t i) { return term(double{nearest[i]}); });
   };
   const double mean = sumOf([](double distance) { return distance; }) / static_cast<double>(count);
   const double variance =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "remesher/border_parting.h"
+#include "remesher/passes.h"
 
 #include <algorithm>
 #include <vector>

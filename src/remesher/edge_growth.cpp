@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "remesher/edge_growth.h"
+#include "remesher/passes.h"
 
-#include "base/polling.h"
+#include "base/loops.h"
 
 #include <cstdint>
 #include <functional>
@@ -13,9 +13,7 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// How much the sizing may grow per target edge of way. With .2, .3 and .5 withheld points are .553, .557 and .558
-/// spacings away from a Kinect frame's mesh, measured with edges longer from 1.25 times the spacing on; triangles are
-/// as many, of the same quality.
+/// How much the sizing may grow per target edge of way.
 constexpr float steepestGrowth = .2f;
 
 } // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "remesher/edge_operations.h"
+#include "remesher/passes.h"
 
-#include "base/polling.h"
+#include "base/loops.h"
 #include "base/spatial_sort.h"
 
 #include <algorithm>
@@ -21,17 +21,13 @@ constexpr std::int64_t edgeGrain = 16384;
 template <typename Condition>
 std::vector<std::int32_t> halfEdgesWhere(const RemeshedSurface& surface, const Condition& holds, Execution& execution)
 {
-  const std::int64_t count = surface.mesh.halfEdgeCount();
-  std::vector<std::vector<std::int32_t>> found(static_cast<std::size_t>((count + edgeGrain - 1) / edgeGrain));
-  forRangePolling(execution, count, edgeGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto h = static_cast<std::int32_t>(begin); h < end; ++h)
-      if (holds(surface, h))
-        found[begin / edgeGrain].push_back(h);
-  });
-  std::vector<std::int32_t> result;
-  for (const auto& part : found)
-    result.insert(result.end(), part.begin(), part.end());
-  return result;
+  return joined(partsOf<std::vector<std::int32_t>, std::int32_t>(
+      execution, surface.mesh.halfEdgeCount(), edgeGrain,
+      [&](std::vector<std::int32_t>& found, std::int32_t begin, std::int32_t end) {
+        for (std::int32_t h = begin; h < end; ++h)
+          if (holds(surface, h))
+            found.push_back(h);
+      }));
 }
 
 /// Half way along an edge on the surface, along the border on its curve; nothing if the surface is not reached.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "remesher/fitting.h"
+#include "remesher/passes.h"
 
-#include "base/polling.h"
+#include "base/loops.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -14,15 +14,12 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr std::int64_t fittingGrain = 2048;
-/// Accuracy of the scan igea_clean after none, three, five and eight: .0161, .0119, .0117, .0117 % of the diagonal; two
-/// more are alike.
-constexpr int fittingSteps = 5;
+constexpr int steps = 5; ///< more gain nothing
 /// Share of the target edge that a vertex moves at most.
 constexpr float farthest = .15f;
 /// Share of the target edge from which on a height counts nothing, and the less the closer to it (Tukey's biweight):
 /// that of a chord across a sharp edge of the shape would raise its ends, bend what is flat beside it, and fray the
-/// edge. With .4 the faces of a machine part (fandisk) are a third farther from the truth, with .2 those of a bust with
-/// folds (nefertiti) less well met.
+/// edge.
 constexpr float ofSharpEdges = .25f;
 
 /// How high the middles of edges are above the surface, at both half-edges of each.
@@ -30,14 +27,12 @@ std::vector<float> heightsOfMiddles(const RemeshedSurface& surface, Execution& e
 {
   const HalfEdgeMesh& mesh = surface.mesh;
   std::vector<float> heights(mesh.origin.size(), 0);
-  forRangePolling(execution, mesh.halfEdgeCount(), fittingGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto h = static_cast<std::int32_t>(begin); h < end; ++h) {
-      if (!mesh.represents(h))
-        continue;
-      heights[h] = surface.level.height(.5f * (mesh.positions[mesh.origin[h]] + mesh.positions[mesh.target(h)]));
-      if (mesh.twin[h] >= 0)
-        heights[mesh.twin[h]] = heights[h];
-    }
+  forEachPolling<std::int32_t>(execution, mesh.halfEdgeCount(), fittingGrain, [&](std::int32_t h) {
+    if (!mesh.represents(h))
+      return;
+    heights[h] = surface.level.height(.5f * (mesh.positions[mesh.origin[h]] + mesh.positions[mesh.target(h)]));
+    if (mesh.twin[h] >= 0)
+      heights[mesh.twin[h]] = heights[h];
   });
   return heights;
 }
@@ -49,18 +44,16 @@ std::vector<float> step(const RemeshedSurface& surface, const std::vector<float>
 {
   const HalfEdgeMesh& mesh = surface.mesh;
   std::vector<float> result(moved.size(), 0);
-  forRangePolling(execution, mesh.vertexCount(), fittingGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
-      if (mesh.pinned[v] || mesh.onBoundary(v))
-        continue;
-      const float target = surface.targetAt(v), limit = farthest * target, sharp = ofSharpEdges * target;
-      float sum = 0;
-      mesh.forOutgoing(v, [&](std::int32_t h) {
-        const float height = heights[h] + .5f * (moved[v] + moved[mesh.target(h)]);
-        sum += height * squared(std::max(0.f, 1 - squared(height / sharp)));
-      });
-      result[v] = std::clamp(moved[v] - sum / static_cast<float>(mesh.valence[v]), -limit, limit);
-    }
+  forEachPolling<std::int32_t>(execution, mesh.vertexCount(), fittingGrain, [&](std::int32_t v) {
+    if (mesh.pinned[v] || mesh.onBoundary(v))
+      return;
+    const float target = surface.targetAt(v), limit = farthest * target, sharp = ofSharpEdges * target;
+    float sum = 0;
+    mesh.forOutgoing(v, [&](std::int32_t h) {
+      const float height = heights[h] + .5f * (moved[v] + moved[mesh.target(h)]);
+      sum += height * squared(std::max(0.f, 1 - squared(height / sharp)));
+    });
+    result[v] = std::clamp(moved[v] - sum / static_cast<float>(mesh.valence[v]), -limit, limit);
   });
   return result;
 }

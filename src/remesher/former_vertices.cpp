@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "remesher/former_vertices.h"
 
-#include "base/polling.h"
+#include "base/loops.h"
 
 #include <algorithm>
 #include <iterator>

@@ -320,11 +320,10 @@ void HalfEdgeMesh::compact(Execution& execution)
   twin.swap(newTwin);
   const auto reorder = [&](auto& values, const auto& convert) {
     std::decay_t<decltype(values)> moved(order.size());
-    execution.forRange(static_cast<std::int64_t>(order.size()), renumberingGrain,
-                       [&](std::int64_t begin, std::int64_t end) {
-                         for (std::int64_t n = begin; n < end; ++n)
-                           moved[n] = convert(values[order[n]]);
-                       });
+    execution.forRange(order.size(), renumberingGrain, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t n = begin; n < end; ++n)
+        moved[n] = convert(values[order[n]]);
+    });
     values.swap(moved);
   };
   const auto same = [](const auto& value) { return value; };

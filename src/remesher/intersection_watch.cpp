@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "remesher/intersection_watch.h"
 
-#include "base/polling.h"
-#include "mesh/intersecting_triangles.h"
+#include "base/cell_hash.h"
+#include "base/loops.h"
+#include "mesh/self_intersection.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 
 namespace pcl {
 namespace mrf {
@@ -16,9 +15,8 @@ using Eigen::Vector3f;
 
 constexpr std::int64_t vertexGrain = 2048;
 
-/// Share of the vertices from which on all are watched, which costs hardly more then. One intersection that is
-/// overlooked means to remesh all over again, as it did on a Kinect frame of an office: .78 there, at most .24 on
-/// smooth objects.
+/// Share of the vertices from which on all are watched, which costs hardly more then: one intersection that is
+/// overlooked means to remesh all over again.
 constexpr double mostWatched = .5;
 
 template <typename Condition>
@@ -44,9 +42,8 @@ std::vector<std::uint8_t> IntersectionWatch::watchedVertices(const HalfEdgeMesh&
 {
   std::vector<std::uint8_t> watched(mesh.positions.size(), 1);
   if (crowded_)
-    forRangePolling(execution, mesh.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
-      for (auto v = static_cast<std::int32_t>(begin); v < end; ++v)
-        watched[v] = mesh.onBoundary(v) || crowded_->contains(mesh.positions[v]) ? 1 : 0;
+    forEachPolling<std::int32_t>(execution, mesh.vertexCount(), vertexGrain, [&](std::int32_t v) {
+      watched[v] = mesh.onBoundary(v) || crowded_->contains(mesh.positions[v]) ? 1 : 0;
     });
   return watched;
 }
@@ -70,7 +67,7 @@ std::vector<std::int32_t> IntersectionWatch::intersectingTriangles(const HalfEdg
   }
   part.vertices = mesh.positions;
   execution.poll();
-  std::vector<std::int32_t> result = mrf::intersectingTriangles(part, marked, execution);
+  std::vector<std::int32_t> result = selfIntersectingTriangles(part, execution, marked);
   for (std::int32_t& t : result)
     t = own[t];
   return result;
@@ -104,21 +101,16 @@ std::vector<std::int32_t> changeableCorners(const HalfEdgeMesh& mesh, const std:
 void pinAround(const std::vector<Vector3f>& centers, float radius, const std::vector<Vector3f>& positions,
                std::vector<std::uint8_t>& pinned)
 {
-  using Cell = std::array<std::int64_t, 3>;
-  const auto cellOf = [&](const Vector3f& p) -> Cell {
-    const auto along = [&](float x) { return static_cast<std::int64_t>(std::floor(x / radius)); };
-    return {along(p.x()), along(p.y()), along(p.z())};
-  };
-  std::vector<Cell> cells; // all within a cell's side of a center
+  Vector3f lower = centers.empty() ? Vector3f::Zero() : centers.front();
   for (const Vector3f& center : centers)
-    for (std::int64_t i = 0; i < 27; ++i) {
-      const Cell cell = cellOf(center);
-      cells.push_back({cell[0] + i % 3 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i / 9 - 1});
-    }
-  std::sort(cells.begin(), cells.end());
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+    lower = lower.cwiseMin(center);
+  // No center is in the first two cells, which stand for all that is before them.
+  const Eigen::Array3d first = (lower.array() / radius).floor().cast<double>() - 2;
+  CellHash cells(radius * first.matrix(), radius);
+  for (const Vector3f& center : centers)
+    CellHash::forEachAround(cells.cellOf(center), [&](const CellHash::Cell& cell) { cells.add(cell); });
   for (std::size_t v = 0; v < positions.size(); ++v)
-    if (std::binary_search(cells.begin(), cells.end(), cellOf(positions[v])))
+    if (cells.find(cells.cellOf(positions[v])) != CellHash::none)
       pinned[v] = 1;
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "remesher/relaxation.h"
 
-#include "base/polling.h"
+#include "base/loops.h"
+
+#include <numeric>
 
 namespace pcl {
 namespace mrf {
@@ -33,11 +35,9 @@ std::vector<float> Relaxation::relativeAreas() const
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
   std::vector<float> areas(mesh.positions.size(), 0);
-  forRangePolling(execution_, mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
-      mesh.forOutgoing(v, [&](std::int32_t h) { areas[v] += surface_.cross(h).norm(); });
-      areas[v] /= squared(mesh.sizing[v]);
-    }
+  forEachPolling<std::int32_t>(execution_, mesh.vertexCount(), stepGrain, [&](std::int32_t v) {
+    mesh.forOutgoing(v, [&](std::int32_t h) { areas[v] += surface_.cross(h).norm(); });
+    areas[v] /= squared(mesh.sizing[v]);
   });
   return areas;
 }
@@ -46,46 +46,42 @@ void Relaxation::computeSteps()
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
   const std::vector<float> areas = relativeAreas();
-  forRangePolling(execution_, mesh.vertexCount(), stepGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
-      if (mesh.pinned[v] || mesh.onBoundary(v))
-        continue;
-      Vector3f sum = Vector3f::Zero();
-      float weight = 0;
-      const Vector3f p = mesh.positions[v], n = mesh.normals[v];
-      mesh.forNeighbors(v, [&](std::int32_t w) {
-        sum += areas[w] * (mesh.positions[w] - p);
-        weight += areas[w];
-      });
-      const Vector3f towards = weight > 0 ? Vector3f(sum / weight) : Vector3f::Zero();
-      Step& step = steps_[v];
-      step.tangential = share_ * (towards - n * n.dot(towards));
-      step.isSettled = step.tangential.squaredNorm() < squared(minStep * surface_.targetAt(v));
-      if (!step.isSettled)
-        step.reached = surface_.level.trace(p + step.tangential);
-    }
+  forEachPolling<std::int32_t>(execution_, mesh.vertexCount(), stepGrain, [&](std::int32_t v) {
+    if (mesh.pinned[v] || mesh.onBoundary(v))
+      return;
+    Vector3f sum = Vector3f::Zero();
+    float weight = 0;
+    const Vector3f p = mesh.positions[v], n = mesh.normals[v];
+    mesh.forNeighbors(v, [&](std::int32_t w) {
+      sum += areas[w] * (mesh.positions[w] - p);
+      weight += areas[w];
+    });
+    const Vector3f towards = weight > 0 ? Vector3f(sum / weight) : Vector3f::Zero();
+    Step& step = steps_[v];
+    step.tangential = share_ * (towards - n * n.dot(towards));
+    step.isSettled = step.tangential.squaredNorm() < squared(minStep * surface_.targetAt(v));
+    if (!step.isSettled)
+      step.reached = surface_.level.trace(p + step.tangential);
   });
 }
 
 void Relaxation::moveInRanges()
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
-  const std::int64_t count = mesh.vertexCount();
-  std::vector<std::int64_t> refusals(static_cast<std::size_t>((count + moveGrain - 1) / moveGrain), 0);
-  forRangePolling(execution_, count, moveGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
-      if (mesh.pinned[v] || steps_[v].isSettled)
-        continue;
-      bool isInside = true;
-      mesh.forNeighbors(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
-      if (!isInside)
-        isWaiting_[v] = 1;
-      else if (!move(v))
-        ++refusals[begin / moveGrain];
-    }
-  });
-  for (const std::int64_t refusedInRange : refusals)
-    surface_.result.refusedOperations += refusedInRange;
+  const auto refusals = partsOf<std::int64_t, std::int32_t>(
+      execution_, mesh.vertexCount(), moveGrain, [&](std::int64_t& refused, std::int32_t begin, std::int32_t end) {
+        for (std::int32_t v = begin; v < end; ++v) {
+          if (mesh.pinned[v] || steps_[v].isSettled)
+            continue;
+          bool isInside = true;
+          mesh.forNeighbors(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
+          if (!isInside)
+            isWaiting_[v] = 1;
+          else if (!move(v))
+            ++refused;
+        }
+      });
+  surface_.result.refusedOperations += std::accumulate(refusals.begin(), refusals.end(), std::int64_t{0});
 }
 
 void Relaxation::moveWaiting()

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "remesher/remesher.h"
 
-#include "base/polling.h"
+#include "base/loops.h"
+#include "base/select_values.h"
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
 #include "options/validation.h"
-#include "remesher/border_parting.h"
-#include "remesher/edge_growth.h"
-#include "remesher/edge_operations.h"
-#include "remesher/fitting.h"
 #include "remesher/former_vertices.h"
 #include "remesher/intersection_watch.h"
+#include "remesher/passes.h"
 #include "remesher/relaxation.h"
 #include "remesher/remeshed_surface.h"
 #include "remesher/triangle_surface.h"
@@ -35,9 +33,7 @@ using Eigen::Vector3f;
 
 constexpr std::int64_t vertexGrain = 2048;
 /// Angle by which the surface may turn along an edge: with more, ears and claws get shorter and edges of the shape
-/// blunter with every round. Over 22 scans of eleven objects points are .97 times as far from the remeshed surface as
-/// from the polygonizer's, with ten rounds without this limit 1.34 times. With .7 rather than .8 it is .96 times, and
-/// triangles on rough clouds are less even.
+/// blunter with every round; with less, triangles on rough clouds are less even.
 constexpr float maxAngle = .8f;
 
 float medianEdge(const RemeshedSurface& surface)
@@ -46,9 +42,7 @@ float medianEdge(const RemeshedSurface& surface)
   for (std::int32_t h = 0; h < surface.mesh.halfEdgeCount(); ++h)
     if (surface.mesh.represents(h))
       lengths.push_back(surface.squaredLength(h));
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return std::sqrt(*middle);
+  return std::sqrt(median(std::move(lengths)));
 }
 
 /// A tiny target edge would ask for more half-edges than 32 bits can count.
@@ -72,20 +66,16 @@ void checkSize(const RemeshedSurface& surface)
 void setNormals(RemeshedSurface& surface, Execution& execution)
 {
   HalfEdgeMesh& mesh = surface.mesh;
-  forRangePolling(execution, mesh.vertexCount(), vertexGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto v = static_cast<std::int32_t>(begin); v < end; ++v) {
-      Vector3f sum = Vector3f::Zero();
-      mesh.forOutgoing(v, [&](std::int32_t h) { sum += surface.cross(h); });
-      mesh.normals[v] = surface.level.normalAt(mesh.positions[v], sum.normalized());
-    }
+  forEachPolling<std::int32_t>(execution, mesh.vertexCount(), vertexGrain, [&](std::int32_t v) {
+    Vector3f sum = Vector3f::Zero();
+    mesh.forOutgoing(v, [&](std::int32_t h) { sum += surface.cross(h); });
+    mesh.normals[v] = surface.level.normalAt(mesh.positions[v], sum.normalized());
   });
 }
 
-/// Pins triangles that run against the surface's normals, slivers aside, which point anywhere. Sheets are closer to
-/// each other there than the field's gradients tell apart: what the passes ask of it has no answer, and what they made
-/// of such triangles intersected, so that rounds had to be repeated. Of a Kinect frame of a cluttered office they are
-/// 1.5 % and cost half of the rounds; on three clean scans two at most. Where a mesh is made of such, it is what there
-/// is to be remeshed.
+/// Pins triangles that run against the surface's normals, but for slivers. Sheets are closer to each other there than
+/// the field's gradients tell apart: what the passes make of them intersects, so that rounds have to be repeated. Where
+/// most of a mesh is such triangles they are not pinned.
 void pinFolds(RemeshedSurface& surface)
 {
   constexpr double mostPinned = .05;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "remesher/triangle_surface.h"
 
+#include "base/select_values.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,8 +20,7 @@ constexpr std::int32_t leafSize = 4;
 bool isUsable(const TriangleMesh& mesh, const Triangle& triangle)
 {
   return std::all_of(triangle.begin(), triangle.end(), [&](std::int32_t v) {
-    return v >= 0 && static_cast<std::size_t>(v) < mesh.vertices.size() &&
-           mesh.vertices[static_cast<std::size_t>(v)].allFinite();
+    return v >= 0 && static_cast<std::size_t>(v) < mesh.vertices.size() && mesh.vertices[v].allFinite();
   });
 }
 
@@ -41,8 +42,7 @@ Vector3f nearestWeights(const Vector3f& query, const std::array<Vector3f, 3>& co
   if (area > 0) {
     Vector3f weights;
     for (int n = 0; n < 3; ++n) {
-      const Vector3f &next = corners[static_cast<std::size_t>((n + 1) % 3)],
-                     &last = corners[static_cast<std::size_t>((n + 2) % 3)];
+      const Vector3f &next = corners[(n + 1) % 3], &last = corners[(n + 2) % 3];
       weights[n] = (last - next).cross(query - next).dot(normal) / area;
     }
     if (weights.minCoeff() >= 0)
@@ -52,7 +52,7 @@ Vector3f nearestWeights(const Vector3f& query, const std::array<Vector3f, 3>& co
   float distance = std::numeric_limits<float>::infinity();
   for (int n = 0; n < 3; ++n) {
     const int m = (n + 1) % 3;
-    const Vector3f &from = corners[static_cast<std::size_t>(n)], &to = corners[static_cast<std::size_t>(m)];
+    const Vector3f &from = corners[n], &to = corners[m];
     const auto [ofFrom, ofTo] = weightsOnSegment(query, from, to);
     const float squared = (ofFrom * from + ofTo * to - query).squaredNorm();
     if (squared < distance) {
@@ -72,10 +72,10 @@ std::vector<Vector3f> vertexNormals(const TriangleMesh& mesh)
   for (const Triangle& t : mesh.triangles) {
     if (!isUsable(mesh, t))
       continue;
-    const auto at = [&](std::size_t n) { return mesh.vertices[static_cast<std::size_t>(t[n])]; };
+    const auto at = [&](std::size_t n) { return mesh.vertices[t[n]]; };
     const Vector3f normal = (at(1) - at(0)).cross(at(2) - at(0));
     for (const std::int32_t v : t)
-      normals[static_cast<std::size_t>(v)] += normal;
+      normals[v] += normal;
   }
   for (Vector3f& normal : normals)
     normal = normal.norm() > 0 ? Vector3f(normal.normalized()) : Vector3f::Zero();
@@ -102,18 +102,17 @@ TriangleSurface::TriangleSurface(const TriangleMesh& mesh, float maxStep)
 
 const Vector3f& TriangleSurface::corner(std::int32_t triangle, std::size_t number) const
 {
-  return mesh_.vertices[static_cast<std::size_t>(mesh_.triangles[static_cast<std::size_t>(triangle)][number])];
+  return mesh_.vertices[mesh_.triangles[triangle][number]];
 }
 
 void TriangleSurface::build(std::int32_t begin, std::int32_t end, const std::vector<Vector3f>& centers)
 {
   const std::size_t own = nodes_.size();
-  Node node{corner(order_[static_cast<std::size_t>(begin)], 0), corner(order_[static_cast<std::size_t>(begin)], 0), 0,
-            0};
+  Node node{corner(order_[begin], 0), corner(order_[begin], 0), 0, 0};
   for (std::int32_t n = begin; n < end; ++n)
     for (std::size_t c = 0; c < 3; ++c) {
-      node.lower = node.lower.cwiseMin(corner(order_[static_cast<std::size_t>(n)], c));
-      node.upper = node.upper.cwiseMax(corner(order_[static_cast<std::size_t>(n)], c));
+      node.lower = node.lower.cwiseMin(corner(order_[n], c));
+      node.upper = node.upper.cwiseMax(corner(order_[n], c));
     }
   nodes_.push_back(node);
   if (end - begin <= leafSize) {
@@ -124,11 +123,11 @@ void TriangleSurface::build(std::int32_t begin, std::int32_t end, const std::vec
   Eigen::Index axis = 0;
   (node.upper - node.lower).maxCoeff(&axis);
   const std::int32_t middle = begin + (end - begin) / 2;
-  std::nth_element(
-      order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](std::int32_t a, std::int32_t b) {
-        const float ofA = centers[static_cast<std::size_t>(a)][axis], ofB = centers[static_cast<std::size_t>(b)][axis];
-        return ofA < ofB || (ofA == ofB && a < b);
-      });
+  std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+                   [&](std::int32_t a, std::int32_t b) {
+                     const float ofA = centers[a][axis], ofB = centers[b][axis];
+                     return ofA < ofB || (ofA == ofB && a < b);
+                   });
   build(begin, middle, centers);
   nodes_[own].right = static_cast<std::int32_t>(nodes_.size());
   build(middle, end, centers);
@@ -154,16 +153,16 @@ TriangleSurface::Place TriangleSurface::nearest(const Vector3f& query, float lim
   std::size_t depth = 0;
   stack[depth++] = 0;
   const auto distanceTo = [&](std::int32_t number) {
-    const Node& node = nodes_[static_cast<std::size_t>(number)];
+    const Node& node = nodes_[number];
     return (query.cwiseMax(node.lower).cwiseMin(node.upper) - query).squaredNorm();
   };
   while (depth > 0) {
     const std::int32_t number = stack[--depth];
     if (!(distanceTo(number) < result.squaredDistance))
       continue;
-    const Node& node = nodes_[static_cast<std::size_t>(number)];
+    const Node& node = nodes_[number];
     for (std::int32_t n = node.begin; n < node.end; ++n)
-      offer(order_[static_cast<std::size_t>(n)], query, result);
+      offer(order_[n], query, result);
     if (node.right == 0)
       continue;
     const std::int32_t left = number + 1;
@@ -177,9 +176,9 @@ TriangleSurface::Place TriangleSurface::nearest(const Vector3f& query, float lim
 Vector3f TriangleSurface::normalOf(const Place& place) const
 {
   Vector3f sum = Vector3f::Zero();
-  const Triangle& triangle = mesh_.triangles[static_cast<std::size_t>(place.triangle)];
+  const Triangle& triangle = mesh_.triangles[place.triangle];
   for (int n = 0; n < 3; ++n)
-    sum += place.weights[n] * normals_[static_cast<std::size_t>(triangle[static_cast<std::size_t>(n)])];
+    sum += place.weights[n] * normals_[triangle[n]];
   const float length = sum.norm();
   return length > 1e-6f ? Vector3f(sum / length) : Vector3f::Zero();
 }
@@ -217,14 +216,10 @@ float medianEdge(const TriangleMesh& mesh)
   for (const Triangle& t : mesh.triangles)
     if (isUsable(mesh, t))
       for (std::size_t n = 0; n < 3; ++n)
-        lengths.push_back(
-            (mesh.vertices[static_cast<std::size_t>(t[(n + 1) % 3])] - mesh.vertices[static_cast<std::size_t>(t[n])])
-                .squaredNorm());
+        lengths.push_back((mesh.vertices[t[(n + 1) % 3]] - mesh.vertices[t[n]]).squaredNorm());
   if (lengths.empty())
     return 0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return std::sqrt(*middle);
+  return std::sqrt(median(std::move(lengths)));
 }
 
 } // namespace mrf

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/pieces.h"
 
-#include "mesh/mesh_topology.h"
+#include "base/cell_hash.h"
+#include "base/disjoint_sets.h"
 #include "points/preprocessing.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -16,8 +15,8 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Cells are numbered along each axis in this many bits of their key; x in the lowest ones.
-constexpr int axisBits = 20;
+/// Cells along the longest axis are less than this, at first.
+constexpr double maxCells = 1 << 20;
 
 /// Groups of fewer points are no objects if they make up more than this share of the cloud.
 constexpr std::int64_t minPointsOfObject = 12;
@@ -25,23 +24,6 @@ constexpr double largestShareOfRest = .1;
 
 /// Gaps in diagonals of the largest group.
 constexpr double gapPerDiagonal = 4;
-
-using Key = std::uint64_t;
-
-Key keyOf(std::int64_t x, std::int64_t y, std::int64_t z)
-{
-  return static_cast<Key>(x) | static_cast<Key>(y) << axisBits | static_cast<Key>(z) << 2 * axisBits;
-}
-
-std::int64_t coordinate(Key key, int axis)
-{
-  return static_cast<std::int64_t>(key >> (axis * axisBits) & ((Key{1} << axisBits) - 1));
-}
-
-Key parentOf(Key key)
-{
-  return keyOf(coordinate(key, 0) / 2, coordinate(key, 1) / 2, coordinate(key, 2) / 2);
-}
 
 struct Group {
   std::int64_t points = 0;
@@ -62,97 +44,40 @@ struct Group {
   double diagonal() const { return (upper - lower).cast<double>().matrix().norm(); }
 };
 
-/// The occupied cells of a grid, by their keys, and what is in each.
+/// The occupied cells of a grid, and what is in each.
 struct Cells {
-  std::vector<Key> keys;
+  CellHash hash;
   std::vector<Group> contents;
 
-  /// Number of the cell with a key; −1 if it is empty.
-  std::int64_t find(Key key) const
+  template <typename Content>
+  void add(const CellHash::Cell& cell, const Content& content)
   {
-    const auto at = std::lower_bound(keys.begin(), keys.end(), key);
-    return at != keys.end() && *at == key ? at - keys.begin() : -1;
+    const std::uint32_t number = hash.add(cell);
+    contents.resize(hash.size());
+    contents[number].add(content);
   }
 
-  /// Orders cells by their keys and unites those with the same one.
-  void unite()
+  /// In cells twice as wide.
+  Cells merged() const
   {
-    std::vector<std::size_t> order(keys.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
-    Cells united;
-    for (const std::size_t n : order) {
-      if (united.keys.empty() || united.keys.back() != keys[n]) {
-        united.keys.push_back(keys[n]);
-        united.contents.emplace_back();
-      }
-      united.contents.back().add(contents[n]);
-    }
-    *this = std::move(united);
+    Cells result{hash.empty(), {}};
+    for (std::size_t n = 0; n < contents.size(); ++n)
+      result.add(hash[n] / 2, contents[n]);
+    return result;
+  }
+
+  /// Groups of cells that touch.
+  Partition groups() const
+  {
+    DisjointSets sets(contents.size());
+    for (std::uint32_t n = 0; n < contents.size(); ++n)
+      CellHash::forEachAround(hash[n], [&](const CellHash::Cell& cell) {
+        if (const std::uint32_t other = hash.find(cell); other != CellHash::none)
+          sets.join(n, other);
+      });
+    return Partition(contents.size(), [&](std::uint32_t n) { return sets.find(n); });
   }
 };
-
-/// Puts positions into cells of a side. \pre at most 2²⁰ cells along each axis of the positions' box
-class CellNumbering {
-public:
-  CellNumbering(const Eigen::Vector3f& lower, double side) : lower_(lower.cast<double>()), side_(side) {}
-
-  Key operator()(const Eigen::Vector3f& position) const
-  {
-    const Eigen::Array3d cell = ((position.cast<double>() - lower_) / side_).array().max(0).min((1 << axisBits) - 1);
-    return keyOf(static_cast<std::int64_t>(cell.x()), static_cast<std::int64_t>(cell.y()),
-                 static_cast<std::int64_t>(cell.z()));
-  }
-
-private:
-  Eigen::Vector3d lower_;
-  double side_;
-};
-
-Cells fill(const std::vector<Eigen::Vector3f>& positions, const CellNumbering& numbering)
-{
-  Cells cells;
-  // Points come along a space-filling curve: those of a cell follow each other, but for a few interruptions.
-  for (const Eigen::Vector3f& position : positions) {
-    const Key key = numbering(position);
-    if (cells.keys.empty() || cells.keys.back() != key) {
-      cells.keys.push_back(key);
-      cells.contents.emplace_back();
-    }
-    cells.contents.back().add(position);
-  }
-  cells.unite();
-  return cells;
-}
-
-/// Group of each cell, numbered by their first cells. \return number of groups
-std::size_t groupTouching(const Cells& cells, std::vector<std::size_t>& groupOf)
-{
-  DisjointSets sets(cells.keys.size());
-  constexpr std::int64_t last = (1 << axisBits) - 1;
-  for (std::size_t n = 0; n < cells.keys.size(); ++n)
-    for (int neighbor = 14; neighbor < 27; ++neighbor) { // those with larger keys
-      const Key key = cells.keys[n];
-      const std::array<std::int64_t, 3> at = {coordinate(key, 0) + neighbor % 3 - 1,
-                                              coordinate(key, 1) + neighbor / 3 % 3 - 1,
-                                              coordinate(key, 2) + neighbor / 9 - 1};
-      if (*std::min_element(at.begin(), at.end()) < 0 || *std::max_element(at.begin(), at.end()) > last)
-        continue;
-      if (const std::int64_t other = cells.find(keyOf(at[0], at[1], at[2])); other >= 0)
-        sets.unite(static_cast<std::int32_t>(n), static_cast<std::int32_t>(other));
-    }
-  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  std::vector<std::size_t> numberOfRoot(cells.keys.size(), none);
-  groupOf.resize(cells.keys.size());
-  std::size_t groups = 0;
-  for (std::size_t n = 0; n < cells.keys.size(); ++n) {
-    std::size_t& number = numberOfRoot[static_cast<std::size_t>(sets.find(static_cast<std::int32_t>(n)))];
-    if (number == none)
-      number = groups++;
-    groupOf[n] = number;
-  }
-  return groups;
-}
 
 /// True if the groups are pieces: gaps of this width are wide beside them, and most points are in objects.
 bool arePieces(const std::vector<Group>& groups, double gap, double minGap)
@@ -168,16 +93,15 @@ bool arePieces(const std::vector<Group>& groups, double gap, double minGap)
          static_cast<double>(rest) <= largestShareOfRest * static_cast<double>(all);
 }
 
-Pieces collect(const std::vector<Eigen::Vector3f>& positions, const CellNumbering& numbering, int halvings,
-               const Cells& cells, const std::vector<std::size_t>& groupOf, std::size_t groups)
+/// \param halvings from cells of the positions to those of the groups
+Pieces collect(const std::vector<Eigen::Vector3f>& positions, const Cells& cells, std::int64_t halvings,
+               const Partition& groups)
 {
   Pieces pieces;
-  pieces.points.resize(groups);
-  for (std::size_t n = 0; n < positions.size(); ++n) {
-    Key key = numbering(positions[n]);
-    for (int h = 0; h < halvings; ++h)
-      key = parentOf(key);
-    pieces.points[groupOf[static_cast<std::size_t>(cells.find(key))]].push_back(static_cast<std::uint32_t>(n));
+  pieces.points.resize(groups.sizes.size());
+  for (std::uint32_t n = 0; n < positions.size(); ++n) {
+    const CellHash::Cell cell = cells.hash.cellOf(positions[n]) / (std::int64_t{1} << halvings);
+    pieces.points[groups.set[cells.hash.find(cell)]].push_back(n);
   }
   std::stable_sort(pieces.points.begin(), pieces.points.end(), [](const auto& a, const auto& b) {
     return a.size() != b.size() ? a.size() > b.size() : a.front() < b.front();
@@ -197,25 +121,23 @@ Pieces findPieces(const std::vector<Eigen::Vector3f>& positions, float minGap)
   if (!(minGap > 0) || !std::isfinite(side))
     throw std::invalid_argument("findPieces: needs finite positions and a gap > 0");
   double gap = minGap;
-  while (side / gap >= 1 << axisBits)
+  while (side / gap >= maxCells)
     gap *= 2;
   if (!(side > gap))
     return {};
-  const CellNumbering numbering(box.lower, gap);
-  Cells cells = fill(positions, numbering);
-  std::vector<std::size_t> groupOf;
+  Cells cells{CellHash(box.lower.cast<double>(), gap), {}};
+  for (const Eigen::Vector3f& position : positions)
+    cells.add(cells.hash.cellOf(position), position);
   for (int halvings = 0;; ++halvings, gap *= 2) {
-    const std::size_t count = groupTouching(cells, groupOf);
-    if (count == 1)
+    const Partition partition = cells.groups();
+    if (partition.sizes.size() == 1)
       return {};
-    std::vector<Group> groups(count);
-    for (std::size_t n = 0; n < cells.keys.size(); ++n)
-      groups[groupOf[n]].add(cells.contents[n]);
+    std::vector<Group> groups(partition.sizes.size());
+    for (std::size_t n = 0; n < cells.contents.size(); ++n)
+      groups[partition.set[n]].add(cells.contents[n]);
     if (arePieces(groups, gap, minGap))
-      return collect(positions, numbering, halvings, cells, groupOf, count);
-    for (Key& key : cells.keys)
-      key = parentOf(key);
-    cells.unite();
+      return collect(positions, cells, halvings, partition);
+    cells = cells.merged();
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/cholesky.h"
 
+#include "base/arrays.h"
 #include "base/memory.h"
 #include "field/prior.h"
 #include "solver/cholesky_module.h"

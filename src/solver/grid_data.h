@@ -3,7 +3,7 @@
 /// \brief The observation models on a band: points by layers of cells, or weights of voxels.
 #pragma once
 
-#include "base/normal_draws.h"
+#include "base/random.h"
 #include "field/grid_transfer.h"
 #include "field/voxel_set.h"
 #include "observation/point_observation.h"

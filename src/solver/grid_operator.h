@@ -3,7 +3,7 @@
 /// \brief The operator P + C on one grid: products, Chebyshev smoothing, and the transfers to the next coarser grid.
 #pragma once
 
-#include "base/zeroed_floats.h"
+#include "base/arrays.h"
 #include "field/grid_transfer.h"
 #include "field/prior_constants.h"
 #include "field/voxel_set.h"

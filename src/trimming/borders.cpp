@@ -34,7 +34,7 @@ public:
     corners_ = groupCorners(mesh_, isNear);
     measureMargins(execution);
     for (const std::int32_t v : border_)
-      if (margins_[at(v)] < 0)
+      if (margins_[v] < 0)
         pull(v);
     takeBackWhatIntersects(isNear, execution);
     return std::count_if(border_.begin(), border_.end(), [&](std::int32_t v) { return hasMoved(v); });
@@ -56,7 +56,7 @@ private:
       if (std::any_of(ring.edges().begin(), ring.edges().end(), endsMesh)) {
         border_.push_back(static_cast<std::int32_t>(v));
         for (std::int32_t n = 0; n < ring.size(); ++n)
-          isNear[at(ring.corner(n) / 3)] = 1;
+          isNear[ring.corner(n) / 3] = 1;
       }
     }
     return isNear;
@@ -70,10 +70,10 @@ private:
     for (std::size_t v = 0; v < mesh_.vertices.size(); ++v)
       if (corners_.begin[v] < corners_.begin[v + 1])
         vertices.push_back(static_cast<std::int32_t>(v));
-    execution.forRange(static_cast<std::int64_t>(vertices.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
+    execution.forRange(vertices.size(), 1024, [&](std::size_t begin, std::size_t end) {
       Neighbors nearest;
-      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
-        margins_[at(vertices[n])] = support_.margin(mesh_.vertices[at(vertices[n])], nearest);
+      for (std::size_t n = begin; n < end; ++n)
+        margins_[vertices[n]] = support_.margin(mesh_.vertices[vertices[n]], nearest);
     });
   }
 
@@ -82,11 +82,11 @@ private:
   {
     std::int32_t best = vertex;
     float distance = std::numeric_limits<float>::infinity();
-    for (std::int32_t c = corners_.begin[at(vertex)]; c < corners_.begin[at(vertex) + 1]; ++c)
-      for (const std::int32_t other : mesh_.triangles[at(corners_.corners[at(c)] / 3)]) {
-        if (!(margins_[at(other)] > 0))
+    for (std::int32_t c = corners_.begin[vertex]; c < corners_.begin[vertex + 1]; ++c)
+      for (const std::int32_t other : mesh_.triangles[corners_.corners[c] / 3]) {
+        if (!(margins_[other] > 0))
           continue;
-        const float length = (mesh_.vertices[at(other)] - mesh_.vertices[at(vertex)]).norm();
+        const float length = (mesh_.vertices[other] - mesh_.vertices[vertex]).norm();
         const float begins = length * share(vertex, other);
         if (begins < distance || (begins == distance && other < best)) {
           distance = begins;
@@ -99,7 +99,7 @@ private:
   /// Where between two vertices support begins, if the margin is linear.
   float share(std::int32_t without, std::int32_t with) const
   {
-    return margins_[at(without)] / (margins_[at(without)] - margins_[at(with)]);
+    return margins_[without] / (margins_[without] - margins_[with]);
   }
 
   void pull(std::int32_t vertex)
@@ -107,26 +107,26 @@ private:
     const std::int32_t goal = nearestWithSupport(vertex);
     if (goal == vertex)
       return;
-    const Eigen::Vector3f start = mesh_.vertices[at(vertex)], way = mesh_.vertices[at(goal)] - start;
+    const Eigen::Vector3f start = mesh_.vertices[vertex], way = mesh_.vertices[goal] - start;
     constexpr int tries = 6;
     float part = std::min(share(vertex, goal), maxShareOfEdge);
     for (int n = 0; n < tries; ++n, part *= .8f) {
       const Eigen::Vector3f position = start + part * way;
       if (!keepsTriangles(vertex, position))
         continue;
-      mesh_.vertices[at(vertex)] = position;
-      margins_[at(vertex)] = 0;
+      mesh_.vertices[vertex] = position;
+      margins_[vertex] = 0;
       return;
     }
   }
 
   bool keepsTriangles(std::int32_t vertex, const Eigen::Vector3f& position) const
   {
-    for (std::int32_t c = corners_.begin[at(vertex)]; c < corners_.begin[at(vertex) + 1]; ++c) {
-      const Triangle& t = mesh_.triangles[at(corners_.corners[at(c)] / 3)];
-      const std::size_t corner = at(corners_.corners[at(c)] % 3);
-      const Eigen::Vector3f &b = mesh_.vertices[at(t[(corner + 1) % 3])], &d = mesh_.vertices[at(t[(corner + 2) % 3])];
-      const Eigen::Vector3f before = (b - mesh_.vertices[at(vertex)]).cross(d - mesh_.vertices[at(vertex)]);
+    for (std::int32_t c = corners_.begin[vertex]; c < corners_.begin[vertex + 1]; ++c) {
+      const Triangle& t = mesh_.triangles[corners_.corners[c] / 3];
+      const std::size_t corner = corners_.corners[c] % 3;
+      const Eigen::Vector3f &b = mesh_.vertices[t[(corner + 1) % 3]], &d = mesh_.vertices[t[(corner + 2) % 3]];
+      const Eigen::Vector3f before = (b - mesh_.vertices[vertex]).cross(d - mesh_.vertices[vertex]);
       const Eigen::Vector3f after = (b - position).cross(d - position);
       const float lengths = before.norm() * after.norm();
       if (!(before.dot(after) > minTurn * lengths) || !(after.norm() > minShrink * before.norm()))
@@ -135,7 +135,7 @@ private:
     return true;
   }
 
-  bool hasMoved(std::int32_t vertex) const { return mesh_.vertices[at(vertex)] != before_[at(vertex)]; }
+  bool hasMoved(std::int32_t vertex) const { return mesh_.vertices[vertex] != before_[vertex]; }
 
   /// Until none of the triangles at the border intersect, or those that do did so before.
   void takeBackWhatIntersects(const std::vector<std::uint8_t>& isNear, Execution& execution)
@@ -151,9 +151,9 @@ private:
       const std::vector<std::int32_t> intersecting = selfIntersectingTriangles(ring, execution);
       ring.vertices.swap(mesh_.vertices);
       for (const std::int32_t t : intersecting)
-        for (const std::int32_t v : ring.triangles[at(t)])
+        for (const std::int32_t v : ring.triangles[t])
           if (hasMoved(v)) {
-            mesh_.vertices[at(v)] = before_[at(v)];
+            mesh_.vertices[v] = before_[v];
             isTakenBack = true;
           }
     }

@@ -17,11 +17,11 @@ constexpr float infinity = std::numeric_limits<float>::infinity();
 template <typename Visit>
 void forNeighbors(const TriangleMesh& mesh, const VertexCorners& corners, std::int32_t vertex, const Visit& visit)
 {
-  for (std::int32_t c = corners.begin[at(vertex)]; c < corners.begin[at(vertex) + 1]; ++c) {
-    const std::int32_t corner = corners.corners[at(c)];
-    const Triangle& t = mesh.triangles[at(corner / 3)];
-    visit(t[at((corner + 1) % 3)]);
-    visit(t[at((corner + 2) % 3)]);
+  for (std::int32_t c = corners.begin[vertex]; c < corners.begin[vertex + 1]; ++c) {
+    const std::int32_t corner = corners.corners[c];
+    const Triangle& t = mesh.triangles[corner / 3];
+    visit(t[(corner + 1) % 3]);
+    visit(t[(corner + 2) % 3]);
   }
 }
 
@@ -31,14 +31,14 @@ public:
   explicit Front(std::size_t vertices) : distances_(vertices, infinity) {}
 
   /// 0..1; infinite where it has not come.
-  float distance(std::int32_t vertex) const { return distances_[at(vertex)]; }
-  bool hasReached(std::int32_t vertex) const { return distances_[at(vertex)] < infinity; }
+  float distance(std::int32_t vertex) const { return distances_[vertex]; }
+  bool hasReached(std::int32_t vertex) const { return distances_[vertex] < infinity; }
 
   bool reach(std::int32_t vertex, float distance)
   {
-    if (!(distance <= 1) || !(distance < distances_[at(vertex)]))
+    if (!(distance <= 1) || !(distance < distances_[vertex]))
       return false;
-    distances_[at(vertex)] = distance;
+    distances_[vertex] = distance;
     queue_.push({distance, vertex});
     return true;
   }
@@ -52,10 +52,10 @@ public:
       const Entry entry = queue_.top();
       queue_.pop();
       const std::int32_t from = entry.second;
-      if (entry.first > distances_[at(from)])
+      if (entry.first > distances_[from])
         continue;
       forNeighbors(mesh, corners, from, [&](std::int32_t to) {
-        if (distances_[at(to)] > entry.first && reach(to, entry.first + step(from, to)))
+        if (distances_[to] > entry.first && reach(to, entry.first + step(from, to)))
           arrive(from, to);
       });
     }
@@ -73,23 +73,22 @@ private:
 std::vector<std::uint8_t> close(const TriangleMesh& mesh, const VertexCorners& sheet, const std::vector<RimVertex>& rim,
                                 const std::vector<std::uint8_t>& isOnBoundary)
 {
-  const auto length = [&](std::int32_t a, std::int32_t b) {
-    return (mesh.vertices[at(a)] - mesh.vertices[at(b)]).norm();
-  };
+  const auto length = [&](std::int32_t a, std::int32_t b) { return (mesh.vertices[a] - mesh.vertices[b]).norm(); };
   std::vector<float> radii(mesh.vertices.size(), 0);
+  const auto vertices = static_cast<std::int32_t>(mesh.vertices.size());
   Front dilation(mesh.vertices.size());
   for (const RimVertex& seed : rim)
     if (dilation.reach(seed.vertex, seed.distance / seed.radius))
-      radii[at(seed.vertex)] = seed.radius;
+      radii[seed.vertex] = seed.radius;
   dilation.run(
-      mesh, sheet, [&](std::int32_t from, std::int32_t to) { return length(from, to) / radii[at(from)]; },
-      [&](std::int32_t from, std::int32_t to) { radii[at(to)] = radii[at(from)]; });
+      mesh, sheet, [&](std::int32_t from, std::int32_t to) { return length(from, to) / radii[from]; },
+      [&](std::int32_t from, std::int32_t to) { radii[to] = radii[from]; });
 
   // The outside begins where the dilated surface ends, and as far beyond the mesh's boundary as that would have gone.
   Front erosion(mesh.vertices.size());
-  for (std::int32_t v = 0; at(v) < mesh.vertices.size(); ++v)
+  for (std::int32_t v = 0; v < vertices; ++v)
     if (dilation.hasReached(v)) {
-      if (isOnBoundary[at(v)])
+      if (isOnBoundary[v])
         erosion.reach(v, 1 - dilation.distance(v));
     } else {
       bool isNext = false;
@@ -99,12 +98,12 @@ std::vector<std::uint8_t> close(const TriangleMesh& mesh, const VertexCorners& s
     }
   erosion.run(
       mesh, sheet,
-      [&](std::int32_t from, std::int32_t to) { return length(from, to) / std::max(radii[at(from)], radii[at(to)]); },
+      [&](std::int32_t from, std::int32_t to) { return length(from, to) / std::max(radii[from], radii[to]); },
       [](std::int32_t, std::int32_t) {});
 
   std::vector<std::uint8_t> isFilled(mesh.vertices.size(), 0);
-  for (std::int32_t v = 0; at(v) < mesh.vertices.size(); ++v)
-    isFilled[at(v)] = dilation.hasReached(v) && !erosion.hasReached(v) ? 1 : 0;
+  for (std::int32_t v = 0; v < vertices; ++v)
+    isFilled[v] = dilation.hasReached(v) && !erosion.hasReached(v) ? 1 : 0;
   return isFilled;
 }
 

@@ -18,16 +18,15 @@ std::vector<std::uint8_t> flagsWithin(const TriangleMesh& mesh, float maxSigma)
   std::vector<std::uint8_t> keep(mesh.triangles.size()), isInner(mesh.vertices.size(), 1);
   for (std::size_t t = 0; t < keep.size(); ++t) {
     const Triangle& corners = mesh.triangles[t];
-    keep[t] =
-        std::all_of(corners.begin(), corners.end(), [&](std::int32_t v) { return mesh.sigmas[at(v)] <= maxSigma; });
+    keep[t] = std::all_of(corners.begin(), corners.end(), [&](std::int32_t v) { return mesh.sigmas[v] <= maxSigma; });
     if (keep[t] == 0)
       for (const std::int32_t v : corners)
-        isInner[at(v)] = 0;
+        isInner[v] = 0;
   }
   for (std::size_t t = 0; t < keep.size(); ++t) {
     const Triangle& corners = mesh.triangles[t];
-    keep[t] = keep[t] != 0 &&
-              std::any_of(corners.begin(), corners.end(), [&](std::int32_t v) { return isInner[at(v)] != 0; });
+    keep[t] =
+        keep[t] != 0 && std::any_of(corners.begin(), corners.end(), [&](std::int32_t v) { return isInner[v] != 0; });
   }
   return keep;
 }
@@ -45,7 +44,7 @@ ErrorLimitSummary limitSigma(TriangleMesh& mesh, float maxSigma)
     const double area = areaOf(mesh, corners);
     ++dropped.triangles;
     dropped.area += area;
-    if (std::any_of(corners.begin(), corners.end(), [&](std::int32_t v) { return mesh.confidences[at(v)] > 0; }))
+    if (std::any_of(corners.begin(), corners.end(), [&](std::int32_t v) { return mesh.confidences[v] > 0; }))
       dropped.measuredArea += area;
   }
   if (dropped.triangles > 0) {

@@ -24,14 +24,12 @@ constexpr double inventedFrom = 10;
 
 /// What is invented in a gap of an open surface goes on in the direction of the surface around it if it is a hole of
 /// that: by a smaller mean cosine it bridges a step in depth, which a sensor could not see behind, and the gap is only
-/// closed up to some local spacings. Measured with gaps of 24 % of the diagonal: .64 to 1 on views of heads, a face and
-/// a bunny with four holes each, -.6 to .5 on Kinect frames and on a range scan of a dragon, a sliver of that excepted.
+/// closed up to some local spacings.
 constexpr double minContinuation = .6;
 constexpr double narrowGap = 28;
 
-/// So is what no sensor could have looked at: edge-on, it goes on where the surface turned out of sight, as between a
-/// leg and a tail. The mean cosine to the line of sight was .3 to 1 in most holes of 35 views of 18 objects, and -.9 to
-/// .1 in most bays; where both are one filling, the part of the hole stays.
+/// So is what no sensor could have looked at, by the mean cosine to the line of sight: edge-on, it goes on where the
+/// surface turned out of sight, as between a leg and a tail. Where a hole and such a bay are one filling, the hole stays.
 constexpr double minFacing = .17;
 
 /// So it is, if sensors are known, with the shadow that an object casts on a table, which goes on as the table does,
@@ -52,14 +50,14 @@ void NearestPoints::find(const std::vector<std::int32_t>& vertices)
   }
   std::vector<std::int32_t> missing;
   for (const std::int32_t v : vertices)
-    if (squared_[at(v)] == unknown) {
-      squared_[at(v)] = asked;
+    if (squared_[v] == unknown) {
+      squared_[v] = asked;
       missing.push_back(v);
     }
-  execution_.forRange(static_cast<std::int64_t>(missing.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
+  execution_.forRange(missing.size(), 1024, [&](std::size_t begin, std::size_t end) {
     Neighbors nearest;
-    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-      const std::size_t v = at(missing[n]);
+    for (std::size_t n = begin; n < end; ++n) {
+      const std::size_t v = missing[n];
       const bool isFound = search_.nearest(mesh_.vertices[v], 1, nearest) > 0;
       squared_[v] = isFound ? nearest.squaredDistances.front() : 0;
       points_[v] = isFound ? nearest.indices.front() : 0;
@@ -69,12 +67,12 @@ void NearestPoints::find(const std::vector<std::int32_t>& vertices)
 
 std::size_t NearestPoints::point(std::int32_t vertex) const
 {
-  return at(points_[at(vertex)]);
+  return points_[vertex];
 }
 
 float NearestPoints::squaredDistance(std::int32_t vertex) const
 {
-  return squared_[at(vertex)];
+  return squared_[vertex];
 }
 
 HoleFinder::HoleFinder(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported,
@@ -97,8 +95,8 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   findOpenRegions(limits.hole);
   const auto keepRegions = [&](double onOpen, std::vector<std::uint8_t>& kept) {
     for (const std::int32_t t : unsupported_) {
-      const std::size_t r = at(regionOf_[at(t)]);
-      kept[at(t)] = regions_[r].fits(isOpen_[r] ? onOpen : limits.hole) ? 1 : 0;
+      const std::size_t r = regionOf_[t];
+      kept[t] = regions_[r].fits(isOpen_[r] ? onOpen : limits.hole) ? 1 : 0;
     }
   };
   keepRegions(std::min(limits.gap, limits.hole), keep);
@@ -121,11 +119,11 @@ void HoleFinder::describe(const std::vector<std::uint8_t>& keep, TrimResult& res
     return;
   std::vector<std::int32_t> kept, dropped, regionOf;
   for (const std::int32_t t : unsupported_)
-    (keep[at(t)] ? kept : dropped).push_back(t);
+    (keep[t] ? kept : dropped).push_back(t);
   result.extrapolationsDropped = group(dropped, regionOf);
-  std::vector<Region> fillings(at(group(kept, regionOf)));
+  std::vector<Region> fillings(group(kept, regionOf));
   for (const std::int32_t t : kept)
-    fillings[at(regionOf[at(t)])].area += areas_[at(t)];
+    fillings[regionOf[t]].area += areas_[t];
   measureReach(
       regionOf, [](const Region&) { return true; }, fillings);
   result.holesFilled = static_cast<std::int64_t>(fillings.size());
@@ -140,7 +138,7 @@ std::int32_t HoleFinder::group(const std::vector<std::int32_t>& triangles, std::
 {
   std::vector<std::uint8_t> isMember(mesh_.triangles.size(), 0);
   for (const std::int32_t t : triangles)
-    isMember[at(t)] = 1;
+    isMember[t] = 1;
   bool isTorn;
   return groupTriangles(mesh_, isMember, execution_, groupOf, isTorn);
 }
@@ -152,9 +150,9 @@ void HoleFinder::measureReach(const std::vector<std::int32_t>& regionOf, const N
 {
   const auto forCorners = [&](const auto& body) {
     for (const std::int32_t t : unsupported_)
-      if (regionOf[at(t)] >= 0 && needs(regions[at(regionOf[at(t)])]))
-        for (const std::int32_t v : mesh_.triangles[at(t)])
-          body(v, regions[at(regionOf[at(t)])]);
+      if (regionOf[t] >= 0 && needs(regions[regionOf[t]]))
+        for (const std::int32_t v : mesh_.triangles[t])
+          body(v, regions[regionOf[t]]);
   };
   std::vector<std::int32_t> vertices;
   forCorners([&](std::int32_t v, const Region&) { vertices.push_back(v); });
@@ -166,22 +164,21 @@ void HoleFinder::measureReach(const std::vector<std::int32_t>& regionOf, const N
 
 void HoleFinder::findRegions()
 {
-  regions_.assign(at(group(unsupported_, regionOf_)), {});
+  regions_.assign(group(unsupported_, regionOf_), {});
   isOnBoundary_.assign(mesh_.vertices.size(), 0);
 
   // What is beside the regions: all triangles with a corner there have their say about the edges.
   std::vector<std::uint8_t> isNear(mesh_.vertices.size(), 0), isMember(mesh_.triangles.size());
   std::vector<std::int32_t> vertices;
   for (const std::int32_t t : unsupported_)
-    for (const std::int32_t v : mesh_.triangles[at(t)])
-      if (!isNear[at(v)]) {
-        isNear[at(v)] = 1;
+    for (const std::int32_t v : mesh_.triangles[t])
+      if (!isNear[v]) {
+        isNear[v] = 1;
         vertices.push_back(v);
       }
   forTriangles(mesh_, execution_, [&](std::size_t t) {
     const Triangle& corners = mesh_.triangles[t];
-    isMember[t] =
-        hasValidIndices(mesh_, t) && (isNear[at(corners[0])] || isNear[at(corners[1])] || isNear[at(corners[2])]);
+    isMember[t] = hasValidIndices(mesh_, t) && (isNear[corners[0]] || isNear[corners[1]] || isNear[corners[2]]);
   });
   const VertexCorners corners = groupCorners(mesh_, isMember);
   Ring ring;
@@ -189,16 +186,16 @@ void HoleFinder::findRegions()
     ring.set(mesh_, corners, v);
     ring.findEdges();
     for (const Ring::Edge& edge : ring.edges()) {
-      const auto triangleOf = [&](const Ring::Side& side) { return at(ring.corner(side.at) / 3); };
+      const auto triangleOf = [&](const Ring::Side& side) { return ring.corner(side.at) / 3; };
       const auto isSupported = [&](const Ring::Side& side) { return supported_[triangleOf(side)] != 0; };
       const bool anySupported = std::any_of(edge.begin, edge.end, isSupported);
       for (const Ring::Side* side = edge.begin; side < edge.end; ++side) {
         if (isSupported(*side))
           continue;
-        Region& region = regions_[at(regionOf_[triangleOf(*side)])];
+        Region& region = regions_[regionOf_[triangleOf(*side)]];
         region.touchesBoundary = region.touchesBoundary || edge.sides() == 1;
         if (edge.sides() == 1)
-          isOnBoundary_[at(v)] = 1;
+          isOnBoundary_[v] = 1;
         region.hasSupportedNeighbor = region.hasSupportedNeighbor || anySupported;
       }
     }
@@ -213,23 +210,23 @@ void HoleFinder::findOpenRegions(double maxHole)
 {
   std::vector<std::int32_t> componentOf;
   bool isTorn;
-  const std::size_t components = at(groupTriangles(mesh_, {}, execution_, componentOf, isTorn));
+  const std::size_t components = groupTriangles(mesh_, {}, execution_, componentOf, isTorn);
   std::vector<std::uint8_t> isOpenComponent(components, 0);
   std::vector<double> area(components, 0), unsupportedArea(components, 0);
   for (std::size_t t = 0; t < areas_.size(); ++t)
     if (componentOf[t] >= 0)
-      area[at(componentOf[t])] += areas_[t];
+      area[componentOf[t]] += areas_[t];
   for (const std::int32_t t : unsupported_) {
-    unsupportedArea[at(componentOf[at(t)])] += areas_[at(t)];
-    if (!regions_[at(regionOf_[at(t)])].fits(maxHole))
-      isOpenComponent[at(componentOf[at(t)])] = 1;
+    unsupportedArea[componentOf[t]] += areas_[t];
+    if (!regions_[regionOf_[t]].fits(maxHole))
+      isOpenComponent[componentOf[t]] = 1;
   }
   for (std::size_t c = 0; c < components; ++c)
     if (unsupportedArea[c] > maxFilled * area[c])
       isOpenComponent[c] = 1;
   isOpen_.assign(regions_.size(), 0);
   for (const std::int32_t t : unsupported_)
-    isOpen_[at(regionOf_[at(t)])] = isOpenComponent[at(componentOf[at(t)])];
+    isOpen_[regionOf_[t]] = isOpenComponent[componentOf[t]];
 }
 
 /// Keeps what a closing fills of the triangles that are left.
@@ -238,8 +235,8 @@ void HoleFinder::keepGaps(double gap, double spacings, std::vector<std::uint8_t>
   std::vector<std::uint8_t> isSheet(mesh_.triangles.size(), 0);
   std::vector<std::int32_t> sheet;
   for (const std::int32_t t : unsupported_)
-    if (!keep[at(t)]) {
-      isSheet[at(t)] = 1;
+    if (!keep[t]) {
+      isSheet[t] = 1;
       sheet.push_back(t);
     }
   if (sheet.empty())
@@ -248,20 +245,20 @@ void HoleFinder::keepGaps(double gap, double spacings, std::vector<std::uint8_t>
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (keep[t])
       for (const std::int32_t v : mesh_.triangles[t])
-        isRim[at(v)] = 1;
+        isRim[v] = 1;
   std::vector<std::int32_t> rim;
   for (const std::int32_t t : sheet)
-    for (const std::int32_t v : mesh_.triangles[at(t)])
-      if (isRim[at(v)] == 1) {
-        isRim[at(v)] = 2; // once
+    for (const std::int32_t v : mesh_.triangles[t])
+      if (isRim[v] == 1) {
+        isRim[v] = 2; // once
         rim.push_back(v);
       }
   const std::vector<std::uint8_t> isFilled =
       close(mesh_, groupCorners(mesh_, isSheet), describeRim(rim, gap, spacings), isOnBoundary_);
-  const auto isInside = [&](std::int32_t v) { return isRim[at(v)] || isFilled[at(v)]; };
+  const auto isInside = [&](std::int32_t v) { return isRim[v] || isFilled[v]; };
   for (const std::int32_t t : sheet) {
-    const Triangle& corners = mesh_.triangles[at(t)];
-    keep[at(t)] = isInside(corners[0]) && isInside(corners[1]) && isInside(corners[2]) ? 1 : 0;
+    const Triangle& corners = mesh_.triangles[t];
+    keep[t] = isInside(corners[0]) && isInside(corners[1]) && isInside(corners[2]) ? 1 : 0;
   }
 }
 
@@ -283,7 +280,7 @@ std::vector<std::int32_t> HoleFinder::fillings(const std::vector<std::uint8_t>& 
 {
   std::vector<std::int32_t> kept;
   for (const std::int32_t t : unsupported_)
-    if (keep[at(t)])
+    if (keep[t])
       kept.push_back(t);
   return kept;
 }
@@ -291,7 +288,7 @@ std::vector<std::int32_t> HoleFinder::fillings(const std::vector<std::uint8_t>& 
 /// True for what is farther from the points than any surface that follows them. \pre its first vertex was searched for
 bool HoleFinder::isInvented(std::int32_t triangle) const
 {
-  const std::int32_t first = mesh_.triangles[at(triangle)][0];
+  const std::int32_t first = mesh_.triangles[triangle][0];
   return std::sqrt(nearest_.squaredDistance(first)) > inventedFrom * points_.spacings[nearest_.point(first)];
 }
 
@@ -300,7 +297,7 @@ bool HoleFinder::anyInvented(const std::vector<std::uint8_t>& keep)
   const std::vector<std::int32_t> kept = fillings(keep);
   std::vector<std::int32_t> firstCorners;
   for (const std::int32_t t : kept)
-    firstCorners.push_back(mesh_.triangles[at(t)][0]);
+    firstCorners.push_back(mesh_.triangles[t][0]);
   nearest_.find(firstCorners);
   return std::any_of(kept.begin(), kept.end(), [this](std::int32_t t) { return isInvented(t); });
 }
@@ -314,26 +311,26 @@ std::vector<std::uint8_t> HoleFinder::dropDenied(const std::vector<std::uint8_t>
   std::vector<std::int32_t> wide;
   std::vector<Place> places;
   for (const std::int32_t t : kept) {
-    if (narrow[at(t)])
+    if (narrow[t])
       continue;
-    const std::int32_t first = mesh_.triangles[at(t)][0];
+    const std::int32_t first = mesh_.triangles[t][0];
     wide.push_back(t);
-    places.push_back({mesh_.vertices[at(first)], deniedFrom * points_.spacings[nearest_.point(first)]});
+    places.push_back({mesh_.vertices[first], deniedFrom * points_.spacings[nearest_.point(first)]});
   }
   const std::vector<std::uint8_t> isDenied = findDenied(places, points_, execution_);
   std::vector<std::int32_t> fillingOf;
-  const std::size_t count = at(group(kept, fillingOf));
+  const std::size_t count = group(kept, fillingOf);
   std::vector<double> possible(count, 0), denied(count, 0);
   for (std::size_t n = 0; n < wide.size(); ++n) {
     const std::int32_t t = wide[n];
-    (isDenied[n] ? denied : possible)[at(fillingOf[at(t)])] += areas_[at(t)];
+    (isDenied[n] ? denied : possible)[fillingOf[t]] += areas_[t];
     if (isDenied[n])
-      keep[at(t)] = 0;
+      keep[t] = 0;
   }
   std::vector<std::uint8_t> isFringe(keep.size(), 0);
   for (const std::int32_t t : kept) {
-    const std::size_t filling = at(fillingOf[at(t)]);
-    isFringe[at(t)] = keep[at(t)] && denied[filling] > possible[filling] ? 1 : 0;
+    const std::size_t filling = fillingOf[t];
+    isFringe[t] = keep[t] && denied[filling] > possible[filling] ? 1 : 0;
   }
   return isFringe;
 }
@@ -341,9 +338,9 @@ std::vector<std::uint8_t> HoleFinder::dropDenied(const std::vector<std::uint8_t>
 /// The unit normal.
 Eigen::Vector3f HoleFinder::normalOf(std::int32_t triangle) const
 {
-  const Triangle& corners = mesh_.triangles[at(triangle)];
-  const Eigen::Vector3f& a = mesh_.vertices[at(corners[0])];
-  return (mesh_.vertices[at(corners[1])] - a).cross(mesh_.vertices[at(corners[2])] - a).normalized();
+  const Triangle& corners = mesh_.triangles[triangle];
+  const Eigen::Vector3f& a = mesh_.vertices[corners[0]];
+  return (mesh_.vertices[corners[1]] - a).cross(mesh_.vertices[corners[2]] - a).normalized();
 }
 
 /// Leaves of fillings that turn away from the surface around them what `narrow` keeps; and of fringes that only follow
@@ -353,19 +350,19 @@ void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, const std:
 {
   const std::vector<std::int32_t> kept = fillings(keep);
   std::vector<std::int32_t> fillingOf;
-  const std::size_t count = at(group(kept, fillingOf));
+  const std::size_t count = group(kept, fillingOf);
   std::vector<double> invented(count, 0), continued(count, 0);
   for (const std::int32_t t : kept) {
     if (!isInvented(t))
       continue;
-    const std::size_t filling = at(fillingOf[at(t)]);
-    invented[filling] += areas_[at(t)];
-    continued[filling] += areas_[at(t)] * normalOf(t).dot(points_.normals[nearest_.point(mesh_.triangles[at(t)][0])]);
+    const std::size_t filling = fillingOf[t];
+    invented[filling] += areas_[t];
+    continued[filling] += areas_[t] * normalOf(t).dot(points_.normals[nearest_.point(mesh_.triangles[t][0])]);
   }
   for (const std::int32_t t : kept) {
-    const std::size_t filling = at(fillingOf[at(t)]);
-    if (continued[filling] < minContinuation * invented[filling] || (isFringe[at(t)] && invented[filling] == 0))
-      keep[at(t)] = narrow[at(t)];
+    const std::size_t filling = fillingOf[t];
+    if (continued[filling] < minContinuation * invented[filling] || (isFringe[t] && invented[filling] == 0))
+      keep[t] = narrow[t];
   }
 }
 
@@ -377,18 +374,18 @@ void HoleFinder::dropUnseen(const std::vector<std::uint8_t>& narrow, std::vector
     return;
   const std::vector<std::int32_t> kept = fillings(keep);
   std::vector<std::int32_t> fillingOf;
-  const std::size_t count = at(group(kept, fillingOf));
+  const std::size_t count = group(kept, fillingOf);
   std::vector<float> facing(kept.size());
   std::vector<double> missing(count, 0); // of the invented area's mean
   for (std::size_t n = 0; n < kept.size(); ++n) {
     const std::int32_t t = kept[n];
-    facing[n] = viewpoints.facing(mesh_.vertices[at(mesh_.triangles[at(t)][0])], normalOf(t));
+    facing[n] = viewpoints.facing(mesh_.vertices[mesh_.triangles[t][0]], normalOf(t));
     if (isInvented(t))
-      missing[at(fillingOf[at(t)])] += areas_[at(t)] * (minFacing - facing[n]);
+      missing[fillingOf[t]] += areas_[t] * (minFacing - facing[n]);
   }
   for (std::size_t n = 0; n < kept.size(); ++n) {
-    const std::size_t t = at(kept[n]);
-    if (missing[at(fillingOf[t])] > 0 && facing[n] < minFacing)
+    const std::size_t t = kept[n];
+    if (missing[fillingOf[t]] > 0 && facing[n] < minFacing)
       keep[t] = narrow[t];
   }
 }

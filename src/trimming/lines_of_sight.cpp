@@ -3,6 +3,8 @@
 
 #include <pcl/surface/mrf/neighbor_search.h>
 
+#include "base/loops.h"
+
 #include <algorithm>
 #include <memory>
 
@@ -13,8 +15,7 @@ namespace {
 /// As far as a point stands for the surface around it, in its spacings.
 constexpr float cover = 2;
 
-/// How many points next to a line of sight are asked whether they are in front. One would do but at silhouettes, where
-/// the nearest may be of what is behind.
+/// Points next to a line of sight that are looked at. More than one, because at a silhouette the nearest may lie behind.
 constexpr int besideSight = 12;
 
 /// The points as a sensor sees them: moved along their lines of sight onto a sphere around it, where what is in front
@@ -27,10 +28,7 @@ public:
     const BoundingBox box = boundingBox(points.positions);
     radius_ = (sensor_ - (box.lower + box.upper).cast<double>() / 2).norm();
     std::vector<Eigen::Vector3f> seen(points.size());
-    execution.forRange(static_cast<std::int64_t>(points.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-        seen[i] = onSphere(points.positions[i]);
-    });
+    forEach(execution, points.size(), 4096, [&](std::size_t i) { seen[i] = onSphere(points.positions[i]); });
     search_->setPoints(seen, execution);
   }
 
@@ -42,7 +40,7 @@ public:
     const Eigen::Vector3f direction = sight.normalized().cast<float>();
     const int found = search_->nearest(onSphere(place.position), besideSight, besides);
     for (int n = 0; n < found; ++n) {
-      const auto i = static_cast<std::size_t>(besides.indices[static_cast<std::size_t>(n)]);
+      const std::size_t i = besides.indices[n];
       // Where the line of sight meets the point's tangent plane, seen from the place.
       const Eigen::Vector3f point = points_.positions[i] - place.position;
       const float facing = points_.normals[i].dot(direction);
@@ -82,9 +80,9 @@ std::vector<std::uint8_t> findDenied(const std::vector<Place>& places, const Ori
     if (std::find(isDenied.begin(), isDenied.end(), std::uint8_t{1}) == isDenied.end())
       break;
     const View view(sensor, points, execution);
-    execution.forRange(static_cast<std::int64_t>(places.size()), 256, [&](std::int64_t begin, std::int64_t end) {
+    execution.forRange(places.size(), 256, [&](std::size_t begin, std::size_t end) {
       Neighbors besides;
-      for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
+      for (std::size_t n = begin; n < end; ++n)
         if (isDenied[n])
           isDenied[n] = view.denies(places[n], isOnly, besides) ? 1 : 0;
     });

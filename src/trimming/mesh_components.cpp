@@ -29,9 +29,9 @@ pickVertices(const TriangleMesh& mesh, const std::vector<std::int32_t>& componen
     if (componentOf[t] < 0)
       continue;
     for (const std::int32_t v : mesh.triangles[t])
-      if (!isSeen[at(v)] && mesh.confidences[at(v)] > 0) {
-        isSeen[at(v)] = 1;
-        picked[at(componentOf[t])].push_back(v);
+      if (!isSeen[v] && mesh.confidences[v] > 0) {
+        isSeen[v] = 1;
+        picked[componentOf[t]].push_back(v);
       }
   }
   for (std::vector<std::int32_t>& vertices : picked) {
@@ -58,7 +58,7 @@ public:
     for (std::size_t t = 0; t < componentOf.size(); ++t)
       if (componentOf[t] >= 0)
         for (const std::int32_t v : mesh.triangles[t])
-          componentOfVertex_[at(v)] = componentOf[t];
+          componentOfVertex_[v] = componentOf[t];
     vertexSearch_->setPoints(mesh.vertices, execution);
   }
 
@@ -70,7 +70,7 @@ public:
     std::size_t coherent = 0, apart = 0;
     Neighbors nearest;
     for (const std::int32_t v : vertices) {
-      if (search_.nearest(mesh_.vertices[at(v)], 1, nearest) < 1)
+      if (search_.nearest(mesh_.vertices[v], 1, nearest) < 1)
         continue;
       const int point = nearest.indices.front();
       if (std::find(asked.begin(), asked.end(), point) != asked.end())
@@ -92,8 +92,8 @@ public:
 private:
   std::int32_t nearestComponent(int point, Neighbors& scratch) const
   {
-    vertexSearch_->nearest(points_.positions[at(point)], 1, scratch);
-    return componentOfVertex_[at(scratch.indices.front())];
+    vertexSearch_->nearest(points_.positions[point], 1, scratch);
+    return componentOfVertex_[scratch.indices.front()];
   }
 
   /// Of the neighbors of a point.
@@ -106,7 +106,7 @@ private:
   {
     constexpr int around = 8;
     Neighbors neighbors;
-    search_.nearest(points_.positions[at(point)], around + 1, neighbors);
+    search_.nearest(points_.positions[point], around + 1, neighbors);
     int behind = 0, agreeing = 0;
     Company company;
     for (std::size_t n = 0; n < neighbors.indices.size(); ++n) {
@@ -115,11 +115,11 @@ private:
         continue;
       if (nearestComponent(other, scratch) != component) {
         if (!points_.spacings.empty())
-          company.spacingBeside = std::min(company.spacingBeside, points_.spacings[at(other)]);
+          company.spacingBeside = std::min(company.spacingBeside, points_.spacings[other]);
         continue;
       }
       ++behind;
-      if (points_.normals[at(other)].dot(points_.normals[at(point)]) > minAgreement && ++agreeing == 2)
+      if (points_.normals[other].dot(points_.normals[point]) > minAgreement && ++agreeing == 2)
         company.reach = std::sqrt(neighbors.squaredDistances[n]);
     }
     if (3 * agreeing < behind)
@@ -129,17 +129,15 @@ private:
 
   bool isAlone(int point, std::int32_t component, float reach, Neighbors& scratch) const
   {
-    vertexSearch_->within(points_.positions[at(point)], reach, scratch);
+    vertexSearch_->within(points_.positions[point], reach, scratch);
     return std::all_of(scratch.indices.begin(), scratch.indices.end(),
-                       [&](int v) { return componentOfVertex_[at(v)] == component; });
+                       [&](int v) { return componentOfVertex_[v] == component; });
   }
 
   /// Cosine of 40°: one in nine pairs of random directions agrees, one in 70 triples.
   static constexpr float minAgreement = .766f;
 
-  /// Of 184 patches of a few points of four real clouds and two streets one reached farther than 6 spacings, one of
-  /// four clumps of outliers did not reach 7.
-  static constexpr float maxReach = 6;
+  static constexpr float maxReach = 6; ///< spacings: clumps of outliers mostly reach farther
 
   const TriangleMesh& mesh_;
   const OrientedPoints& points_;
@@ -161,9 +159,9 @@ std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const Ori
     return isPoor;
   const std::vector<std::vector<std::int32_t>> picked = pickVertices(mesh, componentOf, components);
   const ComponentSupport support(mesh, points, search, componentOf, execution);
-  execution.forRange(static_cast<std::int64_t>(components), 1, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(components, 1, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t c = begin; c < end; ++c) {
-      const auto component = static_cast<std::size_t>(c);
+      const std::size_t component = c;
       isPoor[component] =
           support.isEnough(static_cast<std::int32_t>(c), picked[component], min, minPointsApart) ? 0 : 1;
     }
@@ -182,11 +180,11 @@ std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints&
   const std::int32_t components = groupTriangles(mesh, keep, execution, componentOf, isTorn);
   if (components < 2)
     return 0;
-  std::vector<double> area(at(components), 0);
+  std::vector<double> area(components, 0);
   double total = 0;
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (keep[t] && supported[t]) {
-      area[at(componentOf[t])] += areas[t];
+      area[componentOf[t]] += areas[t];
       total += areas[t];
     }
   std::vector<std::uint8_t> isDropped = findPoorComponents(
@@ -194,9 +192,9 @@ std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints&
   for (std::size_t c = 0; c < area.size(); ++c)
     if (area[c] < options.minComponentShare * total)
       isDropped[c] = 1;
-  isDropped[static_cast<std::size_t>(std::max_element(area.begin(), area.end()) - area.begin())] = 0;
+  isDropped[std::max_element(area.begin(), area.end()) - area.begin()] = 0;
   for (std::size_t t = 0; t < keep.size(); ++t)
-    if (keep[t] && isDropped[at(componentOf[t])])
+    if (keep[t] && isDropped[componentOf[t]])
       keep[t] = 0;
   return std::count(isDropped.begin(), isDropped.end(), std::uint8_t{1});
 }

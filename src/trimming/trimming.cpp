@@ -35,9 +35,8 @@ std::vector<std::uint8_t> findSupported(const TriangleMesh& mesh, Execution& exe
   std::vector<std::uint8_t> supported(mesh.triangles.size());
   forTriangles(mesh, execution, [&](std::size_t t) {
     const Triangle& corners = mesh.triangles[t];
-    supported[t] =
-        hasValidIndices(mesh, t) && (mesh.confidences[at(corners[0])] > 0 || mesh.confidences[at(corners[1])] > 0 ||
-                                     mesh.confidences[at(corners[2])] > 0);
+    supported[t] = hasValidIndices(mesh, t) && (mesh.confidences[corners[0]] > 0 || mesh.confidences[corners[1]] > 0 ||
+                                                mesh.confidences[corners[2]] > 0);
   });
   return supported;
 }
@@ -57,7 +56,7 @@ bool isAllUsed(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep)
   std::vector<std::uint8_t> isUsed(mesh.vertices.size(), 0);
   for (const Triangle& t : mesh.triangles)
     for (const std::int32_t v : t)
-      isUsed[at(v)] = 1;
+      isUsed[v] = 1;
   return std::all_of(isUsed.begin(), isUsed.end(), isSet);
 }
 

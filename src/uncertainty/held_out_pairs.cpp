@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/held_out_pairs.h"
 
-#include "base/index_hash.h"
+#include "base/loops.h"
+#include "base/random.h"
+#include "field/first_order.h"
 #include "solver/whole_level.h"
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -77,14 +79,13 @@ public:
     const Lattice lattice = latticeAround(options.multiscale.voxelSize);
     const WholeLevel level({lattice}, toSamples(seen_, lattice, spacing, serial),
                            levelWeights(prior, options.observation, spacing, lattice.spacing, true), prior, serial);
-    std::vector<float> values(static_cast<std::size_t>(lattice.size.count()), 0);
+    std::vector<float> values(lattice.size.count(), 0);
     level.solve(roughSolver(prior, tolerance), values, serial);
     const DistanceField field(lattice, std::move(values), {});
     Eigen::Vector3f gradient;
     const auto residual = [&](const Eigen::Vector3f& at) {
-      // As in choosing ℓ: neither a flat field nor a steep one passes for a close one.
       const float distance = field.sampleDistance(at, gradient);
-      return distance / std::clamp(gradient.norm(), .1f, 1.f);
+      return distance / slopeWithin(heldOutSlope, gradient);
     };
     for (const auto& [first, second] : pairs_) {
       const float ofSecond = residual(second), ofFirst = residual(first);
@@ -106,9 +107,9 @@ private:
     std::size_t best = i;
     float min = std::numeric_limits<float>::infinity();
     for (const int j : found.indices) {
-      const Eigen::Vector3f to = points.positions[static_cast<std::size_t>(j)] - points.positions[i];
+      const Eigen::Vector3f to = points.positions[j] - points.positions[i];
       const float along = points.normals[i].dot(to), squared = to.squaredNorm() - along * along;
-      const bool isSameSheet = points.normals[static_cast<std::size_t>(j)].dot(points.normals[i]) > 0;
+      const bool isSameSheet = points.normals[j].dot(points.normals[i]) > 0;
       if (static_cast<std::size_t>(j) != i && isSameSheet && squared < min) {
         min = squared;
         best = static_cast<std::size_t>(j);
@@ -147,10 +148,8 @@ std::vector<HeldOutPair> holdOutPairs(const OrientedPoints& points, const Neighb
   const double voxelSize = options.multiscale.voxelSize;
   const std::vector<Eigen::Vector3f> centers = spreadCenters(points.positions, 2 * (ballRadius - margin) * voxelSize);
   std::vector<std::vector<HeldOutPair>> ofBalls(centers.size());
-  execution.forRange(static_cast<std::int64_t>(centers.size()), 1, [&](std::int64_t begin, std::int64_t end) {
-    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
-      ofBalls[n] = Ball(points, search, centers[n], voxelSize).solve(spacing, options);
-  });
+  forEach(execution, centers.size(), 1,
+          [&](std::size_t n) { ofBalls[n] = Ball(points, search, centers[n], voxelSize).solve(spacing, options); });
   execution.poll();
   std::vector<HeldOutPair> pairs;
   for (const std::vector<HeldOutPair>& ofBall : ofBalls)

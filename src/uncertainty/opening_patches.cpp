@@ -27,7 +27,7 @@ std::vector<std::uint32_t> pointsOfDisc(const OrientedPoints& points, const Neig
   std::vector<std::uint32_t> inside;
   search.within(points.positions[center], radius, found);
   for (const int i : found.indices)
-    if (points.normals[static_cast<std::size_t>(i)].dot(points.normals[center]) > 0)
+    if (points.normals[i].dot(points.normals[center]) > 0)
       inside.push_back(static_cast<std::uint32_t>(i));
   return inside;
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/plausible_surfaces.h"
 
-#include "uncertainty/bulge.h"
-#include "uncertainty/students_t.h"
+#include "base/loops.h"
 
 #include <pcl/surface/mrf/report.h>
 
+#include <boost/math/distributions/students_t.hpp>
 #include <Eigen/Geometry>
 
 #include <cmath>
@@ -66,11 +66,8 @@ private:
   void forVertices(const Body& body) const
   {
     for (std::size_t n = 0; n < draws_.size(); ++n)
-      execution_.forRange(static_cast<std::int64_t>(vertices_[n].size()), surfaceGrain,
-                          [&](std::int64_t begin, std::int64_t end) {
-                            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-                              body(draws_[n], static_cast<std::size_t>(vertices_[n][i]));
-                          });
+      forEach(execution_, vertices_[n].size(), surfaceGrain,
+              [&](std::size_t i) { body(draws_[n], static_cast<std::size_t>(vertices_[n][i])); });
   }
 
   /// Of the mesh on which a draw puts the offset.
@@ -114,7 +111,7 @@ struct MovedTriangle {
   MovedTriangle(const TriangleMesh& mesh, const std::vector<float>& distances, const Triangle& triangle)
   {
     for (std::size_t c = 0; c < 3; ++c) {
-      const auto v = static_cast<std::size_t>(triangle[c]);
+      const std::size_t v = triangle[c];
       normals[c] = mesh.normals[v].cast<double>();
       corners[c] = mesh.vertices[v].cast<double>() + static_cast<double>(distances[v]) * normals[c];
     }
@@ -170,13 +167,8 @@ private:
   template <typename Measure>
   double sum(const Measure& measure)
   {
-    return execution_.sum(static_cast<std::int64_t>(mesh_.triangles.size()), surfaceGrain,
-                          [&](std::int64_t begin, std::int64_t end) {
-                            double result = 0;
-                            for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t)
-                              result += measure(mesh_.triangles[t]);
-                            return result;
-                          });
+    return sumOver(execution_, mesh_.triangles.size(), surfaceGrain,
+                   [&](std::size_t t) { return measure(mesh_.triangles[t]); });
   }
 
   const TriangleMesh& mesh_;
@@ -187,6 +179,11 @@ private:
 };
 
 } // namespace
+
+double studentHalfWidth(double freedom)
+{
+  return boost::math::quantile(boost::math::students_t(freedom), .975);
+}
 
 std::vector<std::vector<std::int32_t>> nearestVolumes(const std::vector<Eigen::Vector3f>& vertices,
                                                       const std::vector<BoundingBox>& volumes)

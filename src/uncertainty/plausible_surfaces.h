@@ -16,6 +16,7 @@
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -27,6 +28,21 @@ inline int numberOfDraws(const UncertaintyOptions& options)
 {
   return std::max(options.samples, options.surfaces);
 }
+
+/// Mean height over a triangle of the paraboloid through its corners that is perpendicular to the normals there: amid
+/// an edge it is as high as the arc whose ends have these normals, and a third of the area stands for each edge.
+inline double meanBulge(const std::array<Eigen::Vector3d, 3>& corners, const std::array<Eigen::Vector3d, 3>& normals)
+{
+  double heights = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::size_t next = (c + 1) % 3;
+    heights += (corners[next] - corners[c]).dot(normals[next] - normals[c]) / 8;
+  }
+  return heights / 3;
+}
+
+/// Half of the width of an interval of 95 %, in standard deviations: 1.96 for many degrees of freedom.
+double studentHalfWidth(double freedom);
 
 /// The vertices that lie in, or nearest to, each of the volumes.
 std::vector<std::vector<std::int32_t>> nearestVolumes(const std::vector<Eigen::Vector3f>& vertices,

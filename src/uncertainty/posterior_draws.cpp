@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/posterior_draws.h"
 
+#include "base/loops.h"
 #include "field/prior.h"
 #include "solver/grid_solver.h"
 
@@ -18,13 +19,13 @@ constexpr std::int64_t drawGrain = 1 << 14;
 /// The first numbers of a kind.
 std::vector<float> drawOf(NormalDraws::Kind kind, std::int64_t count, const NormalDraws& draws, Execution& execution)
 {
-  std::vector<float> values(static_cast<std::size_t>(count));
+  std::vector<float> values(count);
   execution.forRange(count, drawGrain, [&](std::int64_t begin, std::int64_t end) { // it is even
     for (std::int64_t v = begin; v < end; v += 2) {
       const std::array<float, 2> pair = draws.pair(kind, static_cast<std::uint64_t>(v / 2));
-      values[static_cast<std::size_t>(v)] = pair[0];
+      values[v] = pair[0];
       if (v + 1 < end)
-        values[static_cast<std::size_t>(v + 1)] = pair[1];
+        values[v + 1] = pair[1];
     }
   });
   return values;
@@ -35,7 +36,7 @@ std::vector<double> drawOfDifferences(const GridSize& size, const NormalDraws& d
 {
   // Three of each voxel, along x, y and z; what leads out of the grid is not used.
   const std::vector<float> edges = drawOf(NormalDraws::Kind::edges, 3 * size.count(), draws, execution);
-  std::vector<double> values(static_cast<std::size_t>(size.count()));
+  std::vector<double> values(size.count());
   const auto stride = static_cast<std::size_t>(size.x), plane = static_cast<std::size_t>(size.planeCount());
   execution.forRange(size.z, 1, [&](std::int64_t z, std::int64_t) {
     for (int y = 0; y < size.y; ++y)
@@ -100,10 +101,7 @@ PackedValues drawOfTerms(const SolverGrid& grid, const GridSize& size, Prior pri
   drawOfData(grid, draws, eta, execution);
   // Whole grids are packed in the order of their lattice.
   const std::vector<double> ofPrior = drawOfPrior(size, prior, draws, execution);
-  execution.forRange(size.count(), drawGrain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto v = static_cast<std::size_t>(begin); v < static_cast<std::size_t>(end); ++v)
-      eta[v] += static_cast<float>(ofPrior[v]);
-  });
+  forEach(execution, size.count(), drawGrain, [&](std::size_t v) { eta[v] += static_cast<float>(ofPrior[v]); });
   return eta;
 }
 
@@ -111,7 +109,7 @@ std::vector<float> drawOfPosterior(const std::vector<SolverGrid>& grids, const G
                                    const NormalDraws& draws, int steps, Execution& execution)
 {
   const PackedValues eta = drawOfTerms(grids.front(), size, prior, draws, execution);
-  std::vector<float> result(static_cast<std::size_t>(size.count()), 0);
+  std::vector<float> result(size.count(), 0);
   SolverOptions solver;
   solver.changeTolerance = 0; // of all voxels near the zero level, which a draw does not have
   LevelPlan plan{steps};

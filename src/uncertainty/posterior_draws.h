@@ -8,8 +8,8 @@
 /// along the lattice's edges, L = DᵀD, the factor is L^(k/2) for an even k and L^((k−1)/2) Dᵀ for an odd one.
 #pragma once
 
-#include "base/normal_draws.h"
-#include "base/packed_values.h"
+#include "base/arrays.h"
+#include "base/random.h"
 #include "solver/grids.h"
 
 #include <pcl/surface/mrf/options.h>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/uncertainty.h"
 
-#include "uncertainty/bulge.h"
+#include "base/select_values.h"
 #include "uncertainty/plausible_surfaces.h"
-#include "uncertainty/students_t.h"
 #include "uncertainty/uncertainty_evidence.h"
 
 #include <pcl/surface/mrf/report.h>
@@ -41,21 +40,17 @@ double squared(double value)
   return value * value;
 }
 
-/// \param share 0..1 \return 0 of nothing
+/// \return 0 of nothing
 template <typename Value>
-double quantile(std::vector<Value> values, double share)
+double quantileOrZero(const std::vector<Value>& values, double share)
 {
-  if (values.empty())
-    return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return static_cast<double>(*at);
+  return values.empty() ? 0 : static_cast<double>(quantile(values, share));
 }
 
 /// \return 0 of nothing
 double cappedMean(const std::vector<float>& values)
 {
-  const double limit = quantile(values, .95);
+  const double limit = quantileOrZero(values, .95);
   double sum = 0;
   for (const float value : values)
     sum += std::min(static_cast<double>(value), limit);
@@ -75,11 +70,7 @@ double cappedMean(const std::vector<float>& values)
 /// along the edges of trilinear voxels, which pushes it outward where it is curved; the vertices of fitted triangles
 /// stand off it as well (RemesherOptions::fit).
 ///
-/// The form and the learnt factors come from 40 scans of 30,000 points with six holes of 3 to 8 % of the diagonal, of
-/// the elephant, armadillo, man, bear, camel, dragon, femur, blob and pig of CGAL's data and two heads, without noise
-/// and with .25 % of the diagonal: σ² grew with √V, and to 3.3 and 12 times at one and at two times δ₇₅ without noise,
-/// to 1.4 times and 2 with it. The half in s is from the scans of `pcl_mrf_experiments --only uncertainty` and
-/// 16 such clean ones; 32 more, with seeds that nothing was fitted to, are the ones of the README.
+/// The form and the learnt factors come from simulated scans with and without noise; see method.md.
 class SigmaModel {
 public:
   /// \param evidence of the mesh's vertices
@@ -138,9 +129,9 @@ private:
         biases.push_back(evidence[v].bias);
       }
     constexpr double tiny = std::numeric_limits<float>::min();
-    medianVariance_ = std::max(quantile(variances, .5), tiny);
-    medianChange_ = quantile(changes, .5);
-    upperChange_ = std::max(quantile(changes, .75), tiny);
+    medianVariance_ = std::max(quantileOrZero(variances, .5), tiny);
+    medianChange_ = quantileOrZero(changes, .5);
+    upperChange_ = std::max(quantileOrZero(changes, .75), tiny);
     // A few places where the coarse grid has no sheet at all would rule the mean.
     meanChange_ = cappedMean(changes);
     meanBias_ = cappedMean(biases);
@@ -156,7 +147,7 @@ private:
         differences.push_back(static_cast<double>(std::abs(pair.first - pair.second)));
       }
     // Of a hundred pairs one may be at an edge that all the others know nothing of.
-    const double limit = 9 * quantile(squares, .9);
+    const double limit = 9 * quantileOrZero(squares, .9);
     double square = 0, product = 0;
     for (std::size_t n = 0; n < squares.size(); ++n) {
       square += std::min(squares[n], limit);
@@ -166,8 +157,7 @@ private:
     hasPairs_ = count >= pairsLearnt;
     square /= std::max(count, 1.);
     product /= std::max(count, 1.);
-    constexpr double deviationPerMedian = 1.4826; // of a Gaussian's absolute value
-    noise_ = squared(deviationPerMedian * quantile(differences, .5)) / 2;
+    noise_ = squared(deviationPerMedian * quantileOrZero(differences, .5)) / 2;
     const double error = errorAmidData(product, square, count);
     biasShare_ = meanBias_ > 0 ? learnt.bias * std::max(1 - noise_ / nearestPoints / meanBias_, 0.) : 0;
     // Where refining changes less than the error, as on a grid that is as fine, the change tells nothing of it.
@@ -278,7 +268,7 @@ double meanBulgeAmidData(const TriangleMesh& mesh)
     std::array<Eigen::Vector3d, 3> corners, normals;
     bool isMeasured = true;
     for (std::size_t c = 0; c < 3; ++c) {
-      const auto v = static_cast<std::size_t>(triangle[c]);
+      const std::size_t v = triangle[c];
       corners[c] = mesh.vertices[v].cast<double>();
       normals[c] = mesh.normals[v].cast<double>();
       isMeasured = isMeasured && mesh.confidences[v] > 0;
@@ -311,10 +301,10 @@ void setBiases(const TriangleMesh& mesh, std::vector<Evidence>& evidence)
   for (const Triangle& corners : mesh.triangles)
     for (const std::int32_t to : corners)
       for (const std::int32_t from : corners)
-        if (mesh.confidences[static_cast<std::size_t>(from)] > 0) {
-          const float offset = evidence[static_cast<std::size_t>(from)].offset;
-          evidence[static_cast<std::size_t>(to)].bias += offset * offset;
-          ++counts[static_cast<std::size_t>(to)];
+        if (mesh.confidences[from] > 0) {
+          const float offset = evidence[from].offset;
+          evidence[to].bias += offset * offset;
+          ++counts[to];
         }
   for (std::size_t v = 0; v < evidence.size(); ++v)
     evidence[v].bias /= std::max(counts[v], 1.f);
@@ -322,7 +312,8 @@ void setBiases(const TriangleMesh& mesh, std::vector<Evidence>& evidence)
 
 SigmaQuantiles quantilesOf(const std::vector<float>& sigmas)
 {
-  return {static_cast<std::int64_t>(sigmas.size()), quantile(sigmas, .5), quantile(sigmas, .95), quantile(sigmas, 1)};
+  return {static_cast<std::int64_t>(sigmas.size()), quantileOrZero(sigmas, .5), quantileOrZero(sigmas, .95),
+          quantileOrZero(sigmas, 1)};
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/uncertainty_evidence.h"
 
+#include "field/first_order.h"
 #include "levels/level_memory.h"
 #include "levels/multiscale.h"
 #include "mesh/vertex_fields.h"
@@ -24,9 +25,8 @@ namespace {
 /// take a third of what the rest of a run takes.
 constexpr double voxelsPerPoint = 4, minVoxels = 1 << 15, maxVoxels = 1 << 18;
 
-/// Steps of conjugate gradients for a draw. On a head with holes of 7 % of the diagonal three leave the standard
-/// deviation 6 % below that of thirty in the middle of holes, and are the same amid data; discs are filled by the same
-/// three steps, so that the factor makes up for it.
+/// Steps of conjugate gradients for a draw. Three leave the standard deviation a little too small in the middle of
+/// holes; discs are filled by the same three steps, so that the factor makes up for it.
 constexpr int stepsOfDraw = 3;
 
 constexpr std::int64_t evidenceGrain = 1024;
@@ -62,7 +62,7 @@ WholeLevel coarseLevel(const OrientedPoints& points, const BoundingBox& volume, 
 /// The posterior's mean.
 DistanceField meanOf(const WholeLevel& level, Execution& execution)
 {
-  std::vector<float> values(static_cast<std::size_t>(level.lattice().size.count()), 0);
+  std::vector<float> values(level.lattice().size.count(), 0);
   SolverOptions solver;
   solver.changeTolerance = 2e-3;
   level.solve(solver, values, execution);
@@ -73,7 +73,7 @@ DistanceField meanOf(const WholeLevel& level, Execution& execution)
 std::vector<DistanceField> drawsOf(const WholeLevel& level, int count, std::uint64_t seed, Execution& execution)
 {
   const auto scale = static_cast<float>(std::sqrt(level.weights().value));
-  std::vector<DistanceField> result(static_cast<std::size_t>(count));
+  std::vector<DistanceField> result(count);
   // Each on one thread: levels of this size gain little by several.
   execution.forRange(count, 1, [&](std::int64_t n, std::int64_t) {
     Execution serial(1);
@@ -81,7 +81,7 @@ std::vector<DistanceField> drawsOf(const WholeLevel& level, int count, std::uint
                                               NormalDraws(seed, static_cast<std::uint64_t>(n)), stepsOfDraw, serial);
     for (float& value : draw)
       value *= scale;
-    result[static_cast<std::size_t>(n)] = DistanceField(level.lattice(), std::move(draw), {});
+    result[n] = DistanceField(level.lattice(), std::move(draw), {});
   });
   return result;
 }
@@ -97,12 +97,6 @@ float varianceOf(const std::vector<DistanceField>& draws, const Eigen::Vector3f&
   return sum / static_cast<float>(draws.size());
 }
 
-/// The length of a field's gradient, as far as a surface is moved by it: where it is flat, first order ends.
-float slopeOf(const Eigen::Vector3f& gradient)
-{
-  return std::clamp(gradient.norm(), .3f, 1.5f);
-}
-
 /// Towards the zero level, by at most a distance.
 Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float max)
 {
@@ -112,7 +106,7 @@ Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float 
     const float distance = field.sampleDistance(at, gradient);
     const float length = gradient.norm();
     if (length > 0)
-      at -= std::clamp(distance / slopeOf(gradient), -max, max) / length * gradient;
+      at -= std::clamp(distance / slopeWithin(vertexSlope, gradient), -max, max) / length * gradient;
   }
   return at;
 }
@@ -139,9 +133,9 @@ public:
     result_.draws = drawsOf(level, numberOfDraws(options_.uncertainty), seed_, execution_);
     forVertices([&](std::size_t v, Neighbors&) {
       const Eigen::Vector3f& at = mesh_.vertices[v];
-      const float slope = slopeOf(field_.sampleGradient(at));
+      const float slope = slopeWithin(vertexSlope, field_.sampleGradient(at));
       Eigen::Vector3f gradient;
-      const float change = coarse.sampleDistance(at, gradient) / slopeOf(gradient);
+      const float change = coarse.sampleDistance(at, gradient) / slopeWithin(vertexSlope, gradient);
       evidence[v].variance = varianceOf(result_.draws, at) / (slope * slope);
       evidence[v].change = change * change;
       evidence[v].isInPatch = isInPatch(at);
@@ -155,12 +149,11 @@ private:
   template <typename Body>
   void forVertices(const Body& body)
   {
-    execution_.forRange(static_cast<std::int64_t>(vertices_.size()), evidenceGrain,
-                        [&](std::int64_t begin, std::int64_t end) {
-                          Neighbors scratch;
-                          for (std::int64_t n = begin; n < end; ++n)
-                            body(static_cast<std::size_t>(vertices_[static_cast<std::size_t>(n)]), scratch);
-                        });
+    execution_.forRange(vertices_.size(), evidenceGrain, [&](std::int64_t begin, std::int64_t end) {
+      Neighbors scratch;
+      for (std::int64_t n = begin; n < end; ++n)
+        body(static_cast<std::size_t>(vertices_[n]), scratch);
+    });
   }
 
   void measureDistances(std::vector<Evidence>& evidence)
@@ -180,7 +173,7 @@ private:
     if (piece_.search->nearest(at, nearestPoints, nearest) < 1)
       return 0;
     const float distance = std::sqrt(nearest.squaredDistances.front());
-    const auto point = static_cast<std::size_t>(nearest.indices.front());
+    const std::size_t point = nearest.indices.front();
     e.reach = distance / support_.reach(point);
     if (!piece_.points->spacings.empty())
       e.spacing = piece_.points->spacings[point] / spacing_;
@@ -194,7 +187,7 @@ private:
     const OrientedPoints& points = *piece_.points;
     float sum = 0;
     for (const int index : nearest.indices) {
-      const auto p = static_cast<std::size_t>(index);
+      const std::size_t p = index;
       sum += (mesh_.normals[v] + points.normals[p]).dot(mesh_.vertices[v] - points.positions[p]) / 2;
     }
     return nearest.indices.empty() ? 0 : sum / static_cast<float>(nearest.indices.size());
@@ -204,7 +197,7 @@ private:
   {
     Openings openings;
     for (const std::int32_t v : vertices_)
-      openings.add(mesh_.vertices[static_cast<std::size_t>(v)], evidence[static_cast<std::size_t>(v)].distance);
+      openings.add(mesh_.vertices[v], evidence[v].distance);
     const float narrowest = 1.5f * options_.observation.maxDistance;
     result_.patches = choosePatches(*piece_.points, *piece_.search, openings, narrowest, execution_);
     std::vector<std::uint8_t> keep(piece_.points->size(), 1);
@@ -229,19 +222,18 @@ private:
     const std::unique_ptr<NeighborSearch> searchLeft = makePointBins();
     searchLeft->setPoints(left_.positions, execution_);
     std::vector<std::vector<FilledPlace>> places(result_.patches.size());
-    execution_.forRange(static_cast<std::int64_t>(result_.patches.size()), 1, [&](std::int64_t n, std::int64_t) {
+    execution_.forRange(result_.patches.size(), 1, [&](std::int64_t n, std::int64_t) {
       Neighbors nearest;
-      const Patch& patch = result_.patches[static_cast<std::size_t>(n)];
+      const Patch& patch = result_.patches[n];
       for (const std::uint32_t p : patch.points) {
         const Eigen::Vector3f at = projected(coarse, piece_.points->positions[p], patch.radius);
         searchLeft->nearest(at, 1, nearest);
         const float distance = std::sqrt(nearest.squaredDistances.front());
         if (distance < options_.observation.maxDistance) // supported, like the surface there
           continue;
-        const float slope = slopeOf(coarse.sampleGradient(at));
-        places[static_cast<std::size_t>(n)].push_back({varianceOf(result_.draws, at) / (slope * slope),
-                                                       distanceToPoints(at, nearest), distance,
-                                                       static_cast<std::int32_t>(n)});
+        const float slope = slopeWithin(vertexSlope, coarse.sampleGradient(at));
+        places[n].push_back({varianceOf(result_.draws, at) / (slope * slope), distanceToPoints(at, nearest), distance,
+                             static_cast<std::int32_t>(n)});
       }
     });
     for (const std::vector<FilledPlace>& ofPatch : places)
@@ -254,7 +246,7 @@ private:
     const int found = piece_.search->nearest(at, nearestPoints, nearest);
     float sum = 0;
     for (const int i : nearest.indices) {
-      const auto p = static_cast<std::size_t>(i);
+      const std::size_t p = i;
       sum += piece_.points->normals[p].dot(at - piece_.points->positions[p]);
     }
     return sum / static_cast<float>(std::max(found, 1));
@@ -268,7 +260,7 @@ private:
       describePlace(pair.position, nearest, evidence);
       evidence.variance = varianceOf(result_.draws, pair.position);
       Eigen::Vector3f gradient;
-      const float change = coarse.sampleDistance(pair.position, gradient) / slopeOf(gradient);
+      const float change = coarse.sampleDistance(pair.position, gradient) / slopeWithin(vertexSlope, gradient);
       evidence.change = change * change;
       if (isInPatch(pair.position))
         continue;

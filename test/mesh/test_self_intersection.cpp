@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "exact/self_intersections.h"
-#include "mesh/intersecting_triangles.h"
 #include "mesh/polygonizer.h"
 #include "mesh/self_intersection.h"
 #include "support/cancelling.h"
@@ -159,7 +158,7 @@ TEST(SelfIntersection, OnlyPairsWithAMarkedTriangleAreLookedAt)
       unmarked.triangles.push_back(mesh.triangles[t]);
   }
   Execution execution(2);
-  const std::vector<std::int32_t> found = intersectingTriangles(mesh, marked, execution);
+  const std::vector<std::int32_t> found = selfIntersectingTriangles(mesh, execution, marked);
   // A triangle alone against all others tells whether it intersects a marked one.
   std::vector<std::int32_t> expected;
   for (std::size_t t = 0; t < marked.size(); ++t) {

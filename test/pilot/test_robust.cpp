@@ -2,7 +2,7 @@
 #include "pilot/robust.h"
 
 // Structured outliers against a robust field.
-#include "base/normal_draws.h"
+#include "base/random.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/neighbor_search.h>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the point stages are built of: sorting in space, joining sets by many threads, medians, boxes, the best tree.
-#include "base/disjoint_points.h"
+// What the point stages are built of: sorting in space, joining sets by many threads, cells, medians, boxes, the best
+// tree.
+#include "base/cell_hash.h"
+#include "base/disjoint_sets.h"
 #include "base/select_values.h"
 #include "base/spatial_sort.h"
 #include "orientation/orientation_graph.h"
@@ -13,7 +15,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <numeric>
 #include <random>
@@ -137,7 +141,7 @@ TEST(Gather, RunsOfPointsInOneCellEndWhereTheyEnd)
   EXPECT_EQ(gathered(shuffled.positions, {}, 3).points.positions, expected.positions);
 }
 
-TEST(DisjointPoints, JoinedByManyThreadsAsByOne)
+TEST(DisjointSets, JoinedByManyThreadsAsByOne)
 {
   constexpr std::uint32_t count = 20000;
   std::mt19937 random(1);
@@ -161,7 +165,7 @@ TEST(DisjointPoints, JoinedByManyThreadsAsByOne)
   for (const std::uint32_t label : labels)
     ++expectedSizes[label];
   for (const int threads : {1, 4}) {
-    DisjointPoints points(count);
+    DisjointSets points(count);
     Execution execution(threads);
     execution.forRange(count, 16, [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t n = begin; n < end; ++n)
@@ -191,6 +195,44 @@ TEST(Median, IsTheSameWithAndWithoutBuckets)
   }
   Execution execution;
   EXPECT_EQ(median(std::vector<float>{0, 0, 1, std::numeric_limits<float>::infinity()}, execution), 1);
+}
+
+TEST(CellHash, NumbersCellsAsAMapDoes)
+{
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> coordinate(-3, 3);
+  CellHash hash({-2, -2, -2}, .25);
+  std::map<std::array<std::int64_t, 3>, std::uint32_t> expected;
+  for (int n = 0; n < 20000; ++n) {
+    const Eigen::Vector3f position(coordinate(random), coordinate(random), coordinate(random));
+    const CellHash::Cell cell = hash.cellOf(position);
+    const Eigen::Array3d corner = -2 + .25 * cell.cast<double>();
+    // What is before the first cells counts as theirs.
+    ASSERT_TRUE(
+        ((position.cast<double>().array().max(-2) >= corner) && (position.cast<double>().array() < corner + .25))
+            .all());
+    const auto number = static_cast<std::uint32_t>(expected.size());
+    const auto known = expected.try_emplace({cell.x(), cell.y(), cell.z()}, number).first->second;
+    ASSERT_EQ(hash.find(cell), known == number ? CellHash::none : known);
+    ASSERT_EQ(hash.add(cell), known);
+    ASSERT_EQ(hash.find(cell), known);
+    ASSERT_TRUE((hash[known] == cell).all());
+  }
+  EXPECT_EQ(hash.size(), expected.size());
+  EXPECT_EQ(hash.find({1000, 0, 0}), CellHash::none);
+  EXPECT_EQ(hash.find({-1, 0, 0}), CellHash::none);
+  EXPECT_TRUE((hash.cellOf({1e30f, 0, -1e30f}) == CellHash::Cell(CellHash::end - 1, 8, 0)).all());
+  int around = 0;
+  CellHash::forEachAround({1, 1, 1}, [&](const CellHash::Cell& cell) { around += (cell <= 2).all() ? 1 : 0; });
+  EXPECT_EQ(around, 27);
+}
+
+TEST(Quantile, IsTheValueThatItsShareComesBefore)
+{
+  EXPECT_EQ(quantile(std::vector<float>{3, 1, 2, 5, 4}, .5), 3);
+  EXPECT_EQ(quantile(std::vector<double>{3, 1, 2, 5, 4}, .99), 4);
+  EXPECT_EQ(quantile(std::vector<double>{3, 1, 2, 5, 4}, 1), 5);
+  EXPECT_EQ(valueAt(std::vector<int>{3, 1, 2}, 0), 1);
 }
 
 TEST(BoundingBox, HoldsEveryPoint)

@@ -4,7 +4,7 @@
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
 #include "options/validation.h"
-#include "remesher/edge_operations.h"
+#include "remesher/passes.h"
 #include "remesher/intersection_watch.h"
 #include "remesher/relaxation.h"
 #include "remesher/remesher.h"

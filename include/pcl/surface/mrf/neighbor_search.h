@@ -68,14 +68,9 @@ public:
                                Execution& execution, const std::function<void(const NeighborBatch&)>& visit) const;
 };
 
-/// The default: sorted uniform bins for the common case, a tree of bounding boxes over the same sorted positions for
-/// all others, so that uneven clouds and far outliers cost little. Exact: distances in single precision, of equals the
-/// smaller indices. Built in parallel; same answers for any number of threads.
-/// About 30 bytes per position, twice that while it is built.
-///
-/// Why not PCL's tree alone: building both and finding the nine nearest of all points, on one thread, takes .010 s
-/// beside .063 s for 35,000 points on a sphere and .32 s beside 4.2 s for a million, a whole run 1.1 and 1.5 times as
-/// long with the tree (benchmark_points --benchmark_filter=nearest9, pcl_mrf_reconstruction --search kdtree).
+/// The default: points in leaves of sixteen, and a tree of boxes over them, whatever their distribution. Exact:
+/// distances in single precision, of equals the smaller indices. Built in parallel; same answers for any number of
+/// threads. About 20 bytes per position, twice that while it is built.
 PCL_MRF_EXPORT std::unique_ptr<NeighborSearch> makePointBins();
 
 /// pcl::search::KdTree (FLANN) with exact queries; which of equals at the k-th distance it finds is not defined.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "base/polling.h"
+#include "base/loops.h"
 
 #include "support/cancelling.h"
 
@@ -64,4 +64,28 @@ TEST(Polling, SerialLoopsAskByTheirItems)
   };
   EXPECT_EQ(callsDuring(loop), 10);
   expectCancelledWhereverItAsks(loop);
+}
+
+TEST(Loops, EachIndexHasItsTurnAndEachRangeAPart)
+{
+  constexpr std::int64_t count = 10007, grain = 1000;
+  for (const int threads : {1, 3}) {
+    Execution execution(threads);
+    std::vector<int> turns(count, 0);
+    forEach(execution, count, grain, [&](std::size_t i) { ++turns[i]; });
+    forEachPolling<std::int32_t>(execution, count, grain, [&](std::int32_t i) { ++turns[i]; });
+    EXPECT_EQ(turns, std::vector<int>(count, 2));
+    EXPECT_EQ(sumOver(execution, count, grain, [](std::size_t i) { return static_cast<double>(i); }),
+              count * (count - 1) / 2);
+    const auto parts = partsOf<std::vector<std::size_t>>(
+        execution, count, grain, [](std::vector<std::size_t>& part, std::size_t begin, std::size_t end) {
+          part = {begin, end};
+        });
+    ASSERT_EQ(parts.size(), 11u);
+    const std::vector<std::size_t> bounds = joined(parts);
+    for (std::size_t n = 0; n < parts.size(); ++n) {
+      EXPECT_EQ(bounds[2 * n], n * grain);
+      EXPECT_EQ(bounds[2 * n + 1], std::min<std::size_t>((n + 1) * grain, count));
+    }
+  }
 }

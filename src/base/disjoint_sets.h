@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Connected components of points, found by all threads at once.
+/// \brief Connected components, found by all threads at once if need be.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -17,9 +18,9 @@ namespace mrf {
 
 /// Disjoint sets that may be joined concurrently. A set's root is its smallest element, so the result does not depend
 /// on the order of the joins.
-class DisjointPoints {
+class DisjointSets {
 public:
-  explicit DisjointPoints(std::size_t count) : parents_(count)
+  explicit DisjointSets(std::size_t count) : parents_(count)
   {
     for (std::size_t i = 0; i < count; ++i)
       parents_[i].store(static_cast<std::uint32_t>(i), std::memory_order_relaxed);
@@ -60,10 +61,10 @@ public:
   {
     std::vector<std::atomic<std::uint32_t>> result(parents_.size());
     constexpr std::int64_t grain = 1 << 14;
-    execution.forRange(static_cast<std::int64_t>(parents_.size()), grain, [&](std::int64_t begin, std::int64_t end) {
+    execution.forRange(parents_.size(), grain, [&](std::uint32_t begin, std::uint32_t end) {
       // Neighbors in memory tend to be in one set, so that few sums meet.
-      std::uint32_t root = find(static_cast<std::uint32_t>(begin)), number = 0;
-      for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+      std::uint32_t root = find(begin), number = 0;
+      for (std::uint32_t i = begin; i < end; ++i) {
         const std::uint32_t own = find(i);
         if (own != root)
           result[root].fetch_add(std::exchange(number, 0), std::memory_order_relaxed);
@@ -84,6 +85,35 @@ public:
 
 private:
   std::vector<std::atomic<std::uint32_t>> parents_;
+};
+
+/// A partition of elements: the set of each, numbered by their smallest elements.
+struct Partition {
+  std::vector<std::uint32_t> set;
+  std::vector<std::uint32_t> sizes; ///< per set
+
+  /// \param root the same for all elements of a set, some element of it
+  template <typename Root>
+  Partition(std::size_t count, const Root& root) : set(count)
+  {
+    constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+    std::vector<std::uint32_t> numbers(count, none); // at the roots
+    for (std::uint32_t i = 0; i < count; ++i) {
+      std::uint32_t& number = numbers[root(i)];
+      if (number == none) {
+        number = static_cast<std::uint32_t>(sizes.size());
+        sizes.push_back(0);
+      }
+      set[i] = number;
+      ++sizes[number];
+    }
+  }
+
+  /// Whether i is the smallest element of its set.
+  bool isFirst(std::size_t i, std::vector<std::uint8_t>& seen) const
+  {
+    return std::exchange(seen[set[i]], std::uint8_t{1}) == 0;
+  }
 };
 
 } // namespace mrf

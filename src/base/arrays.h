@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief An array of zeros that begins with a cache line.
+/// \brief Large arrays that are not set when they are made, or zero and aligned.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,30 @@
 #include <cstdlib>
 #include <memory>
 #include <new>
+#include <vector>
 
 namespace pcl {
 namespace mrf {
+
+/// Leaves new elements uninitialized: clearing a large array first would cost one thread as much as filling it costs
+/// all of them.
+template <typename T>
+struct UninitializedAllocator : std::allocator<T> {
+  template <typename U>
+  struct rebind {
+    using other = UninitializedAllocator<U>;
+  };
+
+  template <typename U>
+  void construct(U* at)
+  {
+    ::new (static_cast<void*>(at)) U;
+  }
+};
+
+/// One value per voxel of a band, not set when they are made.
+using PackedValues = std::vector<float, UninitializedAllocator<float>>;
+using PackedFlags = std::vector<std::uint8_t, UninitializedAllocator<std::uint8_t>>;
 
 /// Floats that are zero at first. Whole pages of a large array that nobody writes to take neither memory nor time, and
 /// vectors of 16 that begin at a multiple of 16 do not lie in two cache lines.

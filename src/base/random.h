@@ -5,10 +5,17 @@
 
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace pcl {
 namespace mrf {
+
+/// One index in so many, scattered: Knuth's multiplicative hash, 0..65535.
+inline std::uint32_t indexHash(std::size_t index)
+{
+  return static_cast<std::uint32_t>(index) * 2654435761u >> 16;
+}
 
 /// Standard normal numbers, independent of each other, by what they belong to: who asks, when, and on which thread does
 /// not matter. SplitMix64 (Steele, Lea, Flood 2014) as a hash, Box and Muller's transformation behind it.

@@ -1,0 +1,501 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "points/point_index.h"
+
+#include "points/nearest_kernels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <iterator>
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+
+/// A point, and its number in the order it was given in.
+struct IndexedPoint {
+  Eigen::Vector3f position;
+  std::uint32_t index;
+};
+
+namespace {
+
+constexpr float infinite = std::numeric_limits<float>::infinity();
+constexpr std::uint32_t noIndex = std::numeric_limits<std::uint32_t>::max();
+
+/// Leaves per piece of parallel work, and points.
+constexpr std::int64_t leafGrain = 256;
+constexpr std::ptrdiff_t pointGrain = 1 << 14;
+
+/// Room for the points around a leaf; with more of them each of its points is searched for alone.
+constexpr std::size_t maxCandidates = 768;
+
+/// As many points may be as near as the k nearest, before equals are told apart by searching for them alone.
+constexpr std::size_t maxHits = 32;
+
+std::uint64_t rankOf(float distance, std::uint32_t index)
+{
+  std::uint32_t bits = 0;
+  std::memcpy(&bits, &distance, sizeof bits);
+  return std::uint64_t{bits} << 32 | index;
+}
+
+float distanceOf(std::uint64_t rank)
+{
+  const auto bits = static_cast<std::uint32_t>(rank >> 32);
+  float distance = 0;
+  std::memcpy(&distance, &bits, sizeof distance);
+  return distance;
+}
+
+std::uint32_t indexOf(std::uint64_t rank)
+{
+  return static_cast<std::uint32_t>(rank);
+}
+
+/// Where the boxes over so many points are split: the highest nodes first.
+std::ptrdiff_t placeOfSplit(std::ptrdiff_t count, std::ptrdiff_t leafSize)
+{
+  std::ptrdiff_t half = leafSize;
+  while (2 * half < count)
+    half *= 2;
+  return half;
+}
+
+using Points = std::vector<IndexedPoint>::iterator;
+
+/// Sorts points by the median of their widest axis. \return where the upper half begins; the end if they fit a leaf
+Points split(Points begin, Points end, std::ptrdiff_t leafSize)
+{
+  if (end - begin <= leafSize)
+    return end;
+  Eigen::AlignedBox3f box;
+  for (auto point = begin; point != end; ++point)
+    box.extend(point->position);
+  Eigen::Index axis = 0;
+  box.sizes().maxCoeff(&axis);
+  const auto middle = begin + placeOfSplit(end - begin, leafSize);
+  std::nth_element(begin, middle, end, [axis](const IndexedPoint& p, const IndexedPoint& q) {
+    return p.position[axis] != q.position[axis] ? p.position[axis] < q.position[axis] : p.index < q.index;
+  });
+  return middle;
+}
+
+void arrange(Points begin, Points end, std::ptrdiff_t leafSize)
+{
+  const auto middle = split(begin, end, leafSize);
+  if (middle != end) {
+    arrange(begin, middle, leafSize);
+    arrange(middle, end, leafSize);
+  }
+}
+
+} // namespace
+
+/// Points side by side for the sake of vectors; those that are missing are infinitely far.
+struct PointIndex::Leaf {
+  std::array<float, leafSize> x, y, z;
+  std::array<std::uint32_t, leafSize> index;
+
+  Leaf()
+  {
+    x.fill(infinite);
+    y.fill(infinite);
+    z.fill(infinite);
+    index.fill(noIndex);
+  }
+
+  Eigen::Vector3f position(std::size_t n) const { return {x[n], y[n], z[n]}; }
+
+  std::size_t size() const
+  {
+    return static_cast<std::size_t>(std::find(index.begin(), index.end(), noIndex) - index.begin());
+  }
+
+  /// In this order of operations everywhere, so that all ways to an answer agree on it to the last bit.
+  void squaredDistances(const Eigen::Vector3f& query, float (&result)[leafSize]) const
+  {
+    for (std::size_t n = 0; n < leafSize; ++n) {
+      const float dx = query.x() - x[n], dy = query.y() - y[n], dz = query.z() - z[n];
+      result[n] = dx * dx + dy * dy + dz * dz;
+    }
+  }
+};
+
+/// The boxes of four children, side by side as well.
+struct PointIndex::Node {
+  Four lower[3], upper[3];
+  std::uint32_t smallestIndex[fanOut];
+
+  Node()
+  {
+    std::fill_n(lower, 3, Four::Constant(infinite));
+    std::fill_n(upper, 3, Four::Constant(-infinite));
+    std::fill_n(smallestIndex, fanOut, noIndex);
+  }
+
+  void set(std::size_t child, const Box& box, std::uint32_t index)
+  {
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis][child] = box.min()[axis];
+      upper[axis][child] = box.max()[axis];
+    }
+    smallestIndex[child] = index;
+  }
+
+  Box box() const
+  {
+    return {Eigen::Vector3f(lower[0].minCoeff(), lower[1].minCoeff(), lower[2].minCoeff()),
+            Eigen::Vector3f(upper[0].maxCoeff(), upper[1].maxCoeff(), upper[2].maxCoeff())};
+  }
+
+  Four squaredDistances(const Box& query) const
+  {
+    const auto gap = [&](int axis) -> Four {
+      return (lower[axis] - query.max()[axis]).max(query.min()[axis] - upper[axis]).max(0);
+    };
+    const Four dx = gap(0), dy = gap(1), dz = gap(2);
+    return dx * dx + dy * dy + dz * dz;
+  }
+};
+
+/// What is around a leaf.
+struct PointIndex::Group {
+  std::size_t size = 0;
+  std::array<float, maxCandidates> x, y, z;
+  std::array<std::uint32_t, maxCandidates> indices;
+
+  void add(const Leaf& leaf)
+  {
+    std::copy(leaf.x.begin(), leaf.x.end(), x.begin() + size);
+    std::copy(leaf.y.begin(), leaf.y.end(), y.begin() + size);
+    std::copy(leaf.z.begin(), leaf.z.end(), z.begin() + size);
+    std::copy(leaf.index.begin(), leaf.index.end(), indices.begin() + size);
+    size += leafSize;
+  }
+
+  /// The squared distances of queries to their k nearest, by rank and query.
+  void nearest(const Leaf& queries, std::size_t k, float* sorted) const
+  {
+    kernels::nearestDistances(size, x.data(), y.data(), z.data(), queries.x.data(), queries.y.data(), queries.z.data(),
+                              k, sorted);
+  }
+
+  /// Those within a squared distance, without a branch: which ones are cannot be predicted.
+  std::size_t ranksWithin(const Eigen::Vector3f& query, float limit, std::uint64_t* ranks)
+  {
+    kernels::distances(size, x.data(), y.data(), z.data(), query.x(), query.y(), query.z(), distances_.data());
+    std::size_t hits = 0;
+    for (std::size_t c = 0; c < size; ++c) {
+      hits_[hits] = static_cast<std::uint32_t>(c);
+      hits += distances_[c] <= limit ? 1 : 0;
+    }
+    for (std::size_t h = 0; h < std::min(hits, maxHits); ++h)
+      ranks[h] = rankOf(distances_[hits_[h]], indices[hits_[h]]);
+    return hits;
+  }
+
+private:
+  std::array<float, maxCandidates> distances_;
+  std::array<std::uint32_t, maxCandidates> hits_;
+};
+
+PointIndex::PointIndex() = default;
+PointIndex::~PointIndex() = default;
+
+void PointIndex::setPoints(const std::vector<Eigen::Vector3f>& positions)
+{
+  Execution serial(1);
+  setPoints(positions, serial);
+}
+
+void PointIndex::setPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
+{
+  std::vector<IndexedPoint> points(positions.size());
+  for (std::uint32_t i = 0; i < positions.size(); ++i)
+    points[i] = {positions[i], i};
+  // Halves, quarters, ... until there is work for all threads.
+  std::vector<std::pair<Points, Points>> parts{{points.begin(), points.end()}};
+  while (parts.front().second - parts.front().first > pointGrain) {
+    std::vector<std::pair<Points, Points>> halves(2 * parts.size());
+    execution.forRange(parts.size(), 1, [&](std::size_t n, std::size_t) {
+      const auto [begin, end] = parts[n];
+      const auto middle = split(begin, end, leafSize);
+      halves[2 * n] = {begin, middle};
+      halves[2 * n + 1] = {middle, end};
+    });
+    parts.swap(halves);
+  }
+  execution.forRange(parts.size(), 1,
+                     [&](std::size_t n, std::size_t) { arrange(parts[n].first, parts[n].second, leafSize); });
+  build(points, execution);
+}
+
+void PointIndex::dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
+                            Execution& execution)
+{
+  // With many less the leaves do not suit what is left.
+  constexpr std::size_t few = 8;
+  if ((keep.size() - left.size()) * few > keep.size()) {
+    setPoints(left, execution);
+    return;
+  }
+  std::vector<std::uint32_t> numbers(keep.size());
+  std::uint32_t next = 0;
+  for (std::size_t i = 0; i < keep.size(); ++i)
+    numbers[i] = keep[i] ? next++ : noIndex;
+  std::vector<IndexedPoint> points;
+  points.reserve(left.size());
+  for (const Leaf& leaf : leaves_)
+    for (std::size_t n = 0; n < leaf.size(); ++n)
+      if (numbers[leaf.index[n]] != noIndex)
+        points.push_back({leaf.position(n), numbers[leaf.index[n]]});
+  build(points, execution);
+}
+
+void PointIndex::build(const std::vector<IndexedPoint>& points, Execution& execution)
+{
+  size_ = points.size();
+  leaves_ = std::vector<Leaf>((size_ + leafSize - 1) / leafSize);
+  levels_.clear();
+  const auto parentsOf = [](std::size_t children) { return (children + fanOut - 1) / fanOut; };
+  std::vector<Node> nodes(parentsOf(leaves_.size()));
+  execution.forRange(nodes.size(), leafGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t leaf = begin * fanOut; leaf < std::min(end * fanOut, leaves_.size()); ++leaf) {
+      Leaf& own = leaves_[leaf];
+      Box box;
+      for (std::size_t p = leaf * leafSize; p < std::min((leaf + 1) * leafSize, size_); ++p) {
+        const std::size_t n = p % leafSize;
+        own.x[n] = points[p].position.x();
+        own.y[n] = points[p].position.y();
+        own.z[n] = points[p].position.z();
+        own.index[n] = points[p].index;
+        box.extend(points[p].position);
+      }
+      nodes[leaf / fanOut].set(leaf % fanOut, box, *std::min_element(own.index.begin(), own.index.end()));
+    }
+  });
+  while (nodes.size() > 1) {
+    std::vector<Node> parents(parentsOf(nodes.size()));
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+      parents[n / fanOut].set(n % fanOut, nodes[n].box(),
+                              *std::min_element(nodes[n].smallestIndex, nodes[n].smallestIndex + fanOut));
+    levels_.push_back(std::move(nodes));
+    nodes = std::move(parents);
+  }
+  if (size_ > 0)
+    levels_.push_back(std::move(nodes));
+}
+
+/// Calls visit(leaf) for leaves that may hold what is looked for, of those that are siblings the nearest first.
+/// \param admits whether something this far away, of this smallest index, may still be it
+template <typename Admits, typename Visit>
+void PointIndex::descend(const Box& query, const Admits& admits, const Visit& visit) const
+{
+  struct Place {
+    float distance;
+    std::uint32_t smallestIndex, level, number; ///< level 0: a leaf
+  };
+  if (levels_.empty())
+    return;
+  std::array<Place, 16 * fanOut> stack; // each of the at most 16 levels leaves at most fanOut − 1 siblings behind
+  stack[0] = {0, 0, static_cast<std::uint32_t>(levels_.size()), 0};
+  for (std::size_t depth = 1; depth > 0;) {
+    const Place place = stack[--depth];
+    if (!admits(place.distance, place.smallestIndex))
+      continue;
+    if (place.level == 0) {
+      visit(place.number);
+      continue;
+    }
+    const Node& node = levels_[place.level - 1][place.number];
+    const Four distances = node.squaredDistances(query);
+    const std::size_t base = depth;
+    for (std::uint32_t c = 0; c < fanOut; ++c) {
+      // Also of a missing child, which is infinitely far, unless the distances of the others overflow as well.
+      if (node.smallestIndex[c] == noIndex || !admits(distances[c], node.smallestIndex[c]))
+        continue;
+      // The nearest on top; of equals, the one with the smallest index.
+      std::size_t n = depth++;
+      const auto isNearer = [&](const Place& other) {
+        return other.distance < distances[c] ||
+               (other.distance == distances[c] && other.smallestIndex < node.smallestIndex[c]);
+      };
+      for (; n > base && isNearer(stack[n - 1]); --n)
+        stack[n] = stack[n - 1];
+      stack[n] = {distances[c], node.smallestIndex[c], place.level - 1,
+                  place.number * static_cast<std::uint32_t>(fanOut) + c};
+    }
+  }
+}
+
+void PointIndex::findNearest(const Eigen::Vector3f& query, Nearest& nearest) const
+{
+  const auto add = [&](const Leaf& leaf) {
+    float distances[leafSize];
+    leaf.squaredDistances(query, distances);
+    const float limit = distanceOf(nearest.end());
+    for (std::size_t n = 0; n < leafSize; ++n)
+      if (!(distances[n] > limit))
+        nearest.add(rankOf(distances[n], leaf.index[n]));
+  };
+  descend(
+      Box(query), [&](float distance, std::uint32_t index) { return rankOf(distance, index) < nearest.end(); },
+      [&](std::size_t leaf) { add(leaves_[leaf]); });
+}
+
+int PointIndex::nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const
+{
+  const std::size_t wanted = query.allFinite() ? std::min<std::size_t>(std::max(k, 0), size_) : 0;
+  result.indices.resize(wanted);
+  result.squaredDistances.resize(wanted);
+  if (wanted == 0)
+    return 0;
+  constexpr std::size_t few = 64;
+  std::array<std::uint64_t, few> room;
+  std::vector<std::uint64_t> more(wanted > few ? wanted : 0);
+  std::uint64_t* const ranks = wanted > few ? more.data() : room.data();
+  Nearest nearest(wanted, ranks);
+  findNearest(query, nearest);
+  for (std::size_t n = 0; n < wanted; ++n) {
+    result.indices[n] = static_cast<int>(indexOf(ranks[n]));
+    result.squaredDistances[n] = distanceOf(ranks[n]);
+  }
+  return static_cast<int>(wanted);
+}
+
+int PointIndex::within(const Eigen::Vector3f& query, float radius, Neighbors& result) const
+{
+  result.indices.clear();
+  result.squaredDistances.clear();
+  if (!query.allFinite() || !(radius > 0))
+    return 0;
+  const auto limit = static_cast<float>(double{radius} * radius);
+  std::vector<std::uint64_t> found;
+  descend(
+      Box(query), [&](float distance, std::uint32_t) { return distance < limit; },
+      [&](std::size_t leaf) {
+        float distances[leafSize];
+        leaves_[leaf].squaredDistances(query, distances);
+        for (std::size_t n = 0; n < leafSize; ++n)
+          if (distances[n] < limit)
+            found.push_back(rankOf(distances[n], leaves_[leaf].index[n]));
+      });
+  std::sort(found.begin(), found.end());
+  for (const std::uint64_t rank : found) {
+    result.indices.push_back(static_cast<int>(indexOf(rank)));
+    result.squaredDistances.push_back(distanceOf(rank));
+  }
+  return static_cast<int>(found.size());
+}
+
+void PointIndex::forEachPosition(const std::vector<Eigen::Vector3f>& positions, int k, Answer answer,
+                                 Execution& execution, const std::function<void(const NeighborBatch&)>& visit) const
+{
+  const std::size_t wanted = std::max(k, 0);
+  if (wanted == 0 || wanted > kernels::maxNearest) {
+    NeighborSearch::forEachPosition(positions, k, answer, execution, visit);
+    return;
+  }
+  execution.forRange(leaves_.size(), leafGrain, [&](std::size_t begin, std::size_t end) {
+    Group group;
+    for (std::size_t leaf = begin; leaf < end; ++leaf)
+      answerLeaf(leaf, wanted, answer, group, visit);
+  });
+}
+
+/// Copies the leaves within a squared distance of a box. \return false if they are too many
+bool PointIndex::gather(const Box& around, float bound, Group& group) const
+{
+  group.size = 0;
+  bool fits = true;
+  descend(
+      around, [&](float distance, std::uint32_t) { return fits && distance <= bound; },
+      [&](std::size_t leaf) {
+        fits = group.size + leafSize <= maxCandidates;
+        if (fits)
+          group.add(leaves_[leaf]);
+      });
+  return fits;
+}
+
+void PointIndex::answerOne(const Eigen::Vector3f& query, std::size_t k, float* distances, std::uint32_t* indices) const
+{
+  std::array<std::uint64_t, kernels::maxNearest> ranks;
+  Nearest nearest(k, ranks.data());
+  findNearest(query, nearest);
+  for (std::size_t n = 0; n < k; ++n) {
+    const bool isFound = n < nearest.size() && indexOf(ranks[n]) != noIndex;
+    distances[n] = isFound ? distanceOf(ranks[n]) : infinite;
+    indices[n] = isFound ? indexOf(ranks[n]) : 0;
+  }
+}
+
+void PointIndex::answerLeaf(std::size_t leaf, std::size_t k, Answer answer, Group& group,
+                            const std::function<void(const NeighborBatch&)>& visit) const
+{
+  constexpr std::size_t lanes = kernels::queryLanes;
+  static_assert(leafSize == lanes, "a leaf is answered at once");
+  Leaf queries = leaves_[leaf];
+  const std::size_t size = queries.size();
+  Box box;
+  for (std::size_t q = 0; q < lanes; ++q) {
+    if (q < size) {
+      box.extend(queries.position(q));
+      continue;
+    }
+    queries.x[q] = queries.x[0]; // idle lanes repeat the first query
+    queries.y[q] = queries.y[0];
+    queries.z[q] = queries.z[0];
+  }
+  // No farther than the k-th of the leaves around it in memory.
+  group.size = 0;
+  const std::size_t first = leaf / fanOut * fanOut;
+  for (std::size_t n = first; n < std::min(first + fanOut, leaves_.size()); ++n)
+    group.add(leaves_[n]);
+  std::array<float, lanes * kernels::maxNearest> sorted;
+  group.nearest(queries, k, sorted.data());
+  const float* const farthest = &sorted[(k - 1) * lanes];
+  const bool fits = gather(box, *std::max_element(farthest, farthest + lanes), group);
+  if (fits)
+    group.nearest(queries, k, sorted.data());
+
+  std::array<float, lanes * kernels::maxNearest> distances;
+  std::array<std::uint32_t, lanes * kernels::maxNearest> indices;
+  std::array<std::uint64_t, maxHits> ranks;
+  const bool needsIndices = answer != Answer::distances;
+  for (std::size_t q = 0; q < size; ++q) {
+    const std::size_t hits =
+        fits && needsIndices ? group.ranksWithin(queries.position(q), farthest[q], ranks.data()) : 0;
+    if (!fits || hits > maxHits || !(farthest[q] < infinite)) {
+      answerOne(queries.position(q), k, &distances[q * k], &indices[q * k]);
+      continue;
+    }
+    for (std::size_t n = 0; n < k; ++n)
+      distances[q * k + n] = sorted[n * lanes + q];
+    // Each to the place that as many others are nearer as.
+    for (std::size_t h = 0; h < hits; ++h) {
+      std::size_t place = 0;
+      for (std::size_t other = 0; other < hits; ++other)
+        place += ranks[other] < ranks[h] ? 1 : 0;
+      if (place < k)
+        indices[q * k + place] = indexOf(ranks[h]);
+    }
+  }
+  NeighborBatch batch;
+  batch.size = size;
+  batch.k = k;
+  batch.positions = queries.index.data();
+  batch.squaredDistances = distances.data();
+  batch.indices = needsIndices ? indices.data() : nullptr;
+  visit(batch);
+}
+
+std::unique_ptr<NeighborSearch> makePointBins()
+{
+  return std::make_unique<PointIndex>();
+}
+
+} // namespace mrf
+} // namespace pcl

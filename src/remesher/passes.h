@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief The passes of the remesher, beside Relaxation.
+///
+/// What edges to work on is looked for in parallel and done one by one; an operation that would spoil a triangle, the
+/// topology or the way along the surface is refused. Edges between pinned vertices are neither made nor removed.
+#pragma once
+
+#include "remesher/remeshed_surface.h"
+
+#include <pcl/surface/mrf/execution.h>
+
+namespace pcl {
+namespace mrf {
+
+/// Before the first round: lowers the mesh's sizing until edges aimed at get longer by a fifth of the way along the
+/// surface at most, so that triangles between long and short ones stay nearly equilateral.
+/// \param targetEdge where the sizing is 1, cloud's unit, > 0
+void limitGrowth(HalfEdgeMesh& mesh, float targetEdge, Execution& execution);
+
+/// Before the first round: vertices of different parts of the border at one place, where trimming left two fans that
+/// touch, move a little into their own fans, as far as their triangles allow.
+void partBorders(RemeshedSurface& surface);
+
+/// Splits edges longer than 4/3 of the target. Those that a split makes wait for the next round.
+void splitLongEdges(RemeshedSurface& surface, Execution& execution);
+
+/// Collapses edges shorter than 4/5 of the target.
+///
+/// The shortest ones first: those next to them may then be long enough. In the order of memory, one vertex would
+/// swallow its neighbors one after the other. In classes of a factor √2, each in the order of memory, because what is
+/// taken from all over the memory costs twice the time.
+void collapseShortEdges(RemeshedSurface& surface, Execution& execution);
+
+/// Flips edges towards valence 6, on the border 4.
+void flipEdges(RemeshedSurface& surface, Execution& execution);
+
+/// After the last round: moves vertices along their normals until the middles of edges lie on the surface in the mean.
+///
+/// Triangles with their corners on a curved surface lie on one side of it: by l²/8R in the mean, for edges of l on a
+/// sphere of radius R, where the best ones of that size are off by less than a third of it, to both sides. A quadratic
+/// function's mean over a triangle is that of its values at the middles of the edges, so these stand for all of it.
+/// Vertices on the border, pinned ones, and those whose triangles would be spoiled stay where they are, and those along
+/// sharp edges of the shape nearly so.
+void fitToSurface(RemeshedSurface& surface, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl
