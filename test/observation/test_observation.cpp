@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "observation/observation.h"
-#include "options/validation.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/options.h>
 
 #include <gtest/gtest.h>
@@ -179,20 +177,6 @@ TEST(Observation, DoesNotDependOnTheNumberOfThreads)
     EXPECT_EQ(one.distances, more.distances);
     EXPECT_EQ(one.confidences, more.confidences);
   }
-}
-
-TEST(Observation, RefusesOptionsOutsideTheirRange)
-{
-  ObservationOptions options;
-  options.neighbors = 0;
-  EXPECT_THROW(validate(options), InvalidOption);
-  options.neighbors = 101;
-  EXPECT_THROW(validate(options), InvalidOption);
-  options = {};
-  options.maxDistance = -1;
-  EXPECT_THROW(validate(options), InvalidOption);
-  options.maxDistance = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THROW(validate(options), InvalidOption);
 }
 
 TEST(Observation, IsNotWhatThePointsThemselvesAreFor)

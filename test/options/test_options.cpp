@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every option's limits: the ends of its range are accepted, what lies beyond is refused with the option's name and
+// Every option of the table: the ends of its range are accepted, what lies beyond is refused with the option's name and
 // value.
 #include "field/prior.h"
 #include "levels/multiscale.h"
@@ -19,130 +19,93 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <set>
 #include <string>
+#include <variant>
 #include <vector>
 
 using pcl::mrf::Options;
 
 namespace {
 
-struct Limit {
-  std::string name;
-  std::function<void(Options&, double)> set;
-  std::vector<double> allowed, refused;
-};
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-template <typename Stage, typename Value>
-Limit limit(const char* name, Stage Options::*stage, Value Stage::*value, std::vector<double> allowed,
-            std::vector<double> refused)
+/// The message of a refusal; empty: it is valid.
+template <typename Checked>
+std::string refusalOf(const Checked& checked)
 {
-  if (std::is_floating_point<Value>::value)
-    refused.insert(refused.end(), {nan, infinity, -infinity});
-  return {name, [=](Options& options, double x) { options.*stage.*value = static_cast<Value>(x); }, std::move(allowed),
-          std::move(refused)};
+  return clouds::messageOf<pcl::mrf::InvalidOption>([&] { validate(checked); });
 }
 
-std::vector<Limit> limits()
+/// What the stage that an option belongs to says of it; the options as a whole, if it belongs to none.
+std::string refusalOfStage(const std::string& option, const Options& options)
 {
-  using namespace pcl::mrf;
-  const auto outliers = &Options::outliers;
-  const auto normals = &Options::normals;
-  const auto orientation = &Options::orientation;
-  const auto observation = &Options::observation;
-  const auto prior = &Options::prior;
-  const auto solver = &Options::solver;
-  const auto multiscale = &Options::multiscale;
-  const auto trimming = &Options::trimming;
-  const auto remesher = &Options::remesher;
-  return {
-      limit("spacingNeighbors", outliers, &OutlierOptions::spacingNeighbors, {1, 1000}, {0, -1, 1001}),
-      limit("spacingFactor", outliers, &OutlierOptions::spacingFactor, {1.001, 100}, {1, 0, -3}),
-      limit("statisticalNeighbors", outliers, &OutlierOptions::statisticalNeighbors, {1, 1000}, {0, -1, 1001}),
-      limit("statisticalDeviations", outliers, &OutlierOptions::statisticalDeviations, {.001, 10}, {0, -1}),
-      limit("radius", normals, &NormalOptions::radius, {0, 1}, {-1}),
-      limit("maxThirdEigenvalue", normals, &NormalOptions::maxThirdEigenvalue, {.001, 1. / 3}, {0, -.1, .34}),
-      limit("maxPlaneDistance", normals, &NormalOptions::maxPlaneDistance, {0, 1}, {-1}),
-      limit("neighborDistance", orientation, &OrientationOptions::neighborDistance, {0, 1}, {-1}),
-      limit("maxAngle", orientation, &OrientationOptions::maxAngle, {.001, 90}, {0, -1, 90.1}),
-      limit("minComponentShare", orientation, &OrientationOptions::minComponentShare, {0, .999}, {-.1, 1}),
-      limit("lowAgreement", orientation, &OrientationOptions::lowAgreement, {0, 1}, {-.1, 1.1}),
-      limit("neighbors", observation, &ObservationOptions::neighbors, {1, 100}, {0, -1, 101}),
-      limit("maxDistance", observation, &ObservationOptions::maxDistance, {0, 1}, {-1}),
-      limit("smoothing", observation, &ObservationOptions::smoothing, {0, 1}, {-1}),
-      limit("noise", observation, &ObservationOptions::noise, {0, 1}, {-1}),
-      limit("gradientWeight", observation, &ObservationOptions::gradientWeight, {0, .001, 100}, {-1, 101}),
-      limit("beta", prior, &PriorOptions::beta, {0, .999999}, {-.1, 1, 2}),
-      limit("maxIterations", solver, &SolverOptions::maxIterations, {0, 1000000}, {-1}),
-      limit("residualTolerance", solver, &SolverOptions::residualTolerance, {1e-12, .999}, {0, -1, 1}),
-      limit("changeTolerance", solver, &SolverOptions::changeTolerance, {0, 1}, {-1}),
-      limit("smootherDegree", solver, &SolverOptions::smootherDegree, {0, 50}, {-1, 51}),
-      limit("voxelSize", multiscale, &MultiscaleOptions::voxelSize, {0, 1}, {-1}),
-      limit("padding", multiscale, &MultiscaleOptions::padding, {2, 100}, {1, -1, 101}),
-      limit("coarsestSide", multiscale, &MultiscaleOptions::coarsestSide, {4, 256}, {3, -1, 257}),
-      limit("denseVoxels", multiscale, &MultiscaleOptions::denseVoxels, {0, 1 << 30}, {-1}),
-      limit("maxHole", trimming, &TrimmingOptions::maxHole, {0, 1}, {-1}),
-      limit("maxGap", trimming, &TrimmingOptions::maxGap, {0, 1}, {-1}),
-      limit("minComponentPoints", trimming, &TrimmingOptions::minComponentPoints, {0, 1000000}, {-1, 1000001}),
-      limit("minComponentShare", trimming, &TrimmingOptions::minComponentShare, {0, .999}, {-.1, 1}),
-      limit("rounds", remesher, &RemesherOptions::rounds, {0, 1000}, {-1, 1001}),
-      limit("targetEdge", remesher, &RemesherOptions::targetEdge, {0, 1}, {-1}),
-      limit("relaxation", remesher, &RemesherOptions::relaxation, {.001, 1}, {0, -.1, 1.1}),
-      limit("samples", &Options::uncertainty, &UncertaintyOptions::samples, {2, 1000}, {1, 0, -1, 1001}),
-      limit("surfaces", &Options::uncertainty, &UncertaintyOptions::surfaces, {0, 1000}, {-1, 1001}),
-      limit("maxError", &Options::uncertainty, &UncertaintyOptions::maxError, {0, 1}, {-1}),
-      {"threads", [](Options& options, double x) { options.threads = static_cast<int>(x); }, {0, 1024}, {-1, 1025}},
-  };
+  const std::map<std::string, std::function<std::string()>> stages = {
+      {"outliers", [&] { return refusalOf(options.outliers); }},
+      {"normals", [&] { return refusalOf(options.normals); }},
+      {"orientation", [&] { return refusalOf(options.orientation); }},
+      {"observation", [&] { return refusalOf(options.observation); }},
+      {"prior", [&] { return refusalOf(options.prior); }},
+      {"solver", [&] { return refusalOf(options.solver); }},
+      {"multiscale", [&] { return refusalOf(options.multiscale); }},
+      {"trimming", [&] { return refusalOf(options.trimming); }},
+      {"remesher", [&] { return refusalOf(options.remesher); }},
+      {"uncertainty", [&] { return refusalOf(options.uncertainty); }}};
+  const auto stage = stages.find(option.substr(0, option.find('.')));
+  return stage != stages.end() ? stage->second() : refusalOf(options);
 }
 
 } // namespace
 
-TEST(Options, EndsOfTheRangesAreAccepted)
+TEST(OptionTable, EndsOfTheRangesAreAccepted)
 {
-  for (const Limit& limit : limits())
-    for (const double value : limit.allowed) {
+  for (const pcl::mrf::OptionDeclaration& option : pcl::mrf::optionDeclarations()) {
+    SCOPED_TRACE(option.name);
+    std::vector<double> ends;
+    if (option.isNumber() && !option.range.lowerOpen)
+      ends.push_back(option.range.lower);
+    if (option.isNumber() && !option.range.upperOpen && std::isfinite(option.range.upper))
+      ends.push_back(option.range.upper);
+    for (const double end : ends) {
       Options options;
-      limit.set(options, value);
-      EXPECT_NO_THROW(validate(options)) << limit.name << " = " << value;
+      EXPECT_TRUE(option.accepts(end) && option.set(options, end));
+      EXPECT_EQ(refusalOf(options), "");
     }
+  }
 }
 
-TEST(Options, ValuesBeyondThemAreRefusedByName)
+TEST(OptionTable, WhatLiesBeyondIsRefusedByNameByItsStageAsWell)
 {
-  for (const Limit& limit : limits())
-    for (const double value : limit.refused) {
+  for (const pcl::mrf::OptionDeclaration& option : pcl::mrf::optionDeclarations()) {
+    SCOPED_TRACE(option.name);
+    for (const double none : {std::nan(""), infinity, -infinity})
+      EXPECT_FALSE(option.accepts(none));
+    const bool isUnsigned = std::holds_alternative<std::uint64_t>(option.exact(Options()));
+    for (const double wrong : {option.range.lower, option.range.lower - 1, option.range.upper + 1, 99.}) {
       Options options;
-      limit.set(options, value);
-      try {
-        validate(options);
-        ADD_FAILURE() << limit.name << " = " << value << " was accepted";
-      } catch (const pcl::mrf::InvalidOption& error) {
-        EXPECT_NE(error.message().find(limit.name), std::string::npos) << error.message();
-        EXPECT_EQ(error.status(), pcl::mrf::Status::invalidOption);
-      }
+      // Not all of it is something that the member can hold; a switch holds nothing that is wrong.
+      if (!std::isfinite(wrong) || (isUnsigned && wrong < 0) || option.accepts(wrong) || !option.set(options, wrong) ||
+          option.accepts(option.get(options)))
+        continue;
+      const std::string message = option.name + " = " + pcl::mrf::decimalText(wrong) + " is " + option.refusal();
+      EXPECT_EQ(refusalOf(options), message);
+      EXPECT_EQ(refusalOfStage(option.name, options), message);
     }
-}
-
-TEST(Options, StagesRefuseInTheSameWords)
-{
+  }
   Options options;
-  const auto expectSame = [&](const auto& stage, const std::string& message) {
-    EXPECT_EQ(clouds::messageOf<pcl::mrf::InvalidOption>([&] { validate(stage); }), message);
-    EXPECT_EQ(clouds::messageOf<pcl::mrf::InvalidOption>([&] { validate(options); }), message);
-    options = Options();
-  };
-  options.prior.beta = 1.5f;
-  expectSame(options.prior, "prior.beta = 1.5 is outside its range [0, 1)");
-  options.solver.smootherDegree = 51;
-  expectSame(options.solver,
-             "solver.smootherDegree = 51 is " + pcl::mrf::optionDeclaration("solver.smootherDegree").refusal());
-  options.multiscale.coarsestSide = 3;
-  expectSame(options.multiscale, "multiscale.coarsestSide = 3 is outside its range [4, 256] voxels");
-  options.prior.energy = static_cast<pcl::mrf::Energy>(9);
-  expectSame(options.prior, "prior.energy = 9 is none of joint, paper");
+  options.observation.maxDistance = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NE(refusalOf(options).find("observation.maxDistance = nan is outside its range >= 0"), std::string::npos);
+  options = {};
+  options.prior.kind = static_cast<pcl::mrf::Prior>(7);
+  EXPECT_EQ(refusalOf(options), "prior.kind = 7 is none of membrane, thin-plate, triharmonic");
+  options = {};
+  options.multiscale.padding = 1;
+  EXPECT_EQ(refusalOf(options),
+            "multiscale.padding = 1 is outside its range [2, 100] voxels (0 = 6, more beside openings)");
+  options = {};
+  options.prior.beta = 1;
+  EXPECT_EQ(refusalOf(options), "prior.beta = 1 is outside its range [0, 1)");
 }
 
 /// What the docstring of paperPreset() says, setting by setting.
@@ -196,17 +159,6 @@ TEST(Options, ThePapersPresetIsWhatItSays)
   EXPECT_FALSE(paper.remesher.fit);
 }
 
-/// The message of a refusal; empty: the options are valid.
-std::string refusalOf(const Options& options)
-{
-  try {
-    validate(options);
-    return {};
-  } catch (const pcl::mrf::InvalidOption& error) {
-    return error.message();
-  }
-}
-
 TEST(OptionTable, EveryMemberIsThereOnce)
 {
   const auto& table = pcl::mrf::optionDeclarations();
@@ -219,10 +171,6 @@ TEST(OptionTable, EveryMemberIsThereOnce)
     EXPECT_EQ(option.isNumber(), !option.unit.empty()) << option.name;
     EXPECT_EQ(&pcl::mrf::optionDeclaration(option.name), &option);
   }
-  for (const Limit& limit : limits())
-    EXPECT_TRUE(std::any_of(names.begin(), names.end(), [&](const std::string& name) {
-      return name == limit.name || name.substr(name.find('.') + 1) == limit.name;
-    })) << limit.name;
   EXPECT_THROW(pcl::mrf::optionDeclaration("prior.gamma"), std::out_of_range);
 }
 
@@ -252,39 +200,6 @@ TEST(OptionTable, ReadsWhatItSets)
         }
     }
   }
-}
-
-TEST(OptionTable, RefusalsHaveOneForm)
-{
-  for (const pcl::mrf::OptionDeclaration& option : pcl::mrf::optionDeclarations()) {
-    SCOPED_TRACE(option.name);
-    if (option.isNumber()) {
-      // Beyond each end that the member's type can hold.
-      const double wrong = std::isfinite(option.range.upper) ? option.range.upper + 1 : option.range.lower;
-      if (option.accepts(wrong))
-        continue;
-      Options options;
-      ASSERT_TRUE(option.set(options, wrong) || option.range.upperOpen || option.range.lowerOpen);
-      if (option.get(options) == wrong) {
-        EXPECT_EQ(refusalOf(options), option.name + " = " + pcl::mrf::decimalText(wrong) + " is outside its range " +
-                                          option.refusal().substr(std::string("outside its range ").size()));
-      }
-      continue;
-    }
-    EXPECT_EQ(option.refusal().rfind("none of ", 0), 0u);
-    for (const auto& word : option.words)
-      EXPECT_NE(option.refusal().find(word.first), std::string::npos);
-  }
-  Options options;
-  options.prior.kind = static_cast<pcl::mrf::Prior>(7);
-  EXPECT_EQ(refusalOf(options), "prior.kind = 7 is none of membrane, thin-plate, triharmonic");
-  options = {};
-  options.multiscale.padding = 1;
-  EXPECT_EQ(refusalOf(options),
-            "multiscale.padding = 1 is outside its range [2, 100] voxels (0 = 6, more beside openings)");
-  options = {};
-  options.prior.beta = 1;
-  EXPECT_EQ(refusalOf(options), "prior.beta = 1 is outside its range [0, 1)");
 }
 
 TEST(OptionTable, WhatAMemberCannotHoldIsNotSet)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/point_count.h"
-#include "options/validation.h"
 #include "orientation/orientation.h"
 #include "orientation/orientation_graph.h"
 #include "points/normals.h"
@@ -710,29 +709,6 @@ TEST(Orientation, MissingInputIsRefused)
   EXPECT_NE(clouds::messageOf<InvalidInput>([&] { orient(points, {Vector3f::UnitZ()}, OrientationVote::none); }), "");
   points.normals.clear();
   EXPECT_NE(clouds::messageOf<InvalidInput>([&] { orient(points, normals, OrientationVote::reference); }), "");
-}
-
-TEST(Orientation, OptionsOutOfRangeAreNamed)
-{
-  const auto refused = [](const auto& change) {
-    OrientationOptions options;
-    change(options);
-    return clouds::messageOf<InvalidOption>([&] { validate(options); });
-  };
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_NO_THROW(validate(OrientationOptions()));
-  EXPECT_NE(refused([](auto& o) { o.neighborDistance = -1; }).find("orientation.neighborDistance = -1 is outside"),
-            std::string::npos);
-  EXPECT_NE(refused([&](auto& o) { o.neighborDistance = nan; }), "");
-  EXPECT_EQ(refused([](auto& o) { o.maxAngle = 91; }),
-            "orientation.maxAngle = 91 is outside its range (0, 90] degrees");
-  EXPECT_NE(refused([](auto& o) { o.maxAngle = 0; }), "");
-  EXPECT_EQ(refused([](auto& o) { o.maxAngle = 90; }), "");
-  EXPECT_NE(refused([](auto& o) { o.minComponentShare = 1; }).find("orientation.minComponentShare = 1 "),
-            std::string::npos);
-  EXPECT_NE(refused([](auto& o) { o.minComponentShare = -.1f; }), "");
-  EXPECT_NE(refused([](auto& o) { o.lowAgreement = 1.5f; }).find("orientation.lowAgreement = 1.5 "), std::string::npos);
-  EXPECT_NE(refused([&](auto& o) { o.lowAgreement = nan; }), "");
 }
 
 TEST(OrientationOfScans, StanfordBunnyWithoutNormalsOrSensors)

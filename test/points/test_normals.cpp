@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "options/validation.h"
 #include "points/normals.h"
 #include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/report.h>
 
 #include <pcl/features/normal_3d_omp.h>
@@ -17,7 +15,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 
 using namespace pcl::mrf;
@@ -281,24 +278,4 @@ TEST(Normals, AreTheSameBytesForAnyNumberOfThreads)
   const NormalEstimates shuffled = normalsOf(clouds::reordered(points, order), options);
   for (std::size_t n = 0; n < order.size(); ++n) // the order of equal distances may differ, and with it a sum's
     EXPECT_GT(std::abs(shuffled.normals[n].dot(one.normals[order[n]])), 1 - 1e-5f);
-}
-
-TEST(Normals, OptionsOutOfRangeAreNamed)
-{
-  const auto refused = [](const auto& change) {
-    NormalOptions options;
-    change(options);
-    return clouds::messageOf<InvalidOption>([&] { validate(options); });
-  };
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_NO_THROW(validate(NormalOptions()));
-  EXPECT_NE(refused([](auto& o) { o.radius = -1; }).find("normals.radius = -1 is outside its range >= 0"),
-            std::string::npos);
-  EXPECT_NE(refused([&](auto& o) { o.radius = nan; }), "");
-  EXPECT_EQ(refused([](auto& o) { o.maxThirdEigenvalue = .4f; }),
-            "normals.maxThirdEigenvalue = 0.4 is outside its range (0, 1/3]");
-  EXPECT_NE(refused([](auto& o) { o.maxThirdEigenvalue = 0; }), "");
-  EXPECT_EQ(refused([](auto& o) { o.maxThirdEigenvalue = 1.0f / 3; }), "");
-  EXPECT_NE(refused([](auto& o) { o.maxPlaneDistance = -1; }).find("normals.maxPlaneDistance = -1 "),
-            std::string::npos);
 }

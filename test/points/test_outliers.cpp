@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "options/validation.h"
 #include "points/outliers.h"
 #include "support/clouds.h"
 #include "support/shapes.h"
 
-#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/options.h>
 
 #include <pcl/filters/statistical_outlier_removal.h>
@@ -14,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <limits>
 #include <random>
 
 using namespace pcl::mrf;
@@ -280,29 +277,4 @@ TEST(Outliers, DoNotDependOnThreadsOrderOrScale)
   const OutlierResult expected = outliersOf(points);
   for (const float factor : {1e-3f, 1e3f})
     EXPECT_EQ(outliersOf(clouds::scaled(points, factor)).keep, expected.keep);
-}
-
-TEST(Outliers, OptionsOutOfRangeAreNamed)
-{
-  const auto refused = [](const auto& change) {
-    OutlierOptions options;
-    change(options);
-    return clouds::messageOf<InvalidOption>([&] { validate(options); });
-  };
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_NO_THROW(validate(OutlierOptions()));
-  EXPECT_EQ(refused([](auto& o) { o.spacingNeighbors = 0; }),
-            "outliers.spacingNeighbors = 0 is outside its range [1, 1000]");
-  EXPECT_NE(refused([](auto& o) { o.spacingNeighbors = 1001; }), "");
-  EXPECT_NE(refused([](auto& o) { o.aloneFactor = 1; }).find("outliers.aloneFactor = 1 "), std::string::npos);
-  EXPECT_NE(refused([&](auto& o) { o.aloneFactor = nan; }), "");
-  EXPECT_NE(refused([](auto& o) { o.spacingFactor = 1; }).find("outliers.spacingFactor = 1 "), std::string::npos);
-  EXPECT_NE(refused([&](auto& o) { o.spacingFactor = nan; }), "");
-  EXPECT_NE(refused([](auto& o) { o.statisticalNeighbors = 0; }).find("outliers.statisticalNeighbors = 0 "),
-            std::string::npos);
-  EXPECT_NE(refused([](auto& o) { o.statisticalNeighbors = 1001; }), "");
-  EXPECT_NE(refused([](auto& o) { o.statisticalDeviations = 0; }).find("outliers.statisticalDeviations = 0 "),
-            std::string::npos);
-  EXPECT_NE(refused([&](auto& o) { o.statisticalDeviations = nan; }), "");
-  EXPECT_EQ(refused([](auto& o) { o.spacingNeighbors = o.statisticalNeighbors = 1000; }), "");
 }

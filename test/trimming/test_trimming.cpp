@@ -2,14 +2,12 @@
 #include "mesh/polygonizer.h"
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
-#include "options/validation.h"
 #include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/same_statistics.h"
 #include "support/shapes.h"
 #include "trimming/trimming.h"
 
-#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
@@ -17,7 +15,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <random>
 #include <set>
@@ -738,28 +735,6 @@ TEST(TightenBorders, makesNoTrianglesIntersect)
   ASSERT_TRUE(selfIntersectingTriangles(mesh).empty());
   tightenBorders(mesh, support, execution);
   EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
-}
-
-TEST(Trimming, refusesBadOptionsByName)
-{
-  const auto messageOf = [](float maxHole, float share) -> std::string {
-    TrimmingOptions options;
-    options.maxHole = maxHole;
-    options.minComponentShare = share;
-    try {
-      validate(options);
-    } catch (const InvalidOption& error) {
-      return error.what();
-    }
-    return "";
-  };
-  const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
-  for (const float bad : {-1.f, nan, infinity})
-    EXPECT_NE(messageOf(bad, .01f).find("maxHole"), std::string::npos);
-  for (const float bad : {-.1f, 1.f, nan})
-    EXPECT_NE(messageOf(0, bad).find("minComponentShare"), std::string::npos);
-  EXPECT_EQ(messageOf(0, 0), "");
-  EXPECT_EQ(messageOf(5, .999f), "");
 }
 
 TEST(Trimming, needsConfidences)
