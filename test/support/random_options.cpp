@@ -1,196 +1,74 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The options that random clouds are run with.
+// The options that random clouds are run with: any of the table, mostly near the defaults.
 #include "support/random_clouds.h"
 
-#include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/option_table.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
-#include <sstream>
-#include <type_traits>
+#include <map>
 
 namespace random_clouds {
 namespace {
 
 using namespace pcl::mrf;
 
-/// Draws a value of one option. \return the value as text
-struct Change {
-  const char* name;
-  std::function<std::string(Options& options, Random& random, double unit)> draw;
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Where most values are drawn from, and where the ends are that are tried now and then.
+struct Drawn {
+  double lower, upper, least, most;
 };
 
-template <typename Value>
-std::string text(Value value)
+Drawn limitsOf(const OptionDeclaration& option)
 {
-  std::ostringstream out;
-  out.precision(9);
-  out << value;
-  return out.str();
+  // What takes long, or says little, over most of its range.
+  static const std::map<std::string, Drawn> narrower = {{"remesher.rounds", {0, 12, 0, 50}},
+                                                        {"uncertainty.samples", {2, 6, 2, 8}},
+                                                        {"uncertainty.surfaces", {0, 2, 0, 3}},
+                                                        {"threads", {1, 4, 1, 4}},
+                                                        {"multiscale.maxMemory", {1, 1000, 1, 1e12}},
+                                                        {"multiscale.denseVoxels", {0, 1e5, 0, 1e15}},
+                                                        {"multiscale.padding", {2, 20, 2, 100}},
+                                                        {"observation.neighbors", {1, 20, 1, 100}},
+                                                        {"trimming.minComponentPoints", {0, 100, 0, 1e6}}};
+  const auto own = narrower.find(option.name);
+  if (own != narrower.end())
+    return own->second;
+  const double usual = option.get(Options()), lower = option.range.lower,
+               upper = std::min(option.range.upper, usual > 0 ? 5 * usual : 100.);
+  return {lower, upper, lower, std::min<double>(option.range.upper, std::numeric_limits<float>::max())};
 }
 
-template <typename Stage>
-Change toggle(const char* name, Stage Options::*stage, bool Stage::*member)
+double drawNumber(const OptionDeclaration& option, Random& random, double unit)
 {
-  return {name, [=](Options& options, Random&, double) {
-            bool& value = options.*stage.*member;
-            value = !value;
-            return text(value ? "on" : "off");
-          }};
+  if (option.unit == "length" || option.unit == "sigma") // around the points' spacing, now and then any length at all
+    return random.oneIn(20) ? random.decades(-45, 38) : unit * random.decades(-1, 2);
+  const Drawn drawn = limitsOf(option);
+  double value = random.uniform(drawn.lower, drawn.upper);
+  if (random.oneIn(10))
+    value = random.oneIn(2) ? drawn.least : drawn.most;
+  if (option.range.lowerOpen && value <= option.range.lower)
+    value = std::nextafter(option.range.lower, infinity);
+  if (option.range.upperOpen && value >= option.range.upper)
+    value = .999999 * option.range.upper;
+  return option.isWhole ? std::round(value) : value;
 }
 
-template <typename Stage, typename Enum>
-Change choice(const char* name, Stage Options::*stage, Enum Stage::*member, int first, int last)
+/// Draws one option; leaves it where it is if it cannot be what was drawn.
+void change(const OptionDeclaration& option, Options& options, Random& random, double unit, std::string& description)
 {
-  return {name, [=](Options& options, Random& random, double) {
-            const int value = first + static_cast<int>(random.index(static_cast<std::size_t>(last - first + 1)));
-            options.*stage.*member = static_cast<Enum>(value);
-            return text(value);
-          }};
-}
-
-/// In [lower, upper], now and then the ends of what is allowed.
-template <typename Stage, typename Value>
-Change number(const char* name, Stage Options::*stage, Value Stage::*member, double lower, double upper, double least,
-              double most)
-{
-  return {name, [=](Options& options, Random& random, double) {
-            double value = random.uniform(lower, upper);
-            if (random.oneIn(10))
-              value = random.oneIn(2) ? least : most;
-            if (std::is_integral<Value>::value)
-              value = std::round(value);
-            options.*stage.*member = static_cast<Value>(value);
-            return text(options.*stage.*member);
-          }};
-}
-
-/// A length around the points' spacing, now and then any length at all.
-template <typename Stage>
-Change length(const char* name, Stage Options::*stage, float Stage::*member, double lowerPower = -1,
-              double upperPower = 1.5)
-{
-  return {name, [=](Options& options, Random& random, double unit) {
-            double value = unit * random.decades(lowerPower, upperPower);
-            if (random.oneIn(20))
-              value = random.decades(-45, 38);
-            // A number that is none is no option, and neither is what single precision cannot tell from infinity.
-            constexpr double largest = std::numeric_limits<float>::max();
-            options.*stage.*member = static_cast<float>(std::isfinite(value) ? std::min(value, largest) : 0);
-            return text(options.*stage.*member);
-          }};
-}
-
-const std::vector<Change>& changes()
-{
-  const auto outliers = &Options::outliers;
-  const auto normals = &Options::normals;
-  const auto orientation = &Options::orientation;
-  const auto observation = &Options::observation;
-  const auto prior = &Options::prior;
-  const auto solver = &Options::solver;
-  const auto multiscale = &Options::multiscale;
-  const auto polygonizer = &Options::polygonizer;
-  const auto trimming = &Options::trimming;
-  const auto remesher = &Options::remesher;
-  constexpr double most = std::numeric_limits<int>::max(), huge = std::numeric_limits<float>::max();
-  static const std::vector<Change> all = {
-      {"unit",
-       [](Options& o, Random&, double) {
-         o.unit = LengthUnit::nearest;
-         return text("nearest");
-       }},
-      {"search",
-       [](Options& o, Random&, double) {
-         o.search = SearchKind::kdTree;
-         return text("kdtree");
-       }},
-      toggle("alone", outliers, &OutlierOptions::alone),
-      number("aloneFactor", outliers, &OutlierOptions::aloneFactor, 1.1, 5, 1.0001, huge),
-      toggle("spacing", outliers, &OutlierOptions::spacing),
-      number("spacingNeighbors", outliers, &OutlierOptions::spacingNeighbors, 1, 30, 1, 1000),
-      number("spacingFactor", outliers, &OutlierOptions::spacingFactor, 1.1, 5, 1.0001, huge),
-      toggle("statistical", outliers, &OutlierOptions::statistical),
-      number("statisticalNeighbors", outliers, &OutlierOptions::statisticalNeighbors, 1, 30, 1, 1000),
-      number("statisticalDeviations", outliers, &OutlierOptions::statisticalDeviations, .5, 5, 1e-30, huge),
-      toggle("robust", outliers, &OutlierOptions::robust),
-      choice("source", normals, &NormalOptions::source, 0, 3),
-      length("radius", normals, &NormalOptions::radius),
-      toggle("noiseCriteria", normals, &NormalOptions::noiseCriteria),
-      number("maxThirdEigenvalue", normals, &NormalOptions::maxThirdEigenvalue, .01, .3, 1e-30, 1. / 3),
-      length("maxPlaneDistance", normals, &NormalOptions::maxPlaneDistance),
-      length("neighborDistance", orientation, &OrientationOptions::neighborDistance),
-      toggle("localDistance", orientation, &OrientationOptions::localDistance),
-      number("maxAngle", orientation, &OrientationOptions::maxAngle, 5, 60, 1e-30, 90),
-      toggle("joinAcrossCreases", orientation, &OrientationOptions::joinAcrossCreases),
-      number("minComponentShare", orientation, &OrientationOptions::minComponentShare, 0, .1, 0, .9999),
-      toggle("sensorOrigin", orientation, &OrientationOptions::sensorOrigin),
-      choice("estimate", observation, &ObservationOptions::kind, 0, 5),
-      choice("estimate", observation, &ObservationOptions::kind, 1, 5),
-      length("smoothing", observation, &ObservationOptions::smoothing),
-      length("noise", observation, &ObservationOptions::noise, -2, 1),
-      number("gradientWeight", observation, &ObservationOptions::gradientWeight, .1, 10, 1e-30, 100),
-      number("neighbors", observation, &ObservationOptions::neighbors, 1, 20, 1, 100),
-      toggle("scaleWithLevel", observation, &ObservationOptions::scaleWithLevel),
-      length("maxDistance", observation, &ObservationOptions::maxDistance),
-      choice("confidenceShape", observation, &ObservationOptions::confidenceShape, 0, 1),
-      choice("prior", prior, &PriorOptions::kind, 1, 3),
-      number("beta", prior, &PriorOptions::beta, .1, .999, 0, 1 - 1e-7),
-      choice("energy", prior, &PriorOptions::energy, 0, 1),
-      choice("method", solver, &SolverOptions::method, 0, 4),
-      number("maxIterations", solver, &SolverOptions::maxIterations, 1, 50, 1, most),
-      number("residualTolerance", solver, &SolverOptions::residualTolerance, 1e-8, .1, 1e-300, .999999),
-      number("changeTolerance", solver, &SolverOptions::changeTolerance, 1e-4, .1, 0, 1e300),
-      number("smootherDegree", solver, &SolverOptions::smootherDegree, 1, 10, 0, 50),
-      {"choleskyOnCoarsest",
-       [](Options& o, Random&, double) {
-         o.solver.choleskyOnCoarsest = true;
-         return text(true);
-       }},
-      number("seed", solver, &SolverOptions::seed, 0, 100, 0, 1e19),
-      choice("quality", multiscale, &MultiscaleOptions::quality, 0, 2),
-      length("voxelSize", multiscale, &MultiscaleOptions::voxelSize, -.5, 1),
-      number("padding", multiscale, &MultiscaleOptions::padding, 2, 20, 2, 100),
-      number("coarsestSide", multiscale, &MultiscaleOptions::coarsestSide, 4, 64, 4, 256),
-      number("maxMemory", multiscale, &MultiscaleOptions::maxMemory, 1e6, 1e9, 1, 1e19),
-      number("denseVoxels", multiscale, &MultiscaleOptions::denseVoxels, 0, 1e5, 0, 1e18),
-      choice("interpolation", multiscale, &MultiscaleOptions::interpolation, 0, 1),
-      choice("decomposition", polygonizer, &PolygonizerOptions::decomposition, 0, 1),
-      choice("trimming", trimming, &TrimmingOptions::kind, 0, 2),
-      length("maxHole", trimming, &TrimmingOptions::maxHole, -1, 3),
-      length("maxGap", trimming, &TrimmingOptions::maxGap, -1, 3),
-      number("minComponentPoints", trimming, &TrimmingOptions::minComponentPoints, 0, 100, 0, 1000000),
-      number("trimming.minComponentShare", trimming, &TrimmingOptions::minComponentShare, 0, .2, 0, .9999),
-      number("rounds", remesher, &RemesherOptions::rounds, 0, 12, 0, 50), // a thousand would take a minute indeed
-      length("targetEdge", remesher, &RemesherOptions::targetEdge, -.5, 1.5),
-      number("relaxation", remesher, &RemesherOptions::relaxation, .1, 1, 1e-30, 1),
-      toggle("fit", remesher, &RemesherOptions::fit),
-      number("samples", &Options::uncertainty, &UncertaintyOptions::samples, 2, 6, 2, 1000),
-      {"uncertainty.compute",
-       [](Options& o, Random& random, double) {
-         o.uncertainty.compute = random.index(2) == 1;
-         o.uncertainty.surfaces = o.uncertainty.compute ? static_cast<int>(random.index(3)) : 0; // they bring sigma with them
-         return text(static_cast<int>(o.uncertainty.compute));
-       }},
-      {"colors",
-       [](Options& o, Random& random, double) {
-         o.colors = static_cast<ColorMode>(random.index(4));
-         return text(static_cast<int>(o.colors));
-       }},
-      {"threads",
-       [](Options& o, Random& random, double) {
-         o.threads = 1 + static_cast<int>(random.index(4));
-         return text(o.threads);
-       }}};
-  return all;
+  const double value =
+      option.isNumber() ? drawNumber(option, random, unit) : option.words[random.index(option.words.size())].second;
+  if (option.accepts(value) && option.set(options, value))
+    description += " " + option.name + "=" + option.textOf(value);
 }
 
 /// About the distance between neighbors on a surface through the cloud.
 double unitOf(const Cloud& cloud)
 {
-  Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
+  Eigen::Vector3d lower = Eigen::Vector3d::Constant(infinity), upper = -lower;
   for (const Eigen::Vector3d& position : cloud.positions)
     if (position.allFinite()) {
       lower = lower.cwiseMin(position);
@@ -214,15 +92,14 @@ Options drawOptions(const Cloud& cloud, Random& random, std::string& description
   options.multiscale.maxMemory = std::size_t{1} << 27;
   const double unit = unitOf(cloud);
   constexpr std::size_t most = 8;
-  for (std::size_t left = random.oneIn(4) ? 0 : 1 + random.index(most); left > 0; --left) {
-    const Change& change = changes()[random.index(changes().size())];
-    description += std::string(" ") + change.name + "=" + change.draw(options, random, unit);
-  }
+  const auto& table = optionDeclarations();
+  for (std::size_t left = random.oneIn(4) ? 0 : 1 + random.index(most); left > 0; --left)
+    change(table[random.index(table.size())], options, random, unit, description);
   // These solve everywhere and slowly: seconds for what takes multigrid in bands milliseconds.
   if ((options.solver.method != SolverMethod::multigrid || options.prior.energy == Energy::paper) &&
       options.multiscale.voxelSize < 4 * unit && !random.oneIn(20)) {
     options.multiscale.voxelSize = static_cast<float>(std::min(4 * unit, 1e30));
-    description += " voxelSize=" + text(options.multiscale.voxelSize);
+    description += " multiscale.voxelSize=" + decimalText(options.multiscale.voxelSize);
   }
   return options;
 }
