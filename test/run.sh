@@ -53,7 +53,7 @@ if [ "$what" = clang ]; then
 fi
 
 if [ "$what" != sanitize ]; then
-  build build all
+  build build all -DMRF_UNITY_BUILD=ON
   run build
 fi
 [ "$what" != release ] || exit 0
