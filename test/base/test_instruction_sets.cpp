@@ -2,11 +2,10 @@
 // The hot loops exist for several instruction sets: each gives the same bytes, loop by loop and as a whole mesh.
 #include "base/instruction_set.h"
 #include "base/vector_kernels.h"
-#include "observation/observation.h"
 #include "points/nearest_kernels.h"
 #include "solver/grid_solver.h"
-#include "solver/grids.h"
 #include "support/contract.h"
+#include "support/linear_systems.h"
 
 #include <cstring>
 #include <random>
@@ -63,26 +62,13 @@ std::vector<Real> vectorResults()
   return all;
 }
 
-/// What a level's grids make of random data: every loop of the smoother, the transfers and the data.
+/// What a level's grids make of points on a sphere: every loop of the smoother, the transfers and the data.
 std::vector<float> gridResults()
 {
-  using namespace pcl::mrf;
-  Execution execution(1);
-  std::vector<Lattice> lattices{{{21, 18, 19}, Eigen::Vector3d::Zero(), 1}};
-  const std::size_t level = addCoarserGrids(lattices);
-  std::vector<PointSample> samples;
-  std::mt19937 random(5);
-  const auto uniform = [&](float most) { return most * static_cast<float>(random()) / 4294967296.f; };
-  for (int n = 0; n < 500; ++n)
-    samples.emplace_back(Eigen::Vector3f(uniform(19), uniform(16), uniform(17)),
-                         Eigen::Vector3f(uniform(1), uniform(1), uniform(1)).normalized(), 1.f);
-  const LevelSamples all(sortedByCells(samples, execution), lattices, execution);
-  LevelObservation observation;
-  observation.samples = &all;
-  observation.weights = {40, 15};
-  std::vector<float> field(static_cast<std::size_t>(lattices.back().size.count()), 0);
-  const std::vector<SolverGrid> grids = wholeGrids(lattices, level, observation, Prior::triharmonic, execution);
-  solveOnGrids(grids, Prior::triharmonic, grids.front().voxels, {3}, {}, 1, field.data(), execution);
+  const systems::SphereLevel level({21, 18, 19}, pcl::mrf::Prior::triharmonic);
+  std::vector<float> field(static_cast<std::size_t>(level.size().count()), 0);
+  pcl::mrf::Execution execution(1);
+  solveOnGrids(level.grids, level.prior, level.grids.front().voxels, {3}, {}, 1, field.data(), execution);
   return field;
 }
 
