@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr std::int64_t fittingGrain = 2048;
-constexpr int steps = 5; ///< more gain nothing
+constexpr int fittingSteps = 5; ///< more gain nothing
 /// Share of the target edge that a vertex moves at most.
 constexpr float farthest = .15f;
 /// Share of the target edge from which on a height counts nothing, and the less the closer to it (Tukey's biweight):

@@ -268,9 +268,9 @@ TEST(PaperPreset, RunsPclsOwnParts)
   estimation.compute(normals);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Eigen::Vector3f normal = normals[i].getNormalVector3fMap();
-    const float sign = normal.dot(points.normals[i]) > 0 ? 1 : -1;
     // Which of two equally near points comes first may differ, and with it the last bits of a sum.
-    EXPECT_LT((points.normals[i] - sign * normal).norm(), 1e-6f) << i;
+    const float side = normal.dot(points.normals[i]) > 0 ? 1.f : -1.f;
+    EXPECT_LT((points.normals[i] - side * normal).norm(), 1e-6f) << i;
   }
 
   const pcl::shared_ptr<CountingSearch> search(new CountingSearch);

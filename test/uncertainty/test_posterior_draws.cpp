@@ -100,7 +100,7 @@ TEST(PosteriorDraws, termsHaveTheSystemAsTheirCovariance)
     for (const Prior prior : allPriors) {
       SCOPED_TRACE(testing::Message() << "k = " << order(prior) << (atPoints ? " at points" : " at voxels"));
       const SphereLevel level({9, 8, 7}, prior, atPoints);
-      const oracle::Matrix matrix = systemMatrix(level.plain());
+      const oracle::Matrix matrix = oracle::Matrix(level.plain().matrix);
       const std::vector<oracle::Vector> along = directions(level.size());
       const int count = 2000;
       const std::vector<double> seen = meanSquares(along, count, [&](std::uint64_t n) {
@@ -119,7 +119,7 @@ TEST(PosteriorDraws, haveTheInverseAsTheirCovariance)
   for (const Prior prior : allPriors) {
     SCOPED_TRACE(testing::Message() << "k = " << order(prior));
     const SphereLevel level({16, 16, 16}, prior);
-    const Eigen::SimplicialLDLT<oracle::Matrix> factor(systemMatrix(level.plain()));
+    const Eigen::SimplicialLDLT<oracle::Matrix> factor(oracle::Matrix(level.plain().matrix));
     ASSERT_EQ(factor.info(), Eigen::Success);
     const std::vector<oracle::Vector> along = directions(level.size());
     std::vector<double> expected;
@@ -189,10 +189,10 @@ public:
       : data_(SphereLevel::pointsOnSphere(size)), level_(size, prior, true, weak(size))
   {
     rows_ = rowsOf(data_, size, level_.observation.weights);
-    const oracle::Matrix posterior = systemMatrix(level_.plain()), ofData = rows_.transpose() * rows_;
+    const oracle::Matrix posterior = oracle::Matrix(level_.plain().matrix), ofData = rows_.transpose() * rows_;
     const oracle::Matrix few = rowsOf(weak(size), size, level_.observation.weights);
     const oracle::Matrix ofPrior = posterior - ofData,
-                         expected = oracle::priorMatrix({size, prior, {}}) + oracle::Matrix(few.transpose() * few);
+                         expected = oracle::priorMatrix(size, prior) + oracle::Matrix(few.transpose() * few);
     EXPECT_LT((ofPrior - expected).norm(), 1e-5 * posterior.norm()) << "the rows are those of the system; floats";
     prior_.compute(expected);
     EXPECT_EQ(prior_.info(), Eigen::Success);
