@@ -61,19 +61,13 @@ void addInputOptions(OptionParser& parser, Command& command, Parsed& parsed)
 void addPreprocessingOptions(OptionParser& parser)
 {
   parser.group("Outliers");
-  for (const char* name : {"outliers.alone", "outliers.aloneFactor", "outliers.spacing", "outliers.spacingNeighbors",
-                           "outliers.spacingFactor", "outliers.statistical", "outliers.statisticalNeighbors",
-                           "outliers.statisticalDeviations"})
-    parser.declared(name);
+  parser.declared("outliers.alone");
+  parser.declared("outliers.statistical");
   parser.declaredFlag("outliers.robust");
-  for (const char* name : {"normals.noiseCriteria", "normals.maxThirdEigenvalue", "normals.maxPlaneDistance"})
-    parser.declared(name);
+  parser.declared("normals.noiseCriteria");
 
   parser.group("Orientation");
-  for (const char* name :
-       {"orientation.neighborDistance", "orientation.localDistance", "orientation.maxAngle",
-        "orientation.joinAcrossCreases", "orientation.minComponentShare", "orientation.lowAgreement"})
-    parser.declared(name);
+  parser.declared("orientation.maxAngle");
 }
 
 void addModelOptions(OptionParser& parser)
@@ -82,8 +76,7 @@ void addModelOptions(OptionParser& parser)
   parser.declared("observation.kind");
   CLI::Option* smoothing = parser.declared("observation.smoothing");
   parser.declared("observation.noise")->excludes(smoothing);
-  for (const char* name : {"observation.gradientWeight", "observation.neighbors", "observation.maxDistance",
-                           "observation.scaleWithLevel", "observation.confidenceShape"})
+  for (const char* name : {"observation.gradientWeight", "observation.neighbors", "observation.maxDistance"})
     parser.declared(name);
 
   parser.group("Prior");
@@ -93,29 +86,24 @@ void addModelOptions(OptionParser& parser)
   parser.group("Grid");
   CLI::Option* quality = parser.declared("multiscale.quality");
   parser.declared("multiscale.voxelSize")->excludes(quality);
-  for (const char* name : {"unit", "search", "multiscale.padding", "multiscale.coarsestSide", "multiscale.maxMemory",
-                           "multiscale.denseVoxels", "multiscale.interpolation"})
+  for (const char* name : {"unit", "search", "multiscale.padding", "multiscale.maxMemory", "multiscale.denseVoxels"})
     parser.declared(name);
 
   parser.group("Solver");
-  for (const char* name :
-       {"solver.method", "solver.maxIterations", "solver.residualTolerance", "solver.changeTolerance",
-        "solver.smootherDegree", "solver.choleskyOnCoarsest", "solver.seed"})
+  for (const char* name : {"solver.method", "solver.maxIterations", "solver.changeTolerance", "solver.seed"})
     parser.declared(name);
 }
 
 void addMeshOptions(OptionParser& parser)
 {
   parser.group("Mesh");
-  parser.declared("polygonizer.decomposition");
   CLI::Option* remesh = parser.declared("remesher.rounds");
   parser
       .flag("--no-remesh", "the same as --remesh 0",
             [&parser] { parser.change([](Options& options) { options.remesher.rounds = 0; }); })
       ->excludes(remesh);
-  for (const char* name :
-       {"remesher.targetEdge", "remesher.relaxation", "remesher.fit", "trimming.kind", "trimming.maxHole",
-        "trimming.maxGap", "trimming.minComponentPoints", "trimming.minComponentShare", "colors"})
+  for (const char* name : {"remesher.targetEdge", "remesher.fit", "trimming.kind", "trimming.maxHole",
+                           "trimming.maxGap", "trimming.minComponentPoints", "colors"})
     parser.declared(name);
 }
 
@@ -256,7 +244,7 @@ void check(const Command& command, const OptionParser& parser)
   for (const char* name : {"--smoothing", "--noise", "--gradient-weight"})
     if (!atPoints && parser.isGiven(name))
       throw UsageError(std::string(name) + " has a meaning with --observation points only");
-  for (const char* name : {"--beta", "--energy", "--neighbors", "--scale-distance"})
+  for (const char* name : {"--beta", "--energy", "--neighbors"})
     if (atPoints && parser.isGiven(name))
       throw UsageError(std::string(name) + " has no meaning with --observation points; choose another one");
 }

@@ -85,7 +85,6 @@ std::string droppedPoints(const pcl::mrf::PointCounts& points)
       {points.zeroNormals, "without a normal"},
       {points.zeroConfidence, "without confidence"},
       {points.outliersAlone, "standing alone"},
-      {points.outliersBySpacing, "outliers by spacing"},
       {points.outliersByStatistics, "outliers by statistics"},
       {points.noiseByPlaneFit, "noise by plane fit"},
       {points.outliersByField, "against a robust field"},
@@ -249,7 +248,7 @@ void ProgressDisplay::clear()
 void printSummary(const RunSummary& run, const Report& report, Verbosity verbosity, std::FILE* log)
 {
   for (const std::string& warning : report.warnings)
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+    std::fprintf(stderr, "warning: %s\n", pcl::mrf::withOptionNames(warning, pcl::mrf::OptionNaming::flags).c_str());
   if (verbosity == Verbosity::quiet)
     return;
   const Log print{log};
@@ -313,7 +312,8 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
 void printLine(const RunSummary& run, const Report& report, Verbosity verbosity)
 {
   for (const std::string& warning : report.warnings)
-    std::fprintf(stderr, "warning: %s: %s\n", run.input.c_str(), warning.c_str());
+    std::fprintf(stderr, "warning: %s: %s\n", run.input.c_str(),
+                 pcl::mrf::withOptionNames(warning, pcl::mrf::OptionNaming::flags).c_str());
   if (verbosity == Verbosity::quiet)
     return;
   std::printf("%s -> %s: %s, %s, %.2f s\n", run.input.c_str(), run.written.front().first.c_str(),

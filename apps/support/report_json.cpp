@@ -57,8 +57,8 @@ static void to_json(Json& json, const Options& options)
     NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(MRF_ADD, __VA_ARGS__))                                                    \
   }
 
-MRF_JSON(PointCounts, input, notFinite, duplicates, zeroNormals, zeroConfidence, outliersAlone, outliersBySpacing,
-         outliersByStatistics, noiseByPlaneFit, smallComponents, outliersByField, alone, used)
+MRF_JSON(PointCounts, input, notFinite, duplicates, zeroNormals, zeroConfidence, outliersAlone, outliersByStatistics,
+         noiseByPlaneFit, smallComponents, outliersByField, alone, used)
 MRF_JSON(SamplingDensity, spacing, nearestMean, nearestDeviation, eighthMedian)
 MRF_JSON(OrientationSummary, components, componentsAtCreases, componentsDropped, componentsFlipped, pointsDropped,
          pointsFlipped, agreement, openShare, sideIsGuessed)

@@ -6,6 +6,7 @@
 
 #include <pcl/console/print.h>
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_table.h>
 
 #include <cstdio>
 #include <new>
@@ -64,7 +65,7 @@ int guarded(const std::string& name, const std::string& subject, const std::stri
   } catch (const FileError& error) {
     return fail(exitFile, error.what());
   } catch (const pcl::mrf::Error& error) {
-    return fail(statusOf(error), error.message());
+    return fail(statusOf(error), pcl::mrf::withOptionNames(error.message(), pcl::mrf::OptionNaming::flags));
   } catch (const std::bad_alloc&) {
     return fail(exitMethod, "out of memory" + (memoryAdvice.empty() ? "" : "; " + memoryAdvice));
   } catch (const std::exception& error) {

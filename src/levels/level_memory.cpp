@@ -168,9 +168,9 @@ GridSize wholeVoxels(const Eigen::Array3d& voxels)
   return {whole.x(), whole.y(), whole.z()};
 }
 
-bool isCoarsest(const GridSize& size, const MultiscaleOptions& options)
+bool isCoarsest(const GridSize& size)
 {
-  return std::max({size.x, size.y, size.z}) <= options.coarsestSide;
+  return std::max({size.x, size.y, size.z}) <= coarsestSide;
 }
 
 } // namespace
@@ -202,12 +202,12 @@ double predictedBytes(const BoundingBox& box, double side, const Workload& workl
   const GridSize finest = size;
   double voxelSide = side;
   int bands = 0;
-  for (; !isCoarsest(size, options) && size.count() > options.denseVoxels; ++bands, voxelSide *= 2)
+  for (; !isCoarsest(size) && size.count() > options.denseVoxels; ++bands, voxelSide *= 2)
     size = size.coarsened();
   double max = bands == 0 ? 0 : bandBytes(finest, side, workload, bands, threads) + bytesPerBackground * count(size);
   for (;; voxelSide *= 2, size = size.coarsened()) {
-    max = std::max(max, denseBytes(size, voxelSide, workload, isCoarsest(size, options), threads));
-    if (isCoarsest(size, options))
+    max = std::max(max, denseBytes(size, voxelSide, workload, isCoarsest(size), threads));
+    if (isCoarsest(size))
       return max;
   }
 }
@@ -222,7 +222,7 @@ double predictedCholeskySeconds(const BoundingBox& box, double side, const Workl
   if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis) || isBeyondFactors(voxels, workload))
     return std::numeric_limits<double>::infinity();
   GridSize size = wholeVoxels(voxels);
-  while (!isFinest && !isCoarsest(size, options))
+  while (!isFinest && !isCoarsest(size))
     size = size.coarsened();
   return choleskySeconds(size, couplingOf(workload), workload.reach == 0);
 }

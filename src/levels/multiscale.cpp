@@ -365,7 +365,7 @@ private:
     report.voxelSize = lattices_[level].spacing;
     report.maxDistance = maxDistance_;
     report.unknowns = report.size.count();
-    if (options_.observation.scaleWithLevel && !isFinest(level))
+    if (!isFinest(level))
       report.maxDistance = std::max(maxDistance_, static_cast<float>(1.5 * report.voxelSize));
     return report;
   }
@@ -594,7 +594,7 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
   for (double spacing = voxelSize;; spacing *= 2) {
     levels.push_back(voxels.toLattice(corner, spacing));
     const GridSize size = levels.back().size;
-    if (std::max({size.x, size.y, size.z}) <= options.coarsestSide)
+    if (std::max({size.x, size.y, size.z}) <= coarsestSide)
       break;
     voxels.lower = halved(voxels.lower).floor().cast<int>();
     // Every point stays inside the outermost voxel centers.

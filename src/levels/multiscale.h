@@ -23,6 +23,9 @@ inline float spacingsPerVoxel(Quality quality)
   return quality == Quality::draft ? 3 : quality == Quality::normal ? 2 : 1.5f;
 }
 
+/// Levels are added until the longest side has at most so many voxels.
+constexpr int coarsestSide = 16;
+
 /// Voxels of padding that a closed surface needs.
 constexpr int minPadding = 6;
 

@@ -183,67 +183,11 @@ CellTable makeCubeTable()
   return table;
 }
 
-/// True if the polygon is clockwise seen from the positive corners of its tetrahedron.
-bool isReversed(const CellTable& table, const Loop& polygon, int negativeCorner, int positiveCorner)
-{
-  const auto a = doubledMidpoint(table.edges[polygon[0]]), b = doubledMidpoint(table.edges[polygon[1]]),
-             c = doubledMidpoint(table.edges[polygon[2]]);
-  int product = 0; // of the normal and the way from the negative to the positive corner
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
-    const int normal = (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
-    product += normal * ((positiveCorner >> axis & 1) - (negativeCorner >> axis & 1));
-  }
-  return product < 0;
-}
-
-void cutTetrahedron(const CellTable& table, const std::array<int, 4>& corners, int signs, CellCase& cell)
-{
-  std::vector<int> negative, positive;
-  for (const int corner : corners)
-    (signs >> corner & 1 ? negative : positive).push_back(corner);
-  if (negative.empty() || positive.empty())
-    return;
-  // Around the polygon, neighboring vertices lie on edges with a common corner.
-  Loop polygon;
-  for (const int corner : positive)
-    polygon.push_back(edgeBetween(table, negative.front(), corner));
-  if (negative.size() == 3)
-    polygon = {polygon[0], edgeBetween(table, negative[1], positive[0]), edgeBetween(table, negative[2], positive[0])};
-  if (negative.size() == 2)
-    for (auto corner = positive.rbegin(); corner != positive.rend(); ++corner)
-      polygon.push_back(edgeBetween(table, negative.back(), *corner));
-  if (isReversed(table, polygon, negative.front(), positive.front()))
-    std::reverse(polygon.begin(), polygon.end());
-  if (polygon.size() == 4)
-    cell.quads.push_back({polygon[0], polygon[1], polygon[2], polygon[3]});
-  else
-    cell.triangles.push_back({polygon[0], polygon[1], polygon[2]});
-}
-
-CellTable makeTetrahedraTable()
-{
-  CellTable table = makeEdges({1, 2, 3, 4, 5, 6, 7});
-  std::array<int, 3> axes{0, 1, 2};
-  do {
-    const int first = 1 << axes[0], second = first | 1 << axes[1];
-    for (int signs = 0; signs < 256; ++signs)
-      cutTetrahedron(table, {0, first, second, 7}, signs, table.cases[signs]);
-  } while (std::next_permutation(axes.begin(), axes.end()));
-  return table;
-}
-
 } // namespace
 
 const CellTable& cubeTable()
 {
   static const CellTable table = makeCubeTable();
-  return table;
-}
-
-const CellTable& tetrahedraTable()
-{
-  static const CellTable table = makeTetrahedraTable();
   return table;
 }
 

@@ -23,7 +23,7 @@ struct CellCase {
   std::vector<std::array<std::uint8_t, 3>> triangles;
 };
 
-/// Cases of one decomposition. Bit c of a case is set if corner c is negative.
+/// All cases. Bit c of a case is set if corner c is negative.
 struct CellTable {
   std::vector<CellEdge> edges;
   std::vector<std::uint8_t> directions; ///< the distinct directions of the edges, ascending
@@ -36,10 +36,6 @@ struct CellTable {
 /// same segments. No triangulation uses a diagonal between two vertices of one face: the neighbor could use it too,
 /// and the edge would have four triangles. All loops (3 to 7 vertices) can be triangulated so.
 const CellTable& cubeTable();
-
-/// Tetrahedra: the six that climb from corner 0 to corner 7 along the axes in each of their orders. The pattern repeats
-/// with the lattice, so that neighbors cut a common face along the same diagonal.
-const CellTable& tetrahedraTable();
 
 } // namespace mrf
 } // namespace pcl

@@ -255,7 +255,7 @@ private:
   /// How close to the ends of its edge a vertex may be, as a share of the edge.
   ///
   /// Points on different edges of a cube are collinear only if one lies on an edge between corners that the two others
-  /// have reached. With a margin m the flattest such triangle has the quality 4 m² (tetrahedra: 8 m²). Rounding to
+  /// have reached. With a margin m the flattest such triangle has the quality 4 m². Rounding to
   /// float moves a vertex by half a unit in the last place r per axis; the second term keeps m well above it.
   static double crossingMargin(const Lattice& lattice)
   {
@@ -366,11 +366,11 @@ void append(TriangleMesh& mesh, const TriangleMesh& other)
 
 } // namespace
 
-TriangleMesh polygonize(const DistanceField& field, const PolygonizerOptions& options, Execution& execution)
+TriangleMesh polygonize(const DistanceField& field, Execution& execution)
 {
   if (field.empty())
     return {};
-  const CellTable& table = options.decomposition == CellDecomposition::cubes ? cubeTable() : tetrahedraTable();
+  const CellTable& table = cubeTable();
   TriangleMesh mesh = polygonizePiece(field, table, execution);
   for (const DistanceField& piece : field.otherPieces())
     append(mesh, polygonizePiece(piece, table, execution));

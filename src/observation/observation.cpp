@@ -205,7 +205,7 @@ float resolvedMaxDistance(const ObservationOptions& options, float spacing, floa
   const bool isPapers = options.kind == ObservationKind::median || options.kind == ObservationKind::mean ||
                         options.kind == ObservationKind::nearest;
   const float reach = (isPapers ? 3.f : 3.25f) * spacing;
-  return options.scaleWithLevel && !options.atPoints() ? std::max(reach, 1.5f * voxelSize) : reach;
+  return !options.atPoints() ? std::max(reach, 1.5f * voxelSize) : reach;
 }
 
 float resolvedSmoothing(const ObservationOptions& options, float spacing)

@@ -44,24 +44,9 @@ const Names<ObservationKind>& names()
 }
 
 template <>
-const Names<ConfidenceShape>& names()
-{
-  static const Names<ConfidenceShape> all = {{"linear", ConfidenceShape::linear},
-                                             {"quadratic", ConfidenceShape::quadratic}};
-  return all;
-}
-
-template <>
 const Names<Quality>& names()
 {
   static const Names<Quality> all = {{"draft", Quality::draft}, {"normal", Quality::normal}, {"fine", Quality::fine}};
-  return all;
-}
-
-template <>
-const Names<Interpolation>& names()
-{
-  static const Names<Interpolation> all = {{"cubic", Interpolation::cubic}, {"linear", Interpolation::linear}};
   return all;
 }
 
@@ -93,14 +78,6 @@ const Names<OrientationVote>& names()
                                              {"reference", OrientationVote::reference},
                                              {"sensor", OrientationVote::sensor},
                                              {"outward", OrientationVote::outward}};
-  return all;
-}
-
-template <>
-const Names<CellDecomposition>& names()
-{
-  static const Names<CellDecomposition> all = {{"cubes", CellDecomposition::cubes},
-                                               {"tetrahedra", CellDecomposition::tetrahedra}};
   return all;
 }
 

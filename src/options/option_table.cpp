@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <stdexcept>
 #include <type_traits>
 
@@ -211,20 +212,8 @@ void declareOutliers(Table& table)
   const auto stage = &Options::outliers;
   table.onOff("alone", "--alone-filter", field(stage, &OutlierOptions::alone),
               "drop points that are far from their neighbors and on no surface with them");
-  table.number("aloneFactor", "--alone-factor", "factor", aboveOne, field(stage, &OutlierOptions::aloneFactor),
-               "so many times as far as the neighbors from theirs");
-  table.onOff("spacing", "--spacing-filter", field(stage, &OutlierOptions::spacing),
-              "drop points whose mean distance to their neighbors is a multiple of its median");
-  table.number("spacingNeighbors", "--spacing-neighbors", "n", between(1, 1000),
-               field(stage, &OutlierOptions::spacingNeighbors), "its number of neighbors");
-  table.number("spacingFactor", "--spacing-factor", "factor", aboveOne, field(stage, &OutlierOptions::spacingFactor),
-               "its multiple of the median");
   table.onOff("statistical", "--statistical-filter", field(stage, &OutlierOptions::statistical),
-              "PCL's statistical outlier removal");
-  table.number("statisticalNeighbors", "--statistical-neighbors", "n", between(1, 1000),
-               field(stage, &OutlierOptions::statisticalNeighbors), "its number of neighbors");
-  table.number("statisticalDeviations", "--statistical-deviations", "n", positive,
-               field(stage, &OutlierOptions::statisticalDeviations), "its limit in standard deviations");
+              "PCL's statistical outlier removal: 8 neighbors, 3 standard deviations");
   table.onOff("robust", "--robust", field(stage, &OutlierOptions::robust),
               "drop points that a robust coarse field cannot agree with: for clusters of false matches");
 }
@@ -242,34 +231,14 @@ void declareNormals(Table& table)
       .automatic = "the 13 nearest points, more where they are rough or lie on a line, or by --noise";
   table.onOff("noiseCriteria", "--noise-criteria", field(stage, &NormalOptions::noiseCriteria),
               "drop points off the plane fitted for their normal, as the paper does");
-  table.number("maxThirdEigenvalue", "--noise-eigenvalue", "share", {0, 1.f / 3, true},
-               field(stage, &NormalOptions::maxThirdEigenvalue), "its limit to the share of the smallest eigenvalue");
-  table
-      .number("maxPlaneDistance", "--noise-distance", "length", notNegative,
-              field(stage, &NormalOptions::maxPlaneDistance), "its limit to the distance from the plane")
-      .automatic = "s";
 }
 
 void declareOrientation(Table& table)
 {
   table.stage("orientation");
   const auto stage = &Options::orientation;
-  table
-      .number("neighborDistance", "--orientation-distance", "length", notNegative,
-              field(stage, &OrientationOptions::neighborDistance), "points closer than this are neighbors")
-      .automatic = "by --local-distance";
-  table.onOff("localDistance", "--local-distance", field(stage, &OrientationOptions::localDistance),
-              "or, without a length, than five times their own spacing; off: s + 6 standard deviations, at least "
-              "2.5 s, for all");
   table.number("maxAngle", "--orientation-angle", "degrees", {0, 90, true}, field(stage, &OrientationOptions::maxAngle),
-               "and their normals within this angle");
-  table.onOff("joinAcrossCreases", "--join-creases", field(stage, &OrientationOptions::joinAcrossCreases),
-              "join components over neighbors that fail the angle");
-  table.number("minComponentShare", "--min-component", "share", zeroToBelowOne,
-               field(stage, &OrientationOptions::minComponentShare),
-               "drop components with a smaller share of the input's points");
-  table.number("lowAgreement", "--low-agreement", "share", zeroToOne, field(stage, &OrientationOptions::lowAgreement),
-               "warn if fewer normals agree with the vote on their orientation");
+               "neighbors belong together if their normals are within this angle");
   table.onOff(
       "sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
       "without these, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the cloud is organized; to "
@@ -299,14 +268,10 @@ void declareObservation(Table& table)
       .automatic = ".4, or 4 if the data of a noisy cloud with normals say so";
   table.number("neighbors", "--neighbors", "n", between(1, 100), field(stage, &ObservationOptions::neighbors),
                "points observed per voxel");
-  table.onOff("scaleWithLevel", "--scale-distance", field(stage, &ObservationOptions::scaleWithLevel),
-              "coarse levels, and the default distance, reach at least 1.5 voxels");
   table
       .number("maxDistance", "--max-distance", "length", notNegative, field(stage, &ObservationOptions::maxDistance),
               "distance from the points at which the confidence reaches 0")
       .automatic = "3.25 s; 3 s with median, mean and nearest";
-  table.choice("confidenceShape", "--confidence-shape", field(stage, &ObservationOptions::confidenceShape),
-               "how the confidence falls with the distance");
 }
 
 void declarePrior(Table& table)
@@ -333,18 +298,10 @@ void declareSolver(Table& table)
       .number("maxIterations", "--max-iterations", "n", notNegative, field(stage, &SolverOptions::maxIterations),
               "iterations or sweeps per level")
       .automatic = "100 (multigrid; near the surface only 4, 2, 1), 1000 (icm), 10000 (cg)";
-  table.number("residualTolerance", "--residual-tolerance", "ratio", {0, 1, true, true},
-               field(stage, &SolverOptions::residualTolerance), "multigrid and cg stop at this relative residual");
   table.number("changeTolerance", "--change-tolerance", "voxels", notNegative,
                field(stage, &SolverOptions::changeTolerance),
                "icm and multigrid stop when a step changes less (RMS), 4 times that where points are observed; "
                "0 = never");
-  table
-      .number("smootherDegree", "--smoother-degree", "n", upTo(50), field(stage, &SolverOptions::smootherDegree),
-              "of multigrid's Chebyshev smoother")
-      .automatic = "2, 5, 10 by the order of the prior, near the surface only 2, 4, 5";
-  table.onOff("choleskyOnCoarsest", "--cholesky-coarsest", field(stage, &SolverOptions::choleskyOnCoarsest),
-              "factorize the coarsest level whatever the solver");
   table.number("seed", "--seed", "n", notNegative, field(stage, &SolverOptions::seed),
                "of icm's visiting order and of the draws of --uncertainty");
 }
@@ -363,9 +320,6 @@ void declareMultiscale(Table& table)
       .number("padding", "--padding", "voxels", between(2, 100), field(stage, &MultiscaleOptions::padding),
               "voxels of the finest level around the points")
       .automatic = "6, more beside openings";
-  table.number("coarsestSide", "--coarsest-side", "voxels", between(4, 256),
-               field(stage, &MultiscaleOptions::coarsestSide),
-               "levels are added until the longest side is at most this");
   table
       .number("maxMemory", "--max-memory", "MiB", notNegative, field(stage, &MultiscaleOptions::maxMemory),
               "memory the levels may take", mebibyte)
@@ -374,15 +328,10 @@ void declareMultiscale(Table& table)
       .number("denseVoxels", "--dense-voxels", "n", notNegative, field(stage, &MultiscaleOptions::denseVoxels),
               "levels of more voxels are solved near the surface only")
       .automatic = "4194304, less for few points";
-  table.choice("interpolation", "--interpolation", field(stage, &MultiscaleOptions::interpolation),
-               "of a level's field, for what the next finer one starts from; near the surface only always cubic");
 }
 
 void declareMesh(Table& table)
 {
-  table.stage("polygonizer");
-  table.choice("decomposition", "--polygonizer", field(&Options::polygonizer, &PolygonizerOptions::decomposition),
-               "how the zero level is cut out of the voxels");
   table.stage("remesher");
   const auto remesher = &Options::remesher;
   table.number("rounds", "--remesh", "n", upTo(1000), field(remesher, &RemesherOptions::rounds), "rounds of remeshing");
@@ -390,8 +339,6 @@ void declareMesh(Table& table)
       .number("targetEdge", "--target-edge", "length", notNegative, field(remesher, &RemesherOptions::targetEdge),
               "edge that the remesher aims at, everywhere")
       .automatic = "median edge before, longer where points are sparse";
-  table.number("relaxation", "--relaxation", "share", {0, 1, true}, field(remesher, &RemesherOptions::relaxation),
-               "of the remesher's tangential step that is taken");
   table.onOff("fit", "--fit", field(remesher, &RemesherOptions::fit),
               "triangles lie on the surface in the mean, not their corners");
   table.stage("trimming");
@@ -413,9 +360,6 @@ void declareMesh(Table& table)
       "minComponentPoints", "--trim-points", "n", upTo(1000000), field(trimming, &TrimmingOptions::minComponentPoints),
       "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "
       "near), but never the largest; not with --trim none");
-  table.number("minComponentShare", "--trim-component", "share", zeroToBelowOne,
-               field(trimming, &TrimmingOptions::minComponentShare),
-               "the same for those with less of the supported area");
 }
 
 void declareUncertainty(Table& table)
@@ -454,6 +398,34 @@ void declareOthers(Table& table)
       .automatic = "one per hardware thread";
 }
 
+/// Options that pcl::MRFReconstruction has setters of.
+void nameSetters(std::vector<OptionDeclaration>& rows)
+{
+  static const std::map<std::string, std::string> setters = {{"outliers.robust", "setRobust"},
+                                                             {"normals.source", "setNormalSource"},
+                                                             {"orientation.sensorOrigin", "setUseSensorOrigin"},
+                                                             {"observation.kind", "setObservation"},
+                                                             {"observation.smoothing", "setSmoothing"},
+                                                             {"observation.noise", "setNoise"},
+                                                             {"prior.kind", "setPrior"},
+                                                             {"prior.beta", "setBeta"},
+                                                             {"solver.method", "setSolver"},
+                                                             {"multiscale.quality", "setQuality"},
+                                                             {"multiscale.voxelSize", "setVoxelSize"},
+                                                             {"remesher.rounds", "setNumberOfRemeshingRounds"},
+                                                             {"remesher.targetEdge", "setTargetEdge"},
+                                                             {"trimming.kind", "setTrimming"},
+                                                             {"trimming.maxHole", "setMaxHole"},
+                                                             {"uncertainty.compute", "setComputeUncertainty"},
+                                                             {"uncertainty.surfaces", "setNumberOfSurfaces"},
+                                                             {"uncertainty.maxError", "setMaxError"},
+                                                             {"colors", "setColorMode"},
+                                                             {"threads", "setNumberOfThreads"}};
+  for (OptionDeclaration& row : rows)
+    if (const auto entry = setters.find(row.name); entry != setters.end())
+      row.setter = entry->second;
+}
+
 std::vector<OptionDeclaration> declareAll()
 {
   Table table;
@@ -467,6 +439,7 @@ std::vector<OptionDeclaration> declareAll()
   declareMesh(table);
   declareUncertainty(table);
   declareOthers(table);
+  nameSetters(table.rows);
   return std::move(table.rows);
 }
 
@@ -495,6 +468,64 @@ void requireDeclared(const Options& options, const std::string& stage)
     if (!option.accepts(value))
       throw InvalidOption(option.name + " = " + decimalText(value) + " is " + option.refusal());
   }
+}
+
+namespace {
+
+/// A name in a message, and the value that is said of it: "prior.beta = 2".
+struct NamedOption {
+  std::string name, value;
+};
+
+/// The option that is named at a place of a message, with the length of what says so; 0: none is.
+std::size_t readOption(const std::string& message, std::size_t at, NamedOption& option)
+{
+  static const std::string letters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ.:";
+  if (at > 0 && letters.find(message[at - 1]) != std::string::npos)
+    return 0;
+  std::size_t end = std::min(message.find_first_not_of(letters, at), message.size());
+  while (end > at && (message[end - 1] == '.' || message[end - 1] == ':'))
+    --end;
+  option = {message.substr(at, end - at), {}};
+  if (message.compare(end, 3, " = ") == 0) {
+    const std::size_t from = end + 3, to = std::min(message.find_first_of(" ,;:)", from), message.size());
+    option.value = message.substr(from, to - from);
+    end = to;
+  }
+  return end - at;
+}
+
+std::string renamed(const NamedOption& option, const std::string& text, OptionNaming naming)
+{
+  if (option.name == "RawCloud::sensors")
+    return naming == OptionNaming::flags ? "--sensor" : "setSensorPosition";
+  const auto& all = optionDeclarations();
+  const auto row = std::find_if(all.begin(), all.end(), [&](const auto& other) { return other.name == option.name; });
+  // A word without a dot is an option's name only where its value follows.
+  if (row == all.end() || (option.name.find('.') == std::string::npos && option.value.empty()))
+    return text;
+  if (naming == OptionNaming::flags)
+    return row->flag + (option.value.empty() ? "" : " " + option.value);
+  if (row->setter.empty())
+    return text + (option.value.empty() ? " of setOptions" : "");
+  return row->setter + (option.value.empty() ? "" : "(" + option.value + ")");
+}
+
+} // namespace
+
+std::string withOptionNames(const std::string& message, OptionNaming naming)
+{
+  if (naming == OptionNaming::members)
+    return message;
+  std::string text;
+  for (std::size_t at = 0; at < message.size();) {
+    NamedOption option;
+    const std::size_t length = std::max<std::size_t>(readOption(message, at, option), 1);
+    const std::string said = message.substr(at, length);
+    text += option.name.empty() ? said : renamed(option, said, naming);
+    at += length;
+  }
+  return text;
 }
 
 } // namespace mrf

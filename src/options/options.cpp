@@ -19,6 +19,25 @@ void requireStage(Stage Options::*member, const Stage& stage, const std::string&
   requireDeclared(options, name + ".");
 }
 
+/// Of the members that are no options of tools.
+void requireRange(const char* name, double value, const OptionRange& range)
+{
+  if (!range.contains(value))
+    throw InvalidOption(std::string(name) + " = " + decimalText(value) + " is outside its range " + range.text());
+}
+
+template <typename Enum>
+void requireOneOf(const char* name, Enum value, const Names<Enum>& words)
+{
+  std::string all;
+  for (const auto& [word, known] : words) {
+    if (known == value)
+      return;
+    all += (all.empty() ? "" : ", ") + word;
+  }
+  throw InvalidOption(std::string(name) + " = " + std::to_string(static_cast<int>(value)) + " is none of " + all);
+}
+
 } // namespace
 
 Options defaultPreset()
@@ -46,7 +65,6 @@ Options paperPreset()
   options.solver.choleskyOnCoarsest = true;
   options.multiscale.interpolation = Interpolation::linear;
   options.trimming.kind = Trimming::none;
-  options.trimming.minComponentShare = .01f; // should trimming be asked for
   options.remesher.rounds = 10;
   options.remesher.fit = false;
   return options;
@@ -57,11 +75,6 @@ Options presetOptions(Preset preset)
   return preset == Preset::paper ? paperPreset() : defaultPreset();
 }
 
-void validate(const OutlierOptions& options)
-{
-  requireStage(&Options::outliers, options, "outliers");
-}
-
 void validate(const NormalOptions& options)
 {
   requireStage(&Options::normals, options, "normals");
@@ -70,11 +83,15 @@ void validate(const NormalOptions& options)
 void validate(const OrientationOptions& options)
 {
   requireStage(&Options::orientation, options, "orientation");
+  requireRange("orientation.neighborDistance", options.neighborDistance, {});
+  requireRange("orientation.minComponentShare", options.minComponentShare, {0, 1, false, true});
 }
 
 void validate(const ObservationOptions& options)
 {
   requireStage(&Options::observation, options, "observation");
+  requireOneOf("observation.confidenceShape", options.confidenceShape,
+               {{"linear", ConfidenceShape::linear}, {"quadratic", ConfidenceShape::quadratic}});
 }
 
 void validate(const TrimmingOptions& options)
@@ -95,11 +112,15 @@ void validate(const PriorOptions& options)
 void validate(const SolverOptions& options)
 {
   requireStage(&Options::solver, options, "solver");
+  requireRange("solver.residualTolerance", options.residualTolerance, {0, 1, true, true});
+  requireRange("solver.smootherDegree", options.smootherDegree, {0, 50});
 }
 
 void validate(const MultiscaleOptions& options)
 {
   requireStage(&Options::multiscale, options, "multiscale");
+  requireOneOf("multiscale.interpolation", options.interpolation,
+               {{"cubic", Interpolation::cubic}, {"linear", Interpolation::linear}});
 }
 
 void validate(const UncertaintyOptions& options)
@@ -110,10 +131,15 @@ void validate(const UncertaintyOptions& options)
 void validate(const Options& options)
 {
   requireDeclared(options);
+  validate(options.orientation);
+  validate(options.observation);
+  validate(options.solver);
+  validate(options.multiscale);
   if (wantsUncertainty(options) && !options.observation.atPoints())
-    throw InvalidOption("uncertainty.compute = on, and what needs sigma as well (uncertainty.surfaces, "
-                        "uncertainty.maxError, colors = sigma), need observation.kind = points, where each point "
-                        "speaks once: what voxels observe is made of the same points again and again");
+    throw InvalidOption(
+        "uncertainty.compute, and what needs sigma as well (uncertainty.surfaces, uncertainty.maxError, "
+        "colors = sigma), need observation.kind = points, where each point speaks once: what voxels "
+        "observe is made of the same points again and again");
 }
 
 } // namespace mrf

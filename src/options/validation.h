@@ -15,7 +15,6 @@ namespace mrf {
 void requireDeclared(const Options& options, const std::string& stage = {});
 
 /// Checks the options of one stage. \throw InvalidOption naming the first field that is out of range
-void validate(const OutlierOptions& options);
 void validate(const NormalOptions& options);
 void validate(const OrientationOptions& options);
 void validate(const ObservationOptions& options);

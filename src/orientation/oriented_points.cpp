@@ -27,24 +27,24 @@ void warnOfGuess(Report& report)
   std::ostringstream text;
   text << "the surface is open (" << std::lround(100 * report.orientation.openShare)
        << " % of it encloses no volume), and nothing tells which side is the outside: the side that was taken is a "
-          "guess; give the sensor's position (--sensor, setSensorPosition), a cloud that knows its sensor origin, or "
+          "guess; give the sensor's position (RawCloud::sensors), a cloud that knows its sensor origin, or "
           "normals";
   report.warnings.push_back(text.str());
 }
 
-void warnOfDisagreement(const Options& options, Report& report)
+void warnOfDisagreement(Report& report)
 {
   // Where the side is a guess, votes on it mean nothing.
   if (report.orientation.sideIsGuessed)
     return warnOfGuess(report);
-  if (report.vote == OrientationVote::none || report.orientation.agreement >= options.orientation.lowAgreement)
+  constexpr double lowAgreement = .75;
+  if (report.vote == OrientationVote::none || report.orientation.agreement >= lowAgreement)
     return;
   std::ostringstream text;
   text.precision(3);
   text << "only " << 100 * report.orientation.agreement
-       << " % of the normals agree with the vote on their orientation ("
-       << "lowAgreement = " << options.orientation.lowAgreement
-       << "); give sensor positions, or normals that point outward";
+       << " % of the normals agree with the vote on their orientation; give sensor positions (RawCloud::sensors), or "
+          "normals that point outward";
   report.warnings.push_back(text.str());
 }
 
@@ -81,7 +81,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
     report.orientation = oriented.summary();
   }
   prepared.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
-  warnOfDisagreement(options, report);
+  warnOfDisagreement(report);
   report.points.smallComponents = report.orientation.pointsDropped;
   points.normals = std::move(oriented.normals);
   reduce(points, oriented.keep, search, execution);

@@ -152,7 +152,7 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& sea
   pilot.solver.changeTolerance =
       std::max(pilot.solver.changeTolerance, observation.atPoints() ? toleranceAtPoints : toleranceAtVoxels);
   const DistanceField field = regularize({&points, &search, box}, spacing, pilot, execution).field;
-  TriangleMesh mesh = polygonize(field, {}, execution);
+  TriangleMesh mesh = polygonize(field, execution);
   setConfidences(mesh, {points, search, observation.maxDistance, 0}, observation.confidenceShape, execution);
 
   setNormals(mesh, field, execution);

@@ -32,6 +32,10 @@ constexpr std::size_t widestNeighborhood = 1 << 14;
 /// Points per piece of parallel work.
 constexpr std::int64_t normalGrain = 1024;
 
+/// The paper's limit to the share of the smallest eigenvalue in the variation; what lies farther than l̄ from the plane
+/// is noise as well.
+constexpr double maxThirdEigenvalue = .1f;
+
 } // namespace
 
 float resolvedRadius(const NormalOptions& options, float spacing)
@@ -45,8 +49,7 @@ namespace {
 class Estimates {
 public:
   Estimates(NormalEstimates& estimates, std::size_t count, const NormalOptions& options, float spacing)
-      : estimates_(estimates), options_(options),
-        maxPlaneDistance_(options.maxPlaneDistance > 0 ? options.maxPlaneDistance : spacing)
+      : estimates_(estimates), options_(options), spacing_(spacing)
   {
     estimates_.normals.assign(count, Eigen::Vector3f::Zero());
     estimates_.thirdEigenvalueShare.assign(count, 0);
@@ -60,14 +63,13 @@ public:
     estimates_.thirdEigenvalueShare[i] = static_cast<float>(plane.thirdShare);
     estimates_.planeDistances[i] = static_cast<float>(plane.distance);
     if (options_.noiseCriteria)
-      estimates_.isNoise[i] =
-          plane.thirdShare > options_.maxThirdEigenvalue || plane.distance > maxPlaneDistance_ ? 1 : 0;
+      estimates_.isNoise[i] = plane.thirdShare > maxThirdEigenvalue || plane.distance > spacing_ ? 1 : 0;
   }
 
 private:
   NormalEstimates& estimates_;
   const NormalOptions& options_;
-  float maxPlaneDistance_;
+  float spacing_;
 };
 
 /// The number of neighbors at the front of a batch's answer that exist.

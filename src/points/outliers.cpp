@@ -3,7 +3,6 @@
 
 #include "base/loops.h"
 #include "base/select_values.h"
-#include "options/validation.h"
 #include "points/local_plane.h"
 #include "points/pcl_search.h"
 #include "points/sampling_density.h"
@@ -24,26 +23,13 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// Mean distance from each point to its k nearest others; 0 for a point that has none.
-std::vector<float> meanNeighborDistances(const PointSet& points, const NeighborSearch& search, int k,
-                                         Execution& execution)
-{
-  std::vector<float> means(points.size(), 0);
-  search.forEachPosition(points.positions, k + 1, NeighborSearch::Answer::distances, execution,
-                         [&](const NeighborBatch& batch) {
-                           for (std::size_t q = 0; q < batch.size; ++q) {
-                             // The first is the point itself.
-                             const float* squared = batch.squaredDistances + q * batch.k;
-                             double total = 0;
-                             int others = 0;
-                             for (int n = 1; n <= k && std::isfinite(squared[n]); ++n, ++others)
-                               total += std::sqrt(squared[n]);
-                             if (others > 0)
-                               means[batch.positions[q]] = static_cast<float>(total / others);
-                           }
-                         });
-  return means;
-}
+/// A point is far if it is so many times as far from its neighbors as they are from theirs; 2 drops 1 to 3 % of real
+/// clouds.
+constexpr float aloneFactor = 2.7f;
+
+/// Of PCL's filter: its setMeanK and setStddevMulThresh.
+constexpr int statisticalNeighbors = 8;
+constexpr double statisticalDeviations = 3;
 
 /// Neighbors of which so many have to agree with a point, and so many of them have to stay: outliers amid outliers lie
 /// on a plane with some of them by chance. (Of 3,950 far from noisy scans 24 agree with five, and 4 have three that
@@ -164,18 +150,7 @@ std::vector<std::uint8_t> keptByNeighbors(const PointSet& points, const std::vec
   return keep;
 }
 
-std::vector<std::uint8_t> keptBySpacing(const std::vector<float>& means, const OutlierOptions& options,
-                                        Execution& execution)
-{
-  std::vector<std::uint8_t> keep(means.size(), 1);
-  const float middle = median(means, execution);
-  if (middle > 0) // else most points coincide with others: it measures nothing
-    for (std::size_t i = 0; i < keep.size(); ++i)
-      keep[i] = means[i] <= options.spacingFactor * middle;
-  return keep;
-}
-
-std::vector<std::uint8_t> keptByStatistics(const PointSet& points, const OutlierOptions& options)
+std::vector<std::uint8_t> keptByStatistics(const PointSet& points)
 {
   StatisticalOutlierRemoval<PointXYZ> filter(true); // which searches by FLANN
   filter.setInputCloud(toPclCloud(points.positions));
@@ -184,8 +159,8 @@ std::vector<std::uint8_t> keptByStatistics(const PointSet& points, const Outlier
   std::iota(indices->begin(), indices->end(), 0);
   filter.setIndices(indices);
   // PCL reads past the end of its results when there are fewer neighbors than it was told to average over.
-  filter.setMeanK(std::min(options.statisticalNeighbors, static_cast<int>(points.size()) - 1));
-  filter.setStddevMulThresh(options.statisticalDeviations);
+  filter.setMeanK(std::min(statisticalNeighbors, static_cast<int>(points.size()) - 1));
+  filter.setStddevMulThresh(statisticalDeviations);
   Indices kept;
   filter.filter(kept);
 
@@ -220,25 +195,16 @@ OutlierResult findOutliers(const PointSet& points, const NeighborSearch& search,
 OutlierResult findOutliers(const PointSet& points, const NeighborDistances& distances, const NeighborSearch& search,
                            const OutlierOptions& options, Execution& execution)
 {
-  validate(options);
   OutlierResult result;
   result.keep.assign(points.size(), 1);
   if (points.size() < 2)
     return result;
   if (options.alone)
     result.droppedAlone =
-        intersect(result.keep, keptByNeighbors(points, distances.mean, search, options.aloneFactor, execution));
-  if (options.spacing) {
-    const bool isMeasured = options.spacingNeighbors == measuredNeighbors && !distances.mean.empty();
-    result.droppedBySpacing =
-        intersect(result.keep,
-                  keptBySpacing(isMeasured ? distances.mean
-                                           : meanNeighborDistances(points, search, options.spacingNeighbors, execution),
-                                options, execution));
-  }
+        intersect(result.keep, keptByNeighbors(points, distances.mean, search, aloneFactor, execution));
   execution.poll();
   if (options.statistical)
-    result.droppedByStatistics = intersect(result.keep, keptByStatistics(points, options));
+    result.droppedByStatistics = intersect(result.keep, keptByStatistics(points));
   return result;
 }
 

@@ -19,21 +19,20 @@ namespace mrf {
 struct OutlierResult {
   std::vector<std::uint8_t> keep; ///< one flag per point
   std::int64_t droppedAlone = 0;
-  std::int64_t droppedBySpacing = 0;    ///< of those that are left
-  std::int64_t droppedByStatistics = 0; ///< likewise
+  std::int64_t droppedByStatistics = 0; ///< of those that are left
 };
 
 /// Finds points that lie apart from the others.
 ///
 /// A point is alone (ours) if two things speak against it. It is far from its 8 nearest neighbors: their mean distance
-/// exceeds aloneFactor times the median of theirs (a local outlier factor), or of all points'. And no surface goes
+/// exceeds 2.7 times the median of theirs (a local outlier factor), or of all points'. And no surface goes
 /// through it: fewer than five of the eight lie in its tangent plane with normals like its own (by the planes of the 13
 /// nearest points where the points have none), or fewer than three of those stay. So a wall that is scanned sparsely,
 /// the bottom of a pocket that few rays reach and a patch of six points stay, however small they are beside the cloud;
 /// a share of the cloud, or a spacing beside its median alone, is no evidence against a point.
 ///
-/// The spacing criterion (ours) is robust where the mean and standard deviation of PCL's are not: a few far outliers
-/// inflate the deviation until nothing is dropped. Duplicates count as neighbors at distance 0.
+/// PCL's criterion is not robust: a few far outliers inflate its standard deviation until nothing is dropped.
+/// Duplicates count as neighbors at distance 0.
 /// \param search holds exactly points.positions
 OutlierResult findOutliers(const PointSet& points, const NeighborSearch& search, const OutlierOptions& options,
                            Execution& execution);

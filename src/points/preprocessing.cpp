@@ -54,7 +54,6 @@ void removeOutliers(PointSet& points, const Options& options, NeighborSearch& se
     distances = measureNeighbors(points, search, execution);
     const OutlierResult outliers = findOutliers(points, distances, search, options.outliers, execution);
     report.points.outliersAlone = outliers.droppedAlone;
-    report.points.outliersBySpacing = outliers.droppedBySpacing;
     report.points.outliersByStatistics = outliers.droppedByStatistics;
     if (reduce(points, outliers.keep, search, execution))
       for (std::vector<float>* values : {&distances.nearest, &distances.eighth, &distances.mean})
@@ -123,8 +122,8 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
   text << points.size() << " of " << counts.input << " points are left after " << after << ", at least "
        << minPointsOfSurface << " are needed (dropped: " << counts.notFinite << " not finite, " << counts.duplicates
        << " duplicates, " << counts.zeroNormals << " zero normals, " << counts.zeroConfidence << " without confidence, "
-       << counts.outliersAlone + counts.outliersBySpacing + counts.outliersByStatistics << " outliers, "
-       << counts.noiseByPlaneFit << " without a plane, " << counts.smallComponents << " in small components)";
+       << counts.outliersAlone + counts.outliersByStatistics << " outliers, " << counts.noiseByPlaneFit
+       << " without a plane, " << counts.smallComponents << " in small components)";
   throw InvalidInput(text.str());
 }
 

@@ -18,8 +18,8 @@ constexpr std::int64_t moveGrain = 32768; ///< large: vertices at its ends have 
 
 } // namespace
 
-Relaxation::Relaxation(RemeshedSurface& surface, float share, Execution& execution)
-    : surface_(surface), share_(share), execution_(execution), steps_(surface.mesh.positions.size()),
+Relaxation::Relaxation(RemeshedSurface& surface, Execution& execution)
+    : surface_(surface), execution_(execution), steps_(surface.mesh.positions.size()),
       isWaiting_(surface.mesh.positions.size(), 0)
 {}
 
@@ -58,7 +58,7 @@ void Relaxation::computeSteps()
     });
     const Vector3f towards = weight > 0 ? Vector3f(sum / weight) : Vector3f::Zero();
     Step& step = steps_[v];
-    step.tangential = share_ * (towards - n * n.dot(towards));
+    step.tangential = towards - n * n.dot(towards);
     step.isSettled = step.tangential.squaredNorm() < squared(minStep * surface_.targetAt(v));
     if (!step.isSettled)
       step.reached = surface_.level.trace(p + step.tangential);
@@ -119,7 +119,7 @@ bool Relaxation::moveAlongBorder(std::int32_t v)
   const double start = mesh.places[previous], end = mesh.places[next];
   const double own = curves.share(start, mesh.places[v], end);
   return moveByShare(v, [&](float share) -> std::optional<Site> {
-    const double place = curves.between(start, end, own + static_cast<double>(share * share_) * (.5 - own));
+    const double place = curves.between(start, end, own + static_cast<double>(share) * (.5 - own));
     const Vector3f& p = mesh.positions[v];
     const std::optional<Corner> moved = surface_.level.trace(p + share * (curves.at(place) - p));
     if (!moved || !surface_.followsBorder(previous, {*moved, place}, next))

@@ -19,8 +19,7 @@ namespace mrf {
 /// Moves each vertex towards the centroid of its neighbors on the surface.
 class Relaxation {
 public:
-  /// \param share of the tangential step that is taken, (0, 1]
-  Relaxation(RemeshedSurface& surface, float share, Execution& execution);
+  Relaxation(RemeshedSurface& surface, Execution& execution);
 
   /// All steps are computed from the same state, in parallel; they are taken one by one, each against the state it
   /// meets. Vertices of a range whose neighbors all belong to it move while other ranges do the same; the rest move
@@ -45,7 +44,6 @@ private:
   bool moveByShare(std::int32_t v, const Propose& propose);
 
   RemeshedSurface& surface_;
-  float share_;
   Execution& execution_;
   std::vector<Step> steps_;
   std::vector<std::uint8_t> isWaiting_;

@@ -56,8 +56,8 @@ void checkSize(const RemeshedSurface& surface)
   const double limit = 5e8;
   if (triangles > limit) {
     std::ostringstream message;
-    message << "RemesherOptions::targetEdge = " << target << " would give about " << triangles
-            << " triangles; at least " << target * std::sqrt(triangles / limit) << " is needed";
+    message << "remesher.targetEdge = " << target << " would give about " << triangles << " triangles; at least "
+            << target * std::sqrt(triangles / limit) << " is needed";
     throw ResourceLimit(message.str());
   }
 }
@@ -196,7 +196,7 @@ private:
         return intersecting;
     }
     FormerVertices former(surface_);
-    Relaxation(surface_, options_.relaxation, execution_).moveAll();
+    Relaxation(surface_, execution_).moveAll();
     return former.takeBackWhatIntersects(watch_, execution_);
   }
 

@@ -75,7 +75,6 @@ OptionResolver::OptionResolver(const Options& requested, const SamplingDensity& 
          resolvedMaxDistance(requested.observation, spacing_, options_.multiscale.voxelSize));
   options_.orientation.neighborDistance = resolvedNeighborDistance(requested.orientation, density);
   options_.normals.radius = resolvedRadius(requested.normals, spacing_);
-  derive(options_.normals.maxPlaneDistance, spacing_);
 }
 
 void OptionResolver::chooseByData(const OrientedPoints& points, Report& report, Execution& execution)

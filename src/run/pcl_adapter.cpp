@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/report.h>
 
 #include <pcl/surface/impl/mrf_reconstruction.hpp>
@@ -113,9 +114,10 @@ void log(const Report& report) noexcept
 {
   try {
     for (const std::string& warning : report.warnings)
-      PCL_WARN("[pcl::MRFReconstruction::reconstruct] %s\n", warning.c_str());
+      PCL_WARN("[pcl::MRFReconstruction::reconstruct] %s\n", withOptionNames(warning, OptionNaming::setters).c_str());
     if (report.status != Status::ok)
-      PCL_ERROR("[pcl::MRFReconstruction::reconstruct] %s: %s\n", toString(report.status), report.message.c_str());
+      PCL_ERROR("[pcl::MRFReconstruction::reconstruct] %s: %s\n", toString(report.status),
+                withOptionNames(report.message, OptionNaming::setters).c_str());
   } catch (...) { // PCL's console takes memory, of which there may be none left; the report has it all
   }
 }

@@ -92,7 +92,6 @@ TriangleMesh trimmedGenerously(TriangleMesh mesh, const Support& support, float 
   trimming.maxHole *= wider;
   trimming.maxGap *= wider;
   trimming.minComponentPoints = 0;
-  trimming.minComponentShare = 0;
   setConfidences(mesh, support, options.observation.confidenceShape, execution);
   if (std::all_of(mesh.confidences.begin(), mesh.confidences.end(), [](float value) { return value > 0; }))
     return mesh;
@@ -135,7 +134,7 @@ PointSet gatherPoints(RawCloud cloud, const Options& options, Report& report, Ex
 void cutZeroLevel(Reconstruction& result, const ResolvedOptions& options, Execution& execution)
 {
   const StageTimer timer("polygonizer", result.report, execution);
-  result.mesh = polygonize(result.field, options.polygonizer, execution);
+  result.mesh = polygonize(result.field, execution);
   if (result.mesh.triangles.empty())
     throw InvalidInput("the field has no zero level: the normals may all point the same way around" +
                        (options.observation.atPoints()

@@ -18,10 +18,9 @@ void warnOfDroppedPoints(Report& report)
   const PointCounts& counts = report.points;
   const std::pair<std::int64_t, const char*> rules[] = {
       {counts.outliersAlone, "stand alone (outliers.alone)"},
-      {counts.outliersBySpacing, "are far from their neighbors beside the median (outliers.spacing)"},
       {counts.outliersByStatistics, "are outliers by PCL's statistics (outliers.statistical)"},
       {counts.noiseByPlaneFit, "are noise by the plane fit (normals.noiseCriteria), or have no plane"},
-      {counts.smallComponents, "are in small components (orientation.minComponentShare)"},
+      {counts.smallComponents, "are in small components, which the paper drops"},
       {counts.outliersByField, "disagree with a robust field (outliers.robust)"}};
   for (const auto& [count, what] : rules) {
     if (static_cast<double>(count) <= share * static_cast<double>(counts.input))

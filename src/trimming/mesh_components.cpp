@@ -181,17 +181,11 @@ std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints&
   if (components < 2)
     return 0;
   std::vector<double> area(components, 0);
-  double total = 0;
   for (std::size_t t = 0; t < keep.size(); ++t)
-    if (keep[t] && supported[t]) {
+    if (keep[t] && supported[t])
       area[componentOf[t]] += areas[t];
-      total += areas[t];
-    }
   std::vector<std::uint8_t> isDropped = findPoorComponents(
       mesh, points, search, componentOf, area.size(), static_cast<std::size_t>(options.minComponentPoints), execution);
-  for (std::size_t c = 0; c < area.size(); ++c)
-    if (area[c] < options.minComponentShare * total)
-      isDropped[c] = 1;
   isDropped[std::max_element(area.begin(), area.end()) - area.begin()] = 0;
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (keep[t] && isDropped[componentOf[t]])

@@ -145,9 +145,9 @@ TEST_F(ToolErrors, BadValues)
       {"--remesh", "1e9"},       {"--threads", "-2"},
       {"--threads", "5000"},     {"--prior", "flat"},
       {"--observation", "all"},  {"--solver", "magic"},
-      {"--normals", "maybe"},    {"--polygonizer", "spheres"},
+      {"--normals", "maybe"},    {"--unit", "meters"},
       {"--trim", "much"},        {"--color", "red"},
-      {"--preset", "best"},      {"--spacing-filter", "yes"},
+      {"--preset", "best"},      {"--alone-filter", "yes"},
       {"--sensor", "1,2"},       {"--sensor", "1,2,three"},
       {"--sensor", "1,2,nan"},   {"--orientation-angle", "0"}};
   for (const auto& [option, value] : values)
@@ -160,12 +160,14 @@ TEST_F(ToolErrors, BadValues)
   expectFailure({"sphere.xyz", "out.ply", "--color", "gr\ney"}, 2, "'gr?ey' is none of");
   // Single precision has no such numbers: they are infinite, 1, and 0.
   for (const auto& [option, value] : {std::pair<const char*, const char*>{"--max-distance", "1e39"},
-                                      {"--min-component", ".999999999"},
-                                      {"--relaxation", "1e-50"},
+                                      {"--beta", ".999999999"},
+                                      {"--orientation-angle", "1e-50"},
                                       {"--smoothing", "1e39"},
                                       {"--max-memory", "1e30"}})
     expectFailure({"sphere.xyz", "out.ply", option, value}, 2, std::string(option) + ": '" + value + "'");
   expectFailure({"sphere.xyz", "out.ply", "--prior", "flat"}, 2, "membrane, thin-plate, triharmonic");
+  // What the library refuses is called as on the command line.
+  expectFailure({"sphere.xyz", "out.ply", "--voxel-size", "100"}, 2, "--voxel-size 100 is larger than the cloud");
 }
 
 TEST_F(ToolErrors, ConflictingOptions)

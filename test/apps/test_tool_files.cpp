@@ -431,7 +431,7 @@ TEST_F(ToolFiles, SigmaIsInEveryFormatThatHoldsFields)
     EXPECT_EQ(mesh->GetPointData()->GetScalars()->GetNumberOfComponents(), 3) << "colors";
   }
   EXPECT_FALSE(reportOf({"in.xyz", "plain.ply"}).contains("uncertainty"));
-  expectFailure({"in.xyz", "no.ply", "--uncertainty", "--observation", "plane"}, 2, "observation.kind = points");
+  expectFailure({"in.xyz", "no.ply", "--uncertainty", "--observation", "plane"}, 2, "--observation points");
   expectFailure({"in.xyz", "no.ply", "--samples", "4"}, 2, "--samples has a meaning with --uncertainty");
 }
 
@@ -481,8 +481,7 @@ TEST_F(ToolFiles, SurfacesAreAllThereOrNone)
   std::filesystem::create_directory(path("out.sample-3.ply"));
   expectFailure({"in.xyz", "out.ply", "--write-samples", "3"}, 1, "'out.sample-3.ply': is a directory");
   expectFailure({"in.xyz", "-", "--output-format", "obj", "--write-samples", "1"}, 2, "standard output holds one mesh");
-  expectFailure({"in.xyz", "out.ply", "--write-samples", "1", "--observation", "plane"}, 2,
-                "observation.kind = points");
+  expectFailure({"in.xyz", "out.ply", "--write-samples", "1", "--observation", "plane"}, 2, "--observation points");
   std::filesystem::rename(path("in.xyz"), path("mesh.sample-1.ply"));
   expectFailure({"mesh.sample-1.ply", "mesh.ply", "--input-format", "xyz", "--write-samples", "1"}, 2,
                 "is an input and would be overwritten");

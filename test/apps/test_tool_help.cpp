@@ -159,7 +159,7 @@ TEST_F(ReconstructionHelp, WordsNearAMistypedOneAreNamed)
   expectFailure({"--prior", "tri"}, 2, "'tri' is none of membrane, thin-plate, triharmonic; did you mean triharmonic?");
   expectFailure({"--preset", "papre"}, 2, "did you mean paper?");
   expectFailure({"--colour", "none"}, 2, "'--colour' is not an option; did you mean --color?");
-  expectFailure({"--spacing-neighbours=8"}, 2, "did you mean --spacing-neighbors?");
+  expectFailure({"--neighbours=8"}, 2, "did you mean --neighbors?");
   expectFailure({"--output-dir", "x"}, 2, "did you mean --output-directory?");
   EXPECT_EQ(run({"--quality", "superb"}).err.find("did you mean"), std::string::npos);
 }

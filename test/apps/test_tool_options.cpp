@@ -27,22 +27,9 @@ const std::vector<Case> cases = {
     {{"--normals", "estimate"}, "/normalsEstimated", true},
     {{"--normal-radius", "0.5"}, "/options/normals/radius", .5},
     {{"--alone-filter", "off"}, "/options/outliers/alone", false},
-    {{"--alone-factor", "4"}, "/options/outliers/aloneFactor", 4},
-    {{"--spacing-filter", "on"}, "/options/outliers/spacing", true},
-    {{"--spacing-neighbors", "7"}, "/options/outliers/spacingNeighbors", 7},
-    {{"--spacing-factor", "2.5"}, "/options/outliers/spacingFactor", 2.5},
-    {{"--statistical-filter", "on", "--statistical-deviations", "6"}, "/options/outliers/statistical", true},
-    {{"--statistical-neighbors", "12"}, "/options/outliers/statisticalNeighbors", 12},
-    {{"--statistical-deviations", "2.5"}, "/options/outliers/statisticalDeviations", 2.5},
+    {{"--statistical-filter", "on"}, "/options/outliers/statistical", true},
     {{"--noise-criteria", "on"}, "/options/normals/noiseCriteria", true},
-    {{"--noise-eigenvalue", "0.25"}, "/options/normals/maxThirdEigenvalue", .25},
-    {{"--noise-distance", "0.5"}, "/options/normals/maxPlaneDistance", .5},
-    {{"--orientation-distance", "0.5"}, "/options/orientation/neighborDistance", .5},
-    {{"--local-distance", "off"}, "/options/orientation/localDistance", false},
     {{"--orientation-angle", "30"}, "/options/orientation/maxAngle", 30},
-    {{"--join-creases", "off", "--orientation-angle", "60"}, "/options/orientation/joinAcrossCreases", false},
-    {{"--min-component", "0.25"}, "/options/orientation/minComponentShare", .25},
-    {{"--low-agreement", "0.5"}, "/options/orientation/lowAgreement", .5},
     {{"--observation", "median"}, "/options/observation/estimate", "median"},
     {{"--observation", "mean"}, "/options/observation/estimate", "mean"},
     {{"--observation", "nearest"}, "/options/observation/estimate", "nearest"},
@@ -53,8 +40,6 @@ const std::vector<Case> cases = {
     {{"--gradient-weight", "2"}, "/options/observation/gradientWeight", 2},
     {{"--neighbors", "9", "--observation", "plane"}, "/options/observation/neighbors", 9},
     {{"--max-distance", "0.5"}, "/options/observation/maxDistance", .5},
-    {{"--scale-distance", "off", "--observation", "plane"}, "/options/observation/scaleWithLevel", false},
-    {{"--confidence-shape", "linear"}, "/options/observation/confidenceShape", "linear"},
     {{"--prior", "membrane"}, "/options/prior/prior", "membrane"},
     {{"--prior", "thin-plate"}, "/options/prior/prior", "thin-plate"},
     {{"--beta", "0.5", "--observation", "plane"}, "/options/prior/beta", .5},
@@ -64,30 +49,23 @@ const std::vector<Case> cases = {
     {{"--quality", "fine"}, "/options/multiscale/quality", "fine"},
     {{"--voxel-size", "0.125"}, "/options/multiscale/voxelSize", .125},
     {{"--padding", "4"}, "/options/multiscale/padding", 4},
-    {{"--coarsest-side", "32"}, "/options/multiscale/coarsestSide", 32},
     {{"--max-memory", "512"}, "/options/multiscale/maxMemory", 512 << 20},
     {{"--dense-voxels", "1000"}, "/options/multiscale/denseVoxels", 1000},
     {{"--search", "kdtree"}, "/options/search", "kdtree"},
-    {{"--interpolation", "linear"}, "/options/multiscale/interpolation", "linear"},
     {{"--solver", "icm", "--prior", "membrane"}, "/options/solver/method", "icm"},
     {{"--solver", "cg"}, "/options/solver/method", "cg"},
     {{"--max-iterations", "60"}, "/options/solver/maxIterations", 60},
-    {{"--residual-tolerance", "0.0078125"}, "/options/solver/residualTolerance", .0078125},
     {{"--change-tolerance", "0.0078125"}, "/options/solver/changeTolerance", .0078125},
-    {{"--smoother-degree", "12"}, "/options/solver/smootherDegree", 12},
     {{"--seed", "7"}, "/options/solver/seed", 7},
-    {{"--polygonizer", "tetrahedra"}, "/options/polygonizer/decomposition", "tetrahedra"},
     {{"--remesh", "3"}, "/options/remesher/rounds", 3},
     {{"--no-remesh"}, "/options/remesher/rounds", 0},
     {{"--target-edge", "0.25"}, "/options/remesher/targetEdge", .25},
-    {{"--relaxation", "0.5"}, "/options/remesher/relaxation", .5},
     {{"--fit", "off"}, "/options/remesher/fit", false},
     {{"--trim", "none"}, "/options/trimming/trimming", "none"},
     {{"--trim", "supported"}, "/options/trimming/trimming", "supported"},
     {{"--max-hole", "0.5"}, "/options/trimming/maxHole", .5},
     {{"--max-gap", "0.25"}, "/options/trimming/maxGap", .25},
     {{"--trim-points", "0"}, "/options/trimming/minComponentPoints", 0},
-    {{"--trim-component", "0.25"}, "/options/trimming/minComponentShare", .25},
     {{"--color", "confidence"}, "/options/colors", "confidence"},
     {{"--color", "sigma"}, "/options/colors", "sigma"},
     {{"--uncertainty"}, "/options/uncertainty/compute", true},
@@ -104,9 +82,8 @@ const std::vector<Case> cases = {
 };
 
 // Those that the tests below see at work.
-const std::set<std::string> testedBelow = {"--help",    "--version",          "--verbose",
-                                           "--quiet",   "--report",           "--field",
-                                           "--picture", "--confidence-field", "--cholesky-coarsest"};
+const std::set<std::string> testedBelow = {"--help",   "--version", "--verbose", "--quiet",
+                                           "--report", "--field",   "--picture", "--confidence-field"};
 
 // Those that test_tool_help and test_tool_streams see at work.
 const std::set<std::string> testedElsewhere = {"--help-all",         "--manual",       "--bash-completion",
@@ -208,16 +185,6 @@ TEST_F(ToolOptions, ExplicitOptionsChangeAPreset)
   EXPECT_EQ(changed.at("/options/solver"_json_pointer), paper.at("/options/solver"_json_pointer));
 }
 
-TEST_F(ToolOptions, CholeskyAlsoOnTheCoarsestLevel)
-{
-  const tool::Outcome outcome = run({"sphere.xyz", "sphere.ply", "--solver", "cholesky", "--prior", "membrane"});
-  const tool::Outcome coarsest = run({"sphere.xyz", "coarsest.ply", "--cholesky-coarsest", "on", "--report", "r.json"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  ASSERT_EQ(coarsest.status, 0) << coarsest.err;
-  const json report = json::parse(tool::readText(path("r.json")));
-  EXPECT_EQ(report.at("/levels/0/solve/method"_json_pointer), "cholesky");
-}
-
 TEST_F(ToolOptions, ConfidenceFieldWeighsThePoints)
 {
   // A second, slightly larger sphere of points that nobody trusts.
@@ -253,8 +220,8 @@ TEST_F(ToolOptions, VerbosityDecidesWhatIsPrinted)
   EXPECT_EQ(normal.status, 0);
   for (const char* heading : {"read ", "used ", "derived ", "seconds ", "surface ", "wrote "})
     EXPECT_NE(normal.out.find(heading), std::string::npos) << heading;
-  EXPECT_EQ(normal.out.find("smootherDegree"), std::string::npos);
-  EXPECT_NE(verbose.out.find("smootherDegree"), std::string::npos);
+  EXPECT_EQ(normal.out.find("maxIterations"), std::string::npos);
+  EXPECT_NE(verbose.out.find("maxIterations"), std::string::npos);
   EXPECT_EQ(tool::readText(path("a.ply")), tool::readText(path("c.ply")));
 }
 

@@ -27,7 +27,7 @@ struct Surface {
   explicit Surface(std::int64_t triangles) : sphere(sphereOfTriangles(triangles))
   {
     Execution execution(0);
-    mesh = polygonize(sphere.field, {}, execution);
+    mesh = polygonize(sphere.field, execution);
   }
 
   double voxels(double length) const { return length / sphere.field.lattice().spacing; }
@@ -58,7 +58,7 @@ void polygonizer(benchmark::State& state)
   TriangleMesh result;
   runOnTriangles(state, surface, [&](Execution& execution) {
     result = TriangleMesh();
-    result = polygonize(surface.sphere.field, {}, execution);
+    result = polygonize(surface.sphere.field, execution);
   });
   state.counters["error_voxels"] = surface.voxels(sphereError(result, surface.sphere.radius));
 }

@@ -47,25 +47,19 @@ void forEachMember(Options& o, const Visit& visit)
 {
   const auto all = [&](auto&... members) { (visit(members), ...); };
   all(o.unit, o.search, o.colors, o.threads);
-  all(o.outliers.alone, o.outliers.aloneFactor, o.outliers.spacing, o.outliers.spacingNeighbors,
-      o.outliers.spacingFactor, o.outliers.statistical, o.outliers.statisticalNeighbors,
-      o.outliers.statisticalDeviations, o.outliers.robust);
-  all(o.normals.source, o.normals.radius, o.normals.noiseCriteria, o.normals.maxThirdEigenvalue,
-      o.normals.maxPlaneDistance);
+  all(o.outliers.alone, o.outliers.statistical, o.outliers.robust);
+  all(o.normals.source, o.normals.radius, o.normals.noiseCriteria);
   all(o.orientation.neighborDistance, o.orientation.localDistance, o.orientation.maxAngle,
-      o.orientation.joinAcrossCreases, o.orientation.minComponentShare, o.orientation.lowAgreement,
-      o.orientation.sensorOrigin);
+      o.orientation.joinAcrossCreases, o.orientation.minComponentShare, o.orientation.sensorOrigin);
   all(o.observation.kind, o.observation.smoothing, o.observation.noise, o.observation.gradientWeight,
-      o.observation.neighbors, o.observation.scaleWithLevel, o.observation.maxDistance, o.observation.confidenceShape);
+      o.observation.neighbors, o.observation.maxDistance);
   all(o.prior.kind, o.prior.beta, o.prior.energy);
   all(o.solver.method, o.solver.maxIterations, o.solver.residualTolerance, o.solver.changeTolerance,
       o.solver.smootherDegree, o.solver.choleskyOnCoarsest, o.solver.seed);
-  all(o.multiscale.quality, o.multiscale.voxelSize, o.multiscale.padding, o.multiscale.coarsestSide,
-      o.multiscale.maxMemory, o.multiscale.denseVoxels, o.multiscale.interpolation);
-  all(o.polygonizer.decomposition);
-  all(o.trimming.kind, o.trimming.maxHole, o.trimming.maxGap, o.trimming.minComponentPoints,
-      o.trimming.minComponentShare);
-  all(o.remesher.rounds, o.remesher.targetEdge, o.remesher.relaxation, o.remesher.fit);
+  all(o.multiscale.quality, o.multiscale.voxelSize, o.multiscale.padding, o.multiscale.maxMemory,
+      o.multiscale.denseVoxels);
+  all(o.trimming.kind, o.trimming.maxHole, o.trimming.maxGap, o.trimming.minComponentPoints);
+  all(o.remesher.rounds, o.remesher.targetEdge, o.remesher.fit);
   all(o.uncertainty.compute, o.uncertainty.samples);
 }
 

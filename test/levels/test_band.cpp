@@ -15,8 +15,8 @@
 
 #include <array>
 #include <cmath>
-#include <functional>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -372,10 +372,10 @@ TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
         ASSERT_GT(field.sampleGradient(points.positions[i]).normalized().dot(points.normals[i]), .9f);
       }
       Execution execution(1);
-      const TriangleMesh mesh = polygonize(field, {}, execution);
+      const TriangleMesh mesh = polygonize(field, execution);
       const MeshStatistics statistics = measure(mesh);
       EXPECT_TRUE(statistics.closed() && statistics.manifold());
-      const double volume = measure(polygonize(solve(points, .05f, everything, {}, kind).field, {}, execution)).volume;
+      const double volume = measure(polygonize(solve(points, .05f, everything, {}, kind).field, execution)).volume;
       EXPECT_NEAR(statistics.volume, volume, .001 * volume) << "outward, and that of dense levels";
       // Rows of signs say the same as voxels.
       std::vector<std::uint64_t> words(static_cast<std::size_t>(size.x + 63) / 64);
@@ -424,7 +424,7 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
     Execution execution(1);
     const auto innermost = [&](const DistanceField& field) {
       float result = std::numeric_limits<float>::max();
-      for (const Eigen::Vector3f& vertex : polygonize(field, {}, execution).vertices)
+      for (const Eigen::Vector3f& vertex : polygonize(field, execution).vertices)
         result = std::min(result, std::abs(vertex.z()));
       return result;
     };
@@ -432,7 +432,7 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
     EXPECT_GT(innermost(part.field), .1f);
     // What is wanted is what it was.
     std::vector<double> moved;
-    for (const Eigen::Vector3f& vertex : polygonize(part.field, {}, execution).vertices)
+    for (const Eigen::Vector3f& vertex : polygonize(part.field, execution).vertices)
       if (!isMiddle(vertex))
         moved.push_back(whole.field.sampleDistance(vertex) / (2 * spacing));
     EXPECT_GT(moved.size(), 2000u);
@@ -471,7 +471,7 @@ TEST(BandedLevels, KeepThinPlatesAndNestedShells)
     const PointSet points = isPlate ? shapes::sample(plate, 1.2, .03) : shapes::sample(shells, 1.2, .03);
     const DistanceField field = solve(points, .03f, fewVoxels, {}).field;
     Execution execution(1);
-    const TriangleMesh mesh = polygonize(field, {}, execution);
+    const TriangleMesh mesh = polygonize(field, execution);
     std::int64_t off = 0;
     for (const Eigen::Vector3f& vertex : mesh.vertices) {
       const Eigen::Vector3d x = vertex.cast<double>();

@@ -117,7 +117,7 @@ TEST(PlanLevels, AreNestedAndPadded)
       EXPECT_NEAR(offset[axis], std::round(offset[axis]), 1e-6) << "voxel faces do not coincide";
   }
   const GridSize coarsest = levels.front().size;
-  EXPECT_LE(std::max({coarsest.x, coarsest.y, coarsest.z}), options.coarsestSide);
+  EXPECT_LE(std::max({coarsest.x, coarsest.y, coarsest.z}), coarsestSide);
   EXPECT_NEAR(levels.back().spacing, .05, 1e-8);
 }
 
@@ -279,9 +279,6 @@ TEST(PlanLevels, ChecksItsOptions)
   };
   MultiscaleOptions options;
   options.padding = 1;
-  refuses(options);
-  options = {};
-  options.coarsestSide = 3;
   refuses(options);
   options = {};
   options.voxelSize = -1;

@@ -362,7 +362,7 @@ TEST(MeshQuality, doesNotDependOnTheNumberOfThreads)
 {
   // More vertices than one range has, with a boundary, several components and torn vertices.
   Execution execution(1);
-  TriangleMesh mesh = polygonize(shapes::field(shapes::torus(.6, .25), 1, 90), {}, execution);
+  TriangleMesh mesh = polygonize(shapes::field(shapes::torus(.6, .25), 1, 90), execution);
   ASSERT_GT(mesh.vertices.size(), 16384u);
   std::vector<std::uint8_t> keep(mesh.triangles.size());
   std::mt19937 random(3);
@@ -382,7 +382,7 @@ TEST(MeshQuality, doesNotDependOnTheNumberOfThreads)
 TEST(MeshQuality, doesNotDependOnTheOrderOfTriangles)
 {
   Execution execution(1);
-  TriangleMesh mesh = polygonize(shapes::field(shapes::torus(.6, .25), 1, 30), {}, execution);
+  TriangleMesh mesh = polygonize(shapes::field(shapes::torus(.6, .25), 1, 30), execution);
   const MeshStatistics before = measure(mesh);
   std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), std::mt19937(1));
   const MeshStatistics after = measure(mesh);

@@ -25,12 +25,10 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-TriangleMesh extract(const DistanceField& field, CellDecomposition decomposition, int threads = 1)
+TriangleMesh extract(const DistanceField& field, int threads = 1)
 {
-  PolygonizerOptions options;
-  options.decomposition = decomposition;
   Execution execution(threads);
-  return polygonize(field, options, execution);
+  return polygonize(field, execution);
 }
 
 DistanceField makeField(GridSize size, std::vector<float> distances, double spacing = 1,
@@ -92,21 +90,9 @@ std::vector<std::array<float, 3>> sortedVertices(const TriangleMesh& mesh)
   return sorted;
 }
 
-class Polygonizer : public ::testing::TestWithParam<CellDecomposition> {
-protected:
-  TriangleMesh extract(const DistanceField& field, int threads = 1) const
-  {
-    return ::extract(field, GetParam(), threads);
-  }
-};
+} // namespace
 
-INSTANTIATE_TEST_SUITE_P(Decompositions, Polygonizer,
-                         ::testing::Values(CellDecomposition::cubes, CellDecomposition::tetrahedra),
-                         [](const auto& instance) {
-                           return std::string(instance.param == CellDecomposition::cubes ? "cubes" : "tetrahedra");
-                         });
-
-TEST_P(Polygonizer, everySignPatternOfACellIsClosedAndManifold)
+TEST(Polygonizer, everySignPatternOfACellIsClosedAndManifold)
 {
   for (int signs = 0; signs < 256; ++signs) {
     SCOPED_TRACE(signs);
@@ -125,7 +111,7 @@ TEST_P(Polygonizer, everySignPatternOfACellIsClosedAndManifold)
 }
 
 /// Each sign pattern next to each other one: a shared face must be cut alike from both sides.
-TEST_P(Polygonizer, everyPairOfNeighboringPatternsIsClosedAndManifold)
+TEST(Polygonizer, everyPairOfNeighboringPatternsIsClosedAndManifold)
 {
   for (int signs = 0; signs < 4096; ++signs) {
     const DistanceField field = enclosed({5, 4, 4}, .7f, [&](int i, int j, int k) {
@@ -136,7 +122,7 @@ TEST_P(Polygonizer, everyPairOfNeighboringPatternsIsClosedAndManifold)
   }
 }
 
-TEST_P(Polygonizer, whiteNoiseIsClosedAndManifold)
+TEST(Polygonizer, whiteNoiseIsClosedAndManifold)
 {
   std::mt19937 random(7);
   std::normal_distribution<float> noise;
@@ -149,7 +135,7 @@ TEST_P(Polygonizer, whiteNoiseIsClosedAndManifold)
 }
 
 /// Rows of more than one 64-voxel word, and rows that end exactly with a word.
-TEST_P(Polygonizer, rowsOfAnyLengthAreClosedAndManifold)
+TEST(Polygonizer, rowsOfAnyLengthAreClosedAndManifold)
 {
   std::mt19937 random(8);
   std::normal_distribution<float> noise;
@@ -164,7 +150,7 @@ TEST_P(Polygonizer, rowsOfAnyLengthAreClosedAndManifold)
 }
 
 /// Crossings pushed to the ends of their edges give the flattest triangles there can be.
-TEST_P(Polygonizer, noTriangleDegeneratesWithValuesNearZero)
+TEST(Polygonizer, noTriangleDegeneratesWithValuesNearZero)
 {
   const std::vector<float> values{
       0.f, -0.f, 1e-30f, -1e-30f, std::numeric_limits<float>::denorm_min(), -std::numeric_limits<float>::denorm_min(),
@@ -183,7 +169,7 @@ TEST_P(Polygonizer, noTriangleDegeneratesWithValuesNearZero)
     }
 }
 
-TEST_P(Polygonizer, zeroIsOutside)
+TEST(Polygonizer, zeroIsOutside)
 {
   EXPECT_TRUE(extract(makeField({3, 3, 3}, std::vector<float>(27, 0.f))).triangles.empty());
   EXPECT_TRUE(extract(makeField({3, 3, 3}, std::vector<float>(27, -0.f))).triangles.empty());
@@ -196,7 +182,7 @@ TEST_P(Polygonizer, zeroIsOutside)
   EXPECT_LT(mesh.volume, 0);
 }
 
-TEST_P(Polygonizer, infiniteAndUndefinedValuesGiveFinitePositions)
+TEST(Polygonizer, infiniteAndUndefinedValuesGiveFinitePositions)
 {
   const float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
   const std::vector<float> values{-infinity, infinity, nan, -1.f, 1.f};
@@ -207,7 +193,7 @@ TEST_P(Polygonizer, infiniteAndUndefinedValuesGiveFinitePositions)
   expectClosed(measure(mesh));
 }
 
-TEST_P(Polygonizer, mirroredSignsGiveTheSameVertices)
+TEST(Polygonizer, mirroredSignsGiveTheSameVertices)
 {
   std::mt19937 random(11);
   std::normal_distribution<float> noise; // without exact zeros, which are outside in both
@@ -221,7 +207,7 @@ TEST_P(Polygonizer, mirroredSignsGiveTheSameVertices)
   EXPECT_EQ(sortedVertices(mesh), sortedVertices(inverse));
 }
 
-TEST_P(Polygonizer, leavesTheLatticeOnlyAtItsBorder)
+TEST(Polygonizer, leavesTheLatticeOnlyAtItsBorder)
 {
   std::mt19937 random(12);
   std::normal_distribution<float> noise;
@@ -251,7 +237,7 @@ TEST_P(Polygonizer, leavesTheLatticeOnlyAtItsBorder)
   EXPECT_EQ(onFace, statistics.boundaryEdges);
 }
 
-TEST_P(Polygonizer, doesNotDependOnThreads)
+TEST(Polygonizer, doesNotDependOnThreads)
 {
   std::mt19937 random(13);
   std::normal_distribution<float> noise;
@@ -293,7 +279,7 @@ std::vector<Solid> solids()
        2 * (pi * tubeRadius * tubeRadius * tubeLength + 4. / 3 * pi * std::pow(tubeRadius, 3)), 2, 4}};
 }
 
-TEST_P(Polygonizer, areaAndVolumeConvergeAtSecondOrder)
+TEST(Polygonizer, areaAndVolumeConvergeAtSecondOrder)
 {
   for (const Solid& solid : solids()) {
     SCOPED_TRACE(solid.name);
@@ -313,7 +299,7 @@ TEST_P(Polygonizer, areaAndVolumeConvergeAtSecondOrder)
   }
 }
 
-TEST_P(Polygonizer, verticesLieOnTheZeroLevel)
+TEST(Polygonizer, verticesLieOnTheZeroLevel)
 {
   const shapes::Sdf sdf = shapes::torus(.6, .25);
   std::vector<double> errors;
@@ -329,7 +315,7 @@ TEST_P(Polygonizer, verticesLieOnTheZeroLevel)
   EXPECT_LT(errors[1], errors[0] / 2);
 }
 
-TEST_P(Polygonizer, trianglesFaceOutwards)
+TEST(Polygonizer, trianglesFaceOutwards)
 {
   const shapes::Sdf sdf = shapes::torus(.6, .25);
   const TriangleMesh mesh = extract(shapes::field(sdf, 1, 40));
@@ -345,7 +331,7 @@ TEST_P(Polygonizer, trianglesFaceOutwards)
   }
 }
 
-TEST_P(Polygonizer, smoothFieldsDoNotIntersectThemselves)
+TEST(Polygonizer, smoothFieldsDoNotIntersectThemselves)
 {
   for (const Solid& solid : solids()) {
     SCOPED_TRACE(solid.name);
@@ -354,7 +340,7 @@ TEST_P(Polygonizer, smoothFieldsDoNotIntersectThemselves)
 }
 
 /// The pieces in two cells meet in their common face alone, and no two pieces of one cell cross.
-TEST_P(Polygonizer, whiteNoiseDoesNotIntersectItself)
+TEST(Polygonizer, whiteNoiseDoesNotIntersectItself)
 {
   std::mt19937 random(14);
   std::normal_distribution<float> noise;
@@ -362,23 +348,14 @@ TEST_P(Polygonizer, whiteNoiseDoesNotIntersectItself)
   EXPECT_EQ(exact::selfIntersectingTriangles(extract(field)).size(), 0u);
 }
 
-TEST(PolygonizerCubes, hasHalfTheTrianglesOfTetrahedra)
-{
-  const auto field = shapes::field(shapes::sphere(.7), 1, 40);
-  const double cubes = static_cast<double>(extract(field, CellDecomposition::cubes).triangles.size());
-  const double tetrahedra = static_cast<double>(extract(field, CellDecomposition::tetrahedra).triangles.size());
-  EXPECT_GT(tetrahedra / cubes, 1.8);
-  EXPECT_LT(tetrahedra / cubes, 3.5);
-}
-
-TEST(PolygonizerFields, withoutAZeroLevelGiveAnEmptyMesh)
+TEST(Polygonizer, withoutAZeroLevelGiveAnEmptyMesh)
 {
   for (const float value : {-1.f, 1.f}) {
-    const TriangleMesh mesh = extract(makeField({5, 6, 7}, std::vector<float>(210, value)), CellDecomposition::cubes);
+    const TriangleMesh mesh = extract(makeField({5, 6, 7}, std::vector<float>(210, value)));
     EXPECT_TRUE(mesh.vertices.empty());
     EXPECT_TRUE(mesh.triangles.empty());
   }
-  EXPECT_TRUE(extract(DistanceField(), CellDecomposition::cubes).triangles.empty());
+  EXPECT_TRUE(extract(DistanceField()).triangles.empty());
 }
 
 } // namespace

@@ -22,7 +22,7 @@ namespace {
 TriangleMesh zeroLevel(const DistanceField& field)
 {
   Execution execution(1);
-  return polygonize(field, {}, execution);
+  return polygonize(field, execution);
 }
 
 bool degenerate(const TriangleMesh& mesh)

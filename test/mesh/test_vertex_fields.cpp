@@ -22,7 +22,7 @@ namespace {
 TriangleMesh extract(const DistanceField& field)
 {
   Execution execution(1);
-  return polygonize(field, {}, execution);
+  return polygonize(field, execution);
 }
 
 TEST(VertexFields, normalsOfASphereConverge)

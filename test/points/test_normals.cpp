@@ -173,11 +173,6 @@ TEST(Normals, NoiseCriteriaFindPointsOffTheSurface)
     noise += estimates.isNoise[i];
   }
   EXPECT_EQ(noise, 0u);
-
-  options.maxPlaneDistance = .2f;
-  options.maxThirdEigenvalue = 1.0f / 3;
-  const NormalEstimates lenient = normalsOf(points, options);
-  EXPECT_EQ(std::count(lenient.isNoise.begin(), lenient.isNoise.end(), 1), 0);
 }
 
 TEST(Normals, SparseRegionsTakeTheirNearestNeighbors)

@@ -24,7 +24,7 @@ Execution serial(1);
 TriangleMesh zeroLevel(const DistanceField& field)
 {
   Execution execution(1);
-  return polygonize(field, {}, execution);
+  return polygonize(field, execution);
 }
 
 /// All that the arrays promise each other.

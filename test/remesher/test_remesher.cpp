@@ -4,8 +4,8 @@
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
 #include "options/validation.h"
-#include "remesher/passes.h"
 #include "remesher/intersection_watch.h"
+#include "remesher/passes.h"
 #include "remesher/relaxation.h"
 #include "remesher/remesher.h"
 #include "remesher/zero_level.h"
@@ -68,10 +68,10 @@ std::vector<Case> closedShapes()
           {"twoTubes", tubes, 4, .25}};
 }
 
-TriangleMesh zeroLevel(const DistanceField& field, CellDecomposition decomposition = CellDecomposition::cubes)
+TriangleMesh zeroLevel(const DistanceField& field)
 {
   Execution execution(1);
-  return polygonize(field, {decomposition}, execution);
+  return polygonize(field, execution);
 }
 
 void expectSound(const MeshStatistics& statistics)
@@ -165,13 +165,10 @@ RemeshResult remeshed(const TriangleMesh& mesh, const DistanceField& field, cons
 
 TEST(Remesher, ClosedShapesBecomeEvenAndStayOnTheSurface)
 {
-  const std::vector<Case> cases = closedShapes();
-  for (std::size_t i = 0; i < 2 * cases.size(); ++i) {
-    const Case& shape = cases[i / 2];
-    const auto decomposition = i % 2 == 0 ? CellDecomposition::cubes : CellDecomposition::tetrahedra;
-    SCOPED_TRACE(shape.name + (i % 2 == 0 ? " from cubes" : " from tetrahedra"));
+  for (const Case& shape : closedShapes()) {
+    SCOPED_TRACE(shape.name);
     const DistanceField field = shapes::field(shape.sdf, halfSide, voxels);
-    const TriangleMesh raw = zeroLevel(field, decomposition);
+    const TriangleMesh raw = zeroLevel(field);
     const MeshStatistics before = measure(raw);
     ASSERT_EQ(before.eulerCharacteristic, shape.euler);
 
@@ -525,7 +522,7 @@ TEST(Remesher, TangledLevelSetsGetNoIntersections)
         return std::max(x.norm() - .9, sum);
       };
       const DistanceField field = shapes::field(sdf, halfSide, side);
-      const TriangleMesh raw = zeroLevel(field, CellDecomposition::tetrahedra);
+      const TriangleMesh raw = zeroLevel(field);
       RemesherOptions options;
       options.targetEdge = voxelsPerEdge * 2 / static_cast<float>(side);
       const RemeshResult result = remeshed(raw, field, options);
@@ -623,7 +620,7 @@ TEST(Remesher, CrowdedSurfacesGetNoIntersections)
       SCOPED_TRACE(testing::Message() << kind << ", seed " << seed);
       std::mt19937 random(seed);
       const DistanceField field = shapes::field(crowdedShape(kind, h, random), halfSide, side);
-      TriangleMesh raw = zeroLevel(field, seed % 3 == 0 ? CellDecomposition::tetrahedra : CellDecomposition::cubes);
+      TriangleMesh raw = zeroLevel(field);
       if (seed % 2 == 0)
         raw = cutAtRandom(raw, random);
       RemesherOptions options;
@@ -968,7 +965,7 @@ TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
   for (int round = 0; round < 2; ++round)
     expectAsked([&](Execution& execution) { splitLongEdges(surface, execution); }, result.splits);
   expectAsked([&](Execution& execution) { flipEdges(surface, execution); }, result.flips);
-  EXPECT_GE(callsDuring([&](Execution& execution) { Relaxation(surface, 1, execution).moveAll(); }),
+  EXPECT_GE(callsDuring([&](Execution& execution) { Relaxation(surface, execution).moveAll(); }),
             mesh.vertexCount() / operations);
   surface.targetEdge *= 2;
   expectAsked([&](Execution& execution) { collapseShortEdges(surface, execution); }, result.collapses);

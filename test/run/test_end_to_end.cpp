@@ -333,9 +333,6 @@ TEST(Sampling, SmallObjectsBesideALargeOneSurvive)
                    Eigen::Vector3f(uniform(), uniform(), uniform()).normalized());
   const Outcome run = reconstruct(points);
   expectClosed(run, 3, 6);
-  pcl::mrf::Options options;
-  options.trimming.minComponentShare = .01f;
-  expectClosed(reconstruct(points, options), 1, 2);
   EXPECT_LT(error(run.mesh, all), .1 * run.report.options.multiscale.voxelSize);
 }
 

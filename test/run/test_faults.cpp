@@ -426,7 +426,7 @@ TEST(Options, EnumerationsOutOfRange)
       [](auto& o) { o.prior.energy = static_cast<pcl::mrf::Energy>(3); },
       [](auto& o) { o.solver.method = static_cast<pcl::mrf::SolverMethod>(5); },
       [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },
-      [](auto& o) { o.polygonizer.decomposition = static_cast<pcl::mrf::CellDecomposition>(2); },
+      [](auto& o) { o.multiscale.interpolation = static_cast<pcl::mrf::Interpolation>(2); },
       [](auto& o) { o.trimming.kind = static_cast<pcl::mrf::Trimming>(3); },
       [](auto& o) { o.colors = static_cast<pcl::mrf::ColorMode>(4); }};
   for (const auto& change : changes) {

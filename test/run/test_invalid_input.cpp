@@ -105,8 +105,7 @@ TEST(BadInput, UnusablePointsAreCountedAndDropped)
   EXPECT_EQ(counts.zeroNormals, 3);
   EXPECT_EQ(counts.used, static_cast<std::int64_t>(count));
   EXPECT_EQ(counts.used + counts.duplicates + counts.notFinite + counts.zeroNormals + counts.zeroConfidence +
-                counts.outliersBySpacing + counts.outliersByStatistics + counts.noiseByPlaneFit +
-                counts.smallComponents,
+                counts.outliersByStatistics + counts.noiseByPlaneFit + counts.smallComponents,
             counts.input);
   EXPECT_TRUE(sameBytes(mesh, clean)) << "what is left are the same points in the same order";
 }

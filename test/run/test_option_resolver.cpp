@@ -97,7 +97,6 @@ TEST(OptionResolver, leavesWhatWasGiven)
   requested.observation.gradientWeight = 2;
   requested.orientation.neighborDistance = 4;
   requested.normals.radius = 5;
-  requested.normals.maxPlaneDistance = 6;
   requested.trimming.maxHole = 7;
   const ResolvedOptions options = resolve(requested, 2, 100);
   EXPECT_EQ(options.multiscale.voxelSize, .5f);
@@ -107,7 +106,6 @@ TEST(OptionResolver, leavesWhatWasGiven)
   EXPECT_EQ(options.observation.gradientWeight, 2);
   EXPECT_EQ(options.orientation.neighborDistance, 4);
   EXPECT_EQ(options.normals.radius, 5);
-  EXPECT_EQ(options.normals.maxPlaneDistance, 6);
   EXPECT_EQ(options.trimming.maxHole, 7);
   EXPECT_EQ(options.trimming.maxGap, 7) << "as the hole that was given";
 }

@@ -14,7 +14,7 @@ inline std::vector<double> zeroLevelOffsets(const pcl::mrf::DistanceField& field
 {
   pcl::mrf::Execution execution(1);
   std::vector<double> result;
-  for (const Eigen::Vector3f& vertex : pcl::mrf::polygonize(field, {}, execution).vertices)
+  for (const Eigen::Vector3f& vertex : pcl::mrf::polygonize(field, execution).vertices)
     result.push_back(std::abs(other.sampleDistance(vertex)) / std::max(other.sampleGradient(vertex).norm(), .3f) /
                      field.lattice().spacing);
   return result;

@@ -42,7 +42,7 @@ struct Scene {
     search->setPoints(points.positions);
     const DistanceField field = shapes::field(sdf, 1.2, voxels);
     Execution execution(1);
-    mesh = polygonize(field, {}, execution);
+    mesh = polygonize(field, execution);
     setNormals(mesh, field, execution);
     observed.positions = points.positions;
     observed.normals = points.normals;
@@ -50,12 +50,11 @@ struct Scene {
     setConfidences(mesh, {observed, *search, static_cast<float>(reach), 0}, ConfidenceShape::linear, execution);
   }
 
-  TrimResult trim(Trimming trimming, float maxHole, float minComponentShare = 0, int threads = 1) const
+  TrimResult trim(Trimming trimming, float maxHole, int threads = 1) const
   {
     TrimmingOptions options;
     options.kind = trimming;
     options.maxHole = maxHole;
-    options.minComponentShare = minComponentShare;
     return trim(options, threads);
   }
 
@@ -184,7 +183,7 @@ TEST(Trimming, supportedModeKeepsNoHole)
 TEST(Trimming, noneKeepsEveryByte)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
-  const TrimResult result = scene.trim(Trimming::none, .01f, .5f);
+  const TrimResult result = scene.trim(Trimming::none, .01f);
   EXPECT_EQ(result.mesh.vertices, scene.mesh.vertices);
   EXPECT_EQ(result.mesh.triangles, scene.mesh.triangles);
   EXPECT_EQ(result.mesh.normals, scene.mesh.normals);
@@ -410,20 +409,23 @@ TEST(Trimming, dropsComponentsWithoutOrWithLittleSupport)
 
   const Scene unsupported(both, largeOnly);
   ASSERT_EQ(measure(unsupported.mesh).components, 2);
-  const TrimResult withoutPoints = unsupported.trim(Trimming::holes, 100, 0);
+  const TrimResult withoutPoints = unsupported.trim(Trimming::holes, 100);
   EXPECT_EQ(withoutPoints.extrapolationsDropped, 1);
   EXPECT_EQ(measure(withoutPoints.mesh).components, 1);
   EXPECT_TRUE(measure(withoutPoints.mesh).closed());
   EXPECT_NEAR(withoutPoints.areaDropped, 4 * pi * .04, .05 * 4 * pi * .04); // faceting of a sphere 3 voxels in radius
 
   const Scene supported(both, all);
-  const double share = .04 / (.36 + .04); // of the areas
-  const TrimResult kept = supported.trim(Trimming::holes, 100, static_cast<float>(.8 * share));
+  const TrimResult kept = supported.trim(Trimming::holes, 100);
   EXPECT_EQ(kept.componentsDropped, 0);
   EXPECT_EQ(measure(kept.mesh).components, 2);
   EXPECT_TRUE(kept.statistics.has_value()) << "all was kept, so there is nothing left to measure";
   for (const Trimming mode : {Trimming::holes, Trimming::supported}) {
-    const TrimResult dropped = supported.trim(mode, 100, static_cast<float>(1.2 * share));
+    TrimmingOptions options;
+    options.kind = mode;
+    options.maxHole = 100;
+    options.minComponentPoints = static_cast<int>(all.size() - largeOnly.size()) + 1; // more than the small one has
+    const TrimResult dropped = supported.trim(options);
     EXPECT_EQ(dropped.componentsDropped, 1);
     EXPECT_FALSE(dropped.statistics.has_value());
     EXPECT_EQ(measure(dropped.mesh).components, 1);
@@ -520,11 +522,9 @@ TEST(Trimming, theLargestComponentStaysHoweverFewItsPoints)
   EXPECT_EQ(result.componentsDropped, 1);
   ASSERT_EQ(measure(result.mesh).components, 1);
   EXPECT_LT(result.mesh.vertices.front().x(), .3f);
-  // Nor if its share is too small: the bubble around one point has a third of the area.
-  EXPECT_EQ(measure(scene.trim(Trimming::holes, 100, .9f).mesh).components, 1);
 }
 
-TEST(Trimming, theTwoRulesOfComponentsAreIndependent)
+TEST(Trimming, pointsAndNotAreaDecideAboutComponents)
 {
   // Beside the main surface a bubble of a quarter of the area around one point, and an object of 3 % with 20.
   const shapes::Sdf large = shapes::sphere(.3, {-.6, 0, 0}), bubble = shapes::sphere(.17, {.2, 0, 0}),
@@ -539,12 +539,8 @@ TEST(Trimming, theTwoRulesOfComponentsAreIndependent)
     return std::any_of(result.mesh.vertices.begin(), result.mesh.vertices.end(),
                        [x](const Vector3f& v) { return std::abs(v.x() - x) < .2f; });
   };
-  EXPECT_TRUE(has(-.6f) && !has(.2f) && has(.7f)) << "by default few points are too few, and no share is too small";
-  options.minComponentShare = .05f;
-  EXPECT_TRUE(has(-.6f) && !has(.2f) && !has(.7f));
+  EXPECT_TRUE(has(-.6f) && !has(.2f) && has(.7f)) << "by default few points are too few";
   options.minComponentPoints = 0;
-  EXPECT_TRUE(has(-.6f) && has(.2f) && !has(.7f));
-  options.minComponentShare = 0;
   EXPECT_TRUE(has(-.6f) && has(.2f) && has(.7f));
 }
 
@@ -626,9 +622,9 @@ TEST(Trimming, dropsTrianglesThatAreNone)
 TEST(Trimming, doesNotDependOnThreads)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
-  const TrimResult one = scene.trim(Trimming::holes, 1.3f, 0, 1);
+  const TrimResult one = scene.trim(Trimming::holes, 1.3f, 1);
   for (const int threads : {2, 4}) {
-    const TrimResult other = scene.trim(Trimming::holes, 1.3f, 0, threads);
+    const TrimResult other = scene.trim(Trimming::holes, 1.3f, threads);
     EXPECT_EQ(one.mesh.vertices, other.mesh.vertices);
     EXPECT_EQ(one.mesh.triangles, other.mesh.triangles);
     EXPECT_EQ(one.mesh.confidences, other.mesh.confidences);

@@ -33,9 +33,10 @@ using OptionValue = std::variant<bool, std::string, std::int64_t, std::uint64_t,
 
 /// What validation, command lines, manuals, reports and tests need to know of one option.
 struct PCL_MRF_EXPORT OptionDeclaration {
-  std::string name;      ///< as in Options and in messages, such as "outliers.spacingFactor"
+  std::string name;      ///< as in Options and in messages, such as "prior.beta"
   std::string key;       ///< in a report; the name, but for "observation.estimate" and "prior.prior"
-  std::string flag;      ///< on a command line, such as "--spacing-factor"
+  std::string flag;      ///< on a command line, such as "--beta"
+  std::string setter;    ///< of pcl::MRFReconstruction, such as "setBeta"; empty: setOptions
   std::string unit;      ///< of a number, such as "length", "degrees" or "share"
   OptionRange range;     ///< of a number, in this unit; contains 0 if 0 is automatic
   bool isWhole = false;  ///< of a number
@@ -68,6 +69,14 @@ PCL_MRF_EXPORT const std::vector<OptionDeclaration>& optionDeclarations();
 /// \throw std::out_of_range if there is no option of this name
 PCL_MRF_EXPORT const OptionDeclaration& optionDeclaration(const std::string& name);
 
+/// What options are called: "prior.beta", "--beta" or "setBeta".
+enum class OptionNaming { members, flags, setters };
+
+/// Messages of the library call options as Options has them ("prior.beta = 2 is outside its range"), and what else can
+/// be given RawCloud::sensors. \return the message in the words of a command line ("--beta 2 is outside ...") or of
+/// pcl::MRFReconstruction ("setBeta(2) is outside ...")
+PCL_MRF_EXPORT std::string withOptionNames(const std::string& message, OptionNaming naming);
+
 /// Shortest decimal text of a number in single precision.
 PCL_MRF_EXPORT std::string decimalText(double value);
 
@@ -91,19 +100,13 @@ PCL_MRF_EXPORT const Names<Energy>& names();
 template <>
 PCL_MRF_EXPORT const Names<ObservationKind>& names();
 template <>
-PCL_MRF_EXPORT const Names<ConfidenceShape>& names();
-template <>
 PCL_MRF_EXPORT const Names<Quality>& names();
-template <>
-PCL_MRF_EXPORT const Names<Interpolation>& names();
 template <>
 PCL_MRF_EXPORT const Names<SolverMethod>& names();
 template <>
 PCL_MRF_EXPORT const Names<NormalSource>& names();
 template <>
 PCL_MRF_EXPORT const Names<OrientationVote>& names();
-template <>
-PCL_MRF_EXPORT const Names<CellDecomposition>& names();
 template <>
 PCL_MRF_EXPORT const Names<Trimming>& names();
 template <>

@@ -27,15 +27,9 @@ enum class SearchKind {
 /// Criteria are independent; a point is dropped if any enabled one rejects it. A share above 2 % is a warning of the
 /// report, with the rule's name.
 struct OutlierOptions {
-  bool alone = true;               ///< no coherent neighbors, and far from them beside their own or the cloud's spacing
-  float aloneFactor = 2.7f;        ///< so many times as far, > 1; 2 drops 1 to 3 % of real clouds
-  bool spacing = false;            ///< mean distance to the neighbors against a multiple of its median over all points
-  int spacingNeighbors = 8;        ///< number of neighbors, 1..1000
-  float spacingFactor = 3;         ///< multiple of the median, > 1
-  bool statistical = false;        ///< PCL's StatisticalOutlierRemoval
-  int statisticalNeighbors = 8;    ///< its setMeanK, 1..1000
-  float statisticalDeviations = 3; ///< its setStddevMulThresh, > 0
-  bool robust = false;             ///< by a robust field, once the points are oriented; see robust.h
+  bool alone = true;        ///< no coherent neighbors, and far from them beside their own or the cloud's spacing
+  bool statistical = false; ///< PCL's StatisticalOutlierRemoval: 8 neighbors, 3 standard deviations
+  bool robust = false;      ///< by a robust field, once the points are oriented
 };
 
 /// What becomes of normals that come with the cloud.
@@ -50,25 +44,26 @@ struct NormalOptions {
   NormalSource source = NormalSource::automatic;
   float radius = 0;           ///< neighborhood radius, cloud's unit; 0 = by the points' own spacing, or, with
                               ///< noiseCriteria, 2.5 l̄ as in the paper
-  bool noiseCriteria = false; ///< drop noise as the paper does, by the two limits below
-  float maxThirdEigenvalue =
-      .1f; ///< noise if the smallest eigenvalue explains more than this share of the variation, (0, 1/3]
-  float maxPlaneDistance = 0; ///< noise if farther than this from the fitted plane, cloud's unit; 0 = l̄
+  bool noiseCriteria = false; ///< drop noise as the paper does: farther than l̄ from the fitted plane, or the smallest
+                              ///< eigenvalue explains more than 10 % of the variation
 };
 
 struct OrientationOptions {
+  float maxAngle = 15; ///< neighbors' normals agree within this angle, degrees, (0, 90]
+  /// The origin that a cloud names is its sensor, if it is not zero or the cloud is organized. To tell shadows from
+  /// holes (see Trimming), so is that of the coordinates if all normals look there.
+  bool sensorOrigin = true;
+
+  /// \name What components are; no options of tools
+  /// @{
   float neighborDistance = 0;    ///< two points are neighbors if closer, cloud's unit; 0 = by localDistance
   bool localDistance = true;     ///< the automatic distance is five local spacings of each of the two points; false:
                                  ///< the paper's, max(l̄ + 6 σ_l, 2.5 l̄) for all
-  float maxAngle = 15;           ///< and their normals within this angle, degrees, (0, 90]
   bool joinAcrossCreases = true; ///< join components over edges that fail the angle, most parallel first
-  float minComponentShare =
-      0; ///< drop components with a smaller share of the points as they were gathered, [0, 1);
-         ///< the paper: 1 %, which costs what few points reach: pockets, ends of limbs, small objects
-  float lowAgreement = .75f; ///< report a warning below this agreement, [0, 1]
-  /// The origin that a cloud names is its sensor, if it is not zero or the cloud is organized. To tell shadows from
-  /// holes (see trim), so is that of the coordinates if all normals look there.
-  bool sensorOrigin = true;
+  /// Drop components with a smaller share of the points as they were gathered, [0, 1); the paper: 1 %, which costs what
+  /// few points reach: pockets, ends of limbs, small objects.
+  float minComponentShare = 0;
+  /// @}
 };
 
 /// Which votes decide the sign of a component.
@@ -110,13 +105,12 @@ struct ObservationOptions {
                             ///< spacings
 
   // Of observations at the voxels.
-  int neighbors = 5;          ///< points per voxel, 1..100
-  bool scaleWithLevel = true; ///< coarser levels, and their automatic dEmax, reach at least 1.5 h of the level
+  int neighbors = 5; ///< points per voxel, 1..100
 
   // Of the confidence: of voxels, and of the surface in colors and trimming.
   float maxDistance =
       0; ///< dEmax, cloud's unit; 0 = 3 l̄ (the paper's), 3.25 l̄ for points, plane and trapezoid (measured)
-  ConfidenceShape confidenceShape = ConfidenceShape::quadratic;
+  ConfidenceShape confidenceShape = ConfidenceShape::quadratic; ///< no option of tools
 
   bool atPoints() const { return kind == ObservationKind::points; }
 };
@@ -165,17 +159,20 @@ inline bool isIcm(SolverMethod method)
 
 struct SolverOptions {
   SolverMethod method = SolverMethod::multigrid;
-  int maxIterations = 0;           ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid; on levels in bands 4, 2, 1),
-                                   ///< 1000 (icm), 10000 (cg)
-  double residualTolerance = 1e-6; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
-  double changeTolerance = 5e-4;   ///< icm and multigrid also stop when a step changes d by less, RMS in voxel sides
+  int maxIterations = 0;         ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid; on levels in bands 4, 2, 1),
+                                 ///< 1000 (icm), 10000 (cg)
+  double changeTolerance = 5e-4; ///< icm and multigrid stop when a step changes d by less, RMS in voxel sides
                                  ///< (icm: over all voxels; multigrid: over the observed ones near the zero level, and
                                  ///< by 4 times as much where points are observed); 0 = never
+  std::uint64_t seed = 1;        ///< of icm's visiting order, and of the draws of UncertaintyOptions
+
+  /// \name Of the solvers' inside; no options of tools
+  /// @{
+  double residualTolerance = 1e-6; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
   int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 10 for k = 1 / 2 /
                           ///< 3, on levels in bands 2 / 4 / 5
-  bool choleskyOnCoarsest =
-      false;              ///< factorize the coarsest level of the multiscale scheme whatever the method (the paper's)
-  std::uint64_t seed = 1; ///< of icm's visiting order, and of the draws of UncertaintyOptions
+  bool choleskyOnCoarsest = false; ///< factorize the coarsest level of the multiscale scheme whatever the method
+  /// @}
 };
 
 /// The finest voxels beside the sampling: each step down costs about 2.5 times the time and memory.
@@ -196,7 +193,6 @@ struct MultiscaleOptions {
   float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = by the quality
   int padding = 0;           ///< voxels of the finest level around the points' box, 2..100; 0 = the least, 6, around a
                              ///< box with room beside openings, see volume.h
-  int coarsestSide = 16;     ///< levels are added until the longest side is at most this, 4..256
   std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free
   /// Levels of more voxels than this are solved in a band around the zero level that the coarser one predicts, the
   /// others everywhere; ≥ 0, 0 = 2^22, or 350 per point where that is less, but at least 2^18. With k = 3 what fills a
@@ -204,17 +200,8 @@ struct MultiscaleOptions {
   /// all solved everywhere, the error was .85 of that with the last level in a band. Other solvers than multigrid, and
   /// Energy::paper, always solve everywhere.
   std::int64_t denseVoxels = 0;
-  Interpolation interpolation = Interpolation::cubic; ///< between levels solved everywhere; bands take the cubic one
-};
-
-/// How a cell is cut.
-enum class CellDecomposition {
-  cubes,     ///< 256 cases, every face decided by its own four signs
-  tetrahedra ///< six tetrahedra per cell around a diagonal: about twice the triangles, no ambiguous face
-};
-
-struct PolygonizerOptions {
-  CellDecomposition decomposition = CellDecomposition::cubes;
+  /// Between levels solved everywhere; bands take the cubic one. No option of tools.
+  Interpolation interpolation = Interpolation::cubic;
 };
 
 enum class Trimming {
@@ -240,10 +227,6 @@ struct TrimmingOptions {
   /// 5 % of outliers in 40 scans: bubbles stood around up to 24 points, of which two at most were coherent; patches of
   /// three and four points of a range scan were.
   int minComponentPoints = 12;
-  /// Components with less than this share of the supported area are dropped as well, [0, 1). The paper drops those with
-  /// less than 1 % of the points (Sec. 3.1), and with them small objects beside large ones and what a hole cuts off a
-  /// limb. Not with `none`.
-  float minComponentShare = 0;
 };
 
 struct RemesherOptions {
@@ -251,8 +234,7 @@ struct RemesherOptions {
   /// Target edge length l, cloud's unit; 0 = median edge of the input mesh, and longer where points are sparse, see
   /// EdgeSizing.
   float targetEdge = 0;
-  float relaxation = 1; ///< share of the tangential step that is taken, (0, 1]
-  bool fit = true;      ///< triangles lie on the surface in the mean; without, vertices do, as in the paper
+  bool fit = true; ///< triangles lie on the surface in the mean; without, vertices do, as in the paper
 
   /// Whether a remeshed mesh has its triangles, and not their corners, on the surface in the mean.
   bool fitsTriangles() const { return fit && rounds > 0; }
@@ -291,7 +273,6 @@ struct Options {
   PriorOptions prior;
   SolverOptions solver;
   MultiscaleOptions multiscale;
-  PolygonizerOptions polygonizer;
   TrimmingOptions trimming;
   RemesherOptions remesher;
   UncertaintyOptions uncertainty;
@@ -322,7 +303,7 @@ PCL_MRF_EXPORT Options defaultPreset();
 ///   join points within l̄ + 6 σ_l, but never less than 2.5 l̄; their normals and sides are found as orientation.h says,
 ///   also without sensors. Equal points count once. Points alone far from all others are dropped, and parts of a cloud
 ///   too far apart to say anything about each other have fields of their own (pieces.h).
-/// - Observation (Sec. 3.3.3): coarse levels reach at least 1.5 of their voxels (observation.scaleWithLevel). With the
+/// - Observation (Sec. 3.3.3): coarse levels reach at least 1.5 of their voxels. With the
 ///   fixed dEmax they see next to nothing: four scans of 30,000 to 110,000 points come out in 4 to 15 components
 ///   instead of one, with holes 1.7 to 2.5 times as far off, for five times the time.
 /// - Energy (Sec. 3.3.4): the data weigh 42 W, as in the paper's program, not as in its text (Energy).

@@ -205,7 +205,6 @@ struct PointCounts {
   std::int64_t zeroNormals = 0;    ///< with the cloud's normals in use: zero or not finite
   std::int64_t zeroConfidence = 0; ///< confidence field not finite or ≤ 0
   std::int64_t outliersAlone = 0;  ///< OutlierOptions::alone, and so on
-  std::int64_t outliersBySpacing = 0;
   std::int64_t outliersByStatistics = 0;
   std::int64_t noiseByPlaneFit = 0; ///< the paper's PCA criteria, or no plane could be fitted
   std::int64_t smallComponents = 0;
