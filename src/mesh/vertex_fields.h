@@ -67,8 +67,7 @@ void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape 
 using EdgeSizing = std::vector<float>;
 
 /// Edges as long as the points allow: where the spacing around the nearest point is more than 2.5 times the cloud's,
-/// edges are as much longer, where it is less than 1.75 times they are not longer at all. On a Kinect frame of a table
-/// before a wall that saves two triangles of three, and withheld points are 1 % farther from the mesh (ours).
+/// edges are as much longer, where it is less than 1.75 times they are not longer at all (ours).
 /// \return empty if no point is sparse. Cost: one query per vertex else
 EdgeSizing edgeSizing(const TriangleMesh& mesh, const Support& support, Execution& execution);
 

@@ -26,35 +26,10 @@ struct OrientationResult : OrientationSummary {
 
 /// Makes normals consistent inside each connected component and decides the sign of each component by a vote.
 ///
-/// Edges join points closer than the neighbor distance (the 12 nearest, and what connectivity needs besides). They are
-/// taken best first, and the component's tree fixes the relative signs. An edge is the better, the more parallel the
-/// two normals are up to sign after reflection at the edge's bisector plane, which is exact on circular arcs, and the
-/// less the edge leaves the tangent planes: edges along the normals lead to the opposite sheet of a thin object.
-///
-///       b ↑   ↗ n_b        b ←·   n_b        b ↓  n_b
-///        \__·               |                  |
-///      n_a ↑ a             a ·↑ n_a          a ·↑ n_a
-///        good            crease: late       two sheets: last
-///
-/// Differences to the paper: creases stop its search for good, here they only come late (joinAcrossCreases); edges
-/// along both normals join nothing unless the vote is outward, so that two sheets vote on their own; and where the view
-/// of each point, or a reference, is known, a piece of smooth surface (joined by good edges alone) whose own vote is
-/// decisive, three quarters or more, is not outvoted by the component it belongs to.
-///
-/// Where views are known, a normal that looks away from its sensor by more than 4° is turned on its own; and a point
-/// whose piece of smooth surface has fewer than 50 is turned as its own view, or reference, says.
-///
-/// The outward vote is right for components that enclose a volume; those inside an odd number of others are the walls
-/// of cavities, and are turned inward. A component is open if |Σ A n|, which its border alone decides, exceeds .18
-/// Σ A; holes of up to 22 % of an object's diagonal do not reach that. Open components that form one height field, as
-/// what one scanner sees does, are all turned to one side of it: to where the points lie closer in depth, as they do
-/// near a scanner, or else outward if that is decisive, or else to the positive side of its axis. All of that is a
-/// guess. Components of under 50 points follow the nearest larger one where it is close.
-///
-/// Without a vote no sign is changed, and the components are those of all edges up to the neighbor distance.
-///
-/// Opposite sheets closer than about twice l̄ cannot be told apart by their points; agreement is then low unless
-/// views or reference normals are given.
+/// Edges join points closer than the neighbor distance, best first: the more parallel two normals are after reflection
+/// at the edge's bisector plane, and the less the edge leaves the tangent planes, the better. Creases come late, edges
+/// along both normals last. Without a vote no sign is changed. Opposite sheets closer than about twice l̄ cannot be told
+/// apart by their points. How each vote decides, and where we differ from the paper: src/method.md.
 /// \param normals unit length, one per point, as estimated or as they came; a zero normal joins nothing and is dropped
 /// \param vote OrientationVote::sensor needs points.sensors, reference needs points.normals
 /// \throw InvalidOption as validate does; InvalidInput if what the vote needs is missing

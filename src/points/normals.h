@@ -28,15 +28,9 @@ float resolvedRadius(const NormalOptions& options, float spacing);
 /// Fits a plane to the neighbors of each point, as pcl::NormalEstimation does and with PCL's closed form of the
 /// eigenvalues, but in double precision.
 ///
-/// Automatic neighborhoods are the 13 nearest points, wherever they are, twice as many where those are rough (third
-/// eigenvalue over 1/16 of the second). They double while the points nearly lie on a line (second eigenvalue under a
-/// tenth of the first), as those of one ring of a lidar or one line of a scanner do, up to some 16,000 points; above 32
-/// they are represented by every fourth, sixteenth, ... point. Noise that is known widens them to four standard
-/// deviations, and to where the normal is off by about 5°.
-///
-/// With a radius it is pcl::NormalEstimationOMP that fits them, in single precision. Points with fewer than two others
-/// inside it have the plane of their 12 nearest, or, with noiseCriteria, none, as in the paper.
-/// Neighbors on a line do not define a plane.
+/// Automatic neighborhoods are the 13 nearest points, and grow where these are rough, nearly on a line, or noisy (see
+/// src/method.md). With a radius it is pcl::NormalEstimationOMP that fits them, in single precision. Points with fewer
+/// than two others inside it have the plane of their 12 nearest, or, with noiseCriteria, none, as in the paper.
 /// \param spacing l̄, for the paper's automatic lengths
 /// \param search holds exactly points.positions
 /// \param noise standard deviation of the points from the surface, cloud's unit; 0 = unknown. Not used with a radius

@@ -21,33 +21,12 @@ struct RemeshResult : RemeshSummary {
   const RemeshSummary& summary() const { return *this; }
 };
 
-/// Makes triangles nearly equilateral and of one size, on the zero level.
+/// Makes triangles nearly equilateral and of one size, on the zero level: rounds of splits, collapses, flips and
+/// relaxation, each vertex traced back to d = 0. Borders are remeshed as curves, what sticks out keeps its length, in
+/// the end triangles are fitted to the surface in the mean (ours; see src/method.md).
 ///
-/// A round: split edges longer than 4/3 l, collapse edges shorter than 4/5 l, flip edges towards valence 6 (4 on the
-/// boundary), relax each vertex to the area-weighted centroid of its neighbors in its tangent plane (normal from the
-/// field), trace it back to d = 0 along ∇d / |∇d|². Steps of less than 2 % of l are not taken.
-///
-/// Triangles whose corners are on a curved surface are on one side of it: l²/8R in the mean on a sphere of radius R. So
-/// in the end vertices move along their normals, by .15 l at most, until the middles of their edges are on the zero
-/// level in the mean, but for those across sharp edges (ours; RemesherOptions::fit). Points of three clean scans are 19
-/// to 30 % nearer to the mesh for it.
-///
-/// Borders are remeshed as curves: the border of the input, smoothed within half a voxel, which takes away the teeth
-/// that a cut along voxels leaves. Its edges are split and collapsed, its vertices slide to the middle between their
-/// neighbors along it; what is cut off at its bends stays below a quarter of a voxel.
-///
-/// What sticks out keeps its length: an operation may not leave edges along which the surface turns by more than 46°,
-/// unless they did before, or are to be longer than before (ours). With it, points of 22 clean scans are as close to
-/// the mesh as before; ten rounds without it left them 1.34 times as far away.
-///
-/// An operation that would turn a triangle over, create a non-manifold edge or vertex, or a duplicate triangle is
-/// refused: every operation is checked against the former triangles and the field's normals. No self-intersection is
-/// created: after each round triangles are tested where sheets are close, where the surface is folded and along
-/// borders; moves that made triangles meet are taken back and, if that does not help, the round is repeated with the
-/// mesh around them left alone. In the end all triangles are tested; if some meet elsewhere, all is done again with
-/// tests everywhere. What intersects in the input may remain, but borders that touch at a vertex come apart. A few
-/// triangles that run against the field's normals stay as they are, unless edges are to be longer: sheets are too close
-/// to each other there for the field to tell what to do. The topology (components, genus, boundary loops) is kept.
+/// An operation that would turn a triangle over, or create a non-manifold edge or vertex or a duplicate triangle, is
+/// refused; no self-intersection is created; the topology (components, genus, boundary loops) is kept.
 /// \param mesh oriented and manifold, as polygonize gives it
 /// \throw InvalidInput if the mesh is not oriented and manifold, or the field is empty
 /// \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than can be indexed; Cancelled

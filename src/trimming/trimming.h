@@ -32,20 +32,10 @@ struct TrimResult : TrimSummary {
 
 /// Drops surface that no data support.
 ///
-/// A triangle is unsupported if the confidence of all its vertices is 0. Edge-connected unsupported triangles form a
-/// region. It fills a hole if it is bounded all around by supported surface and its diameter, estimated as twice the
-/// largest distance from one of its vertices to the nearest data point, does not exceed the limit: maxHole if the
-/// surface is closed with its holes filled, and at most a third of it would be filling; maxGap if it stays open.
-///
-/// The rest is extrapolation, but for what a morphological closing keeps of it: the surface is dilated by maxGap / 2
-/// along the mesh, counted from the data points, and eroded by as much. So a hole near the rim of an open scan is
-/// filled although a neck joins it to the outside, and the sheet around the scan is not kept. Triangles with a repeated
-/// vertex or an index out of range are dropped, unless the options ask for no trimming.
-///
-/// What is left falls into components. A point is behind a component if it is the nearest one of a vertex with support,
-/// and no other component is closer to it; it is coherent if at least a third of those of its eight nearest points that
-/// are behind that component, too, and two at least have normals within 40° of its own. Bubbles around outliers have no
-/// such points, whatever their area and however many outliers they hold; real patches consist of them, however small.
+/// A triangle is unsupported if the confidence of all its vertices is 0. A region of such triangles stays if it fills a
+/// hole within the limits, or a morphological closing of the supported surface covers it. Of what is left components go
+/// that no coherent points stand behind (see src/method.md). Triangles with a repeated vertex or an index out of range
+/// are dropped, unless the options ask for no trimming.
 /// \param mesh with confidences; remains manifold: vertices that touch only at a corner after trimming are duplicated
 /// \param points with normals; without spacings all gaps are closed alike, and without sensors all but steps in depth
 /// \param search holds points.positions \param diagonal for the automatic limits: of the points'

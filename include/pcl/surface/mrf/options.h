@@ -195,10 +195,8 @@ struct MultiscaleOptions {
                              ///< box with room beside openings, see volume.h
   std::size_t maxMemory = 0; ///< bytes the levels may take; 0 = 80 % of what is free
   /// Levels of more voxels than this are solved in a band around the zero level that the coarser one predicts, the
-  /// others everywhere; ≥ 0, 0 = 2^22, or 350 per point where that is less, but at least 2^18. With k = 3 what fills a
-  /// hole depends on the field far around it, which a band does not have: over 200 holes of 40 scans of 30,000 points,
-  /// all solved everywhere, the error was .85 of that with the last level in a band. Other solvers than multigrid, and
-  /// Energy::paper, always solve everywhere.
+  /// others everywhere; ≥ 0, 0 = 2^22, or 350 per point where that is less, but at least 2^18. Other solvers than
+  /// multigrid, and Energy::paper, always solve everywhere.
   std::int64_t denseVoxels = 0;
   /// Between levels solved everywhere; bands take the cubic one. No option of tools.
   Interpolation interpolation = Interpolation::cubic;
@@ -215,17 +213,10 @@ struct TrimmingOptions {
   float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the diagonal, see trim
   /// Largest width of what is filled of an open surface, cloud's unit: of holes, also those that are joined to the
   /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, but 28 local spacings of the points
-  /// where the filling would turn away from the surface around it, as it does behind a step in depth: the mean cosine
-  /// of its normals to those of the nearest points is below .6; where it is hidden from all sensors behind other
-  /// points: that is a shadow, no hole; where the only sensor saw other points through it; and where it is edge-on for
-  /// all sensors, or turned away: the mean cosine of its normals to the best line of sight is below .17, and so is that
-  /// of the part in question. Without sensors that goes by the direction from which a single one must have seen all
-  /// points, if normals allow for one. Where filling closes a surface, maxHole alone decides.
+  /// behind a step in depth, in a shadow, and where a sensor saw through it or would see it edge-on.
   float maxGap = 0;
   /// Components with fewer coherent points behind them are dropped, the largest one excepted, 0..1000000; 0 or 1: none
-  /// are. Three are enough where no other surface is as close as they are to each other. Not with `none`. Measured with
-  /// 5 % of outliers in 40 scans: bubbles stood around up to 24 points, of which two at most were coherent; patches of
-  /// three and four points of a range scan were.
+  /// are. Three are enough where no other surface is as close as they are to each other. Not with `none`.
   int minComponentPoints = 12;
 };
 
