@@ -292,7 +292,7 @@ public:
     banded->background = DistanceField(lattices_[denseLevels_ - 1], distances_, {});
     banded->band = std::move(band_.support);
     banded->values = std::move(band_.values);
-    TriangleMesh mesh = polygonize(DistanceField(lattices_[next_ - 1], banded, axes_), {}, execution_);
+    TriangleMesh mesh = polygonize(DistanceField(lattices_[next_ - 1], banded, axes_), execution_);
     band_.support = std::move(banded->band);
     band_.values = std::move(banded->values);
     zeroLevelTriangles_ = mesh.triangles.size();

@@ -110,14 +110,16 @@ void write(const std::vector<Triangle>& triangles, std::vector<pcl::Vertices>& p
     polygons[t].vertices.assign(triangles[t].begin(), triangles[t].end());
 }
 
-void log(const Report& report) noexcept
+void log(Report& report) noexcept
 {
   try {
-    for (const std::string& warning : report.warnings)
-      PCL_WARN("[pcl::MRFReconstruction::reconstruct] %s\n", withOptionNames(warning, OptionNaming::setters).c_str());
+    for (std::string& warning : report.warnings) {
+      warning = withOptionNames(warning, OptionNaming::setters);
+      PCL_WARN("[pcl::MRFReconstruction::reconstruct] %s\n", warning.c_str());
+    }
+    report.message = withOptionNames(report.message, OptionNaming::setters);
     if (report.status != Status::ok)
-      PCL_ERROR("[pcl::MRFReconstruction::reconstruct] %s: %s\n", toString(report.status),
-                withOptionNames(report.message, OptionNaming::setters).c_str());
+      PCL_ERROR("[pcl::MRFReconstruction::reconstruct] %s: %s\n", toString(report.status), report.message.c_str());
   } catch (...) { // PCL's console takes memory, of which there may be none left; the report has it all
   }
 }

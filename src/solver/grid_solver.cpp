@@ -251,7 +251,7 @@ SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, cons
     clearNearRim(system, order(prior), r, execution);
   double squared = dotProduct(r, r, execution);
   const double scale = norm > 0 ? norm : std::sqrt(squared);
-  if (!std::isfinite(scale))
+  if (!std::isfinite(squared + norm))
     throw SolverFailure("multigrid: the guess or the data have values that are not finite");
   if (scale == 0) {
     report.converged = true;

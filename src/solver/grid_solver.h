@@ -38,13 +38,6 @@ int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole);
 /// neighbors dropped: the change of the surface is carried on across the band, as in the whole space, and coarser
 /// bands see the same.
 ///
-/// What was measured instead, on three scans: with zeros around the band its width decides what shifts the surface;
-/// holes were filled 7 to 13 % worse, and six steps did not do what two do now. For k = 3 a hole's filling feels the
-/// whole volume: with zeros 24 voxels away and thirty steps it was still up to .3 and .6 voxels off the dense solution.
-/// Solving the dense coarse level for the change of the band and then the band again, in turns, diverges, as V-cycles
-/// alone do for k = 3; conjugate gradients on the whole volume whose V-cycles smooth on the band only were .7 voxels
-/// off after a dozen steps, with full ones .004.
-///
 /// \param grids finest first; the coarser ones make the preconditioner
 /// \param values on `support`, in a band a superset of the grid by k voxels on all sides; in: the guess, out: the
 /// solution \param unit length of a voxel side in the unit of the field

@@ -29,7 +29,8 @@ constexpr double minContinuation = .6;
 constexpr double narrowGap = 28;
 
 /// So is what no sensor could have looked at, by the mean cosine to the line of sight: edge-on, it goes on where the
-/// surface turned out of sight, as between a leg and a tail. Where a hole and such a bay are one filling, the hole stays.
+/// surface turned out of sight, as between a leg and a tail. Where a hole and such a bay are one filling, the hole
+/// stays.
 constexpr double minFacing = .17;
 
 /// So it is, if sensors are known, with the shadow that an object casts on a table, which goes on as the table does,

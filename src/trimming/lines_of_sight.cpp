@@ -15,7 +15,8 @@ namespace {
 /// As far as a point stands for the surface around it, in its spacings.
 constexpr float cover = 2;
 
-/// Points next to a line of sight that are looked at. More than one, because at a silhouette the nearest may lie behind.
+/// Points next to a line of sight that are looked at. More than one, because at a silhouette the nearest may lie
+/// behind.
 constexpr int besideSight = 12;
 
 /// The points as a sensor sees them: moved along their lines of sight onto a sphere around it, where what is in front

@@ -27,7 +27,7 @@ const std::vector<Case> cases = {
     {{"--normals", "estimate"}, "/normalsEstimated", true},
     {{"--normal-radius", "0.5"}, "/options/normals/radius", .5},
     {{"--alone-filter", "off"}, "/options/outliers/alone", false},
-    {{"--statistical-filter", "on"}, "/options/outliers/statistical", true},
+    {{"--statistical-filter", "on"}, "/options/outliers/statistical", true, "whole.xyz"},
     {{"--noise-criteria", "on"}, "/options/normals/noiseCriteria", true},
     {{"--orientation-angle", "30"}, "/options/orientation/maxAngle", 30},
     {{"--observation", "median"}, "/options/observation/estimate", "median"},
@@ -95,6 +95,7 @@ protected:
   ToolOptions()
   {
     write("sphere.xyz", tool::sphereRows(500, .9));
+    write("whole.xyz", tool::sphereRows(500)); // no point is far from its neighbors, as those at a rim are
     write("sensors.txt", "# one in each direction\n0 0 4\n0 0 -4\n4 0 0\n-4 0 0\n0 4 0\n0 -4 0\n");
     std::string views;
     for (const Eigen::Vector3d& point : tool::spherePoints(500, .9)) {

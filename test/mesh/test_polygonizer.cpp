@@ -357,5 +357,3 @@ TEST(Polygonizer, withoutAZeroLevelGiveAnEmptyMesh)
   }
   EXPECT_TRUE(extract(DistanceField()).triangles.empty());
 }
-
-} // namespace

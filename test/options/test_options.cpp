@@ -260,15 +260,16 @@ TEST(OptionTable, MessagesAreShownInTheWordsOfTheirReaders)
   EXPECT_EQ(shown(""), (Texts{"", "", ""}));
 }
 
-/// What is called a setter of the class is one.
-TEST(OptionTable, SettersAreTheClasss)
+/// The class has each setter that the table names.
+TEST(OptionTable, SettersExist)
 {
   std::ifstream file(MRF_SOURCE_DIR "/include/pcl/surface/mrf_reconstruction.h");
   std::ostringstream header;
   header << file.rdbuf();
   for (const pcl::mrf::OptionDeclaration& option : pcl::mrf::optionDeclarations())
-    if (!option.setter.empty())
+    if (!option.setter.empty()) {
       EXPECT_NE(header.str().find(" " + option.setter + "("), std::string::npos) << option.setter;
+    }
 }
 
 TEST(Options, PresetsAreValid)

@@ -420,12 +420,17 @@ TEST(Trimming, dropsComponentsWithoutOrWithLittleSupport)
   EXPECT_EQ(kept.componentsDropped, 0);
   EXPECT_EQ(measure(kept.mesh).components, 2);
   EXPECT_TRUE(kept.statistics.has_value()) << "all was kept, so there is nothing left to measure";
+
+  // Points whose normals do not agree are no support.
+  PointSet torn = all;
+  std::mt19937 generator(1);
+  std::normal_distribution<float> normal;
+  for (std::size_t i = 0; i < torn.size(); ++i)
+    if (torn.positions[i].x() >= .3f)
+      torn.normals[i] = Vector3f(normal(generator), normal(generator), normal(generator)).normalized();
+  const Scene incoherent(both, torn);
   for (const Trimming mode : {Trimming::holes, Trimming::supported}) {
-    TrimmingOptions options;
-    options.kind = mode;
-    options.maxHole = 100;
-    options.minComponentPoints = static_cast<int>(all.size() - largeOnly.size()) + 1; // more than the small one has
-    const TrimResult dropped = supported.trim(options);
+    const TrimResult dropped = incoherent.trim(mode, 100);
     EXPECT_EQ(dropped.componentsDropped, 1);
     EXPECT_FALSE(dropped.statistics.has_value());
     EXPECT_EQ(measure(dropped.mesh).components, 1);

@@ -53,8 +53,8 @@ PCL_MRF_EXPORT void write(const Reconstruction& result, pcl::PolygonMesh& output
 
 PCL_MRF_EXPORT void write(const std::vector<Triangle>& triangles, std::vector<pcl::Vertices>& polygons);
 
-/// Warnings and failure go to PCL's console.
-PCL_MRF_EXPORT void log(const Report& report) noexcept;
+/// Warnings and failure name options by their setters, and go to PCL's console.
+PCL_MRF_EXPORT void log(Report& report) noexcept;
 
 /// What the caller's own code threw as it threw it, all else as it is.
 PCL_MRF_EXPORT std::exception_ptr asThrown(const std::exception_ptr& error);

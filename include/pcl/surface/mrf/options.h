@@ -289,24 +289,7 @@ PCL_MRF_EXPORT Options defaultPreset();
 /// β = .9 is the paper's value (its text at Fig. 4). The 1 % count the points as they were gathered, before any was
 /// dropped. PCL's own classes run where the paper's steps are theirs: pcl::search::KdTree for every query,
 /// pcl::NormalEstimationOMP with a radius of 2.5 l̄, and pcl::StatisticalOutlierRemoval if it is asked for.
-/// All that is left in which it differs from the paper:
-/// - Points (Sec. 3.1): those with fewer than two others within 2.5 l̄ have no plane and are dropped. Components
-///   join points within l̄ + 6 σ_l, but never less than 2.5 l̄; their normals and sides are found as orientation.h says,
-///   also without sensors. Equal points count once. Points alone far from all others are dropped, and parts of a cloud
-///   too far apart to say anything about each other have fields of their own (pieces.h).
-/// - Observation (Sec. 3.3.3): coarse levels reach at least 1.5 of their voxels. With the
-///   fixed dEmax they see next to nothing: four scans of 30,000 to 110,000 points come out in 4 to 15 components
-///   instead of one, with holes 1.7 to 2.5 times as far off, for five times the time.
-/// - Energy (Sec. 3.3.4): the data weigh 42 W, as in the paper's program, not as in its text (Energy).
-/// - ICM (Sec. 3.4): it stops at a change of .001 voxel RMS or after 1000 sweeps. The coarsest level is at most 16
-///   voxels long.
-/// - Volume: it grows beside openings as the default's does (ours; the paper does not say what it took), so that the
-///   surface closes. On Fig. 9's sphere of radius 40, turned by 10, 30 and 45°, the largest distance to the one that
-///   was not turned is then .29, over the whole surface; the paper's is 2.47. With fixed volumes of 10 and 8 voxels
-///   around the points' box it is 1.5 and 11.3, and with 5 the surface leaves the volume.
-/// - Mesh (Sec. 3.5): the zero level is cut out of all cells, not followed from seeds, so that sheets far from the
-///   data come with it. The remesher refuses what would spoil the mesh or shorten what sticks out, and smooths borders
-///   (remesher.h).
+/// All in which it still differs from the paper is listed in src/method.md, "The preset paper".
 PCL_MRF_EXPORT Options paperPreset();
 
 /// The presets by name.
