@@ -14,14 +14,18 @@ namespace pcl {
 namespace mrf {
 namespace {
 
+struct WeightedRow {
+  const float* values;
+  float weight;
+};
+
 /// Sum of four rows; all arrays start at the first of `count` voxels.
 MRF_MULTIVERSION(void, combineFour,
-                 (int count, const float* a, float wa, const float* b, float wb, const float* c, float wc,
-                  const float* d, float wd, float* __restrict out),
-                 (count, a, wa, b, wb, c, wc, d, wd, out))
+                 (int count, WeightedRow a, WeightedRow b, WeightedRow c, WeightedRow d, float* __restrict out),
+                 (count, a, b, c, d, out))
 {
   for (int i = 0; i < count; ++i)
-    out[i] = (wa * a[i] + wb * b[i]) + (wc * c[i] + wd * d[i]);
+    out[i] = (a.weight * a.values[i] + b.weight * b.values[i]) + (c.weight * c.values[i] + d.weight * d.values[i]);
 }
 
 /// Cubic values of consecutive fine voxels; row[n] belongs to coarse voxel n relative to the first fine one's parent.
@@ -83,9 +87,9 @@ void prepare(std::vector<float>& values, std::size_t count)
 /// Adds weighted planes of a band to a window for the lifetime of the object.
 class CombinedPlanes {
 public:
-  CombinedPlanes(const VoxelSet& band, const float* values, std::vector<float>& window) : band_(band), values_(values)
+  CombinedPlanes(const PackedField& field, std::vector<float>& window) : band_(field.voxels), values_(field.values)
   {
-    prepare(window, band.windowCount());
+    prepare(window, band_.windowCount());
     window_ = window.data();
   }
   ~CombinedPlanes()
@@ -129,52 +133,53 @@ void CubicInterpolation::evaluatePlane(const VoxelSet& fine, int z, float* out, 
 {
   if (fine.planeCount(z) == 0)
     return;
-  CombinedPlanes planes(coarse_, values_, scratch.window);
+  CombinedPlanes planes(coarse_, scratch.window);
   const int parentZ = refinement_.parent(z, 2), sideZ = refinement_.isSecond(z, 2) ? 1 : -1;
   for (int tap = 0; tap < 4; ++tap)
     planes.add(parentZ + sideZ * (tap - 1), cubicWeights[static_cast<std::size_t>(tap)]);
-  prepare(scratch.rows, static_cast<std::size_t>(coarse_.size().x) + 16);
+  prepare(scratch.rows, static_cast<std::size_t>(coarse_.voxels.size().x) + 16);
   for (int y = 0; y < fine.size().y; ++y) {
     const int parentY = refinement_.parent(y, 1), sideY = refinement_.isSecond(y, 1) ? 1 : -1;
     for (const Run& run : fine.row(y, z)) {
       const int x = fine.xOf(run, y);
       const int begin = refinement_.parent(x, 0) - 2, end = refinement_.parent(x + run.count - 1, 0) + 3;
-      const auto row = [&](int tap) { return planes.row(begin, parentY + sideY * (tap - 1)); };
-      combineFour(end - begin, row(0), cubicWeights[0], row(1), cubicWeights[1], row(2), cubicWeights[2], row(3),
-                  cubicWeights[3], scratch.rows.data());
+      const auto row = [&](int tap) {
+        return WeightedRow{planes.row(begin, parentY + sideY * (tap - 1)), cubicWeights[static_cast<std::size_t>(tap)]};
+      };
+      combineFour(end - begin, row(0), row(1), row(2), row(3), scratch.rows.data());
       cubicRow(run.count, refinement_.isSecond(x, 0), scratch.rows.data() + 2, out + run.first);
     }
   }
 }
 
-void addProlonged(const VoxelSet& coarse, const float* values, const Refinement& refinement, const VoxelSet& fine,
-                  int z, float* window, TransferScratch& scratch)
+void addProlonged(const PackedField& coarse, const Refinement& refinement, const VoxelSet& fine, int z, float* window,
+                  TransferScratch& scratch)
 {
   if (fine.planeCount(z) == 0)
     return;
-  CombinedPlanes planes(coarse, values, scratch.window);
+  CombinedPlanes planes(coarse, scratch.window);
   const int parentZ = refinement.parent(z, 2);
   planes.add(parentZ, .75f);
   planes.add(parentZ + (refinement.isSecond(z, 2) ? 1 : -1), .25f);
-  prepare(scratch.rows, static_cast<std::size_t>(coarse.size().x) + 16);
+  prepare(scratch.rows, static_cast<std::size_t>(coarse.voxels.size().x) + 16);
   for (int y = 0; y < fine.size().y; ++y) {
     const int parentY = refinement.parent(y, 1), otherY = parentY + (refinement.isSecond(y, 1) ? 1 : -1);
     for (const Run& run : fine.row(y, z)) {
       const int x = fine.xOf(run, y);
       const int begin = refinement.parent(x, 0) - 1, end = refinement.parent(x + run.count - 1, 0) + 2;
       const float *near = planes.row(begin, parentY), *far = planes.row(begin, otherY);
-      combineFour(end - begin, near, .75f, far, .25f, near, 0, far, 0, scratch.rows.data());
+      combineFour(end - begin, {near, .75f}, {far, .25f}, {near, 0}, {far, 0}, scratch.rows.data());
       addLinearRow(run.count, refinement.isSecond(x, 0), scratch.rows.data() + 1, window + run.at);
     }
   }
 }
 
-void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& refinement, float scale,
-                   const VoxelSet& coarse, int z, float* out, TransferScratch& scratch)
+void restrictPlane(const PackedField& fine, const Refinement& refinement, float scale, const VoxelSet& coarse, int z,
+                   float* out, TransferScratch& scratch)
 {
   if (coarse.planeCount(z) == 0)
     return;
-  CombinedPlanes planes(fine, values, scratch.window);
+  CombinedPlanes planes(fine, scratch.window);
   const int firstZ = refinement.firstChild(z, 2);
   planes.add(firstZ - 1, .25f);
   planes.add(firstZ, .75f);
@@ -186,12 +191,12 @@ void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& 
     for (const Run& run : coarse.row(y, z)) {
       // Fine voxels −2 .. 2 count + 1 around the run's children, clipped to what a window holds.
       const int x = refinement.firstChild(coarse.xOf(run, y), 0);
-      const int begin = std::max(x - 1, -2), end = std::min(x + 2 * run.count + 1, fine.size().x + 2);
+      const int begin = std::max(x - 1, -2), end = std::min(x + 2 * run.count + 1, fine.voxels.size().x + 2);
       float* const row = scratch.rows.data();
       std::fill_n(row, 2 * run.count + 2, 0.f);
-      const auto source = [&](int step) { return planes.row(begin, firstY + step); };
+      const auto source = [&](int step, float weight) { return WeightedRow{planes.row(begin, firstY + step), weight}; };
       if (end > begin)
-        combineFour(end - begin, source(-1), .25f, source(0), .75f, source(1), .75f, source(2), .25f,
+        combineFour(end - begin, source(-1, .25f), source(0, .75f), source(1, .75f), source(2, .25f),
                     row + (begin - (x - 1)));
       restrictRow(run.count, scale, row + 1, out + run.first);
     }

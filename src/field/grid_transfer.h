@@ -40,30 +40,34 @@ struct TransferScratch {
   std::vector<float> window, rows;
 };
 
+/// A band and its packed values.
+struct PackedField {
+  const VoxelSet& voxels;
+  const float* values;
+};
+
 /// interpolateCubic from band to band. Values missing in the coarse band count as zero: the caller sees to it that none
 /// is needed.
 class CubicInterpolation {
 public:
-  CubicInterpolation(const VoxelSet& coarse, const float* values, const Refinement& refinement)
-      : coarse_(coarse), values_(values), refinement_(refinement)
+  CubicInterpolation(const PackedField& coarse, const Refinement& refinement) : coarse_(coarse), refinement_(refinement)
   {}
 
   /// \param out packed values of the plane of `fine`
   void evaluatePlane(const VoxelSet& fine, int z, float* out, TransferScratch& scratch) const;
 
 private:
-  const VoxelSet& coarse_;
-  const float* values_;
+  PackedField coarse_;
   Refinement refinement_;
 };
 
 /// window += P coarse on plane z of the fine band: interpolation with (¾, ¼).
-void addProlonged(const VoxelSet& coarse, const float* values, const Refinement& refinement, const VoxelSet& fine,
-                  int z, float* window, TransferScratch& scratch);
+void addProlonged(const PackedField& coarse, const Refinement& refinement, const VoxelSet& fine, int z, float* window,
+                  TransferScratch& scratch);
 
 /// coarse = scale · Pᵀ fine on plane z of the coarse band.
-void restrictPlane(const VoxelSet& fine, const float* values, const Refinement& refinement, float scale,
-                   const VoxelSet& coarse, int z, float* out, TransferScratch& scratch);
+void restrictPlane(const PackedField& fine, const Refinement& refinement, float scale, const VoxelSet& coarse, int z,
+                   float* out, TransferScratch& scratch);
 
 /// The parents of a band's voxels. \param roundUpTo as in VoxelSet's constructor
 VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, int roundUpTo,

@@ -383,7 +383,7 @@ PackedValues degrees(const VoxelSet& band, Execution& execution)
         kernels::clear(band.plane(z - 3), window(z - 3));
       kernels::fill(band.plane(z), 1, window(z));
       if (z > first)
-        kernels::sumNeighbors(band.plane(z - 1), band.windowStride(), window(z - 2), window(z - 1), window(z),
+        kernels::sumNeighbors(band.plane(z - 1), {band.windowStride(), window(z - 2), window(z - 1), window(z)},
                               result.data() + band.planeFirst(z - 1));
     }
   });
@@ -473,10 +473,19 @@ MRF_ALWAYS_INLINE void forEachVoxel(Runs runs, const Body& body)
   }
 }
 
-MRF_ALWAYS_INLINE float sumOfNeighbors(std::int64_t i, std::int64_t stride, const float* below, const float* center,
-                                       const float* above)
+MRF_ALWAYS_INLINE float sumOfNeighbors(std::int64_t i, const Planes& p)
 {
-  return (center[i - 1] + center[i + 1]) + (center[i - stride] + center[i + stride]) + (below[i] + above[i]);
+  const float* const center = p.center;
+  return (center[i - 1] + center[i + 1]) + (center[i - p.stride] + center[i + p.stride]) + (p.below[i] + p.above[i]);
+}
+
+/// \param z, x those of the step; the compiler is to know that they are apart
+MRF_ALWAYS_INLINE void advance(const ChebyshevStep& step, float* __restrict z, float* __restrict x, std::int64_t i,
+                               std::int64_t v, float product)
+{
+  const float change = step.f * z[v] + step.g * step.inverseD[v] * (step.b[v] - product);
+  z[v] = change;
+  x[i] += change;
 }
 
 } // namespace
@@ -513,43 +522,33 @@ MRF_MULTIVERSION(void, scaleAndAdd, (Runs runs, const float* a, const float* pac
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { window[i] = a[v] * window[i] + packed[v]; });
 }
 
-MRF_MULTIVERSION(void, sumNeighbors,
-                 (Runs runs, int stride, const float* below, const float* center, const float* above,
-                  float* __restrict packed),
-                 (runs, stride, below, center, above, packed))
+MRF_MULTIVERSION(void, sumNeighbors, (Runs runs, Planes planes, float* __restrict packed), (runs, planes, packed))
 {
-  forEachVoxel(runs,
-               [=](std::int64_t i, std::int64_t v) { packed[v] = sumOfNeighbors(i, stride, below, center, above); });
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { packed[v] = sumOfNeighbors(i, planes); });
 }
 
-MRF_MULTIVERSION(void, laplacian,
-                 (Runs runs, const float* degrees, int stride, const float* below, const float* center,
-                  const float* above, float* __restrict out),
-                 (runs, degrees, stride, below, center, above, out))
+MRF_MULTIVERSION(void, laplacian, (Runs runs, const float* degrees, Planes planes, float* __restrict out),
+                 (runs, degrees, planes, out))
 {
   if (degrees)
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
-      out[i] = degrees[v] * center[i] - sumOfNeighbors(i, stride, below, center, above);
+      out[i] = degrees[v] * planes.center[i] - sumOfNeighbors(i, planes);
     });
   else
-    forEachVoxel(runs, [=](std::int64_t i, std::int64_t) {
-      out[i] = 6 * center[i] - sumOfNeighbors(i, stride, below, center, above);
-    });
+    forEachVoxel(runs,
+                 [=](std::int64_t i, std::int64_t) { out[i] = 6 * planes.center[i] - sumOfNeighbors(i, planes); });
 }
 
-MRF_MULTIVERSION(void, addLaplacian,
-                 (Runs runs, const float* degrees, int stride, const float* below, const float* center,
-                  const float* above, float* __restrict out),
-                 (runs, degrees, stride, below, center, above, out))
+MRF_MULTIVERSION(void, addLaplacian, (Runs runs, const float* degrees, Planes planes, float* __restrict out),
+                 (runs, degrees, planes, out))
 {
   if (degrees)
     forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
-      out[i] += degrees[v] * center[i] - sumOfNeighbors(i, stride, below, center, above);
+      out[i] += degrees[v] * planes.center[i] - sumOfNeighbors(i, planes);
     });
   else
-    forEachVoxel(runs, [=](std::int64_t i, std::int64_t) {
-      out[i] += 6 * center[i] - sumOfNeighbors(i, stride, below, center, above);
-    });
+    forEachVoxel(runs,
+                 [=](std::int64_t i, std::int64_t) { out[i] += 6 * planes.center[i] - sumOfNeighbors(i, planes); });
 }
 
 MRF_MULTIVERSION(void, addWindow, (Runs runs, float a, const float* x, float* __restrict out), (runs, a, x, out))
@@ -564,36 +563,27 @@ MRF_MULTIVERSION(void, startChebyshev,
   forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { x[i] = z[v] = g * inverseD[v] * b[v]; });
 }
 
-MRF_MULTIVERSION(void, stepChebyshev,
-                 (Runs runs, float f, float g, const float* product, const float* b, const float* inverseD,
-                  float* __restrict z, float* __restrict x),
-                 (runs, f, g, product, b, inverseD, z, x))
+MRF_MULTIVERSION(void, stepChebyshev, (Runs runs, ChebyshevStep step, const float* product), (runs, step, product))
 {
-  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
-    const float step = f * z[v] + g * inverseD[v] * (b[v] - product[i]);
-    z[v] = step;
-    x[i] += step;
-  });
+  float* const __restrict z = step.z, * const __restrict x = step.x;
+  forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { advance(step, z, x, i, v, product[i]); });
 }
 
 MRF_MULTIVERSION(void, stepChebyshevWithLaplacian,
-                 (Runs runs, const float* degrees, int stride, const float* below, const float* center,
-                  const float* above, float tension, const float* tense, float f, float g, const float* product,
-                  const float* b, const float* inverseD, float* __restrict z, float* __restrict x),
-                 (runs, degrees, stride, below, center, above, tension, tense, f, g, product, b, inverseD, z, x))
+                 (Runs runs, ChebyshevStep step, const float* product, const float* degrees, Planes planes,
+                  float tension, const float* tense),
+                 (runs, step, product, degrees, planes, tension, tense))
 {
-  const auto step = [=](std::int64_t i, std::int64_t v, float total) {
-    const float change = f * z[v] + g * inverseD[v] * (b[v] - total);
-    z[v] = change;
-    x[i] += change;
-  };
+  float* const __restrict z = step.z, * const __restrict x = step.x;
   const auto withLaplacian = [=](std::int64_t i, std::int64_t v) {
-    return product[i] + (degrees[v] * center[i] - sumOfNeighbors(i, stride, below, center, above));
+    return product[i] + (degrees[v] * planes.center[i] - sumOfNeighbors(i, planes));
   };
   if (tense)
-    forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { step(i, v, withLaplacian(i, v) + tension * tense[i]); });
+    forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) {
+      advance(step, z, x, i, v, withLaplacian(i, v) + tension * tense[i]);
+    });
   else
-    forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { step(i, v, withLaplacian(i, v)); });
+    forEachVoxel(runs, [=](std::int64_t i, std::int64_t v) { advance(step, z, x, i, v, withLaplacian(i, v)); });
 }
 
 MRF_MULTIVERSION(void, residual, (Runs runs, const float* product, const float* b, float* r), (runs, product, b, r))

@@ -252,6 +252,18 @@ VoxelSet connectedTo(VoxelSet band, const VoxelSet& other, Execution& execution)
 /// \name Work on the runs of a plane: windows are dense, packed arrays start at the plane's first value
 /// @{
 namespace kernels {
+/// Three windows that lie above each other, as a stencil along the axes reads them.
+struct Planes {
+  int stride; ///< from row to row
+  const float *below, *center, *above;
+};
+/// A Chebyshev step from z to f z + g D⁻¹ (b − product), which is added to x; z, b and D⁻¹ are packed, x is a window.
+struct ChebyshevStep {
+  float f, g;
+  const float *b, *inverseD;
+  float *z, *x;
+};
+
 void clear(Runs runs, float* window);
 void fill(Runs runs, float value, float* window);
 void load(Runs runs, const float* packed, float* window);
@@ -260,26 +272,21 @@ void addToWindow(Runs runs, float a, const float* packed, float* window);
 /// window = a ∘ window + packed, a packed
 void scaleAndAdd(Runs runs, const float* a, const float* packed, float* window);
 /// packed = Σ of the six neighbors
-void sumNeighbors(Runs runs, int stride, const float* below, const float* center, const float* above, float* packed);
+void sumNeighbors(Runs runs, Planes planes, float* packed);
 /// out = L x of the graph of the band, whose voxels have `degrees` neighbors (packed); windows are zero outside of the
 /// runs. Without degrees: of the lattice, all neighbors' values being in the windows.
-void laplacian(Runs runs, const float* degrees, int stride, const float* below, const float* center, const float* above,
-               float* out);
+void laplacian(Runs runs, const float* degrees, Planes planes, float* out);
 /// out += L x
-void addLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* center,
-                  const float* above, float* out);
+void addLaplacian(Runs runs, const float* degrees, Planes planes, float* out);
 /// out += a x, both windows
 void addWindow(Runs runs, float a, const float* x, float* out);
 /// First Chebyshev step from zero: x = z = g D⁻¹ b; z is packed.
 void startChebyshev(Runs runs, float g, const float* b, const float* inverseD, float* z, float* x);
-/// Next Chebyshev step: z = f z + g D⁻¹ (b − product), x += z.
-void stepChebyshev(Runs runs, float f, float g, const float* product, const float* b, const float* inverseD, float* z,
-                   float* x);
+void stepChebyshev(Runs runs, ChebyshevStep step, const float* product);
 /// The same with product + L y + tension · tense in the place of the product: y, from which the last of the powers of L
 /// is still to be taken, need not be there twice. \param tense a window, or none
-void stepChebyshevWithLaplacian(Runs runs, const float* degrees, int stride, const float* below, const float* center,
-                                const float* above, float tension, const float* tense, float f, float g,
-                                const float* product, const float* b, const float* inverseD, float* z, float* x);
+void stepChebyshevWithLaplacian(Runs runs, ChebyshevStep step, const float* product, const float* degrees, Planes y,
+                                float tension, const float* tense);
 /// r = b − product; r and b may be the same.
 void residual(Runs runs, const float* product, const float* b, float* r);
 /// product += w x, w packed

@@ -168,7 +168,7 @@ void clearRim(const GridSize& size, int z, MaskPlane& mask)
 PackedValues interpolated(const LevelField& coarse, const Refinement& refinement, const VoxelSet& fine,
                           Execution& execution)
 {
-  const CubicInterpolation cubic(coarse.support, coarse.values.data(), refinement);
+  const CubicInterpolation cubic({coarse.support, coarse.values.data()}, refinement);
   PackedValues values(static_cast<std::size_t>(fine.count()));
   execution.forRange(fine.size().z, 16, [&](std::int64_t begin, std::int64_t end) {
     TransferScratch scratch;
@@ -471,7 +471,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
     report.unknowns = grids[0].voxels.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
     const SolveReport solve =
-        solveOnGrids(grids, own.prior, field.support, plan, solver, lattice.spacing, field.values.data(), execution);
+        solveOnGrids({grids, own.prior, field.support}, plan, solver, lattice.spacing, field.values.data(), execution);
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;

@@ -176,15 +176,19 @@ void checkInput(const PointSet& points, const std::vector<Eigen::Vector3f>& norm
     throw InvalidInput("an orientation by reference normals needs a cloud with normals");
 }
 
+float minCosineOf(const OrientationOptions& options)
+{
+  return static_cast<float>(std::cos(options.maxAngle * EIGEN_PI / 180));
+}
+
 /// Finds the signs of normals, phase by phase: consistent along a tree of the best edges, then by votes on each
 /// component, then by votes on its smooth pieces.
 class NormalOrienter {
 public:
   NormalOrienter(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,
-                 const Reach& reach, float minCosine, OrientationVote vote, const OrientationOptions& options,
-                 Execution& execution)
-      : points_(points), normals_(normals), search_(search), reach_(reach), minCosine_(minCosine), vote_(vote),
-        options_(options), execution_(execution),
+                 const Reach& reach, OrientationVote vote, const OrientationOptions& options, Execution& execution)
+      : points_(points), normals_(normals), search_(search), reach_(reach), vote_(vote), options_(options),
+        execution_(execution),
         knowsViews_(vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1)),
         piecesVote_(vote == OrientationVote::reference || knowsViews_),
         smallest_(options.minComponentShare * static_cast<double>(points.wholeSize())), withinAngle_(points.size()),
@@ -211,7 +215,7 @@ private:
   SignedForest growTree()
   {
     OrientationGraph graph(
-        points_, normals_, search_, reach_, minCosine_,
+        points_, normals_, search_, reach_, minCosineOf(options_),
         [&](const Edge& edge) {
           if (edge.withinAngle)
             withinAngle_.join(edge.a, edge.b);
@@ -270,7 +274,7 @@ private:
                    [](const Tally& own) { return own.balance < 0 ? std::uint8_t{1} : std::uint8_t{0}; });
     if (vote_ == OrientationVote::outward) {
       const Sides sides =
-          chooseSides(points_, result_.normals, areas_, components, isTurned, reach_, search_, execution_);
+          chooseSides(points_, {result_.normals, areas_, components, isTurned}, reach_, search_, execution_);
       isTurned = sides.isTurned;
       result_.openShare = sides.openShare;
       result_.sideIsGuessed = sides.isGuess;
@@ -319,7 +323,6 @@ private:
   const std::vector<Eigen::Vector3f>& normals_;
   const NeighborSearch& search_;
   const Reach& reach_;
-  const float minCosine_;
   const OrientationVote vote_;
   const OrientationOptions& options_;
   Execution& execution_;
@@ -350,10 +353,9 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   validate(options);
   checkInput(points, normals, vote);
   const Reach reach = reachOf(points, search, density, options, execution);
-  const auto minCosine = static_cast<float>(std::cos(options.maxAngle * EIGEN_PI / 180));
   if (vote == OrientationVote::none)
-    return findComponents(points, normals, search, reach, minCosine, options, execution);
-  return NormalOrienter(points, normals, search, reach, minCosine, vote, options, execution).run();
+    return findComponents(points, normals, search, reach, minCosineOf(options), options, execution);
+  return NormalOrienter(points, normals, search, reach, vote, options, execution).run();
 }
 
 } // namespace mrf

@@ -66,21 +66,20 @@ struct Extent {
 /// What the choice is made from, and the choice so far.
 class Chooser {
 public:
-  Chooser(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& areas,
-          const Partition& components, const std::vector<std::uint8_t>& isTurnedOutward, const Reach& reach)
-      : points_(points), normals_(normals), areas_(areas), components_(components), reach_(reach),
-        extents_(components.sizes.size())
+  Chooser(const PointSet& points, const OutwardVotes& votes, const Reach& reach)
+      : points_(points), normals_(votes.normals), areas_(votes.areas), components_(votes.components), reach_(reach),
+        extents_(votes.components.sizes.size())
   {
     for (std::size_t i = 0; i < points.size(); ++i) {
-      Extent& extent = extents_[components.set[i]];
-      extent.vectorArea += double{areas[i]} * normals[i].cast<double>();
-      extent.area += normals[i].isZero() ? 0.0 : double{areas[i]};
+      Extent& extent = extents_[components_.set[i]];
+      extent.vectorArea += double{areas_[i]} * normals_[i].cast<double>();
+      extent.area += normals_[i].isZero() ? 0.0 : double{areas_[i]};
       extent.box.extend(points.positions[i]);
       ++extent.points;
     }
     for (const Extent& extent : extents_)
       largest_ = std::max(largest_, extent.points);
-    sides_.isTurned = isTurnedOutward;
+    sides_.isTurned = votes.isTurned;
   }
 
   Sides choose(const NeighborSearch& search, Execution& execution)
@@ -380,11 +379,10 @@ void Chooser::followNeighbors(const NeighborSearch& search, Execution& execution
 
 } // namespace
 
-Sides chooseSides(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& areas,
-                  const Partition& components, const std::vector<std::uint8_t>& isTurnedOutward, const Reach& reach,
-                  const NeighborSearch& search, Execution& execution)
+Sides chooseSides(const PointSet& points, const OutwardVotes& votes, const Reach& reach, const NeighborSearch& search,
+                  Execution& execution)
 {
-  return Chooser(points, normals, areas, components, isTurnedOutward, reach).choose(search, execution);
+  return Chooser(points, votes, reach).choose(search, execution);
 }
 
 } // namespace mrf

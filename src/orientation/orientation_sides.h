@@ -24,13 +24,17 @@ struct Sides {
   bool isGuess = false;               ///< more than a twentieth of the surface is open
 };
 
+/// What the points of each component say on their own.
+struct OutwardVotes {
+  const std::vector<Eigen::Vector3f>& normals; ///< consistent inside each component
+  const std::vector<float>& areas;             ///< that the points stand for, up to one common factor
+  const Partition& components;
+  const std::vector<std::uint8_t>& isTurned; ///< per component: whether its own outward vote turns it
+};
+
 /// Chooses as OrientationVote::outward says.
-/// \param normals consistent inside each component
-/// \param areas that the points stand for, up to one common factor
-/// \param isTurnedOutward per component: whether its own outward vote turns it
-Sides chooseSides(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const std::vector<float>& areas,
-                  const Partition& components, const std::vector<std::uint8_t>& isTurnedOutward, const Reach& reach,
-                  const NeighborSearch& search, Execution& execution);
+Sides chooseSides(const PointSet& points, const OutwardVotes& votes, const Reach& reach, const NeighborSearch& search,
+                  Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -15,15 +15,18 @@ constexpr std::size_t queryLanes = 16;
 /// The most neighbors that nearestDistances finds.
 constexpr std::size_t maxNearest = 13;
 
-/// Squared distances to the k nearest of the candidates, ascending; infinite where there are fewer.
-/// \param x, y, z of queryLanes queries \param cx, cy, cz of `count` candidates \param k 1..maxNearest
-/// \param result of query q's n-th neighbor at n·queryLanes + q
-void nearestDistances(std::size_t count, const float* cx, const float* cy, const float* cz, const float* x,
-                      const float* y, const float* z, std::size_t k, float* result);
+/// Coordinates of points, each apart.
+struct Coordinates {
+  const float *x, *y, *z;
+};
 
-/// Squared distances from one query to the candidates.
-void distances(std::size_t count, const float* cx, const float* cy, const float* cz, float x, float y, float z,
-               float* __restrict result);
+/// Squared distances to the k nearest of the candidates, ascending; infinite where there are fewer.
+/// \param count of the candidates \param queries queryLanes of them \param k 1..maxNearest
+/// \param result of query q's n-th neighbor at n·queryLanes + q
+void nearestDistances(std::size_t count, Coordinates candidates, Coordinates queries, std::size_t k, float* result);
+
+/// Squared distances from one query, at three numbers, to the candidates.
+void distances(std::size_t count, Coordinates candidates, const float* query, float* __restrict result);
 
 } // namespace kernels
 } // namespace mrf

@@ -175,17 +175,18 @@ struct PointIndex::Group {
     size += leafSize;
   }
 
+  kernels::Coordinates coordinates() const { return {x.data(), y.data(), z.data()}; }
+
   /// The squared distances of queries to their k nearest, by rank and query.
   void nearest(const Leaf& queries, std::size_t k, float* sorted) const
   {
-    kernels::nearestDistances(size, x.data(), y.data(), z.data(), queries.x.data(), queries.y.data(), queries.z.data(),
-                              k, sorted);
+    kernels::nearestDistances(size, coordinates(), {queries.x.data(), queries.y.data(), queries.z.data()}, k, sorted);
   }
 
   /// Those within a squared distance, without a branch: which ones are cannot be predicted.
   std::size_t ranksWithin(const Eigen::Vector3f& query, float limit, std::uint64_t* ranks)
   {
-    kernels::distances(size, x.data(), y.data(), z.data(), query.x(), query.y(), query.z(), distances_.data());
+    kernels::distances(size, coordinates(), query.data(), distances_.data());
     std::size_t hits = 0;
     for (std::size_t c = 0; c < size; ++c) {
       hits_[hits] = static_cast<std::uint32_t>(c);

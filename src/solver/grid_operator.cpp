@@ -150,7 +150,7 @@ void GridOperator::connect(const VoxelSet& coarse, Execution& execution)
     TransferScratch scratch;
     std::vector<float> window(voxels().windowCount(), 0);
     for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
-      addProlonged(coarse, ones.data(), grid_.refinement, voxels(), z, window.data(), scratch);
+      addProlonged({coarse, ones.data()}, grid_.refinement, voxels(), z, window.data(), scratch);
       float* const shares = shares_.data() + voxels().planeFirst(z);
       kernels::store(voxels().plane(z), window.data(), shares);
       kernels::clear(voxels().plane(z), window.data());
@@ -207,7 +207,7 @@ void GridOperator::restrictTo(const float* fine, const VoxelSet& coarse, float* 
     const auto from = static_cast<int>(coarse.size().z * slab / slabs);
     const auto to = static_cast<int>(coarse.size().z * (slab + 1) / slabs);
     for (int z = from; z < to; ++z)
-      restrictPlane(voxels(), fine, grid_.refinement, scale, coarse, z, out + coarse.planeFirst(z),
+      restrictPlane({voxels(), fine}, grid_.refinement, scale, coarse, z, out + coarse.planeFirst(z),
                     scratch[static_cast<std::size_t>(slab)].transfer);
   });
 }
@@ -278,7 +278,7 @@ public:
     if (sweep_.source == Sweep::Source::zero) {
       kernels::startChebyshev(runs, gain(1), sweep_.b + first, system_.inverseD_.data() + first, direction(z), window);
     } else if (sweep_.source == Sweep::Source::corrected) {
-      addProlonged(*sweep_.coarseVoxels, sweep_.coarse, system_.grid_.refinement, support_, z, window,
+      addProlonged({*sweep_.coarseVoxels, sweep_.coarse}, system_.grid_.refinement, support_, z, window,
                    scratch_.transfer);
       if (system_.shares_.empty())
         kernels::addToWindow(runs, 1, sweep_.x + first, window);
@@ -297,9 +297,8 @@ public:
 
   void differentiate(int step, int power, int z)
   {
-    WindowRing& source = powerOf(step, power - 1);
-    kernels::laplacian(support_.plane(z), degreesOf(z), support_.windowStride(), source[z - 1], source[z],
-                       source[z + 1], powerOf(step, power).enterToOverwrite(z));
+    const kernels::Planes source = planesOf(powerOf(step, power - 1), z);
+    kernels::laplacian(support_.plane(z), degreesOf(z), source, powerOf(step, power).enterToOverwrite(z));
   }
 
   void addData(int step, int z)
@@ -313,10 +312,8 @@ public:
   {
     if (isAddedByStep(step))
       return;
-    WindowRing& source = powerOf(step, order_ - 1);
     float* const product = productOf(step)[z];
-    kernels::addLaplacian(unknowns_.plane(z), degreesOf(z), support_.windowStride(), source[z - 1], source[z],
-                          source[z + 1], product);
+    kernels::addLaplacian(unknowns_.plane(z), degreesOf(z), planesOf(powerOf(step, order_ - 1), z), product);
     if (const float* tense = tenseOf(step, z))
       kernels::addWindow(unknowns_.plane(z), system_.tension_, tense, product);
   }
@@ -327,17 +324,14 @@ public:
     const float f = static_cast<float>(2 * i - 3) / static_cast<float>(2 * i + 1);
     const std::int64_t first = unknowns_.planeFirst(z);
     const Runs runs = unknowns_.plane(z);
-    const float *const product = productOf(step)[z], *const b = sweep_.b + first,
-                       *const inverseD = system_.inverseD_.data() + first;
-    float *const change = direction(z), *const x = scratch_.iterate[z];
-    if (isAddedByStep(step)) {
-      WindowRing& source = powerOf(step, order_ - 1);
-      kernels::stepChebyshevWithLaplacian(runs, degreesOf(z), support_.windowStride(), source[z - 1], source[z],
-                                          source[z + 1], system_.tension_, tenseOf(step, z), f, gain(i), product, b,
-                                          inverseD, change, x);
-    } else {
-      kernels::stepChebyshev(runs, f, gain(i), product, b, inverseD, change, x);
-    }
+    const float* const product = productOf(step)[z];
+    const kernels::ChebyshevStep next{
+        f, gain(i), sweep_.b + first, system_.inverseD_.data() + first, direction(z), scratch_.iterate[z]};
+    if (isAddedByStep(step))
+      kernels::stepChebyshevWithLaplacian(runs, next, product, degreesOf(z), planesOf(powerOf(step, order_ - 1), z),
+                                          system_.tension_, tenseOf(step, z));
+    else
+      kernels::stepChebyshev(runs, next, product);
     if (step == steps_)
       keep(z);
   }
@@ -366,6 +360,11 @@ private:
   const float* tenseOf(int step, int z)
   {
     return system_.tension_ > 0 && &support_ == &unknowns_ ? powerOf(step, 1)[z] : nullptr;
+  }
+
+  kernels::Planes planesOf(WindowRing& ring, int z) const
+  {
+    return {support_.windowStride(), ring[z - 1], ring[z], ring[z + 1]};
   }
 
   /// Neighbors of the voxels in their graph; none where the iterate is known all around.

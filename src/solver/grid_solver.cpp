@@ -225,10 +225,10 @@ int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole)
   return options.smootherDegree > 0 ? options.smootherDegree : isWhole ? constants.degree : constants.bandDegree;
 }
 
-SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, const VoxelSet& support,
-                         const LevelPlan& plan, const SolverOptions& options, double unit, float* values,
-                         Execution& execution, const PackedValues* rightHandSide)
+SolveReport solveOnGrids(const GridSystem& posed, const LevelPlan& plan, const SolverOptions& options, double unit,
+                         float* values, Execution& execution)
 {
+  const auto& [grids, prior, support, rightHandSide] = posed;
   SolveReport report;
   report.method = SolverMethod::multigrid;
   const bool isWhole = grids.front().isWhole;
@@ -283,7 +283,7 @@ SolveReport solveWholeGrids(const std::vector<SolverGrid>& grids, Prior prior, c
 {
   LevelPlan plan{wholeLevelSteps};
   plan.threads = execution.threads();
-  return solveOnGrids(grids, prior, grids.front().voxels, plan, options, unit, values.data(), execution);
+  return solveOnGrids({grids, prior, grids.front().voxels}, plan, options, unit, values.data(), execution);
 }
 
 } // namespace mrf

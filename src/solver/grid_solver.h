@@ -31,6 +31,14 @@ constexpr double changeLeftInBands = .1;
 /// The smoother's degree: the option, or the prior's.
 int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole);
 
+/// What is solved on grids.
+struct GridSystem {
+  const std::vector<SolverGrid>& grids; ///< finest first; the coarser ones make the preconditioner
+  Prior prior;
+  const VoxelSet& support;                     ///< the finest grid, or in a band a superset by k voxels on all sides
+  const PackedValues* rightHandSide = nullptr; ///< b, packed; none: that of the data
+};
+
 /// Solves (P + C) d = b on the finest grid; in a narrow band corrects d so that this holds there, while it keeps its
 /// values outside.
 ///
@@ -38,14 +46,11 @@ int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole);
 /// neighbors dropped: the change of the surface is carried on across the band, as in the whole space, and coarser
 /// bands see the same.
 ///
-/// \param grids finest first; the coarser ones make the preconditioner
-/// \param values on `support`, in a band a superset of the grid by k voxels on all sides; in: the guess, out: the
-/// solution \param unit length of a voxel side in the unit of the field
-/// \param rightHandSide b, packed; none: that of the data
+/// \param values on the support; in: the guess, out: the solution \param unit length of a voxel side in the unit of the
+/// field
 /// \throw SolverFailure if values are not finite
-SolveReport solveOnGrids(const std::vector<SolverGrid>& grids, Prior prior, const VoxelSet& support,
-                         const LevelPlan& plan, const SolverOptions& options, double unit, float* values,
-                         Execution& execution, const PackedValues* rightHandSide = nullptr);
+SolveReport solveOnGrids(const GridSystem& system, const LevelPlan& plan, const SolverOptions& options, double unit,
+                         float* values, Execution& execution);
 
 /// Solves a level everywhere, within wholeLevelSteps. \param grids whole, finest first
 /// \param unit length of a voxel side in the unit of the field

@@ -171,11 +171,11 @@ std::vector<std::uint8_t> findPoorComponents(const TriangleMesh& mesh, const Ori
 
 } // namespace
 
-std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
-                                 const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
-                                 const TrimmingOptions& options, std::vector<std::uint8_t>& keep, bool& isTorn,
-                                 Execution& execution)
+std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoints& points,
+                                 const NeighborSearch& search, const TrimmingOptions& options,
+                                 std::vector<std::uint8_t>& keep, bool& isTorn, Execution& execution)
 {
+  const auto& [mesh, supported, areas] = observed;
   std::vector<std::int32_t> componentOf;
   const std::int32_t components = groupTriangles(mesh, keep, execution, componentOf, isTorn);
   if (components < 2)

@@ -15,15 +15,21 @@
 namespace pcl {
 namespace mrf {
 
+/// A mesh, and of each triangle whether points support it, and its area.
+struct ObservedMesh {
+  const TriangleMesh& mesh;
+  const std::vector<std::uint8_t>& supported;
+  const std::vector<double>& areas;
+};
+
 /// Clears the flags of the triangles in components that too few points speak for or with too little supported area; the
 /// largest one, by that area, always stays.
-/// \param supported, areas per triangle \param keep flags of the triangles that there are
+/// \param keep flags of the triangles that there are
 /// \param isTorn receives whether the kept triangles around some vertex fall into several fans
 /// \return how many components it dropped
-std::int64_t dropSmallComponents(const TriangleMesh& mesh, const OrientedPoints& points, const NeighborSearch& search,
-                                 const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
-                                 const TrimmingOptions& options, std::vector<std::uint8_t>& keep, bool& isTorn,
-                                 Execution& execution);
+std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoints& points,
+                                 const NeighborSearch& search, const TrimmingOptions& options,
+                                 std::vector<std::uint8_t>& keep, bool& isTorn, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

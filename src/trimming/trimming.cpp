@@ -98,7 +98,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
     result.statistics = measure(mesh, execution);
   if (!keepsAll || !isOnePiece(*result.statistics))
     result.componentsDropped =
-        dropSmallComponents(mesh, points, search, supported, areas, options, keep, isTorn, execution);
+        dropSmallComponents({mesh, supported, areas}, points, search, options, keep, isTorn, execution);
   if (result.statistics && (result.componentsDropped > 0 || isTorn || result.statistics->unusedVertices > 0))
     result.statistics.reset(); // not those of what is left
 

@@ -114,7 +114,7 @@ std::vector<float> drawOfPosterior(const std::vector<SolverGrid>& grids, const G
   solver.changeTolerance = 0; // of all voxels near the zero level, which a draw does not have
   LevelPlan plan{steps};
   plan.threads = execution.threads();
-  solveOnGrids(grids, prior, grids.front().voxels, plan, solver, 1, result.data(), execution, &eta);
+  solveOnGrids({grids, prior, grids.front().voxels, &eta}, plan, solver, 1, result.data(), execution);
   return result;
 }
 

@@ -345,7 +345,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
   for (std::size_t n = 0; n < pieces.size(); ++n) {
     execution.beginStep(static_cast<double>(n) / static_cast<double>(pieces.size()),
                         static_cast<double>(n + 1) / static_cast<double>(pieces.size()));
-    ofPieces.push_back(gatherEvidence(pieces[n], field, spacing, options, mesh, vertices[n],
+    ofPieces.push_back(gatherEvidence({pieces[n], field, mesh, vertices[n]}, spacing, options,
                                       options.solver.seed + n * step, evidence, execution));
     const PieceEvidence& piece = ofPieces.back();
     report.voxelSize = std::max(report.voxelSize, piece.voxelSize);

@@ -114,12 +114,11 @@ Eigen::Vector3f projected(const DistanceField& field, Eigen::Vector3f at, float 
 /// Gathers it.
 class Gathering {
 public:
-  Gathering(const SolvedPiece& piece, const DistanceField& field, float spacing, const ResolvedOptions& options,
-            const TriangleMesh& mesh, const std::vector<std::int32_t>& vertices, std::uint64_t seed,
+  Gathering(const MeshedPiece& meshed, float spacing, const ResolvedOptions& options, std::uint64_t seed,
             Execution& execution)
-      : piece_(piece), field_(field), spacing_(spacing), options_(options), mesh_(mesh), vertices_(vertices),
-        seed_(seed), execution_(execution),
-        support_(*piece.points, *piece.search, options.observation.maxDistance, spacing)
+      : piece_(meshed.piece), field_(meshed.field), spacing_(spacing), options_(options), mesh_(meshed.mesh),
+        vertices_(meshed.vertices), seed_(seed), execution_(execution),
+        support_(*piece_.points, *piece_.search, options.observation.maxDistance, spacing)
   {}
 
   PieceEvidence run(std::vector<Evidence>& evidence)
@@ -284,12 +283,10 @@ private:
 
 } // namespace
 
-PieceEvidence gatherEvidence(const SolvedPiece& piece, const DistanceField& field, float spacing,
-                             const ResolvedOptions& options, const TriangleMesh& mesh,
-                             const std::vector<std::int32_t>& vertices, std::uint64_t seed,
-                             std::vector<Evidence>& evidence, Execution& execution)
+PieceEvidence gatherEvidence(const MeshedPiece& meshed, float spacing, const ResolvedOptions& options,
+                             std::uint64_t seed, std::vector<Evidence>& evidence, Execution& execution)
 {
-  return Gathering(piece, field, spacing, options, mesh, vertices, seed, execution).run(evidence);
+  return Gathering(meshed, spacing, options, seed, execution).run(evidence);
 }
 
 } // namespace mrf

@@ -48,13 +48,18 @@ struct PieceEvidence {
   std::vector<Evidence> atPairs;
 };
 
+/// A piece, the field of all of the cloud and its mesh, and the vertices that are the piece's.
+struct MeshedPiece {
+  const SolvedPiece& piece;
+  const DistanceField& field;
+  const TriangleMesh& mesh;
+  const std::vector<std::int32_t>& vertices;
+};
+
 /// Solves a piece on a coarse grid without some patches, draws from the posterior there, and looks at what was left
-/// out. \param vertices of the mesh, those of the piece \param evidence of all vertices of the mesh: theirs are set
-/// \param seed of the draws
-PieceEvidence gatherEvidence(const SolvedPiece& piece, const DistanceField& field, float spacing,
-                             const ResolvedOptions& options, const TriangleMesh& mesh,
-                             const std::vector<std::int32_t>& vertices, std::uint64_t seed,
-                             std::vector<Evidence>& evidence, Execution& execution);
+/// out. \param evidence of all vertices of the mesh: those of the piece are set \param seed of the draws
+PieceEvidence gatherEvidence(const MeshedPiece& meshed, float spacing, const ResolvedOptions& options,
+                             std::uint64_t seed, std::vector<Evidence>& evidence, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

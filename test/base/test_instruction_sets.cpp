@@ -7,6 +7,7 @@
 #include "support/contract.h"
 #include "support/linear_systems.h"
 
+#include <array>
 #include <cstring>
 #include <random>
 
@@ -68,7 +69,7 @@ std::vector<float> gridResults()
   const systems::SphereLevel level({21, 18, 19}, pcl::mrf::Prior::triharmonic);
   std::vector<float> field(static_cast<std::size_t>(level.size().count()), 0);
   pcl::mrf::Execution execution(1);
-  solveOnGrids(level.grids, level.prior, level.grids.front().voxels, {3}, {}, 1, field.data(), execution);
+  solveOnGrids({level.grids, level.prior, level.grids.front().voxels}, {3}, {}, 1, field.data(), execution);
   return field;
 }
 
@@ -76,16 +77,19 @@ std::vector<float> nearestResults()
 {
   using namespace pcl::mrf::kernels;
   const std::vector<float> candidates = values<float>(3 * 101, 1), queries = values<float>(3 * queryLanes, 2);
-  const float *cx = candidates.data(), *cy = cx + 101, *cz = cy + 101;
+  const auto coordinates = [](const std::vector<float>& all) {
+    const std::size_t count = all.size() / 3;
+    return Coordinates{all.data(), all.data() + count, all.data() + 2 * count};
+  };
   std::vector<float> all;
   for (const std::size_t k : {std::size_t{1}, std::size_t{5}, std::size_t{9}, maxNearest}) {
     std::vector<float> result(k * queryLanes);
-    nearestDistances(101, cx, cy, cz, queries.data(), queries.data() + queryLanes, queries.data() + 2 * queryLanes, k,
-                     result.data());
+    nearestDistances(101, coordinates(candidates), coordinates(queries), k, result.data());
     all.insert(all.end(), result.begin(), result.end());
   }
   std::vector<float> distancesOfOne(101);
-  distances(101, cx, cy, cz, .1f, .2f, .3f, distancesOfOne.data());
+  const std::array<float, 3> query = {.1f, .2f, .3f};
+  distances(101, coordinates(candidates), query.data(), distancesOfOne.data());
   all.insert(all.end(), distancesOfOne.begin(), distancesOfOne.end());
   return all;
 }

@@ -270,14 +270,14 @@ TEST(GridOperator, transfersAreAdjointAndKeepConstants)
     double left = 0, right = 0;
     for (int z = 0; z < fineVoxels.size().z; ++z) {
       std::vector<float> window(fineVoxels.windowCount(), 0);
-      addProlonged(coarseVoxels, c.data(), refinement, fineVoxels, z, window.data(), scratch);
+      addProlonged({coarseVoxels, c.data()}, refinement, fineVoxels, z, window.data(), scratch);
       PackedValues plane(static_cast<std::size_t>(fineVoxels.planeCount(z)));
       kernels::store(fineVoxels.plane(z), window.data(), plane.data());
       for (std::size_t i = 0; i < plane.size(); ++i)
         left += static_cast<double>(plane[i]) * f[static_cast<std::size_t>(fineVoxels.planeFirst(z)) + i];
     }
     for (int z = 0; z < coarseVoxels.size().z; ++z)
-      restrictPlane(fineVoxels, f.data(), refinement, 1, coarseVoxels, z,
+      restrictPlane({fineVoxels, f.data()}, refinement, 1, coarseVoxels, z,
                     restricted.data() + coarseVoxels.planeFirst(z), scratch);
     for (std::size_t i = 0; i < c.size(); ++i)
       right += static_cast<double>(restricted[i]) * c[i];
@@ -318,8 +318,8 @@ TEST(GridSolver, everyStepLowersTheEnergyDownToThatOfCholesky)
     for (const int steps : {1, 2, 3, 4, 6, 10, 20}) {
       d.assign(count, 0);
       SolverOptions options = solverOptions(SolverMethod::multigrid, 1e-9, steps);
-      const SolveReport report =
-          solveOnGrids(level.grids, prior, level.grids.front().voxels, {steps, 0, 2}, options, 1, d.data(), execution);
+      const SolveReport report = solveOnGrids({level.grids, prior, level.grids.front().voxels}, {steps, 0, 2}, options,
+                                              1, d.data(), execution);
       const std::vector<double> field(d.begin(), d.end());
       const double now = energy(plain, field, execution);
       EXPECT_LT(now, last + 1e-6 * first) << "k = " << order(prior) << ", " << steps;
@@ -347,7 +347,7 @@ TEST(GridSolver, tellsHowFarTheSurfaceStillIsFromItsSolution)
       std::transform(exact.begin(), exact.end(), d.begin(),
                      [](double value) { return static_cast<float>(1.1 * value + .2 * std::sin(5 * value)); });
       const SolveReport report =
-          solveOnGrids(level.grids, prior, finest.voxels, {steps, 0, 2},
+          solveOnGrids({level.grids, prior, finest.voxels}, {steps, 0, 2},
                        solverOptions(SolverMethod::multigrid, 1e-9, steps), 1, d.data(), execution);
       double squares = 0, count = 0;
       for (std::size_t i = 0; i < exact.size(); ++i)
@@ -373,7 +373,7 @@ TEST(GridSolver, convergesAtARateThatDoesNotDependOnTheGrid)
     for (const int side : {16, 31, 48}) {
       const SphereLevel level({side, side, side}, prior);
       std::vector<float> d(static_cast<std::size_t>(level.grids.front().voxels.count()), 0);
-      const SolveReport report = solveOnGrids(level.grids, prior, level.grids.front().voxels, {wholeLevelSteps, 0, 2},
+      const SolveReport report = solveOnGrids({level.grids, prior, level.grids.front().voxels}, {wholeLevelSteps, 0, 2},
                                               solverOptions(SolverMethod::multigrid, 1e-3), 1, d.data(), execution);
       EXPECT_TRUE(report.converged);
       EXPECT_LT(std::pow(report.relativeResidual, 1. / report.iterations), limits[order(prior) - 1])

@@ -212,8 +212,8 @@ public:
     SolverOptions solver;
     solver.changeTolerance = 0;
     Execution execution(1);
-    solveOnGrids(level_.grids, level_.prior, level_.grids.front().voxels, {steps}, solver, 1, estimate.data(),
-                 execution, &rightHandSide);
+    solveOnGrids({level_.grids, level_.prior, level_.grids.front().voxels, &rightHandSide}, {steps}, solver, 1,
+                 estimate.data(), execution);
     return Eigen::Map<const Eigen::VectorXf>(estimate.data(), b.size()).cast<double>() - field;
   }
 
