@@ -21,7 +21,6 @@
 #include <limits>
 #include <numeric>
 #include <random>
-#include <sstream>
 
 using namespace pcl::mrf;
 using Eigen::Vector3d;
@@ -94,38 +93,6 @@ PointSet moved(PointSet points, const Vector3f& by)
     position += by;
   return points;
 }
-
-/// The vertices of a Wavefront file with the normals of its faces.
-PointSet readVertices(const std::string& path)
-{
-  PointSet points;
-  std::ifstream file(path);
-  for (std::string line; std::getline(file, line);) {
-    std::istringstream words(line);
-    std::string keyword;
-    words >> keyword;
-    if (keyword == "v") {
-      Vector3f position;
-      words >> position.x() >> position.y() >> position.z();
-      clouds::append(points, position, Vector3f::Zero());
-    } else if (keyword == "f") {
-      Triangle corners = {};
-      for (std::int32_t& corner : corners) {
-        std::string word;
-        words >> word;
-        corner = std::stoi(word) - 1;
-      }
-      const auto at = [&](int n) { return points.positions[static_cast<std::size_t>(corners[n])]; };
-      const Vector3f normal = (at(1) - at(0)).cross(at(2) - at(0));
-      for (const std::int32_t corner : corners)
-        points.normals[static_cast<std::size_t>(corner)] += normal;
-    }
-  }
-  for (Vector3f& normal : points.normals)
-    normal.normalize(); // leaves the zero of an unused vertex
-  return points;
-}
-
 } // namespace
 
 TEST(Orientation, ClosedSurfacesPointOutward)
@@ -711,21 +678,9 @@ TEST(Orientation, MissingInputIsRefused)
   EXPECT_NE(clouds::messageOf<InvalidInput>([&] { orient(points, normals, OrientationVote::reference); }), "");
 }
 
-TEST(OrientationOfScans, StanfordBunnyWithoutNormalsOrSensors)
-{
-  const PointSet points = readVertices("/usr/share/glmark2/models/bunny.obj");
-  if (points.size() == 0)
-    GTEST_SKIP() << "the package glmark2-data is not installed";
-  const OrientationResult result = estimateAndOrient(points, OrientationVote::outward);
-  EXPECT_GE(shareRight(points, result), .995); // ears included; measured: 1
-  EXPECT_GT(result.agreement, .9);
-  EXPECT_LE(result.pointsDropped, 10);
-}
-
 TEST(OrientationOfScans, WithAndWithoutSensors)
 {
-  SKIP_WITHOUT_SCANS();
-  for (const char* name : {"nefertiti", "bunny_raw", "igea_noise"}) {
+  for (const std::string& name : scans::available({"model", "model_noise", "nefertiti", "bunny_raw", "igea_noise"})) {
     PointSet points = scans::load(name).points;
     // A part of the raw scans, for the time it takes; they come shuffled.
     std::vector<std::uint8_t> keep(points.size(), 1);
@@ -745,8 +700,7 @@ TEST(OrientationOfScans, WithAndWithoutSensors)
 
 TEST(OrientationOfScans, OpenOnesFaceTheirSensor)
 {
-  SKIP_WITHOUT_SCANS();
-  for (const char* name : {"kinect_table", "kinect_office"}) {
+  for (const std::string& name : scans::available({"table", "kinect_table", "kinect_office"})) {
     const PointSet points = scans::loadReal(name);
     const OrientationResult result = estimateAndOrient(points, OrientationVote::sensor);
     // At the edges of what the sensor sees, two estimates that both face it differ by more than 90°: .98 % in the
@@ -762,11 +716,11 @@ TEST(OrientationOfScans, OpenOnesFaceTheirSensor)
 
 TEST(OrientationOfScans, WarnOfAGuessIfOpen)
 {
-  SKIP_WITHOUT_SCANS();
-  for (const char* name : {"kinect_table", "kinect_office", "samp11", "dragon_one"})
+  for (const std::string& name :
+       scans::available({"table", "street", "model_front", "kinect_table", "kinect_office", "samp11", "dragon_one"}))
     EXPECT_TRUE(estimateAndOrient(scans::loadReal(name), OrientationVote::outward).sideIsGuessed) << name;
-  EXPECT_TRUE(estimateAndOrient(scans::loadReference("fran_cut"), OrientationVote::outward).sideIsGuessed);
-  for (const char* name : {"igea_clean", "igea_noise", "nefertiti", "bunny", "bunny_raw"})
+  for (const std::string& name :
+       scans::available({"model", "model_noise", "igea_clean", "igea_noise", "nefertiti", "bunny", "bunny_raw"}))
     EXPECT_FALSE(estimateAndOrient(scans::load(name).points, OrientationVote::outward).sideIsGuessed) << name;
 }
 

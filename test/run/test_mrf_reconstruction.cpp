@@ -400,7 +400,7 @@ TEST(Interface, TellsOfABetaThatHasNoEffect)
   mrf.setBeta(.5f);
   run(mrf);
   ASSERT_EQ(mrf.getReport().warnings.size(), 1u);
-  EXPECT_NE(mrf.getReport().warnings.front().find("prior.beta = 0.5 has no effect"), std::string::npos)
+  EXPECT_NE(mrf.getReport().warnings.front().find("setBeta(0.5) has no effect"), std::string::npos)
       << mrf.getReport().warnings.front();
   mrf.setObservation(pcl::mrf::ObservationKind::plane);
   run(mrf);

@@ -4,14 +4,21 @@
 #include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
 
+#include <scan/analytic_surface.h>
+#include <scan/mesh_surface.h>
+#include <scan/scan.h>
+
+#include <algorithm>
 #include <fstream>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 
 namespace scans {
 namespace {
 
 const std::string folder = std::string(MRF_SOURCE_DIR) + "/../shared/data/";
+const std::string model = "/usr/share/glmark2/models/bunny.obj";
 
 pcl::PointCloud<pcl::PointNormal> readCloud(const std::string& path)
 {
@@ -41,6 +48,78 @@ pcl::mrf::PointSet pointsOf(const pcl::PointCloud<pcl::PointNormal>& cloud)
   return points;
 }
 
+/// A surface of the triangles of an OBJ file.
+pcl::mrf::scan::MeshSurface readModel()
+{
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<std::array<std::int32_t, 3>> triangles;
+  std::ifstream file(model);
+  for (std::string line, word; std::getline(file, line);) {
+    std::istringstream words(line);
+    words >> word;
+    if (word == "v") {
+      Eigen::Vector3d& vertex = vertices.emplace_back();
+      words >> vertex.x() >> vertex.y() >> vertex.z();
+    } else if (word == "f")
+      for (std::int32_t& corner : triangles.emplace_back()) {
+        words >> word;
+        corner = std::stoi(word) - 1;
+      }
+  }
+  return {std::move(vertices), std::move(triangles)};
+}
+
+bool isOfModel(const std::string& name)
+{
+  return name.rfind("model", 0) == 0;
+}
+
+bool isSimulated(const std::string& name)
+{
+  return isOfModel(name) || name == "table" || name == "street";
+}
+
+Scan simulate(const std::string& name)
+{
+  using namespace pcl::mrf::scan;
+  ScanOptions options;
+  if (isOfModel(name)) {
+    options.holes = 3;
+    options.smallestHole = options.largestHole = {3.5, Length::Unit::diagonalPercent};
+    options.noise = {name == "model_noise" ? .25 : 0., Length::Unit::diagonalPercent};
+    options.views.placement = name == "model_front" ? Placement::front : Placement::sphere;
+    options.views.count = name == "model_front" ? 1 : 12;
+  } else {
+    options.sampling.pattern = Pattern::scanner;
+    options.sensors = {name == "table" ? Eigen::Vector3d(0, .8, 2.5) : Eigen::Vector3d(0, 0, 1.8)};
+  }
+  if (name == "street") {
+    options.sampling.points = 57600;
+    options.sampling.axis = Eigen::Vector3d::UnitZ();
+    options.sampling.aspect = 4.3;
+    options.sampling.lowestElevation = -24.8;
+    options.sampling.highestElevation = 2;
+    options.noise = {.01, Length::Unit::cloud};
+  }
+  pcl::mrf::Execution execution(0);
+  const pcl::mrf::scan::Scan seen = isOfModel(name)
+                                        ? simulateScan(readModel(), options, execution)
+                                        : simulateScan(AnalyticSurface(makeShape(name)), options, execution);
+  scans::Scan scan;
+  for (std::size_t i = 0; i < seen.cloud.size(); ++i) {
+    scan.points.origins.push_back(static_cast<std::uint32_t>(i));
+    scan.points.positions.push_back(seen.cloud.positions[i].cast<float>());
+    scan.points.normals.push_back(seen.cloud.normals[i].cast<float>());
+  }
+  for (const Eigen::Vector3d& sensor : seen.sensors)
+    scan.points.sensors.push_back(sensor.cast<float>());
+  scan.points.views = seen.cloud.views;
+  scan.heldOut = seen.heldOut.positions;
+  scan.clean = seen.clean.positions;
+  scan.diagonal = seen.diagonal;
+  return scan;
+}
+
 void readSensors(const std::string& path, pcl::mrf::PointSet& points)
 {
   std::ifstream file(path);
@@ -50,13 +129,22 @@ void readSensors(const std::string& path, pcl::mrf::PointSet& points)
 
 } // namespace
 
-bool available()
+bool available(const std::string& name)
 {
-  return std::ifstream(folder + "README.md").good();
+  return std::ifstream(isSimulated(name) ? model : folder + "README.md").good();
+}
+
+std::vector<std::string> available(std::vector<std::string> names)
+{
+  names.erase(std::remove_if(names.begin(), names.end(), [](const std::string& name) { return !available(name); }),
+              names.end());
+  return names;
 }
 
 Scan load(const std::string& name)
 {
+  if (isSimulated(name))
+    return simulate(name);
   // The diagonals of the complete objects, holes not yet cut.
   static const std::map<std::string, double> diagonals = {{"igea_clean", 0.156398728},
                                                           {"igea_noise", 0.156398728},
@@ -82,20 +170,11 @@ Scan load(const std::string& name)
 
 pcl::mrf::PointSet loadReal(const std::string& name)
 {
+  if (isSimulated(name))
+    return simulate(name).points;
   const std::string path = folder + "real/" + name + "/";
   pcl::mrf::PointSet points = pointsOf(readCloud(path + "input.ply"));
   readSensors(path + "sensors.txt", points);
-  return points;
-}
-
-pcl::mrf::PointSet loadReference(const std::string& name)
-{
-  pcl::PointCloud<pcl::PointXYZ> cloud;
-  if (pcl::io::loadPLYFile(folder + "reference/" + name + ".ply", cloud) < 0)
-    throw std::runtime_error("cannot read the reference " + name);
-  pcl::mrf::PointSet points;
-  for (const pcl::PointXYZ& point : cloud)
-    points.positions.push_back(point.getVector3fMap());
   return points;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The real scans that lie beside the project, where they do.
+/// \brief The real scans that lie beside the project, where they do, and a simulated one that is everywhere.
 #pragma once
 
 #include <pcl/surface/mrf/point_set.h>
@@ -20,22 +20,27 @@ struct Scan {
   double diagonal = 0;                  ///< of the bounding box that distances are quoted relative to
 };
 
-/// True if the folder of scans is there.
-bool available();
+/// True if the folder of scans is there, or the model that the name is a simulated scan of.
+bool available(const std::string& name = {});
+
+/// Those of them that are.
+std::vector<std::string> available(std::vector<std::string> names);
 
 /// Reads igea_clean, igea_noise, nefertiti, bunny or bunny_raw, or a cloud of loadReal after "real/".
+///
+/// Or simulates one: "model", 30,000 points of the bunny among the models of glmark2 (Debian's glmark2-data) with three
+/// holes of 3.5 % of the diagonal; "model_noise", the same with noise of .25 %; "model_front", what one sensor sees of
+/// it; "table", what a depth camera sees of one; "street", what a lidar of 32 beams sees 1.8 above the ground, one ray
+/// every .2 degrees around and ranges with noise of .01: rings lie up to 50 times as far apart as their points.
 Scan load(const std::string& name);
 
 /// Reads kinect_table, kinect_office, samp11 or dragon_one: open clouds, with normals, and the sensor where it is
-/// known.
+/// known. Or simulates one of the names above.
 pcl::mrf::PointSet loadReal(const std::string& name);
-
-/// The vertices of a mesh of the folder reference, without normals.
-pcl::mrf::PointSet loadReference(const std::string& name);
 
 } // namespace scans
 
-/// Skips a test that needs the scans where they are not: users have the sources without them.
+/// Skips a test that needs the real scans where they are not: users have the sources without them.
 #define SKIP_WITHOUT_SCANS()                                                                                           \
   if (!scans::available())                                                                                             \
   GTEST_SKIP() << "no ../shared/data beside the source directory"
