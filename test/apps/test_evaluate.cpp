@@ -8,7 +8,7 @@
 #include "evaluate/surface_samples.h"
 #include "support/mesh_distance.h"
 #include "support/scans.h"
-#include "support/statistics.h"
+#include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

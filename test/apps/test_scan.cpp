@@ -5,7 +5,7 @@
 #include "scan/mesh_surface.h"
 #include "scan/scan.h"
 #include "support/scan_meshes.h"
-#include "support/statistics.h"
+#include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

@@ -5,7 +5,6 @@
 #include "mesh/polygonizer.h"
 #include "solver/grids.h"
 #include "support/shapes.h"
-#include "support/statistics.h"
 #include "support/zero_level.h"
 
 #include <pcl/surface/mrf/report.h>

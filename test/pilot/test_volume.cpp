@@ -4,7 +4,6 @@
 // How much room the field gets beside openings.
 #include "support/clouds.h"
 #include "support/shapes.h"
-#include "support/statistics.h"
 
 #include <pcl/surface/mrf/reconstruction.h>
 

@@ -6,7 +6,6 @@
 #include "support/mesh_distance.h"
 #include "support/scans.h"
 #include "support/shapes.h"
-#include "support/statistics.h"
 
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>

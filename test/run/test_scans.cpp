@@ -7,7 +7,7 @@
 #include "support/clouds.h"
 #include "support/mesh_distance.h"
 #include "support/scans.h"
-#include "support/statistics.h"
+#include "support/shapes.h"
 #include "support/zero_level.h"
 
 #include <pcl/surface/mrf/reconstruction.h>

@@ -8,6 +8,7 @@
 
 #include <shapes/signed_distance.h>
 
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -34,3 +35,12 @@ pcl::mrf::OrientedPoints oriented(const pcl::mrf::PointSet& points);
 pcl::mrf::DistanceField field(const Sdf& sdf, double halfSide, int voxels);
 
 } // namespace shapes
+
+/// Root of the mean of the squares; 0 for no values.
+inline double rootMeanSquare(const std::vector<double>& values)
+{
+  double sum = 0;
+  for (const double value : values)
+    sum += value * value;
+  return values.empty() ? 0 : std::sqrt(sum / static_cast<double>(values.size()));
+}
