@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+#include <sstream>
 
 using namespace mrf_apps;
 
@@ -48,18 +48,39 @@ SurfaceMesh pyramid()
   return mesh;
 }
 
-/// A surface so long that its end is behind whatever a reader buffers.
-SurfaceMesh large()
+/// Half of the triangles of a lattice of side × side points, each at `at(i, j)`.
+template <typename At>
+SurfaceMesh latticeMesh(int side, const At& at)
 {
   SurfaceMesh mesh;
-  constexpr int side = 60;
   for (int j = 0; j < side; ++j)
     for (int i = 0; i < side; ++i)
-      mesh.vertices.emplace_back(i, j, (i * j) % 7);
+      mesh.vertices.push_back(at(i, j));
   for (int j = 0; j + 1 < side; ++j)
     for (int i = 0; i + 1 < side; ++i)
       mesh.triangles.push_back({i + j * side, i + 1 + j * side, i + (j + 1) * side});
   return mesh;
+}
+
+/// An OFF file with the vertices of a mesh and one triangle.
+std::string offOf(const SurfaceMesh& mesh)
+{
+  std::ostringstream off;
+  off.precision(17);
+  off << "OFF\n" << mesh.vertices.size() << " 1 0\n";
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    off << vertex.x() << ' ' << vertex.y() << ' ' << vertex.z() << '\n';
+  return off.str() + "3 0 1 2\n";
+}
+
+/// Expects the same positions corner by corner.
+void expectSameCorners(const SurfaceMesh& mesh, const SurfaceMesh& expected, double tolerance = 0)
+{
+  ASSERT_EQ(mesh.triangles.size(), expected.triangles.size());
+  for (std::size_t t = 0; t < expected.triangles.size(); ++t)
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      EXPECT_LE((mesh.vertices[mesh.triangles[t][corner]] - expected.vertices[expected.triangles[t][corner]]).norm(),
+                tolerance);
 }
 
 } // namespace
@@ -73,11 +94,7 @@ TEST_F(MeshReader, readsWhatIsWritten)
     const SurfaceMesh again = read("mesh." + format);
     EXPECT_FALSE(again.doublePrecision);
     ASSERT_EQ(again.vertices.size(), mesh.vertices.size());
-    ASSERT_EQ(again.triangles.size(), mesh.triangles.size());
-    // STL numbers the vertices anew; positions corner by corner are the same everywhere.
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      for (std::size_t corner = 0; corner < 3; ++corner)
-        EXPECT_EQ(again.vertices[again.triangles[t][corner]], mesh.vertices[mesh.triangles[t][corner]]);
+    expectSameCorners(again, mesh); // STL numbers the vertices anew
     if (format != "stl") {
       EXPECT_EQ(again.triangles, mesh.triangles);
     }
@@ -87,14 +104,8 @@ TEST_F(MeshReader, readsWhatIsWritten)
 TEST_F(MeshReader, keepsDoublePrecision)
 {
   // Steps of a centimeter in survey coordinates, which float resolves to half a meter.
-  SurfaceMesh mesh;
-  constexpr int side = 12;
-  for (int j = 0; j < side; ++j)
-    for (int i = 0; i < side; ++i)
-      mesh.vertices.emplace_back(431000 + .01 * i, 4.5e6 + .01 * j, 100 + .01 * ((i + j) % 2));
-  for (int j = 0; j + 1 < side; ++j)
-    for (int i = 0; i + 1 < side; ++i)
-      mesh.triangles.push_back({i + j * side, i + 1 + j * side, i + (j + 1) * side});
+  SurfaceMesh mesh = latticeMesh(
+      12, [](int i, int j) { return Eigen::Vector3d(431000 + .01 * i, 4.5e6 + .01 * j, 100 + .01 * ((i + j) % 2)); });
   mesh.doublePrecision = true;
   for (const std::string format : {"ply", "obj"}) {
     SCOPED_TRACE(format);
@@ -104,14 +115,7 @@ TEST_F(MeshReader, keepsDoublePrecision)
     EXPECT_EQ(again.vertices, mesh.vertices);
     EXPECT_EQ(again.triangles, mesh.triangles);
   }
-  std::string off = "OFF\n" + std::to_string(side * side) + " 1 0\n";
-  for (const Eigen::Vector3d& vertex : mesh.vertices)
-    for (int axis = 0; axis < 3; ++axis) {
-      std::array<char, 40> digits{};
-      std::snprintf(digits.data(), digits.size(), "%.17g%c", vertex[axis], axis < 2 ? ' ' : '\n');
-      off += digits.data();
-    }
-  EXPECT_EQ(parse("mesh.off", off + "3 0 1 2\n").vertices, mesh.vertices);
+  EXPECT_EQ(parse("mesh.off", offOf(mesh)).vertices, mesh.vertices);
 }
 
 TEST_F(MeshReader, stlIsWrittenRelativeToAnOffset)
@@ -125,12 +129,7 @@ TEST_F(MeshReader, stlIsWrittenRelativeToAnOffset)
   EXPECT_LT((offset - mesh.vertices[4]).norm(), 3) << "near the mesh, whose diagonal is 3.2";
   EXPECT_EQ(offset, offset.array().round().matrix()) << "in whole units";
   writeMesh(mesh, path("mesh.stl").string(), "stl");
-  const SurfaceMesh again = read("mesh.stl");
-  ASSERT_EQ(again.triangles.size(), mesh.triangles.size());
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::size_t corner = 0; corner < 3; ++corner)
-      // Float holds numbers below 4 to 2.4e-7.
-      EXPECT_LT((again.vertices[again.triangles[t][corner]] - mesh.vertices[mesh.triangles[t][corner]]).norm(), 1e-6);
+  expectSameCorners(read("mesh.stl"), mesh, 1e-6); // float holds numbers below 4 to 2.4e-7
   // The longest numbers fit into the header.
   for (Eigen::Vector3d& vertex : mesh.vertices)
     vertex = Eigen::Vector3d::Constant(-1.23456789012345e-101) + 1e-109 * vertex;
@@ -214,18 +213,14 @@ TEST(MergeVertices, equalCoordinatesBecomeOneVertex)
   soup.vertices.push_back(Eigen::Vector3d::Constant(std::nan("")));
   const SurfaceMesh merged = mergeVertices(soup);
   ASSERT_EQ(merged.vertices.size(), 6u) << "five corners and the one without a place";
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    for (std::size_t corner = 0; corner < 3; ++corner)
-      EXPECT_EQ(merged.vertices[merged.triangles[t][corner]], mesh.vertices[mesh.triangles[t][corner]]);
+  expectSameCorners(merged, mesh);
 }
 
 TEST_F(MeshReader, refusesTruncatedFiles)
 {
-  const SurfaceMesh mesh = large();
-  std::string off = "OFF\n3600 1 0\n";
-  for (const Eigen::Vector3d& vertex : mesh.vertices)
-    off += std::to_string(vertex.x()) + " " + std::to_string(vertex.y()) + " 0\n";
-  write("whole.off", off + "3 0 1 2\n");
+  // So long that its end is behind whatever a reader buffers.
+  const SurfaceMesh mesh = latticeMesh(60, [](int i, int j) { return Eigen::Vector3d(i, j, (i * j) % 7); });
+  write("whole.off", offOf(mesh));
   // A cut OBJ file is a smaller one unless a face lost its vertices, which come first.
   for (const std::string format : {"ply", "stl", "off"}) {
     if (format != "off")

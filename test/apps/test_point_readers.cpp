@@ -12,7 +12,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
+#include <sstream>
 
 using namespace mrf_apps;
 
@@ -28,20 +28,14 @@ std::vector<Eigen::Vector3d> surveyPlane()
   return points;
 }
 
-std::string decimal(double value)
-{
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.17g", value);
-  return text.data();
-}
-
 std::string rows(const std::vector<Eigen::Vector3d>& points, const std::string& start = {}, const std::string& end = {},
                  const std::string& between = " ")
 {
-  std::string text;
+  std::ostringstream text;
+  text.precision(17);
   for (const Eigen::Vector3d& p : points)
-    text += start + decimal(p.x()) + between + decimal(p.y()) + between + decimal(p.z()) + end + "\n";
-  return text;
+    text << start << p.x() << between << p.y() << between << p.z() << end << "\n";
+  return text.str();
 }
 
 template <typename T>
@@ -105,8 +99,7 @@ TEST(PointReader, everyFormatKeepsTheDigits)
 {
   const std::vector<Eigen::Vector3d> points = surveyPlane();
   const std::size_t count = points.size();
-  std::vector<Eigen::Vector3d> columns; // x of all, then y, then z
-  std::string byField;
+  std::string byField; // x of all, then y, then z
   for (Eigen::Index axis = 0; axis < 3; ++axis)
     for (const Eigen::Vector3d& p : points)
       byField += bytesOf(p[axis]);
@@ -278,6 +271,83 @@ TEST(PcdReader, compressedSizesAreNotBelieved)
   expectRefused("pcd", file(1, 7, 12, std::string("\3\0\0\200\77", 5) + std::string("\300\4", 2)));
   expectRefused("pcd", file(100000000, 13, 1200000000, literals), "truncated");
   expectRefused("pcd", pcdHeader(1, "4 4 4", "binary_compressed") + "abc");
+}
+
+TEST(PointReader, whatIsNoCloudIsRefused)
+{
+  const std::string png = std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\1\0\0\0\1\0", 24) + std::string(300, '\x55');
+  for (const std::string type : {"ply", "pcd", "obj", "xyz", "txt"})
+    for (const std::string& text : {png, std::string("It was a dark and stormy night;\nthe rain fell.\n"),
+                                    std::string("\n\n\n"), png.substr(0, 3)})
+      expectRefused(type, text);
+  expectRefused("ply", png, "is not a PLY file");
+  expectRefused("ply", plyHeader(400, "binary_little_endian") + std::string(400 * 24 - 1, '\1'), "truncated");
+  expectRefused("ply", plyHeader(4000000000, "binary_little_endian"), "truncated");
+  expectRefused("ply", plyHeader(400, "binary_little_endian").substr(0, 80));
+  expectRefused("ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n",
+                "x, y and z");
+  expectRefused("pcd", pcdHeader(400, "4 4 4", "binary_compressed") + std::string(60, '\1'), "truncated");
+  expectRefused("pcd", pcdHeader(400, "4 4 4", "ascii") + "1 2 3\n4 5 6\n", "truncated");
+  expectRefused("pcd", pcdHeader(1, "4 4 4", "ascii") + "1 2 x\n");
+  expectRefused("pcd", png, "is not a PCD file");
+  expectRefused("pcd", pcdHeader(400, "4 4 4", "ascii").substr(0, 40));
+  // Both crash PCL's reader, or what reads its result.
+  expectRefused("pcd", "FIELDS x y z\nDATA ascii\n1 2 3\n");
+  expectRefused("pcd",
+                "FIELDS x y z rgb\nSIZE 4 4 4 1\nTYPE F F F U\nCOUNT 1 1 1 1\nPOINTS 1\nDATA binary\n0123456789abc");
+  expectRefused("xyz", "5\n0 0 0\n1 0 0\n0 1 0\n", "announces 5 points and holds 3");
+  for (const std::string row : {"0 1", "1 0 zero", "1 0 0 5"})
+    expectRefused("xyz", "0 0 0\n1 0 0\n" + row, "line 3");
+  expectRefused("obj", "v 0 0 0\nv 1 0 0\nv 0 1\n", "line 3");
+  expectRefused("obj", "v 0 0 0\nv 1 0 0\nf 1 2 3\n", "is not there");
+}
+
+TEST(PlyReader, otherElementsAndPropertiesArePassedOver)
+{
+  const std::vector<Eigen::Vector3d> expected = {{.5, 1, 2}, {3, 4, 5}};
+  // Doubles, a list among the vertex properties, faces, and an element nobody knows.
+  const std::string lists = "ply\nformat ascii 1.0\ncomment scanned\nelement vertex 2\nproperty double x\n"
+                            "property double y\nproperty double z\nproperty list uchar int neighbors\n"
+                            "property uchar quality\nelement face 1\nproperty list uchar int vertex_indices\n"
+                            "element box 1\nproperty float side\nend_header\n";
+  EXPECT_EQ(parsePoints("ply", "a.ply", lists + ".5 1 2 2 0 1 7\n3 4 5 0 7\n3 0 1 0\n1.5\n").positions, expected);
+  // Big-endian floats behind another element, and lines as Windows ends them.
+  std::string big =
+      "ply\r\nformat binary_big_endian 1.0\r\nelement box 1\r\nproperty short side\r\nelement vertex 2\r\n"
+      "property float x\r\nproperty float y\r\nproperty float z\r\nend_header\r\n";
+  big += std::string("\0\1", 2);
+  for (const Eigen::Vector3d& p : expected)
+    for (const double value : p)
+      big += bytesOf(static_cast<float>(value), true);
+  EXPECT_EQ(parsePoints("ply", "a.ply", big).positions, expected);
+}
+
+TEST(ObjReader, pairsNormalsByIndex)
+{
+  // Normals in the opposite order; the second face counts from the end.
+  const PointTable table = parsePoints("obj", "a.obj",
+                                       "mtllib none.mtl\no triangles\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 -1\n"
+                                       "vn 0 0 1\nvn 0 1 0\nvn 1 0 0\nf 1//4 2//3 3//2\nf -4//-1 -2//-3 -1//-4\n");
+  EXPECT_EQ(table.normals, (std::vector<Eigen::Vector3f>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, -1}}));
+  EXPECT_TRUE(parsePoints("obj", "a.obj", "v 0 0 0\nv 1 0 0\n").normals.empty());
+}
+
+TEST(XyzReader, takesEveryKindOfHeaderAndSeparator)
+{
+  for (const char* text :
+       {"1 2 3 0 0 1\n4 5 6 0 1 0\n", "// from a scanner\n2\n1 2 3 0 0 1\n4 5 6 0 1 0\n",
+        "X Y Z Nx Ny Nz\n1,2,3,0,0,1\n4,5,6,0,1,0\n", "# exported\n\n1 2 3 0 0 1\r\n4 5 6 0 1 0\r\n"}) {
+    const PointTable table = parsePoints("xyz", "a.xyz", text);
+    EXPECT_EQ(table.positions, (std::vector<Eigen::Vector3d>{{1, 2, 3}, {4, 5, 6}})) << text;
+    EXPECT_EQ(table.normals, (std::vector<Eigen::Vector3f>{{0, 0, 1}, {0, 1, 0}})) << text;
+  }
+  const PointTable colored = parsePoints("xyz", "a.xyz", "1 2 3 200 100 50\n4 5 6 200 100 50\n");
+  EXPECT_TRUE(colored.normals.empty());
+  EXPECT_EQ(colored.colors.at(1), (std::array<std::uint8_t, 3>{200, 100, 50}));
+  // Numbers beyond doubles.
+  const PointTable far = parsePoints("xyz", "a.xyz", "0 1e999 -1e999\n1e-999 0." + std::string(400, '0') + "1 1\n");
+  EXPECT_FALSE(std::isfinite(far.positions[0].y()) || std::isfinite(far.positions[0].z()));
+  EXPECT_EQ(far.positions[1], Eigen::Vector3d(0, 0, 1));
 }
 
 TEST(PlyReader, headersAreNotBelieved)

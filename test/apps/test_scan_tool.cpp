@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace {
 
@@ -64,28 +65,6 @@ TEST_F(ScanTool, AllFilesBelongTogether)
   for (const auto* table : {&clean, &held})
     for (const Vector3d& x : table->positions)
       ASSERT_LT(std::abs(torus(x)), floatError(1.4));
-  for (const Vector3d& x : held.positions) {
-    bool isIn = false;
-    for (const auto& hole : report["holes"]) {
-      const Vector3d center(hole["center"][0], hole["center"][1], hole["center"][2]);
-      isIn = isIn || (x - center).norm() < hole["radius"].get<double>() + floatError(1.4);
-    }
-    ASSERT_TRUE(isIn);
-  }
-}
-
-TEST_F(ScanTool, SameSeedSameBytes)
-{
-  const auto bytes = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"bowl.off", "o.ply", "--points", "2000", "--noise", "1%", "--clusters", "3"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    expectSuccess(arguments);
-    return tool::readText(path("o.ply"));
-  };
-  const std::string first = bytes({});
-  EXPECT_EQ(first, bytes({"--threads", "1"}));
-  EXPECT_EQ(first, bytes({"--threads", "3", "--seed", "1"}));
-  EXPECT_NE(first, bytes({"--seed", "2"}));
 }
 
 TEST_F(ScanTool, ScannerAmidAStreet)
@@ -93,14 +72,20 @@ TEST_F(ScanTool, ScannerAmidAStreet)
   expectSuccess({"street", "o.ply", "--sampling", "scanner", "--points", "2000", "--axis", "0,0,1", "--sensor",
                  "0,0,1.8", "--aspect", "8", "--elevations", "-30:10", "--write-sensors", "s.txt"});
   ASSERT_EQ(mrf_apps::readSensors(path("s.txt").string()).size(), 1u);
-  double highest = 0;
-  for (const Vector3d& x : points("o.ply").positions) {
-    const double distance = std::hypot(x.x(), x.y());
-    // Ten degrees above a sensor at 1.8.
-    ASSERT_LE(x.z(), 1.8 + .1764 * distance);
+  double highest = 0, behind = 0;
+  std::set<long> rings;
+  const auto cloud = points("o.ply");
+  for (const Vector3d& x : cloud.positions) {
+    const double distance = std::hypot(x.x(), x.y()), elevation = std::atan2(x.z() - 1.8, distance) * 180 / M_PI;
+    ASSERT_GE(elevation, -30.001);
+    ASSERT_LE(elevation, 10.001);
     highest = std::max(highest, x.z());
+    behind += x.x() < 0 ? 1. / static_cast<double>(cloud.size()) : 0;
+    rings.insert(std::lround(100 * elevation));
   }
   EXPECT_GT(highest, 1.8);
+  EXPECT_NEAR(behind, .5, .15) << "it turns around";
+  EXPECT_LT(rings.size(), 20u) << "few elevations, many points at each";
   expectSuccess(
       {"torus", "o.ply", "--sensor", "0,0,9", "--sensor", "0,9,0", "--points", "500", "--write-sensors", "s.txt"});
   EXPECT_EQ(mrf_apps::readSensors(path("s.txt").string()).size(), 2u);
@@ -132,12 +117,6 @@ TEST_F(ScanTool, OptionsReachTheScan)
   for (const Vector3d& x : points("o.ply").positions) {
     ASSERT_NEAR(x.norm(), 40, floatError(40) * std::sqrt(3));
     ASSERT_GT(x.x(), 40 * std::cos(37 * M_PI / 180) - floatError(40));
-  }
-  for (const char* option : {"--help", "--version"}) {
-    const tool::Outcome outcome = run({option});
-    EXPECT_EQ(outcome.status, 0);
-    EXPECT_EQ(outcome.err, "");
-    EXPECT_NE(outcome.out, "");
   }
 }
 

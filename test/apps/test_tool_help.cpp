@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <regex>
 #include <set>
-#include <sstream>
 
 namespace {
+
+using tool::linesOf;
+using tool::optionsListed;
 
 /// Each of the tools.
 class ToolHelp : public tool::Test, public testing::WithParamInterface<const char*> {
@@ -24,25 +26,6 @@ protected:
     return outcome.out;
   }
 };
-
-std::vector<std::string> linesOf(const std::string& text)
-{
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);)
-    lines.push_back(line);
-  return lines;
-}
-
-/// The long names that begin the entries of a help.
-std::set<std::string> optionsListed(const std::string& help)
-{
-  std::set<std::string> listed;
-  const std::regex option("(^|\n)  (-., )?(--[a-z-]+)");
-  for (std::sregex_iterator i(help.begin(), help.end(), option), end; i != end; ++i)
-    listed.insert((*i)[3]);
-  return listed;
-}
 
 TEST_P(ToolHelp, FitsAScreen)
 {
@@ -76,6 +59,12 @@ TEST_P(ToolHelp, IsGivenWhateverElseIsWrong)
   const tool::Outcome outcome = run({"--threads", "many", "--help"});
   EXPECT_EQ(outcome.status, 0);
   EXPECT_EQ(outcome.out, textOf("--help"));
+}
+
+TEST_P(ToolHelp, VersionIsPrinted)
+{
+  const std::string version = textOf("--version");
+  EXPECT_TRUE(std::regex_match(version, std::regex(name() + " \\d+\\.\\d+\\.\\d+\n"))) << version;
 }
 
 TEST_P(ToolHelp, ManualAndCompletionHaveEveryOption)

@@ -79,16 +79,16 @@ const std::vector<Case> cases = {
     {{"--sensor", "-1,0,4", "--sensor", "-.5,0,4", "--normals", "estimate"}, "/vote", "sensor", "cap.xyz"},
     {{"--sensors", "sensors.txt", "--normals", "estimate"}, "/vote", "sensor"},
     {{"--sensors", "sensors.txt", "--views", "views.txt", "--normals", "estimate"}, "/orientation/agreement", 1.0},
+    {{"--confidence-field", "column7"}, "/points/zeroConfidence", 100, "trust.xyz"},
 };
 
 // Those that the tests below see at work.
-const std::set<std::string> testedBelow = {"--help",   "--version", "--verbose", "--quiet",
-                                           "--report", "--field",   "--picture", "--confidence-field"};
+const std::set<std::string> testedBelow = {"--help", "--verbose", "--quiet", "--report", "--field", "--picture"};
 
 // Those that test_tool_help and test_tool_streams see at work.
-const std::set<std::string> testedElsewhere = {"--help-all",         "--manual",       "--bash-completion",
-                                               "--output-directory", "--input-format", "--output-format",
-                                               "--progress"};
+const std::set<std::string> testedElsewhere = {"--help-all",      "--manual",           "--bash-completion",
+                                               "--version",       "--output-directory", "--input-format",
+                                               "--output-format", "--progress"};
 
 class ToolOptions : public tool::Test {
 protected:
@@ -110,6 +110,12 @@ protected:
       if (p.z() > .3)
         cap += std::to_string(p.x()) + "," + std::to_string(p.y()) + "," + std::to_string(p.z()) + "\n";
     write("cap.xyz", cap);
+    // A sphere, of which nobody trusts a fifth.
+    std::string trust;
+    int number = 0;
+    for (const std::string& row : tool::linesOf(tool::sphereRows(500)))
+      trust += row + (number++ % 5 == 0 ? " 0\n" : " 1\n");
+    write("trust.xyz", trust);
   }
 
   json reportWith(const std::vector<std::string>& options, const std::string& input = "sphere.xyz") const
@@ -155,11 +161,7 @@ TEST_F(ToolOptions, HelpListsNothingUntested)
   const tool::Outcome outcome = run({"--help-all"});
   EXPECT_EQ(outcome.status, 0);
   EXPECT_EQ(outcome.err, "");
-  std::set<std::string> listed;
-  const std::regex option("(^|\n) +(-., ?)?(--[a-z-]+)");
-  for (std::sregex_iterator i(outcome.out.begin(), outcome.out.end(), option), end; i != end; ++i)
-    listed.insert((*i)[3]);
-  EXPECT_EQ(listed, tested);
+  EXPECT_EQ(tool::optionsListed(outcome.out), tested);
 }
 
 TEST_F(ToolOptions, HelpIsTrueAboutDefaults)
@@ -186,32 +188,6 @@ TEST_F(ToolOptions, ExplicitOptionsChangeAPreset)
   EXPECT_EQ(changed.at("/options/solver"_json_pointer), paper.at("/options/solver"_json_pointer));
 }
 
-TEST_F(ToolOptions, ConfidenceFieldWeighsThePoints)
-{
-  // A second, slightly larger sphere of points that nobody trusts.
-  std::string rows;
-  for (const Eigen::Vector3d& p : tool::spherePoints(500)) {
-    const auto row = [&](double radius, double confidence) {
-      for (int axis = 0; axis < 3; ++axis)
-        rows += std::to_string(radius * p[axis]) + " ";
-      for (int axis = 0; axis < 3; ++axis)
-        rows += std::to_string(p[axis]) + " ";
-      rows += std::to_string(confidence) + "\n";
-    };
-    row(1, 1);
-    row(1.2, 0);
-  }
-  write("two.xyz", rows);
-  const json trusting = reportOf({"two.xyz", "trusting.ply"});
-  const json weighed = reportOf({"two.xyz", "weighed.ply", "--confidence-field", "column7", "--voxel-size", "0.15"});
-  EXPECT_EQ(weighed.at("/options/confidenceField"_json_pointer), "column7");
-  EXPECT_EQ(weighed.at("/points/zeroConfidence"_json_pointer), 500);
-  EXPECT_EQ(trusting.at("/points/zeroConfidence"_json_pointer), 0);
-  // The unit sphere alone is left. Flat triangles with edges of .15 take 1 % off its volume, 4.19; the other is
-  // of 7.24.
-  EXPECT_NEAR(weighed.at("/mesh/volume"_json_pointer), 4.19, .15);
-}
-
 TEST_F(ToolOptions, VerbosityDecidesWhatIsPrinted)
 {
   const tool::Outcome quiet = run({"sphere.xyz", "a.ply", "-q"}), normal = run({"sphere.xyz", "b.ply"}),
@@ -224,13 +200,6 @@ TEST_F(ToolOptions, VerbosityDecidesWhatIsPrinted)
   EXPECT_EQ(normal.out.find("maxIterations"), std::string::npos);
   EXPECT_NE(verbose.out.find("maxIterations"), std::string::npos);
   EXPECT_EQ(tool::readText(path("a.ply")), tool::readText(path("c.ply")));
-}
-
-TEST_F(ToolOptions, VersionIsPrinted)
-{
-  const tool::Outcome outcome = run({"--version"});
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_TRUE(std::regex_match(outcome.out, std::regex("pcl_mrf_reconstruction \\d+\\.\\d+\\.\\d+\n"))) << outcome.out;
 }
 
 } // namespace

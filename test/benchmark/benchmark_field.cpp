@@ -60,7 +60,7 @@ void regularization(benchmark::State& state, ObservationKind kind, const Scan& s
   Execution execution(0);
   state.counters["voxels"] = static_cast<double>(result.levels.back().size.count());
   state.counters["error_voxels"] =
-      sphereError(polygonize(result.field, execution), 1) / static_cast<double>(options.multiscale.voxelSize);
+      sphereError(polygonize(result.field, execution)) / static_cast<double>(options.multiscale.voxelSize);
 }
 
 /// At the default voxel size.

@@ -21,16 +21,16 @@ namespace {
 
 /// A sphere's exact field and its zero level.
 struct Surface {
-  SphereCase sphere;
+  DistanceField field;
   TriangleMesh mesh;
 
-  explicit Surface(std::int64_t triangles) : sphere(sphereOfTriangles(triangles))
+  explicit Surface(std::int64_t triangles) : field(sphereOfTriangles(triangles))
   {
     Execution execution(0);
-    mesh = polygonize(sphere.field, execution);
+    mesh = polygonize(field, execution);
   }
 
-  double voxels(double length) const { return length / sphere.field.lattice().spacing; }
+  double voxels(double length) const { return length / field.lattice().spacing; }
   double triangles() const { return static_cast<double>(mesh.triangles.size()); }
 
   static const Surface& of(const benchmark::State& state)
@@ -58,9 +58,9 @@ void polygonizer(benchmark::State& state)
   TriangleMesh result;
   runOnTriangles(state, surface, [&](Execution& execution) {
     result = TriangleMesh();
-    result = polygonize(surface.sphere.field, execution);
+    result = polygonize(surface.field, execution);
   });
-  state.counters["error_voxels"] = surface.voxels(sphereError(result, surface.sphere.radius));
+  state.counters["error_voxels"] = surface.voxels(sphereError(result));
 }
 
 void remesher(benchmark::State& state)
@@ -70,13 +70,13 @@ void remesher(benchmark::State& state)
   RemeshResult result;
   runOnTriangles(state, surface, [&](Execution& execution) {
     result = RemeshResult();
-    result = remesh(surface.mesh, surface.sphere.field, options, execution);
+    result = remesh(surface.mesh, surface.field, options, execution);
   });
   // Seconds, so that the console prints it in microseconds.
   state.counters["per_triangle_round"] =
       benchmark::Counter(surface.triangles() * options.rounds,
                          benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
-  state.counters["error_voxels"] = surface.voxels(sphereError(result.mesh, surface.sphere.radius));
+  state.counters["error_voxels"] = surface.voxels(sphereError(result.mesh));
   state.counters["quality"] = measure(result.mesh).meanQuality;
 }
 
@@ -103,7 +103,7 @@ void trimming(benchmark::State& state)
   const Surface& surface = Surface::of(state);
   TriangleMesh mesh = surface.mesh;
   Execution all(0);
-  setNormals(mesh, surface.sphere.field, all);
+  setNormals(mesh, surface.field, all);
   for (const Eigen::Vector3f& vertex : mesh.vertices)
     mesh.confidences.push_back(vertex.z() < .8f ? 1.f : 0.f);
   const PointSet points = spherePoints(1000);

@@ -55,12 +55,6 @@ double angleError(const PointSet& points, const std::vector<Eigen::Vector3f>& no
   return sum / static_cast<double>(normals.size()) * 180 / M_PI;
 }
 
-void tree(benchmark::State& state)
-{
-  const Cloud& cloud = Cloud::of(state);
-  runOnPoints(state, [&](Execution&) { benchmark::DoNotOptimize(clouds::searchOf(cloud.points)); });
-}
-
 /// The nine nearest of each point by each search, which has to be built as well.
 void nearest9(benchmark::State& state, SearchKind kind)
 {
@@ -134,7 +128,6 @@ void searchSizes(benchmark::internal::Benchmark* benchmark)
 
 } // namespace
 
-BENCHMARK(tree)->Apply(configure)->ArgNames({"points", "threads"})->ArgsProduct({{10000, 100000, 1000000}, {1}});
 BENCHMARK_CAPTURE(nearest9, bins, SearchKind::bins)->Apply(searchSizes);
 BENCHMARK_CAPTURE(nearest9, kdtree, SearchKind::kdTree)->Apply(searchSizes);
 BENCHMARK(density)->Apply(sizes);

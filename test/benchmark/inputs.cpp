@@ -31,26 +31,21 @@ pcl::mrf::SamplingDensity densityOf(const PointSet& points)
   return pcl::mrf::estimateSamplingDensity(points, *clouds::searchOf(points), execution);
 }
 
-DistanceField sphereField(double radius, int voxels)
+DistanceField sphereOfTriangles(std::int64_t triangles)
 {
-  return shapes::field(shapes::sphere(radius), radius / (1 - 6. / voxels), voxels);
-}
-
-SphereCase sphereOfTriangles(std::int64_t triangles)
-{
-  // Marching cubes gives three triangles per square of a voxel's side of a sphere's surface.
+  // Marching cubes gives three triangles per square of a voxel's side of a sphere's surface; three voxels are around
+  // it.
   const double radiusInVoxels = std::sqrt(static_cast<double>(triangles) / (3 * 4 * M_PI));
-  return {1, sphereField(1, static_cast<int>(2 * radiusInVoxels) + 6)};
+  const int voxels = static_cast<int>(2 * radiusInVoxels) + 6;
+  return shapes::field(shapes::sphere(1), 1 / (1 - 6. / voxels), voxels);
 }
 
-double sphereError(const pcl::mrf::TriangleMesh& mesh, double radius)
+double sphereError(const pcl::mrf::TriangleMesh& mesh)
 {
-  double sum = 0;
-  for (const Eigen::Vector3f& vertex : mesh.vertices) {
-    const double distance = vertex.cast<double>().norm() - radius;
-    sum += distance * distance;
-  }
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(mesh.vertices.size(), 1)));
+  std::vector<double> distances;
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    distances.push_back(vertex.cast<double>().norm() - 1);
+  return rootMeanSquare(distances);
 }
 
 } // namespace benchmarks

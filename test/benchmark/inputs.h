@@ -25,18 +25,11 @@ pcl::mrf::PointSet spherePoints(std::int64_t count);
 /// Their spacing, by the library's own estimate.
 pcl::mrf::SamplingDensity densityOf(const pcl::mrf::PointSet& points);
 
-/// The exact field of a sphere in a cubic grid with room of three voxels around it.
-pcl::mrf::DistanceField sphereField(double radius, int voxels);
+/// The exact field of the unit sphere, whose zero level has about this many triangles.
+pcl::mrf::DistanceField sphereOfTriangles(std::int64_t triangles);
 
-/// The exact field of a sphere whose zero level has about this many triangles, and the sphere's radius.
-struct SphereCase {
-  double radius;
-  pcl::mrf::DistanceField field;
-};
-SphereCase sphereOfTriangles(std::int64_t triangles);
-
-/// RMS distance of the vertices from a sphere about the origin.
-double sphereError(const pcl::mrf::TriangleMesh& mesh, double radius);
+/// RMS distance of the vertices from the unit sphere about the origin.
+double sphereError(const pcl::mrf::TriangleMesh& mesh);
 
 /// Runs a stage for as long as the benchmark wants it, with the number of threads in its last argument, and reports the
 /// items per second and what the stage took from the heap per item, its result included.

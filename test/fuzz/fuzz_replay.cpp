@@ -40,30 +40,18 @@ void release(void* memory)
 
 } // namespace
 
-// One thread, so plain counters do.
+// One thread, so plain counters do. Those of arrays call these.
 void* operator new(std::size_t size)
 {
   if (void* memory = allocate(size))
     return memory;
   throw std::bad_alloc();
 }
-void* operator new[](std::size_t size)
-{
-  return operator new(size);
-}
 void operator delete(void* memory) noexcept
 {
   release(memory);
 }
-void operator delete[](void* memory) noexcept
-{
-  release(memory);
-}
 void operator delete(void* memory, std::size_t) noexcept
-{
-  release(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept
 {
   release(memory);
 }

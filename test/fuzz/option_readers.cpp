@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fuzz/option_readers.h"
 #include "evaluate/command_line.h"
 #include "fuzz/readers.h"
 #include "reconstruction/command_line.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fuzz/readers.h"
 
-#include "fuzz/option_readers.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"

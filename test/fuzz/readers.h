@@ -23,6 +23,15 @@ const std::vector<Reader>& readers();
 /// Ends the process, with a message, if the condition does not hold.
 void require(bool condition, const char* what);
 
+// Of option_readers.cpp.
+/// The lines are the words of a command line. \throw mrf_apps::UsageError
+void readReconstructionCommand(const std::string& lines);
+void readEvaluationCommand(const std::string& lines);
+void readScanCommand(const std::string& lines);
+
+/// Each nine bytes set a member of the default options: which one, and its bits. \throw pcl::mrf::InvalidOption
+void readOptions(const std::string& bytes);
+
 /// Runs a reader. What it throws must be an error of one line, a FileError that names the file, or of usage, and what
 /// it returns must be consistent; ends the process otherwise.
 /// \return true if the bytes were read

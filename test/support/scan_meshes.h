@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Triangle soups to scan.
+/// \brief What is scanned, and how.
 #pragma once
+
+#include "scan/analytic_surface.h"
+#include "scan/scan.h"
 
 #include <shapes/turns.h>
 
@@ -39,6 +42,27 @@ inline Soup sphereSoup(double radius, int rows)
     for (int column = 0; column < 2 * rows; ++column)
       soup.quad(at(row, column), at(row + 1, column), at(row + 1, column + 1), at(row, column + 1));
   return soup;
+}
+
+inline pcl::mrf::scan::AnalyticSurface shape(const std::string& description)
+{
+  return pcl::mrf::scan::AnalyticSurface(pcl::mrf::scan::makeShape(description));
+}
+
+inline pcl::mrf::scan::Scan scanOf(const pcl::mrf::scan::Surface& surface, const pcl::mrf::scan::ScanOptions& options,
+                                   int threads = 1)
+{
+  pcl::mrf::Execution execution(threads);
+  return simulateScan(surface, options, execution);
+}
+
+/// Of all of the surface, without sensors.
+inline pcl::mrf::scan::ScanOptions unseen(std::int64_t points)
+{
+  pcl::mrf::scan::ScanOptions options;
+  options.sampling.points = points;
+  options.views.count = 0;
+  return options;
 }
 
 } // namespace scan_meshes

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <regex>
 #include <sstream>
 
 namespace tool {
@@ -88,15 +89,22 @@ std::string sphereRows(int count, double top)
   return rows.str();
 }
 
-std::string asciiPly(const std::string& rows, bool hasNormals)
+std::vector<std::string> linesOf(const std::string& text)
 {
-  std::ostringstream file;
-  file << "ply\nformat ascii 1.0\nelement vertex " << std::count(rows.begin(), rows.end(), '\n') << '\n';
-  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
-    if (hasNormals || name[0] != 'n')
-      file << "property float " << name << '\n';
-  file << "end_header\n" << rows;
-  return file.str();
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);)
+    lines.push_back(line);
+  return lines;
+}
+
+std::set<std::string> optionsListed(const std::string& help)
+{
+  std::set<std::string> listed;
+  const std::regex option("(^|\n)  (-., )?(--[a-z-]+)");
+  for (std::sregex_iterator i(help.begin(), help.end(), option), end; i != end; ++i)
+    listed.insert((*i)[3]);
+  return listed;
 }
 
 Test::Test(const std::string& program) : program_(program.empty() ? MRF_TOOL : program)
@@ -126,9 +134,14 @@ nlohmann::json Test::reportOf(std::vector<std::string> arguments) const
   const Outcome outcome = run(arguments);
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  const nlohmann::json report = nlohmann::json::parse(readText(path("report.json")), nullptr, false);
-  EXPECT_FALSE(report.is_discarded()) << "the report is not JSON";
-  return report;
+  return parsed("report.json");
+}
+
+nlohmann::json Test::parsed(const std::string& name) const
+{
+  nlohmann::json json = nlohmann::json::parse(readText(path(name)), nullptr, false);
+  EXPECT_FALSE(json.is_discarded()) << name << " is not JSON";
+  return json;
 }
 
 void Test::expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const

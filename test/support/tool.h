@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,8 +36,10 @@ std::vector<Eigen::Vector3d> spherePoints(int count, double top = 2);
 /// Rows "x y z nx ny nz" of points of the unit sphere.
 std::string sphereRows(int count, double top = 2);
 
-/// A point cloud file. \param rows "x y z", or "x y z nx ny nz" with normals
-std::string asciiPly(const std::string& rows, bool hasNormals);
+std::vector<std::string> linesOf(const std::string& text);
+
+/// The long names that begin the entries of a help.
+std::set<std::string> optionsListed(const std::string& help);
 
 /// A test of a program with an empty folder that lasts as long as it.
 class Test : public testing::Test {
@@ -53,6 +56,9 @@ protected:
 
   /// Expects a failure that says `words` in one line, and leaves the folder as it was.
   void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const;
+
+  /// A file of JSON in the folder; expects that it is one.
+  nlohmann::json parsed(const std::string& name) const;
 
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
   void write(const std::string& name, const std::string& text) const { writeText(path(name), text); }
