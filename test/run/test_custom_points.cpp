@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Point types of users: what they have to include, and that they work like PCL's own.
-#include "support/precompiled_nowhere.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/impl/mrf_reconstruction.hpp>
@@ -10,6 +9,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+namespace precompiled_nowhere {
+
+/// Components of the reconstruction of a sphere of points of another type, by a file that has PCL's templates compiled
+/// for it, as PCL_NO_PRECOMPILE asks for.
+std::int64_t componentsOfASphere();
+
+} // namespace precompiled_nowhere
 
 /// As scanners' drivers define them: no more than the values, without the unions of PCL's types.
 struct Echo {

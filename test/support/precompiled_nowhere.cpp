@@ -2,13 +2,12 @@
 // Before the first header of PCL's: from here on no template is expected to be compiled elsewhere.
 #define PCL_NO_PRECOMPILE
 
-#include "precompiled_nowhere.h"
-
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <pcl/point_types.h>
 
 #include <cmath>
+#include <cstdint>
 
 namespace precompiled_nowhere {
 
@@ -22,6 +21,7 @@ POINT_CLOUD_REGISTER_POINT_STRUCT(precompiled_nowhere::Position, (float, x, x)(f
 
 namespace precompiled_nowhere {
 
+std::int64_t componentsOfASphere(); // test_custom_points calls it
 std::int64_t componentsOfASphere()
 {
   constexpr int count = 800;
