@@ -2,12 +2,10 @@
 // The hot loops exist for several instruction sets: each gives the same bytes, loop by loop and as a whole mesh.
 #include "base/instruction_set.h"
 #include "base/vector_kernels.h"
-#include "points/nearest_kernels.h"
 #include "solver/grid_solver.h"
 #include "support/contract.h"
 #include "support/linear_systems.h"
 
-#include <array>
 #include <cstring>
 #include <random>
 
@@ -27,15 +25,13 @@ std::vector<InstructionSet> available()
 }
 
 /// Leaves the set as it was.
-class Restore : public testing::Test {
+class InstructionSets : public testing::Test {
 protected:
   void TearDown() override { setInstructionSet(before_); }
 
 private:
   InstructionSet before_ = pcl::mrf::instructionSet();
 };
-
-class InstructionSets : public Restore {};
 
 template <typename Real>
 std::vector<Real> values(std::size_t count, unsigned seed)
@@ -71,27 +67,6 @@ std::vector<float> gridResults()
   pcl::mrf::Execution execution(1);
   solveOnGrids({level.grids, level.prior, level.grids.front().voxels}, {3}, {}, 1, field.data(), execution);
   return field;
-}
-
-std::vector<float> nearestResults()
-{
-  using namespace pcl::mrf::kernels;
-  const std::vector<float> candidates = values<float>(3 * 101, 1), queries = values<float>(3 * queryLanes, 2);
-  const auto coordinates = [](const std::vector<float>& all) {
-    const std::size_t count = all.size() / 3;
-    return Coordinates{all.data(), all.data() + count, all.data() + 2 * count};
-  };
-  std::vector<float> all;
-  for (const std::size_t k : {std::size_t{1}, std::size_t{5}, std::size_t{9}, maxNearest}) {
-    std::vector<float> result(k * queryLanes);
-    nearestDistances(101, coordinates(candidates), coordinates(queries), k, result.data());
-    all.insert(all.end(), result.begin(), result.end());
-  }
-  std::vector<float> distancesOfOne(101);
-  const std::array<float, 3> query = {.1f, .2f, .3f};
-  distances(101, coordinates(candidates), query.data(), distancesOfOne.data());
-  all.insert(all.end(), distancesOfOne.begin(), distancesOfOne.end());
-  return all;
 }
 
 template <typename Real>
@@ -142,16 +117,6 @@ TEST_F(InstructionSets, LoopsOfTheSolverGiveTheSameBytes)
     EXPECT_TRUE(sameBytes(vectorResults<float>(), singles)) << static_cast<int>(set);
     EXPECT_TRUE(sameBytes(vectorResults<double>(), doubles)) << static_cast<int>(set);
     EXPECT_TRUE(sameBytes(gridResults(), field)) << static_cast<int>(set);
-  }
-}
-
-TEST_F(InstructionSets, DistancesToNearestPointsAreTheSameBytes)
-{
-  setInstructionSet(InstructionSet::baseline);
-  const std::vector<float> results = nearestResults();
-  for (const InstructionSet set : available()) {
-    setInstructionSet(set);
-    EXPECT_TRUE(sameBytes(nearestResults(), results)) << static_cast<int>(set);
   }
 }
 

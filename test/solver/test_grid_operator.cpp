@@ -28,20 +28,6 @@ PriorConstants constantsOf(int order)
   return order <= 3 ? priorConstants(static_cast<Prior>(order)) : PriorConstants{order, 10, 5, .25, .7, .4, .25};
 }
 
-std::vector<PointSample> randomSamples(const GridSize& size, int count, unsigned seed)
-{
-  std::mt19937 random(seed);
-  std::vector<PointSample> samples;
-  for (int n = 0; n < count; ++n) {
-    const Eigen::Vector3f position(uniform(random, static_cast<float>(size.x) - 1.01f),
-                                   uniform(random, static_cast<float>(size.y) - 1.01f),
-                                   uniform(random, static_cast<float>(size.z) - 1.01f));
-    const Eigen::Vector3f normal = randomDirection(random);
-    samples.emplace_back(position, normal, .5f + uniform(random, 1));
-  }
-  return samples;
-}
-
 Lattice latticeOf(const GridSize& size)
 {
   return {size, Eigen::Vector3d::Zero(), 1};
@@ -99,6 +85,15 @@ Eigen::MatrixXd graphLaplacian(const VoxelSet& voxels)
   return matrix;
 }
 
+/// L^k
+Eigen::MatrixXd power(const Eigen::MatrixXd& laplacian, int k)
+{
+  Eigen::MatrixXd result = Eigen::MatrixXd::Identity(laplacian.rows(), laplacian.cols());
+  for (; k > 0; --k)
+    result = (result * laplacian).eval();
+  return result;
+}
+
 /// C and b of the voxels of a set, from the plain system.
 struct PlainData {
   Eigen::MatrixXd matrix;
@@ -154,11 +149,7 @@ TEST(GridOperator, isThePowerOfTheLaplacianOnThinWholeLevels)
       grid.voxels = wholeOf(latticeOf(size), execution);
       grid.data = makePointData(none, grid.voxels, {1, 1}, 1, true);
       GridOperator system(grid, constantsOf(k), 0, execution);
-      const Eigen::MatrixXd laplacian = graphLaplacian(grid.voxels);
-      Eigen::MatrixXd expected = Eigen::MatrixXd::Identity(laplacian.rows(), laplacian.cols());
-      for (int power = 0; power < k; ++power)
-        expected = (expected * laplacian).eval();
-      EXPECT_EQ(matrixOf(system, 1), expected) << "whole numbers that single precision holds";
+      EXPECT_EQ(matrixOf(system, 1), power(graphLaplacian(grid.voxels), k)) << "whole numbers, which are exact";
     }
 }
 
@@ -182,9 +173,7 @@ TEST(GridOperator, isTheMatrixOfItsDefinition)
 
         const PlainData data = plainData(grid.voxels, size, samples, weights, 1.5);
         const Eigen::MatrixXd laplacian = graphLaplacian(grid.voxels);
-        Eigen::MatrixXd expected = Eigen::MatrixXd::Identity(laplacian.rows(), laplacian.cols());
-        for (int power = 0; power < k; ++power)
-          expected = (expected * laplacian).eval();
+        Eigen::MatrixXd expected = power(laplacian, k);
         if (k == 1 && !grid.isWhole) // the membrane's correction in a band is zero around it
           expected.diagonal().setConstant(6);
         if (k > 1 && !grid.isWhole)
@@ -309,8 +298,8 @@ TEST(GridSolver, everyStepLowersTheEnergyDownToThatOfCholesky)
   for (const Prior prior : allPriors) {
     const SphereLevel level({24, 24, 24}, prior);
     const LinearSystem plain = level.plain();
-    const auto count = static_cast<std::size_t>(plain.size.count());
-    std::vector<double> exact(count);
+    std::vector<double> exact = zeros(plain);
+    const std::size_t count = exact.size();
     solve(plain, solverOptions(SolverMethod::cholesky), 1, exact, execution);
     double last = energy(plain, std::vector<double>(count, 0), execution);
     const double lowest = energy(plain, exact, execution), first = last - lowest;
@@ -340,7 +329,7 @@ TEST(GridSolver, tellsHowFarTheSurfaceStillIsFromItsSolution)
     const SphereLevel level({24, 24, 24}, prior);
     const SolverGrid& finest = level.grids.front();
     const LinearSystem plain = level.plain();
-    std::vector<double> exact(static_cast<std::size_t>(plain.size.count()));
+    std::vector<double> exact = zeros(plain);
     solve(plain, solverOptions(SolverMethod::cholesky), 1, exact, execution);
     for (const int steps : {3, 5, 8}) {
       std::vector<float> d(exact.size()); // as far off as a coarser level's field

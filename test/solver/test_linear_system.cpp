@@ -5,11 +5,67 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 using namespace pcl::mrf;
 using namespace systems;
+
+namespace {
+
+// Odd, even, and one or two voxels thick along one, two and all axes.
+const GridSize allSizes[] = {{7, 5, 6}, {8, 4, 8}, {17, 3, 9}, {1, 6, 5}, {6, 1, 5}, {6, 5, 1}, {2, 1, 9},
+                             {9, 2, 1}, {1, 1, 7}, {7, 1, 1},  {1, 7, 1}, {2, 2, 2}, {1, 1, 1}, {3, 2, 4}};
+
+/// The matrix of a level that nothing observes.
+LinearSystem unobserved(const GridSize& size, Prior prior, int threads = 1)
+{
+  Execution execution(threads);
+  Observation none;
+  none.lattice.size = size;
+  PriorOptions options;
+  options.kind = prior;
+  return assemble(none, options, execution);
+}
+
+} // namespace
+
+TEST(Prior, isThePowerOfTheLaplacian)
+{
+  for (const Prior prior : allPriors)
+    for (const GridSize& size : allSizes) {
+      SCOPED_TRACE(testing::Message() << "k = " << order(prior) << ", " << size.x << " x " << size.y << " x "
+                                      << size.z);
+      EXPECT_EQ(Eigen::MatrixXd(unobserved(size, prior).matrix), Eigen::MatrixXd(oracle::priorMatrix(size, prior)));
+    }
+}
+
+TEST(Prior, centerCoefficientsOfTheInterior)
+{
+  const GridSize size{9, 9, 9};
+  for (const Prior prior : allPriors) {
+    const std::int64_t center = size.index(4, 4, 4);
+    EXPECT_EQ(unobserved(size, prior).matrix.coeff(center, center), centerCoefficient(prior));
+  }
+  EXPECT_EQ(centerCoefficient(Prior::membrane), 6);
+  EXPECT_EQ(centerCoefficient(Prior::thinPlate), 42);
+  EXPECT_EQ(centerCoefficient(Prior::triharmonic), 324);
+}
+
+TEST(Prior, sameBytesForAnyNumberOfThreads)
+{
+  const GridSize size{61, 47, 43}; // several pieces of work
+  for (const Prior prior : allPriors) {
+    const SystemMatrix one = unobserved(size, prior).matrix;
+    for (const int threads : {2, 3}) {
+      const SystemMatrix other = unobserved(size, prior, threads).matrix;
+      ASSERT_EQ(one.nonZeros(), other.nonZeros());
+      EXPECT_TRUE(std::equal(one.valuePtr(), one.valuePtr() + one.nonZeros(), other.valuePtr()));
+      EXPECT_TRUE(std::equal(one.innerIndexPtr(), one.innerIndexPtr() + one.nonZeros(), other.innerIndexPtr()));
+    }
+  }
+}
 
 TEST(Assemble, weightsAndTargets)
 {

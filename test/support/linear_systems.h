@@ -6,13 +6,35 @@
 #include "observation/observation.h"
 #include "solver/grids.h"
 #include "solver/linear_system.h"
-#include "support/lattice_matrix.h"
+
+#include <Eigen/SparseCore>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
 #include <vector>
+
+/// The prior as an explicit matrix, written down from its definition: what the matrix-free operator is compared with.
+namespace oracle {
+
+using Matrix = Eigen::SparseMatrix<double>;
+using Vector = Eigen::VectorXd;
+
+/// L: Σ over the lattice's edges (i, j) of (e_i − e_j)(e_i − e_j)ᵀ.
+Matrix laplacian(const pcl::mrf::GridSize& size);
+
+/// L^k
+Matrix priorMatrix(const pcl::mrf::GridSize& size, pcl::mrf::Prior prior);
+
+/// The solution of a symmetric positive definite system, by a factorization.
+Vector solved(const Matrix& matrix, const Vector& rightHandSide);
+
+bool isPositiveDefinite(const Eigen::MatrixXd& matrix);
+
+std::vector<double> randomValues(std::size_t count, double low, double high, unsigned seed);
+
+} // namespace oracle
 
 namespace systems {
 
@@ -78,6 +100,9 @@ inline SolverOptions solverOptions(SolverMethod method, double tolerance = 1e-4,
   return options;
 }
 
+/// Random points in a grid. \param beyond some are behind its outermost voxel centers
+std::vector<pcl::mrf::PointSample> randomSamples(const GridSize& size, int count, unsigned seed, bool beyond = false);
+
 /// 0..most, the same with every standard library.
 inline float uniform(std::mt19937& random, float most)
 {
@@ -99,17 +124,13 @@ struct SphereLevel {
   Prior prior;
   std::vector<pcl::mrf::SolverGrid> grids;
 
-  /// \param more points beside those on the sphere
-  SphereLevel(const GridSize& size, Prior order, bool atPoints = true,
-              const std::vector<pcl::mrf::PointSample>& more = {});
+  SphereLevel(const GridSize& size, Prior order, bool atPoints = true);
   SphereLevel(const SphereLevel&) = delete;
   SphereLevel& operator=(const SphereLevel&) = delete;
 
   const GridSize& size() const { return lattices.back().size; }
 
   LinearSystem plain() const;
-
-  static std::vector<pcl::mrf::PointSample> pointsOnSphere(const GridSize& size);
 };
 
 /// Of plain systems.
