@@ -18,23 +18,6 @@
 
 using namespace pcl::mrf;
 
-TEST(Execution, VisitsEveryIndexOnce)
-{
-  for (const int threads : {1, 2, 4}) {
-    Execution execution(threads);
-    for (const std::int64_t count : {0, 1, 7, 64, 1001}) {
-      std::vector<std::atomic<int>> visits(static_cast<std::size_t>(count));
-      execution.forRange(count, 8, [&](std::int64_t begin, std::int64_t end) {
-        EXPECT_LE(end - begin, 8);
-        for (auto i = begin; i < end; ++i)
-          ++visits[static_cast<std::size_t>(i)];
-      });
-      for (const auto& visit : visits)
-        EXPECT_EQ(visit, 1);
-    }
-  }
-}
-
 TEST(Execution, SumIsTheSameForAnyNumberOfThreads)
 {
   const auto term = [](std::int64_t i) {
@@ -113,12 +96,6 @@ TEST(Execution, GoesOnWithTheThreadsThatStart)
   EXPECT_EQ(Execution(3).threads(), 3);
 }
 #endif
-
-TEST(Execution, TakesOneThreadPerHardwareThreadByDefault)
-{
-  EXPECT_GE(Execution(0).threads(), 1);
-  EXPECT_EQ(Execution(3).threads(), 3);
-}
 
 TEST(Execution, ProgressNeverFallsInsideAStage)
 {

@@ -87,10 +87,11 @@ void assignViews(PointSet& points)
   }
 }
 
-PointSet moved(PointSet points, const Vector3f& by)
+/// With normals to the other side.
+PointSet flipped(PointSet points)
 {
-  for (Vector3f& position : points.positions)
-    position += by;
+  for (Vector3f& normal : points.normals)
+    normal = -normal;
   return points;
 }
 } // namespace
@@ -159,10 +160,7 @@ TEST(Orientation, SheetsOfGivenNormalsAreTwoSidesOfOneObject)
 {
   // Nearer than the neighbor distance, without a rim, so that only edges along the normals join them.
   PointSet points = clouds::lattice(30, 1);
-  PointSet below = moved(points, {0, 0, -2.2f});
-  for (Vector3f& normal : below.normals)
-    normal = -normal;
-  clouds::append(points, below);
+  clouds::append(points, flipped(points), {0, 0, -2.2f});
   points.sensors = {{0, 0, 100}};
   const std::vector<Vector3f> normals = scrambled(points);
   OrientationOptions options;
@@ -181,20 +179,12 @@ TEST(Orientation, SheetsOfGivenNormalsAreTwoSidesOfOneObject)
 TEST(Orientation, EveryComponentVotesOnItsOwn)
 {
   PointSet points = shapes::sample(shapes::sphere(.5), 1, .08);
-  clouds::append(points, moved(shapes::sample(shapes::torus(.6, .2), 1, .08, 2), {20, 0, 0}));
-  clouds::append(points, moved(shapes::sample(shapes::box({.5, .4, .3}), 1, .08, 3), {0, -30, 5}));
+  clouds::append(points, shapes::sample(shapes::torus(.6, .2), 1, .08, 2), {20, 0, 0});
+  clouds::append(points, shapes::sample(shapes::box({.5, .4, .3}), 1, .08, 3), {0, -30, 5});
   const OrientationResult result = orient(points, scrambled(points), OrientationVote::outward);
   EXPECT_EQ(result.components, 3);
   EXPECT_EQ(result.componentsDropped, 0);
   EXPECT_EQ(shareRight(points, result), 1);
-
-  // Two tubes side by side, farther apart than the neighbor distance.
-  const shapes::Sdf tubes =
-      shapes::unite(shapes::tube({-1, -.3, 0}, {1, -.3, 0}, .2), shapes::tube({-1, .3, 0}, {1, .3, 0}, .2));
-  const PointSet pair = shapes::sample(tubes, 1.6, .06);
-  const OrientationResult two = estimateAndOrient(pair, OrientationVote::outward);
-  EXPECT_EQ(two.components, 2);
-  EXPECT_EQ(shareRight(pair, two), 1);
 }
 
 TEST(Orientation, UnevenSamplingDoesNotTurnTheVolumeInside)
@@ -214,26 +204,6 @@ TEST(Orientation, UnevenSamplingDoesNotTurnTheVolumeInside)
   EXPECT_EQ(shareRight(points, orient(points, scrambled(points), OrientationVote::outward, options)), 1);
 }
 
-TEST(Orientation, OpenSurfaces)
-{
-  const PointSet half =
-      shapes::filter(shapes::sample(shapes::sphere(1), 1.2, .06), [](const Vector3f& x) { return x.z() > 0; });
-  const OrientationResult outward = estimateAndOrient(half, OrientationVote::outward);
-  EXPECT_EQ(shareRight(half, outward), 1);
-  EXPECT_GT(outward.agreement, .75); // a shallow dome is surer of its outside than the warning's limit
-
-  PointSet patch = clouds::randomSquare(3000, 1);
-  for (const float height : {5.0f, -5.0f}) {
-    patch.sensors = {{.3f, .2f, height}};
-    const OrientationResult seen = estimateAndOrient(patch, OrientationVote::sensor);
-    EXPECT_EQ(seen.agreement, 1);
-    for (const Vector3f& normal : seen.normals)
-      EXPECT_GT(normal.z() * height, 0);
-  }
-  // A flat patch has no outside: either sign is right, certainty is not.
-  EXPECT_NEAR(estimateAndOrient(patch, OrientationVote::outward).agreement, .5, .1);
-}
-
 TEST(Orientation, OpenSurfacesSayThatTheirSideIsAGuess)
 {
   const PointSet sphere = shapes::sample(shapes::sphere(1), 1.2, .06);
@@ -244,16 +214,27 @@ TEST(Orientation, OpenSurfacesSayThatTheirSideIsAGuess)
     EXPECT_EQ(result.sideIsGuessed, z > -.5f) << z;
     EXPECT_EQ(result.openShare, z > -.5f ? 1 : 0) << z;
     EXPECT_EQ(shareRight(above, result), 1) << "outward is the better guess";
+    if (z == 0) {
+      EXPECT_GT(result.agreement, .75) << "a shallow dome is surer of its outside than the warning's limit";
+    }
   }
   PointSet patch = clouds::randomSquare(3000, 1);
-  EXPECT_TRUE(estimateAndOrient(patch, OrientationVote::outward).sideIsGuessed);
-  patch.sensors = {{0, 0, 5}};
-  EXPECT_FALSE(estimateAndOrient(patch, OrientationVote::sensor).sideIsGuessed);
+  const OrientationResult guess = estimateAndOrient(patch, OrientationVote::outward);
+  EXPECT_TRUE(guess.sideIsGuessed);
+  EXPECT_NEAR(guess.agreement, .5, .1) << "either sign is right, certainty is not";
+  for (const float height : {5.0f, -5.0f}) {
+    patch.sensors = {{.3f, .2f, height}};
+    const OrientationResult seen = estimateAndOrient(patch, OrientationVote::sensor);
+    EXPECT_EQ(seen.agreement, 1);
+    EXPECT_FALSE(seen.sideIsGuessed);
+    for (const Vector3f& normal : seen.normals)
+      EXPECT_GT(normal.z() * height, 0);
+  }
   EXPECT_FALSE(estimateAndOrient(patch, OrientationVote::reference).sideIsGuessed);
 
   // A stray patch beside a closed object is not worth a warning.
   PointSet both = sphere;
-  clouds::append(both, moved(clouds::lattice(9, .06f), {5, 0, 0}));
+  clouds::append(both, clouds::lattice(9, .06f), {5, 0, 0});
   EXPECT_FALSE(estimateAndOrient(both, OrientationVote::outward).sideIsGuessed);
 }
 
@@ -262,8 +243,8 @@ TEST(Orientation, PiecesOfAHeightFieldShareASide)
   // Steps of a terrain, too far apart to be neighbors: the guess may be wrong, but only as a whole.
   PointSet points;
   for (int step = 0; step < 6; ++step)
-    clouds::append(points, moved(clouds::randomSquare(800, .5f, static_cast<unsigned>(step)),
-                                 {1.2f * static_cast<float>(step), 0, .9f * static_cast<float>(step % 2)}));
+    clouds::append(points, clouds::randomSquare(800, .5f, static_cast<unsigned>(step)),
+                   {1.2f * static_cast<float>(step), 0, .9f * static_cast<float>(step % 2)});
   const OrientationResult result = estimateAndOrient(points, OrientationVote::outward);
   EXPECT_EQ(result.components, 6);
   EXPECT_TRUE(result.sideIsGuessed);
@@ -294,13 +275,10 @@ TEST(Orientation, ShellsInsideOthersFaceTheirCavity)
   // A hollow ball with a core in its cavity, and another ball beside it.
   PointSet points;
   for (const float radius : {1.0f, .7f, .3f}) {
-    PointSet shell = shapes::sample(shapes::sphere(radius), 1.2, .06);
-    if (radius == .7f)
-      for (Vector3f& normal : shell.normals)
-        normal = -normal;
-    clouds::append(points, shell);
+    const PointSet shell = shapes::sample(shapes::sphere(radius), 1.2, .06);
+    clouds::append(points, radius == .7f ? flipped(shell) : shell);
   }
-  clouds::append(points, moved(shapes::sample(shapes::sphere(.5), 1, .06), {2, 0, 0}));
+  clouds::append(points, shapes::sample(shapes::sphere(.5), 1, .06), {2, 0, 0});
   const OrientationResult result = orient(points, scrambled(points), OrientationVote::outward);
   EXPECT_EQ(result.components, 4);
   EXPECT_EQ(shareRight(points, result), 1);
@@ -354,14 +332,11 @@ TEST(Orientation, RingsOfALidarFaceIt)
 TEST(Orientation, SensorsFlipAComponentThatLooksAway)
 {
   PointSet points = shapes::sample(shapes::sphere(1), 1.2, .08);
-  std::vector<Vector3f> inward = points.normals;
-  for (Vector3f& normal : inward)
-    normal = -normal;
   points.sensors = {{0, 0, 4}, {0, 0, -4}};
-  const OrientationResult flipped = orient(points, inward, OrientationVote::sensor);
-  EXPECT_EQ(shareRight(points, flipped), 1);
-  EXPECT_EQ(flipped.componentsFlipped, 1);
-  EXPECT_EQ(flipped.pointsFlipped, static_cast<std::int64_t>(points.size()));
+  const OrientationResult turned = orient(points, flipped(points).normals, OrientationVote::sensor);
+  EXPECT_EQ(shareRight(points, turned), 1);
+  EXPECT_EQ(turned.componentsFlipped, 1);
+  EXPECT_EQ(turned.pointsFlipped, static_cast<std::int64_t>(points.size()));
 
   const OrientationResult kept = orient(points, points.normals, OrientationVote::sensor);
   EXPECT_EQ(shareRight(points, kept), 1);
@@ -376,11 +351,9 @@ TEST(Orientation, ViewsSayWhichSensorSawAPoint)
 {
   // A room: each sensor is nearer to the wall behind it, which it did not see, than to the wall it saw. The walls are
   // seen from outside, through each other.
-  PointSet points = moved(clouds::lattice(20, .1f), {0, 0, 1});
-  PointSet floor = moved(clouds::lattice(20, .1f), {0, 0, -1});
-  for (Vector3f& normal : floor.normals)
-    normal = -normal;
-  clouds::append(points, floor);
+  PointSet points;
+  clouds::append(points, clouds::lattice(20, .1f), {0, 0, 1});
+  clouds::append(points, flipped(clouds::lattice(20, .1f)), {0, 0, -1});
   points.sensors = {{0, 0, .5f}, {0, 0, -.5f}};
   const std::size_t half = points.size() / 2;
   const auto isInward = [&](const OrientationResult& result) { return shareRight(points, result) == 0; };
@@ -392,16 +365,6 @@ TEST(Orientation, ViewsSayWhichSensorSawAPoint)
   EXPECT_TRUE(isInward(orient(points, scrambled(points), OrientationVote::sensor)));
   points.views.assign(points.size(), -1);
   EXPECT_EQ(shareRight(points, orient(points, scrambled(points), OrientationVote::sensor)), 1) << "views unknown";
-}
-
-TEST(Orientation, MultiViewCloud)
-{
-  PointSet points = shapes::sample(shapes::unite(shapes::torus(.8, .3), shapes::sphere(.4, {0, 0, .6})), 1.3, .06);
-  points.sensors = {{5, 0, 1}, {-5, 0, 1}, {0, 5, -1}, {0, -5, -1}, {0, 0, 5}, {0, 0, -5}};
-  assignViews(points);
-  const OrientationResult result = estimateAndOrient(points, OrientationVote::sensor);
-  EXPECT_GT(shareRight(points, result), .998); // the crease between sphere and torus
-  EXPECT_GT(result.agreement, .99);
 }
 
 TEST(Orientation, ReferenceNormalsVote)
@@ -418,9 +381,7 @@ TEST(Orientation, ReferenceNormalsVote)
   const OrientationResult result = estimateAndOrient(points, OrientationVote::reference);
   EXPECT_EQ(shareRight(truth, result), 1);
   EXPECT_NEAR(result.agreement, .75, .03); // 2,700 votes: three standard deviations
-  for (Vector3f& normal : points.normals)
-    normal = -normal;
-  EXPECT_EQ(shareRight(truth, estimateAndOrient(points, OrientationVote::reference)), 0);
+  EXPECT_EQ(shareRight(truth, estimateAndOrient(flipped(points), OrientationVote::reference)), 0);
 }
 
 TEST(Orientation, WithoutAVoteSignsStay)
@@ -447,10 +408,7 @@ TEST(Orientation, ComponentsWithoutAVoteAreThoseOfAllEdges)
 {
   // Sheets, scan lines and single points with normals that agree, nearly agree or not at all.
   PointSet points = clouds::randomSquare(1200, 1);
-  PointSet more = clouds::randomSquare(400, .6f, 2);
-  for (Vector3f& position : more.positions)
-    position.z() += .2f;
-  clouds::append(points, more);
+  clouds::append(points, clouds::randomSquare(400, .6f, 2), {0, 0, .2f});
   for (int i = 0; i < 300; ++i)
     clouds::append(points, {.001f * static_cast<float>(i), 2 + .3f * static_cast<float>(i % 3), 0}, Vector3f::UnitZ());
   std::mt19937 random(3);
@@ -521,8 +479,8 @@ TEST(Orientation, SmallComponentsAreDropped)
 {
   PointSet points = shapes::sample(shapes::sphere(1), 1.2, .06);
   const std::size_t large = points.size();
-  clouds::append(points, moved(clouds::lattice(4, .05f), {3, 0, 0}));
-  clouds::append(points, moved(clouds::lattice(9, .05f), {0, 3, 0}));
+  clouds::append(points, clouds::lattice(4, .05f), {3, 0, 0});
+  clouds::append(points, clouds::lattice(9, .05f), {0, 3, 0});
   OrientationOptions options;
   options.minComponentShare = 50.0f / static_cast<float>(points.size()); // between 16 and 81 points
   const OrientationResult result = orient(points, scrambled(points), OrientationVote::outward, options);
@@ -624,28 +582,20 @@ TEST(Orientation, DegenerateClouds)
   EXPECT_TRUE(nothing.normals.empty());
 }
 
-TEST(Orientation, IsTheSameBytesForAnyNumberOfThreads)
-{
-  PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .06);
-  shapes::addNoise(points, .02);
-  const std::vector<Vector3f> normals = estimated(points);
-  const OrientationResult one = orient(points, normals, OrientationVote::outward);
-  for (const int threads : {2, 4}) {
-    const OrientationResult other = orient(points, normals, OrientationVote::outward, {}, threads);
-    EXPECT_EQ(other.normals, one.normals);
-    EXPECT_EQ(other.keep, one.keep);
-    EXPECT_EQ(other.agreement, one.agreement);
-    EXPECT_EQ(other.pointsFlipped, one.pointsFlipped);
-    EXPECT_EQ(other.componentsAtCreases, one.componentsAtCreases);
-  }
-}
-
-TEST(Orientation, DoesNotDependOnOrderOrScale)
+TEST(Orientation, DoesNotDependOnThreadsOrderOrScale)
 {
   PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .06);
   shapes::addNoise(points, .02);
   const std::vector<Vector3f> normals = estimated(points);
   const OrientationResult expected = orient(points, normals, OrientationVote::outward);
+  for (const int threads : {2, 4}) {
+    const OrientationResult other = orient(points, normals, OrientationVote::outward, {}, threads);
+    EXPECT_EQ(other.normals, expected.normals);
+    EXPECT_EQ(other.keep, expected.keep);
+    EXPECT_EQ(other.agreement, expected.agreement);
+    EXPECT_EQ(other.pointsFlipped, expected.pointsFlipped);
+    EXPECT_EQ(other.componentsAtCreases, expected.componentsAtCreases);
+  }
 
   const std::vector<std::uint32_t> order = clouds::shuffledOrder(points.size());
   std::vector<Vector3f> shuffledNormals;

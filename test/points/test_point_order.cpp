@@ -102,13 +102,19 @@ TEST(Gather, NeighborsInSpaceAreNeighborsInMemory)
 
 TEST(Gather, SequenceDependsNeitherOnTheOrderOfTheInputNorOnThreads)
 {
-  const PointSet square = clouds::randomSquare(many, 1);
-  const PointSet expected = gathered(square.positions, square.normals).points;
-  const PointSet shuffled = clouds::reordered(square, clouds::shuffledOrder(many));
-  EXPECT_EQ(gathered(shuffled.positions, shuffled.normals).points.positions, expected.positions);
-  const PointSet parallel = gathered(square.positions, square.normals, 3).points;
-  EXPECT_EQ(parallel.positions, expected.positions);
-  EXPECT_EQ(parallel.origins, expected.origins);
+  PointSet square = clouds::randomSquare(many, 1);
+  for (const bool withFar : {false, true}) {
+    // A far point puts all others into few cells of the curve: their runs cross the pieces of parallel work.
+    if (withFar)
+      clouds::append(square, {3e6f, 0, 0}, Eigen::Vector3f::UnitZ());
+    const PointSet expected = gathered(square.positions, square.normals).points;
+    EXPECT_EQ(expected.size(), square.size());
+    const PointSet shuffled = clouds::reordered(square, clouds::shuffledOrder(square.size()));
+    EXPECT_EQ(gathered(shuffled.positions, shuffled.normals, 3).points.positions, expected.positions);
+    const PointSet parallel = gathered(square.positions, square.normals, 3).points;
+    EXPECT_EQ(parallel.positions, expected.positions);
+    EXPECT_EQ(parallel.origins, expected.origins);
+  }
 }
 
 TEST(Gather, OfEqualPositionsTheFirstIsKept)
@@ -127,18 +133,6 @@ TEST(Gather, OfEqualPositionsTheFirstIsKept)
     for (const Eigen::Vector3f& normal : result.points.normals)
       EXPECT_EQ(normal, Eigen::Vector3f::UnitZ());
   }
-}
-
-TEST(Gather, RunsOfPointsInOneCellEndWhereTheyEnd)
-{
-  // A far point puts all others into few cells of the curve: their runs cross the pieces of parallel work.
-  PointSet square = clouds::randomSquare(many, 1);
-  clouds::append(square, {3e6f, 0, 0}, Eigen::Vector3f::UnitZ());
-  const PointSet expected = gathered(square.positions).points;
-  EXPECT_EQ(expected.size(), many + 1);
-  EXPECT_EQ(gathered(square.positions, {}, 3).points.origins, expected.origins);
-  const PointSet shuffled = clouds::reordered(square, clouds::shuffledOrder(many + 1));
-  EXPECT_EQ(gathered(shuffled.positions, {}, 3).points.positions, expected.positions);
 }
 
 TEST(DisjointSets, JoinedByManyThreadsAsByOne)
@@ -292,4 +286,64 @@ TEST(OrientationGraph, BestTreeIsThatOfAllEdgesSorted)
     trees += tree.root(i) == i;
   }
   EXPECT_LT(trees, points.size() / 10) << "the test has trees to compare";
+}
+
+namespace {
+
+/// Five points of which every array tells the number.
+template <typename Points>
+Points numbered()
+{
+  Points points;
+  for (int n = 0; n < 5; ++n) {
+    points.positions.emplace_back(static_cast<float>(n), 0, 0);
+    points.normals.emplace_back(0, static_cast<float>(n), 0);
+    points.confidences.push_back(.1f * static_cast<float>(n));
+    points.spacings.push_back(static_cast<float>(10 + n));
+    points.origins.push_back(static_cast<std::uint32_t>(100 + n));
+  }
+  points.offset = {7, 8, 9};
+  return points;
+}
+
+template <typename Points>
+void expectNumbers(const Points& points, const std::vector<int>& numbers)
+{
+  const auto all = numbered<Points>();
+  ASSERT_EQ(points.size(), numbers.size());
+  for (std::size_t n = 0; n < numbers.size(); ++n) {
+    const auto at = static_cast<std::size_t>(numbers[n]);
+    EXPECT_EQ(points.positions[n], all.positions[at]);
+    EXPECT_EQ(points.normals[n], all.normals[at]);
+    EXPECT_EQ(points.confidences[n], all.confidences[at]);
+    EXPECT_EQ(points.spacings[n], all.spacings[at]);
+    EXPECT_EQ(points.origins[n], all.origins[at]);
+  }
+  EXPECT_EQ(points.offset, all.offset);
+}
+
+} // namespace
+
+TEST(Select, keepsAllArraysAndWhatIsKnownOfTheSet)
+{
+  auto points = numbered<PointSet>();
+  points.views = {0, 1, 0, 1, 1};
+  points.sensors = {{1, 2, 3}, {4, 5, 6}};
+  points.resolution = .25f;
+  points.hasSensorOrigin = true;
+  points.hadOnlyZeroNormals = true;
+  const PointSet kept = select(points, {0, 1, 1, 0, 1});
+  expectNumbers(kept, {1, 2, 4});
+  EXPECT_EQ(kept.views, (std::vector<std::int32_t>{1, 0, 1}));
+  EXPECT_EQ(kept.sensors, points.sensors);
+  EXPECT_EQ(kept.resolution, points.resolution);
+  EXPECT_TRUE(kept.hasSensorOrigin);
+  EXPECT_TRUE(kept.hadOnlyZeroNormals);
+}
+
+TEST(Select, takesOrientedPointsByFlagsAndByIndices)
+{
+  const auto points = numbered<OrientedPoints>();
+  expectNumbers(select(points, std::vector<std::uint8_t>{0, 1, 1, 0, 1}), {1, 2, 4});
+  expectNumbers(select(points, std::vector<std::uint32_t>{4, 0, 2}), {4, 0, 2});
 }

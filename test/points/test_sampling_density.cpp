@@ -62,15 +62,6 @@ TEST(SamplingDensity, OverlappingScansDoNotShrinkTheSpacing)
   EXPECT_FLOAT_EQ(density.spacing, .323f * density.eighthMedian);
 }
 
-TEST(SamplingDensity, EvenAndRandomPointsOfOneDensityHaveOneSpacing)
-{
-  // 40² and 1,600 points in an area of 1. The lattice's 8th neighbor is √2 away, random points' 1.56 in the median.
-  const SamplingDensity even = densityOf(clouds::lattice(40, 1.f / 40)),
-                        random = densityOf(clouds::randomSquare(1600, .5f));
-  EXPECT_NEAR(even.spacing / random.spacing, std::sqrt(2.) / 1.562, .05);
-  EXPECT_GT(even.nearestMean, 1.7 * random.nearestMean);
-}
-
 TEST(SamplingDensity, ThePapersUnitIsTheMeanNearestDistance)
 {
   const PointSet points = clouds::lattice(40, .5f);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "support/clouds.h"
 
-#include <Eigen/Geometry>
+#include <shapes/signed_distance.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <random>
 
@@ -75,44 +74,17 @@ PointSet lattice(int side, float spacing)
   return points;
 }
 
-namespace {
-
-/// Where a ray first meets something, and the normal there.
-struct Hit {
-  double range = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-
-  void offer(double other, const Eigen::Vector3d& itsNormal)
-  {
-    if (other > 0 && other < range) {
-      range = other;
-      normal = itsNormal;
-    }
-  }
-};
-
-void hitBox(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& origin, const Eigen::Vector3d& ray, Hit& hit)
-{
-  const Eigen::Array3d toLower = (box.min() - origin).cwiseQuotient(ray),
-                       toUpper = (box.max() - origin).cwiseQuotient(ray);
-  int face = 0;
-  const double entry = toLower.min(toUpper).maxCoeff(&face), exit = toLower.max(toUpper).minCoeff();
-  if (entry < exit)
-    hit.offer(entry, -Eigen::Vector3d::Unit(face) * (ray[face] > 0 ? 1 : -1));
-}
-
-} // namespace
-
 PointSet lidar()
 {
-  using Eigen::AlignedBox3d;
   using Eigen::Vector3d;
-  const std::vector<AlignedBox3d> boxes = {
-      {Vector3d(6, 2, 0), Vector3d(8, 6, 2)},        {Vector3d(-9, -4, 0), Vector3d(-6, -2, 1.6)},
-      {Vector3d(3, -8, 0), Vector3d(4, -7, 3)},      {Vector3d(-4, 9, 0), Vector3d(4, 10, 3)},
-      {Vector3d(12, -3, 0), Vector3d(16, -1, 2)},    {Vector3d(25, -30, 0), Vector3d(26, 30, 6)},
-      {Vector3d(-23, -30, 0), Vector3d(-22, 30, 6)}, {Vector3d(-30, 18, 0), Vector3d(30, 19, 6)},
-      {Vector3d(-30, -21, 0), Vector3d(30, -20, 6)}};
+  using Corners = std::pair<Vector3d, Vector3d>;
+  std::vector<shapes::Sdf> yard = {shapes::plane(Vector3d::UnitZ())};
+  for (const auto& [lower, upper] :
+       {Corners({6, 2, 0}, {8, 6, 2}), Corners({-9, -4, 0}, {-6, -2, 1.6}), Corners({3, -8, 0}, {4, -7, 3}),
+        Corners({-4, 9, 0}, {4, 10, 3}), Corners({12, -3, 0}, {16, -1, 2}), Corners({25, -30, 0}, {26, 30, 6}),
+        Corners({-23, -30, 0}, {-22, 30, 6}), Corners({-30, 18, 0}, {30, 19, 6}), Corners({-30, -21, 0}, {30, -20, 6})})
+    yard.push_back(shapes::translate(shapes::box((upper - lower) / 2), (lower + upper) / 2));
+  const shapes::Sdf distance = shapes::unite(yard);
   const Vector3d origin(0, 0, 1.8);
   constexpr double degree = static_cast<double>(EIGEN_PI) / 180;
   std::mt19937 random(1);
@@ -120,15 +92,14 @@ PointSet lidar()
   PointSet points;
   for (int beam = 0; beam < 32; ++beam)
     for (int step = 0; step < 1800; ++step) {
-      // Off the axes, where a division by zero would wait.
-      const double up = (-24.8 + 26.8 * beam / 31) * degree, around = (.2 * step + .1) * degree;
+      const double up = (-24.8 + 26.8 * beam / 31) * degree, around = .2 * step * degree;
       const Vector3d ray(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up));
-      Hit hit;
-      hit.offer(-origin.z() / ray.z(), Vector3d::UnitZ());
-      for (const AlignedBox3d& box : boxes)
-        hitBox(box, origin, ray, hit);
-      if (std::isfinite(hit.range))
-        append(points, (origin + (hit.range + noise(random)) * ray).cast<float>(), hit.normal.cast<float>());
+      double range = 0;
+      for (double left = 1; left > 1e-6 && range < 50; range += left)
+        left = distance(origin + range * ray);
+      if (range < 50)
+        append(points, (origin + (range + noise(random)) * ray).cast<float>(),
+               shapes::normalOf(distance, origin + range * ray).cast<float>());
     }
   points.sensors = {origin.cast<float>()};
   return points;
@@ -141,10 +112,10 @@ void append(PointSet& points, const Eigen::Vector3f& position, const Eigen::Vect
   points.normals.push_back(normal);
 }
 
-void append(PointSet& points, const PointSet& more)
+void append(PointSet& points, const PointSet& more, const Eigen::Vector3f& offset)
 {
   for (std::size_t i = 0; i < more.size(); ++i)
-    append(points, more.positions[i], more.normals[i]);
+    append(points, Eigen::Vector3f(more.positions[i] + offset), more.normals[i]);
 }
 
 pcl::mrf::Reconstruction reconstruct(const PointSet& cloud, const pcl::mrf::Options& options, int threads)

@@ -32,16 +32,16 @@ pcl::mrf::PointSet randomSquare(std::size_t count, float half, unsigned seed = 1
 /// side × side points of a square lattice in z = 0 with the given spacing, with normals +z.
 pcl::mrf::PointSet lattice(int side, float spacing);
 
-/// What a lidar of 32 beams in the middle of a yard sees, 1.8 above the ground: walls and boxes to a distance of 25,
-/// one ray every .2 degrees around, ranges with noise of .01. Rings lie up to 50 times as far apart as their points.
-/// With true normals, and the sensor.
+/// What a lidar of 32 beams in a yard sees from 1.8 above the ground: walls and boxes up to 25 away, one ray every .2
+/// degrees, noise of .01. Rings lie up to 50 times as far apart as their points. With true normals, and the sensor.
 pcl::mrf::PointSet lidar();
 
 /// Appends one point.
 void append(pcl::mrf::PointSet& points, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
 
-/// Appends all points of `more`.
-void append(pcl::mrf::PointSet& points, const pcl::mrf::PointSet& more);
+/// Appends all points of `more`, moved by the offset.
+void append(pcl::mrf::PointSet& points, const pcl::mrf::PointSet& more,
+            const Eigen::Vector3f& offset = Eigen::Vector3f::Zero());
 
 /// As a cloud comes, without sensors.
 pcl::mrf::RawCloud raw(std::vector<Eigen::Vector3f> positions, std::vector<Eigen::Vector3f> normals = {});
