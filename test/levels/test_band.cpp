@@ -2,13 +2,10 @@
 #include "field/grid_transfer.h"
 #include "field/voxel_set.h"
 #include "levels/multiscale.h"
-#include "mesh/polygonizer.h"
 #include "solver/grids.h"
+#include "support/clouds.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
-#include "support/zero_level.h"
-
-#include <pcl/surface/mrf/report.h>
-#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 
@@ -19,6 +16,7 @@
 #include <limits>
 #include <random>
 
+using namespace meshes;
 using namespace pcl::mrf;
 
 namespace {
@@ -71,8 +69,7 @@ MultiscaleResult solve(const PointSet& points, float spacing, std::int64_t dense
                        const std::function<TriangleMesh(TriangleMesh, float)>& wanted = {})
 {
   Execution execution(threads);
-  const auto search = makeKdTree();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   Options options;
   options.observation.kind = kind;
   options.prior = prior;
@@ -207,25 +204,6 @@ TEST(VoxelSet, KnowsItsPlanes)
   EXPECT_EQ(none.bottom(), none.top());
 }
 
-TEST(VoxelSet, RowsOfWholeLevelsBeginWithAVectorInTheWindows)
-{
-  Execution execution(1);
-  for (const int side : {1, 7, 16, 29}) {
-    const VoxelSet whole = wholeOf({{side, 3, 3}, Eigen::Vector3d::Zero(), 1}, execution);
-    EXPECT_EQ(whole.windowStride() % vectorUnit, 0);
-    // The margin is wide enough for whatever reads beside the rows, and no voxel is in two of them.
-    EXPECT_GE(whole.windowIndex(0, 1) - whole.windowIndex(whole.size().x, 0), 8);
-    for (int y = gridMargin; y < gridMargin + 3; ++y)
-      for (const pcl::mrf::Run& run : whole.row(y, gridMargin))
-        EXPECT_EQ(run.at % vectorUnit, 0);
-  }
-  WindowRing ring;
-  const VoxelSet whole = wholeOf({{20, 9, 9}, Eigen::Vector3d::Zero(), 1}, execution);
-  ring.reset(whole, 5);
-  for (int z = 0; z < 5; ++z)
-    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(ring[z]) % (vectorUnit * sizeof(float)), 0u);
-}
-
 TEST(VoxelSet, CountsNeighborsAndFollowsThem)
 {
   Execution execution(2);
@@ -300,20 +278,13 @@ TEST(BandedLevels, GradientsAreThoseOfTheVoxelsAround)
   const DistanceField field = solve(points, .04f, fewVoxels, {}).field;
   const Lattice& lattice = field.lattice();
   const GridSize size = lattice.size;
-  // Central differences at the voxels of a cell, one-sided at the border, looked up one by one.
-  const auto gradientAt = [&](const Eigen::Array3i& voxel) {
-    Eigen::Vector3d gradient;
-    for (int axis = 0; axis < 3; ++axis) {
-      const int last = (axis == 0 ? size.x : axis == 1 ? size.y : size.z) - 1;
-      Eigen::Array3i lower = voxel, upper = voxel;
-      lower[axis] = std::max(voxel[axis] - 1, 0);
-      upper[axis] = std::min(voxel[axis] + 1, last);
-      gradient[axis] = (static_cast<double>(field.distance(upper.x(), upper.y(), upper.z())) -
-                        field.distance(lower.x(), lower.y(), lower.z())) /
-                       (lattice.spacing * (upper[axis] - lower[axis]));
-    }
-    return gradient;
-  };
+  // The same values, looked up one by one and stored everywhere.
+  std::vector<float> distances;
+  for (std::int64_t n = 0; n < size.count(); ++n) {
+    const Eigen::Array3i voxel = size.voxel(n);
+    distances.push_back(field.distance(voxel.x(), voxel.y(), voxel.z()));
+  }
+  const DistanceField plain(lattice, distances, {});
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
   int stored = 0, border = 0, elsewhere = 0;
@@ -324,16 +295,8 @@ TEST(BandedLevels, GradientsAreThoseOfTheVoxelsAround)
     const Eigen::Vector3d inLattice = lattice.toVoxels(position);
     const Eigen::Array3i cell =
         inLattice.array().floor().cast<int>().max(0).min(Eigen::Array3i(size.x - 2, size.y - 2, size.z - 2));
-    const Eigen::Vector3d inCell = inLattice - cell.matrix().cast<double>();
-    Eigen::Vector3d expected = Eigen::Vector3d::Zero();
-    for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Array3i step(corner & 1, corner >> 1 & 1, corner >> 2);
-      double weight = 1;
-      for (int axis = 0; axis < 3; ++axis)
-        weight *= step[axis] ? inCell[axis] : 1 - inCell[axis];
-      expected += weight * gradientAt(cell + step);
-    }
-    ASSERT_LT((field.sampleGradient(position).cast<double>() - expected).norm(), 1e-3 * (1 + expected.norm()));
+    const Eigen::Vector3f expected = plain.sampleGradient(position);
+    ASSERT_LT((field.sampleGradient(position) - expected).norm(), 1e-3f * (1 + expected.norm()));
     const bool isAtBorder =
         (cell == 0).any() || cell.x() == size.x - 2 || cell.y() == size.y - 2 || cell.z() == size.z - 2;
     ++(isAtBorder ? border : field.hasCell(cell.x(), cell.y(), cell.z()) ? stored : elsewhere);
@@ -370,11 +333,9 @@ TEST(BandedLevels, LieInTheAxesOfTheCloudHoweverTheyAreStored)
         ASSERT_NEAR(field.sampleDistance(points.positions[i]), 0, .02) << "a fifth of a voxel";
         ASSERT_GT(field.sampleGradient(points.positions[i]).normalized().dot(points.normals[i]), .9f);
       }
-      Execution execution(1);
-      const TriangleMesh mesh = polygonize(field, execution);
-      const MeshStatistics statistics = measure(mesh);
+      const MeshStatistics statistics = measure(zeroLevel(field));
       EXPECT_TRUE(statistics.closed() && statistics.manifold());
-      const double volume = measure(polygonize(solve(points, .05f, everything, {}, kind).field, execution)).volume;
+      const double volume = measure(zeroLevel(solve(points, .05f, everything, {}, kind).field)).volume;
       EXPECT_NEAR(statistics.volume, volume, .001 * volume) << "outward, and that of dense levels";
       // Rows of signs say the same as voxels.
       std::vector<std::uint64_t> words(static_cast<std::size_t>(size.x + 63) / 64);
@@ -420,10 +381,9 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
     EXPECT_GE(asked, 1);
     EXPECT_LT(static_cast<double>(part.levels.back().unknowns), .9 * static_cast<double>(whole.levels.back().unknowns));
     // Four voxels of the coarser level and some beside what is wanted are left.
-    Execution execution(1);
     const auto innermost = [&](const DistanceField& field) {
       float result = std::numeric_limits<float>::max();
-      for (const Eigen::Vector3f& vertex : polygonize(field, execution).vertices)
+      for (const Eigen::Vector3f& vertex : zeroLevel(field).vertices)
         result = std::min(result, std::abs(vertex.z()));
       return result;
     };
@@ -431,28 +391,13 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
     EXPECT_GT(innermost(part.field), .1f);
     // What is wanted is what it was.
     std::vector<double> moved;
-    for (const Eigen::Vector3f& vertex : polygonize(part.field, execution).vertices)
+    for (const Eigen::Vector3f& vertex : zeroLevel(part.field).vertices)
       if (!isMiddle(vertex))
         moved.push_back(whole.field.sampleDistance(vertex) / (2 * spacing));
     EXPECT_GT(moved.size(), 2000u);
     EXPECT_LT(rootMeanSquare(moved), .01);
   }
   EXPECT_TRUE(wereMirrored && wereNot);
-}
-
-TEST(BandedLevels, FillHolesLikeDenseOnes)
-{
-  const auto isHole = [](const Eigen::Vector3f& p) { return (p - Eigen::Vector3f(0, .6f, .8f)).norm() < .5f; };
-  const PointSet all = shapes::sample(shapes::sphere(1), 1.2, .04);
-  const PointSet points = shapes::filter(all, [&](const Eigen::Vector3f& p) { return !isHole(p); });
-  for (const Prior order : {Prior::membrane, Prior::thinPlate, Prior::triharmonic}) {
-    PriorOptions prior;
-    prior.kind = order;
-    const DistanceField dense = solve(points, .04f, everything, prior).field,
-                        banded = solve(points, .04f, fewVoxels, prior).field;
-    // The hole is 12 voxels wide. What fills it is a guess: a twentieth of a voxel is a fraction of its error.
-    EXPECT_LT(rootMeanSquare(zeroLevelOffsets(banded, dense)), .05) << "k = " << static_cast<int>(order);
-  }
 }
 
 TEST(BandedLevels, KeepThinPlatesAndNestedShells)
@@ -469,8 +414,7 @@ TEST(BandedLevels, KeepThinPlatesAndNestedShells)
   for (const bool isPlate : {true, false}) {
     const PointSet points = isPlate ? shapes::sample(plate, 1.2, .03) : shapes::sample(shells, 1.2, .03);
     const DistanceField field = solve(points, .03f, fewVoxels, {}).field;
-    Execution execution(1);
-    const TriangleMesh mesh = polygonize(field, execution);
+    const TriangleMesh mesh = zeroLevel(field);
     std::int64_t off = 0;
     for (const Eigen::Vector3f& vertex : mesh.vertices) {
       const Eigen::Vector3d x = vertex.cast<double>();

@@ -42,8 +42,7 @@ MultiscaleResult regularizePoints(const PointSet& points, float spacing, const P
                                   int threads = 1, const ObservationOptions& observation = {})
 {
   Execution execution(threads);
-  const auto search = makeKdTree();
-  search->setPoints(points.positions);
+  const auto search = clouds::searchOf(points);
   Options all;
   all.observation = observation;
   all.prior = prior;
@@ -60,6 +59,32 @@ double surfaceError(const DistanceField& field, const PointSet& truth)
   for (const Eigen::Vector3f& p : truth.positions)
     sum += std::pow(field.sampleDistance(p) / field.lattice().spacing, 2);
   return std::sqrt(sum / static_cast<double>(truth.size()));
+}
+
+/// The number that follows a phrase of a message.
+float numberAfter(const std::string& phrase, const std::string& message)
+{
+  const std::size_t at = message.find(phrase);
+  EXPECT_NE(at, std::string::npos) << message;
+  return at != std::string::npos ? std::stof(message.substr(at + phrase.size())) : 0;
+}
+
+/// Root mean square of the difference of two fields' values, and the largest one, relative to the first's root mean
+/// square.
+std::pair<double, double> differences(const DistanceField& a, const DistanceField& b)
+{
+  double squares = 0, norm = 0, largest = 0;
+  const GridSize size = a.lattice().size;
+  EXPECT_EQ(size, b.lattice().size);
+  for (int k = 0; k < size.z; ++k)
+    for (int j = 0; j < size.y; ++j)
+      for (int i = 0; i < size.x; ++i) {
+        const double value = a.distance(i, j, k), difference = b.distance(i, j, k) - value;
+        squares += difference * difference;
+        norm += value * value;
+        largest = std::max(largest, std::abs(difference));
+      }
+  return {std::sqrt(squares / norm), largest};
 }
 
 /// A finer lattice inside of a coarser one, far enough from its border for any of the interpolations.
@@ -126,15 +151,8 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
   const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
   MultiscaleOptions options;
   options.maxMemory = std::size_t{64} << 20;
-  std::string message;
-  try {
-    planLevels(object, .002f, ofArea(1), options);
-  } catch (const ResourceLimit& error) {
-    message = error.message();
-  }
-  const std::string phrase = "a voxel size of ";
-  ASSERT_NE(message.find(phrase), std::string::npos) << message;
-  const float fitting = std::stof(message.substr(message.find(phrase) + phrase.size()));
+  const std::string message = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .002f, ofArea(1), options); });
+  const float fitting = numberAfter("a voxel size of ", message);
   EXPECT_GT(fitting, .002f);
   EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, ofArea(1), options));
 }
@@ -149,9 +167,7 @@ TEST(PlanLevels, TheVoxelSizeThatWouldFitIsFactorizedInTimeAsWell)
   const std::string slow = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .03f, workload, options); });
   EXPECT_NE(slow.find(" s, in which the run could not be cancelled; a voxel size of "), std::string::npos) << slow;
   const std::string message = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .01f, workload, options); });
-  const std::string phrase = "a voxel size of ";
-  ASSERT_NE(message.find(phrase), std::string::npos) << message;
-  const float fitting = std::stof(message.substr(message.find(phrase) + phrase.size()));
+  const float fitting = numberAfter("a voxel size of ", message);
   EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, workload, options)) << message;
 }
 
@@ -226,11 +242,10 @@ TEST(Regularize, SolvesSprawlingCloudsOfFewPointsInBands)
 {
   constexpr float spacing = .04f, apart = 6;
   PointSet points = shapes::sample([](const Eigen::Vector3d& x) { return x.z(); }, .5, spacing);
-  const std::size_t count = points.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    points.positions.push_back(points.positions[i] + Eigen::Vector3f(apart, apart, apart));
-    points.normals.push_back(-points.normals[i]);
-  }
+  PointSet facing = points;
+  for (Eigen::Vector3f& normal : facing.normals)
+    normal = -normal;
+  clouds::append(points, facing, Eigen::Vector3f::Constant(apart));
   const LevelReport finest = regularizePoints(points, spacing, {}, {}, {}, 1).levels.back();
   EXPECT_GT(finest.size.count(), 400000);
   EXPECT_LT(finest.unknowns, finest.size.count() / 5);
@@ -263,9 +278,7 @@ TEST(PlanLevels, RefusesPlanesAndRowsThat32BitsCannotCount)
     const std::string message = clouds::messageOf<ResourceLimit>([&] {
       planLevels(box({0, 0, 0}, sides), 1, ofArea(100), options);
     });
-    const std::string phrase = "choose voxels ";
-    ASSERT_NE(message.find(phrase), std::string::npos) << message;
-    const float factor = std::stof(message.substr(message.find(phrase) + phrase.size()));
+    const float factor = numberAfter("choose voxels ", message);
     EXPECT_GT(factor, 1);
     EXPECT_NO_THROW(planLevels(box({0, 0, 0}, sides), 1.01f * factor, ofArea(100), options)) << message;
   }
@@ -274,15 +287,9 @@ TEST(PlanLevels, RefusesPlanesAndRowsThat32BitsCannotCount)
 
 TEST(PlanLevels, ChecksItsOptions)
 {
-  const auto refuses = [](const MultiscaleOptions& options) {
-    EXPECT_THROW(planLevels(box({0, 0, 0}, {1, 1, 1}), .1f, ofArea(1), options), InvalidOption);
-  };
   MultiscaleOptions options;
   options.padding = 1;
-  refuses(options);
-  options = {};
-  options.voxelSize = -1;
-  refuses(options);
+  EXPECT_THROW(planLevels(box({0, 0, 0}, {1, 1, 1}), .1f, ofArea(1), options), InvalidOption);
 }
 
 /// Holds that an interpolation of a function between nested lattices is the function. \param error of single precision
@@ -298,21 +305,17 @@ void expectReproduced(const Function& function, const Interpolate& interpolate, 
     EXPECT_NEAR(interpolated[v], expected[v], error);
 }
 
-TEST(Interpolate, CubicReproducesCubicsAwayFromTheBorder)
-{
-  const auto cubic = [](const Eigen::Vector3d& x) {
-    return 1 + x.x() - 2 * x.y() * x.z() + .3 * x.x() * x.x() * x.x() - x.z() * x.z() * x.y() * x.x() +
-           .1 * x.y() * x.y() * x.y();
-  };
-  expectReproduced(cubic, interpolateCubic, 1e-4); // values reach 100
-}
-
-TEST(Interpolate, LinearReproducesTrilinearPolynomialsAwayFromTheBorder)
+TEST(Interpolate, ReproducesPolynomialsAwayFromTheBorder)
 {
   const auto trilinear = [](const Eigen::Vector3d& x) {
     return 1 + x.x() - 2 * x.y() * x.z() + .3 * x.x() * x.y() * x.z() - x.z();
   };
+  const auto cubic = [](const Eigen::Vector3d& x) {
+    return 1 + x.x() - 2 * x.y() * x.z() + .3 * x.x() * x.x() * x.x() - x.z() * x.z() * x.y() * x.x() +
+           .1 * x.y() * x.y() * x.y();
+  };
   expectReproduced(trilinear, interpolateLinear, 1e-4); // values reach 50
+  expectReproduced(cubic, interpolateCubic, 1e-4);      // and 100
 }
 
 TEST(Interpolate, LinearStaysWithinItsNeighborsAndAtTheBorderWithItsParent)
@@ -389,17 +392,8 @@ TEST(Regularize, CholeskyGivesMultigridsConvergedField)
         solver.changeTolerance = 0;
         return regularizePoints(points, .15f, options, {}, solver, 1, observation).field;
       };
-      const DistanceField expected = fieldBy(SolverMethod::cholesky), found = fieldBy(SolverMethod::multigrid);
-      const GridSize size = expected.lattice().size;
-      double difference = 0, norm = 0;
-      for (int k = 0; k < size.z; ++k)
-        for (int j = 0; j < size.y; ++j)
-          for (int i = 0; i < size.x; ++i) {
-            const double value = static_cast<double>(expected.distance(i, j, k));
-            difference += std::pow(static_cast<double>(found.distance(i, j, k)) - value, 2);
-            norm += value * value;
-          }
-      EXPECT_LT(std::sqrt(difference / norm), 1e-5) << "k = " << order(prior);
+      EXPECT_LT(differences(fieldBy(SolverMethod::cholesky), fieldBy(SolverMethod::multigrid)).first, 1e-5)
+          << "k = " << order(prior);
     }
 }
 
@@ -441,29 +435,8 @@ TEST(Regularize, StartsFromTheInterpolationThatWasAskedFor)
     prior.kind = Prior::membrane;
     return regularizePoints(points, .1f, prior, options, solver, 1, observation).field;
   };
-  const DistanceField cubic = fieldOf(Interpolation::cubic), linear = fieldOf(Interpolation::linear);
-  double largest = 0;
-  const GridSize size = cubic.lattice().size;
-  for (int k = 0; k < size.z; ++k)
-    for (int j = 0; j < size.y; ++j)
-      for (int i = 0; i < size.x; ++i)
-        largest = std::max<double>(largest, std::abs(cubic.distance(i, j, k) - linear.distance(i, j, k)));
-  EXPECT_GT(largest, .01 * .2) << "a hundredth of a voxel";
-}
-
-TEST(Regularize, DoesNotDependOnTheNumberOfThreads)
-{
-  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .1);
-  const auto one = regularizePoints(points, .1f);
-  for (const int threads : {2, 4}) {
-    const auto more = regularizePoints(points, .1f, {}, {}, {}, threads);
-    const GridSize size = one.field.lattice().size;
-    ASSERT_EQ(size, more.field.lattice().size);
-    for (int k = 0; k < size.z; ++k)
-      for (int j = 0; j < size.y; ++j)
-        for (int i = 0; i < size.x; ++i)
-          ASSERT_EQ(one.field.distance(i, j, k), more.field.distance(i, j, k));
-  }
+  EXPECT_GT(differences(fieldOf(Interpolation::cubic), fieldOf(Interpolation::linear)).second, .01 * .2)
+      << "a hundredth of a voxel";
 }
 
 TEST(Regularize, RefusesSurfacesThatNoPointsTellOf)
@@ -476,18 +449,12 @@ TEST(Regularize, RefusesSurfacesThatNoPointsTellOf)
   }
   MultiscaleOptions options;
   options.denseVoxels = 1 << 18;
-  const auto refusal = [&](float voxelSize) -> std::string {
+  const auto refusal = [&](float voxelSize) {
     options.voxelSize = voxelSize;
-    try {
-      regularizePoints(points, 1, {}, options);
-    } catch (const ResourceLimit& error) {
-      return error.message();
-    }
-    return {};
+    return clouds::messageOf<ResourceLimit>([&] { regularizePoints(points, 1, {}, options); });
   };
-  const std::string message = refusal(2), phrase = "a voxel size of ";
-  ASSERT_NE(message.find("12 points"), std::string::npos) << message;
-  const float fitting = std::stof(message.substr(message.find(phrase) + phrase.size()));
+  ASSERT_NE(refusal(2).find("12 points"), std::string::npos) << refusal(2);
+  const float fitting = numberAfter("a voxel size of ", refusal(2));
   EXPECT_GT(fitting, 2);
   EXPECT_EQ(refusal(fitting), "");
   // Beside its points the surface takes more memory than they foretell.

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/mesh_quality.h"
-#include "mesh/polygonizer.h"
-#include "support/same_statistics.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
-
-#include <pcl/surface/mrf/report.h>
-#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 
@@ -16,6 +12,7 @@
 #include <numeric>
 #include <random>
 
+using namespace meshes;
 using namespace pcl::mrf;
 using Eigen::Vector3f;
 
@@ -59,14 +56,6 @@ TriangleMesh torus(int m, int n, double majorRadius, double minorRadius)
       mesh.triangles.push_back({a, c, d});
     }
   return mesh;
-}
-
-void append(TriangleMesh& mesh, const TriangleMesh& other)
-{
-  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
-  for (const Triangle& t : other.triangles)
-    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
 
 bool has(const Triangle& t, std::int32_t v)
@@ -154,16 +143,6 @@ TEST(MeshQuality, tetrahedron)
   EXPECT_EQ(s.regularShare(), 0);
 }
 
-TEST(MeshQuality, insideOutTetrahedronHasNegativeVolume)
-{
-  TriangleMesh mesh = tetrahedron();
-  for (Triangle& t : mesh.triangles)
-    std::swap(t[1], t[2]);
-  const MeshStatistics s = measure(mesh);
-  EXPECT_TRUE(s.closed() && s.manifold());
-  EXPECT_NEAR(s.volume, -1. / 6, 1e-12);
-}
-
 TEST(MeshQuality, twoTetrahedraOnOneVertex)
 {
   TriangleMesh mesh = tetrahedron();
@@ -192,40 +171,6 @@ TEST(MeshQuality, openBowTie)
   EXPECT_EQ(s.boundaryEdges, 6);
   EXPECT_EQ(s.boundaryLoops, 2);
   EXPECT_EQ(s.components, 2);
-}
-
-TEST(MeshQuality, threeTrianglesOnAnEdge)
-{
-  TriangleMesh mesh;
-  mesh.vertices = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}};
-  mesh.triangles = {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
-  const MeshStatistics s = measure(mesh);
-  EXPECT_EQ(s.nonManifoldEdges, 1);
-  EXPECT_EQ(s.nonManifoldVertices, 2);
-  EXPECT_EQ(s.edges, 7);
-  EXPECT_EQ(s.boundaryEdges, 6);
-  EXPECT_EQ(s.components, 1);
-  EXPECT_FALSE(s.manifold());
-}
-
-TEST(MeshQuality, flippedNeighborIsFoundOnItsEdges)
-{
-  TriangleMesh mesh = tetrahedron();
-  std::swap(mesh.triangles[3][0], mesh.triangles[3][1]);
-  const MeshStatistics s = measure(mesh);
-  EXPECT_EQ(s.nonManifoldEdges, 3);
-  EXPECT_EQ(s.nonManifoldVertices, 0); // the triangles do form fans
-  EXPECT_EQ(s.boundaryEdges, 0);
-  EXPECT_EQ(s.components, 1);
-}
-
-TEST(MeshQuality, duplicateTriangle)
-{
-  TriangleMesh mesh = tetrahedron();
-  mesh.triangles.push_back(mesh.triangles.front());
-  const MeshStatistics s = measure(mesh);
-  EXPECT_EQ(s.nonManifoldEdges, 3);
-  EXPECT_EQ(s.nonManifoldVertices, 3);
 }
 
 TEST(MeshQuality, openAndClosedFans)
@@ -361,8 +306,7 @@ TEST(MeshQuality, componentsAreNumberedByTheirFirstTriangle)
 TEST(MeshQuality, doesNotDependOnTheNumberOfThreads)
 {
   // More vertices than one range has, with a boundary, several components and torn vertices.
-  Execution execution(1);
-  TriangleMesh mesh = polygonize(shapes::field(shapes::torus(.6, .25), 1, 90), execution);
+  TriangleMesh mesh = zeroLevel(shapes::field(shapes::torus(.6, .25), 1, 90));
   ASSERT_GT(mesh.vertices.size(), 16384u);
   std::vector<std::uint8_t> keep(mesh.triangles.size());
   std::mt19937 random(3);
@@ -377,21 +321,6 @@ TEST(MeshQuality, doesNotDependOnTheNumberOfThreads)
     Execution parallel(threads);
     expectSame(one, measure(mesh, parallel));
   }
-}
-
-TEST(MeshQuality, doesNotDependOnTheOrderOfTriangles)
-{
-  Execution execution(1);
-  TriangleMesh mesh = polygonize(shapes::field(shapes::torus(.6, .25), 1, 30), execution);
-  const MeshStatistics before = measure(mesh);
-  std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), std::mt19937(1));
-  const MeshStatistics after = measure(mesh);
-  EXPECT_EQ(before.edges, after.edges);
-  EXPECT_EQ(before.valences, after.valences);
-  EXPECT_EQ(before.eulerCharacteristic, 0);
-  EXPECT_EQ(after.eulerCharacteristic, 0);
-  EXPECT_TRUE(after.manifold() && after.closed());
-  EXPECT_NEAR(before.volume, after.volume, 1e-12);
 }
 
 } // namespace

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "exact/self_intersections.h"
-#include "mesh/polygonizer.h"
 #include "mesh/self_intersection.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
-
-#include <pcl/surface/mrf/report.h>
-#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <Eigen/Geometry>
 
@@ -17,6 +14,7 @@
 #include <map>
 #include <random>
 
+using namespace meshes;
 using namespace pcl::mrf;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
@@ -24,12 +22,6 @@ using Eigen::Vector3f;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-
-TriangleMesh extract(const DistanceField& field, int threads = 1)
-{
-  Execution execution(threads);
-  return polygonize(field, execution);
-}
 
 DistanceField makeField(GridSize size, std::vector<float> distances, double spacing = 1,
                         const Vector3d& origin = Vector3d::Zero())
@@ -42,11 +34,6 @@ DistanceField makeField(GridSize size, std::vector<float> distances, double spac
   return {lattice, std::move(distances), std::move(confidences)};
 }
 
-bool isAtBorder(GridSize size, int i, int j, int k)
-{
-  return i == 0 || j == 0 || k == 0 || i == size.x - 1 || j == size.y - 1 || k == size.z - 1;
-}
-
 /// Values from `value(i, j, k)` inside a border of `outside`.
 template <typename Value>
 DistanceField enclosed(GridSize size, float outside, const Value& value, double spacing = 1,
@@ -55,23 +42,17 @@ DistanceField enclosed(GridSize size, float outside, const Value& value, double 
   std::vector<float> distances;
   for (int k = 0; k < size.z; ++k)
     for (int j = 0; j < size.y; ++j)
-      for (int i = 0; i < size.x; ++i)
-        distances.push_back(isAtBorder(size, i, j, k) ? outside : value(i, j, k));
+      for (int i = 0; i < size.x; ++i) {
+        const bool isAtBorder = i % (size.x - 1) == 0 || j % (size.y - 1) == 0 || k % (size.z - 1) == 0;
+        distances.push_back(isAtBorder ? outside : value(i, j, k));
+      }
   return makeField(size, std::move(distances), spacing, origin);
 }
 
 /// What every extracted mesh must be, whatever the field.
-void expectValid(const MeshStatistics& mesh)
-{
-  EXPECT_EQ(mesh.nonManifoldEdges, 0);
-  EXPECT_EQ(mesh.nonManifoldVertices, 0);
-  EXPECT_EQ(mesh.degenerateTriangles, 0);
-  EXPECT_EQ(mesh.unusedVertices, 0);
-}
-
 void expectClosed(const MeshStatistics& mesh)
 {
-  expectValid(mesh);
+  expectSound(mesh);
   EXPECT_EQ(mesh.boundaryEdges, 0);
   EXPECT_EQ(mesh.eulerCharacteristic % 2, 0); // of a closed orientable surface, 2 per component less 2 per handle
 }
@@ -92,24 +73,6 @@ std::vector<std::array<float, 3>> sortedVertices(const TriangleMesh& mesh)
 
 } // namespace
 
-TEST(Polygonizer, everySignPatternOfACellIsClosedAndManifold)
-{
-  for (int signs = 0; signs < 256; ++signs) {
-    SCOPED_TRACE(signs);
-    const DistanceField field = enclosed({4, 4, 4}, .7f, [&](int i, int j, int k) {
-      return signs >> ((i - 1) | (j - 1) << 1 | (k - 1) << 2) & 1 ? -.4f : .5f;
-    });
-    const MeshStatistics mesh = measure(extract(field));
-    expectClosed(mesh);
-    if (signs != 0) {
-      EXPECT_GT(mesh.triangles, 0);
-      EXPECT_GT(mesh.volume, 0); // outward
-    } else {
-      EXPECT_EQ(mesh.vertices, 0);
-    }
-  }
-}
-
 /// Each sign pattern next to each other one: a shared face must be cut alike from both sides.
 TEST(Polygonizer, everyPairOfNeighboringPatternsIsClosedAndManifold)
 {
@@ -117,20 +80,9 @@ TEST(Polygonizer, everyPairOfNeighboringPatternsIsClosedAndManifold)
     const DistanceField field = enclosed({5, 4, 4}, .7f, [&](int i, int j, int k) {
       return signs >> ((i - 1) + 3 * ((j - 1) | (k - 1) << 1)) & 1 ? -.4f : .5f;
     });
-    const MeshStatistics mesh = measure(extract(field));
-    ASSERT_TRUE(mesh.closed() && mesh.manifold() && mesh.degenerateTriangles == 0) << signs;
-  }
-}
-
-TEST(Polygonizer, whiteNoiseIsClosedAndManifold)
-{
-  std::mt19937 random(7);
-  std::normal_distribution<float> noise;
-  for (const GridSize size : {GridSize{10, 10, 10}, GridSize{20, 17, 13}, GridSize{7, 9, 20}}) {
-    const auto field = enclosed(size, 1, [&](int, int, int) { return noise(random); });
-    const MeshStatistics mesh = measure(extract(field));
-    expectClosed(mesh);
-    EXPECT_GT(mesh.triangles, size.count() / 2);
+    const MeshStatistics mesh = measure(zeroLevel(field));
+    ASSERT_TRUE(mesh.closed() && mesh.manifold() && mesh.degenerateTriangles + mesh.unusedVertices == 0) << signs;
+    ASSERT_EQ(mesh.volume > 0, signs != 0) << "outward";
   }
 }
 
@@ -142,10 +94,10 @@ TEST(Polygonizer, rowsOfAnyLengthAreClosedAndManifold)
   for (const int length : {63, 64, 65, 127, 128, 129, 130}) {
     SCOPED_TRACE(length);
     const auto field = enclosed({length, 5, 5}, 1, [&](int, int, int) { return noise(random); });
-    expectClosed(measure(extract(field)));
+    expectClosed(measure(zeroLevel(field)));
     // The same values with the axes exchanged need no word boundary.
     const auto turned = enclosed({5, 5, length}, 1, [&](int i, int j, int k) { return field.distance(k, i, j); });
-    EXPECT_EQ(measure(extract(turned)).vertices, measure(extract(field)).vertices);
+    EXPECT_EQ(measure(zeroLevel(turned)).vertices, measure(zeroLevel(field)).vertices);
   }
 }
 
@@ -164,19 +116,21 @@ TEST(Polygonizer, noTriangleDegeneratesWithValuesNearZero)
     for (const double spacing : {1., 1e-3, 370.}) {
       SCOPED_TRACE(::testing::Message() << distance << " voxels of " << spacing);
       const Vector3d origin = distance * spacing * Vector3d(1, -1, .7);
-      const MeshStatistics mesh = measure(extract(enclosed({16, 16, 16}, 1, value, spacing, origin)));
+      const MeshStatistics mesh = measure(zeroLevel(enclosed({16, 16, 16}, 1, value, spacing, origin)));
       expectClosed(mesh);
     }
 }
 
 TEST(Polygonizer, zeroIsOutside)
 {
-  EXPECT_TRUE(extract(makeField({3, 3, 3}, std::vector<float>(27, 0.f))).triangles.empty());
-  EXPECT_TRUE(extract(makeField({3, 3, 3}, std::vector<float>(27, -0.f))).triangles.empty());
+  EXPECT_TRUE(zeroLevel(DistanceField()).triangles.empty());
+  EXPECT_TRUE(zeroLevel(makeField({3, 3, 3}, std::vector<float>(27, -1.f))).triangles.empty());
+  EXPECT_TRUE(zeroLevel(makeField({3, 3, 3}, std::vector<float>(27, 0.f))).triangles.empty());
+  EXPECT_TRUE(zeroLevel(makeField({3, 3, 3}, std::vector<float>(27, -0.f))).triangles.empty());
   // Negative all over but for one zero: the surface is a bubble around it, with its normals towards the zero.
   std::vector<float> distances(27, -1.f);
   distances[13] = 0;
-  const MeshStatistics mesh = measure(extract(makeField({3, 3, 3}, distances)));
+  const MeshStatistics mesh = measure(zeroLevel(makeField({3, 3, 3}, distances)));
   expectClosed(mesh);
   EXPECT_EQ(mesh.eulerCharacteristic, 2);
   EXPECT_LT(mesh.volume, 0);
@@ -188,7 +142,8 @@ TEST(Polygonizer, infiniteAndUndefinedValuesGiveFinitePositions)
   const std::vector<float> values{-infinity, infinity, nan, -1.f, 1.f};
   std::mt19937 random(10);
   std::uniform_int_distribution<std::size_t> pick(0, values.size() - 1);
-  const TriangleMesh mesh = extract(enclosed({9, 9, 9}, infinity, [&](int, int, int) { return values[pick(random)]; }));
+  const TriangleMesh mesh =
+      zeroLevel(enclosed({9, 9, 9}, infinity, [&](int, int, int) { return values[pick(random)]; }));
   EXPECT_TRUE(std::all_of(mesh.vertices.begin(), mesh.vertices.end(), [](const Vector3f& x) { return x.allFinite(); }));
   expectClosed(measure(mesh));
 }
@@ -202,8 +157,8 @@ TEST(Polygonizer, mirroredSignsGiveTheSameVertices)
     distances.push_back(noise(random));
     mirrored.push_back(-distances.back());
   }
-  const TriangleMesh mesh = extract(makeField({9, 8, 7}, distances));
-  const TriangleMesh inverse = extract(makeField({9, 8, 7}, mirrored));
+  const TriangleMesh mesh = zeroLevel(makeField({9, 8, 7}, distances));
+  const TriangleMesh inverse = zeroLevel(makeField({9, 8, 7}, mirrored));
   EXPECT_EQ(sortedVertices(mesh), sortedVertices(inverse));
 }
 
@@ -214,9 +169,9 @@ TEST(Polygonizer, leavesTheLatticeOnlyAtItsBorder)
   std::vector<float> distances(11 * 12 * 13);
   for (float& distance : distances)
     distance = noise(random);
-  const TriangleMesh mesh = extract(makeField({11, 12, 13}, distances));
+  const TriangleMesh mesh = zeroLevel(makeField({11, 12, 13}, distances));
   const MeshStatistics statistics = measure(mesh);
-  expectValid(statistics);
+  expectSound(statistics);
   EXPECT_GT(statistics.boundaryEdges, 0);
   // An edge is on the boundary exactly if both its ends are on one face of the lattice's box.
   const Vector3f last(10, 11, 12);
@@ -242,10 +197,10 @@ TEST(Polygonizer, doesNotDependOnThreads)
   std::mt19937 random(13);
   std::normal_distribution<float> noise;
   const auto field = enclosed({40, 33, 29}, 1, [&](int, int, int) { return noise(random); });
-  const TriangleMesh one = extract(field, 1);
+  const TriangleMesh one = zeroLevel(field, 1);
   for (const int threads : {2, 4})
-    EXPECT_TRUE(sameBytes(one, extract(field, threads))) << threads;
-  EXPECT_TRUE(sameBytes(one, extract(field, 4)));
+    EXPECT_TRUE(sameBytes(one, zeroLevel(field, threads))) << threads;
+  EXPECT_TRUE(sameBytes(one, zeroLevel(field, 4)));
 }
 
 struct Solid {
@@ -285,7 +240,7 @@ TEST(Polygonizer, areaAndVolumeConvergeAtSecondOrder)
     SCOPED_TRACE(solid.name);
     std::vector<double> areaErrors, volumeErrors;
     for (const int voxels : {24, 48, 96}) {
-      const MeshStatistics mesh = measure(extract(shapes::field(solid.sdf, 1, voxels)));
+      const MeshStatistics mesh = measure(zeroLevel(shapes::field(solid.sdf, 1, voxels)));
       expectClosed(mesh);
       EXPECT_EQ(mesh.components, solid.components);
       EXPECT_EQ(mesh.eulerCharacteristic, solid.eulerCharacteristic);
@@ -305,7 +260,7 @@ TEST(Polygonizer, verticesLieOnTheZeroLevel)
   std::vector<double> errors;
   for (const int voxels : {24, 48}) {
     double largest = 0;
-    for (const Vector3f& x : extract(shapes::field(sdf, 1, voxels)).vertices)
+    for (const Vector3f& x : zeroLevel(shapes::field(sdf, 1, voxels)).vertices)
       largest = std::max(largest, std::abs(sdf(x.cast<double>())));
     errors.push_back(largest);
     // A linear crossing is off by at most e²κ/8 along an edge e of up to √3 voxels, and by the margin (1/512) of it.
@@ -315,27 +270,11 @@ TEST(Polygonizer, verticesLieOnTheZeroLevel)
   EXPECT_LT(errors[1], errors[0] / 2);
 }
 
-TEST(Polygonizer, trianglesFaceOutwards)
-{
-  const shapes::Sdf sdf = shapes::torus(.6, .25);
-  const TriangleMesh mesh = extract(shapes::field(sdf, 1, 40));
-  for (const Triangle& t : mesh.triangles) {
-    const Vector3d a = mesh.vertices[static_cast<std::size_t>(t[0])].cast<double>();
-    const Vector3d b = mesh.vertices[static_cast<std::size_t>(t[1])].cast<double>();
-    const Vector3d c = mesh.vertices[static_cast<std::size_t>(t[2])].cast<double>();
-    const Vector3d normal = (b - a).cross(c - a);
-    // Slivers, with sides near the margin, may turn by rounding and by the clamping of their vertices.
-    if (triangleQuality(a.cast<float>(), b.cast<float>(), c.cast<float>()) > .1) {
-      EXPECT_GT(normal.dot(shapes::normalOf(sdf, (a + b + c) / 3)), 0);
-    }
-  }
-}
-
 TEST(Polygonizer, smoothFieldsDoNotIntersectThemselves)
 {
   for (const Solid& solid : solids()) {
     SCOPED_TRACE(solid.name);
-    EXPECT_EQ(exact::selfIntersectingTriangles(extract(shapes::field(solid.sdf, 1, 41))).size(), 0u);
+    EXPECT_EQ(exact::selfIntersectingTriangles(zeroLevel(shapes::field(solid.sdf, 1, 41))).size(), 0u);
   }
 }
 
@@ -345,15 +284,5 @@ TEST(Polygonizer, whiteNoiseDoesNotIntersectItself)
   std::mt19937 random(14);
   std::normal_distribution<float> noise;
   const auto field = enclosed({14, 14, 14}, 1, [&](int, int, int) { return noise(random); });
-  EXPECT_EQ(exact::selfIntersectingTriangles(extract(field)).size(), 0u);
-}
-
-TEST(Polygonizer, withoutAZeroLevelGiveAnEmptyMesh)
-{
-  for (const float value : {-1.f, 1.f}) {
-    const TriangleMesh mesh = extract(makeField({5, 6, 7}, std::vector<float>(210, value)));
-    EXPECT_TRUE(mesh.vertices.empty());
-    EXPECT_TRUE(mesh.triangles.empty());
-  }
-  EXPECT_TRUE(extract(DistanceField()).triangles.empty());
+  EXPECT_EQ(exact::selfIntersectingTriangles(zeroLevel(field)).size(), 0u);
 }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "exact/self_intersections.h"
-#include "mesh/polygonizer.h"
+#include "mesh/crowded_space.h"
 #include "mesh/self_intersection.h"
 #include "support/cancelling.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
-
-#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 
@@ -14,16 +13,11 @@
 #include <random>
 #include <set>
 
+using namespace meshes;
 using namespace pcl::mrf;
 using Eigen::Vector3f;
 
 namespace {
-
-TriangleMesh zeroLevel(const DistanceField& field)
-{
-  Execution execution(1);
-  return polygonize(field, execution);
-}
 
 bool degenerate(const TriangleMesh& mesh)
 {
@@ -63,53 +57,20 @@ void comparePairs(const std::vector<Triangle>& triangles, int vertices, unsigned
   EXPECT_LT(intersecting, compared - compared / 50);
 }
 
-TriangleMesh patch(int side)
-{
-  TriangleMesh mesh;
-  for (int j = 0; j <= side; ++j)
-    for (int i = 0; i <= side; ++i)
-      mesh.vertices.push_back(Vector3f(static_cast<float>(i), static_cast<float>(j), 0));
-  for (int j = 0; j < side; ++j)
-    for (int i = 0; i < side; ++i) {
-      const std::int32_t v = j * (side + 1) + i;
-      mesh.triangles.push_back({v, v + 1, v + side + 2});
-      mesh.triangles.push_back({v, v + side + 2, v + side + 1});
-    }
-  return mesh;
-}
-
-/// By value: a mesh may be appended to itself.
-void append(TriangleMesh& mesh, TriangleMesh other, const Vector3f& shift)
-{
-  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
-  for (const Vector3f& p : other.vertices)
-    mesh.vertices.push_back(p + shift);
-  for (const Triangle& t : other.triangles)
-    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-}
-
 } // namespace
 
-TEST(SelfIntersection, PairsWithoutCommonVertexAgreeWithCgal)
+TEST(SelfIntersection, PairsAgreeWithCgal)
 {
   comparePairs({{0, 1, 2}, {3, 4, 5}}, 6, 1);
-}
-
-TEST(SelfIntersection, PairsWithOneCommonVertexAgreeWithCgal)
-{
-  comparePairs({{0, 1, 2}, {3, 0, 4}}, 5, 2);
-}
-
-TEST(SelfIntersection, PairsWithACommonEdgeAgreeWithCgal)
-{
-  comparePairs({{0, 1, 2}, {1, 0, 3}}, 4, 3);
+  comparePairs({{0, 1, 2}, {3, 0, 4}}, 5, 2); // with a common vertex
+  comparePairs({{0, 1, 2}, {1, 0, 3}}, 4, 3); // with a common edge
 }
 
 TEST(SelfIntersection, CrumpledPatchAgreesWithCgal)
 {
   std::mt19937 random(4);
   for (const float noise : {.4f, .8f, 1.5f}) {
-    TriangleMesh mesh = patch(30);
+    TriangleMesh mesh = squares(30);
     std::normal_distribution<float> offset(0, noise);
     for (Vector3f& p : mesh.vertices)
       p += Vector3f(offset(random), offset(random), offset(random));
@@ -122,7 +83,7 @@ TEST(SelfIntersection, CrumpledPatchAgreesWithCgal)
 TEST(SelfIntersection, NearlyFlatPatchFarFromTheOriginAgreesWithCgal)
 {
   // Rounding to float leaves a tilted plane almost, but not exactly flat: the filter alone would guess.
-  TriangleMesh mesh = patch(20);
+  TriangleMesh mesh = squares(20);
   for (Vector3f& p : mesh.vertices)
     p = Vector3f(1000 + .37f * p.x(), 2000 + .21f * p.y(), 3000 + .1f * p.x() + .3f * p.y());
   append(mesh, mesh, {.05f, .02f, 0});
@@ -145,7 +106,7 @@ TEST(SelfIntersection, SlicedSpheresAgreeWithCgalForAnyNumberOfThreads)
 TEST(SelfIntersection, OnlyPairsWithAMarkedTriangleAreLookedAt)
 {
   std::mt19937 random(5);
-  TriangleMesh mesh = patch(20);
+  TriangleMesh mesh = squares(20);
   std::normal_distribution<float> offset(0, .6f);
   for (Vector3f& p : mesh.vertices)
     p += Vector3f(offset(random), offset(random), offset(random));
@@ -177,19 +138,10 @@ TEST(SelfIntersection, OnlyPairsWithAMarkedTriangleAreLookedAt)
   EXPECT_LT(found.size(), selfIntersectingTriangles(mesh).size());
 }
 
-TEST(SelfIntersection, ManifoldLevelSetsAreClean)
-{
-  const double h = 2.0 / 24;
-  for (const shapes::Sdf& shape : {shapes::torus(.6, .25), shapes::box({.7, .5, .6}), shapes::box({.7, .7, 1.1 * h})}) {
-    const TriangleMesh mesh = zeroLevel(shapes::field(shape, 1, 24));
-    EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
-  }
-}
-
 TEST(SelfIntersection, OneHugeTriangleAmongSmallOnes)
 {
   // Bins of the small triangles' size would be too many over the large one.
-  TriangleMesh mesh = patch(60);
+  TriangleMesh mesh = squares(60);
   const auto first = static_cast<std::int32_t>(mesh.vertices.size());
   mesh.vertices.insert(mesh.vertices.end(), {{30.2f, 30.3f, -1e5f}, {30.2f, 30.3f, 1e5f}, {1e6f, 1e6f, 1e5f}});
   mesh.triangles.push_back({first, first + 1, first + 2});
@@ -217,7 +169,7 @@ TEST(SelfIntersection, DegenerateTrianglesCountAsTheirEdges)
 TEST(SelfIntersection, EmptyAndNotFinite)
 {
   EXPECT_TRUE(selfIntersectingTriangles({}).empty());
-  TriangleMesh mesh = patch(2);
+  TriangleMesh mesh = squares(2);
   mesh.vertices[0].x() = std::numeric_limits<float>::quiet_NaN();
   mesh.vertices[1].y() = std::numeric_limits<float>::infinity();
   EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());
@@ -231,4 +183,113 @@ TEST(SelfIntersection, AsksOnTheWayWhetherToGoOn)
   // About a microsecond per triangle, half of it in the pass that sorts them into bins one by one.
   EXPECT_GE(callsDuring(search), static_cast<std::int64_t>(mesh.triangles.size()) / 10000);
   expectCancelledWhereverItAsks(search);
+}
+
+namespace {
+
+struct Surface {
+  std::vector<Vector3f> positions, normals;
+
+  void add(const Vector3f& position, const Vector3f& normal)
+  {
+    positions.push_back(position);
+    normals.push_back(normal);
+  }
+};
+
+/// Random points of the square [-10, 10]² at a height.
+void addSheet(Surface& surface, float z, const Vector3f& normal)
+{
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> coordinate(-10, 10);
+  for (int n = 0; n < 4000; ++n)
+    surface.add({coordinate(random), coordinate(random), z}, normal);
+}
+
+double crowdedShare(const Surface& surface, const std::vector<Vector3f>& positions)
+{
+  Execution execution(2);
+  const CrowdedSpace space(surface.positions, surface.normals, 1, execution);
+  double count = 0;
+  for (const Vector3f& p : positions)
+    count += space.contains(p) ? 1 : 0;
+  return count / static_cast<double>(positions.size());
+}
+
+} // namespace
+
+TEST(CrowdedSpace, ASheetAloneIsNot)
+{
+  Surface flat;
+  addSheet(flat, .3f, {0, 0, 1});
+  EXPECT_EQ(crowdedShare(flat, flat.positions), 0);
+
+  // A sphere of seven cells' radius: within the three cells around one, normals are within 23° of their mean.
+  Surface sphere;
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  for (int n = 0; n < 8000; ++n) {
+    const Vector3f direction = Vector3f(normal(random), normal(random), normal(random)).normalized();
+    sphere.add(7 * direction, direction);
+  }
+  EXPECT_EQ(crowdedShare(sphere, sphere.positions), 0);
+}
+
+TEST(CrowdedSpace, SheetsThatFaceEachOtherAreUpToACellAway)
+{
+  for (const float gap : {.01f, .5f, .99f}) {
+    Surface sheets;
+    addSheet(sheets, 0, {0, 0, 1});
+    addSheet(sheets, gap, {0, 0, -1});
+    EXPECT_EQ(crowdedShare(sheets, sheets.positions), 1) << gap;
+  }
+  Surface apart;
+  addSheet(apart, 0, {0, 0, 1});
+  addSheet(apart, 3, {0, 0, -1});
+  EXPECT_EQ(crowdedShare(apart, apart.positions), 0);
+}
+
+TEST(CrowdedSpace, CreasesAreAndWhatIsFarFromThemIsNot)
+{
+  Surface edge;
+  addSheet(edge, 0, {0, 0, 1});
+  for (Vector3f& p : edge.positions)
+    p.x() = std::abs(p.x());
+  const std::size_t count = edge.positions.size();
+  for (std::size_t n = 0; n < count; ++n) // the square x = 0 below it
+    edge.add({0, edge.positions[n].y(), -edge.positions[n].x()}, {-1, 0, 0});
+  Execution execution(1);
+  const CrowdedSpace space(edge.positions, edge.normals, 1, execution);
+  for (const Vector3f& p : edge.positions) {
+    const float distance = std::max(p.x(), -p.z());
+    if (distance < .9f) {
+      EXPECT_TRUE(space.contains(p)) << p.transpose();
+    }
+    if (distance > 2.1f) {
+      EXPECT_FALSE(space.contains(p)) << p.transpose();
+    }
+  }
+}
+
+TEST(CrowdedSpace, HugeExtentsAndNoPositionsDoNoHarm)
+{
+  Execution execution(1);
+  const CrowdedSpace none({}, {}, 1, execution);
+  (void)none.contains({0, 0, 0});
+  // More cells than indices: what shares one looks crowded at most.
+  const std::vector<Vector3f> positions{{-1e9f, 0, 0}, {0, 0, 0}, {1e9f, 1e9f, 1e9f}};
+  const CrowdedSpace space(positions, {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}, 1e-3f, execution);
+  for (const Vector3f& p : positions)
+    EXPECT_FALSE(space.contains(p));
+}
+
+TEST(CrowdedSpace, AsksOnTheWayWhetherToGoOn)
+{
+  Surface sheets;
+  for (int n = 0; n < 10; ++n)
+    addSheet(sheets, static_cast<float>(n), {0, 0, 1});
+  const auto make = [&](Execution& execution) { CrowdedSpace(sheets.positions, sheets.normals, 1, execution); };
+  // Positions are sorted into cells one by one, a tenth of a microsecond each.
+  EXPECT_GE(callsDuring(make), static_cast<std::int64_t>(sheets.positions.size()) / 10000);
+  expectCancelledWhereverItAsks(make);
 }

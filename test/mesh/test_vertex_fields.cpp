@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mesh/polygonizer.h"
 #include "mesh/vertex_fields.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/options.h>
-#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 
@@ -13,17 +12,12 @@
 #include <random>
 #include <stdexcept>
 
+using namespace meshes;
 using namespace pcl::mrf;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 namespace {
-
-TriangleMesh extract(const DistanceField& field)
-{
-  Execution execution(1);
-  return polygonize(field, execution);
-}
 
 TEST(VertexFields, normalsOfASphereConverge)
 {
@@ -31,7 +25,7 @@ TEST(VertexFields, normalsOfASphereConverge)
   std::vector<double> errors;
   for (const int voxels : {20, 40}) {
     const DistanceField field = shapes::field(shapes::sphere(.7), 1, voxels);
-    TriangleMesh mesh = extract(field);
+    TriangleMesh mesh = zeroLevel(field);
     setNormals(mesh, field, execution);
     ASSERT_EQ(mesh.normals.size(), mesh.vertices.size());
     double largest = 0;
@@ -225,7 +219,7 @@ TEST_F(Attributes, refuseAWrongNumberOfValues)
 TEST_F(Attributes, fieldsDoNotDependOnThreads)
 {
   const DistanceField field = shapes::field(shapes::torus(.6, .25), 1, 40);
-  TriangleMesh mesh = extract(field), other = mesh;
+  TriangleMesh mesh = zeroLevel(field), other = mesh;
   Execution one(1), four(4);
   setNormals(mesh, field, one);
   setNormals(other, field, four);

@@ -250,14 +250,6 @@ TEST(Smoothing, fewPointsGetTheShortestAndNoCurve)
   EXPECT_TRUE(choice.curve.empty());
 }
 
-TEST(Smoothing, doesNotDependOnTheNumberOfThreads)
-{
-  const PointSet points = noisyTorus(.5 * spacing);
-  const SmoothingChoice one = choose(points, 1, 1), four = choose(points, 1, 4);
-  EXPECT_EQ(one.smoothing, four.smoothing);
-  EXPECT_EQ(one.noise, four.noise);
-}
-
 TEST(Smoothing, ruleForKnownNoise)
 {
   EXPECT_EQ(smoothingForNoise(0, 2), shortestSmoothing(2));

@@ -99,21 +99,13 @@ TEST(Robust, aSmallPieceOfTheSurfaceStays)
     const float distance = (p - Eigen::Vector3f(0, 0, 1)).norm();
     return distance > .18f && distance < .4f;
   };
-  OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.6, spacing)), torn;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (!gap(points.positions[i])) {
-      torn.positions.push_back(points.positions[i]);
-      torn.normals.push_back(points.normals[i]);
-    }
+  const PointSet points = shapes::sample(shapes::sphere(1), 1.6, spacing);
+  const OrientedPoints torn = shapes::oriented(shapes::filter(points, [&](const auto& p) { return !gap(p); }));
   ASSERT_LT(torn.size(), points.size());
   EXPECT_EQ(dropped(kept(torn), 0, torn.size()), 0u);
 
-  OrientedPoints few;
-  for (std::size_t i = 0; i < torn.size(); ++i)
-    if ((torn.positions[i] - Eigen::Vector3f(0, 0, 1)).norm() < .18f) {
-      few.positions.push_back(torn.positions[i]);
-      few.normals.push_back(torn.normals[i]);
-    }
+  const OrientedPoints few = shapes::oriented(
+      shapes::filter(points, [](const auto& p) { return (p - Eigen::Vector3f(0, 0, 1)).norm() < .18f; }));
   ASSERT_LT(few.size(), 50u);
   ASSERT_GT(few.size(), 20u);
   EXPECT_EQ(dropped(kept(few), 0, few.size()), 0u);

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mesh/polygonizer.h"
+#include "remesher/border_curves.h"
 #include "remesher/half_edge_mesh.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
-
-#include <pcl/surface/mrf/report.h>
-#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 
@@ -14,18 +12,13 @@
 #include <random>
 #include <vector>
 
+using namespace meshes;
 using namespace pcl::mrf;
 using Eigen::Vector3f;
 
 namespace {
 
 Execution serial(1);
-
-TriangleMesh zeroLevel(const DistanceField& field)
-{
-  Execution execution(1);
-  return polygonize(field, execution);
-}
 
 /// All that the arrays promise each other.
 void expectConsistent(const HalfEdgeMesh& mesh)
@@ -214,21 +207,8 @@ TEST(HalfEdgeMesh, CollapsesBordersToThreeEdgesAndNoFurther)
 TEST(HalfEdgeMesh, CompactingRenumbersAlongACurveAndNoMore)
 {
   const TriangleMesh raw = zeroLevel(shapes::field(shapes::sphere(.7), 1, 20));
-  const auto cornersOf = [](const TriangleMesh& mesh) {
-    std::vector<std::array<float, 9>> result;
-    for (const Triangle& t : mesh.triangles) {
-      // From its least corner on, in the same sense.
-      std::array<std::array<float, 3>, 3> corners;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const Eigen::Vector3f& p = mesh.vertices[t[i]];
-        corners[i] = {p.x(), p.y(), p.z()};
-      }
-      std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
-      std::array<float, 9> flat;
-      for (std::size_t i = 0; i < 9; ++i)
-        flat[i] = corners[i / 3][i % 3];
-      result.push_back(flat);
-    }
+  const auto sortedCorners = [](const TriangleMesh& mesh) {
+    auto result = cornersOf(mesh);
     std::sort(result.begin(), result.end());
     return result;
   };
@@ -238,7 +218,7 @@ TEST(HalfEdgeMesh, CompactingRenumbersAlongACurveAndNoMore)
     HalfEdgeMesh mesh(raw, serial);
     mesh.compact(execution);
     expectConsistent(mesh);
-    EXPECT_EQ(cornersOf(mesh.toTriangles()), cornersOf(raw));
+    EXPECT_EQ(sortedCorners(mesh.toTriangles()), sortedCorners(raw));
     triangles.push_back(mesh.toTriangles().triangles);
     EXPECT_EQ(triangles.back(), triangles.front());
     // Once in that order, nothing changes any more.
@@ -253,4 +233,95 @@ TEST(HalfEdgeMesh, CompactingRenumbersAlongACurveAndNoMore)
       crossing += mesh.represents(h) && mesh.origin[h] / quarter != mesh.target(h) / quarter ? 1 : 0;
     EXPECT_LT(crossing, mesh.halfEdgeCount() / 2 / 8);
   }
+}
+
+namespace {
+
+constexpr int count = 60;
+constexpr float tooth = .03f, radius = 1, maxShift = .05f;
+
+/// A disc around its middle at x, its border with teeth: every other vertex is that much farther out.
+void appendDisc(TriangleMesh& mesh, float x)
+{
+  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+  mesh.vertices.push_back({x, 0, 0});
+  for (int n = 0; n < count; ++n) {
+    const auto angle = static_cast<float>(2 * M_PI * n / count);
+    const float r = radius + (n % 2 == 0 ? tooth : -tooth);
+    mesh.vertices.push_back({x + r * std::cos(angle), r * std::sin(angle), 0});
+    mesh.triangles.push_back({first, first + 1 + n, first + 1 + (n + 1) % count});
+  }
+}
+
+bool leave(Vector3f&)
+{
+  return true;
+}
+
+} // namespace
+
+TEST(BorderCurves, TeethGoAndTheCourseStays)
+{
+  TriangleMesh discs;
+  appendDisc(discs, 0);
+  appendDisc(discs, 5);
+  HalfEdgeMesh mesh(discs, serial);
+  const BorderCurves curves(mesh, maxShift, leave);
+  double place = -1;
+  for (std::int32_t v = 0; v < mesh.vertexCount(); ++v) {
+    const bool isMiddle = v % (count + 1) == 0;
+    EXPECT_EQ(mesh.places[v] < 0, isMiddle);
+    if (isMiddle)
+      continue;
+    EXPECT_GT(mesh.places[v], place) << "ascending along the loops";
+    place = mesh.places[v];
+    const Vector3f p = curves.at(place);
+    const float off = (p - Vector3f(v > count ? 5 : 0, 0, 0)).norm() - radius;
+    // Alternating teeth vanish in one step, and a circle of 60 edges keeps its radius to some thousandths.
+    EXPECT_LT(std::abs(off), .005f);
+    EXPECT_LE((p - mesh.positions[v]).norm(), 1.0001f * maxShift);
+  }
+}
+
+TEST(BorderCurves, NoVertexMovesFartherThanItMay)
+{
+  TriangleMesh disc;
+  appendDisc(disc, 0);
+  HalfEdgeMesh mesh(disc, serial);
+  const BorderCurves curves(mesh, .01f, leave);
+  for (std::int32_t v = 1; v < mesh.vertexCount(); ++v)
+    EXPECT_NEAR((curves.at(mesh.places[v]) - mesh.positions[v]).norm(), .01f, 1e-5f);
+}
+
+TEST(BorderCurves, PlacesGoAroundTheLoop)
+{
+  TriangleMesh discs;
+  appendDisc(discs, 0);
+  appendDisc(discs, 5);
+  HalfEdgeMesh mesh(discs, serial);
+  const BorderCurves curves(mesh, maxShift, leave);
+  for (const std::int32_t first : {1, count + 2}) {
+    // From the last vertex of a loop to its second one, over the first.
+    const double from = mesh.places[first + count - 1], over = mesh.places[first], to = mesh.places[first + 1];
+    const double share = curves.share(from, over, to);
+    EXPECT_NEAR(share, .5, .01);
+    EXPECT_LT((curves.at(curves.between(from, to, share)) - curves.at(over)).norm(), 1e-4f);
+    const Vector3f start = curves.at(from), end = curves.at(to);
+    const float sagitta = (.5f * (start + end) - curves.at(over)).norm();
+    EXPECT_TRUE(curves.isNear(from, to, start, end, 1.01f * sagitta));
+    EXPECT_FALSE(curves.isNear(from, to, start, end, .99f * sagitta));
+    // The rest of the loop is as far away as the disc is wide.
+    EXPECT_FALSE(curves.isNear(to, from, end, start, radius));
+    EXPECT_TRUE(curves.isNear(to, from, end, start, 2 * radius));
+  }
+}
+
+TEST(BorderCurves, ClosedMeshesHaveNone)
+{
+  TriangleMesh tetrahedron;
+  tetrahedron.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  tetrahedron.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  HalfEdgeMesh mesh(tetrahedron, serial);
+  const BorderCurves curves(mesh, maxShift, leave);
+  EXPECT_TRUE(mesh.places.empty());
 }

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mesh/polygonizer.h"
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
 #include "points/sampling_density.h"
 #include "support/clouds.h"
-#include "support/same_statistics.h"
+#include "support/meshes.h"
 #include "support/shapes.h"
+#include "trimming/error_limit.h"
 #include "trimming/trimming.h"
 
-#include <pcl/surface/mrf/report.h>
-#include <pcl/surface/mrf/triangle_mesh.h>
+#include <pcl/surface/mrf/exceptions.h>
 
 #include <gtest/gtest.h>
 
@@ -42,7 +41,7 @@ struct Scene {
     search->setPoints(points.positions);
     const DistanceField field = shapes::field(sdf, 1.2, voxels);
     Execution execution(1);
-    mesh = polygonize(field, execution);
+    mesh = meshes::zeroLevel(field);
     setNormals(mesh, field, execution);
     observed.positions = points.positions;
     observed.normals = points.normals;
@@ -63,7 +62,7 @@ struct Scene {
     Execution execution(threads);
     const TrimResult result = pcl::mrf::trim(mesh, observed, *search, 2, options, execution);
     if (result.statistics)
-      expectSame(*result.statistics, measure(result.mesh));
+      meshes::expectSame(*result.statistics, measure(result.mesh));
     return result;
   }
 };
@@ -97,10 +96,7 @@ double capAreaTolerance(double angle)
 
 void expectSound(const TriangleMesh& mesh)
 {
-  const MeshStatistics s = measure(mesh);
-  EXPECT_TRUE(s.manifold());
-  EXPECT_EQ(s.degenerateTriangles, 0);
-  EXPECT_EQ(s.unusedVertices, 0);
+  meshes::expectSound(measure(mesh));
   EXPECT_EQ(mesh.normals.size(), mesh.vertices.size());
   EXPECT_EQ(mesh.confidences.size(), mesh.vertices.size());
 }
@@ -136,11 +132,6 @@ TEST(Trimming, keepsAHoleBelowTheLimitAndDropsItAbove)
 TEST(Trimming, decidesOnEachHoleByItself)
 {
   const Scene scene(shapes::sphere(1), cappedSphere(.45, .75));
-  const TrimResult both = scene.trim(Trimming::holes, 100);
-  EXPECT_EQ(both.holesFilled, 2);
-  EXPECT_NEAR(both.largestHole, capDiameter(.75), 2 * spacing);
-  EXPECT_TRUE(measure(both.mesh).closed());
-
   const TrimResult one = scene.trim(Trimming::holes, static_cast<float>((capDiameter(.45) + capDiameter(.75)) / 2));
   EXPECT_GE(one.holesFilled, 1); // and perhaps what the jagged rim of the other one encloses
   EXPECT_EQ(one.extrapolationsDropped, 1);
@@ -153,10 +144,6 @@ TEST(Trimming, decidesOnEachHoleByItself)
   };
   EXPECT_TRUE(std::any_of(one.mesh.vertices.begin(), one.mesh.vertices.end(), isPole(1)));
   EXPECT_TRUE(std::none_of(one.mesh.vertices.begin(), one.mesh.vertices.end(), isPole(-1)));
-
-  const TrimResult none = scene.trim(Trimming::holes, static_cast<float>(.8 * capDiameter(.45)));
-  EXPECT_EQ(none.extrapolationsDropped, 2);
-  EXPECT_EQ(measure(none.mesh).boundaryLoops, 2);
 }
 
 TEST(Trimming, automaticLimitIsHalfTheDiagonal)
@@ -292,15 +279,24 @@ TEST(Trimming, aStepInDepthIsNoHole)
   EXPECT_TRUE(isFilled(2, 2.88f)) << "unless it is asked for";
 }
 
-/// Trims with a diagonal of 6: gaps of up to 1.44 are filled unless the sensors tell of something else there.
-bool isOriginFilled(Scene& scene, const std::vector<Vector3f>& sensors, float maxGap = 0)
-{
-  scene.observed.sensors = sensors;
-  TrimmingOptions options;
-  options.maxGap = maxGap;
-  Execution execution(1);
-  return covers(trim(scene.mesh, scene.observed, *scene.search, 6, options, execution).mesh, {0, 0, 0});
-}
+/// A scene that is trimmed with a diagonal of 6: gaps of up to 1.44 are filled unless the sensors tell of something
+/// else there.
+struct SensedScene : Scene {
+  SensedScene(const shapes::Sdf& sdf, const PointSet& points) : Scene(sdf, points)
+  {
+    observed.spacings.assign(points.size(), .03f); // what is more than 28 of them wide is no narrow gap
+  }
+
+  /// At the origin.
+  bool isFilled(const std::vector<Vector3f>& sensors, float maxGap = 0)
+  {
+    observed.sensors = sensors;
+    TrimmingOptions options;
+    options.maxGap = maxGap;
+    Execution execution(1);
+    return covers(pcl::mrf::trim(mesh, observed, *search, 6, options, execution).mesh, {0, 0, 0});
+  }
+};
 
 TEST(Trimming, whatNoSensorCouldSeeIsNoHole)
 {
@@ -309,18 +305,14 @@ TEST(Trimming, whatNoSensorCouldSeeIsNoHole)
   const shapes::Sdf steep = shapes::plane({-slope, 0, 1});
   PointSet points =
       shapes::filter(shapes::sample(steep, 1.1, spacing), [](const Vector3f& x) { return std::abs(x.y()) > .5f; });
-  Scene scene(steep, points);
-  scene.observed.spacings.assign(points.size(), .03f); // what is more than 28 of them wide is no narrow gap
-  const auto isFilled = [&](const std::vector<Vector3f>& sensors, float maxGap = 0) {
-    return isOriginFilled(scene, sensors, maxGap);
-  };
+  SensedScene scene(steep, points);
   const Vector3f above(0, 0, 50), beside(-50, 0, 5), behind(50, 0, -5);
-  EXPECT_TRUE(isFilled({})) << "it may have been seen from beside";
-  EXPECT_TRUE(isFilled({beside}));
-  EXPECT_TRUE(isFilled({above, beside}));
-  EXPECT_FALSE(isFilled({above}));
-  EXPECT_TRUE(isFilled({above}, 1.4f)) << "unless it is asked for";
-  EXPECT_TRUE(isFilled({behind})) << "it has not seen the points";
+  EXPECT_TRUE(scene.isFilled({})) << "it may have been seen from beside";
+  EXPECT_TRUE(scene.isFilled({beside}));
+  EXPECT_TRUE(scene.isFilled({above, beside}));
+  EXPECT_FALSE(scene.isFilled({above}));
+  EXPECT_TRUE(scene.isFilled({above}, 1.4f)) << "unless it is asked for";
+  EXPECT_TRUE(scene.isFilled({behind})) << "it has not seen the points";
 
   // Points of the rest of the view tell where the sensor was, as well as it does.
   for (const Vector3f& normal : {Vector3f(0, 0, 1), Vector3f(1, 0, .1f), Vector3f(0, 1, .1f), Vector3f(0, -1, .1f)})
@@ -329,10 +321,10 @@ TEST(Trimming, whatNoSensorCouldSeeIsNoHole)
       scene.observed.normals.push_back(normal.normalized());
       scene.observed.spacings.push_back(1);
     }
-  EXPECT_FALSE(isFilled({})) << "edge-on on all sides from above";
+  EXPECT_FALSE(scene.isFilled({})) << "edge-on on all sides from above";
   for (std::size_t i = 0; i < points.size() / 8; ++i)
     scene.observed.normals[points.size() + i] = Vector3f(0, 0, -1);
-  EXPECT_TRUE(isFilled({})) << "no sensor can have seen all of this";
+  EXPECT_TRUE(scene.isFilled({})) << "no sensor can have seen all of this";
 }
 
 TEST(Trimming, whatEverySensorSawSomethingElseInFrontOfIsNoHole)
@@ -346,21 +338,17 @@ TEST(Trimming, whatEverySensorSawSomethingElseInFrontOfIsNoHole)
       points.positions.push_back(plane.positions[i] + Vector3f(0, 0, height));
       points.normals.push_back(plane.normals[i]);
     }
-  Scene scene(shapes::plane({0, 0, 1}), points);
-  scene.observed.spacings.assign(points.size(), .03f); // what is more than 28 of them wide is no narrow gap
-  const auto isFilled = [&](const std::vector<Vector3f>& sensors, float maxGap = 0) {
-    return isOriginFilled(scene, sensors, maxGap);
-  };
+  SensedScene scene(shapes::plane({0, 0, 1}), points);
   const Vector3f above(0, 0, 5), farAbove(0, 0, 1e8f), below(0, 0, -5), beside(0, 3, 1.5f);
-  EXPECT_TRUE(isFilled({})) << "nothing is known";
-  EXPECT_FALSE(isFilled({above}));
-  EXPECT_FALSE(isFilled({farAbove}));
-  EXPECT_TRUE(isFilled({below})) << "the disc is behind it";
-  EXPECT_TRUE(isFilled({beside})) << "it looks beneath the disc";
-  EXPECT_TRUE(isFilled({above, beside})) << "one would have seen a surface there";
-  EXPECT_FALSE(isFilled({above, farAbove}));
-  EXPECT_TRUE(isFilled({above}, 1.4f)) << "unless it is asked for";
-  EXPECT_TRUE(isFilled({Vector3f(0, 0, height)})) << "a sensor at a point";
+  EXPECT_TRUE(scene.isFilled({})) << "nothing is known";
+  EXPECT_FALSE(scene.isFilled({above}));
+  EXPECT_FALSE(scene.isFilled({farAbove}));
+  EXPECT_TRUE(scene.isFilled({below})) << "the disc is behind it";
+  EXPECT_TRUE(scene.isFilled({beside})) << "it looks beneath the disc";
+  EXPECT_TRUE(scene.isFilled({above, beside})) << "one would have seen a surface there";
+  EXPECT_FALSE(scene.isFilled({above, farAbove}));
+  EXPECT_TRUE(scene.isFilled({above}, 1.4f)) << "unless it is asked for";
+  EXPECT_TRUE(scene.isFilled({Vector3f(0, 0, height)})) << "a sensor at a point";
 }
 
 TEST(Trimming, whatTheOnlySensorSawThroughIsNoHole)
@@ -371,20 +359,18 @@ TEST(Trimming, whatTheOnlySensorSawThroughIsNoHole)
   for (Vector3f& position : points.positions)
     if (position.norm() < radius)
       position.z() -= depth;
-  Scene scene(shapes::plane({0, 0, 1}), points);
-  scene.observed.spacings.assign(points.size(), .03f); // what is more than 28 of them wide is no narrow gap
-  const auto isFilled = [&](const std::vector<Vector3f>& sensors) { return isOriginFilled(scene, sensors); };
+  SensedScene scene(shapes::plane({0, 0, 1}), points);
   const Vector3f above(0, 0, 5), farAbove(0, 0, 1e8f), beside(0, 3, 1.5f);
-  EXPECT_TRUE(isFilled({})) << "nothing is known";
-  EXPECT_FALSE(isFilled({above}));
-  EXPECT_FALSE(isFilled({farAbove}));
-  EXPECT_TRUE(isFilled({beside})) << "it looks past the disc";
-  EXPECT_TRUE(isFilled({above, beside})) << "the other one may have seen the disc";
+  EXPECT_TRUE(scene.isFilled({})) << "nothing is known";
+  EXPECT_FALSE(scene.isFilled({above}));
+  EXPECT_FALSE(scene.isFilled({farAbove}));
+  EXPECT_TRUE(scene.isFilled({beside})) << "it looks past the disc";
+  EXPECT_TRUE(scene.isFilled({above, beside})) << "the other one may have seen the disc";
 
   for (std::size_t i = 0; i < points.size(); ++i)
     if (points.positions[i].z() < -.5f * depth)
       scene.observed.normals[i] *= -1;
-  EXPECT_TRUE(isFilled({above})) << "it sees no backs";
+  EXPECT_TRUE(scene.isFilled({above})) << "it sees no backs";
 }
 
 TEST(Trimming, theBackOfWhatWasSeenFromOneSideIsNoHole)
@@ -531,26 +517,6 @@ TEST(Trimming, theLargestComponentStaysHoweverFewItsPoints)
   EXPECT_LT(result.mesh.vertices.front().x(), .3f);
 }
 
-TEST(Trimming, pointsAndNotAreaDecideAboutComponents)
-{
-  // Beside the main surface a bubble of a quarter of the area around one point, and an object of 3 % with 20.
-  const shapes::Sdf large = shapes::sphere(.3, {-.6, 0, 0}), bubble = shapes::sphere(.17, {.2, 0, 0}),
-                    object = shapes::sphere(.06, {.7, 0, 0});
-  PointSet points = shapes::sample(shapes::unite(large, object), 1.2, .04);
-  clouds::append(points, {.2f, 0, 0}, Vector3f::UnitZ());
-  const Scene scene(shapes::unite(shapes::unite(large, bubble), object), points, 60);
-  TrimmingOptions options;
-  options.maxHole = 100;
-  const auto has = [&](float x) {
-    const TrimResult result = scene.trim(options);
-    return std::any_of(result.mesh.vertices.begin(), result.mesh.vertices.end(),
-                       [x](const Vector3f& v) { return std::abs(v.x() - x) < .2f; });
-  };
-  EXPECT_TRUE(has(-.6f) && !has(.2f) && has(.7f)) << "by default few points are too few";
-  options.minComponentPoints = 0;
-  EXPECT_TRUE(has(-.6f) && has(.2f) && has(.7f));
-}
-
 TEST(Trimming, withoutAnySupportNothingIsLeft)
 {
   Scene scene(shapes::sphere(1), cappedSphere(.6, 0));
@@ -595,16 +561,11 @@ TEST(Trimming, staysManifoldHoweverTorn)
         EXPECT_EQ(corner(result.mesh, kept[c]), corner(scene.mesh, t[c]));
     }
     EXPECT_EQ(next, result.mesh.triangles.size());
-    std::size_t distinct = 0;
-    {
-      std::vector<std::array<float, 7>> corners;
-      for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v)
-        corners.push_back(corner(result.mesh, static_cast<std::int32_t>(v)));
-      std::sort(corners.begin(), corners.end());
-      distinct = static_cast<std::size_t>(std::unique(corners.begin(), corners.end()) - corners.begin());
-    }
+    std::set<std::array<float, 7>> distinct;
+    for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v)
+      distinct.insert(corner(result.mesh, static_cast<std::int32_t>(v)));
     if (share < .5) {
-      EXPECT_LT(distinct, result.mesh.vertices.size()); // there were corners to separate
+      EXPECT_LT(distinct.size(), result.mesh.vertices.size()); // there were corners to separate
     }
   }
 }
@@ -643,14 +604,9 @@ TEST(Trimming, doesNotDependOnThreads)
 /// Support at the vertices where a mesh ends; ends of edges with one triangle, each twice.
 std::vector<float> marginsAtBorder(const TriangleMesh& mesh, const Support& support)
 {
-  std::set<std::pair<std::int32_t, std::int32_t>> edges;
-  for (const Triangle& t : mesh.triangles)
-    for (std::size_t i = 0; i < 3; ++i)
-      if (edges.erase({t[(i + 1) % 3], t[i]}) == 0)
-        edges.insert({t[i], t[(i + 1) % 3]});
   std::vector<float> margins;
   Neighbors scratch;
-  for (const auto& edge : edges)
+  for (const auto& edge : meshes::boundaryOf(mesh))
     for (const std::int32_t v : {edge.first, edge.second})
       margins.push_back(support.margin(mesh.vertices[static_cast<std::size_t>(v)], scratch));
   return margins;
@@ -748,6 +704,124 @@ TEST(Trimming, needsConfidences)
   EXPECT_NO_THROW(scene.trim(Trimming::none, 1));
   scene.mesh = TriangleMesh();
   EXPECT_TRUE(scene.trim(Trimming::holes, 1).mesh.triangles.empty());
+}
+
+Options limitedTo(float maxError)
+{
+  Options options;
+  options.uncertainty.compute = maxError == 0;
+  options.uncertainty.maxError = maxError;
+  return options;
+}
+
+/// A sphere with a hole of radius .5 around +z, and noise.
+PointSet holedSphere()
+{
+  PointSet points = shapes::sample(shapes::sphere(1), 1.2, .06);
+  points = shapes::filter(points, [](const Eigen::Vector3f& p) { return (p - Eigen::Vector3f(0, 0, 1)).norm() > .5f; });
+  shapes::addNoise(points, .003);
+  return points;
+}
+
+/// Between the half-widths of nearly all measured surface and those of most of the filling.
+float limitBetween(const UncertaintyReport& report)
+{
+  const double limit = halfWidthPerSigma * std::sqrt(report.measured.percentile95 * report.fillings.median);
+  EXPECT_GT(halfWidthPerSigma * report.fillings.median, limit);
+  return static_cast<float>(limit);
+}
+
+TEST(ErrorLimit, DropsTheFillingAndKeepsWhatWasMeasured)
+{
+  const Reconstruction whole = clouds::reconstruct(holedSphere(), limitedTo(0));
+  ASSERT_TRUE(whole.report.mesh.closed()) << "the hole is filled";
+  EXPECT_EQ(whole.report.beyondError.triangles, 0);
+  const float limit = limitBetween(whole.report.uncertainty);
+  const Reconstruction cut = clouds::reconstruct(holedSphere(), limitedTo(limit));
+
+  for (const float sigma : cut.mesh.sigmas)
+    ASSERT_LE(halfWidthPerSigma * static_cast<double>(sigma), 1.00001 * static_cast<double>(limit)) << "floats";
+  EXPECT_GE(cut.report.mesh.boundaryLoops, 1);
+  EXPECT_EQ(cut.report.mesh.components, 1);
+  EXPECT_TRUE(cut.report.mesh.manifold());
+  EXPECT_EQ(cut.report.mesh.unusedVertices, 0);
+  bool isTopOpen = true;
+  for (const Eigen::Vector3f& v : cut.mesh.vertices)
+    isTopOpen = isTopOpen && (v.cast<double>() + cut.points.offset).z() < .95; // its rim is at .87
+  EXPECT_TRUE(isTopOpen);
+  EXPECT_GE(cut.report.uncertainty.measured.vertices, whole.report.uncertainty.measured.vertices * 19 / 20);
+  EXPECT_LT(cut.report.uncertainty.fillings.vertices, whole.report.uncertainty.fillings.vertices);
+  EXPECT_LE(cut.report.uncertainty.fillings.max, static_cast<double>(limit) / 1.95) << "of what is left";
+
+  const ErrorLimitSummary& dropped = cut.report.beyondError;
+  EXPECT_EQ(dropped.triangles, whole.report.mesh.triangles - cut.report.mesh.triangles);
+  EXPECT_NEAR(dropped.area, whole.report.mesh.area - cut.report.mesh.area, 1e-6);
+  EXPECT_LT(dropped.measuredArea, .5 * dropped.area);
+  ASSERT_EQ(cut.report.warnings.size(), whole.report.warnings.size() + 1);
+  EXPECT_NE(cut.report.warnings.back().find("uncertainty.maxError"), std::string::npos);
+  EXPECT_FALSE(cut.report.uncertainty.shape.isClosed) << "what is drawn is what is left";
+}
+
+TEST(ErrorLimit, KeepsAllIfItIsWide)
+{
+  const Reconstruction whole = clouds::reconstruct(holedSphere(), limitedTo(0)),
+                       wide = clouds::reconstruct(holedSphere(), limitedTo(100));
+  EXPECT_EQ(wide.mesh.triangles, whole.mesh.triangles);
+  EXPECT_EQ(wide.mesh.sigmas, whole.mesh.sigmas);
+  EXPECT_EQ(wide.report.beyondError.triangles, 0);
+  EXPECT_EQ(wide.report.warnings, whole.report.warnings);
+}
+
+TEST(ErrorLimit, LeavesNoEmptyMeshBehind)
+{
+  const std::string message =
+      clouds::messageOf<InvalidOption>([&] { clouds::reconstruct(holedSphere(), limitedTo(1e-6f)); });
+  EXPECT_NE(message.find("uncertainty.maxError = 1e-06"), std::string::npos) << message;
+  EXPECT_NE(message.find("at best within"), std::string::npos) << message;
+}
+
+TEST(ErrorLimit, IsOnTopOfTrimming)
+{
+  // Half a sphere, all of its zero level kept: extrapolation goes by its error.
+  const PointSet half = shapes::filter(holedSphere(), [](const Eigen::Vector3f& p) { return p.z() < 0; });
+  Options options = limitedTo(0);
+  options.trimming.kind = Trimming::none;
+  const Reconstruction all = clouds::reconstruct(half, options);
+  options.uncertainty.maxError = limitBetween(all.report.uncertainty);
+  const Reconstruction cut = clouds::reconstruct(half, options);
+  EXPECT_LT(cut.report.mesh.area, .9 * all.report.mesh.area);
+  EXPECT_GT(cut.report.mesh.area, 2 * M_PI * .95) << "the half that has points";
+}
+
+TEST(ErrorLimit, LeavesNoSlivers)
+{
+  // A strip of two rows of vertices across an uncertain plane, a patch with a vertex inside, and a corner.
+  const int side = 8;
+  TriangleMesh mesh = meshes::squares(side);
+  for (const Eigen::Vector3f& v : mesh.vertices) {
+    const bool isStrip = v.y() <= 1 && v.x() > 0, isPatch = (v - Eigen::Vector3f(3, 5, 0)).cwiseAbs().maxCoeff() <= 1;
+    mesh.confidences.push_back(1);
+    mesh.sigmas.push_back(isStrip || isPatch ? 1.f : 3.f);
+  }
+  const ErrorLimitSummary dropped = limitSigma(mesh, 2);
+  // The strip lies at the mesh's own border, where a vertex is inside with the triangles that it has.
+  for (const Eigen::Vector3f& v : mesh.vertices)
+    EXPECT_TRUE(v.y() <= 1 || (v.y() >= 4 && v.y() <= 6 && v.x() >= 2 && v.x() <= 4)) << v.transpose();
+  EXPECT_EQ(
+      std::count_if(mesh.vertices.begin(), mesh.vertices.end(), [](const Eigen::Vector3f& v) { return v.y() > 3; }), 7)
+      << "around the middle of the patch; its other two corners hang on by one triangle each";
+  EXPECT_EQ(dropped.triangles + static_cast<std::int64_t>(mesh.triangles.size()), 2 * side * side);
+  EXPECT_NEAR(dropped.area, .5 * static_cast<double>(dropped.triangles), 1e-6);
+  EXPECT_NEAR(dropped.measuredArea, dropped.area, 1e-6);
+
+  // Two rows amid others: no vertex has all of its triangles.
+  TriangleMesh strip;
+  strip.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 2, 0}, {1, 2, 0}, {0, 3, 0}, {1, 3, 0}};
+  strip.sigmas = {3, 3, 1, 1, 1, 1, 3, 3};
+  strip.confidences.assign(8, 1);
+  strip.triangles = {{0, 1, 3}, {0, 3, 2}, {2, 3, 5}, {2, 5, 4}, {4, 5, 7}, {4, 7, 6}};
+  limitSigma(strip, 2);
+  EXPECT_TRUE(strip.triangles.empty());
 }
 
 } // namespace

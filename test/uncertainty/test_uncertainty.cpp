@@ -25,11 +25,6 @@ Options withUncertainty()
   return options;
 }
 
-double sphereDistance(const Eigen::Vector3d& x)
-{
-  return x.norm() - 1;
-}
-
 PointSet torusPoints(double spacing, unsigned seed = 1)
 {
   return shapes::sample(shapes::torus(.8, .35), 1.2, spacing, seed);
@@ -53,19 +48,35 @@ double median(std::vector<float> values)
   return static_cast<double>(values[values.size() / 2]);
 }
 
-/// Share of the vertices whose distance to the truth is within 1.96 sigma.
-double coverage(const Reconstruction& result, const shapes::Sdf& truth, bool ofFillings)
+Eigen::Vector3d positionOf(const Reconstruction& result, std::size_t vertex)
 {
-  int all = 0, within = 0;
-  for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v) {
-    if (ofFillings == (result.mesh.confidences[v] > 0))
-      continue;
-    const Eigen::Vector3d at = (result.mesh.vertices[v].cast<double>() + result.points.offset);
-    ++all;
-    within += std::abs(truth(at)) <= 1.96 * static_cast<double>(result.mesh.sigmas[v]) ? 1 : 0;
-  }
+  return result.mesh.vertices[vertex].cast<double>() + result.points.offset;
+}
+
+/// Of some vertices: the share whose distance to the truth is within 1.96 sigma, and the RMS of that distance.
+struct Coverage {
+  double share, rms, count;
+};
+
+/// Of those for which isAsked(vertex).
+template <typename IsAsked>
+Coverage coverageOf(const Reconstruction& result, const shapes::Sdf& truth, const IsAsked& isAsked)
+{
+  double all = 0, within = 0, squares = 0;
+  for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v)
+    if (isAsked(v)) {
+      const double error = std::abs(truth(positionOf(result, v)));
+      ++all;
+      within += error <= 1.96 * static_cast<double>(result.mesh.sigmas[v]) ? 1 : 0;
+      squares += error * error;
+    }
   EXPECT_GT(all, 0);
-  return static_cast<double>(within) / all;
+  return {within / all, std::sqrt(squares / all), all};
+}
+
+Coverage coverage(const Reconstruction& result, const shapes::Sdf& truth, bool ofFillings)
+{
+  return coverageOf(result, truth, [&](std::size_t v) { return ofFillings != (result.mesh.confidences[v] > 0); });
 }
 
 TEST(Uncertainty, IsThereOnlyIfAskedFor)
@@ -102,17 +113,12 @@ TEST(Uncertainty, CoversTheErrorAmidDataAndInFillings)
     const UncertaintyReport& report = result.report.uncertainty;
     EXPECT_GE(report.patches, 3);
     EXPECT_GT(report.fillings.median, report.measured.median);
-    EXPECT_GE(coverage(result, shapes::torus(.8, .35), false), .85);
-    EXPECT_GE(coverage(result, shapes::torus(.8, .35), true), .75);
-    // Half-widths: no coverage by width alone.
-    double squares = 0, count = 0;
-    for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v)
-      if (result.mesh.confidences[v] > 0) {
-        squares += std::pow(shapes::torus(.8, .35)(result.mesh.vertices[v].cast<double>() + result.points.offset), 2);
-        ++count;
-      }
-    // A torus is smoother than the scanned objects that tell how much of the noise comes through.
-    EXPECT_LE(1.96 * report.measured.median, 5 * std::sqrt(squares / count));
+    const Coverage measured = coverage(result, shapes::torus(.8, .35), false);
+    EXPECT_GE(measured.share, .85);
+    EXPECT_GE(coverage(result, shapes::torus(.8, .35), true).share, .75);
+    // Half-widths: no coverage by width alone. A torus is smoother than the scanned objects that tell how much of the
+    // noise comes through.
+    EXPECT_LE(1.96 * report.measured.median, 5 * measured.rms);
     if (noise > 0) {
       EXPECT_NEAR(report.noise, noise, .35 * noise) << "a few hundred pairs, some of which see shape, too";
     }
@@ -139,15 +145,10 @@ TEST(Uncertainty, RisesEvenlyFromDataIntoFillings)
   EXPECT_LT(median(ratios), 3.7);
   EXPECT_GT(result.report.uncertainty.fillings.median, 3.7 * result.report.uncertainty.measured.median);
 
-  double within = 0, all = 0;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    if (mesh.confidences[v] > 0 && mesh.confidences[v] < .6f) {
-      const Eigen::Vector3d at = mesh.vertices[v].cast<double>() + result.points.offset;
-      ++all;
-      within += std::abs(shapes::torus(.8, .35)(at)) <= 1.96 * static_cast<double>(mesh.sigmas[v]) ? 1 : 0;
-    }
-  EXPECT_GE(all, 100);
-  EXPECT_GE(within / all, .85);
+  const auto isAtRim = [&](std::size_t v) { return mesh.confidences[v] > 0 && mesh.confidences[v] < .6f; };
+  const Coverage rims = coverageOf(result, shapes::torus(.8, .35), isAtRim);
+  EXPECT_GE(rims.count, 100);
+  EXPECT_GE(rims.share, .85);
 }
 
 TEST(Uncertainty, CoversWherePointsAreFarApart)
@@ -155,24 +156,17 @@ TEST(Uncertainty, CoversWherePointsAreFarApart)
   // One half of a torus has four times as many points as the other, all with the same noise.
   const auto isDense = [](const Eigen::Vector3f& p) { return p.x() > 0; };
   PointSet points = shapes::filter(torusPoints(.03), isDense);
-  const PointSet sparse = shapes::filter(torusPoints(.06, 2), [&](const Eigen::Vector3f& p) { return !isDense(p); });
-  points.positions.insert(points.positions.end(), sparse.positions.begin(), sparse.positions.end());
-  points.normals.insert(points.normals.end(), sparse.normals.begin(), sparse.normals.end());
+  clouds::append(points, shapes::filter(torusPoints(.06, 2), [&](const Eigen::Vector3f& p) { return !isDense(p); }));
   shapes::addNoise(points, .004);
   const Reconstruction result = clouds::reconstruct(points, withUncertainty());
   std::vector<float> sigmas[2];
-  double within[2] = {0, 0};
-  for (std::size_t v = 0; v < result.mesh.vertices.size(); ++v) {
-    const Eigen::Vector3d at = result.mesh.vertices[v].cast<double>() + result.points.offset;
-    if (std::abs(at.x()) < .2) // where both meet
-      continue;
-    const int half = at.x() > 0 ? 0 : 1;
-    const float sigma = result.mesh.sigmas[v];
-    sigmas[half].push_back(sigma);
-    within[half] += std::abs(shapes::torus(.8, .35)(at)) <= 1.96 * static_cast<double>(sigma) ? 1 : 0;
+  for (const int half : {0, 1}) {
+    const auto isInHalf = [&](std::size_t v) { return (half == 0 ? 1 : -1) * positionOf(result, v).x() > .2; };
+    EXPECT_GE(coverageOf(result, shapes::torus(.8, .35), isInHalf).share, .9) << half;
+    for (std::size_t v = 0; v < result.mesh.sigmas.size(); ++v)
+      if (isInHalf(v))
+        sigmas[half].push_back(result.mesh.sigmas[v]);
   }
-  for (const int half : {0, 1})
-    EXPECT_GE(within[half] / static_cast<double>(sigmas[half].size()), .9) << half;
   // A mean of a quarter of the points has twice the error.
   EXPECT_NEAR(median(sigmas[1]) / median(sigmas[0]), 2, .6);
 }
@@ -202,12 +196,9 @@ TEST(Uncertainty, CoversWhatVoxelsDoToACurvedSurface)
     return (norm - 1) / (q.pow(7) * std::pow(norm, -7) / sides).matrix().norm();
   };
   const Reconstruction result = clouds::reconstruct(shapes::sample(box, 1.3, .06), withUncertainty());
-  EXPECT_GE(coverage(result, box, false), .9);
-  double squares = 0;
-  for (const Eigen::Vector3f& v : result.mesh.vertices)
-    squares += std::pow(box(v.cast<double>() + result.points.offset), 2);
-  const double rms = std::sqrt(squares / static_cast<double>(result.mesh.vertices.size()));
-  EXPECT_LE(1.96 * result.report.uncertainty.measured.median, 3 * rms) << "not by width";
+  const Coverage measured = coverage(result, box, false);
+  EXPECT_GE(measured.share, .9);
+  EXPECT_LE(1.96 * result.report.uncertainty.measured.median, 3 * measured.rms) << "not by width";
 }
 
 TEST(Uncertainty, ShrinksWithDensity)
@@ -233,12 +224,15 @@ TEST(Uncertainty, HasTheUnitOfTheCloud)
 TEST(Uncertainty, IsTheSameForAnyThreadsAndOrder)
 {
   const PointSet points = withHoles(torusPoints(.08), .3f);
-  const Reconstruction one = clouds::reconstruct(points, withUncertainty(), 1),
-                       three = clouds::reconstruct(points, withUncertainty(), 3),
+  Options drawn = withUncertainty();
+  drawn.uncertainty.surfaces = 3;
+  const Reconstruction one = clouds::reconstruct(points, drawn, 1), three = clouds::reconstruct(points, drawn, 3),
                        shuffled = clouds::reconstruct(clouds::reordered(points, clouds::shuffledOrder(points.size())),
                                                       withUncertainty(), 2);
   EXPECT_EQ(one.mesh.sigmas, three.mesh.sigmas);
   EXPECT_EQ(one.mesh.calibrated, three.mesh.calibrated);
+  EXPECT_EQ(one.surfaces, three.surfaces);
+  EXPECT_EQ(one.report.uncertainty.shape.area.upper, three.report.uncertainty.shape.area.upper);
   EXPECT_EQ(one.mesh.sigmas, shuffled.mesh.sigmas);
   Options other = withUncertainty();
   other.solver.seed = 2;
@@ -260,25 +254,19 @@ TEST(Uncertainty, SaysWhereItIsAnExtrapolation)
   EXPECT_EQ(flagged, result.report.uncertainty.notCalibrated);
 }
 
-TEST(Uncertainty, FewPointsAreNoFailure)
+TEST(Uncertainty, FewPointsAndAnExactPlaneHaveOneToo)
 {
-  const PointSet few = shapes::sample(sphereDistance, 1.2, .6);
+  const PointSet few = shapes::sample(shapes::sphere(1), 1.2, .6);
   ASSERT_LT(few.size(), 60u);
-  const Reconstruction result = clouds::reconstruct(few, withUncertainty());
-  ASSERT_EQ(result.mesh.sigmas.size(), result.mesh.vertices.size());
-  for (const float sigma : result.mesh.sigmas)
-    EXPECT_TRUE(std::isfinite(sigma) && sigma > 0);
-}
-
-TEST(Uncertainty, AnExactPlaneHasOneToo)
-{
   // Nothing that is left out is off: what remains is rounding, but no zero and nothing that is not finite.
   const PointSet plane = shapes::filter(
       clouds::lattice(40, .1f), [](const Eigen::Vector3f& p) { return (p - Eigen::Vector3f(2, 2, 0)).norm() > .6f; });
-  const Reconstruction result = clouds::reconstruct(plane, withUncertainty());
-  ASSERT_EQ(result.mesh.sigmas.size(), result.mesh.vertices.size());
-  for (const float sigma : result.mesh.sigmas)
-    EXPECT_TRUE(std::isfinite(sigma) && sigma > 0 && sigma < .1f) << sigma;
+  for (const auto& [points, limit] : {std::pair(few, 1e9f), std::pair(plane, .1f)}) {
+    const Reconstruction result = clouds::reconstruct(points, withUncertainty());
+    ASSERT_EQ(result.mesh.sigmas.size(), result.mesh.vertices.size());
+    for (const float sigma : result.mesh.sigmas)
+      EXPECT_TRUE(sigma > 0 && sigma < limit) << sigma;
+  }
 }
 
 TEST(Uncertainty, IsRefusedWhereVoxelsObserve)
@@ -297,10 +285,7 @@ TEST(Uncertainty, IsCancelled)
     wasReached = wasReached || stage == "uncertainty";
     return stage != "uncertainty";
   });
-  RawCloud raw;
-  raw.positions = cloud.positions;
-  raw.normals = cloud.normals;
-  EXPECT_THROW(reconstruct(std::move(raw), withUncertainty(), execution), Cancelled);
+  EXPECT_THROW(reconstruct(clouds::raw(cloud.positions, cloud.normals), withUncertainty(), execution), Cancelled);
   EXPECT_TRUE(wasReached);
 }
 
@@ -328,6 +313,192 @@ TEST(SigmaColors, RunFromBlueToRed)
   EXPECT_EQ(sigmaColor(5, 2), most);
   EXPECT_EQ(sigmaColor(std::nanf(""), 2), most);
   EXPECT_EQ(sigmaColor(-1, 2), none);
+}
+
+// Surfaces that sigma allows for: how far they are from each other, and what they say about volumes.
+
+Options withSurfaces(int surfaces, int samples = 8)
+{
+  Options options;
+  options.uncertainty.surfaces = surfaces;
+  options.uncertainty.samples = samples;
+  return options;
+}
+
+PointSet spherePoints(double spacing, double noise = 0, unsigned seed = 1)
+{
+  PointSet points = shapes::sample(shapes::sphere(1), 1.2, spacing, seed);
+  if (noise > 0)
+    shapes::addNoise(points, noise, seed);
+  return points;
+}
+
+PointSet withHole(const PointSet& points)
+{
+  return shapes::filter(points, [](const Eigen::Vector3f& p) { return p.z() < .9f; });
+}
+
+bool holds(const SampledQuantity& quantity, double truth)
+{
+  return quantity.lower <= truth && truth <= quantity.upper;
+}
+
+double half(const SampledQuantity& quantity)
+{
+  return (quantity.upper - quantity.lower) / 2;
+}
+
+double meanSquare(const Reconstruction& result, std::size_t v)
+{
+  double squares = 0;
+  for (const std::vector<float>& surface : result.surfaces)
+    squares += std::pow(static_cast<double>(surface[v]), 2);
+  return squares / static_cast<double>(result.surfaces.size());
+}
+
+TEST(PlausibleSurfaces, DeviateBySigma)
+{
+  const Reconstruction all = clouds::reconstruct(withHole(spherePoints(.1, .01)), withSurfaces(16, 16));
+  ASSERT_EQ(all.surfaces.size(), 16u);
+  for (std::size_t v = 0; v < all.mesh.vertices.size(); ++v) {
+    ASSERT_TRUE(std::isfinite(meanSquare(all, v)));
+    EXPECT_NEAR(std::sqrt(meanSquare(all, v)) / static_cast<double>(all.mesh.sigmas[v]), 1, 1e-3) << "floats";
+  }
+  // Of 64 draws the first 16: by chance as far apart as all, each to 1 / √32, and the thousand vertices of the mesh,
+  // some dozens of which are free to move on their own, to a fifth of that.
+  const Reconstruction some = clouds::reconstruct(withHole(spherePoints(.1, .01)), withSurfaces(16, 64));
+  ASSERT_EQ(some.surfaces.size(), 16u);
+  double ratio = 0;
+  for (std::size_t v = 0; v < some.mesh.vertices.size(); ++v)
+    ratio += std::sqrt(meanSquare(some, v)) / static_cast<double>(some.mesh.sigmas[v]);
+  EXPECT_NEAR(ratio / static_cast<double>(some.mesh.vertices.size()), 1, .1);
+}
+
+TEST(PlausibleSurfaces, MoveNeighborsTogether)
+{
+  const Reconstruction result = clouds::reconstruct(withHole(spherePoints(.1, .01)), withSurfaces(32, 32));
+  const auto together = [&](std::size_t a, std::size_t b) {
+    double product = 0;
+    for (const std::vector<float>& surface : result.surfaces)
+      product += static_cast<double>(surface[a]) * static_cast<double>(surface[b]);
+    return product / static_cast<double>(result.surfaces.size()) /
+           std::sqrt(meanSquare(result, a) * meanSquare(result, b));
+  };
+  double neighbors = 0, fillings = 0, others = 0, inFilling = 0;
+  const std::size_t count = result.mesh.triangles.size();
+  for (std::size_t t = 0; t < count; ++t) {
+    const auto at = [&](std::size_t triangle) { return static_cast<std::size_t>(result.mesh.triangles[triangle][0]); };
+    const auto next = static_cast<std::size_t>(result.mesh.triangles[t][1]);
+    neighbors += together(at(t), next) / static_cast<double>(count);
+    if (!(result.mesh.confidences[at(t)] > 0)) {
+      fillings += together(at(t), next);
+      ++inFilling;
+    }
+    const std::size_t other = (t + count / 2) % count;
+    if ((result.mesh.vertices[at(t)] - result.mesh.vertices[at(other)]).norm() > .5f)
+      others += together(at(t), at(other)) / static_cast<double>(count);
+  }
+  ASSERT_GT(inFilling, 0);
+  EXPECT_GT(neighbors, .3) << "an edge is about a voxel, which is as far as points smooth each other's noise";
+  EXPECT_GT(fillings / inFilling, .7) << "a filling bulges as a whole, but at its rim";
+  EXPECT_LT(std::abs(others), .2) << "what is far away errs on its own, but for the share of the voxels' offset";
+}
+
+TEST(PlausibleSurfaces, HoldTheVolumeOfASphere)
+{
+  const double truth = 4 * M_PI / 3;
+  for (const double noise : {0., .01}) {
+    SCOPED_TRACE(noise);
+    int held = 0;
+    const int seeds = 6;
+    for (unsigned seed = 1; seed <= seeds; ++seed) {
+      const Reconstruction result = clouds::reconstruct(spherePoints(.08, noise, seed), withSurfaces(1));
+      const SampledShape& shape = result.report.uncertainty.shape;
+      ASSERT_TRUE(shape.isClosed);
+      EXPECT_EQ(shape.surfaces, 8);
+      held += holds(shape.volume, truth) ? 1 : 0;
+      EXPECT_LT(half(shape.volume), .005 * truth) << "an interval that holds everything says nothing";
+      // The extent is that of a few vertices.
+      EXPECT_NEAR(shape.extent[0].mean, 2, .03);
+      EXPECT_NEAR(shape.area.mean, 4 * M_PI, .02 * 4 * M_PI) << "triangles cut corners";
+    }
+    EXPECT_GE(held, seeds - 1) << "95 of 100";
+  }
+}
+
+TEST(PlausibleSurfaces, AreWiderOverAHole)
+{
+  // A wide one: what a small one adds is less than what voxels do to the whole sphere.
+  const PointSet points = spherePoints(.08);
+  Options options = withSurfaces(1);
+  options.trimming.kind = Trimming::none;
+  const Reconstruction whole = clouds::reconstruct(points, options),
+                       open = clouds::reconstruct(
+                           shapes::filter(points, [](const Eigen::Vector3f&p) { return p.z() < .7f; }), options);
+  ASSERT_TRUE(open.report.uncertainty.shape.isClosed) << "the hole is filled";
+  EXPECT_GT(half(open.report.uncertainty.shape.volume), 2 * half(whole.report.uncertainty.shape.volume));
+}
+
+TEST(PlausibleSurfaces, IntervalsAreStudents)
+{
+  // Tables of Student's t give 12.706, 2.365 and 1.984 for 1, 7 and 99 degrees of freedom.
+  for (const auto& [samples, quantile] : {std::pair(2, 12.7062), {8, 2.36462}, {100, 1.98422}}) {
+    const SampledShape shape =
+        clouds::reconstruct(spherePoints(.2, .01), withSurfaces(1, samples)).report.uncertainty.shape;
+    ASSERT_EQ(shape.surfaces, samples);
+    for (const SampledQuantity& quantity : {shape.volume, shape.area, shape.extent[0], shape.extent[2]}) {
+      EXPECT_GT(quantity.deviation, 0);
+      EXPECT_NEAR((quantity.lower + quantity.upper) / 2, quantity.mean, 1e-9 * quantity.mean);
+      EXPECT_NEAR(half(quantity) / quantity.deviation, quantile * std::sqrt(1 + 1. / samples), 1e-4 * quantile);
+    }
+  }
+}
+
+TEST(PlausibleSurfaces, AreAsManyAsAskedFor)
+{
+  const PointSet points = spherePoints(.2, .01);
+  const Reconstruction many = clouds::reconstruct(points, withSurfaces(12)),
+                       none = clouds::reconstruct(points, withUncertainty());
+  EXPECT_EQ(many.surfaces.size(), 12u);
+  EXPECT_EQ(many.report.uncertainty.samples, 12) << "more draws than by default";
+  EXPECT_EQ(many.mesh.sigmas.size(), many.mesh.vertices.size()) << "they need sigma";
+  EXPECT_TRUE(none.surfaces.empty());
+  EXPECT_EQ(none.report.uncertainty.shape.surfaces, 8) << "intervals come without";
+  // The first draws are the same ones.
+  EXPECT_EQ(many.mesh.vertices, none.mesh.vertices);
+}
+
+TEST(PlausibleSurfaces, OfPiecesFarApartMoveOnTheirOwn)
+{
+  const PointSet one = spherePoints(.15, .01);
+  PointSet both = one;
+  clouds::append(both, one, {200, 0, 0});
+  const Reconstruction result = clouds::reconstruct(both, withSurfaces(32, 32));
+  ASSERT_EQ(result.report.otherPieces.size(), 1u);
+  // Equal spheres on equal grids: how far each moves outward as a whole.
+  double product = 0, squares[2] = {0, 0};
+  for (const std::vector<float>& surface : result.surfaces) {
+    double outward[2] = {0, 0};
+    for (std::size_t v = 0; v < surface.size(); ++v)
+      outward[(result.mesh.vertices[v].cast<double>() + result.points.offset).x() > 100 ? 1 : 0] +=
+          static_cast<double>(surface[v]);
+    product += outward[0] * outward[1];
+    for (int n = 0; n < 2; ++n)
+      squares[n] += outward[n] * outward[n];
+  }
+  // Independent numbers of 32 draws have a correlation within 3 / √32.
+  EXPECT_LT(std::abs(product) / std::sqrt(squares[0] * squares[1]), .53);
+}
+
+TEST(Displaced, MovesAlongTheNormals)
+{
+  TriangleMesh mesh;
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.normals = {{0, 0, 1}, {1, 0, 0}, {0, 0, -1}};
+  mesh.triangles = {{0, 1, 2}};
+  const TriangleMesh moved = displaced(mesh, {1, 2, 3});
+  EXPECT_EQ(moved.vertices, (std::vector<Eigen::Vector3f>{{0, 0, 1}, {3, 0, 0}, {0, 1, -3}}));
+  EXPECT_EQ(moved.triangles, mesh.triangles);
 }
 
 } // namespace

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief Making meshes, and comparing what was measured of them.
+#pragma once
+
+#include "mesh/polygonizer.h"
+
+#include <pcl/surface/mrf/report.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace meshes {
+
+inline pcl::mrf::TriangleMesh zeroLevel(const pcl::mrf::DistanceField& field, int threads = 1)
+{
+  pcl::mrf::Execution execution(threads);
+  return polygonize(field, execution);
+}
+
+/// First-order distances of the vertices of a field's zero level from that of another field, in voxel sides.
+inline std::vector<double> zeroLevelOffsets(const pcl::mrf::DistanceField& field, const pcl::mrf::DistanceField& other)
+{
+  std::vector<double> result;
+  for (const Eigen::Vector3f& vertex : zeroLevel(field).vertices)
+    result.push_back(std::abs(other.sampleDistance(vertex)) / std::max(other.sampleGradient(vertex).norm(), .3f) /
+                     field.lattice().spacing);
+  return result;
+}
+
+/// By value: a mesh may be appended to itself.
+inline void append(pcl::mrf::TriangleMesh& mesh, pcl::mrf::TriangleMesh other,
+                   const Eigen::Vector3f& shift = Eigen::Vector3f::Zero())
+{
+  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
+  for (const Eigen::Vector3f& p : other.vertices)
+    mesh.vertices.push_back(p + shift);
+  for (const pcl::mrf::Triangle& t : other.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+}
+
+/// side × side unit squares in z = 0, of two triangles each; vertices row by row.
+inline pcl::mrf::TriangleMesh squares(int side)
+{
+  pcl::mrf::TriangleMesh mesh;
+  for (int j = 0; j <= side; ++j)
+    for (int i = 0; i <= side; ++i)
+      mesh.vertices.emplace_back(static_cast<float>(i), static_cast<float>(j), 0.f);
+  for (int j = 0; j < side; ++j)
+    for (int i = 0; i < side; ++i) {
+      const std::int32_t v = j * (side + 1) + i;
+      mesh.triangles.push_back({v, v + 1, v + side + 2});
+      mesh.triangles.push_back({v, v + side + 2, v + side + 1});
+    }
+  return mesh;
+}
+
+/// Edges of one triangle, in its direction.
+inline std::map<std::int32_t, std::int32_t> boundaryOf(const pcl::mrf::TriangleMesh& mesh)
+{
+  std::set<std::pair<std::int32_t, std::int32_t>> edges;
+  for (const pcl::mrf::Triangle& t : mesh.triangles)
+    for (std::size_t i = 0; i < 3; ++i)
+      if (edges.erase({t[(i + 1) % 3], t[i]}) == 0)
+        edges.insert({t[i], t[(i + 1) % 3]});
+  return {edges.begin(), edges.end()};
+}
+
+/// The corners of each triangle, from its smallest on in the same sense: what stays when vertices are renumbered.
+inline std::vector<std::array<std::array<float, 3>, 3>> cornersOf(const pcl::mrf::TriangleMesh& mesh)
+{
+  std::vector<std::array<std::array<float, 3>, 3>> result;
+  for (const pcl::mrf::Triangle& t : mesh.triangles) {
+    std::array<std::array<float, 3>, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i)
+      Eigen::Vector3f::Map(corners[i].data()) = mesh.vertices[static_cast<std::size_t>(t[i])];
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    result.push_back(corners);
+  }
+  return result;
+}
+
+/// Expects a manifold of triangles with an area, and no vertices without one.
+inline void expectSound(const pcl::mrf::MeshStatistics& mesh)
+{
+  EXPECT_EQ(mesh.nonManifoldEdges, 0);
+  EXPECT_EQ(mesh.nonManifoldVertices, 0);
+  EXPECT_EQ(mesh.degenerateTriangles, 0);
+  EXPECT_EQ(mesh.unusedVertices, 0);
+}
+
+/// Expects every figure to be the same, to the last bit.
+inline void expectSame(const pcl::mrf::MeshStatistics& a, const pcl::mrf::MeshStatistics& b)
+{
+  const auto figures = [](const pcl::mrf::MeshStatistics& s) {
+    return std::tie(s.vertices, s.triangles, s.edges, s.components, s.boundaryEdges, s.boundaryLoops,
+                    s.nonManifoldEdges, s.nonManifoldVertices, s.degenerateTriangles, s.unusedVertices,
+                    s.eulerCharacteristic, s.area, s.volume, s.meanQuality, s.minQuality, s.meanEdge, s.minEdge,
+                    s.maxEdge, s.areaDeviation, s.valences);
+  };
+  EXPECT_EQ(figures(a), figures(b));
+}
+
+} // namespace meshes
