@@ -3,8 +3,6 @@
 #include "support/clouds.h"
 #include "support/contract.h"
 
-#include <pcl/search/kdtree.h>
-
 #include "base/memory.h"
 
 #include <sys/resource.h>
@@ -18,7 +16,6 @@
 #include <limits>
 #include <new>
 #include <stdexcept>
-#include <thread>
 
 using namespace contract;
 using conversion::sameBytes;
@@ -64,11 +61,8 @@ constexpr std::size_t natural = alignof(std::max_align_t);
 
 } // namespace
 
+// Those of arrays call these.
 void* operator new(std::size_t bytes)
-{
-  return allocateOrThrow(bytes, natural);
-}
-void* operator new[](std::size_t bytes)
 {
   return allocateOrThrow(bytes, natural);
 }
@@ -76,15 +70,7 @@ void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept
 {
   return allocate(bytes, natural);
 }
-void* operator new[](std::size_t bytes, const std::nothrow_t&) noexcept
-{
-  return allocate(bytes, natural);
-}
 void* operator new(std::size_t bytes, std::align_val_t a)
-{
-  return allocateOrThrow(bytes, std::size_t(a));
-}
-void* operator new[](std::size_t bytes, std::align_val_t a)
 {
   return allocateOrThrow(bytes, std::size_t(a));
 }
@@ -92,15 +78,7 @@ void operator delete(void* memory) noexcept
 {
   std::free(memory);
 }
-void operator delete[](void* memory) noexcept
-{
-  std::free(memory);
-}
 void operator delete(void* memory, std::size_t) noexcept
-{
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t) noexcept
 {
   std::free(memory);
 }
@@ -108,23 +86,7 @@ void operator delete(void* memory, std::align_val_t) noexcept
 {
   std::free(memory);
 }
-void operator delete[](void* memory, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
-void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
-void operator delete(void* memory, const std::nothrow_t&) noexcept
-{
-  std::free(memory);
-}
-void operator delete[](void* memory, const std::nothrow_t&) noexcept
 {
   std::free(memory);
 }
@@ -146,6 +108,15 @@ pcl::mrf::Options smallOptions(int threads)
   options.remesher.rounds = 1;
   return options;
 }
+
+/// The class with that cloud as its input.
+struct Small : Mrf {
+  explicit Small(const pcl::mrf::Options& options = smallOptions(2))
+  {
+    setOptions(options);
+    setInputCloud(smallCloud());
+  }
+};
 
 /// Counts the allocations of a call, with those from `first` on failing.
 template <typename Call>
@@ -170,10 +141,7 @@ void expectCleared(const pcl::PolygonMesh& mesh)
 /// Fails allocations of a run: each, or as many as a test has time for.
 void failAllocations(const pcl::mrf::Options& options, bool allOfThem)
 {
-  const Cloud::Ptr cloud = smallCloud();
-  Mrf undisturbed;
-  undisturbed.setOptions(options);
-  undisturbed.setInputCloud(cloud);
+  Small undisturbed(options);
   pcl::mrf::TriangleMesh expected;
   const std::int64_t total = countAllocations(-1, false, [&] { expected = run(undisturbed); });
   ASSERT_GT(total, 500);
@@ -183,10 +151,8 @@ void failAllocations(const pcl::mrf::Options& options, bool allOfThem)
   std::int64_t failed = 0;
   for (std::int64_t n = 0; n < total; n += step) {
     SCOPED_TRACE(n);
-    Mrf mrf;
+    Small mrf(options);
     mrf.setKeepResult(true);
-    mrf.setOptions(options);
-    mrf.setInputCloud(cloud);
     Outputs<pcl::PointNormal> outputs;
     EXPECT_NO_THROW(countAllocations(n, allOfThem, [&] { mrf.reconstruct(outputs.mesh); }));
     counting = false;
@@ -237,9 +203,7 @@ TEST(Memory, ThePapersSettingsEndInGoodOrderAsWell)
 
 TEST(Memory, TheOriginalExceptionLeavesOnRequest)
 {
-  Mrf mrf;
-  mrf.setOptions(smallOptions(1));
-  mrf.setInputCloud(smallCloud());
+  Small mrf(smallOptions(1));
   mrf.setThrowing(true);
   Outputs<pcl::PointNormal> outputs;
   EXPECT_THROW(countAllocations(100, false, [&] { mrf.reconstruct(outputs.mesh); }), std::bad_alloc);
@@ -269,9 +233,7 @@ TEST(Memory, ThatIsFreeIsNotMoreThanTheProcessMayHave)
 
 TEST(Callbacks, WhatTheyThrowIsReportedOrLeavesOnRequest)
 {
-  Mrf mrf;
-  mrf.setOptions(smallOptions(2));
-  mrf.setInputCloud(smallCloud());
+  Small mrf;
   const pcl::mrf::TriangleMesh expected = run(mrf);
   mrf.setProgressCallback([](const std::string& stage, double) -> bool {
     return stage != "polygonizer" ? true : throw std::length_error("the caller's own");
@@ -298,9 +260,8 @@ TEST(Callbacks, WhatTheyThrowIsReportedOrLeavesOnRequest)
 
 TEST(Callbacks, EveryStageCanBeCancelled)
 {
-  Mrf mrf;
-  mrf.setOptions(smallOptions(2));
-  mrf.setInputCloud(smallCloud());
+  Small mrf;
+  mrf.setKeepResult(true);
   std::vector<std::string> stages;
   mrf.setProgressCallback([&](const std::string& stage, double) {
     if (std::find(stages.begin(), stages.end(), stage) == stages.end())
@@ -311,37 +272,19 @@ TEST(Callbacks, EveryStageCanBeCancelled)
   ASSERT_GE(stages.size(), 8u);
   for (const std::string& last : stages) {
     SCOPED_TRACE(last);
-    mrf.setProgressCallback([&](const std::string& stage, double) { return stage != last; });
+    int stops = 0;
+    std::string called;
+    mrf.setProgressCallback([&](const std::string& stage, double) {
+      called = stage;
+      return stage != last || ++stops == 0;
+    });
     EXPECT_NE(expectFailure(mrf, Status::cancelled).find(last), std::string::npos);
+    EXPECT_EQ(stops, 2) << "neither of the two runs calls it again after it asked to stop";
+    EXPECT_EQ(called, last);
   }
   mrf.setProgressCallback({});
   EXPECT_TRUE(sameBytes(run(mrf), expected));
 }
-
-namespace {
-
-/// A search whose answers are changed before they are given.
-struct ChangedSearch : pcl::search::KdTree<pcl::PointNormal> {
-  using Change = std::function<int(int found, pcl::Indices& indices, std::vector<float>& distances)>;
-  Change change;
-  using pcl::search::KdTree<pcl::PointNormal>::nearestKSearch;
-  using pcl::search::KdTree<pcl::PointNormal>::radiusSearch;
-
-  int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
-                     std::vector<float>& distances) const override
-  {
-    return change(pcl::search::KdTree<pcl::PointNormal>::nearestKSearch(point, k, indices, distances), indices,
-                  distances);
-  }
-  int radiusSearch(const pcl::PointNormal& point, double radius, pcl::Indices& indices, std::vector<float>& distances,
-                   unsigned int limit) const override
-  {
-    return change(pcl::search::KdTree<pcl::PointNormal>::radiusSearch(point, radius, indices, distances, limit),
-                  indices, distances);
-  }
-};
-
-} // namespace
 
 TEST(Searches, NonsenseIsRefused)
 {
@@ -360,23 +303,17 @@ TEST(Searches, NonsenseIsRefused)
       {"distance of -1", [](int found, Indices&, Distances& distances) { return distances[0] = -1, found; }}};
   for (const auto& [words, change] : changes) {
     SCOPED_TRACE(words);
-    Mrf mrf;
-    mrf.setOptions(smallOptions(2));
-    mrf.setInputCloud(smallCloud());
-    const pcl::shared_ptr<ChangedSearch> search(new ChangedSearch);
-    search->change = change;
-    mrf.setSearchMethod(search);
+    Small mrf;
+    mrf.setSearchMethod(std::make_shared<ChangedSearch>(change));
     EXPECT_NE(expectFailure(mrf, Status::invalidInput).find(words), std::string::npos) << mrf.getReport().message;
   }
 }
 
 TEST(Searches, WhatTheyThrowIsReported)
 {
-  Mrf mrf;
-  mrf.setOptions(smallOptions(2));
-  mrf.setInputCloud(smallCloud());
-  const pcl::shared_ptr<ChangedSearch> search(new ChangedSearch);
-  search->change = [](int, pcl::Indices&, std::vector<float>&) -> int { throw std::runtime_error("no such tree"); };
+  Small mrf;
+  const auto search = std::make_shared<ChangedSearch>(
+      [](int, pcl::Indices&, std::vector<float>&) -> int { throw std::runtime_error("no such tree"); });
   mrf.setSearchMethod(search);
   EXPECT_EQ(expectFailure(mrf, Status::callerError), "the object of setSearchMethod failed: no such tree");
   // Also inside of PCL's own parallel loop.
@@ -401,48 +338,32 @@ TEST(Callbacks, WhatAReaderOfAttributesThrowsIsReported)
 
 TEST(Searches, MayAnswerOutOfOrder)
 {
-  Mrf mrf;
-  mrf.setOptions(smallOptions(2));
-  mrf.setInputCloud(smallCloud());
+  Small mrf;
   const pcl::mrf::TriangleMesh expected = run(mrf);
-  const pcl::shared_ptr<ChangedSearch> search(new ChangedSearch);
-  search->change = [](int found, pcl::Indices& indices, std::vector<float>& distances) {
-    std::reverse(indices.begin(), indices.end());
-    std::reverse(distances.begin(), distances.end());
-    return found;
-  };
-  mrf.setSearchMethod(search);
+  mrf.setSearchMethod(
+      std::make_shared<ChangedSearch>([](int found, pcl::Indices& indices, std::vector<float>& distances) {
+        std::reverse(indices.begin(), indices.end());
+        std::reverse(distances.begin(), distances.end());
+        return found;
+      }));
   EXPECT_TRUE(sameBytes(run(mrf), expected));
 }
 
+/// Of members without a row in the table of options; test_options has those with one.
 TEST(Options, EnumerationsOutOfRange)
 {
-  const std::function<void(pcl::mrf::Options&)> changes[] = {
-      [](auto& o) { o.unit = static_cast<pcl::mrf::LengthUnit>(2); },
-      [](auto& o) { o.normals.source = static_cast<pcl::mrf::NormalSource>(-1); },
-      [](auto& o) { o.observation.kind = static_cast<pcl::mrf::ObservationKind>(77); },
-      [](auto& o) { o.observation.confidenceShape = static_cast<pcl::mrf::ConfidenceShape>(2); },
-      [](auto& o) { o.prior.kind = static_cast<pcl::mrf::Prior>(0); },
-      [](auto& o) { o.prior.energy = static_cast<pcl::mrf::Energy>(3); },
-      [](auto& o) { o.solver.method = static_cast<pcl::mrf::SolverMethod>(5); },
-      [](auto& o) { o.multiscale.quality = static_cast<pcl::mrf::Quality>(3); },
-      [](auto& o) { o.multiscale.interpolation = static_cast<pcl::mrf::Interpolation>(2); },
-      [](auto& o) { o.trimming.kind = static_cast<pcl::mrf::Trimming>(3); },
-      [](auto& o) { o.colors = static_cast<pcl::mrf::ColorMode>(4); }};
-  for (const auto& change : changes) {
-    Mrf mrf;
-    mrf.setInputCloud(smallCloud());
-    pcl::mrf::Options options = smallOptions(1);
-    change(options);
-    mrf.setOptions(options);
+  pcl::mrf::Options shape = smallOptions(1), interpolation = smallOptions(1);
+  shape.observation.confidenceShape = static_cast<pcl::mrf::ConfidenceShape>(2);
+  interpolation.multiscale.interpolation = static_cast<pcl::mrf::Interpolation>(2);
+  for (const pcl::mrf::Options& options : {shape, interpolation}) {
+    Small mrf(options);
     expectFailure(mrf, Status::invalidOption);
   }
 }
 
 TEST(Options, AReachBeyondAllVoxelsIsNoIndex)
 {
-  Mrf mrf;
-  mrf.setInputCloud(smallCloud());
+  Small mrf;
   for (const float reach : {1e6f, 1e30f, std::numeric_limits<float>::max()}) {
     pcl::mrf::Options options = smallOptions(2);
     options.observation.kind = pcl::mrf::ObservationKind::plane;
@@ -454,8 +375,7 @@ TEST(Options, AReachBeyondAllVoxelsIsNoIndex)
 
 TEST(Sensors, ThatAreNowhere)
 {
-  Mrf mrf;
-  mrf.setInputCloud(smallCloud());
+  Small mrf;
   for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
     mrf.setSensorPosition({0, bad, 0});
     EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("sensor 0"), std::string::npos);
@@ -496,11 +416,8 @@ TEST(Scale, PowersOfTwoGiveTheSameBytesOrAClearError)
 
 TEST(Output, KeepsItsFieldsAfterAFailure)
 {
-  pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;
-  mrf.setInputCloud(conversion::make<pcl::PointXYZRGBNormal>(sphere()));
-  pcl::PolygonMesh whole, failed;
-  mrf.reconstruct(whole);
-  ASSERT_EQ(mrf.getReport().status, Status::ok);
+  On<pcl::PointXYZRGBNormal> mrf;
+  pcl::PolygonMesh whole = outputOf(mrf), failed;
   mrf.setProgressCallback([](const std::string&, double) { return false; });
   mrf.reconstruct(failed);
   ASSERT_EQ(failed.cloud.fields.size(), whole.cloud.fields.size());
@@ -514,8 +431,7 @@ TEST(Output, KeepsItsFieldsAfterAFailure)
 TEST(Warnings, AreLoggedOnce)
 {
   // An open patch without a sensor: which side is the outside is a guess.
-  pcl::MRFReconstruction<pcl::PointXYZ> mrf;
-  mrf.setInputCloud(conversion::make<pcl::PointXYZ>(patch()));
+  On<pcl::PointXYZ> mrf(patch());
   pcl::PolygonMesh mesh;
   pcl::console::setVerbosityLevel(pcl::console::L_WARN);
   testing::internal::CaptureStdout();
@@ -529,31 +445,5 @@ TEST(Warnings, AreLoggedOnce)
     const std::size_t found = logged.find(warning);
     ASSERT_NE(found, std::string::npos) << logged;
     EXPECT_EQ(logged.find(warning, found + 1), std::string::npos) << "once";
-  }
-}
-
-TEST(Threads, TwoObjectsAtOnceGiveWhatEachGivesAlone)
-{
-  const Cloud::Ptr clouds[] = {smallCloud(), sphereCloud()};
-  pcl::mrf::TriangleMesh expected[2], found[2];
-  Mrf alone;
-  alone.setOptions(smallOptions(2));
-  for (int n = 0; n < 2; ++n) {
-    alone.setInputCloud(clouds[n]);
-    expected[n] = run(alone);
-  }
-  for (int repetition = 0; repetition < 5; ++repetition) {
-    std::thread threads[2];
-    for (int n = 0; n < 2; ++n)
-      threads[n] = std::thread([&, n] {
-        Mrf mrf;
-        mrf.setOptions(smallOptions(2));
-        mrf.setInputCloud(clouds[n]);
-        found[n] = run(mrf);
-      });
-    for (std::thread& thread : threads)
-      thread.join();
-    for (int n = 0; n < 2; ++n)
-      EXPECT_TRUE(sameBytes(found[n], expected[n])) << n;
   }
 }

@@ -3,13 +3,11 @@
 #include "support/contract.h"
 
 #include <pcl/features/normal_3d_omp.h>
-#include <pcl/search/kdtree.h>
 #include <pcl/search/organized.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <thread>
 
 using namespace contract;
@@ -60,10 +58,8 @@ TYPED_TEST(EveryPointType, GivesAClosedSphereThroughBothOverloads)
   cloud->header.stamp = 1234567;
   pcl::MRFReconstruction<Point> mrf;
   mrf.setInputCloud(cloud);
-  pcl::PolygonMesh output;
-  mrf.reconstruct(output);
+  const pcl::PolygonMesh output = outputOf(mrf);
   const pcl::mrf::Report report = mrf.getReport();
-  ASSERT_EQ(report.status, Status::ok) << report.message;
   EXPECT_EQ(report.normalsEstimated, !pcl::traits::has_normal<Point>::value);
   EXPECT_EQ(report.points.used, static_cast<std::int64_t>(cloud->size()));
 
@@ -93,8 +89,7 @@ TYPED_TEST(EveryPointType, RefusesNormalsThatTheTypeLacks)
 {
   using Point = TypeParam;
   for (const auto source : {pcl::mrf::NormalSource::use, pcl::mrf::NormalSource::reference}) {
-    pcl::MRFReconstruction<Point> mrf;
-    mrf.setInputCloud(conversion::make<Point>(sphere()));
+    On<Point> mrf;
     mrf.setNormalSource(source);
     if (!pcl::traits::has_normal<Point>::value) {
       EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("normals"), std::string::npos);
@@ -151,6 +146,7 @@ TEST(Interface, NamesItself)
     using Mrf::getClassName;
   };
   EXPECT_EQ(Named().getClassName(), "MRFReconstruction");
+  EXPECT_EQ(toString(Named().getReport().status), std::string("not run"));
 }
 
 TEST(Interface, OneObjectServesManyClouds)
@@ -183,28 +179,12 @@ TEST(Report, NamesALevelThatHasNotConverged)
   EXPECT_NE(mrf.getReport().warnings[0].find("solver.maxIterations"), std::string::npos);
 }
 
-namespace {
-
-struct CountingSearch : pcl::search::KdTree<pcl::PointNormal> {
-  mutable std::atomic<int> queries{0};
-  using pcl::search::KdTree<pcl::PointNormal>::nearestKSearch;
-  using pcl::search::KdTree<pcl::PointNormal>::radiusSearch;
-
-  int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
-                     std::vector<float>& distances) const override
-  {
-    ++queries;
-    return pcl::search::KdTree<pcl::PointNormal>::nearestKSearch(point, k, indices, distances);
-  }
-  int radiusSearch(const pcl::PointNormal& point, double radius, pcl::Indices& indices, std::vector<float>& distances,
-                   unsigned int limit) const override
-  {
-    ++queries;
-    return pcl::search::KdTree<pcl::PointNormal>::radiusSearch(point, radius, indices, distances, limit);
-  }
+/// Counts its queries.
+struct CountingSearch : ChangedSearch {
+  std::atomic<int> queries{0};
+  CountingSearch() : ChangedSearch([this](int found, pcl::Indices&, std::vector<float>&) { return ++queries, found; })
+  {}
 };
-
-} // namespace
 
 TEST(Interface, AsksTheGivenSearchObject)
 {
@@ -355,43 +335,37 @@ TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
   mrf.setPreset(pcl::mrf::Preset::standard);
   EXPECT_EQ(mrf.getObservation(), pcl::mrf::ObservationKind::points) << "of the paper's nothing is left";
 
-  mrf.setQuality(pcl::mrf::Quality::fine);
-  mrf.setSmoothing(.5f);
-  mrf.setNoise(.25f);
-  mrf.setRobust(true);
-  mrf.setMaxHole(3);
-  mrf.setTargetEdge(.125f);
-  mrf.setNumberOfRemeshingRounds(4);
-  mrf.setConfidenceField("curvature");
-  mrf.setObservation(pcl::mrf::ObservationKind::plane);
+  const pcl::mrf::Options& o = mrf.getOptions();
+  const auto expectSet = [&](const auto& value, auto set, auto get, const auto& member) {
+    (mrf.*set)(value);
+    EXPECT_EQ((mrf.*get)(), value);
+    EXPECT_EQ(member, value);
+  };
+  expectSet(pcl::mrf::Quality::fine, &Mrf::setQuality, &Mrf::getQuality, o.multiscale.quality);
+  expectSet(.5f, &Mrf::setSmoothing, &Mrf::getSmoothing, o.observation.smoothing);
+  expectSet(.25f, &Mrf::setNoise, &Mrf::getNoise, o.observation.noise);
+  expectSet(true, &Mrf::setRobust, &Mrf::getRobust, o.outliers.robust);
+  expectSet(3.f, &Mrf::setMaxHole, &Mrf::getMaxHole, o.trimming.maxHole);
+  expectSet(.125f, &Mrf::setTargetEdge, &Mrf::getTargetEdge, o.remesher.targetEdge);
+  expectSet(4, &Mrf::setNumberOfRemeshingRounds, &Mrf::getNumberOfRemeshingRounds, o.remesher.rounds);
+  expectSet(std::string("curvature"), &Mrf::setConfidenceField, &Mrf::getConfidenceField, o.confidenceField);
+  expectSet(pcl::mrf::ObservationKind::plane, &Mrf::setObservation, &Mrf::getObservation, o.observation.kind);
+  expectSet(2, &Mrf::setNumberOfSurfaces, &Mrf::getNumberOfSurfaces, o.uncertainty.surfaces);
   mrf.setThrowing(true);
   mrf.setProgressCallback([](const std::string&, double) { return false; });
   mrf.setSensorPositions({{1, 2, 3}, {4, 5, 6}}, {0, 1, 1});
-
-  EXPECT_EQ(mrf.getQuality(), pcl::mrf::Quality::fine);
-  EXPECT_EQ(mrf.getSmoothing(), .5f);
-  EXPECT_EQ(mrf.getNoise(), .25f);
-  EXPECT_TRUE(mrf.getRobust());
-  EXPECT_EQ(mrf.getMaxHole(), 3);
-  EXPECT_EQ(mrf.getTargetEdge(), .125f);
-  EXPECT_EQ(mrf.getNumberOfRemeshingRounds(), 4);
-  EXPECT_EQ(mrf.getConfidenceField(), "curvature");
-  EXPECT_EQ(mrf.getObservation(), pcl::mrf::ObservationKind::plane);
   EXPECT_TRUE(mrf.getThrowing());
   EXPECT_FALSE(mrf.getProgressCallback()("", 0));
   EXPECT_EQ(mrf.getSensorPositions().at(1), Eigen::Vector3d(4, 5, 6));
   EXPECT_EQ(mrf.getSensorViews(), (std::vector<std::int32_t>{0, 1, 1}));
-
-  const pcl::mrf::Options& options = mrf.getOptions();
-  EXPECT_EQ(options.multiscale.quality, pcl::mrf::Quality::fine);
-  EXPECT_EQ(options.observation.smoothing, .5f);
-  EXPECT_EQ(options.observation.noise, .25f);
-  EXPECT_TRUE(options.outliers.robust);
-  EXPECT_EQ(options.trimming.maxHole, 3);
-  EXPECT_EQ(options.remesher.targetEdge, .125f);
-  EXPECT_EQ(options.remesher.rounds, 4);
-  EXPECT_EQ(options.confidenceField, "curvature");
-  EXPECT_EQ(options.observation.kind, pcl::mrf::ObservationKind::plane);
+  EXPECT_TRUE(mrf.getUseSensorOrigin());
+  mrf.setUseSensorOrigin(false);
+  EXPECT_FALSE(mrf.getUseSensorOrigin());
+  // As PCL has them.
+  mrf.setSensorPosition(Eigen::Vector4f(1, 2, 3, 0));
+  EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(1, 2, 3)});
+  mrf.setSensorPosition(Eigen::Vector3f(4, 5, 6));
+  EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(4, 5, 6)});
 }
 
 TEST(Interface, TellsOfABetaThatHasNoEffect)
@@ -417,13 +391,17 @@ TEST(Interface, KeepsTheResultOnRequestOnly)
   EXPECT_EQ(mrf.getReport().mesh.triangles, static_cast<std::int64_t>(mesh.triangles.size()));
 
   mrf.setKeepResult(true);
+  mrf.setNumberOfSurfaces(2);
   run(mrf);
+  ASSERT_EQ(mrf.getResult().surfaces.size(), 2u);
+  EXPECT_EQ(mrf.getResult().surfaces[1].size(), mesh.vertices.size());
   EXPECT_EQ(mrf.getResult().mesh.triangles, mesh.triangles);
   EXPECT_EQ(mrf.getResult().points.size(), sphere().size());
   EXPECT_FALSE(mrf.getDistanceField().empty());
   mrf.releaseResult();
   EXPECT_TRUE(mrf.getDistanceField().empty());
   EXPECT_EQ(mrf.getResult().mesh.vertices.capacity(), 0u);
+  EXPECT_TRUE(mrf.getResult().surfaces.empty());
   EXPECT_EQ(mrf.getReport().status, Status::ok) << "the report stays";
 }
 
@@ -451,96 +429,9 @@ TEST(Interface, FieldIsReadableAndFitsTheMesh)
   EXPECT_LT(field.sampleDistance(center), -h) << "negative inside";
 }
 
-TEST(VertexFields, ConfidenceTellsObservedFromInvented)
-{
-  const pcl::mrf::PointSet open =
-      shapes::filter(sphere(), [](const Eigen::Vector3f& position) { return position.z() < .4f; });
-  Mrf mrf;
-  mrf.setInputCloud(conversion::make<pcl::PointNormal>(open));
-  mrf.setTrimming(pcl::mrf::Trimming::none);
-  const pcl::mrf::TriangleMesh mesh = run(mrf);
-  const float reach = mrf.getReport().options.observation.maxDistance;
-  const auto h = static_cast<float>(mrf.getReport().options.multiscale.voxelSize);
-  int observed = 0, invented = 0;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    float nearest = std::numeric_limits<float>::max();
-    for (const Eigen::Vector3f& position : open.positions)
-      nearest = std::min(nearest, (mesh.vertices[v] - (position + open.offset.cast<float>())).norm());
-    EXPECT_GE(mesh.confidences[v], 0);
-    EXPECT_LE(mesh.confidences[v], 1);
-    // α is interpolated between voxel centers, which are up to √3 h away.
-    if (nearest > reach + 1.74f * h) {
-      EXPECT_EQ(mesh.confidences[v], 0);
-      ++invented;
-    }
-    if (nearest < .5f * reach) {
-      EXPECT_GT(mesh.confidences[v], .2f);
-      ++observed;
-    }
-  }
-  EXPECT_GT(observed, 50);
-  EXPECT_GT(invented, 5);
-}
-
-TEST(VertexFields, ColorsAreInterpolated)
-{
-  pcl::PointCloud<pcl::PointXYZRGBNormal>::Ptr cloud = conversion::make<pcl::PointXYZRGBNormal>(sphere());
-  const auto red = [](const auto& point) { return 128 + 100 * point.x; };
-  for (pcl::PointXYZRGBNormal& point : *cloud) {
-    point.r = static_cast<std::uint8_t>(red(point));
-    point.g = 7;
-    point.b = 250;
-  }
-  pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;
-  mrf.setInputCloud(cloud);
-  pcl::PolygonMesh output = outputOf(mrf);
-  pcl::PointCloud<pcl::PointXYZRGBNormal> points, direct;
-  pcl::fromPCLPointCloud2(output.cloud, points);
-  std::vector<pcl::Vertices> polygons;
-  mrf.reconstruct(direct, polygons);
-  ASSERT_EQ(points.size(), direct.size());
-  for (std::size_t v = 0; v < points.size(); ++v) {
-    // The 4 nearest points lie within 2 l̄, and the nearest weigh most: half of the largest change over that.
-    EXPECT_NEAR(points[v].r, red(points[v]), 100 * spacing + 1);
-    EXPECT_EQ(points[v].g, 7);
-    EXPECT_EQ(points[v].b, 250);
-    EXPECT_EQ(points[v].rgba & 0xffffff, direct[v].rgba & 0xffffff);
-  }
-}
-
-TEST(VertexFields, IntensityIsInterpolated)
-{
-  pcl::PointCloud<pcl::PointXYZI>::Ptr cloud = conversion::make<pcl::PointXYZI>(sphere());
-  for (pcl::PointXYZI& point : *cloud)
-    point.intensity = 5 + point.y;
-  pcl::MRFReconstruction<pcl::PointXYZI> mrf;
-  mrf.setInputCloud(cloud);
-  pcl::PolygonMesh output = outputOf(mrf);
-  pcl::PointCloud<pcl::PointXYZI> points;
-  pcl::fromPCLPointCloud2(output.cloud, points);
-  for (const pcl::PointXYZI& point : points)
-    EXPECT_NEAR(point.intensity, 5 + point.y, spacing);
-}
-
-TEST(VertexFields, SurfacesThatSigmaAllowsFor)
-{
-  pcl::MRFReconstruction<pcl::PointNormal> mrf;
-  mrf.setInputCloud(conversion::make<pcl::PointNormal>(sphere()));
-  EXPECT_EQ(mrf.getNumberOfSurfaces(), 0);
-  mrf.setNumberOfSurfaces(2);
-  mrf.setKeepResult(true);
-  pcl::PolygonMesh mesh = outputOf(mrf);
-  ASSERT_EQ(mrf.getResult().surfaces.size(), 2u);
-  EXPECT_EQ(mrf.getResult().surfaces[1].size(), mesh.cloud.width);
-  EXPECT_TRUE(conversion::hasField(mesh, "sigma")) << "they are made of it";
-  mrf.releaseResult();
-  EXPECT_TRUE(mrf.getResult().surfaces.empty());
-}
-
 TEST(VertexFields, SigmaIfItIsAskedFor)
 {
-  pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;
-  mrf.setInputCloud(conversion::make<pcl::PointXYZRGBNormal>(sphere()));
+  On<pcl::PointXYZRGBNormal> mrf;
   EXPECT_FALSE(mrf.getComputeUncertainty());
   mrf.setComputeUncertainty(true);
   pcl::PolygonMesh mesh = outputOf(mrf);
@@ -568,16 +459,14 @@ TEST(VertexFields, SigmaIfItIsAskedFor)
 
 TEST(VertexFields, ColorModes)
 {
-  pcl::MRFReconstruction<pcl::PointXYZRGB> colored;
-  colored.setInputCloud(conversion::make<pcl::PointXYZRGB>(sphere()));
+  On<pcl::PointXYZRGB> colored;
   colored.setColorMode(pcl::mrf::ColorMode::none);
   pcl::PolygonMesh output = outputOf(colored);
   EXPECT_FALSE(conversion::hasField(output, "rgb"));
 
   OnSphere mrf;
   mrf.setColorMode(pcl::mrf::ColorMode::confidence);
-  mrf.reconstruct(output);
-  ASSERT_EQ(mrf.getReport().status, Status::ok);
+  output = outputOf(mrf);
   ASSERT_TRUE(conversion::hasField(output, "rgb"));
   pcl::PointCloud<pcl::PointXYZRGB> points;
   pcl::fromPCLPointCloud2(output.cloud, points);
@@ -598,7 +487,7 @@ TEST(VertexFields, PointConfidencesWeighTheData)
   options.confidenceField = "intensity";
   options.trimming.kind = pcl::mrf::Trimming::none;
   mrf.setOptions(options);
-  pcl::PolygonMesh output = outputOf(mrf);
+  outputOf(mrf);
   std::int64_t trusted = 0;
   for (const pcl::PointXYZINormal& point : *cloud)
     trusted += point.z > 0;
@@ -607,37 +496,8 @@ TEST(VertexFields, PointConfidencesWeighTheData)
 
   for (pcl::PointXYZINormal& point : *cloud)
     point.intensity = .1f;
-  mrf.reconstruct(output);
-  ASSERT_EQ(mrf.getReport().status, Status::ok) << mrf.getReport().message;
-  const std::vector<float> confidences = conversion::plain(output).confidences;
+  const std::vector<float> confidences = run(mrf).confidences;
   EXPECT_LE(*std::max_element(confidences.begin(), confidences.end()), .1001f) << "the scanner's multiplies α";
-}
-
-TEST(Sensors, TurnNormalsTowardsThem)
-{
-  const pcl::mrf::PointSet points = patch();
-  for (const double side : {-1., 1.}) {
-    pcl::MRFReconstruction<pcl::PointXYZ> mrf;
-    mrf.setInputCloud(conversion::make<pcl::PointXYZ>(points));
-    mrf.setSensorPosition({.3, .2, side * 4});
-    pcl::PolygonMesh output = outputOf(mrf);
-    EXPECT_EQ(mrf.getReport().vote, pcl::mrf::OrientationVote::sensor);
-    EXPECT_NEAR(mrf.getReport().orientation.agreement, 1, .01);
-    for (const Eigen::Vector3f& normal : conversion::plain(output).normals)
-      EXPECT_GT(side * normal.z(), .99);
-  }
-}
-
-TEST(Sensors, AreGivenAsPclHasThem)
-{
-  Mrf mrf;
-  const Eigen::Vector4f origin(1, 2, 3, 0);
-  mrf.setSensorPosition(origin);
-  EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(1, 2, 3)});
-  mrf.setSensorPosition(Eigen::Vector3f(4, 5, 6));
-  EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(4, 5, 6)});
-  mrf.setSensorPosition({7, 8, 9});
-  EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(7, 8, 9)});
 }
 
 TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
@@ -676,17 +536,12 @@ TEST(Sensors, TheCloudsOwnOriginIsOneIfItIsSetOrTheCloudIsOrganized)
                 }),
             std::make_pair(1L, false))
       << "a given position wins";
-  pcl::MRFReconstruction<pcl::PointXYZ> mrf;
-  EXPECT_TRUE(mrf.getUseSensorOrigin());
-  mrf.setUseSensorOrigin(false);
-  EXPECT_FALSE(mrf.getUseSensorOrigin());
 }
 
 TEST(Sensors, NormalsThatLookAtTheOriginSupposeOneThere)
 {
   const auto isSupposed = [](const pcl::mrf::PointSet& points, const auto& change) {
-    pcl::MRFReconstruction<pcl::PointNormal> mrf;
-    mrf.setInputCloud(conversion::make<pcl::PointNormal>(points));
+    On<pcl::PointNormal> mrf(points);
     change(mrf);
     outputOf(mrf);
     return mrf.getReport().sensorSupposed;
@@ -704,8 +559,7 @@ TEST(Sensors, NormalsThatLookAtTheOriginSupposeOneThere)
   EXPECT_FALSE(isSupposed(farBelow, asIs)) << "nobody measures from so far";
   EXPECT_FALSE(isSupposed(below, [](auto& mrf) { mrf.setSensorPosition({0, 0, 9}); })) << "it is known";
   EXPECT_FALSE(isSupposed(below, [](auto& mrf) { mrf.setUseSensorOrigin(false); }));
-  std::vector<std::size_t> turned = {0, 1};
-  for (const std::size_t i : turned)
+  for (const std::size_t i : {0, 1})
     below.normals[i] = -below.normals[i];
   ASSERT_LT(below.size(), 2000U);
   EXPECT_FALSE(isSupposed(below, asIs)) << "more than one in a thousand look elsewhere";
@@ -760,30 +614,6 @@ TEST(Progress, ReportsStagesAndFractions)
     EXPECT_NE(std::find(stages.begin(), stages.end(), time.stage), stages.end()) << time.stage;
 }
 
-TEST(Progress, CancelsWhereverItIsAsked)
-{
-  Mrf mrf;
-  mrf.setKeepResult(true);
-  mrf.setInputCloud(sphereCloud());
-  int calls = 0;
-  mrf.setProgressCallback([&](const std::string&, double) { return ++calls, true; });
-  const pcl::mrf::TriangleMesh expected = run(mrf);
-  ASSERT_GT(calls, 5);
-  // How often it is called depends a little on the time.
-  for (int stopAt = 1, total = calls; stopAt <= 3 * total / 4; stopAt += std::max(1, total / 7)) {
-    calls = 0;
-    mrf.setProgressCallback([&](const std::string&, double) { return ++calls < stopAt; });
-    Outputs<pcl::PointNormal> outputs;
-    mrf.reconstruct(outputs.mesh);
-    EXPECT_EQ(mrf.getReport().status, Status::cancelled) << "at call " << stopAt;
-    EXPECT_EQ(calls, stopAt) << "nothing is called after it asked to stop";
-    EXPECT_TRUE(outputs.mesh.polygons.empty() && outputs.mesh.cloud.data.empty());
-    EXPECT_TRUE(mrf.getDistanceField().empty());
-  }
-  mrf.setProgressCallback({});
-  EXPECT_TRUE(sameBytes(run(mrf), expected)) << "the object works after it was cancelled";
-}
-
 TEST(Errors, AreRethrownOnRequest)
 {
   Mrf mrf;
@@ -836,17 +666,6 @@ TEST(Errors, AFieldWithoutAZeroLevelIsBlamedOnBetaAtVoxels)
   run(mrf);
 }
 
-TEST(Errors, MemoryLimitNamesTheVoxelSizeThatFits)
-{
-  OnSphere mrf;
-  pcl::mrf::Options options;
-  options.multiscale.voxelSize = .01f;
-  options.multiscale.maxMemory = std::size_t{1} << 20;
-  mrf.setOptions(options);
-  const std::string message = expectFailure(mrf, Status::resourceLimit);
-  EXPECT_NE(message.find("voxel"), std::string::npos) << message;
-}
-
 TEST(Errors, MemoryLimitHoldsForTheRobustField)
 {
   OnSphere mrf;
@@ -857,22 +676,4 @@ TEST(Errors, MemoryLimitHoldsForTheRobustField)
   const std::string message = expectFailure(mrf, Status::resourceLimit);
   EXPECT_NE(message.find("setRobust"), std::string::npos) << message;
   EXPECT_EQ(mrf.getReport().times.back().stage, "robust field") << "before five solutions are made for nothing";
-}
-
-TEST(Errors, ReportOfAFailureHasWhatWasDone)
-{
-  Mrf mrf;
-  EXPECT_EQ(mrf.getReport().status, Status::notRun);
-  EXPECT_EQ(toString(Status::notRun), std::string("not run"));
-  mrf.setInputCloud(sphereCloud());
-  run(mrf);
-  int calls = 0;
-  mrf.setProgressCallback([&](const std::string& stage, double) { return ++calls, stage != "polygonizer"; });
-  pcl::PolygonMesh mesh;
-  mrf.reconstruct(mesh);
-  ASSERT_EQ(mrf.getReport().status, Status::cancelled);
-  EXPECT_EQ(mrf.getReport().points.input, static_cast<std::int64_t>(sphere().size()));
-  EXPECT_GT(mrf.getReport().density.spacing, 0);
-  EXPECT_FALSE(mrf.getReport().levels.empty());
-  EXPECT_EQ(mrf.getReport().mesh.triangles, 0);
 }

@@ -18,20 +18,12 @@ using namespace pcl::mrf;
 
 namespace {
 
-void append(PointSet& points, const PointSet& others, const Eigen::Vector3f& offset)
-{
-  for (std::size_t i = 0; i < others.size(); ++i) {
-    points.positions.push_back(others.positions[i] + offset);
-    points.normals.push_back(others.normals[i]);
-  }
-}
-
 PointSet spheres(const std::vector<Eigen::Vector3f>& centers, double spacing = .15)
 {
   PointSet points;
   unsigned seed = 0;
   for (const Eigen::Vector3f& center : centers)
-    append(points, shapes::sample(shapes::sphere(1), 1.2, spacing, ++seed), center);
+    clouds::append(points, shapes::sample(shapes::sphere(1), 1.2, spacing, ++seed), center);
   return points;
 }
 
@@ -58,7 +50,7 @@ TEST(FindPieces, SplitsWhatIsFarApartAndNothingElse)
 TEST(FindPieces, HoldsEachPointOnceTheLargestFirst)
 {
   PointSet points = spheres({{0, 0, 500}});
-  append(points, shapes::sample(shapes::sphere(1), 1.2, .1), {0, 0, 0});
+  clouds::append(points, shapes::sample(shapes::sphere(1), 1.2, .1));
   const std::size_t objects = points.size();
   points.positions.emplace_back(0, 900, 0);
   points.positions.emplace_back(0, 900, .1f);
@@ -122,20 +114,6 @@ TEST(Pieces, AreReconstructedOnTheirOwn)
   }
 }
 
-TEST(Pieces, GiveWhatEachWouldGiveAlone)
-{
-  const PointSet one = spheres({{0, 0, 0}});
-  Options options;
-  options.multiscale.voxelSize = .3f; // left to the data, twice as many points may choose another one
-  const Reconstruction alone = clouds::reconstruct(one, options),
-                       together = clouds::reconstruct(spheres({{0, 0, 0}, {1024, 0, 0}}), options);
-  // The spacing is that of both spheres, sampled with different seeds: smoothing lengths differ a little.
-  EXPECT_NEAR(together.report.mesh.volume, 2 * alone.report.mesh.volume, .01 * alone.report.mesh.volume);
-  EXPECT_NEAR(static_cast<double>(together.report.mesh.triangles),
-              2. * static_cast<double>(alone.report.mesh.triangles),
-              .1 * static_cast<double>(alone.report.mesh.triangles));
-}
-
 TEST(Pieces, PointsAloneAreDroppedAndCounted)
 {
   PointSet cloud = spheres({{0, 0, 0}});
@@ -174,7 +152,7 @@ TEST(Pieces, DoNotWidenTheHolesThatAreFilled)
   const PointSet sheet =
       shapes::filter(clouds::lattice(61, .05f), [](const Eigen::Vector3f& x) { return x.norm() > .7f; });
   PointSet two = sheet;
-  append(two, sheet, {1000, 0, 0});
+  clouds::append(two, sheet, {1000, 0, 0});
   const MeshStatistics alone = clouds::reconstruct(sheet).report.mesh, together = clouds::reconstruct(two).report.mesh;
   EXPECT_EQ(alone.boundaryLoops, 2);
   EXPECT_EQ(together.boundaryLoops, 4);

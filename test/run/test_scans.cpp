@@ -5,10 +5,9 @@
 #include "levels/multiscale.h"
 #include "mesh/self_intersection.h"
 #include "support/clouds.h"
-#include "support/mesh_distance.h"
+#include "support/meshes.h"
 #include "support/scans.h"
 #include "support/shapes.h"
-#include "support/zero_level.h"
 
 #include <pcl/surface/mrf/reconstruction.h>
 
@@ -70,11 +69,8 @@ const Outcome& runAsUsual(const std::string& name)
 
 void expectOneValidComponent(const Reconstruction& reconstruction)
 {
-  const MeshStatistics& mesh = reconstruction.report.mesh;
-  EXPECT_EQ(mesh.components, 1);
-  EXPECT_EQ(mesh.nonManifoldEdges, 0);
-  EXPECT_EQ(mesh.nonManifoldVertices, 0);
-  EXPECT_EQ(mesh.degenerateTriangles, 0);
+  EXPECT_EQ(reconstruction.report.mesh.components, 1);
+  meshes::expectSound(reconstruction.report.mesh);
   Execution execution(0);
   EXPECT_TRUE(selfIntersectingTriangles(reconstruction.mesh, execution).empty());
 }
@@ -100,18 +96,10 @@ std::string nameOf(const testing::TestParamInfo<Bar>& bar)
   return name;
 }
 
-/// Where one method is compared with another.
-const auto anyScan =
-    testing::Values(Bar{"model", 0, 0}, Bar{"igea_clean", 0, 0}, Bar{"nefertiti", 0, 0}, Bar{"bunny", 0, 0});
-
-class RemeshedScan : public CleanScan {};
 class VoxelwiseScan : public CleanScan {};
-class FineScan : public CleanScan {};
-class RobustScan : public CleanScan {};
+class SmoothScan : public CleanScan {}; ///< its bars are of remeshed surfaces
 class NoisyScan : public CleanScan {};
-class BandedScan : public CleanScan {};
 class MeasuredCloud : public CleanScan {};
-class PaperPreset : public CleanScan {};
 
 } // namespace
 
@@ -123,7 +111,7 @@ TEST_P(CleanScan, DefaultPresetReachesItsBars)
   EXPECT_LE(outcome.hole, GetParam().hole);
 }
 
-TEST_P(RemeshedScan, KeepsTheSurfaceAndEvensItsTriangles)
+TEST_P(SmoothScan, RemeshingKeepsTheSurfaceAndEvensItsTriangles)
 {
   const Outcome outcome = run(GetParam().name, defaultPreset(), RemesherOptions().rounds);
   const Reconstruction& r = outcome.reconstruction;
@@ -141,7 +129,7 @@ TEST_P(RemeshedScan, KeepsTheSurfaceAndEvensItsTriangles)
   EXPECT_LT(farthest, .3 * r.field.lattice().spacing);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scans, RemeshedScan,
+INSTANTIATE_TEST_SUITE_P(Scans, SmoothScan,
                          testing::Values(Bar{"model", .0115, .14}, Bar{"igea_clean", .0115, .46},
                                          Bar{"nefertiti", .0138, .39}, Bar{"bunny", .0092, .18}),
                          nameOf);
@@ -169,16 +157,14 @@ INSTANTIATE_TEST_SUITE_P(Scans, VoxelwiseScan,
                                          Bar{"bunny_raw", .049, .36}),
                          nameOf);
 
-TEST_P(RobustScan, IsHardlyWorseWhereThereIsNothingToReject)
+TEST_P(SmoothScan, RobustIsHardlyWorseWhereThereIsNothingToReject)
 {
   Options options;
   options.outliers.robust = true;
   EXPECT_LE(run(GetParam().name, options).clean, 1.05 * runAsUsual(GetParam().name).clean);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scans, RobustScan, anyScan, nameOf);
-
-TEST_P(FineScan, IsMoreAccurateThanTheNormalQuality)
+TEST_P(SmoothScan, FineIsMoreAccurateThanTheNormalQuality)
 {
   Options options;
   options.multiscale.quality = Quality::fine;
@@ -186,8 +172,6 @@ TEST_P(FineScan, IsMoreAccurateThanTheNormalQuality)
   expectOneValidComponent(fine.reconstruction);
   EXPECT_LE(fine.accuracy, .85 * runAsUsual(GetParam().name).accuracy);
 }
-
-INSTANTIATE_TEST_SUITE_P(Scans, FineScan, anyScan, nameOf);
 
 /// From the zero level of the dense solution, in voxels, of one that stops at its default. All vertices count, holes
 /// included.
@@ -201,14 +185,14 @@ std::vector<double> offsetsFromTheDenseSolution(const std::string& scan, Options
   };
   const DistanceField field = fieldOf(denseVoxels, SolverOptions().changeTolerance);
   const DistanceField dense = fieldOf(1 << 30, 1e-6);
-  std::vector<double> offsets = zeroLevelOffsets(field, dense);
+  std::vector<double> offsets = meshes::zeroLevelOffsets(field, dense);
   std::cout << scan << ", k = " << order(options.prior.kind) << ": " << rootMeanSquare(offsets) << " voxels RMS, "
             << *std::max_element(offsets.begin(), offsets.end()) << " at most\n";
   return offsets;
 }
 
 /// k = 3 comes as close in bands only where there are points: holes differ by up to a voxel.
-TEST_P(BandedScan, ThinPlateIsThatOfTheDenseSolution)
+TEST_P(SmoothScan, ThinPlateInBandsIsThatOfTheDenseSolution)
 {
   Options options = defaultPreset();
   options.prior.kind = Prior::thinPlate;
@@ -219,7 +203,7 @@ TEST_P(BandedScan, ThinPlateIsThatOfTheDenseSolution)
   EXPECT_LE(*std::max_element(offsets.begin(), offsets.end()), GetParam().name == std::string("model") ? .21 : .2);
 }
 
-TEST_P(BandedScan, DefaultIsTheDenseSolution)
+TEST_P(SmoothScan, DefaultIsTheDenseSolution)
 {
   // To the last digit everywhere takes many seconds: all orders on one scan.
   const bool isFirst = GetParam().name == std::string("model");
@@ -234,8 +218,6 @@ TEST_P(BandedScan, DefaultIsTheDenseSolution)
     EXPECT_LE(*std::max_element(offsets.begin(), offsets.end()), .15);
   }
 }
-
-INSTANTIATE_TEST_SUITE_P(Scans, BandedScan, anyScan, nameOf);
 
 /// Open clouds whose last level is in a band: discs of 5 to 10 spacings are withheld.
 TEST_P(MeasuredCloud, BandsFillDiscs)
@@ -305,9 +287,7 @@ TEST_P(NoisyScan, MedianThinPlateAndLowBetaReachTheBars)
 INSTANTIATE_TEST_SUITE_P(Scans, NoisyScan, testing::Values(Bar{"model_noise", .083, .32}, Bar{"igea_noise", .115, .45}),
                          nameOf);
 
-TEST_P(PaperPreset, GivesOneComponent)
+TEST_P(SmoothScan, PaperPresetGivesOneComponent)
 {
   expectOneValidComponent(run(GetParam().name, paperPreset()).reconstruction);
 }
-
-INSTANTIATE_TEST_SUITE_P(Scans, PaperPreset, anyScan, nameOf);

@@ -9,10 +9,13 @@
 #include <pcl/surface/mrf_reconstruction.h>
 
 #include <pcl/console/print.h>
+#include <pcl/search/kdtree.h>
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace contract {
@@ -94,9 +97,33 @@ pcl::mrf::TriangleMesh run(pcl::MRFReconstruction<PointT>& mrf)
   return conversion::plain(outputOf(mrf));
 }
 
-/// The class with the sphere as its input.
-struct OnSphere : Mrf {
-  OnSphere() { setInputCloud(sphereCloud()); }
+/// The class with points as its input.
+template <typename PointT>
+struct On : pcl::MRFReconstruction<PointT> {
+  explicit On(const pcl::mrf::PointSet& points = sphere()) { this->setInputCloud(conversion::make<PointT>(points)); }
+};
+using OnSphere = On<pcl::PointNormal>;
+
+/// A search of PCL's whose answers are looked at, or changed, before they are given.
+struct ChangedSearch : pcl::search::KdTree<pcl::PointNormal> {
+  using Base = pcl::search::KdTree<pcl::PointNormal>;
+  using Change = std::function<int(int found, pcl::Indices& indices, std::vector<float>& distances)>;
+  Change change;
+  using Base::nearestKSearch;
+  using Base::radiusSearch;
+
+  explicit ChangedSearch(Change with) : change(std::move(with)) {}
+
+  int nearestKSearch(const pcl::PointNormal& point, int k, pcl::Indices& indices,
+                     std::vector<float>& distances) const override
+  {
+    return change(Base::nearestKSearch(point, k, indices, distances), indices, distances);
+  }
+  int radiusSearch(const pcl::PointNormal& point, double radius, pcl::Indices& indices, std::vector<float>& distances,
+                   unsigned int limit) const override
+  {
+    return change(Base::radiusSearch(point, radius, indices, distances, limit), indices, distances);
+  }
 };
 
 /// PCL prints the errors that these tests provoke; they would hide the test's own.

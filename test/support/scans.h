@@ -4,6 +4,7 @@
 #pragma once
 
 #include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <gtest/gtest.h>
 
@@ -39,6 +40,9 @@ Scan load(const std::string& name);
 pcl::mrf::PointSet loadReal(const std::string& name);
 
 } // namespace scans
+
+/// Exact distance, by CGAL, from each point to the closest point of the mesh, in the order of the points.
+std::vector<double> distancesToMesh(const std::vector<Eigen::Vector3d>& points, const pcl::mrf::TriangleMesh& mesh);
 
 /// Skips a test that needs the real scans where they are not: users have the sources without them.
 #define SKIP_WITHOUT_SCANS()                                                                                           \
