@@ -2,7 +2,6 @@
 """What experiments are run in: programs, scans, results that are kept, tables and the page."""
 
 import csv
-import html
 import json
 import os
 import shutil
@@ -15,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from . import drawing, surfaces
-from .figures import rounded
+from .figures import text_of
 
 BUNNY = "/usr/share/glmark2/models/bunny.obj"
 CGAL_DATA = "/usr/share/doc/libcgal-dev/data.tar.gz"
@@ -25,16 +24,11 @@ class Failure(Exception):
     """A program that did not do what it was asked for."""
 
 
-def cells(measured, *names):
-    """Of a case for a row: the figures of these names, or what failed."""
-    return [measured["failed"]] if "failed" in measured else [measured.get(name) for name in names]
-
-
 class Scan:
     """What pcl_mrf_scan left in a folder."""
 
-    def __init__(self, folder):
-        self.folder = folder
+    def __init__(self, lab, folder, subject):
+        self.folder, self.subject, self._lab = folder, subject, lab
         self.report = json.loads((folder / "scan.json").read_text())
         self.diagonal, self.spacing, self.holes = (self.report[name] for name in ("diagonal", "spacing", "holes"))
 
@@ -46,41 +40,45 @@ class Scan:
         return surfaces.read(self.path("scan.ply"))
 
     @cached_property
-    def clean(self):
-        return surfaces.read(self.path("clean.ply"))
-
-    @cached_property
     def held_out(self):
         return surfaces.read(self.path("held-out.ply")) if self.holes else surfaces.Surface([])
 
     @cached_property
-    def sensors(self):
-        return np.loadtxt(self.path("sensors.txt"), ndmin=2)
+    def normals(self):
+        """Those of the scan, or of planes fitted to the points, each facing its sensor."""
+        if self.cloud.normals is not None:
+            return self.cloud.normals
+        sensors, views = np.loadtxt(self.path("sensors.txt"), ndmin=2), np.loadtxt(self.path("views.txt"), dtype=int)
+        return surfaces.estimated_normals(self.cloud.points, sensors[views])
 
     @cached_property
-    def views(self):
-        return np.loadtxt(self.path("views.txt"), dtype=int)
+    def sensor_options(self):
+        """What tells pcl_mrf_reconstruction how normals face, if it has to estimate them."""
+        if self.cloud.normals is not None:
+            return []
+        return ["--views", self.path("views.txt"), "--sensors", self.path("sensors.txt")]
+
+    def truth(self, places):
+        """Distances from places to the object."""
+        return self._lab.truth(self.subject)(places)
 
 
 class Result:
     """A mesh that a program made. Its file lasts as long as the object."""
 
-    def __init__(self, path, seconds, megabytes, report=None, offset=None, merge=False):
-        self.path, self.seconds, self.megabytes, self.report = path, seconds, megabytes, report or {}
-        self._offset, self._merge = offset, merge
+    def __init__(self, lab, path, seconds, megabytes, report=None):
+        self.path, self.seconds, self.megabytes, self.report, self._lab = path, seconds, megabytes, report or {}, lab
         weakref.finalize(self, Path(path).unlink, missing_ok=True)
 
     @cached_property
     def mesh(self):
         mesh = surfaces.read(self.path)
-        if not len(mesh.triangles) or not mesh.areas().sum() > 0:
+        if not mesh.areas().sum() > 0:
             raise Failure("there is no surface")
-        if self._merge:  # the corners are equal but for rounding
-            mesh = mesh.merged(1e-6 * np.linalg.norm(np.ptp(mesh.points, axis=0)))
-        if self._offset is not None:
-            mesh.points += self._offset
-            surfaces.write_ply(self.path, mesh.points, triangles=mesh.triangles)
         return mesh
+
+    def evaluate(self, *options):
+        return self._lab.evaluate(self.path, *options)
 
 
 class Laboratory:
@@ -88,12 +86,12 @@ class Laboratory:
 
     def __init__(self, folder, tools=None, quick=False, seed=1, data=None, threads=0, sampling="even"):
         self.folder, self.tools = Path(folder), tools
-        self.quick, self.seed, self.threads, self.sampling = quick, seed, threads, sampling
+        self.quick, self.seed, self.sampling = quick, seed, sampling
+        self.threads = ("--threads", threads) if threads else ()
         self.data = Path(data) if data else None
         self.cases = self.folder / "cases" / f"{'quick' if quick else 'full'}-{seed}"
-        self.sections = []
-        self._temporary = tempfile.TemporaryDirectory(prefix="pcl_mrf_")
-        self._count, self._makers = 0, {}
+        self.parts = []
+        self._temporary, self._count = tempfile.TemporaryDirectory(prefix="pcl_mrf_"), 0
         self.cases.mkdir(parents=True, exist_ok=True)
 
     # Programs
@@ -108,9 +106,7 @@ class Laboratory:
         path = self.find(program)
         if path is None:
             raise Failure(f"{program} is not on PATH")
-        environment = dict(os.environ)
-        if self.threads:
-            environment["OMP_NUM_THREADS"] = str(self.threads)
+        environment = dict(os.environ, **({"OMP_NUM_THREADS": str(self.threads[1])} if self.threads else {}))
         with tempfile.TemporaryFile() as said:
             child = subprocess.Popen([path, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=said, stderr=said,
                                      env=environment)
@@ -122,13 +118,14 @@ class Laboratory:
             raise Failure(f"{program} ended with {child.returncode}: {words[-1] if words else ''}")
         return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
 
+    def points(self, count):
+        """How many a scan has; quick: a fifth."""
+        return count // 5 if self.quick else count
+
     def scratch(self, name):
         """A path for a file that lasts as long as this run."""
         self._count += 1
-        return str(Path(self._temporary.name) / f"{self._count}-{name}")
-
-    def _threads(self):
-        return ["--threads", self.threads] if self.threads else []
+        return f"{self._temporary.name}/{self._count}-{name}"
 
     @lru_cache(maxsize=4)
     def scan(self, subject, *arguments, seed=None):
@@ -141,65 +138,51 @@ class Laboratory:
             more += ["--write-held-out", folder / "held-out.ply"]
         if not ("--views" in words and words[words.index("--views") + 1] == "0"):
             more += ["--write-views", folder / "views.txt", "--write-sensors", folder / "sensors.txt"]
-        self.run("pcl_mrf_scan", self._made(subject), folder / "scan.ply", "-q", "--seed", self.seed if seed is None else seed,
-                 *words, *more, *self._threads())
-        return Scan(folder)
+        self.run("pcl_mrf_scan", subject, folder / "scan.ply", "-q", "--seed", self.seed if seed is None else seed, *words,
+                 *more, *self.threads)
+        return Scan(self, folder, subject)
 
     def reconstruct(self, cloud, *options):
         mesh, report = self.scratch("mesh.ply"), self.scratch("report.json")
-        threads = [] if "--threads" in options else self._threads()
+        threads = () if "--threads" in options else self.threads
         seconds, megabytes = self.run("pcl_mrf_reconstruction", cloud, mesh, "-q", "--report", report, *options, *threads)
-        return Result(mesh, seconds, megabytes, json.loads(Path(report).read_text()))
+        return Result(self, mesh, seconds, megabytes, json.loads(Path(report).read_text()))
 
     def evaluate(self, mesh, *options):
         """What pcl_mrf_evaluate tells in JSON."""
         path = self.scratch("evaluation.json")
-        self.run("pcl_mrf_evaluate", mesh, "-q", "--json", path, *options, *self._threads())
+        self.run("pcl_mrf_evaluate", mesh, "-q", "--json", path, *options, *self.threads)
         return json.loads(Path(path).read_text())
 
     # Objects
 
+    @lru_cache(maxsize=1)
     def objects(self):
         """What is scanned: names and mesh files, of the bunny, CGAL's data, --data, and generated."""
+        folder = self.folder / "objects"
+        folder.mkdir(exist_ok=True)
         found = {"bunny": BUNNY} if os.path.exists(BUNNY) else {}
-        if os.path.exists(CGAL_DATA):
-            for name in ("armadillo", "bear"):
-                found[name] = self._later(name + ".off", lambda path, name=name: self._unpack(name, path))
-        for name in ("bunny", "igea", "nefertiti"):
-            path = self.data / "reference" / f"{name}.ply" if self.data else None
-            if path and path.exists() and name not in found:
-                found[name] = str(path)
+        for name in ("armadillo", "bear") if os.path.exists(CGAL_DATA) else ():
+            found[name] = str(folder / f"{name}.off")
+            if not os.path.exists(found[name]):
+                subprocess.run(["tar", "-xzf", CGAL_DATA, "-C", folder, "--strip-components=2", f"data/meshes/{name}.off"],
+                               check=True)
+        for name in ("bunny", "igea", "nefertiti") if self.data else ():
+            path = self.data / "reference" / f"{name}.ply"
+            if path.exists():
+                found.setdefault(name, str(path))
         for name, make in (("wavy torus", surfaces.wavy_torus), ("wavy box", surfaces.wavy_box)):
-            found[name] = self._later(name.replace(" ", "-") + ".ply", lambda path, make=make: self._write(make(), path))
+            found[name] = str(folder / f"{name}.ply")
+            if not os.path.exists(found[name]):
+                make().write(found[name])
         return found
-
-    def _later(self, name, make):
-        """\\return the path of a file that is made when it is used"""
-        path = str(self.folder / "objects" / name)
-        self._makers[path] = make
-        return path
-
-    def _made(self, subject):
-        if subject in self._makers and not os.path.exists(subject):
-            Path(subject).parent.mkdir(exist_ok=True)
-            self._makers[subject](subject)
-        return subject
-
-    @staticmethod
-    def _write(surface, path):
-        surfaces.write_ply(path, surface.points, triangles=surface.triangles)
-
-    @staticmethod
-    def _unpack(name, path):
-        with open(path, "wb") as file:
-            subprocess.run(["tar", "-xzOf", CGAL_DATA, f"data/meshes/{name}.off"], stdout=file, check=True)
 
     @lru_cache(maxsize=3)
     def truth(self, subject):
         """A function that gives the distances from places to a mesh file, or to the shape `primitives`."""
         if subject == "primitives":
             return lambda places: np.abs(surfaces.primitives(places))
-        mesh = surfaces.read(self._made(subject))
+        mesh = surfaces.read(subject)
         return lambda places: surfaces.distances(places, mesh)
 
     # Results
@@ -210,39 +193,28 @@ class Laboratory:
         path = self.cases / (key + ".json")
         if path.exists():
             return json.loads(path.read_text())
-        before = set(os.listdir(self._temporary.name))
         try:
             result = compute()
         except Failure as failure:
             result = {"failed": str(failure)}
-        for name in set(os.listdir(self._temporary.name)) - before:  # scans stay, and meshes as long as their results
-            if os.path.isfile(os.path.join(self._temporary.name, name)) and not name.endswith("-mesh.ply"):
-                os.unlink(os.path.join(self._temporary.name, name))
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_suffix(".part")
         part.write_text(json.dumps(result, indent=1, default=float))
         part.rename(path)
         return result
 
-    def section(self, name, title, text):
-        self.sections.append({"name": name, "title": title, "text": text, "parts": []})
-
     def say(self, text):
-        self.sections[-1]["parts"].append(f"<p>{html.escape(text)}</p>")
+        """A paragraph of the page."""
+        self.parts.append(text)
 
-    def table(self, name, title, columns, rows):
-        """Writes NAME.csv. Rows may be short: what is missing is empty."""
-        rows = [[rounded(cell) for cell in row] + [None] * (len(columns) - len(row)) for row in rows]
+    def table(self, name, title, rows):
+        """Writes NAME.csv of rows, whose keys are the columns. What is a list or a dictionary is left out."""
+        columns = list(dict.fromkeys(key for row in rows for key, cell in row.items() if not isinstance(cell, (list, dict))))
+        texts = [columns] + [[text_of(row.get(column)) for column in columns] for row in rows]
         with open(self.folder / f"{name}.csv", "w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows([columns] + rows)
-
-        def line(cells, tag):
-            texts = ("" if cell is None else html.escape(str(cell)) for cell in cells)
-            return "<tr>" + "".join(f"<{tag}>{text}</{tag}>" for text in texts) + "</tr>"
-
-        lines = [line(columns, "th")] + [line(row, "td") for row in rows]
-        self.sections[-1]["parts"].append(
-            f'<h3><a href="{name}.csv">{html.escape(title)}</a></h3><table>' + "\n".join(lines) + "</table>")
+            csv.writer(file).writerows(texts)
+        self.say(f"### [{title}]({name}.csv)")
+        self.say("\n".join(f"| {' | '.join(line)} |" for line in [columns, ["---"] * len(columns)] + texts[1:]))
 
     def picture(self, name, draw):
         """Writes NAME.png unless it is there. \\param draw makes the figure; what it needs may fail"""
@@ -250,19 +222,12 @@ class Laboratory:
         try:
             if not path.exists():
                 drawing.save(draw(), path)
-            self.sections[-1]["parts"].append(f'<p><img src="{name}.png" alt="{name}"></p>')
+            self.say(f"![{name}]({name}.png)")
         except Failure as failure:
             self.say(f"{name}.png: {failure}")
 
     def write_page(self):
-        parts = []
-        for section in self.sections:
-            text = "".join(f"<p>{html.escape(part)}</p>" for part in section["text"].split("\n\n"))
-            parts += [f'<h2 id="{section["name"]}">{html.escape(section["title"])}</h2>', text, *section["parts"]]
-        facts = f"{'quick' if self.quick else 'full'}, seed {self.seed}" + (", with --data" if self.data else "")
-        page = self.folder / "index.html"
-        page.write_text(
-            "<!DOCTYPE html><meta charset=utf-8><title>Experiments</title><style>body{font-family:sans-serif;"
-            "max-width:75em;margin:auto}td,th{padding:0 .6em;text-align:left}img{max-width:100%}</style>"
-            f"<h1>Experiments</h1><p>{facts}</p>" + "\n".join(parts), encoding="utf-8")
+        page = self.folder / "index.md"
+        facts = f"{'Quick' if self.quick else 'Full'}, seed {self.seed}" + (", with --data." if self.data else ".")
+        page.write_text("\n\n".join(["# Experiments", facts] + self.parts) + "\n", encoding="utf-8")
         return page

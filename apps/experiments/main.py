@@ -36,7 +36,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser(
         prog="pcl_mrf_experiments",
         description="Repeats the paper's experiments beside other methods, and writes a page, tables and pictures.",
-        epilog="FOLDER receives index.html, a CSV file per table, a PNG file per picture, and cases/, a JSON file for each "
+        epilog="FOLDER receives index.md, a CSV file per table, a PNG file per picture, and cases/, a JSON file for each "
         "case. What is there is not measured or drawn again: an interrupted run goes on, and after another build the folder "
         "is to be deleted. Exit status: 0 done, 2 wrong usage, 3 an experiment failed.")
     parser.add_argument("-o", "--output", metavar="FOLDER", help="of the results; made if it is not there")
@@ -79,7 +79,8 @@ def main(tools):
             continue
         if not options.quiet:
             print(f"{name}: {title}", flush=True)
-        lab.section(name, title, inspect.getdoc(run))
+        lab.say(f"## {title}")
+        lab.say(inspect.getdoc(run))
         try:
             run(lab)
         except Failure as failure:  # costs its own section, not the hours of the others

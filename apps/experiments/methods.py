@@ -1,118 +1,127 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is compared: ours with its options, and other programs that are installed."""
+"""Our method with options, and the other methods that are installed."""
+
+import tempfile
+from collections import namedtuple
+from functools import cache
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from . import surfaces
 from .figures import hole_of_each, rms, rms_per_hole
-from .laboratory import Failure, Result
+from .laboratory import Result
+from .surfaces import Surface
 
 PRIORS = {1: "membrane", 2: "thin-plate", 3: "triharmonic"}
 PRIOR_NAMES = {k: f"k = {k}, {word.replace('-', ' ')}" for k, word in PRIORS.items()}
-#: Of the paper, in which normals are estimated; given here, where others are given them.
-PAPER = ("--preset", "paper", "--normals", "use")
+PAPER = ("--preset", "paper")
+#: The preset `paper` estimates normals; this gives it those that other methods are given.
+GIVEN = ("--normals", "use")
 EXACT = ("--dense-voxels", 10**12, "--change-tolerance", 1e-5)
+
+#: Its run makes a Result of a laboratory and a scan.
+Method = namedtuple("Method", "name title run")
 
 
 class Spacings(float):
     """A length in mean spacings of a scan."""
 
 
-def lengths(options, spacing):
-    return [f"{option * spacing:.9g}" if isinstance(option, Spacings) else option for option in options]
-
-
-class Method:
-    """\\param run of a laboratory and a scan: a Result"""
-
-    def __init__(self, name, title, run):
-        self.name, self.title, self.run = name, title, run
-
-
 def ours(name, title, *options, remesh=False):
-    words = options if remesh else ("--no-remesh",) + options
-    return Method(name, title, lambda lab, scan: lab.reconstruct(scan.path("scan.ply"), *lengths(words, scan.spacing)))
+    def run(lab, scan):
+        words = [f"{word * scan.spacing:.9g}" if isinstance(word, Spacings) else word for word in options]
+        return lab.reconstruct(scan.path("scan.ply"), *words, *scan.sensor_options, *([] if remesh else ["--no-remesh"]))
+
+    return Method(name, title, run)
 
 
-def of_pcl(lab, program, points, normals, *options, merge=False):
-    """One of PCL's tools, which read PCD, in floats, and write VTK."""
-    offset = points.mean(0)
-    cloud, mesh, converted = (lab.scratch(name) for name in ("cloud.pcd", "mesh.vtk", "mesh.ply"))
-    surfaces.write_pcd(cloud, points - offset, normals)
-    seconds, megabytes = lab.run(program, cloud, mesh, *options)
-    lab.run("pcl_vtk2ply", mesh, converted)
-    return Result(converted, seconds, megabytes, offset=offset, merge=merge)
+def of_pcl(lab, points, normals, program, *options, merge=False):
+    """One of PCL's tools, which read PCD, in floats, and write VTK.
+    \\param merge corners of triangles that are equal but for rounding become one"""
+    middle, result = points.mean(0), lab.scratch("mesh.ply")
+    with tempfile.TemporaryDirectory() as folder:
+        cloud, mesh = f"{folder}/cloud", f"{folder}/mesh"
+        Surface(points - middle, normals=normals).write(f"{cloud}.ply", "float")
+        lab.run("pcl_ply2pcd", f"{cloud}.ply", f"{cloud}.pcd")
+        seconds, megabytes = lab.run(program, f"{cloud}.pcd", f"{mesh}.vtk", *options)
+        lab.run("pcl_vtk2ply", f"{mesh}.vtk", f"{mesh}.ply")
+        found = surfaces.read(f"{mesh}.ply")
+    if merge:
+        found = found.merged(1e-6 * np.linalg.norm(np.ptp(found.points, axis=0)))
+    Surface(found.points + middle, found.triangles).write(result)
+    return Result(lab, result, seconds, megabytes)
 
 
-def poisson(lab, points, normals, depth):
-    return of_pcl(lab, "pcl_poisson_reconstruction", points, normals, "-depth", depth)
-
-
-def hoppe(lab, points, normals):
-    """A grid 5 % larger than the box: without that, the tool's default, sides of an object that lie in it are left
-    out."""
-    return of_pcl(lab, "pcl_marching_cubes_reconstruction", points, normals, "-hoppe", 1, "-grid_res", 128, "-extend",
-                  .05, merge=True)
-
-
-def kazhdan(lab, points, normals, program, depth, *options):
+def of_kazhdan(lab, points, normals, program, depth):
     """PoissonRecon or SSDRecon."""
     cloud, mesh = lab.scratch("cloud.ply"), lab.scratch("mesh.ply")
-    surfaces.write_ply(cloud, points, normals)
-    seconds, megabytes = lab.run(program, "--in", cloud, "--out", mesh, "--depth", depth, *options)
-    return Result(mesh, seconds, megabytes)
+    Surface(points, normals=normals).write(cloud)
+    return Result(lab, mesh, *lab.run(program, "--in", cloud, "--out", mesh, "--depth", depth))
 
 
-def as_they_are(scan):
-    return scan.cloud.points, scan.cloud.normals
+def without_outliers(points, neighbors=50, deviations=1):
+    """pcl::StatisticalOutlierRemoval, with the settings of its tutorial."""
+    means = cKDTree(points).query(points, neighbors + 1)[0][:, 1:].mean(1)
+    return means <= means.mean() + deviations * means.std()
 
 
-def peers(lab, poissons=(8, 11), with_hoppe=True, given=as_they_are):
-    """Those that are installed; the others are said to be missing. Quick: without the paper's depth of 11.
-    \\param given what they get of a scan: points and normals"""
-    runs = {"pcl_poisson_reconstruction": [(f"poisson-{depth}", f"pcl::Poisson, depth {depth}", poisson, depth)
-                                           for depth in poissons if depth < 10 or not lab.quick],
-            "pcl_marching_cubes_reconstruction": [("hoppe", "pcl::MarchingCubesHoppe, 128³", hoppe)] * with_hoppe}
-    for program in ("PoissonRecon", "SSDRecon"):
-        runs[program] = [(program, f"{program}, depth {poissons[0]}", kazhdan, program, poissons[0])]
-    missing = [program for program in [*runs, "pcl_vtk2ply"] if not lab.find(program)]
+def peers(lab, depths=(8, 11), with_hoppe=True, filtered=False):
+    """Those that are installed; the others are said to be missing. Quick: without the paper's depth of 11. Hoppe's grid
+    is 5 % larger than the box: without that, the tool's default, sides of an object that lie in it are left out.
+    \\param filtered they are given the scan without its outliers"""
+    runs = [(f"poisson-{depth}", f"pcl::Poisson, depth {depth}", of_pcl, "pcl_poisson_reconstruction", "-depth", depth)
+            for depth in depths if depth < 10 or not lab.quick]
+    if with_hoppe:
+        runs.append(("hoppe", "pcl::MarchingCubesHoppe, 128³", lambda *all: of_pcl(*all, merge=True),
+                     "pcl_marching_cubes_reconstruction", "-hoppe", 1, "-grid_res", 128, "-extend", .05))
+    runs += [(program, f"{program}, depth {depths[0]}", of_kazhdan, program, depths[0])
+             for program in ("PoissonRecon", "SSDRecon")]
+    missing = [name for name in [run[3] for run in runs] + ["pcl_vtk2ply", "pcl_ply2pcd"] if not lab.find(name)]
     if missing:
-        lab.say("Not on PATH, and so not measured: " + ", ".join(missing) + ".")
-    return [Method(name, title, lambda lab, scan, run=run, more=more: run(lab, *given(scan), *more))
-            for program, those in runs.items() if program not in missing for name, title, run, *more in those]
+        lab.say("Not on PATH, and so not measured: " + ", ".join(dict.fromkeys(missing)) + ".")
+
+    def method(name, title, make, *words):
+        def run(lab, scan):
+            kept = without_outliers(scan.cloud.points) if filtered else slice(None)
+            return make(lab, scan.cloud.points[kept], scan.normals[kept], *words)
+
+        return Method(name + "-filtered" * filtered, title + ", after statistical outlier removal" * filtered, run)
+
+    return [method(*run) for run in runs if run[3] not in missing]
 
 
-def lazily(make):
-    """A function that makes a thing once, when it is asked for; and fails again as it failed."""
-    made = []
-
-    def get():
-        if not made:
-            try:
-                made.append(make())
-            except Failure as failure:
-                made.append(failure)
-        if isinstance(made[0], Failure):
-            raise made[0]
-        return made[0]
-
-    return get
+def tries(lab, key, methods, scan, measured):
+    """Yields each method, a function that gives its result on a scan, and what is measured of that: the case KEY/NAME.
+    \\param scan a function that makes it \\param measured a function of a result and a scan"""
+    for method in methods:
+        run = cache(lambda method=method: method.run(lab, scan()))
+        yield method, run, lab.case(f"{key}/{method.name}", lambda: measured(run(), scan()))
 
 
-def measure(lab, result, scan, truth):
+def compared(lab, key, methods, scan, measured, caption=None):
+    """As above. \\return a row for each method, and for pictures title and function that gives the mesh of those that
+    made one \\param caption the figure, in %, that is added to a title"""
+    rows, shown = [], []
+    for method, run, found in tries(lab, key, methods, scan, measured):
+        rows.append({"method": method.title, **found})
+        if "failed" not in found:
+            title = f"{method.title}: {found[caption]:.3g} %" if caption else method.title
+            shown.append((title, lambda run=run: run().mesh))
+    return rows, shown
+
+
+def measure(result, scan):
     """A surface against the scan it was made from, lengths in % of the object's diagonal: RMS distance of the points
     where they truly are to the surface (accuracy), of each hole's held-out points (holes; null: too few), of the
-    surface to the object (reference), share of its area farther than 1 % from the object (invented), pieces and
-    flaws."""
-    percent, mesh = 100 / scan.diagonal, result.mesh
-    statistics = lab.evaluate(result.path, "--clean", scan.path("clean.ply"), "--samples", 1)
-    to_object = truth(mesh.samples(30000, 1)[0])
-    held_out = scan.held_out.points
-    to_mesh = percent * surfaces.distances(held_out, mesh) if len(held_out) else np.zeros(0)
-    shape = statistics["mesh"]
-    return {"accuracy": percent * statistics["distances"]["clean"]["rms"],
-            "holes": rms_per_hole(to_mesh, hole_of_each(held_out, scan.holes), len(scan.holes)),
-            "reference": percent * rms(to_object), "invented": 100 * float(np.mean(to_object > .01 * scan.diagonal)),
+    surface to the object, share of its area farther than 1 % from the object (invented), pieces and flaws."""
+    percent, held_out = 100 / scan.diagonal, scan.held_out.points
+    found = result.evaluate("--clean", scan.path("clean.ply"), "--samples", 1)
+    shape, to_object = found["mesh"], percent * scan.truth(result.mesh.samples(30000, 1))
+    return {"accuracy RMS %": percent * found["distances"]["clean"]["rms"],
+            "holes": rms_per_hole(percent * surfaces.distances(held_out, result.mesh),
+                                  hole_of_each(held_out, scan.holes), len(scan.holes)),
+            "surface to object RMS %": rms(to_object), "invented area %": 100 * float(np.mean(to_object > 1)),
             "components": shape["components"], "triangles": shape["triangles"],
             "flaws": shape["nonManifoldEdges"] + shape["nonManifoldVertices"] + shape["degenerateTriangles"],
-            "seconds": result.seconds, "megabytes": result.megabytes}
+            "CPU s": result.seconds, "MB": round(result.megabytes)}
