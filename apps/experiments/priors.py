@@ -29,7 +29,7 @@ def fig_2(lab):
     torus = lab.scan("torus:major=1,minor=.4", "--views", 0, "--points", lab.points(12000))
     clouds = {"torus": torus.cloud.points}
     if "bunny" in lab.objects():
-        clouds["bunny"] = surfaces.read(lab.objects()["bunny"]).points
+        clouds["bunny"] = surfaces.read(lab.objects()["bunny"]).points[::5 if lab.quick else 1]
     for name, points in clouds.items():
         cloud = lab.scratch("cloud.ply")
         surfaces.Surface(points).write(cloud)
@@ -93,7 +93,7 @@ def fig_3(lab):
     The paper's figure shows that the membrane (differences of neighbors) closes what is open with the least area, while
     the thin plate (Laplacian) continues the tangents."""
     shapes = {"tubes": (f"tubes:radius={RADIUS},length={LENGTH},gap={GAP}", lab.points(8000), _tubes,
-                        drawing.View((.12, .3, 1), extent=2.9)),
+                        drawing.View((.12, .3, 1), extent=3.2)),
               "primitives": ("primitives", lab.points(30000), _primitives, drawing.View((.2, .35, 1)))}
     methods = own_methods() + peers(lab, with_hoppe=False)
     for name, (shape, points, measure, view) in shapes.items():
