@@ -11,6 +11,74 @@ using Eigen::Vector3d;
 
 namespace {
 
+/// Cuts the parameters of a patch in halves until each cell is flat, and on the surface or off it.
+class Tessellation {
+public:
+  Tessellation(const Shape& shape, const Patch& patch, Triangles& triangles)
+      : shape_(shape), patch_(patch), triangles_(triangles), diagonal_(shape.box.diagonal())
+  {}
+
+  void cut(const Eigen::Array2d& lower, const Eigen::Array2d& side)
+  {
+    std::array<SurfacePoint, 9> points;
+    int found = 0;
+    for (int i = 0; i < 9; ++i)
+      found += at(lower + .5 * side * Eigen::Array2d(i % 3, i / 3), points[i]) ? 1 : 0;
+    // Along u and along v, through the middle: a closed line's ends meet.
+    Eigen::Array2d length, sag;
+    for (int axis = 0; axis < 2; ++axis) {
+      const Vector3d &a = points[axis == 0 ? 3 : 1].position, &b = points[axis == 0 ? 5 : 7].position;
+      length[axis] = (points[4].position - a).norm() + (b - points[4].position).norm();
+      sag[axis] = (points[4].position - .5 * (a + b)).norm();
+    }
+    // Larger cells may have what none of nine points tells.
+    const bool isSmall = length.maxCoeff() < .01 * diagonal_;
+    if (found == 0 && isSmall)
+      return;
+    if (found == 9 && isSmall && sag.maxCoeff() < 1e-4 * diagonal_)
+      add(points);
+    else if (length.maxCoeff() < 5e-4 * diagonal_) {
+      SurfacePoint middle;
+      if (at(lower + .5 * side, middle))
+        add(points);
+    } else {
+      Eigen::Index axis;
+      (found == 9 && isSmall ? sag : length).maxCoeff(&axis);
+      Eigen::Array2d half = side, upper = lower;
+      half[axis] *= .5;
+      upper[axis] += half[axis];
+      cut(lower, half);
+      cut(upper, half);
+    }
+  }
+
+private:
+  /// \return whether it is on the surface, not buried or cut away
+  bool at(const Eigen::Array2d& place, SurfacePoint& point) const
+  {
+    Draw draw;
+    draw.u = place[0];
+    draw.v = place[1];
+    return patch_.at(draw, point) && std::abs(shape_.distance(point.position)) < 1e-9 * diagonal_;
+  }
+
+  void add(const std::array<SurfacePoint, 9>& points)
+  {
+    const auto first = static_cast<std::int32_t>(triangles_.vertices.size());
+    for (const int corner : {0, 2, 8, 6})
+      triangles_.vertices.push_back(points[corner].position);
+    const Vector3d across = (points[8].position - points[0].position).cross(points[6].position - points[2].position);
+    const std::int32_t turn = across.dot(points[4].normal) < 0 ? 1 : 0;
+    triangles_.triangles.push_back({first, first + 1 + turn, first + 2 - turn});
+    triangles_.triangles.push_back({first, first + 2 + turn, first + 3 - turn});
+  }
+
+  const Shape& shape_;
+  const Patch& patch_;
+  Triangles& triangles_;
+  double diagonal_;
+};
+
 /// The part of a sphere with z ≥ lowest · radius.
 Patch zonePatch(double radius, const Vector3d& center, double lowest)
 {
@@ -121,6 +189,14 @@ AnalyticSurface::AnalyticSurface(Shape shape) : shape_(std::move(shape))
   double total = 0;
   for (const Patch& patch : shape_.patches)
     areas_.push_back(total += patch.area);
+}
+
+Triangles AnalyticSurface::triangulate() const
+{
+  Triangles result;
+  for (const Patch& patch : shape_.patches)
+    Tessellation(shape_, patch, result).cut({0, 0}, {1, 1});
+  return result;
 }
 
 bool AnalyticSurface::sample(const Draw& draw, SurfacePoint& point) const

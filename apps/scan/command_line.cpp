@@ -6,6 +6,7 @@
 #include "support/mesh_reader.h"
 #include "support/point_writer.h"
 #include "support/sensors.h"
+#include "support/surface_mesh.h"
 #include "support/text_file.h"
 #include "support/tool_options.h"
 
@@ -65,6 +66,48 @@ bool parseElevations(const std::string& text, SamplingOptions& options)
          toNumber(text.substr(colon + 1), options.highestElevation);
 }
 
+Device deviceOf(const std::string& word)
+{
+  return word == "depth-camera"       ? Device::depthCamera
+         : word == "lidar"            ? Device::lidar
+         : word == "structured-light" ? Device::structuredLight
+         : word == "photogrammetry"   ? Device::photogrammetry
+                                      : Device::none;
+}
+
+/// Ahead of the options that it has defaults for.
+void addDeviceOptions(Parser& parser, ScanCommand& command)
+{
+  ScanOptions& options = command.options;
+  parser.group("Device");
+  parser.words(
+      "--device", {"none", "depth-camera", "lidar", "structured-light", "photogrammetry"},
+      "what scans, with its errors and defaults. depth-camera: disparities with errors over patches of pixels, "
+      "in steps of 1/8 pixel, flying pixels at edges; --sampling camera. lidar: noise along the ray, mixed "
+      "pixels where the beam meets two surfaces; --sampling scanner, --noise 0.2s. structured-light: noise over "
+      "the cosine of the angle of incidence, nothing at edges; --sampling camera, --noise 0.2s. "
+      "photogrammetry: bumps of 4 and 12 spacings, no points where texture is missing; --noise 1s, "
+      "--clusters 1. Default none",
+      [&command](const std::string& word) { adopt(deviceOf(word), command.options); });
+  parser.positive("--baseline", "LENGTH", options.baseline, "of a depth camera; default 0.075, in meters");
+  parser.positive("--focal-length", "PIXELS", options.sampling.focalLength,
+                  "of a camera with 640 x 480 pixels, of which as many are used as points are asked for; default 580");
+}
+
+void checkDevice(const ToolOptions& parser, const ScanOptions& options)
+{
+  const auto refuse = [&](const char* option, bool hasUse, const char* why) {
+    if (parser.isGiven(option) && !hasUse)
+      throw UsageError(std::string(option) + " is " + why);
+  };
+  refuse("--baseline", options.device == Device::depthCamera, "of --device depth-camera");
+  refuse("--focal-length", options.sampling.pattern == Pattern::camera, "of --sampling camera");
+  refuse("--noise-direction",
+         options.device != Device::photogrammetry &&
+             (options.device != Device::structuredLight || options.noiseDirection == NoiseDirection::sight),
+         "set by the device: along the normal of photogrammetry, the sight of structured-light");
+}
+
 void addViewOptions(Parser& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
@@ -93,9 +136,10 @@ void addErrorOptions(Parser& parser, ScanCommand& command)
   ScanOptions& options = command.options;
   parser.group("Errors");
   parser.length("--noise", options.noise, "standard deviation of each point; default 0");
-  parser.choice<NoiseDirection>("--noise-direction",
-                                {{"normal", NoiseDirection::normal}, {"isotropic", NoiseDirection::isotropic}},
-                                options.noiseDirection, "default normal");
+  parser.choice<NoiseDirection>(
+      "--noise-direction",
+      {{"normal", NoiseDirection::normal}, {"isotropic", NoiseDirection::isotropic}, {"sight", NoiseDirection::sight}},
+      options.noiseDirection, "sight: from the sensor; default normal");
   parser.length("--misalign-shift", options.misalignmentShift, "of each view, standard deviation per axis; default 0");
   parser.number("--misalign-angle", "DEGREES", options.misalignmentAngle,
                 "of each view about the object's middle, standard deviation per axis; default 0");
@@ -122,11 +166,16 @@ void addHoleOptions(Parser& parser, ScanCommand& command)
 void addOutputOptions(Parser& parser, ScanCommand& command)
 {
   parser.group("Output");
-  parser.choice<bool>("--normals", {{"exact", true}, {"none", false}}, command.hasNormals, "default exact");
+  parser.words("--normals", {"exact", "estimated", "none"},
+               "estimated: from 16 points, turned to the sensor; default exact", [&command](const std::string& word) {
+                 command.hasNormals = word != "none";
+                 command.options.areNormalsEstimated = word == "estimated";
+               });
   parser.file("--write-views", "FILE", command.views, "sensor of each point, a number from 0 per line");
   parser.file("--write-sensors", "FILE", command.sensors, "position of each sensor, x y z per line");
   parser.file("--write-held-out", "CLOUD", command.heldOut, "points that the holes took away, without errors");
   parser.file("--write-clean", "CLOUD", command.clean, "the inliers of OUTPUT in their order, without errors");
+  parser.file("--write-truth", "MESH", command.truth, "the surface itself, seen or not: ply, obj, stl, vtk or vtp");
   parser.file("--report", "FILE.json", command.report, "what was done: counts, lengths, holes");
 }
 
@@ -143,12 +192,15 @@ void check(const ScanCommand& command)
   for (const auto& [name, path] : clouds)
     require(path.empty() || isWritableCloud(extension(path)),
             std::string(name) + " '" + path + "' does not end in " + pointOutputExtensions);
+  require(command.truth.empty() || isMeshFormat(extension(command.truth)),
+          "--write-truth '" + command.truth + "' does not end in " + meshFileExtensions);
   const ScanOptions& options = command.options;
   require(command.heldOut.empty() || options.holes > 0 || !options.holeCenters.empty(),
           "--write-held-out needs holes: --holes or --hole");
   require(command.sensorsFile.empty() || options.sensors.empty(), "--sensor and --sensors exclude each other");
   if (command.sensorsFile.empty() && options.sensors.empty() && options.views.count == 0) {
-    require(options.sampling.pattern != Pattern::scanner, "--sampling scanner needs sensors, but --views is 0");
+    require(options.sampling.pattern != Pattern::scanner && options.sampling.pattern != Pattern::camera,
+            "--sampling scanner and camera need sensors, but --views is 0");
     require(command.views.empty() && command.sensors.empty(),
             "--write-views and --write-sensors need sensors, but --views is 0");
     require(options.misalignmentAngle == 0 && options.misalignmentShift.value == 0,
@@ -163,12 +215,15 @@ void addSamplingOptions(Parser& parser, ScanCommand& command)
   parser.whole("--points", options.sampling.points, 1, INT32_MAX,
                "on what is seen of the surface, before holes and outliers; default 30000");
   parser.choice<Pattern>("--sampling",
-                         {{"even", Pattern::even}, {"random", Pattern::random}, {"scanner", Pattern::scanner}},
+                         {{"even", Pattern::even},
+                          {"random", Pattern::random},
+                          {"scanner", Pattern::scanner},
+                          {"camera", Pattern::camera}},
                          options.sampling.pattern,
                          "even: points keep a distance (Poisson discs); random: uniformly random; both of the same "
                          "density everywhere. scanner: first hits of rays on a regular angular grid from each sensor, "
-                         "so that density falls with distance and angle; about as many points as asked for. Default "
-                         "even");
+                         "so that density falls with distance and angle; about as many points as asked for. camera: "
+                         "the same on a grid of pixels. Default even");
   parser.number("--aspect", "RATIO", options.sampling.aspect,
                 "of a scanner: angle between its rows over that between the rays of a row; a lidar has 5 or more; "
                 "default 1");
@@ -185,7 +240,7 @@ void addSamplingOptions(Parser& parser, ScanCommand& command)
 void addEverydayOptions(ToolOptions& parser)
 {
   parser.everyday({{"--points", "how many; default 30000"},
-                   {"--sampling", "scanner: rays on an angular grid"},
+                   {"--device", "what scans, with its errors: lidar, depth-camera ..."},
                    {"--views", "sensors around the object; default 12"},
                    {"--sensor", "or one here; repeatable"},
                    {"--noise", "standard deviation of each point"},
@@ -196,8 +251,8 @@ void addEverydayOptions(ToolOptions& parser)
                    {"--write-sensors", "the sensors' positions"},
                    {"--seed", "of all random numbers; default 1"},
                    {"--help-all", "all other options, the shapes, and what a LENGTH is"}});
-  parser.examples({"torus:major=2,minor=.5 scan.ply", "truth.ply scan.ply --views 3 --noise 0.5s --outliers 1",
-                   "truth.ply scan.ply --holes 3 --write-held-out rest.ply"});
+  parser.examples({"torus:major=2,minor=.5 scan.ply", "truth.ply scan.ply --holes 3 --write-held-out rest.ply",
+                   "person scan.ply --device depth-camera --placement ring"});
 }
 
 } // namespace
@@ -214,6 +269,7 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   parser.operand("INPUT", std::string("mesh: ") + meshInputExtensions + "; or a shape, e.g. torus:major=2,minor=.5");
   parser.operand("OUTPUT", std::string("cloud: ") + pointOutputExtensions);
   addEverydayOptions(parser);
+  addDeviceOptions(parser, command);
   addSamplingOptions(parser, command);
   parser.group("Object");
   parser.vector("--rotate", command.options.rotation,
@@ -240,6 +296,7 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
     throw UsageError(operands.empty() ? "INPUT and OUTPUT are missing" : "OUTPUT is missing");
   command.input = operands[0];
   command.output = operands[1];
+  checkDevice(parser, command.options);
   check(command);
   return command;
 }

@@ -13,7 +13,7 @@ namespace mrf_apps {
 struct ScanCommand {
   std::string input; ///< mesh file or description of a shape
   std::string output;
-  std::string views, sensors, heldOut, clean, report;
+  std::string views, sensors, heldOut, clean, truth, report;
   std::string sensorsFile; ///< sensors to use
   bool hasNormals = true;
   pcl::mrf::scan::ScanOptions options;

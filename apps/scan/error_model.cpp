@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "error_model.h"
 
+#include "devices.h"
 #include "random.h"
 #include "rotation.h"
 
 #include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
 #include <cmath>
 
 namespace pcl::mrf::scan {
@@ -18,19 +23,53 @@ void require(bool holds, const std::string& message)
     throw InvalidOption(message);
 }
 
-void addNoise(const ScanOptions& options, Scan& scan)
+void addNoise(const ScanOptions& options, const Box& object, Scan& scan)
 {
   const double sigma = scan.inCloudUnit(options.noise);
+  if (options.device == Device::photogrammetry)
+    return addBumps(options, sigma, scan);
+  if (options.device == Device::depthCamera)
+    addDisparityErrors(options, object, scan);
   if (sigma == 0)
     return;
   Random random(options.seed, noising);
   Points& points = scan.cloud;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (options.noiseDirection == NoiseDirection::normal)
-      points.positions[i] += sigma * random.normal() * points.normals[i];
-    else
-      points.positions[i] += sigma * random.normalVector();
+    Vector3d& position = points.positions[i];
+    if (options.noiseDirection == NoiseDirection::isotropic) {
+      position += sigma * random.normalVector();
+    } else if (options.noiseDirection == NoiseDirection::normal) {
+      position += sigma * random.normal() * points.normals[i];
+    } else {
+      const Vector3d sight = (scan.sensors[points.views[i]] - position).normalized();
+      const bool isLight = options.device == Device::structuredLight;
+      position += sigma / (isLight ? std::max(.1, sight.dot(points.normals[i])) : 1) * random.normal() * sight;
+    }
   }
+}
+
+void estimateNormals(Scan& scan, Execution& execution)
+{
+  Points& points = scan.cloud;
+  std::vector<Eigen::Vector3f> positions;
+  for (const Vector3d& x : points.positions)
+    positions.push_back(((x - points.positions.front()) / scan.diagonal).cast<float>());
+  const auto search = makePointBins();
+  search->setPoints(positions, execution);
+  execution.forRange(static_cast<std::int64_t>(points.size()), 256, [&](std::int64_t begin, std::int64_t end) {
+    Neighbors found;
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      Eigen::Matrix3Xd near(3, search->nearest(positions[i], 16, found));
+      for (Eigen::Index j = 0; j < near.cols(); ++j)
+        near.col(j) = points.positions[found.indices[j]] - points.positions[i];
+      near.colwise() -= near.rowwise().mean().eval();
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(near * near.transpose());
+      const Vector3d out =
+          points.views.empty() ? points.normals[i] : Vector3d(scan.sensors[points.views[i]] - points.positions[i]);
+      const Vector3d normal = axes.eigenvectors().col(0);
+      points.normals[i] = normal.dot(out) < 0 ? Vector3d(-normal) : normal;
+    }
+  });
 }
 
 void misalign(const ScanOptions& options, const Vector3d& middle, Scan& scan)
@@ -125,13 +164,14 @@ void addOutliers(const ScanOptions& options, Scan& scan)
 {
   const auto inliers = static_cast<double>(scan.cloud.size());
   const double shares = .01 * (options.uniformOutliers + options.clusteredOutliers);
-  scan.outliers = std::llround(inliers * shares / (1 - shares));
-  if (scan.outliers == 0)
+  const std::int64_t added = std::llround(inliers * shares / (1 - shares));
+  if (added == 0)
     return;
-  const auto clustered = std::llround(static_cast<double>(scan.outliers) * .01 * options.clusteredOutliers / shares);
-  require(static_cast<double>(scan.outliers) + inliers <= INT32_MAX, "that many outliers make too many points");
+  const auto clustered = std::llround(static_cast<double>(added) * .01 * options.clusteredOutliers / shares);
+  require(static_cast<double>(added) + inliers <= INT32_MAX, "that many outliers make too many points");
+  scan.outliers += added;
   Random random(options.seed, lying);
-  addUniform(scan.outliers - clustered, random, scan);
+  addUniform(added - clustered, random, scan);
   addClusters(options, clustered, random, scan);
 }
 

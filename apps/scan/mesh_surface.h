@@ -18,6 +18,7 @@ public:
   /// \throw InvalidInput if an index is out of range, a coordinate is not finite or the mesh has no area
   MeshSurface(std::vector<Eigen::Vector3d> vertices, std::vector<std::array<std::int32_t, 3>> triangles);
 
+  Triangles triangulate() const override { return {vertices_, triangles_}; }
   double drawnArea() const override { return areas_.back(); }
   bool sample(const Draw& draw, SurfacePoint& point) const override;
   bool isOccluded(const SurfacePoint& point, const Eigen::Vector3d& from) const override;

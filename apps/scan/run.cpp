@@ -3,6 +3,7 @@
 
 #include "analytic_surface.h"
 #include "mesh_surface.h"
+#include "rotation.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/output_files.h"
@@ -34,6 +35,17 @@ std::unique_ptr<Surface> openSurface(const std::string& input)
   } catch (const pcl::mrf::InvalidInput& error) {
     throw FileError(input, error.message());
   }
+}
+
+SurfaceMesh truthOf(const Surface& surface, const Vector3d& rotation)
+{
+  Triangles truth = surface.triangulate();
+  SurfaceMesh mesh;
+  for (const Vector3d& x : truth.vertices)
+    mesh.vertices.push_back(rotate(rotation, x));
+  mesh.triangles = std::move(truth.triangles);
+  mesh.doublePrecision = true;
+  return mesh;
 }
 
 PointTable tableOf(const Points& points, bool hasNormals)
@@ -100,8 +112,8 @@ void printSummary(const ScanCommand& command, const Scan& scan)
 
 int run(const ScanCommand& command)
 {
-  const std::vector<std::string> files = {command.output,  command.views, command.sensors,
-                                          command.heldOut, command.clean, command.report};
+  const std::vector<std::string> files = {command.output, command.views, command.sensors, command.heldOut,
+                                          command.clean,  command.truth, command.report};
   refuseInputAsOutput({command.sensorsFile, isShape(command.input) ? "" : command.input}, files);
   ScanOptions options = command.options;
   if (!command.sensorsFile.empty())
@@ -127,6 +139,9 @@ int run(const ScanCommand& command)
   writeCloud(command.output, scan.cloud);
   writeCloud(command.clean, scan.clean);
   writeCloud(command.heldOut, scan.heldOut);
+  write(command.truth, [&](const std::string& path) {
+    writeMesh(truthOf(*surface, options.rotation), path, extension(command.truth));
+  });
   write(command.views, [&](const std::string& path) { writeText(path, viewsText(scan)); });
   write(command.sensors, [&](const std::string& path) { writeText(path, sensorsText(scan)); });
   write(command.report, [&](const std::string& path) { writeJson(path, toJson(command, scan)); });

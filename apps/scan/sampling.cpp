@@ -186,13 +186,15 @@ double estimateVisibleArea(Sampler& sampler, const Surface& surface)
 
 void validateScanner(const std::vector<Vector3d>& sensors, const SamplingOptions& options)
 {
-  require(!sensors.empty(), "a scanner needs sensors: give some, or sample evenly or at random");
+  require(!sensors.empty(), "a scanner or camera needs sensors: give some, or sample evenly or at random");
+  require(options.focalLength > 0 && options.focalLength < 1e6, "a camera's focal length must be positive, in pixels");
   require(options.aspect >= .01 && options.aspect <= 100, "the scanner's aspect must be .01 to 100");
   require(options.lowestElevation >= -90 && options.highestElevation <= 90 &&
               options.lowestElevation < options.highestElevation,
           "the scanner's elevations must be -90 to 90 degrees, the lower one first");
-  require(options.axis.allFinite() && options.axis.norm() > 0 && options.forward.allFinite(),
-          "the scanner's axis must not be zero, and its front direction finite");
+  require(options.axis.allFinite() && options.axis.norm() > 0 && options.forward.allFinite() &&
+              options.forward.norm() > 0,
+          "the scanner's axis and its front direction must not be zero");
 }
 
 /// Mean distance to the closest other point at another place, 0 if there is none.
@@ -302,14 +304,14 @@ Samples sampleSurface(const Surface& surface, const std::vector<Vector3d>& senso
   require(options.points >= 1 && options.points <= INT32_MAX, "the number of points must be 1 to 2147483647");
   require(options.grazingLimit > 0 && options.grazingLimit <= 90,
           "the grazing limit must be above 0 and at most 90 degrees");
-  const bool isScanner = options.pattern == Pattern::scanner;
-  if (isScanner)
+  const bool hasRays = options.pattern == Pattern::scanner || options.pattern == Pattern::camera;
+  if (hasRays)
     validateScanner(sensors, options);
   Sampler sampler(surface, sensors, options, seed, execution);
   Samples samples;
   samples.visibleArea = estimateVisibleArea(sampler, surface);
-  samples.points = isScanner ? scanWithRays(surface, sensors, options, seed, execution)
-                             : samplePoints(sampler, options, samples.visibleArea, surface.drawnArea(), execution);
+  samples.points = hasRays ? scanWithRays(surface, sensors, options, seed, execution)
+                           : samplePoints(sampler, options, samples.visibleArea, surface.drawnArea(), execution);
   if (sensors.empty())
     samples.points.views.clear();
   samples.spacing = meanSpacing(samples.points.positions, surface.boundingBox(), execution);

@@ -44,22 +44,24 @@ struct ViewOptions {
 std::vector<Eigen::Vector3d> placeSensors(const ViewOptions& options, const Box& object);
 
 enum class Pattern {
-  even,   ///< points keep a distance (Poisson discs), at the same density everywhere
-  random, ///< uniformly random, at the same density everywhere
-  scanner ///< where rays of a regular angular grid from each sensor first meet the surface; see scanWithRays
+  even,    ///< points keep a distance (Poisson discs), at the same density everywhere
+  random,  ///< uniformly random, at the same density everywhere
+  scanner, ///< where rays of a regular angular grid from each sensor first meet the surface; see scanWithRays
+  camera   ///< the same through the pixels of an image
 };
 
 struct SamplingOptions {
-  std::int64_t points = 30000; ///< 1 to 2^31 - 1; of a scanner about as many
+  std::int64_t points = 30000; ///< 1 to 2^31 - 1; of a scanner or camera about as many
   Pattern pattern = Pattern::even;
   double grazingLimit = 80; ///< degrees between normal and line of sight, above 0 and at most 90
   bool isTwoSided = false;  ///< a sensor behind the surface sees it too, with the normal turned round
 
-  // Of a scanner.
-  double aspect = 1;                                   ///< step between rows over that in a row, .01 to 100
+  // Of a scanner, and of a camera.
+  double focalLength = 580; ///< of a camera, in pixels of an image of 640 × 480: what tells its field of view; > 0
+  double aspect = 1;        ///< step between rows over that in a row, .01 to 100
   double lowestElevation = -90, highestElevation = 90; ///< of the rows, degrees, the lower one first
   Eigen::Vector3d axis = Eigen::Vector3d(0, 1, 0);     ///< its up; not zero
-  Eigen::Vector3d forward = Eigen::Vector3d(0, 0, 1);  ///< where a level one faces; the part across the axis counts
+  Eigen::Vector3d forward = Eigen::Vector3d(0, 0, 1);  ///< where one inside faces; a scanner is level
 };
 
 struct Samples {
@@ -70,12 +72,12 @@ struct Samples {
 
 /// Points spread over what at least one sensor sees, each with one of the sensors that see it.
 ///
-/// Apart from those of a scanner, every part of the visible surface has the same density. Even: a point is taken only
-/// if it keeps a distance to all taken before it that face the same side; the distance shrinks when places run out, so
-/// that the count is always reached. The order of the points carries no meaning. With no sensors, all of the surface is
-/// visible. \throw InvalidInput if next to nothing of the surface is seen \throw InvalidOption also for a scanner
-/// without sensors. Cost: about 10 draws and 1 to 2 lines of sight per point, 120 bytes per point. The result does not
-/// depend on the number of threads.
+/// Apart from those of a scanner or camera, every part of the visible surface has the same density. Even: a point is
+/// taken only if it keeps a distance to all taken before it that face the same side; the distance shrinks when places
+/// run out, so that the count is always reached. The order of the points carries no meaning. With no sensors, all of
+/// the surface is visible. \throw InvalidInput if next to nothing of the surface is seen \throw InvalidOption also for
+/// a scanner without sensors. Cost: about 10 draws and 1 to 2 lines of sight per point, 120 bytes per point. The result
+/// does not depend on the number of threads.
 Samples sampleSurface(const Surface& surface, const std::vector<Eigen::Vector3d>& sensors,
                       const SamplingOptions& options, std::uint64_t seed, Execution& execution);
 

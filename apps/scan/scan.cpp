@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scan.h"
 
+#include "devices.h"
 #include "error_model.h"
 #include "random.h"
 #include "rotation.h"
@@ -54,6 +55,12 @@ void validate(const ScanOptions& options)
           "the holes' radii must be positive, the smaller one first, both in one unit");
   for (const Vector3d& sensor : options.sensors)
     require(sensor.allFinite(), "the sensors must be finite");
+  require(options.baseline > 0 && std::isfinite(options.baseline), "a depth camera's baseline must be positive");
+  const bool hasSensors = !options.sensors.empty() || options.views.count > 0;
+  require(hasSensors || (options.device == Device::none && options.noiseDirection != NoiseDirection::sight),
+          "devices, and noise along the line of sight, need sensors: give some");
+  require(options.device != Device::depthCamera || options.sampling.pattern == Pattern::camera,
+          "a depth camera samples the pixels of its image: choose the sampling of a camera");
 }
 
 /// Sees the object as it lies in its own frame, by sensors that are turned the other way round, so that a rotated
@@ -78,10 +85,25 @@ void sample(const Surface& surface, const ScanOptions& options, Execution& execu
   scan.spacing = samples.spacing;
   scan.visibleArea = samples.visibleArea;
   scan.clean = std::move(samples.points);
-  for (std::size_t i = 0; i < scan.clean.size() && !options.rotation.isZero(0); ++i) {
-    scan.clean.positions[i] = rotate(options.rotation, scan.clean.positions[i]);
-    scan.clean.normals[i] = rotate(options.rotation, scan.clean.normals[i]);
-  }
+  scan.between = applyFootprints(surface, seenFromObject, options, scan.spacing, execution, scan.clean);
+  if (scan.clean.positions.empty())
+    throw InvalidInput("the device measures nothing: all of what it sees are edges");
+  for (Points* points : {&scan.clean, &scan.between})
+    for (std::size_t i = 0; i < points->size() && !options.rotation.isZero(0); ++i) {
+      points->positions[i] = rotate(options.rotation, points->positions[i]);
+      points->normals[i] = rotate(options.rotation, points->normals[i]);
+    }
+}
+
+/// Those that no hole takes, as outliers.
+void addBetween(Scan& scan)
+{
+  for (std::size_t i = 0; i < scan.between.size(); ++i)
+    if (!scan.isInHole(scan.between.positions[i])) {
+      scan.cloud.append(scan.between, i);
+      ++scan.outliers;
+    }
+  scan.between = {};
 }
 
 void chooseHoles(const ScanOptions& options, Scan& scan)
@@ -141,6 +163,21 @@ void shuffle(std::uint64_t seed, Scan& scan)
 
 } // namespace
 
+void adopt(Device device, ScanOptions& options)
+{
+  options.device = device;
+  if (device == Device::none)
+    return;
+  if (device == Device::photogrammetry) {
+    options.noise = {1, Length::Unit::spacings};
+    options.clusteredOutliers = 1;
+    return;
+  }
+  options.sampling.pattern = device == Device::lidar ? Pattern::scanner : Pattern::camera;
+  options.noise = {device == Device::depthCamera ? 0 : .2, Length::Unit::spacings};
+  options.noiseDirection = NoiseDirection::sight;
+}
+
 double Scan::inCloudUnit(const Length& length) const
 {
   switch (length.unit) {
@@ -165,9 +202,14 @@ Scan simulateScan(const Surface& surface, const ScanOptions& options, Execution&
   sample(surface, options, execution, scan);
   cutHoles(options, scan);
   scan.cloud = scan.clean;
-  addNoise(options, scan);
-  misalign(options, rotate(options.rotation, surface.boundingBox().center()), scan);
+  const Vector3d center = rotate(options.rotation, surface.boundingBox().center());
+  const Vector3d half = .5 * (surface.boundingBox().upper - surface.boundingBox().lower);
+  addNoise(options, {center - half, center + half}, scan);
+  addBetween(scan);
+  misalign(options, center, scan);
   addOutliers(options, scan);
+  if (options.areNormalsEstimated)
+    estimateNormals(scan, execution);
   shuffle(options.seed, scan);
   return scan;
 }

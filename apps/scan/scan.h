@@ -24,7 +24,22 @@ struct Length {
 /// \return false if the text is none of these, or negative
 bool parseLength(const std::string& text, Length& length);
 
-enum class NoiseDirection { normal, isotropic };
+enum class NoiseDirection { normal, isotropic, sight };
+
+/// What scans, with the errors of its kind; see devices.h.
+enum class Device {
+  none,            ///< noise as it is asked for
+  depthCamera,     ///< errors of the disparity: they grow with the square of the depth, in steps and patches of pixels
+  lidar,           ///< noise along the ray, a beam that may meet two surfaces
+  structuredLight, ///< noise over the cosine of the angle of incidence, nothing at edges
+  photogrammetry   ///< noise as smooth bumps, nothing where texture is missing
+};
+
+struct ScanOptions;
+
+/// Sets the sampling, the noise and the false matches that a device usually has: disparities alone; .2 spacings along
+/// the ray; bumps of a spacing, and 1 % of false matches.
+void adopt(Device device, ScanOptions& options);
 
 /// Every stage draws from its own stream of the seed: changing the noise leaves points and holes where they are.
 struct ScanOptions {
@@ -34,14 +49,17 @@ struct ScanOptions {
   /// Degrees about x, then y, then z, of the object about the origin.
   Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
 
+  Device device = Device::none;                           ///< others than none need sensors
+  double baseline = .075;                                 ///< of a depth camera, cloud's unit, > 0
   Length noise;                                           ///< standard deviation of each point
-  NoiseDirection noiseDirection = NoiseDirection::normal; ///< isotropic: per axis
+  NoiseDirection noiseDirection = NoiseDirection::normal; ///< isotropic: per axis; sight: needs sensors
   double misalignmentAngle = 0;                           ///< degrees, standard deviation per axis and view, 0 to 180
   Length misalignmentShift;                               ///< standard deviation per axis and view
 
   double uniformOutliers = 0; ///< % of all points of the cloud; both together below 100
   double clusteredOutliers = 0;
-  int clusterSize = 30; ///< points in a false match, 1 to 1000000
+  bool areNormalsEstimated = false; ///< of the cloud, instead of exact
+  int clusterSize = 30;             ///< points in a false match, 1 to 1000000
   Length clusterRadius{1, Length::Unit::diagonalPercent};
 
   int holes = 0;                            ///< at random points of the surface, apart from each other
@@ -64,17 +82,18 @@ struct Scan {
   Points heldOut;                       ///< what the holes took away, without noise and misalignment
   std::vector<Eigen::Vector3d> sensors; ///< as far as the scanner knows: moved with their view's misalignment
   std::vector<Hole> holes;
-  std::int64_t outliers = 0;
-  double diagonal = 0;    ///< of the object before it is rotated: what % refers to
-  double spacing = 0;     ///< mean distance to the closest other point before holes and noise
-  double visibleArea = 0; ///< before holes
+  std::int64_t outliers = 0; ///< with those between surfaces
+  Points between;            ///< of these, until they are in the cloud
+  double diagonal = 0;       ///< of the object before it is rotated: what % refers to
+  double spacing = 0;        ///< mean distance to the closest other point before holes and noise
+  double visibleArea = 0;    ///< before holes
 
   double inCloudUnit(const Length& length) const;
   bool isInHole(const Eigen::Vector3d& x) const;
 };
 
-/// A scan is a surface, seen from the sensors (sampling.h), with errors (error_model.h): samples the surface, makes
-/// holes, adds noise, misalignment and outliers, and shuffles.
+/// A scan is a surface, seen from the sensors (sampling.h), with errors (devices.h, error_model.h): samples the
+/// surface, leaves out what the device misses, makes holes, adds noise, misalignment and outliers, and shuffles.
 ///
 /// Holes are balls about their centers: they take the points of all sheets inside, by the points' true places, and no
 /// outlier falls into them. Normals are those of the surface, turned with their view; an outlier's is random and faces

@@ -22,15 +22,28 @@ constexpr double pilotRays = 40000;
 /// More are not tried: the object is too small to be hit.
 constexpr double maxPilotRays = 1e6;
 
-/// Where a sensor looks. Angles in full turns.
+bool isOutside(const Vector3d& sensor, const Box& object)
+{
+  return (object.center() - sensor).norm() > .5 * object.diagonal();
+}
+
+/// Where a sensor looks. Angles in full turns; of a camera, places in its image, in focal lengths.
 struct Head {
   Vector3d position;
-  Vector3d forward, left, up;            ///< right-handed, unit
+  Vector3d forward, left, up; ///< right-handed, unit
+  bool isCamera = false, turnsAround = false;
   double halfAzimuth = .5;               ///< to either side of forward
   double lowest = -.25, highest = .25;   ///< elevations
   double azimuthPhase = 0, rowPhase = 0; ///< in steps
-  bool turnsAround() const { return halfAzimuth == .5; }
   double area() const { return 2 * halfAzimuth * std::max(0., highest - lowest); }
+
+  Vector3d direction(double azimuth, double elevation) const
+  {
+    if (isCamera)
+      return (forward + azimuth * left + elevation * up).normalized();
+    const SinCos around = sinCos(azimuth), above = sinCos(elevation);
+    return above.cosine * (around.cosine * forward + around.sine * left) + above.sine * up;
+  }
 };
 
 /// A row of rays with one elevation.
@@ -52,21 +65,23 @@ Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& optio
   head.position = sensor;
   head.azimuthPhase = random.uniform();
   head.rowPhase = random.uniform();
-  const Vector3d sight = box.center() - sensor;
-  const double distance = sight.norm(), radius = .5 * box.diagonal();
-  const bool isOutside = distance > radius;
-  if (isOutside) {
+  const Eigen::Matrix3d frame = viewingFrame(sensor, box, options);
+  head.forward = frame.col(0);
+  head.left = frame.col(1);
+  head.up = frame.col(2);
+  head.isCamera = options.pattern == Pattern::camera;
+  if (head.isCamera) {
+    head.halfAzimuth = 320 / options.focalLength;
+    head.highest = 240 / options.focalLength;
+    head.lowest = -head.highest;
+    return head;
+  }
+  head.turnsAround = !isOutside(sensor, box);
+  if (!head.turnsAround) {
     // An angle of at least the cone's: asin x ≤ (π/2) x.
-    head.halfAzimuth = .25 * radius / distance;
+    head.halfAzimuth = .125 * box.diagonal() / (box.center() - sensor).norm();
     head.highest = head.halfAzimuth;
     head.lowest = -head.highest;
-    head.forward = sight.normalized();
-    head.left = across(options.axis.normalized(), head.forward);
-    head.up = head.forward.cross(head.left);
-  } else {
-    head.up = options.axis.normalized();
-    head.left = across(head.up, options.forward);
-    head.forward = head.left.cross(head.up);
   }
   head.lowest = std::max(head.lowest, options.lowestElevation / 360);
   head.highest = std::min(head.highest, options.highestElevation / 360);
@@ -157,14 +172,12 @@ private:
     const Head& head = heads_[row.view];
     // A whole number of steps where the row closes, or it had a seam.
     const auto columns = static_cast<std::int64_t>(std::ceil(2 * head.halfAzimuth / step));
-    const double columnStep = head.turnsAround() ? 1 / static_cast<double>(columns) : step;
-    const SinCos elevation = sinCos(row.elevation);
+    const double columnStep = head.turnsAround ? 1 / static_cast<double>(columns) : step;
     for (std::int64_t column = 0; column < columns; ++column) {
       const double azimuth = (static_cast<double>(column) + head.azimuthPhase) * columnStep - head.halfAzimuth;
-      const SinCos around = sinCos(azimuth);
-      const Vector3d direction =
-          elevation.cosine * (around.cosine * head.forward + around.sine * head.left) + elevation.sine * head.up;
-      addHit(head, row.view, direction, points);
+      if (head.isCamera && azimuth > head.halfAzimuth)
+        break;
+      addHit(head, row.view, head.direction(azimuth, row.elevation), points);
     }
   }
 
@@ -198,6 +211,22 @@ private:
 };
 
 } // namespace
+
+Eigen::Matrix3d viewingFrame(const Vector3d& sensor, const Box& object, const SamplingOptions& options)
+{
+  Vector3d forward, left, up = options.axis.normalized();
+  if (isOutside(sensor, object) || options.pattern == Pattern::camera) {
+    forward = (isOutside(sensor, object) ? object.center() - sensor : options.forward).normalized();
+    left = across(up, forward);
+    up = forward.cross(left);
+  } else {
+    left = across(up, options.forward);
+    forward = left.cross(up);
+  }
+  Eigen::Matrix3d frame;
+  frame << forward, left, up;
+  return frame;
+}
 
 Points scanWithRays(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
                     std::uint64_t seed, Execution& execution)

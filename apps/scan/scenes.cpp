@@ -127,6 +127,132 @@ Shape makeTableScene(double size)
   });
 }
 
+Shape makeRoom(double width)
+{
+  const double s = width / 5;
+  const auto at = [&](double x, double y, double z) { return Vector3d(s * x, s * y, s * z); };
+  const auto box = [&](const Vector3d& half, const Vector3d& center) { return makeBox(half, 0, center); };
+  const auto rod = [&](const Vector3d& a, const Vector3d& b, double radius) {
+    return makeCylinder(a, b, s * radius, true);
+  };
+  const Shape hollow = makeBox(at(2.5, 1.25, 2), 0, at(0, 1.25, 0));
+  Shape walls{[inside = hollow.distance](const Vector3d& x) { return -inside(x); }, {}, hollow.box};
+  for (const Patch& patch : hollow.patches)
+    walls.patches.push_back(reversed(patch));
+  std::vector<Shape> parts = {
+      walls,
+      box(at(.7, .02, .4), at(.3, .74, -.6)),                          // table
+      box(at(.22, .02, .22), at(.3, .45, .2)),                         // chair
+      box(at(.22, .25, .02), at(.3, .72, .41)),                        // and its back
+      makeBox(at(.9, .22, .42), .08 * s, at(-1.2, .22 - sunk, -1.5)),  // sofa
+      makeBox(at(.9, .42, .12), .06 * s, at(-1.2, .42 - sunk, -1.83)), // its back and arms
+      makeBox(at(.1, .3, .42), .05 * s, at(-2.1, .3 - sunk, -1.5)),    //
+      makeBox(at(.1, .3, .42), .05 * s, at(-.3, .3 - sunk, -1.5)),     //
+      makeSphere(.14 * s, at(-.1, .9, -.55)),                          // bowl, bottle and carton on the table
+      rod(at(.35, .75, -.75), at(.35, 1.02, -.75), .04),               //
+      box(at(.1, .12, .07), at(.7, .875, -.5)),                        //
+      rod(at(-2.2, -sunk, .6), at(-2.2, .03, .6), .15),                // lamp
+      rod(at(-2.2, 0, .6), at(-2.2, 1.5, .6), .015),                   //
+      makeSphere(.16 * s, at(-2.2, 1.6, .6)),                          //
+      box(at(.03, 1, .2), at(1.05, 1 - sunk, -1.85)),                  // shelf
+      box(at(.03, 1, .2), at(2.25, 1 - sunk, -1.85)),                  //
+      box(at(.5, .35, .02), at(-1.2, 1.5, -2)),                        // picture on the wall
+  };
+  for (const double x : {-.35, .95})
+    for (const double z : {-.95, -.25})
+      parts.push_back(rod(at(x, -sunk, z), at(x, .74, z), .025));
+  for (const double x : {.1, .5})
+    for (const double z : {.02, .38})
+      parts.push_back(rod(at(x, -sunk, z), at(x, .45, z), .02));
+  Random random(1, 0);
+  for (int board = 0; board < 5; ++board) {
+    const double y = .1 + .4 * board;
+    parts.push_back(box(at(.6, .015, .19), at(1.65, y, -1.85)));
+    for (double x = 1.12; x < 2.05;) { // books
+      const double half = random.uniform(.012, .03), high = random.uniform(.09, .15), deep = random.uniform(.07, .12);
+      if (random.uniform() < .7)
+        parts.push_back(box(at(half, high, deep), at(x + half, y + high, -1.9)));
+      x += 2 * half + .003;
+    }
+  }
+  Shape room = unite(parts);
+  room.box = hollow.box;
+  return room;
+}
+
+Shape makePerson(double height)
+{
+  const double s = height / 1.75;
+  const auto at = [&](double x, double y, double z) { return Vector3d(s * x, s * y, s * z); };
+  std::vector<Shape> parts = {
+      makeSphere(.105 * s, at(0, 1.645, 0)),                      // head, chin, nose
+      makeSphere(.075 * s, at(0, 1.58, .035)),                    //
+      makeSphere(.02 * s, at(0, 1.63, .11)),                      //
+      makeCylinder(at(0, 1.4, 0), at(0, 1.6, 0), .055 * s, true), // neck
+      makeBox(at(.19, .17, .115), .1 * s, at(0, 1.28, 0)),        // chest
+      makeBox(at(.15, .17, .1), .09 * s, at(0, 1.06, 0)),         // waist
+      makeBox(at(.175, .12, .11), .1 * s, at(0, .92, 0)),         // hips
+      makeBox(at(.13, .03, .02), .015 * s, at(0, 1.02, .095)),    // belt bag
+  };
+  const auto limb = [&](const Vector3d& a, const Vector3d& b, double radius) {
+    parts.push_back(makeCylinder(a, b, s * radius, true));
+    for (const Vector3d& end : {a, b})
+      parts.push_back(makeSphere(1.001 * s * radius, end)); // so that no circle belongs to both
+  };
+  for (const double side : {-1., 1.}) {
+    limb(at(.2 * side, 1.38, 0), at(.4 * side, 1.16, 0), .05);
+    limb(at(.4 * side, 1.16, 0), at(.5 * side, .93, .1), .042);
+    parts.push_back(makeSphere(.055 * s, at(.52 * side, .86, .12)));
+    limb(at(.1 * side, .88, 0), at(.13 * side, .5, .02), .08);
+    limb(at(.13 * side, .5, .02), at(.15 * side, .09, -.01), .058);
+    parts.push_back(makeBox(at(.048, .045, .13), .04 * s, at(.15 * side, .045, .05)));
+  }
+  return unite(parts);
+}
+
+Shape makeFacade(double width)
+{
+  constexpr double axis = 2.5, floor = 3.2, depth = .25; // between windows, between floors, of the windows
+  const int windows = std::max(1, static_cast<int>(width / axis));
+  const double half = .5 * width, top = 3 * floor + .6;
+  Shape wall = makeBox({half, .5 * top, .3}, 0, {0, .5 * top, -.3});
+  std::vector<shapes::Sdf> cavities;
+  std::vector<Shape> parts;
+  for (int story = 0; story < 3; ++story) {
+    const double y = story * floor;
+    for (int i = 0; i < windows; ++i) {
+      const double x = (i - .5 * (windows - 1)) * axis;
+      const bool isDoor = story == 0 && i == windows / 2;
+      const Vector3d opening(.55, isDoor ? 1.2 : .8, depth), center(x, y + (isDoor ? 1.2 - sunk : 1.8), 0);
+      const Shape cavity = makeBox(opening, 0, center);
+      cavities.push_back(cavity.distance);
+      for (const Patch& patch : cavity.patches)
+        wall.patches.push_back(reversed(patch));
+      if (isDoor)
+        continue;
+      parts.push_back(makeBox({.7, .05, .12}, 0, {x, y + .96, 0}));     // sill
+      parts.push_back(makeBox({.03, .85, .03}, 0, {x, y + 1.8, -.15})); // bars
+      parts.push_back(makeBox({.6, .03, .03}, 0, {x, y + 1.9, -.15}));  //
+      if (story == 1 && i == windows / 2) {                             // balcony
+        parts.push_back(makeBox({1, .08, .6}, 0, {x, y + .5, .5}));
+        parts.push_back(makeBox({1, .04, .04}, 0, {x, y + 1.5, 1.05}));
+        for (int bar = -4; bar <= 4; ++bar)
+          parts.push_back(makeCylinder({x + .24 * bar, y + .5, 1.05}, {x + .24 * bar, y + 1.5, 1.05}, .02, true));
+      }
+    }
+    parts.push_back(makeBox({half + .05, .1, .15}, 0, {0, y + floor - .05, 0})); // cornice
+  }
+  wall.distance = shapes::subtract(wall.distance, std::move(cavities));
+  parts.push_back(wall);
+  for (const double side : {-1., 1.}) {
+    parts.push_back(makeCylinder({side * .8, -sunk, .35}, {side * .8, 2.7, .35}, .12, true));
+    parts.push_back(makeCylinder({side * (half - .15), 0, .06}, {side * (half - .15), top, .06}, .05, true)); // pipe
+  }
+  parts.push_back(makeBox({1, .1, .35}, 0, {0, 2.75, .3}));
+  parts.push_back(makeBox({half, .1, 1.55}, 0, {0, sunk - .1, 1.25})); // pavement
+  return unite(parts);
+}
+
 Shape makeTerrain(const TerrainOptions& options)
 {
   // Places belong to the shape, not to the scan's seed.

@@ -11,6 +11,16 @@ namespace pcl::mrf::scan {
 /// m
 Shape makeTableScene(double size);
 
+/// The inside of a room, y up, the floor at y = 0 about the origin: table, chair, sofa, shelf, lamp and small things.
+/// \param width along x; 4/5 of it deep and 1/2 high
+Shape makeRoom(double width);
+
+/// Somebody who stands on the origin, y up, with arms apart, facing +z. \param height over 1.75 m
+Shape makePerson(double height);
+
+/// The front of a house, y up, seen from +z: windows, door, ledges, columns, a balcony. \param width along x
+Shape makeFacade(double width);
+
 struct TerrainOptions {
   double side = 100;   ///< of the square, > 0
   double steepest = 1; ///< bound of the slope, 0 to 10

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solids.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace pcl::mrf::scan {
@@ -85,15 +87,24 @@ Shape makeCylinder(const Vector3d& a, const Vector3d& b, double radius, bool are
 Shape unite(const std::vector<Shape>& parts)
 {
   Shape all;
-  std::vector<Sdf> distances;
+  std::vector<std::pair<Sdf, Box>> solids;
   all.box = parts.front().box;
   for (const Shape& part : parts) {
-    distances.push_back(part.distance);
+    solids.emplace_back(part.distance, part.box);
     all.patches.insert(all.patches.end(), part.patches.begin(), part.patches.end());
     all.box.lower = all.box.lower.cwiseMin(part.box.lower);
     all.box.upper = all.box.upper.cwiseMax(part.box.upper);
   }
-  all.distance = shapes::unite(std::move(distances));
+  all.distance = [solids = std::move(solids)](const Vector3d& x) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const auto& [distance, box] : solids) {
+      // A part whose box is farther away is not asked.
+      const double square = (box.lower - x).cwiseMax(x - box.upper).cwiseMax(0).squaredNorm();
+      if (square == 0 || (nearest > 0 && square < nearest * nearest))
+        nearest = std::min(nearest, distance(x));
+    }
+    return nearest;
+  };
   return all;
 }
 

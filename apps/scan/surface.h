@@ -7,7 +7,9 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
+#include <vector>
 
 namespace pcl::mrf::scan {
 
@@ -41,9 +43,17 @@ struct SurfacePoint {
   std::int64_t part = 0;                             ///< triangle or patch
 };
 
+struct Triangles {
+  std::vector<Eigen::Vector3d> vertices;
+  std::vector<std::array<std::int32_t, 3>> triangles; ///< counter-clockwise seen from outside
+};
+
 class Surface {
 public:
   virtual ~Surface() = default;
+
+  /// The surface itself, seen or not.
+  virtual Triangles triangulate() const = 0;
 
   /// Draws are spread over this area; those that sample() rejects do not lie on the surface.
   virtual double drawnArea() const = 0;

@@ -545,7 +545,7 @@ using Corners = std::array<std::int32_t, 3>;
 const std::vector<std::string> allShapes = {
     "sphere:radius=3", "cut-sphere", "torus",          "box",        "box:rounding=.2", "box:x=1,y=1,z=1,rounding=.5",
     "plane",           "tubes",      "tubes:closed=1", "primitives", "plate",           "cheese",
-    "table",           "terrain",    "street"};
+    "table",           "terrain",    "street",         "room",       "person",          "facade"};
 
 } // namespace
 

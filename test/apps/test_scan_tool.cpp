@@ -91,6 +91,28 @@ TEST_F(ScanTool, ScannerAmidAStreet)
   EXPECT_EQ(mrf_apps::readSensors(path("s.txt").string()).size(), 2u);
 }
 
+TEST_F(ScanTool, DevicesAndTheirTruth)
+{
+  for (const std::string device : {"depth-camera", "lidar", "structured-light", "photogrammetry"}) {
+    expectSuccess({"person", "o.ply", "--device", device, "--points", "2000", "--write-clean", "clean.ply",
+                   "--write-truth", "truth.ply", "--normals", "estimated", "--report", "r.json"});
+    const auto cloud = points("o.ply"), clean = points("clean.ply"), truth = points("truth.ply");
+    EXPECT_EQ(cloud.normals.size(), cloud.size());
+    EXPECT_GT(truth.size(), 1000u);
+    EXPECT_EQ(parsed("r.json")["outliers"], cloud.size() - clean.size());
+  }
+  const auto bytes = [&](std::vector<std::string> more) {
+    for (const char* word : {"person", "o.ply", "--points", "1000", "--device", "depth-camera"})
+      more.emplace_back(word);
+    expectSuccess(more);
+    return tool::readText(path("o.ply"));
+  };
+  // Wherever it stands, a device leaves what is asked for as well.
+  EXPECT_NE(bytes({}), bytes({"--noise", "1%"}));
+  EXPECT_NE(bytes({}), bytes({"--baseline", "0.15"}));
+  EXPECT_NE(bytes({}), bytes({"--focal-length", "300"}));
+}
+
 TEST_F(ScanTool, OptionsReachTheScan)
 {
   expectSuccess({"bowl.off", "o.pcd", "--normals", "none", "--views", "0", "--points", "500", "-q"});
@@ -161,6 +183,14 @@ TEST_F(ScanTool, WrongUsage)
   expectFailure({"torus", "o.ply", "--views", "0", "--sampling", "scanner"}, 2, "--views is 0");
   expectFailure({"torus", "o.ply", "--sampling", "scanner", "--elevations", "3"}, 2, "--elevations");
   expectFailure({"torus", "o.ply", "--sampling", "scanner", "--elevations", "3:-3"}, 2, "elevations");
+  expectFailure({"torus", "o.ply", "--device", "lidra"}, 2, "lidar");
+  expectFailure({"torus", "o.ply", "--device", "lidar", "--views", "0"}, 2, "--views is 0");
+  expectFailure({"torus", "o.ply", "--device", "photogrammetry", "--views", "0"}, 2, "need sensors");
+  expectFailure({"torus", "o.ply", "--device", "lidar", "--baseline", "0.1"}, 2, "depth-camera");
+  expectFailure({"torus", "o.ply", "--device", "lidar", "--focal-length", "500"}, 2, "--sampling camera");
+  expectFailure({"torus", "o.ply", "--device", "depth-camera", "--sampling", "even"}, 2, "pixels of its image");
+  expectFailure({"torus", "o.ply", "--device", "photogrammetry", "--noise-direction", "sight"}, 2, "--noise-direction");
+  expectFailure({"torus", "o.ply", "--write-truth", "t.xyz"}, 2, "--write-truth");
   expectFailure({"torus", "o.ply", "--sensor", "1,2"}, 2, "--sensor");
   expectFailure({"torus", "o.ply", "--sensor", "0,0,9", "--sensors", "s.txt"}, 2, "exclude");
   expectFailure({"torus", "o.ply", "--report", "r.txt"}, 2, "--report");
