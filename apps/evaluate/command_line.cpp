@@ -4,6 +4,7 @@
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"
+#include "support/sensors.h"
 #include "support/text_file.h"
 #include "support/tool_options.h"
 
@@ -29,6 +30,9 @@ void check(const EvaluateCommand& command)
   require(command.colored.empty() || !command.reference.empty() || !command.cloud.empty() || !command.heldOut.empty() ||
               !command.clean.empty(),
           "--colored needs something to compare with: --reference, --input, --clean or --held-out");
+  require(command.options.sensors.empty() || !command.reference.empty(), "--sensor needs a --reference");
+  require(!command.options.sensors.empty() || (command.options.sensorAxis.isZero(0) && command.options.farGrowth == 0),
+          "--sensor-axis and --far-growth need a --sensor");
   require(!command.sigma || extension(command.mesh) == "ply", "--sigma: only of ply files is the field read");
   require(!command.sigma || !command.reference.empty() || !command.heldOut.empty() || !command.clean.empty(),
           "--sigma needs something to compare with: --reference, --held-out or --clean");
@@ -59,6 +63,24 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
   parser.file("--held-out", "CLOUD", command.heldOut, "points of the surface that were withheld (hole filling)");
   parser.file("--clean", "CLOUD", command.clean, "the input without its noise");
   parser.file("--reference", "MESH", command.reference, std::string("the true surface: ") + meshInputExtensions);
+  const auto vector = [&](const std::string& name, const std::string& help, auto set) {
+    return parser.add(name, "X,Y,Z", help, [set](const std::string& text) {
+      Eigen::Vector3d x;
+      const bool isVector = parseSensor(text, x);
+      if (isVector)
+        set(x);
+      return isVector ? "" : "is not three numbers X,Y,Z";
+    });
+  };
+  vector("--sensor",
+         "saw the reference from here: also tells what a sensor sees of MESH that is missing or in front of the "
+         "reference, and normals and area where it saw surface; only near the points of --clean if they are given; may "
+         "be repeated",
+         [&options](const Eigen::Vector3d& x) { options.sensors.push_back(x); })
+      ->trigger_on_parse()
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  vector("--sensor-axis", "where sensors look that are cameras: depth is along it, and shares are of their pixels",
+         [&options](const Eigen::Vector3d& x) { options.sensorAxis = x; });
   parser.group("How it is measured");
   parser.flag("--merge", command.merge,
               "take vertices of MESH with equal coordinates for one: for files that give every triangle its own "
@@ -75,6 +97,8 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
       "what percentages refer to; default: of the bounding box of the reference, else the input, else MESH");
   parser.positive("--far", "LENGTH", options.farLimit,
                   "surface farther from the other one is invented or missing; default 1 % of the diagonal");
+  parser.positive("--far-growth", "B", options.farGrowth,
+                  "what is seen by --sensor may be farther by B times the square of its depth; default 0");
   parser.whole("--samples", options.samples, 1, 1e8,
                "on MESH and on the reference, uniform over the area, [1, 100000000]; default " +
                    std::to_string(options.samples));
@@ -92,6 +116,7 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
                    {"--held-out", "points of the surface that were withheld"},
                    {"--clean", "the input without its noise"},
                    {"--reference", "the true surface"},
+                   {"--sensor", "that saw the reference; repeatable"},
                    {"--far", "what is farther is invented or missing"},
                    {"--json", "all figures"},
                    {"--colored", "MESH colored by its error, blue to red"},

@@ -3,6 +3,7 @@
 
 #include "exact/self_intersections.h"
 #include "local_spacing.h"
+#include "sensor_comparison.h"
 #include "support/point_table.h"
 #include "surface_distance.h"
 #include "surface_samples.h"
@@ -172,6 +173,9 @@ ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMe
   distances = toMesh.distances(sampleSurface(reference, options.samples, options.seed).positions, execution);
   result.missingShare = shareAbove(distances, options.farLimit);
   result.referenceToMesh = summarize(std::move(distances));
+  if (result.missingShare < 1)
+    result.areaRatio =
+        (1 - result.inventedShare) * surfaceArea(mesh) / (1 - result.missingShare) / surfaceArea(reference);
 
   result.hausdorff = std::max({result.meshToReference.max, result.referenceToMesh.max,
                                largest(toReference.distances(usedVertices(mesh), execution)),
@@ -278,6 +282,9 @@ void validate(const EvaluationOptions& options)
   const auto isLength = [](double value) { return std::isfinite(value) && value >= 0; };
   require(isLength(options.diagonal), "diagonal", std::to_string(options.diagonal), "positive, or 0 for automatic");
   require(isLength(options.farLimit), "farLimit", std::to_string(options.farLimit), "positive, or 0 for automatic");
+  require(isLength(options.farGrowth), "farGrowth", std::to_string(options.farGrowth), "finite and not negative");
+  for (const Eigen::Vector3d& sensor : options.sensors)
+    require(sensor.allFinite() && options.sensorAxis.allFinite(), "a sensor or its axis", "not finite", "finite");
   require(options.samples >= 1 && options.samples <= 100000000, "samples", std::to_string(options.samples),
           "from 1 to 100000000");
 }
@@ -323,6 +330,8 @@ Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const
     result.local = compareLocally(mesh, input, *cloud, result.heldOut, result.options, execution);
   if (input.reference)
     result.reference = compare(mesh, toMesh, *input.reference, result.options, execution);
+  if (input.reference && !options.sensors.empty())
+    result.sensor = compareFromSensors(mesh, *input.reference, finite(input.clean), result.options, execution);
   check(mesh, result);
   return result;
 }

@@ -38,9 +38,12 @@ struct EvaluationOptions {
   /// That percentages refer to, cloud's unit, ≥ 0; 0 = of the bounding box of the reference's surface, else of the
   /// cloud, else of the mesh.
   double diagonal = 0;
-  double farLimit = 0; ///< surface farther from the other is invented or missing, ≥ 0; 0 = 1 % of the diagonal
-  std::int64_t samples = 200000; ///< on the mesh, and on the reference, 1..10⁸
-  std::uint64_t seed = 1;        ///< of the samples
+  double farLimit = 0;  ///< surface farther from the other is invented or missing, ≥ 0; 0 = 1 % of the diagonal
+  double farGrowth = 0; ///< of the limit from the sensors, with the square of the depth, 1 / cloud's unit, ≥ 0
+  std::vector<Eigen::Vector3d> sensors; ///< that looked at the reference; none: SensorComparison is not made
+  Eigen::Vector3d sensorAxis = Eigen::Vector3d::Zero(); ///< where all of them look, a camera's; zero: all around
+  std::int64_t samples = 200000;                        ///< on the mesh, and on the reference, 1..10⁸
+  std::uint64_t seed = 1;                               ///< of the samples
 };
 
 /// \throw pcl::mrf::InvalidOption naming the first field that is out of range
@@ -58,6 +61,23 @@ struct ReferenceComparison {
   /// invented. Of triangles, not of interpolated normals: nothing is assumed about shared vertices.
   Statistics normalDeviation;
   double flippedShare = 0; ///< of the samples behind normalDeviation, those above 90°
+  double areaRatio = 0;    ///< the mesh's area that is not invented over the reference's that is not missing
+};
+
+/// The mesh beside the true surface where sensors saw that, near the noise-free cloud if there is one. Surface is there
+/// if it is within the limit, farLimit + farGrowth · depth², of the truth, in depth: along the line of sight, or along
+/// the axis of a camera. Normals of the truth are interpolated between those of the reference's vertices if it has any.
+struct SensorComparison {
+  static constexpr double scannedLimit = 2; ///< of the noise-free cloud, local spacings: the distance of its rows
+
+  /// Shares of the view: of the pixels of a camera, else of the solid angle.
+  double missingShare = 0, inFrontShare = 0;
+  double rms = 0;               ///< of the depth where the mesh is there, cloud's unit
+  double rmsInLimits = 0;       ///< likewise, over the limit
+  double medianNormalError = 0; ///< over the area of the mesh at the truth, degrees
+  double flippedShare = 0;      ///< of that area, more than 90° off
+  double areaRatio = 0;         ///< that area over the truth's where the mesh is there: 1 if it is as smooth
+  double inFrontAreaShare = 0;  ///< of the whole mesh's area
 };
 
 /// The mesh beside the cloud that it was made from, by the cloud's own measure: the local spacing of a point is .313
@@ -85,6 +105,7 @@ struct Evaluation {
   std::optional<Statistics> cloud, heldOut, clean;
   std::int64_t pointsNotFinite = 0; ///< in all clouds; left out
   std::optional<ReferenceComparison> reference;
+  std::optional<SensorComparison> sensor; ///< with a reference and sensors
   /// None without a cloud of at least nine distinct points.
   std::optional<LocalComparison> local;
 

@@ -115,7 +115,20 @@ ordered_json toJson(const Evaluation& evaluation)
                          {"inventedShare", comparison.inventedShare},
                          {"missingShare", comparison.missingShare},
                          {"normalDeviation", toJson(comparison.normalDeviation)},
-                         {"flippedShare", comparison.flippedShare}};
+                         {"flippedShare", comparison.flippedShare},
+                         {"areaRatio", comparison.areaRatio}};
+  }
+  if (evaluation.sensor) {
+    const SensorComparison& sensor = *evaluation.sensor;
+    json["sensor"] = {{"missingShare", sensor.missingShare},
+                      {"inFrontShare", sensor.inFrontShare},
+                      {"rms", sensor.rms},
+                      {"rmsPercent", percent * sensor.rms},
+                      {"rmsInLimits", sensor.rmsInLimits},
+                      {"medianNormalError", sensor.medianNormalError},
+                      {"flippedShare", sensor.flippedShare},
+                      {"areaRatio", sensor.areaRatio},
+                      {"inFrontAreaShare", sensor.inFrontAreaShare}};
   }
   if (evaluation.local)
     json["local"] = toJson(*evaluation.local);

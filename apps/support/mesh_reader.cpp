@@ -71,6 +71,8 @@ SurfaceMesh parseMesh(const std::string& type, const std::string& path, const st
   SurfaceMesh mesh;
   mesh.vertices = std::move(table.positions);
   mesh.scalars = std::move(table.scalars);
+  if (table.normals.size() == mesh.vertices.size())
+    mesh.normals = std::move(table.normals);
   addPolygons(path, faces, mesh);
   if (mesh.triangles.empty())
     throw FileError(path, "holds no triangles");

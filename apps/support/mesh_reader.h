@@ -14,7 +14,7 @@ namespace mrf_apps {
 /// Nothing is repaired: repeated vertices of faces, unused and coincident vertices stay as they are. Faces with more
 /// than three corners become fans of triangles around their first corner, which is right for convex ones. The corners
 /// of an STL file, which has no vertices, are one vertex where their coordinates are equal. Of the fields of vertices
-/// only PLY's scalars are read.
+/// normals, one for each, and PLY's scalars are read.
 /// \throw UsageError if the extension is none of these
 /// \throw FileError if the file is missing, unreadable, empty, truncated, not what its extension says, without faces,
 /// or

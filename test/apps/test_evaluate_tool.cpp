@@ -100,6 +100,54 @@ TEST_F(EvaluateTool, TableJsonAndColors)
   EXPECT_EQ(mrf_apps::readMesh(path("c.ply").string()).scalars.at("error").size(), 4u);
 }
 
+TEST_F(EvaluateTool, WhatASensorSees)
+{
+  const auto seen = [&](std::vector<std::string> arguments) {
+    for (const char* word :
+         {"--sensor", "1.5,2,5", "--sensor-axis", "0,0,-1", "--json", "r.json", "--samples", "20000"})
+      arguments.emplace_back(word);
+    const tool::Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("inFrontShare"), std::string::npos);
+    return nlohmann::json(parsed("r.json")["sensor"]);
+  };
+  // The mesh is .5 behind the truth, and as wide: lines of sight to the outer tenth of the truth pass it by. Samples
+  // are in strata of the area, so that a share of it is known to some 1e-3.
+  nlohmann::json json = seen({"flat.off", "--reference", "above.off", "--far", ".6"});
+  EXPECT_NEAR(json["missingShare"].get<double>(), .19, .004);
+  EXPECT_EQ(json["inFrontShare"], 0);
+  EXPECT_NEAR(json["rms"].get<double>(), .5, 1e-9);
+  EXPECT_NEAR(json["rmsInLimits"].get<double>(), .5 / .6, 1e-9);
+  EXPECT_NEAR(json["medianNormalError"].get<double>(), 0, 1e-9);
+  EXPECT_EQ(json["flippedShare"], 0);
+  EXPECT_NEAR(json["areaRatio"].get<double>(), 1 / .81, .006);
+  // The limit grows: .1 + .02 · 4.5², of the truth's depth.
+  json = seen({"flat.off", "--reference", "above.off", "--far", ".1", "--far-growth", ".02"});
+  EXPECT_NEAR(json["rmsInLimits"].get<double>(), .5 / .505, 1e-9);
+  EXPECT_EQ(seen({"flat.off", "--reference", "above.off", "--far", ".1", "--far-growth", ".019"})["missingShare"], 1);
+  // In front: the mesh is seen instead, in its inner part before truth.
+  json = seen({"above.off", "--reference", "flat.off", "--far", ".1"});
+  EXPECT_EQ(json["inFrontShare"], 1);
+  EXPECT_NEAR(json["inFrontAreaShare"].get<double>(), .81, .004);
+  EXPECT_EQ(json["missingShare"], 0);
+
+  // Turned over; and the truth's own normals count where it has any: here tilted by 45 degrees.
+  write("turned.off", "OFF\n4 2 0\n0 0 0\n3 0 0\n3 4 0\n0 4 0\n3 0 2 1\n3 0 3 2\n");
+  EXPECT_EQ(seen({"turned.off", "--reference", "flat.off"})["flippedShare"], 1);
+  write("tilted.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+                      "property float nx\nproperty float ny\nproperty float nz\nelement face 1\n"
+                      "property list uchar int vertex_indices\nend_header\n"
+                      "0 0 0 1 0 1\n3 0 0 1 0 1\n3 4 0 1 0 1\n3 0 1 2\n");
+  json = seen({"flat.off", "--reference", "tilted.ply"});
+  EXPECT_NEAR(json["medianNormalError"].get<double>(), 45, 1e-4);
+
+  expectFailure({"flat.off", "--sensor", "0,0,5"}, 2, "--sensor needs a --reference");
+  expectFailure({"flat.off", "--reference", "above.off", "--far-growth", "1"}, 2, "need a --sensor");
+  expectFailure({"flat.off", "--reference", "above.off", "--sensor", "0,5"}, 2, "--sensor");
+  expectFailure({"flat.off", "--reference", "above.off", "--sensor", "0,0,5", "--sensor-axis", "0,0,1"}, 1,
+                "see nothing");
+}
+
 TEST_F(EvaluateTool, OptionsAndRepetition)
 {
   const auto json = [&](std::vector<std::string> arguments) {

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sensor_comparison.h"
+
+#include "local_spacing.h"
+#include "scan/mesh_surface.h"
+#include "surface_samples.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+namespace mrf_apps {
+namespace {
+
+using Eigen::Vector3d;
+using pcl::mrf::Execution;
+
+/// What rays meet first of a mesh's triangles with an area.
+class Rays {
+public:
+  explicit Rays(const SurfaceMesh& mesh) : mesh_(mesh), surface_(surfaceOf(mesh, triangles_)) {}
+
+  struct Hit {
+    double range = 0;
+    Vector3d normal = Vector3d::Zero(); ///< between the vertices' if the mesh has any, else the triangle's
+  };
+
+  /// \return false if it meets none
+  bool first(const Vector3d& origin, const Vector3d& direction, Hit& hit) const
+  {
+    pcl::mrf::scan::SurfacePoint point;
+    if (!surface_.firstHit(origin, direction, point))
+      return false;
+    hit.range = (point.position - origin).norm();
+    hit.normal = normalAt(triangles_[static_cast<std::size_t>(point.part)], point.position);
+    return true;
+  }
+
+  /// Unit.
+  Vector3d normalAt(std::size_t triangle, const Vector3d& x) const
+  {
+    const Vector3d area = areaVector(mesh_, triangle);
+    Vector3d normal = Vector3d::Zero();
+    for (std::size_t i = 0; i < 3 && !mesh_.normals.empty(); ++i) {
+      const auto& t = mesh_.triangles[triangle];
+      const Vector3d &b = mesh_.vertices[t[(i + 1) % 3]], &c = mesh_.vertices[t[(i + 2) % 3]];
+      normal += std::max(0., (b - x).cross(c - x).dot(area)) * mesh_.normals[t[i]].cast<double>();
+    }
+    return normal.allFinite() && !normal.isZero(0) ? normal.normalized() : area.normalized();
+  }
+
+private:
+  static pcl::mrf::scan::MeshSurface surfaceOf(const SurfaceMesh& mesh, std::vector<std::size_t>& used)
+  {
+    std::vector<Vector3d> vertices = mesh.vertices;
+    for (Vector3d& x : vertices)
+      if (!x.allFinite())
+        x.setZero(); // no triangle with an area has it
+    std::vector<std::array<std::int32_t, 3>> triangles;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+      if (!areaVector(mesh, t).isZero(0)) {
+        triangles.push_back(mesh.triangles[t]);
+        used.push_back(t);
+      }
+    return {std::move(vertices), std::move(triangles)};
+  }
+
+  const SurfaceMesh& mesh_;
+  std::vector<std::size_t> triangles_; ///< of the mesh, that the surface is made of
+  pcl::mrf::scan::MeshSurface surface_;
+};
+
+/// The line from a sensor to a place. Depth is along the sensors' axis, or the line itself if they have none.
+struct Sight {
+  Vector3d direction;
+  double range, depth;
+
+  Sight(const Vector3d& sensor, const Vector3d& x, const Vector3d& axis)
+      : direction((x - sensor).normalized()), range((x - sensor).norm()),
+        depth(axis.isZero(0) ? range : axis.normalized().dot(x - sensor))
+  {}
+};
+
+/// Of one sensor.
+struct Seen {
+  double weight = 0; ///< pixels, or solid angle, that a reference's sample fills; 0: it is hidden
+  bool isHit = false;
+  double error = 0, limit = 0; ///< in depth: the mesh behind the reference
+  bool isThere() const { return isHit && std::abs(error) <= limit; }
+  bool isInFront() const { return isHit && error < -limit; }
+};
+
+/// What was looked at of the reference.
+class Scanned {
+public:
+  Scanned(const std::vector<Vector3d>& points, Execution& execution)
+  {
+    if (!points.empty())
+      spacing_ = std::make_unique<LocalSpacing>(points, execution);
+  }
+
+  /// For each of some places.
+  std::vector<bool> holds(const std::vector<Vector3d>& places, Execution& execution) const
+  {
+    std::vector<bool> result(places.size(), true);
+    if (!spacing_ || !spacing_->isKnown())
+      return result;
+    const std::vector<LocalSpacing::Nearest> nearest = spacing_->nearest(places, execution);
+    for (std::size_t i = 0; i < nearest.size(); ++i)
+      result[i] = nearest[i].distance <= SensorComparison::scannedLimit * nearest[i].spacing;
+    return result;
+  }
+
+private:
+  std::unique_ptr<LocalSpacing> spacing_;
+};
+
+double limitAt(double depth, const EvaluationOptions& options)
+{
+  return options.farLimit + options.farGrowth * depth * depth;
+}
+
+class Comparison {
+public:
+  Comparison(const SurfaceMesh& mesh, const SurfaceMesh& reference, const std::vector<Vector3d>& measured,
+             const EvaluationOptions& options, Execution& execution)
+      : mesh_(mesh), reference_(reference), options_(options), execution_(execution), toMesh_(mesh),
+        toReference_(reference), scanned_(measured, execution)
+  {}
+
+  /// What the sensors see of the reference. \return the area of it where the mesh is there
+  double compareViews(SensorComparison& result) const
+  {
+    const std::size_t sensors = options_.sensors.size();
+    const SurfaceSamples truth = sampleSurface(reference_, options_.samples, options_.seed);
+    const std::vector<bool> isScanned = scanned_.holds(truth.positions, execution_);
+    std::vector<Seen> seen(truth.positions.size() * sensors);
+    std::vector<double> areas(truth.positions.size()); ///< that a sample stands for, times its own: by the normal
+    execution_.forRange(options_.samples, 256, [&](std::int64_t begin, std::int64_t end) {
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+        for (std::size_t s = 0; s < sensors; ++s) {
+          const Vector3d &sensor = options_.sensors[s], &x = truth.positions[i];
+          const auto triangle = static_cast<std::size_t>(truth.triangles[i]);
+          const Sight sight(sensor, x, options_.sensorAxis);
+          Rays::Hit hit;
+          if (!isScanned[i] || !(sight.depth > 0) || !toReference_.first(sensor, sight.direction, hit) ||
+              hit.range < (1 - 1e-6) * sight.range)
+            continue;
+          Seen& one = seen[i * sensors + s];
+          const double across = std::abs(areaVector(reference_, triangle).normalized().dot(sight.direction));
+          one.weight = across * sight.range / std::pow(sight.depth, 3);
+          areas[i] = across / std::max(.05, std::abs(toReference_.normalAt(triangle, x).dot(sight.direction)));
+          one.limit = limitAt(sight.depth, options_);
+          one.isHit = toMesh_.first(sensor, sight.direction, hit);
+          one.error = (hit.range - sight.range) * sight.depth / sight.range;
+        }
+    });
+
+    double all = 0, there = 0, front = 0, squares = 0, inLimits = 0, trueArea = 0;
+    for (std::size_t i = 0; i < areas.size(); ++i) {
+      bool isThere = false;
+      for (std::size_t s = 0; s < sensors; ++s) {
+        const Seen& one = seen[i * sensors + s];
+        all += one.weight;
+        front += one.isInFront() ? one.weight : 0;
+        if (!one.isThere() || one.weight == 0)
+          continue;
+        isThere = true;
+        there += one.weight;
+        squares += one.weight * one.error * one.error;
+        inLimits += one.weight * std::pow(one.error / one.limit, 2);
+      }
+      trueArea += isThere ? areas[i] : 0;
+    }
+    if (!(all > 0))
+      throw pcl::mrf::InvalidInput("the sensors see nothing of the reference");
+    result.inFrontShare = front / all;
+    result.missingShare = 1 - (front + there) / all;
+    result.rms = there > 0 ? std::sqrt(squares / there) : 0;
+    result.rmsInLimits = there > 0 ? std::sqrt(inLimits / there) : 0;
+    return trueArea / static_cast<double>(areas.size()) * surfaceArea(reference_);
+  }
+
+  /// What the mesh is where the sensors look. \param trueArea as above
+  void compareSurface(double trueArea, SensorComparison& result) const
+  {
+    const std::size_t sensors = options_.sensors.size();
+    const SurfaceSamples made = sampleSurface(mesh_, options_.samples, options_.seed);
+    // Samples of the mesh stand for the same area each. Behind what is seen, nothing is known.
+    std::vector<Rays::Hit> hits(made.positions.size() * sensors);
+    std::vector<Vector3d> hitPlaces(hits.size());
+    execution_.forRange(options_.samples, 256, [&](std::int64_t begin, std::int64_t end) {
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+        for (std::size_t s = 0; s < sensors; ++s) {
+          const Sight sight(options_.sensors[s], made.positions[i], options_.sensorAxis);
+          if (sight.depth > 0)
+            toReference_.first(options_.sensors[s], sight.direction, hits[i * sensors + s]);
+          hitPlaces[i * sensors + s] = options_.sensors[s] + hits[i * sensors + s].range * sight.direction;
+        }
+    });
+    const std::vector<bool> isHitScanned = scanned_.holds(hitPlaces, execution_);
+    enum class Place { unknown, inFront, measured };
+    std::vector<double> measured; // angles
+    double before = 0, flipped = 0;
+    for (std::size_t i = 0; i < made.positions.size(); ++i) {
+      Place place = Place::unknown;
+      for (std::size_t s = 0; s < sensors && place != Place::measured; ++s) {
+        const Rays::Hit& hit = hits[i * sensors + s];
+        if (hit.range == 0 || !isHitScanned[i * sensors + s])
+          continue;
+        const Sight sight(options_.sensors[s], made.positions[i], options_.sensorAxis);
+        const double depth = hit.range * sight.depth / sight.range, limit = limitAt(depth, options_);
+        if (sight.depth < depth - limit)
+          place = Place::inFront;
+        if (std::abs(sight.depth - depth) > limit)
+          continue;
+        place = Place::measured;
+        const Vector3d face = areaVector(mesh_, static_cast<std::size_t>(made.triangles[i]));
+        measured.push_back(std::atan2(face.cross(hit.normal).norm(), face.dot(hit.normal)) * 180 / M_PI);
+        flipped += measured.back() > 90 ? 1 : 0;
+      }
+      before += place == Place::inFront ? 1 : 0;
+    }
+    const auto count = static_cast<double>(made.positions.size());
+    result.inFrontAreaShare = before / count;
+    if (measured.empty())
+      return;
+    const auto middle = measured.begin() + static_cast<std::ptrdiff_t>(measured.size() / 2);
+    std::nth_element(measured.begin(), middle, measured.end());
+    result.medianNormalError = *middle;
+    result.flippedShare = flipped / static_cast<double>(measured.size());
+    if (trueArea > 0)
+      result.areaRatio = static_cast<double>(measured.size()) / count * surfaceArea(mesh_) / trueArea;
+  }
+
+private:
+  const SurfaceMesh &mesh_, &reference_;
+  const EvaluationOptions& options_;
+  Execution& execution_;
+  Rays toMesh_, toReference_;
+  Scanned scanned_;
+};
+
+} // namespace
+
+SensorComparison compareFromSensors(const SurfaceMesh& mesh, const SurfaceMesh& reference,
+                                    const std::vector<Vector3d>& measured, const EvaluationOptions& options,
+                                    Execution& execution)
+{
+  const Comparison comparison(mesh, reference, measured, options, execution);
+  SensorComparison result;
+  comparison.compareSurface(comparison.compareViews(result), result);
+  return result;
+}
+
+} // namespace mrf_apps
