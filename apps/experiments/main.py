@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from .clouds import guide, real, robustness
+from .devices import devices
 from .grids import fig_9, section_3_4
 from .laboratory import Failure, Laboratory
 from .noise import fig_8, l_curve, uncertainty
@@ -21,6 +22,7 @@ EXPERIMENTS = {
     "fig-5": ("Fig. 5: a large hole", fig_5),
     "table-1": ("Table 1: leaving patches out, beside other methods", table_1),
     "real": ("Real clouds: open, uneven, cluttered", real),
+    "devices": ("Scenes as devices scan them, beside the truth", devices),
     "fig-8": ("Figs. 7 and 8: noise and outliers", fig_8),
     "l-curve": ("The L-curve of beta", l_curve),
     "uncertainty": ("Error bars: how often they hold, how wide they are, how they rank", uncertainty),
