@@ -5,7 +5,7 @@
 ///     example_own_points points.xyz mesh.ply       (a line: x y z)
 
 #include <pcl/surface/impl/mrf_reconstruction.hpp> // instead of mrf_reconstruction.h: compiled here, for this type
-#include <pcl/surface/mrf/mesh_files.h>
+#include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <cstdint>
 #include <cstdio>

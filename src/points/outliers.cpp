@@ -40,7 +40,7 @@ constexpr std::ptrdiff_t minStaying = 3;
 /// Cosines between normals, and sines between an edge and the tangent planes at its ends, of one surface.
 /// Looser ones keep distant outliers, whose estimated normals resemble those of the others they were estimated from: 22
 /// of 276 on a noisy head with a sine of .5, 13 with this; tighter ones drop lone points of range scans.
-constexpr float minCosine = .7f, maxSine = .35f;
+constexpr float coherentCosine = .7f, maxSine = .35f;
 
 /// Tells which neighbors a surface goes through with a point.
 class Coherence {
@@ -60,7 +60,7 @@ public:
         continue;
       if (!normal.isZero()) {
         const Eigen::Vector3f other = normalAt(j);
-        if (std::abs(normal.dot(other)) < minCosine || std::abs(edge.dot(other)) > limit)
+        if (std::abs(normal.dot(other)) < coherentCosine || std::abs(edge.dot(other)) > limit)
           continue;
       }
       result.push_back(j);
