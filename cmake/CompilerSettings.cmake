@@ -19,7 +19,8 @@ if(MRF_SANITIZE)
   target_compile_definitions(mrf_compiler_settings INTERFACE MRF_NO_MULTIVERSIONING PCL_ONLY_CORE_POINT_TYPES)
   target_compile_options(mrf_compiler_settings INTERFACE -fsanitize=${MRF_SANITIZE} -fno-omit-frame-pointer -g1
     $<IF:$<BOOL:$<TARGET_PROPERTY:MRF_UNOPTIMIZED>>,-O0,-O1>) # a target's that takes longer to compile than to run
-  target_link_options(mrf_compiler_settings INTERFACE -fsanitize=${MRF_SANITIZE})
+  # What the sanitizers load for us they look for where a program's RPATH says: a RUNPATH is theirs alone.
+  target_link_options(mrf_compiler_settings INTERFACE -fsanitize=${MRF_SANITIZE} -Wl,--disable-new-dtags)
   if(MRF_SANITIZE MATCHES "undefined")
     # Half of the compiler's time goes into checks of pointers, whose faults the address sanitizer sees or the processor
     # does not mind.
