@@ -22,7 +22,7 @@ using pcl::mrf::Options;
 struct Parsed {
   std::vector<std::string> operands;
   pcl::mrf::Preset preset = pcl::mrf::Preset::standard;
-  std::string confidenceField, outputFormat, report, field, picture;
+  std::string confidenceField, noiseField, outputFormat, report, field, picture;
   bool isQuiet = false, isVerbose = false;
 };
 
@@ -58,6 +58,32 @@ void addInputOptions(OptionParser& parser, Command& command, Parsed& parsed)
              });
 }
 
+/// What is known of the noise. \param noise, smoothing the options of that name
+void addNoiseOptions(OptionParser& parser, Parsed& parsed, CLI::Option* noise, CLI::Option* smoothing)
+{
+  noise->excludes(smoothing);
+  CLI::Option* const model = parser.add(
+      "--noise-model", "MODEL",
+      "what the noise is like: automatic, as the cloud shows it; none, left to points that are left out; or its "
+      "standard "
+      "deviation at a range z from the sensor: constant:S, quadratic:A,B (A + B z^2), tof:A,B (A + B z), kinect:D,F "
+      "(D z^2 / F, with disparities off by D pixels and F focal length times baseline; kinect alone: .088 and 43.5 m); "
+      "default automatic",
+      [&parser](const std::string& text) {
+        parser.change([text](Options& options) { options.observation.noiseModel = text; });
+        return "";
+      });
+  parser
+      .add("--noise-field", "NAME",
+           "field of the input with the standard deviation of each point's noise, a length above 0; default none",
+           [&parsed](const std::string& name) {
+             parsed.noiseField = name;
+             return "";
+           })
+      ->excludes(noise)
+      ->excludes(model);
+}
+
 void addPreprocessingOptions(OptionParser& parser)
 {
   parser.group("Outliers");
@@ -70,12 +96,12 @@ void addPreprocessingOptions(OptionParser& parser)
   parser.declared("orientation.maxAngle");
 }
 
-void addModelOptions(OptionParser& parser)
+void addModelOptions(OptionParser& parser, Parsed& parsed)
 {
   parser.group("Observation");
   parser.declared("observation.kind");
   CLI::Option* smoothing = parser.declared("observation.smoothing");
-  parser.declared("observation.noise")->excludes(smoothing);
+  addNoiseOptions(parser, parsed, parser.declared("observation.noise"), smoothing);
   for (const char* name : {"observation.gradientWeight", "observation.neighbors", "observation.maxDistance"})
     parser.declared(name);
 
@@ -241,7 +267,7 @@ void check(const Command& command, const OptionParser& parser)
   if (command.options.uncertainty.surfaces > 0 && command.jobs.front().output == "-")
     throw UsageError("--write-samples: standard output holds one mesh; give OUTPUT a name for the others to be like");
   const bool atPoints = command.options.observation.atPoints();
-  for (const char* name : {"--smoothing", "--noise", "--gradient-weight"})
+  for (const char* name : {"--smoothing", "--noise", "--noise-model", "--noise-field", "--gradient-weight"})
     if (!atPoints && parser.isGiven(name))
       throw UsageError(std::string(name) + " has a meaning with --observation points only");
   for (const char* name : {"--beta", "--energy", "--neighbors"})
@@ -268,7 +294,7 @@ Command parseCommandLine(int argc, const char* const* argv)
                 "settings that the other options change; default: as shown here");
   addInputOptions(parser, command, parsed);
   addPreprocessingOptions(parser);
-  addModelOptions(parser);
+  addModelOptions(parser, parsed);
   addMeshOptions(parser);
   addUncertaintyOptions(parser);
   addOutputOptions(parser, command, parsed);
@@ -284,6 +310,7 @@ Command parseCommandLine(int argc, const char* const* argv)
   command.options = presetOptions(parsed.preset);
   parser.apply(command.options);
   command.options.confidenceField = parsed.confidenceField;
+  command.options.noiseField = parsed.noiseField;
   command.verbosity = parsed.isQuiet ? Verbosity::quiet : parsed.isVerbose ? Verbosity::verbose : Verbosity::normal;
   if (command.outputDirectory.empty())
     command.jobs = {singleJob(parsed)};

@@ -121,6 +121,21 @@ std::string resolution(const Report& report)
   return "voxel by the data: points left out are off by " + scores;
 }
 
+/// Of noise that is known, or that neighbors share: where it was taken from, and what follows.
+std::string noise(const pcl::mrf::NoiseReport& noise)
+{
+  std::string text;
+  if (noise.isKnown)
+    text = format("noise as given, %.3g for the median point%s", noise.deviation,
+                  noise.isCorrelated ? ", and neighbors share it" : "");
+  else {
+    const pcl::mrf::NoiseByKey &first = noise.groups.front(), &last = noise.groups.back();
+    text = format("noise that neighbors share, %.3g at %s %.3g, %.3g at %.3g: points weigh by it", first.deviation,
+                  noise.isByRange ? "range" : "spacing", first.key, last.deviation, last.key);
+  }
+  return noise.smoothing > 0 ? text + format("; smoothing length %.3g and voxels follow it", noise.smoothing) : text;
+}
+
 std::string topology(const pcl::mrf::MeshStatistics& mesh)
 {
   std::string text = counted(mesh.components, "component", "components");
@@ -274,6 +289,8 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
     print("", counted(static_cast<std::int64_t>(report.otherPieces.size()) + 1, "piece", "pieces") +
                   " far apart; this grid is the largest's, the others have " + counted(points, "point", "points"));
   }
+  if (report.noise.isKnown || report.noise.isCorrelated)
+    print("", noise(report.noise));
   if (!report.smoothing.curve.empty())
     print("", format("noise about %.3g, by %s points left out", report.smoothing.noise,
                      grouped(report.smoothing.heldOut).c_str()));

@@ -69,17 +69,23 @@ std::string scalarNames(const PointTable& table)
   return result.empty() ? "none" : result;
 }
 
-/// The confidences, sensors and views of the command.
+/// Values of a field of the input; none without a name. \param option that names it
+std::vector<float> fieldOf(const Job& job, const PointTable& table, const std::string& option, const std::string& name)
+{
+  if (name.empty())
+    return {};
+  const auto found = table.scalars.find(name);
+  if (found == table.scalars.end())
+    throw UsageError(option + ": '" + job.input + "' has no field '" + name +
+                     "'; its scalar fields are: " + scalarNames(table));
+  return found->second;
+}
+
+/// The confidences, noise, sensors and views of the command.
 void addSensors(const Job& job, const Command& command, Input& input)
 {
-  const std::string& field = command.options.confidenceField;
-  if (!field.empty()) {
-    const auto found = input.table.scalars.find(field);
-    if (found == input.table.scalars.end())
-      throw UsageError("--confidence-field: '" + job.input + "' has no field '" + field +
-                       "'; its scalar fields are: " + scalarNames(input.table));
-    input.cloud.confidences = found->second;
-  }
+  input.cloud.confidences = fieldOf(job, input.table, "--confidence-field", command.options.confidenceField);
+  input.cloud.deviations = fieldOf(job, input.table, "--noise-field", command.options.noiseField);
   input.cloud.sensors = command.sensorsFile.empty() ? command.sensors : readSensors(command.sensorsFile);
   input.cloud.sensorOrigin = input.table.sensorOrigin;
   if (command.viewsFile.empty())

@@ -46,7 +46,10 @@ static void to_json(Json& json, const Options& options)
     else
       json[option.key.substr(0, dot)][option.key.substr(dot + 1)] = value;
   }
-  json["confidenceField"] = options.confidenceField; // the only text
+  // The texts, which are no rows of the table.
+  json["confidenceField"] = options.confidenceField;
+  json["noiseField"] = options.noiseField;
+  json["observation"]["noiseModel"] = options.observation.noiseModel;
 }
 
 #define MRF_ADD(member) json[#member] = value.member;
@@ -64,6 +67,22 @@ MRF_JSON(OrientationSummary, components, componentsAtCreases, componentsDropped,
          pointsFlipped, agreement, openShare, sideIsGuessed)
 MRF_JSON(SmoothingScore, smoothing, error)
 MRF_JSON(SmoothingChoice, smoothing, noise, heldOut, curve)
+
+static void to_json(Json& json, const NoiseReport& noise)
+{
+  Json groups = Json::array();
+  for (const NoiseByKey& group : noise.groups)
+    groups.push_back({{noise.isByRange ? "range" : "ofSpacing", group.key},
+                      {"spacing", group.spacing},
+                      {"deviation", group.deviation},
+                      {"white", group.white},
+                      {"correlation", group.correlation}});
+  json = {{"isKnown", noise.isKnown},           {"isByRange", noise.isByRange},
+          {"isCorrelated", noise.isCorrelated}, {"medianKey", noise.medianKey},
+          {"deviation", noise.deviation},       {"smoothing", noise.smoothing},
+          {"exponent", noise.exponent},         {"groups", groups}};
+}
+
 MRF_JSON(ResolutionScore, voxelSize, error)
 MRF_JSON(ResolutionChoice, voxelSize, heldOut, cubes, curve)
 MRF_JSON(SolveReport, method, iterations, relativeResidual, remainingChange, remainingChangeOfFillings, converged,
@@ -90,9 +109,9 @@ MRF_JSON(UncertaintyReport, samples, voxelSize, voxels, noise, heldOut, measured
          largestPatch, largestOpening, fillingFactor, notCalibrated, measured, fillings, shape)
 MRF_JSON(ErrorLimitSummary, triangles, area, measuredArea)
 MRF_JSON(StageTime, stage, seconds)
-MRF_JSON(Report, status, message, warnings, options, density, diagonal, smoothingLength, smoothing, resolution, points,
-         normalsEstimated, vote, sensorOriginUsed, sensorSupposed, orientation, levels, otherPieces, trimming, remesher,
-         meshBeforeRemeshing, mesh, times, seconds, predictedBytes, peakBytes, threads)
+MRF_JSON(Report, status, message, warnings, options, density, diagonal, noise, smoothingLength, smoothing, resolution,
+         points, normalsEstimated, vote, sensorOriginUsed, sensorSupposed, orientation, levels, otherPieces, trimming,
+         remesher, meshBeforeRemeshing, mesh, times, seconds, predictedBytes, peakBytes, threads)
 
 } // namespace pcl::mrf
 

@@ -62,8 +62,10 @@ void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execu
 float Support::reach(std::size_t point) const
 {
   constexpr float atBorder = 1.5f; // the 8th neighbor of a point at the rim is √2 as far as in the middle
-  return spacing_ > 0 ? maxDistance_ * std::clamp(points_.spacings[point] / (atBorder * spacing_), 1.f, farthest)
-                      : maxDistance_;
+  const float bySpacing =
+      spacing_ > 0 ? maxDistance_ * std::clamp(points_.spacings[point] / (atBorder * spacing_), 1.f, farthest)
+                   : maxDistance_;
+  return std::max(bySpacing, std::min(perDeviation * points_.deviation(point), farthest * maxDistance_));
 }
 
 float Support::sparseness(const Eigen::Vector3f& position, Neighbors& scratch) const

@@ -22,7 +22,7 @@ namespace mrf {
 void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
 
 /// How far each point supports a surface around it: dEmax, and up to four times as far where the points lie farther
-/// apart than on average: a wall at six meters is as much surface as a cup at one.
+/// apart than on average, or are known to be off as far: a wall at six meters is as much surface as a cup at one.
 class Support {
 public:
   /// \param search holds points.positions \param maxDistance dEmax, cloud's unit, > 0
@@ -39,7 +39,10 @@ public:
   float margin(const Eigen::Vector3f& position, Neighbors& scratch) const;
 
   /// No point supports anything farther away. Cloud's unit.
-  float farthestReach() const { return spacing_ > 0 ? farthest * maxDistance_ : maxDistance_; }
+  float farthestReach() const
+  {
+    return spacing_ > 0 || !points_.deviations.empty() ? farthest * maxDistance_ : maxDistance_;
+  }
 
   /// Paper Sec. 3.3.3: α by the distance to the nearest point, times that point's own confidence.
   float confidence(const Eigen::Vector3f& position, ConfidenceShape shape, Neighbors& scratch) const;
@@ -53,7 +56,8 @@ public:
   float largestSparseness() const;
 
 private:
-  static constexpr float farthest = 4; ///< in dEmax
+  static constexpr float farthest = 4;     ///< in dEmax
+  static constexpr float perDeviation = 3; ///< in σ: of Gaussian noise one point of 370 is farther off
 
   const OrientedPoints& points_;
   const NeighborSearch& search_;

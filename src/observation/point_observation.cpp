@@ -102,7 +102,8 @@ std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& 
 {
   std::vector<PointSample> samples(points.size());
   forEach(execution, samples.size(), sampleGrain, [&](std::size_t i) {
-    const float mass = points.confidence(i) * (points.spacings.empty() ? 1 : relativeArea(points.spacings[i], spacing));
+    const float mass = points.confidence(i) * relativePrecision(points.deviation(i), points.typicalDeviation) *
+                       (points.spacings.empty() ? 1 : relativeArea(points.spacings[i], spacing));
     samples[i] = {lattice.toVoxels(points.positions[i]).cast<float>(), points.normals[i], mass};
   });
   return samples;

@@ -45,7 +45,18 @@ inline float relativeArea(float localSpacing, float spacing)
   return ratio * ratio;
 }
 
-/// The points on a lattice, in their order, weighted by confidence and area. \param spacing l̄, cloud's unit
+/// What a point weighs by its noise: 1/σ² beside a typical one's, where that is known. Ratios of σ above 16 count
+/// as 16.
+inline float relativePrecision(float deviation, float typical)
+{
+  constexpr float max = 16;
+  if (!(typical > 0) || !(deviation > 0))
+    return 1;
+  const float ratio = std::clamp(typical / deviation, 1 / max, max);
+  return ratio * ratio;
+}
+
+/// The points on a lattice, in their order, weighted by confidence, area and noise. \param spacing l̄, cloud's unit
 std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
                                    Execution& execution);
 

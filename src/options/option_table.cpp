@@ -499,6 +499,12 @@ std::string renamed(const NamedOption& option, const std::string& text, OptionNa
 {
   if (option.name == "RawCloud::sensors")
     return naming == OptionNaming::flags ? "--sensor" : "setSensorPosition";
+  // Texts are no rows of the table.
+  for (const auto& [name, flag, setter] :
+       {std::array<const char*, 3>{"observation.noiseModel", "--noise-model", "setNoiseModel"},
+        std::array<const char*, 3>{"noiseField", "--noise-field", "setNoiseField"}})
+    if (option.name == name)
+      return (naming == OptionNaming::flags ? flag : setter) + (option.value.empty() ? "" : " " + option.value);
   const auto& all = optionDeclarations();
   const auto row = std::find_if(all.begin(), all.end(), [&](const auto& other) { return other.name == option.name; });
   // A word without a dot is an option's name only where its value follows.

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "options/noise_law.h"
 #include "options/validation.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/options.h>
 
+#include <optional>
 #include <string>
 
 namespace pcl {
@@ -36,6 +38,21 @@ void requireOneOf(const char* name, Enum value, const Names<Enum>& words)
     all += (all.empty() ? "" : ", ") + word;
   }
   throw InvalidOption(std::string(name) + " = " + std::to_string(static_cast<int>(value)) + " is none of " + all);
+}
+
+/// What would be said twice, or in vain.
+void requireOneNoise(const ObservationOptions& options)
+{
+  const std::optional<NoiseLaw> law = noiseLaw(options.noiseModel);
+  const std::string model = "observation.noiseModel = " + options.noiseModel;
+  if (options.noiseModel != "automatic" && !options.atPoints())
+    throw InvalidOption(model + " has a meaning with observation.kind = points only");
+  if (law && options.noise > 0)
+    throw InvalidOption(model + " and observation.noise = " + decimalText(static_cast<double>(options.noise)) +
+                        " both tell the noise; give one of them");
+  if (law && !law->isByRange() && options.smoothing > 0)
+    throw InvalidOption(model + " would change nothing beside observation.smoothing = " +
+                        decimalText(static_cast<double>(options.smoothing)) + "; give one of them");
 }
 
 } // namespace
@@ -92,6 +109,7 @@ void validate(const ObservationOptions& options)
   requireStage(&Options::observation, options, "observation");
   requireOneOf("observation.confidenceShape", options.confidenceShape,
                {{"linear", ConfidenceShape::linear}, {"quadratic", ConfidenceShape::quadratic}});
+  noiseLaw(options.noiseModel);
 }
 
 void validate(const TrimmingOptions& options)
@@ -135,6 +153,9 @@ void validate(const Options& options)
   validate(options.observation);
   validate(options.solver);
   validate(options.multiscale);
+  requireOneNoise(options.observation);
+  if (!options.noiseField.empty() && !options.observation.atPoints())
+    throw InvalidOption("noiseField = '" + options.noiseField + "' has a meaning with observation.kind = points only");
   if (wantsUncertainty(options) && !options.observation.atPoints())
     throw InvalidOption(
         "uncertainty.compute, and what needs sigma as well (uncertainty.surfaces, uncertainty.maxError, "

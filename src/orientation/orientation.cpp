@@ -6,6 +6,7 @@
 #include "orientation/components.h"
 #include "orientation/orientation_graph.h"
 #include "orientation/orientation_sides.h"
+#include "points/deviations.h"
 #include "points/sampling_density.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -60,18 +61,6 @@ std::vector<std::uint8_t> flipsOf(const Partition& components, const SignedFores
   return isFlipped;
 }
 
-/// The sensor that saw a point: of its view, or the nearest one where the view is not known.
-const Eigen::Vector3f& sensorOf(const PointSet& points, std::size_t i)
-{
-  if (!points.views.empty() && points.views[i] >= 0 &&
-      static_cast<std::size_t>(points.views[i]) < points.sensors.size())
-    return points.sensors[points.views[i]];
-  const auto distance = [&](const Eigen::Vector3f& sensor) { return (sensor - points.positions[i]).squaredNorm(); };
-  return *std::min_element(
-      points.sensors.begin(), points.sensors.end(),
-      [&](const Eigen::Vector3f& s, const Eigen::Vector3f& t) { return distance(s) < distance(t); });
-}
-
 /// What a point's normal, as it is, says about its component's sign: value > 0 for, < 0 against, |value| ≤ weight.
 struct Vote {
   double value = 0, weight = 0;
@@ -116,7 +105,7 @@ private:
   /// By the cosine: a surface seen at a grazing angle hardly tells which side it shows.
   Vote towardsSensor(std::size_t i) const
   {
-    const Eigen::Vector3f sight = sensorOf(points_, i) - points_.positions[i];
+    const Eigen::Vector3f sight = sensorOf(points_.positions, points_.views, points_.sensors, i) - points_.positions[i];
     const double length = sight.norm();
     const double cosine = length > 0 ? normals_[i].dot(sight) / length : 0;
     return {cosine, std::abs(cosine)};

@@ -2,8 +2,12 @@
 #include "orientation/oriented_points.h"
 
 #include "base/select_values.h"
+#include "options/noise_law.h"
 #include "options/stage_timer.h"
 #include "orientation/orientation.h"
+#include "points/deviations.h"
+
+#include <pcl/surface/mrf/exceptions.h>
 
 #include <cmath>
 #include <sstream>
@@ -65,6 +69,17 @@ bool isSeenFromOrigin(const OrientedPoints& points, Execution& execution)
   return others * oneIn <= static_cast<std::int64_t>(points.size());
 }
 
+/// Of points that nobody named a sensor of. \throw InvalidOption if none was supposed either
+std::vector<float> knownByRange(const NoiseLaw& law, const OrientedPoints& points, const Options& options,
+                                Execution& execution)
+{
+  if (points.sensors.empty())
+    throw InvalidOption("observation.noiseModel = " + options.observation.noiseModel +
+                        " tells the noise by the range, and nothing tells where the sensor was; give its position "
+                        "(RawCloud::sensors), or constant:S");
+  return deviationsByLaw(law, points.positions, {}, points.sensors, execution);
+}
+
 } // namespace
 
 OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, NeighborSearch& search, Report& report,
@@ -92,6 +107,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
   result.positions = std::move(points.positions);
   result.normals = std::move(points.normals);
   result.confidences = std::move(points.confidences);
+  result.deviations = std::move(points.deviations);
   result.spacings = std::move(points.spacings);
   result.origins = std::move(points.origins);
   result.sensors = std::move(points.sensors);
@@ -100,6 +116,8 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
       options.orientation.sensorOrigin && result.sensors.empty() && isSeenFromOrigin(result, execution);
   if (report.sensorSupposed)
     result.sensors.emplace_back((-result.offset).cast<float>());
+  if (const auto law = noiseLaw(options.observation.noiseModel); law && law->isByRange() && result.deviations.empty())
+    result.deviations = knownByRange(*law, result, options, execution);
   return result;
 }
 

@@ -4,6 +4,8 @@
 #include "base/point_count.h"
 #include "base/select_values.h"
 #include "base/spatial_sort.h"
+#include "options/noise_law.h"
+#include "points/deviations.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
@@ -73,6 +75,17 @@ bool requireNormals(RawCloud& cloud, NormalSource source)
   return source == NormalSource::automatic || source == NormalSource::use;
 }
 
+/// \throw InvalidOption if the noise is known twice
+void requireOneNoise(const RawCloud& cloud, const ObservationOptions& options)
+{
+  if (cloud.deviations.empty() || (!(options.noise > 0) && options.noiseModel == "automatic"))
+    return;
+  throw InvalidOption("each point has a noise of its own (noiseField, RawCloud::deviations), but " +
+                      (options.noise > 0 ? "observation.noise = " + decimalText(static_cast<double>(options.noise))
+                                         : "observation.noiseModel = " + options.noiseModel) +
+                      " tells another one; give one of them");
+}
+
 /// The float spacing of the largest coordinates.
 float resolutionOf(const BoundingBox& box)
 {
@@ -122,6 +135,12 @@ void validate(const RawCloud& cloud)
   };
   require(cloud.normals.size(), "normals");
   require(cloud.confidences.size(), "confidences");
+  require(cloud.deviations.size(), "deviations of the noise");
+  for (const float deviation : cloud.deviations)
+    if (!(deviation > 0) || !std::isfinite(deviation))
+      throw InvalidInput("a point's noise has a deviation of " + decimalText(static_cast<double>(deviation)) +
+                         " (noiseField, RawCloud::deviations); each has to be a number above 0: leave points without "
+                         "one out of the cloud");
   require(cloud.views.size(), "views");
   for (const std::int32_t view : cloud.views)
     if (view < 0 || static_cast<std::size_t>(view) >= cloud.sensors.size())
@@ -133,6 +152,7 @@ PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Exe
 {
   requireCountable(cloud.positions.size());
   validate(cloud);
+  requireOneNoise(cloud, options.observation);
   const bool normalsNeeded = requireNormals(cloud, options.normals.source);
   counts = PointCounts();
   counts.input = static_cast<std::int64_t>(cloud.positions.size());
@@ -164,6 +184,7 @@ PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Exe
   points.normals = ordered(cloud.normals, points.origins, execution, unitOrZero);
   points.confidences =
       ordered(cloud.confidences, points.origins, execution, [](float value) { return std::min(value, 1.f); });
+  points.deviations = ordered(cloud.deviations, points.origins, execution, [](float value) { return value; });
   points.views = ordered(cloud.views, points.origins, execution, [](std::int32_t view) { return view; });
 
   const BoundingBox box = boundingBox(points.positions);
@@ -180,6 +201,8 @@ PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Exe
     points.sensors.push_back((sensor - points.offset).cast<float>());
   }
   points.hasSensorOrigin = points.sensors.size() > cloud.sensors.size();
+  if (const auto law = noiseLaw(options.observation.noiseModel))
+    points.deviations = deviationsByLaw(*law, points.positions, points.views, points.sensors, execution);
   return points;
 }
 

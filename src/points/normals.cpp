@@ -169,7 +169,8 @@ void fitNearest(const PointSet& points, const NeighborSearch& search, float nois
                              const Plane plane =
                                  fitPlane(points.positions, batch.indices + q * batch.k, number, points.positions[i]);
                              estimates.set(i, plane);
-                             std::size_t size = number > eighth ? sizeUnderNoise(noise, std::sqrt(squared[eighth])) : 0;
+                             const float own = points.deviations.empty() ? noise : points.deviations[i];
+                             std::size_t size = number > eighth ? sizeUnderNoise(own, std::sqrt(squared[eighth])) : 0;
                              if (size <= nearestNeighbors)
                                size = !plane.isSound() ? nearestNeighbors : plane.isFlat() ? 0 : 2 * nearestNeighbors;
                              sizes[i] = static_cast<std::uint16_t>(size);
@@ -185,7 +186,7 @@ void fitNearest(const PointSet& points, const NeighborSearch& search, float nois
 void grow(const PointSet& points, const NeighborSearch& search, float noise, std::vector<Growing>& growing,
           Estimates& estimates, Execution& execution)
 {
-  const std::size_t max = noise > 0 ? maxUnderNoise : maxToGrow;
+  const std::size_t max = noise > 0 || !points.deviations.empty() ? maxUnderNoise : maxToGrow;
   const std::size_t widest = std::min(widestNeighborhood, points.size());
   std::vector<Eigen::Vector3f> thinned;
   std::unique_ptr<NeighborSearch> thinnedSearch;

@@ -33,7 +33,8 @@ float resolvedRadius(const NormalOptions& options, float spacing);
 /// than two others inside it have the plane of their 12 nearest, or, with noiseCriteria, none, as in the paper.
 /// \param spacing l̄, for the paper's automatic lengths
 /// \param search holds exactly points.positions
-/// \param noise standard deviation of the points from the surface, cloud's unit; 0 = unknown. Not used with a radius
+/// \param noise standard deviation of points from the surface that have none of their own, cloud's unit; 0 = unknown.
+/// Not used with a radius
 /// \throw InvalidOption as validate does
 /// Cost: one or two neighbor queries per point, up to a dozen where a neighborhood has to grow. The result does not
 /// depend on the number of threads; where neighborhoods grow, it depends on the order of the points, which gather

@@ -17,6 +17,7 @@ void selectCommon(const Points& points, const Which& which, Points& selected)
   selected.positions = selectValues(points.positions, which);
   selected.normals = selectValues(points.normals, which);
   selected.confidences = selectValues(points.confidences, which);
+  selected.deviations = selectValues(points.deviations, which);
   selected.spacings = selectValues(points.spacings, which);
   selected.origins = selectValues(points.origins, which);
   selected.sensors = points.sensors;
@@ -41,6 +42,7 @@ OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8
 {
   OrientedPoints kept;
   selectCommon(points, keep, kept);
+  kept.typicalDeviation = points.typicalDeviation;
   return kept;
 }
 
@@ -48,6 +50,7 @@ OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint3
 {
   OrientedPoints selected;
   selectCommon(points, indices, selected);
+  selected.typicalDeviation = points.typicalDeviation;
   return selected;
 }
 

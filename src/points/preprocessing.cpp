@@ -2,6 +2,7 @@
 #include "points/preprocessing.h"
 
 #include "base/select_values.h"
+#include "options/noise_law.h"
 #include "options/stage_timer.h"
 #include "points/normals.h"
 #include "points/outliers.h"
@@ -89,8 +90,8 @@ std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& option
   if (given && !options.normals.noiseCriteria)
     return std::move(points.normals);
 
-  NormalEstimates estimates =
-      estimateNormals(points, search, report.density.spacing, options.normals, execution, options.observation.noise);
+  NormalEstimates estimates = estimateNormals(points, search, report.density.spacing, options.normals, execution,
+                                              static_cast<float>(constantNoise(options.observation)));
   std::vector<std::uint8_t> keep(points.size(), 1);
   report.points.noiseByPlaneFit = dropWhere(
       keep, [&](std::size_t i) { return estimates.isNoise[i] || (!given && estimates.normals[i].isZero()); },

@@ -9,6 +9,7 @@
 #include "mesh/polygonizer.h"
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
+#include "options/noise_law.h"
 #include "options/stage_timer.h"
 #include "options/validation.h"
 #include "orientation/oriented_points.h"
@@ -96,6 +97,47 @@ TriangleMesh trimmedGenerously(TriangleMesh mesh, const Support& support, float 
   if (std::all_of(mesh.confidences.begin(), mesh.confidences.end(), [](float value) { return value > 0; }))
     return mesh;
   return trim(std::move(mesh), support.points(), support.search(), diagonal, trimming, execution).mesh;
+}
+
+NoiseReport describe(const NoiseModel& model)
+{
+  NoiseReport report;
+  report.isByRange = model.isByRange;
+  report.isCorrelated = model.isCorrelated;
+  report.medianKey = model.medianKey;
+  report.deviation = model.deviation;
+  report.exponent = model.exponent;
+  for (const NoiseGroup& group : model.groups)
+    report.groups.push_back({group.key, group.spacing, group.deviation, group.white, group.correlation});
+  return report;
+}
+
+/// What the points' noise is like, as it is known or as they show it; and what follows from it or, where it tells
+/// nothing, from points left out.
+void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionResolver& resolver, Report& report,
+                  Execution& execution)
+{
+  const ObservationOptions& requested = report.options.observation;
+  const double constant = constantNoise(requested);
+  const bool isGivenSmoothing = requested.smoothing > 0, variesAsKnown = !points.deviations.empty();
+  if (!mayAskForNoise(report.options) || (isGivenSmoothing && !variesAsKnown))
+    return resolver.chooseByData(points, report, execution);
+  NoiseModel noise;
+  {
+    const StageTimer timer("noise", report, execution);
+    noise = estimateNoise(points, search, constant, execution);
+  }
+  report.noise = describe(noise);
+  report.noise.isKnown = variesAsKnown || constant > 0;
+  if (variesAsKnown || (noise.isCorrelated && !report.noise.isKnown))
+    setDeviations(points, noise, execution);
+  if (noise.isCorrelated && !isGivenSmoothing) {
+    report.noise.smoothing = noise.smoothing;
+    return resolver.followNoise(noise);
+  }
+  if (report.noise.isKnown && !isGivenSmoothing)
+    resolver.knowNoise(noise.deviation);
+  resolver.chooseByData(points, report, execution);
 }
 
 /// The fields of all pieces; the report gets their levels.
@@ -319,7 +361,7 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
 
   OptionResolver resolver(options, report.density);
   rejectByField(result.points, search, resolver.soFar(), report, execution);
-  resolver.chooseByData(result.points, report, execution);
+  chooseByData(result.points, search, resolver, report, execution);
   CloudPieces pieces(result.points, search, resolver.soFar(), report, execution);
   report.diagonal = boundingBox(result.points.positions).diagonal();
   warnOfDroppedPoints(report);

@@ -18,6 +18,7 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"normals", estimatesNormals ? .5 * millions : 0},
           {"orientation", .5 * millions},
           {"robust field", options.outliers.robust ? .2 + 5 * millions : 0},
+          {"noise", mayAskForNoise(options) ? .15 : 0},
           {"smoothing length", choosesSmoothing(options) ? .5 : 0},
           {"resolution", choosesResolution(options) ? .3 : 0},
           {"volume", options.multiscale.padding == 0 ? .05 : 0},

@@ -92,6 +92,13 @@ TEST_F(ToolErrors, ConflictingOptions)
                                                            {"--sensor", "0,0,3", "--sensors", "sensors.txt"},
                                                            {"--views", "views.txt"},
                                                            {"-v", "-q"},
+                                                           {"--noise", "1", "--noise-field", "column6"},
+                                                           {"--noise", "1", "--noise-model", "kinect"},
+                                                           {"--noise-model", "none", "--noise-field", "column6"},
+                                                           {"--smoothing", "1", "--noise-model", "constant:1"},
+                                                           {"--noise-model", "tof:1,1"},
+                                                           {"--observation", "mean", "--noise-model", "none"},
+                                                           {"--observation", "mean", "--noise-field", "column6"},
                                                            {"--trim", "none", "--max-hole", "1"}};
   for (std::vector<std::string> arguments : conflicts) {
     arguments.insert(arguments.begin(), {"sphere.xyz", "out.ply"});
@@ -101,6 +108,9 @@ TEST_F(ToolErrors, ConflictingOptions)
   expectFailure({"bare.xyz", "out.ply", "--normals", "use"}, 2, "has no normals");
   expectFailure({"bare.xyz", "out.ply", "--normals", "reference"}, 2, "has no normals");
   expectFailure({"sphere.xyz", "out.ply", "--confidence-field", "trust"}, 2, "'trust'");
+  expectFailure({"sphere.xyz", "out.ply", "--noise-field", "trust"}, 2, "'trust'");
+  expectFailure({"sphere.xyz", "out.ply", "--noise-model", "quadratic:1"}, 2,
+                "--noise-model quadratic:1 has 1 numbers where quadratic takes 2");
 }
 
 TEST_F(ToolErrors, SensorFiles)

@@ -37,6 +37,9 @@ const std::vector<Case> cases = {
     {{"--robust"}, "/options/outliers/robust", true},
     {{"--smoothing", "0.125"}, "/options/observation/smoothing", .125},
     {{"--noise", "0.0625"}, "/options/observation/noise", .0625},
+    {{"--noise-model", "none"}, "/options/observation/noiseModel", "none"},
+    {{"--noise-model", "constant:.0625"}, "/noise/deviation", .0625},
+    {{"--noise-model", "kinect", "--sensor", "0,0,4"}, "/noise/isKnown", true},
     {{"--gradient-weight", "2"}, "/options/observation/gradientWeight", 2},
     {{"--neighbors", "9", "--observation", "plane"}, "/options/observation/neighbors", 9},
     {{"--max-distance", "0.5"}, "/options/observation/maxDistance", .5},
@@ -83,7 +86,8 @@ const std::vector<Case> cases = {
 };
 
 // Those that the tests below see at work.
-const std::set<std::string> testedBelow = {"--help", "--verbose", "--quiet", "--report", "--field", "--picture"};
+const std::set<std::string> testedBelow = {"--help",  "--verbose", "--quiet",      "--report",
+                                           "--field", "--picture", "--noise-field"};
 
 // Those that test_tool_help and test_tool_streams see at work.
 const std::set<std::string> testedElsewhere = {"--help-all",      "--manual",           "--bash-completion",
@@ -186,6 +190,33 @@ TEST_F(ToolOptions, ExplicitOptionsChangeAPreset)
   EXPECT_NE(paper.at("/options/remesher/rounds"_json_pointer), 2);
   EXPECT_EQ(changed.at("/options/observation"_json_pointer), paper.at("/options/observation"_json_pointer));
   EXPECT_EQ(changed.at("/options/solver"_json_pointer), paper.at("/options/solver"_json_pointer));
+}
+
+TEST_F(ToolOptions, NoiseFieldWeighsThePoints)
+{
+  // Of two spheres, one a little larger, in between which a surface would run, one is known to be noise.
+  std::string rows;
+  for (const Eigen::Vector3d& p : tool::spherePoints(500))
+    for (const auto& [radius, deviation] : {std::pair<double, double>{1, .01}, {1.04, .1}}) {
+      for (int axis = 0; axis < 3; ++axis)
+        rows += std::to_string(radius * p[axis]) + " ";
+      for (int axis = 0; axis < 3; ++axis)
+        rows += std::to_string(p[axis]) + " ";
+      rows += std::to_string(deviation) + "\n";
+    }
+  write("two.xyz", rows);
+  const std::vector<std::string> arguments = {"two.xyz", "two.ply", "--voxel-size", "0.15", "--smoothing", "0.15"};
+  const auto radiusOf = [](const json& report) {
+    return std::cbrt(3 / (4 * M_PI) * report.at("/mesh/volume"_json_pointer).get<double>());
+  };
+  const double together = radiusOf(reportOf(arguments));
+  std::vector<std::string> withField = arguments;
+  withField.insert(withField.end(), {"--noise-field", "column7"});
+  const json weighed = reportOf(withField);
+  EXPECT_EQ(weighed.at("/options/noiseField"_json_pointer), "column7");
+  EXPECT_EQ(weighed.at("/noise/isKnown"_json_pointer), true);
+  // A hundredth of the weight: by .01 of .04 off the first sphere instead of a half.
+  EXPECT_NEAR(together - radiusOf(weighed), .02 - .0004, .003);
 }
 
 TEST_F(ToolOptions, VerbosityDecidesWhatIsPrinted)

@@ -91,6 +91,23 @@ TEST(VertexFields, confidencesDoNotDependOnWhichVertexCameBefore)
   EXPECT_LT(supported, 2900);
 }
 
+TEST(VertexFields, pointsSupportSurfaceWithinThreeOfTheirDeviations)
+{
+  OrientedPoints points;
+  points.positions = {{0, 0, 0}, {10, 0, 0}, {20, 0, 0}};
+  points.normals.assign(3, Vector3f::UnitZ());
+  points.deviations = {.1f, .25f, 9};
+  const auto search = makeKdTree();
+  search->setPoints(points.positions);
+  const Support support(points, *search, .5f, 0);
+  EXPECT_FLOAT_EQ(support.reach(0), .5f) << "dEmax is more";
+  EXPECT_FLOAT_EQ(support.reach(1), .75f);
+  EXPECT_FLOAT_EQ(support.reach(2), 2) << "four times dEmax at most";
+  EXPECT_FLOAT_EQ(support.farthestReach(), 2);
+  Neighbors scratch;
+  EXPECT_FLOAT_EQ(support.confidence({20, 0, 1}, ConfidenceShape::quadratic, scratch), .75f);
+}
+
 TEST(VertexFields, edgesAreAsLongAsThePointsAreSparse)
 {
   // On a line at distances of 1, 1.7, 2, 3 and 9.

@@ -291,6 +291,26 @@ TEST(PointObservation, isTheDerivativeOfItsEnergy)
   }
 }
 
+TEST(PointObservation, noiseWeighsByItsInverseSquareBesideConfidences)
+{
+  OrientedPoints points;
+  points.positions.assign(4, Eigen::Vector3f(1, 1, 1));
+  points.normals.assign(4, Eigen::Vector3f::UnitZ());
+  points.confidences = {.5f, .5f, 1, 1};
+  points.deviations = {.25f, .5f, 1, 100};
+  const Lattice lattice{{3, 3, 3}, Eigen::Vector3d::Zero(), 1};
+  Execution execution(1);
+  const auto weights = [&] {
+    std::vector<float> result;
+    for (const PointSample& sample : toSamples(points, lattice, 1, execution))
+      result.push_back(sample.weight);
+    return result;
+  };
+  EXPECT_EQ(weights(), points.confidences) << "no typical deviation: they say nothing";
+  points.typicalDeviation = .5f;
+  EXPECT_EQ(weights(), (std::vector<float>{2, .5f, .25f, 1.f / 256})) << "ratios up to 16 count";
+}
+
 TEST(PointObservation, mergingKeepsWeightsAndMeans)
 {
   Execution execution(2);

@@ -4,6 +4,7 @@
 #include "field/prior.h"
 #include "levels/multiscale.h"
 #include "observation/observation.h"
+#include "options/noise_law.h"
 #include "options/validation.h"
 #include "orientation/orientation.h"
 #include "points/normals.h"
@@ -227,6 +228,59 @@ TEST(Options, MembersWithoutARowAreRefusedByName)
             "solver.smootherDegree = 51 is outside its range [0, 50]");
 }
 
+TEST(NoiseLaw, IsNamedWithItsNumbers)
+{
+  using pcl::mrf::noiseLaw;
+  EXPECT_FALSE(noiseLaw("automatic"));
+  EXPECT_FALSE(noiseLaw("none"));
+  EXPECT_DOUBLE_EQ(noiseLaw("constant:.25")->deviation(3), .25);
+  EXPECT_DOUBLE_EQ(noiseLaw("quadratic:.5,.25")->deviation(2), 1.5);
+  EXPECT_DOUBLE_EQ(noiseLaw("tof:.5,.25")->deviation(2), 1);
+  EXPECT_DOUBLE_EQ(noiseLaw("kinect:.1,40")->deviation(2), .01);
+  // As the depth frames' README has it: 4 cm at 4.2 m.
+  EXPECT_NEAR(noiseLaw("kinect")->deviation(4.2), .04, .005);
+  EXPECT_TRUE(noiseLaw("kinect")->isByRange());
+  EXPECT_FALSE(noiseLaw("quadratic:1,0")->isByRange());
+}
+
+TEST(NoiseLaw, RefusesWhatIsNone)
+{
+  for (const char* model : {"", "kinetic", "constant", "constant:", "constant:0", "constant:-1", "constant:1,2",
+                            "constant:1 ", "constant:nan", "quadratic:1", "quadratic:1,", "quadratic:0,0", "tof:1,2,3",
+                            "kinect:", "kinect:1", "kinect:1,0", "automatic:1", "none:"})
+    try {
+      pcl::mrf::noiseLaw(model);
+      ADD_FAILURE() << model;
+    } catch (const pcl::mrf::InvalidOption& error) {
+      EXPECT_EQ(error.message().find("observation.noiseModel = " + std::string(model)), 0U) << error.message();
+      EXPECT_NE(error.message().find("quadratic:A,B"), std::string::npos) << error.message();
+    }
+}
+
+TEST(NoiseLaw, NothingIsSaidTwiceOrInVain)
+{
+  Options options;
+  options.observation.noiseModel = "kinect";
+  EXPECT_EQ(refusalOf(options), "");
+  options.observation.smoothing = .1f;
+  EXPECT_EQ(refusalOf(options), "") << "points weigh by their range";
+  options.observation.noiseModel = "constant:1";
+  EXPECT_NE(refusalOf(options).find("observation.smoothing = 0.1"), std::string::npos);
+  options = Options();
+  options.observation.noise = 1;
+  options.observation.noiseModel = "none";
+  EXPECT_EQ(refusalOf(options), "") << "white noise of a known deviation";
+  options.observation.noiseModel = "kinect";
+  EXPECT_NE(refusalOf(options).find("observation.noise = 1"), std::string::npos);
+  options = Options();
+  options.observation.kind = pcl::mrf::ObservationKind::mean;
+  options.observation.noiseModel = "none";
+  EXPECT_NE(refusalOf(options).find("observation.kind"), std::string::npos);
+  options.observation.noiseModel = "automatic";
+  options.noiseField = "sigma";
+  EXPECT_NE(refusalOf(options).find("observation.kind"), std::string::npos);
+}
+
 TEST(OptionTable, AtMostFortyTwoOptions)
 {
   EXPECT_LE(pcl::mrf::optionDeclarations().size(), 42u);
@@ -257,6 +311,9 @@ TEST(OptionTable, MessagesAreShownInTheWordsOfTheirReaders)
   EXPECT_EQ(shown("a.prior.beta, prior.betas and prior.beta."),
             (Texts{"a.prior.beta, prior.betas and prior.beta.", "a.prior.beta, prior.betas and --beta.",
                    "a.prior.beta, prior.betas and setBeta."}));
+  EXPECT_EQ(shown("noiseField, observation.noiseModel = tof:1,2 is known"),
+            (Texts{"noiseField, observation.noiseModel = tof:1,2 is known",
+                   "--noise-field, --noise-model tof:1,2 is known", "setNoiseField, setNoiseModel tof:1,2 is known"}));
   EXPECT_EQ(shown(""), (Texts{"", "", ""}));
 }
 

@@ -180,6 +180,36 @@ TEST(BadInput, ConfidenceFieldThatIsMissing)
   EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("trust"), std::string::npos);
 }
 
+TEST(BadInput, NoiseThatIsNone)
+{
+  OnSphere mrf;
+  mrf.setNoiseField("trust");
+  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("setNoiseField 'trust'"), std::string::npos);
+  mrf.setNoiseField("curvature"); // 0 everywhere
+  EXPECT_NE(expectFailure(mrf, Status::invalidInput).find("deviation of 0"), std::string::npos);
+  mrf.setNoiseField("");
+  mrf.setNoiseModel("kinect");
+  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("setSensorPosition"), std::string::npos)
+      << "nobody knows the range";
+  mrf.setNoiseModel("kinetic");
+  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("kinetic"), std::string::npos);
+}
+
+TEST(BadInput, NoiseThatIsSaidTwice)
+{
+  Cloud::Ptr cloud = sphereCloud();
+  for (pcl::PointNormal& point : *cloud)
+    point.curvature = .01f;
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  mrf.setNoiseField("curvature");
+  mrf.setNoiseModel("constant:.01");
+  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("constant:.01"), std::string::npos);
+  mrf.setNoiseModel("automatic");
+  mrf.setNoise(.5f);
+  EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("0.5"), std::string::npos);
+}
+
 TEST(Coplanar, PatchGivesThePatch)
 {
   // With normals, and without: then its side is arbitrary, its shape is not.

@@ -349,6 +349,8 @@ TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
   expectSet(.125f, &Mrf::setTargetEdge, &Mrf::getTargetEdge, o.remesher.targetEdge);
   expectSet(4, &Mrf::setNumberOfRemeshingRounds, &Mrf::getNumberOfRemeshingRounds, o.remesher.rounds);
   expectSet(std::string("curvature"), &Mrf::setConfidenceField, &Mrf::getConfidenceField, o.confidenceField);
+  expectSet(std::string("intensity"), &Mrf::setNoiseField, &Mrf::getNoiseField, o.noiseField);
+  expectSet(std::string("tof:.5,.25"), &Mrf::setNoiseModel, &Mrf::getNoiseModel, o.observation.noiseModel);
   expectSet(pcl::mrf::ObservationKind::plane, &Mrf::setObservation, &Mrf::getObservation, o.observation.kind);
   expectSet(2, &Mrf::setNumberOfSurfaces, &Mrf::getNumberOfSurfaces, o.uncertainty.surfaces);
   mrf.setThrowing(true);

@@ -90,6 +90,11 @@ public:
   void setNoise(float deviation) { options_.observation.noise = deviation; }
   float getNoise() const { return options_.observation.noise; }
 
+  /// What the noise is like: "automatic", "none", or a law by name and numbers, such as "quadratic:.001,.002"; see
+  /// mrf::ObservationOptions::noiseModel. A law of the range needs sensors.
+  void setNoiseModel(const std::string& model) { options_.observation.noiseModel = model; }
+  const std::string& getNoiseModel() const { return options_.observation.noiseModel; }
+
   /// Whether points are dropped that a robust coarse field cannot agree with: clusters of false matches.
   void setRobust(bool robust) { options_.outliers.robust = robust; }
   bool getRobust() const { return options_.outliers.robust; }
@@ -123,6 +128,11 @@ public:
   /// Name of a float field of the points with the confidence of each, 0..1; empty: all count the same.
   void setConfidenceField(const std::string& name) { options_.confidenceField = name; }
   const std::string& getConfidenceField() const { return options_.confidenceField; }
+
+  /// Name of a float field of the points with the standard deviation of the noise of each, cloud's unit, > 0, instead
+  /// of setNoise and setNoiseModel; empty: none.
+  void setNoiseField(const std::string& name) { options_.noiseField = name; }
+  const std::string& getNoiseField() const { return options_.noiseField; }
 
   /// Which surface without points is kept.
   void setTrimming(mrf::Trimming trimming) { options_.trimming.kind = trimming; }

@@ -194,13 +194,15 @@ private:
 };
 
 /// Values of a float field of the cloud, by its name; throws InvalidOption if the type lacks it.
+/// \param option that names it
 template <typename PointNT>
-std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& indices, const std::string& name)
+std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& indices, const std::string& option,
+                             const std::string& name)
 {
   std::vector<PCLPointField> fields;
   const int number = getFieldIndex<PointNT>(name, fields);
   if (number < 0 || fields[static_cast<std::size_t>(number)].datatype != PCLPointField::FLOAT32)
-    throw InvalidOption("confidenceField = '" + name +
+    throw InvalidOption(option + " = '" + name +
                         "' is not a float field of the point type; it has: " + getFieldsList(cloud));
   const std::size_t offset = fields[static_cast<std::size_t>(number)].offset;
   std::vector<float> values;
@@ -252,7 +254,9 @@ mrf::RawCloud MRFReconstruction<PointNT>::rawCloud() const
       cloud.views.push_back(views_[static_cast<std::size_t>(index)]);
   }
   if (!options_.confidenceField.empty())
-    cloud.confidences = mrf::detail::readField(*input_, *indices_, options_.confidenceField);
+    cloud.confidences = mrf::detail::readField(*input_, *indices_, "confidenceField", options_.confidenceField);
+  if (!options_.noiseField.empty())
+    cloud.deviations = mrf::detail::readField(*input_, *indices_, "noiseField", options_.noiseField);
   cloud.sensors = sensors_;
   cloud.sensorOrigin = mrf::detail::sensorOriginOf(*input_);
   cloud.attributes.colors = Attributes::hasRgb;

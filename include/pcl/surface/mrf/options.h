@@ -99,6 +99,12 @@ struct ObservationOptions {
   float smoothing = 0; ///< ℓ, cloud's unit: what is smaller is smoothed away; 0 = by the noise, if it is known, or
                        ///< else chosen by the data
   float noise = 0;     ///< standard deviation of the scanner's noise, cloud's unit; 0 = unknown
+  /// What the noise of the points is like, by name and numbers; z is a point's range from its sensor, cloud's unit.
+  /// automatic: as the cloud itself shows it. none: left to points that are held out. Where it varies, points weigh by
+  /// 1/σ², and the smoothing length is that of the median σ:
+  /// constant:S (the same as `noise`), quadratic:A,B (σ = A + B z²), tof:A,B (σ = A + B z, time of flight), kinect:D,F
+  /// (σ = D z²/F, disparities off by D pixels, focal length times baseline F pixels; kinect alone: .088, 43.5 m).
+  std::string noiseModel = "automatic";
   float gradientWeight = 0; ///< g²/ℓ²: weight of the normals beside that of the positions, ..100; 0 = chosen by the
                             ///< data, or .4 where the smoothing is given or the normals are estimated. Coarse levels
                             ///< take ten times as much where bands of order 3 refine them to voxels of at most 2.4
@@ -269,7 +275,8 @@ struct Options {
   UncertaintyOptions uncertainty;
   ColorMode colors = ColorMode::input;
   std::string confidenceField; ///< field of the cloud that holds per-point confidences 0..1; empty: none
-  int threads = 0;             ///< 0 = one per hardware thread, ..1024
+  std::string noiseField; ///< field with the standard deviation of each point's noise, cloud's unit, > 0; empty: none
+  int threads = 0;        ///< 0 = one per hardware thread, ..1024
 };
 
 /// Whether sigma is computed: on its own, or for the colors, for surfaces drawn with it or a limit to it.

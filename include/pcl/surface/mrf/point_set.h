@@ -23,6 +23,7 @@ struct PointSet {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Vector3f> normals; ///< from the cloud, unit length; empty: the cloud has none or they are ignored
   std::vector<float> confidences;       ///< the scanner's, 0..1; empty: 1 everywhere
+  std::vector<float> deviations;        ///< σ of the noise, as it is known; empty: unknown, or the same everywhere
   std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
   std::vector<float> spacings;          ///< local sampling distance, see localSpacings; empty: not measured
   std::vector<std::uint32_t> origins;   ///< index of each point in the cloud it came from
@@ -47,14 +48,18 @@ struct OrientedPoints {
   std::vector<Eigen::Vector3f> positions;
   std::vector<Eigen::Vector3f> normals; ///< unit length, pointing out of the object; same length as positions
   std::vector<float> confidences;       ///< 0..1; empty: 1 everywhere
+  std::vector<float> deviations;        ///< σ of the noise, as it is known; empty: unknown, or the same everywhere
   std::vector<float> spacings;          ///< local sampling distance, see localSpacings; empty: the same everywhere
   std::vector<std::uint32_t> origins;   ///< index of each point in the input cloud
   /// Where the points were seen from, in the recentered frame; empty: unknown. Nobody need have named them, see trim.
   std::vector<Eigen::Vector3f> sensors;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+  float typicalDeviation = 0; ///< σ of the median point, cloud's unit; 0: points weigh the same whatever their σ
 
   std::size_t size() const { return positions.size(); }
   float confidence(std::size_t i) const { return confidences.empty() ? 1.0f : confidences[i]; }
+  /// How far a point is known to be off, cloud's unit; 0: unknown.
+  float deviation(std::size_t i) const { return deviations.empty() ? 0 : deviations[i]; }
 };
 
 /// The same for oriented points.
@@ -88,8 +93,9 @@ struct RawCloud {
   std::vector<Eigen::Vector3f> positions; ///< possibly not finite
   std::vector<Eigen::Vector3f> normals;   ///< of any length; empty: none
   std::vector<float> confidences;         ///< the scanner's, 0..1; empty: 1 everywhere
-  std::vector<std::int32_t> views;        ///< index into `sensors` per point; empty: unknown
-  std::vector<Eigen::Vector3d> sensors;   ///< in the cloud's frame; empty: unknown
+  std::vector<float> deviations;        ///< σ of each point's noise, cloud's unit, > 0; empty: see Options::noiseModel
+  std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
+  std::vector<Eigen::Vector3d> sensors; ///< in the cloud's frame; empty: unknown
   /// Where the cloud itself says that its sensor was, see OrientationOptions::sensorOrigin; counts without `sensors`.
   std::optional<Eigen::Vector3d> sensorOrigin;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to positions to be in the cloud's frame

@@ -224,6 +224,28 @@ struct PieceReport {
   std::vector<LevelReport> levels; ///< coarsest first
 };
 
+/// Noise of points of about one range or spacing, lengths in the cloud's unit.
+struct NoiseByKey {
+  double key = 0;         ///< median range from the sensor, or spacing
+  double spacing = 0;     ///< median distance to the nearest point, as if the points were random
+  double deviation = 0;   ///< σ
+  double white = 0;       ///< the part of it that neighbors do not share
+  double correlation = 0; ///< length within which they share the rest
+};
+
+/// What is known of the noise, or the cloud tells about it.
+struct NoiseReport {
+  bool isKnown = false;   ///< σ was given: of each point, by a law, or of all; else it is as the cloud shows it
+  bool isByRange = false; ///< the groups: from the only sensor; else by local spacing
+  std::vector<NoiseByKey> groups; ///< by ascending key; empty: ℓ was given, or too few points to tell
+  /// Neighbors share their errors, as in depth images: ℓ and the voxels follow σ, and points weigh by 1/σ². Else what
+  /// is white, or too small to matter, is left to points that are held out.
+  bool isCorrelated = false;
+  /// Of the median point: its key, its σ, if that is known or correlated, and its ℓ, if that follows from σ, cloud's
+  /// unit; and the exponent of the key in what points weigh by, with which^.4 ℓ goes elsewhere.
+  double medianKey = 0, deviation = 0, smoothing = 0, exponent = 0;
+};
+
 struct Report {
   Status status = Status::notRun;
   std::string message = "not run"; ///< "ok", or what went wrong and what to do about it
@@ -231,8 +253,10 @@ struct Report {
 
   Options options; ///< as requested, with every automatic value replaced by the one that was used
   SamplingDensity density;
-  double diagonal = 0;         ///< of the used points' bounding box, cloud's unit
-  double smoothingLength = 0;  ///< ℓ, or what β implies at the finest level, cloud's unit; 0 if β is 0
+  double diagonal = 0; ///< of the used points' bounding box, cloud's unit
+  double smoothingLength =
+      0;             ///< ℓ at points of weight 1, or what β implies at the finest level, cloud's unit; 0 if β is 0
+  NoiseReport noise; ///< of the points; what ℓ follows if they share their errors
   SmoothingChoice smoothing;   ///< how ℓ was chosen; empty if it was given, or is not used
   ResolutionChoice resolution; ///< how the voxel size was chosen; empty if it was given, by itself or by a quality
 

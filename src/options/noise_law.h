@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief What users know of the scanner's noise, by name and numbers.
+#pragma once
+
+#include <pcl/surface/mrf/options.h>
+
+#include <optional>
+#include <string>
+
+namespace pcl {
+namespace mrf {
+
+/// σ at a range z from the sensor: constant + linear z + quadratic z².
+struct NoiseLaw {
+  double constant = 0;  ///< cloud's unit
+  double linear = 0;    ///< ratio
+  double quadratic = 0; ///< per cloud's unit
+
+  bool isByRange() const { return linear > 0 || quadratic > 0; }
+  double deviation(double range) const { return constant + range * (linear + range * quadratic); }
+};
+
+/// The law that ObservationOptions::noiseModel names; none for "automatic" and "none".
+/// \throw InvalidOption if there is no such law, or its numbers are too few, too many, or no noise
+std::optional<NoiseLaw> noiseLaw(const std::string& model);
+
+/// What is known of all points alike: ObservationOptions::noise, or the S of "constant:S"; 0 = nothing.
+double constantNoise(const ObservationOptions& options);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief How far the points lie off the surface, told from the cloud alone (the sensor's properties of Sec. 3.3.2;
+/// ours).
+///
+/// What a quadric through the points around a point leaves is noise and shape. Both grow with the neighborhood's radius
+/// R, but differently: white noise is seen in full by the smallest one, noise that neighbors share only by those wider
+/// than what shares it, and the shape, smooth but for creases, goes on growing as R^1.5. So three numbers are fitted to
+/// what is left within several radii:
+///
+///     r²(R) = σ² (1 − exp(−R²/c²)) + (s R^1.5)²
+///
+/// Detail only ever adds to the residuals. So their first quartile counts, of points of equal range from the sensor, or
+/// of equal spacing where no sensor is known, in groups of which each has numbers of its own.
+#pragma once
+
+#include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbor_search.h>
+#include <pcl/surface/mrf/point_set.h>
+
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// What the points of one range, or of one spacing, tell.
+struct NoiseGroup {
+  double key = 0;       ///< their median range from the sensor or, without one, spacing; cloud's unit
+  double spacing = 0;   ///< median local spacing, cloud's unit
+  double deviation = 0; ///< σ, cloud's unit
+  /// What the 12 points closest along the surface show of it, which they do not share, or, where a quantised range
+  /// leaves them in sheets, those closest in space; cloud's unit.
+  double white = 0;
+  double correlation = 0; ///< c, cloud's unit
+  double side = 0;        ///< a, of the square that a point stands for, measured wider than noise spreads points
+  double known = 0;       ///< median σ, where it is known; else 0
+
+  /// Noise that counts, most of which neighbors share.
+  bool isCorrelated() const;
+};
+
+struct NoiseModel {
+  bool isByRange = false; ///< from the only sensor; else by local spacing
+  Eigen::Vector3f sensor = Eigen::Vector3f::Zero();
+  std::vector<NoiseGroup> groups; ///< by ascending key; empty: too few points to tell
+  /// Two groups of three are: what neighbors foretell of a point is its noise, not its surface.
+  bool isCorrelated = false;
+  /// Of the median point, lengths in the cloud's unit: its key, its σ, and the smoothing length ℓ with which no group
+  /// has less than its noise asks for.
+  double medianKey = 0, deviation = 0, smoothing = 0;
+  /// Of the key, in what points weigh by, so that ℓ of each range is what its noise asks for; 0 where σ is known.
+  double exponent = 0;
+
+  /// σ of one of the points that the model was made of, cloud's unit: what is known of it, or by its key.
+  /// \pre isCorrelated, or the noise is known
+  double deviationAt(const OrientedPoints& points, std::size_t i) const;
+};
+
+/// \param search holds points.positions \param known σ of all points, where they have none of their own; 0 = unknown
+/// Cost: the 384 nearest points of at most 2,048. The result does not depend on the number of threads.
+NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& search, double known,
+                         Execution& execution);
+
+/// Sets the deviations of the points, unless they are known, and that of the median point, by which they weigh.
+/// \pre as that of deviationAt
+void setDeviations(OrientedPoints& points, const NoiseModel& model, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

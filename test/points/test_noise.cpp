@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "points/deviations.h"
+#include "points/noise.h"
+
+#include "points/sampling_density.h"
+#include "support/clouds.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+using namespace pcl::mrf;
+
+namespace {
+
+constexpr int side = 160; ///< pixels of the depth image
+
+/// White noise of deviation 1, averaged over squares of 2·reach + 1 pixels and scaled back to it.
+std::vector<float> noiseImage(int reach)
+{
+  std::mt19937 random(7);
+  std::normal_distribution<float> gaussian;
+  std::vector<float> white(side * side), image(side * side, 0);
+  for (float& value : white)
+    value = gaussian(random);
+  for (int v = 0; v < side; ++v)
+    for (int u = 0; u < side; ++u)
+      for (int y = v - reach; y <= v + reach; ++y)
+        for (int x = u - reach; x <= u + reach; ++x)
+          image[static_cast<std::size_t>(v * side + u)] +=
+              white[static_cast<std::size_t>((y + side) % side * side + (x + side) % side)] /
+              static_cast<float>(2 * reach + 1);
+  return image;
+}
+
+OrientedPoints pointsAt(const std::vector<Eigen::Vector3f>& positions, const Eigen::Vector3f& normal)
+{
+  PointSet points;
+  points.positions = positions;
+  const auto search = clouds::searchOf(points);
+  Execution execution(1);
+  OrientedPoints result;
+  result.spacings = localSpacings(points, measureNeighbors(points, *search, execution), execution);
+  result.positions = points.positions;
+  result.normals.assign(points.size(), normal);
+  return result;
+}
+
+/// A wall of points 1 apart, with noise of deviation 2. \param step of their heights; 0: any height
+OrientedPoints wall(int reach, float step)
+{
+  const std::vector<float> noise = noiseImage(reach);
+  std::vector<Eigen::Vector3f> positions;
+  for (int v = 0; v < side; ++v)
+    for (int u = 0; u < side; ++u) {
+      const float height = 2 * noise[static_cast<std::size_t>(v * side + u)];
+      positions.emplace_back(u, v, step > 0 ? step * std::round(height / step) : height);
+    }
+  return pointsAt(positions, Eigen::Vector3f::UnitZ());
+}
+
+/// What a camera at the origin sees of a plane that recedes from 1 to 3 beneath it.
+OrientedPoints depthImage(const std::function<float(float depth)>& deviation, int reach)
+{
+  const std::vector<float> noise = noiseImage(reach);
+  std::vector<Eigen::Vector3f> positions;
+  for (int v = 0; v < side; ++v)
+    for (int u = 0; u < side; ++u) {
+      const float y = 1 - 2.f / 3 * static_cast<float>(v) / side, x = static_cast<float>(u) / side - .5f;
+      const float depth = 1 / y; // the plane at 1 beneath the camera
+      const float measured = depth + deviation(depth) * noise[static_cast<std::size_t>(v * side + u)];
+      positions.push_back(measured * Eigen::Vector3f(x, y, 1));
+    }
+  OrientedPoints result = pointsAt(positions, -Eigen::Vector3f::UnitY());
+  result.sensors = {Eigen::Vector3f::Zero()};
+  return result;
+}
+
+NoiseModel modelOf(const OrientedPoints& points, int threads = 1, double known = 0)
+{
+  Execution execution(threads);
+  const auto search = makePointBins();
+  search->setPoints(points.positions);
+  return estimateNoise(points, *search, known, execution);
+}
+
+/// The part of an error along the ray that lies across the plane at a depth: y / |(x, y, 1)| of the ray's length.
+double acrossThePlane(double deviation, double depth)
+{
+  return deviation / depth;
+}
+
+} // namespace
+
+TEST(Noise, OfNeatPointsIsNone)
+{
+  const NoiseModel model = modelOf(depthImage([](float) { return 0.f; }, 0));
+  ASSERT_EQ(model.groups.size(), 6U);
+  EXPECT_FALSE(model.isCorrelated);
+  for (const NoiseGroup& group : model.groups)
+    EXPECT_LT(group.deviation, .001 * group.spacing); // a plane, but for single precision
+}
+
+TEST(Noise, WhiteNoiseIsMeasuredAndLeftToHoldOut)
+{
+  constexpr float deviation = .01f;
+  const NoiseModel model = modelOf(depthImage([](float) { return deviation; }, 0));
+  EXPECT_FALSE(model.isCorrelated);
+  for (const NoiseGroup& group : model.groups) {
+    EXPECT_FALSE(group.isCorrelated());
+    // The group's depths differ by a fifth, and the first quartile is that of neighborhoods that overlap.
+    const double depth = group.key / std::sqrt(1 + 1 / (group.key * group.key));
+    EXPECT_NEAR(group.deviation, acrossThePlane(deviation, depth), .35 * acrossThePlane(deviation, depth)) << group.key;
+  }
+}
+
+TEST(Noise, NoiseThatPixelsShareIsSeenWithItsLaw)
+{
+  constexpr float atOne = .004f;
+  const OrientedPoints points = depthImage([](float depth) { return atOne * depth * depth; }, 2);
+  const NoiseModel model = modelOf(points);
+  ASSERT_TRUE(model.isCorrelated);
+  EXPECT_TRUE(model.isByRange);
+  // Across the plane σ grows with the depth, and the points are apart as depth^1.5, so that ℓ goes with depth^1.4, and
+  // what weighs with its power of 2.5: more than is allowed.
+  EXPECT_DOUBLE_EQ(model.exponent, 3);
+  EXPECT_GT(model.groups.back().deviation, 1.5 * model.groups.front().deviation);
+  for (const NoiseGroup& group : model.groups)
+    EXPECT_LT(group.white, .8 * group.deviation);
+  for (const NoiseGroup& group : model.groups) {
+    EXPECT_GT(group.correlation, group.side); // two pixels are averaged on each side
+    EXPECT_GE(1.001 * model.smoothing * std::pow(group.key / model.medianKey, .4 * model.exponent), 1.5 * group.side);
+  }
+}
+
+/// Thick layers of points, whose nearest neighbors in space are of similar height either way.
+TEST(Noise, SheetsOfAQuantisedRangeAreNoWhiteNoise)
+{
+  const NoiseModel white = modelOf(wall(0, 0)), quantised = modelOf(wall(2, 4));
+  EXPECT_FALSE(white.isCorrelated);
+  EXPECT_TRUE(quantised.isCorrelated);
+  EXPECT_FALSE(quantised.isByRange) << "nobody knows a sensor";
+  for (const NoiseGroup& group : white.groups)
+    EXPECT_NEAR(group.deviation, 2, .5); // the first quartile of few neighborhoods
+  for (const NoiseGroup& group : quantised.groups)
+    EXPECT_LT(group.white, .1 * group.deviation);
+}
+
+TEST(Noise, BecomesTheDeviationOfEachPoint)
+{
+  OrientedPoints points = depthImage([](float depth) { return .01f * depth * depth; }, 1);
+  const NoiseModel model = modelOf(points);
+  Execution execution(1);
+  setDeviations(points, model, execution);
+  EXPECT_FLOAT_EQ(points.typicalDeviation, static_cast<float>(model.deviation));
+  for (std::size_t i = 0; i < points.size(); i += 97)
+    EXPECT_NEAR(points.deviation(i),
+                model.deviation * std::pow(points.positions[i].norm() / model.medianKey, model.exponent),
+                1e-5 * points.deviation(i));
+}
+
+TEST(Noise, ThatIsKnownIsTaken)
+{
+  OrientedPoints points = depthImage([](float depth) { return .004f * depth * depth; }, 2);
+  Execution execution(1);
+  points.deviations = deviationsByLaw(*noiseLaw("quadratic:.5,.25"), points.positions, {}, points.sensors, execution);
+  const NoiseModel model = modelOf(points);
+  EXPECT_TRUE(model.isCorrelated) << "as the cloud shows";
+  for (std::size_t i = 0; i < points.size(); i += 97) {
+    const float range = points.positions[i].norm();
+    EXPECT_FLOAT_EQ(static_cast<float>(model.deviationAt(points, i)), .5f + .25f * range * range);
+  }
+  std::vector<float> sorted = points.deviations;
+  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
+  EXPECT_NEAR(model.deviation, sorted[sorted.size() / 2], 1e-3);
+  points.deviations.clear();
+  EXPECT_EQ(modelOf(points, 1, .125).deviation, .125);
+}
+
+TEST(Deviations, AreThoseOfTheSensorThatSaw)
+{
+  const std::vector<Eigen::Vector3f> positions = {{0, 0, 1}, {0, 0, 9}, {0, 0, 0}}, sensors = {{0, 0, 0}, {0, 0, 10}};
+  Execution execution(1);
+  const NoiseLaw law = *noiseLaw("tof:.5,.25");
+  using Values = std::vector<float>;
+  EXPECT_EQ(deviationsByLaw(law, positions, {}, sensors, execution), (Values{.75f, .75f, .5f})) << "the nearest";
+  EXPECT_EQ(deviationsByLaw(law, positions, {1, 1, 0}, sensors, execution), (Values{2.75f, .75f, .5f}));
+  EXPECT_TRUE(deviationsByLaw(law, positions, {}, {}, execution).empty());
+  EXPECT_TRUE(deviationsByLaw(*noiseLaw("constant:1"), positions, {}, sensors, execution).empty());
+  // Where there is no noise, one point still has no endless weight.
+  EXPECT_GT(deviationsByLaw(*noiseLaw("kinect"), positions, {}, sensors, execution)[2], 0);
+}
+
+TEST(Noise, OfFewPointsIsUnknown)
+{
+  OrientedPoints points = depthImage([](float) { return .01f; }, 0);
+  std::vector<std::uint8_t> keep(points.size(), 0);
+  std::fill(keep.begin(), keep.begin() + 1000, std::uint8_t{1});
+  EXPECT_TRUE(modelOf(select(points, keep)).groups.empty());
+}
+
+TEST(Noise, DoesNotDependOnThreads)
+{
+  const OrientedPoints points = depthImage([](float depth) { return .01f * depth; }, 1);
+  const NoiseModel one = modelOf(points, 1), four = modelOf(points, 4);
+  for (std::size_t g = 0; g < one.groups.size(); ++g)
+    EXPECT_EQ(one.groups[g].deviation, four.groups[g].deviation);
+}
