@@ -301,8 +301,7 @@ void addUncertainty(Reconstruction& result, const CloudPieces& pieces, const Res
   const StageTimer timer("uncertainty", result.report, execution);
   std::vector<PieceDraws> draws;
   UncertaintyReport& report = result.report.uncertainty;
-  report = estimateUncertainty(pieces.all(), result.field, result.report.density.spacing, options, result.mesh, draws,
-                               execution);
+  report = estimateUncertainty(pieces.all(), result.field, result.report, options, result.mesh, draws, execution);
   if (options.uncertainty.maxError > 0)
     dropBeyondError(result, options.uncertainty.maxError, execution);
   const SampledMesh sampled{result.mesh, result.report.mesh.closed(), options.remesher.fitsTriangles()};

@@ -28,9 +28,11 @@ struct LearntFactors {
   double perNoise;
   double growth;         ///< of σ² with the change by refinement, in its upper quartile, on scans without noise
   double growthPerNoise; ///< what the squared ratio of noise to σ takes of it
+  double perSharedNoise; ///< σ amid data over noise that neighbors share, and what it grows by
+  double growthUnderSharedNoise;
 };
 
-constexpr LearntFactors learnt{.95, .5, .35, 1.4, 2.5, 1.2, 2.3, .6};
+constexpr LearntFactors learnt{.95, .5, .35, 1.4, 2.5, 1.2, 2.3, .6, .4, .6};
 
 /// Discs, and pairs, that the learnt factors count as.
 constexpr double patchesLearnt = 2, pairsLearnt = 20;
@@ -70,13 +72,17 @@ double cappedMean(const std::vector<float>& values)
 /// along the edges of trilinear voxels, which pushes it outward where it is curved; the vertices of fitted triangles
 /// stand off it as well (RemesherOptions::fit).
 ///
+/// Where neighbors share their noise, pairs of them cannot tell it from the surface's error. Then K is a share of the
+/// median point's variance, and that of the points around over it stands for a √(V / Ṽ).
+///
 /// The form and the learnt factors come from simulated scans with and without noise; see method.md.
 class SigmaModel {
 public:
-  /// \param evidence of the mesh's vertices
+  /// \param evidence of the mesh's vertices \param run density and noise of the points
   SigmaModel(const std::vector<PieceEvidence>& pieces, const TriangleMesh& mesh, const std::vector<Evidence>& evidence,
-             float spacing, UncertaintyReport& report)
-      : min_(squared(minPerSpacing * static_cast<double>(spacing)))
+             const Report& run, UncertaintyReport& report)
+      : min_(squared(minPerSpacing * run.density.spacing)),
+        sharedNoise_(run.noise.isCorrelated ? squared(run.noise.deviation) : 0)
   {
     describeMeasured(mesh, evidence);
     fitMeasured(pieces, report);
@@ -115,8 +121,10 @@ private:
   double shape(const Evidence& e) const
   {
     constexpr double max = 64; // beyond it is an edge, or a sheet that the coarse grid does not have
-    return areaOfPoint(e) * std::sqrt(static_cast<double>(e.variance) / medianVariance_) *
-           (1 + growth_ * std::min(static_cast<double>(e.change) / upperChange_, max));
+    const double amount = sharedNoise_ > 0 && e.noise > 0
+                              ? squared(static_cast<double>(e.noise))
+                              : areaOfPoint(e) * std::sqrt(static_cast<double>(e.variance) / medianVariance_);
+    return amount * (1 + growth_ * std::min(static_cast<double>(e.change) / upperChange_, max));
   }
 
   void describeMeasured(const TriangleMesh& mesh, const std::vector<Evidence>& evidence)
@@ -170,9 +178,13 @@ private:
       for (const Evidence& e : piece.atPairs)
         shapes += shape(e);
     base_ = std::max(error, min_) / (shapes > 0 ? shapes / count : 1 + growth_ * meanChange_ / upperChange_);
+    if (sharedNoise_ > 0) {
+      growth_ = learnt.growthUnderSharedNoise;
+      base_ = squared(learnt.perSharedNoise) * sharedNoise_;
+    }
     report.noise = std::sqrt(noise_);
     report.heldOut = 2 * static_cast<std::int64_t>(squares.size());
-    report.measuredError = std::sqrt(error);
+    report.measuredError = std::sqrt(sharedNoise_ > 0 ? base_ : error);
   }
 
   /// σ² amid data, by its mean: what the pairs share, weighed against what the noise lets expect.
@@ -248,7 +260,8 @@ private:
   /// Of σ amid data, and of f: on an exact plane nothing else keeps them from zero.
   static constexpr double minPerSpacing = 1e-4;
 
-  const double min_; ///< squared
+  const double min_;         ///< squared
+  const double sharedNoise_; ///< S², of the median point; 0: neighbors do not share it
   double medianVariance_ = 1, medianChange_ = 0, upperChange_ = 1, meanChange_ = 0;
   double noise_ = 0;          ///< squared
   double base_ = 0;           ///< K
@@ -328,8 +341,8 @@ void describeSigmas(const TriangleMesh& mesh, UncertaintyReport& report)
   report.notCalibrated = std::count(mesh.calibrated.begin(), mesh.calibrated.end(), 0);
 }
 
-UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field, float spacing,
-                                      const ResolvedOptions& options, TriangleMesh& mesh,
+UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field,
+                                      const Report& run, const ResolvedOptions& options, TriangleMesh& mesh,
                                       std::vector<PieceDraws>& draws, Execution& execution)
 {
   UncertaintyReport report;
@@ -341,6 +354,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
     volumes.push_back(piece.volume);
   const std::vector<std::vector<std::int32_t>> vertices = nearestVolumes(mesh.vertices, volumes);
   std::vector<PieceEvidence> ofPieces;
+  const auto spacing = static_cast<float>(run.density.spacing);
   constexpr std::uint64_t step = std::uint64_t{1} << 32; // what is far apart errs on its own, on equal grids, too
   for (std::size_t n = 0; n < pieces.size(); ++n) {
     execution.beginStep(static_cast<double>(n) / static_cast<double>(pieces.size()),
@@ -357,7 +371,7 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
   }
 
   setBiases(mesh, evidence);
-  const SigmaModel model(ofPieces, mesh, evidence, spacing, report);
+  const SigmaModel model(ofPieces, mesh, evidence, run, report);
   mesh.sigmas.resize(mesh.vertices.size());
   mesh.calibrated.resize(mesh.vertices.size());
   for (std::size_t v = 0; v < evidence.size(); ++v) {

@@ -9,7 +9,8 @@
 /// - In fillings by discs as wide as the openings (opening_patches.h), filled on the coarse grid: σ² = f² V + K.
 /// - Amid the data by what pairs of points next to each other share (held_out_pairs.h): the surface's error, not the
 ///   scanner's. It is spread over the surface by V and by δ, the distance between the surface and that of the coarse
-///   grid: where refining has changed much, more is left to change.
+///   grid: where refining has changed much, more is left to change. Where neighbors share their noise (points/noise.h),
+///   pairs do as well, and the error is a share of that noise, which varies as it does.
 ///
 /// Discs and pairs are few on some clouds, so that all factors are drawn towards those that were learnt on simulated
 /// scans; see SigmaModel. What no point tells of is not in sigma: views that are misplaced against each other, normals
@@ -37,11 +38,11 @@ struct PieceDraws {
 };
 
 /// Sets the sigmas and the flags of what is calibrated. \param pieces of the points: all of them
-/// \param field of the finest level \param spacing l̄, cloud's unit \param options observing at points
+/// \param field of the finest level \param run density and noise of the points \param options observing at points
 /// \param mesh with confidences \param draws receives those that sigma was made of
 /// The result does not depend on the number of threads.
-UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field, float spacing,
-                                      const ResolvedOptions& options, TriangleMesh& mesh,
+UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, const DistanceField& field,
+                                      const Report& run, const ResolvedOptions& options, TriangleMesh& mesh,
                                       std::vector<PieceDraws>& draws, Execution& execution);
 
 /// Sets what the report says of the sigmas of a mesh.

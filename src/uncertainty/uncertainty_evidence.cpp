@@ -176,6 +176,8 @@ private:
     e.reach = distance / support_.reach(point);
     if (!piece_.points->spacings.empty())
       e.spacing = piece_.points->spacings[point] / spacing_;
+    if (piece_.points->typicalDeviation > 0)
+      e.noise = piece_.points->deviation(point) / piece_.points->typicalDeviation;
     return distance;
   }
 

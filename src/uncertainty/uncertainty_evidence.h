@@ -26,6 +26,7 @@ struct Evidence {
   float distance = 0; ///< to the nearest point, where none supports it; else 0
   float reach = 0;    ///< distance to the nearest point, in what that point supports: 1 where support ends
   float spacing = 1;  ///< of the points around, l̄
+  float noise = 0;    ///< σ of the points around over that of the median point; 0: not known of each
   float offset = 0;   ///< mean distance from the nearest points, signed, where one supports it, cloud's unit
   float bias = 0;     ///< squared mean distance to the nearest points, cloud's unit²
   bool isInPatch = false;

@@ -179,7 +179,7 @@ struct UncertaintyReport {
 
   double noise = 0;         ///< of the scanner: what neighboring points that were left out do not share, cloud's unit
   std::int64_t heldOut = 0; ///< points that were left out amid others, by pairs; 0: none could be
-  double measuredError = 0; ///< what such pairs share, RMS, cloud's unit: the surface's own error amid data
+  double measuredError = 0; ///< what such pairs share, or a share of noise that is shared: the surface's own error, RMS
 
   /// Mean distance of the surface from the points, along its normals, cloud's unit: trilinear voxels push a curved
   /// surface to one side. Errors that all of the surface shares do not cancel in a volume.
