@@ -4,79 +4,47 @@
 
 #include "points/sampling_density.h"
 #include "support/clouds.h"
+#include "support/depth_image.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <random>
 
 using namespace pcl::mrf;
 
 namespace {
 
-constexpr int side = 160; ///< pixels of the depth image
-
-/// White noise of deviation 1, averaged over squares of 2·reach + 1 pixels and scaled back to it.
-std::vector<float> noiseImage(int reach)
+OrientedPoints withSpacings(const PointSet& points)
 {
-  std::mt19937 random(7);
-  std::normal_distribution<float> gaussian;
-  std::vector<float> white(side * side), image(side * side, 0);
-  for (float& value : white)
-    value = gaussian(random);
-  for (int v = 0; v < side; ++v)
-    for (int u = 0; u < side; ++u)
-      for (int y = v - reach; y <= v + reach; ++y)
-        for (int x = u - reach; x <= u + reach; ++x)
-          image[static_cast<std::size_t>(v * side + u)] +=
-              white[static_cast<std::size_t>((y + side) % side * side + (x + side) % side)] /
-              static_cast<float>(2 * reach + 1);
-  return image;
-}
-
-OrientedPoints pointsAt(const std::vector<Eigen::Vector3f>& positions, const Eigen::Vector3f& normal)
-{
-  PointSet points;
-  points.positions = positions;
   const auto search = clouds::searchOf(points);
   Execution execution(1);
   OrientedPoints result;
   result.spacings = localSpacings(points, measureNeighbors(points, *search, execution), execution);
   result.positions = points.positions;
-  result.normals.assign(points.size(), normal);
+  result.normals = points.normals;
+  result.sensors = points.sensors;
   return result;
 }
 
 /// A wall of points 1 apart, with noise of deviation 2. \param step of their heights; 0: any height
 OrientedPoints wall(int reach, float step)
 {
-  const std::vector<float> noise = noiseImage(reach);
-  std::vector<Eigen::Vector3f> positions;
-  for (int v = 0; v < side; ++v)
-    for (int u = 0; u < side; ++u) {
-      const float height = 2 * noise[static_cast<std::size_t>(v * side + u)];
-      positions.emplace_back(u, v, step > 0 ? step * std::round(height / step) : height);
-    }
-  return pointsAt(positions, Eigen::Vector3f::UnitZ());
+  const std::vector<float> noise = depth_image::noise(reach);
+  PointSet points;
+  for (std::size_t n = 0; n < noise.size(); ++n) {
+    const float height = 2 * noise[n];
+    points.positions.emplace_back(n % depth_image::side, n / depth_image::side,
+                                  step > 0 ? step * std::round(height / step) : height);
+  }
+  points.normals.assign(points.size(), Eigen::Vector3f::UnitZ());
+  return withSpacings(points);
 }
 
-/// What a camera at the origin sees of a plane that recedes from 1 to 3 beneath it.
 OrientedPoints depthImage(const std::function<float(float depth)>& deviation, int reach)
 {
-  const std::vector<float> noise = noiseImage(reach);
-  std::vector<Eigen::Vector3f> positions;
-  for (int v = 0; v < side; ++v)
-    for (int u = 0; u < side; ++u) {
-      const float y = 1 - 2.f / 3 * static_cast<float>(v) / side, x = static_cast<float>(u) / side - .5f;
-      const float depth = 1 / y; // the plane at 1 beneath the camera
-      const float measured = depth + deviation(depth) * noise[static_cast<std::size_t>(v * side + u)];
-      positions.push_back(measured * Eigen::Vector3f(x, y, 1));
-    }
-  OrientedPoints result = pointsAt(positions, -Eigen::Vector3f::UnitY());
-  result.sensors = {Eigen::Vector3f::Zero()};
-  return result;
+  return withSpacings(depth_image::plane(deviation, reach));
 }
 
 NoiseModel modelOf(const OrientedPoints& points, int threads = 1, double known = 0)

@@ -2,6 +2,7 @@
 // Error bars: what sigma says beside the true error, and what must not change it.
 #include "support/cancelling.h"
 #include "support/clouds.h"
+#include "support/depth_image.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -122,6 +123,32 @@ TEST(Uncertainty, CoversTheErrorAmidDataAndInFillings)
     if (noise > 0) {
       EXPECT_NEAR(report.noise, noise, .35 * noise) << "a few hundred pairs, some of which see shape, too";
     }
+  }
+}
+
+TEST(Uncertainty, CoversAtEveryRangeWhatNeighborsShare)
+{
+  Options options = withUncertainty();
+  options.trimming.kind = Trimming::supported;
+  const Reconstruction result =
+      clouds::reconstruct(depth_image::plane([](float depth) { return .005f * depth * depth; }, 2), options);
+  ASSERT_TRUE(result.report.noise.isCorrelated);
+  const shapes::Sdf plane = [](const Eigen::Vector3d& p) { return 1 - p.y(); };
+  double before = 0;
+  for (const float nearest : {1.1f, 1.5f, 2.f, 2.5f}) {
+    const auto isAsked = [&](std::size_t v) {
+      const double range = positionOf(result, v).norm();
+      return result.mesh.confidences[v] > 0 && range > nearest && range < nearest + .4;
+    };
+    const Coverage found = coverageOf(result, plane, isAsked);
+    std::vector<float> sigmas;
+    for (std::size_t v = 0; v < result.mesh.sigmas.size(); ++v)
+      if (isAsked(v))
+        sigmas.push_back(result.mesh.sigmas[v]);
+    EXPECT_GE(found.share, .85) << nearest;
+    EXPECT_LE(median(sigmas), 2.5 * found.rms) << nearest << ": not by width alone";
+    EXPECT_GT(median(sigmas), 1.1 * before) << nearest;
+    before = median(sigmas);
   }
 }
 
