@@ -61,30 +61,19 @@ struct OffHeader {
   }
 };
 
-/// Colors are bytes, or shares of 1 where none is above.
-void addColors(const std::vector<Eigen::Vector3d>& colors, PointTable& table)
-{
-  bool areShares = true;
-  for (const Eigen::Vector3d& color : colors)
-    areShares = areShares && color.maxCoeff() <= 1;
-  const double scale = areShares ? 255 : 1;
-  for (const Eigen::Vector3d& color : colors)
-    table.colors.push_back({toByte(scale * color.x()), toByte(scale * color.y()), toByte(scale * color.z())});
-}
-
 void readVertices(OffLines& lines, const OffHeader& header, double count, PointTable& table)
 {
   const std::size_t firstColor = header.hasNormals ? 6 : 3;
-  std::vector<Eigen::Vector3d> colors;
+  std::vector<Eigen::Vector3f> colors;
   for (double v = 0; v < count; ++v) {
     const std::vector<double>& values = lines.numbers(header.hasColors ? firstColor + 3 : firstColor);
     table.positions.emplace_back(values[0], values[1], values[2]);
     if (header.hasNormals)
       table.normals.push_back(Eigen::Vector3d(values[3], values[4], values[5]).cast<float>());
     if (header.hasColors)
-      colors.emplace_back(values[firstColor], values[firstColor + 1], values[firstColor + 2]);
+      colors.push_back(Eigen::Map<const Eigen::Vector3d>(values.data() + firstColor).cast<float>());
   }
-  addColors(colors, table);
+  addColors(colors, false, table);
 }
 
 } // namespace

@@ -241,56 +241,35 @@ private:
   Format format_;
 };
 
-/// Three properties by their names, −1 where one is missing.
-std::array<int, 3> find(const Element& element, const std::array<const char*, 3>& names)
-{
-  std::array<int, 3> found = {-1, -1, -1};
-  for (std::size_t i = 0; i < names.size(); ++i)
-    for (std::size_t p = 0; p < element.properties.size(); ++p)
-      if (found[i] < 0 && element.properties[p].name == names[i] && !element.properties[p].isList)
-        found[i] = static_cast<int>(p);
-  return found;
-}
-
-bool complete(const std::array<int, 3>& properties)
-{
-  return *std::min_element(properties.begin(), properties.end()) >= 0;
-}
-
-Eigen::Vector3d pick(const Columns& columns, std::size_t row, const std::array<int, 3>& properties)
+Eigen::Vector3d pick(const Columns& columns, std::size_t row, const Triple& properties)
 {
   return {columns[properties[0]][row], columns[properties[1]][row], columns[properties[2]][row]};
 }
 
 void readVertices(const std::string& path, const Element& element, Body& body, PointTable& table)
 {
-  const auto position = find(element, {"x", "y", "z"}), color = find(element, {"red", "green", "blue"});
-  auto normal = find(element, {"nx", "ny", "nz"});
-  if (!complete(normal))
-    normal = find(element, {"normal_x", "normal_y", "normal_z"});
-  if (!complete(position))
+  std::vector<std::string> names;
+  for (const Property& property : element.properties)
+    names.push_back(property.isList ? "" : property.name);
+  const VectorColumns vectors(names);
+  if (!vectors.position)
     throw FileError(path, "has no vertices with the properties x, y and z");
-  // Colors are bytes, or floats from 0 to 1.
-  const bool areBytes = complete(color) && element.properties[color[0]].type < Type::float32;
 
   std::vector<std::vector<float>*> scalars(element.properties.size(), nullptr);
-  for (std::size_t p = 0; p < scalars.size(); ++p) {
-    const auto isPartOf = [p](const std::array<int, 3>& vector) {
-      return complete(vector) && std::count(vector.begin(), vector.end(), static_cast<int>(p)) > 0;
-    };
-    if (!element.properties[p].isList && !isPartOf(position) && !isPartOf(normal) && !isPartOf(color)) {
+  for (std::size_t p = 0; p < scalars.size(); ++p)
+    if (!element.properties[p].isList && !vectors.hold(p)) {
       std::vector<float>& scalar = table.scalars[element.properties[p].name];
       // Of two properties with one name the first counts.
       if (std::find(scalars.begin(), scalars.end(), &scalar) == scalars.end())
         scalars[p] = &scalar;
     }
-  }
 
   // The file was found to be long enough for so many.
   const auto count = static_cast<std::size_t>(element.count);
   table.positions.reserve(count);
-  table.normals.reserve(complete(normal) ? count : 0);
-  table.colors.reserve(complete(color) ? count : 0);
+  table.normals.reserve(vectors.normal ? count : 0);
+  std::vector<Eigen::Vector3f> colors;
+  colors.reserve(vectors.color ? count : 0);
   for (std::vector<float>* scalar : scalars)
     if (scalar != nullptr)
       scalar->reserve(count);
@@ -301,20 +280,19 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
     const std::size_t rows = std::min(portion, count - done);
     body.next(element, rows, columns);
     for (std::size_t row = 0; row < rows; ++row)
-      table.positions.push_back(pick(columns, row, position));
-    if (complete(normal))
+      table.positions.push_back(pick(columns, row, *vectors.position));
+    if (vectors.normal)
       for (std::size_t row = 0; row < rows; ++row)
-        table.normals.push_back(pick(columns, row, normal).cast<float>());
-    if (complete(color))
-      for (std::size_t row = 0; row < rows; ++row) {
-        const Eigen::Vector3d bytes = pick(columns, row, color) * (areBytes ? 1 : 255);
-        table.colors.push_back({toByte(bytes.x()), toByte(bytes.y()), toByte(bytes.z())});
-      }
+        table.normals.push_back(pick(columns, row, *vectors.normal).cast<float>());
+    if (vectors.color)
+      for (std::size_t row = 0; row < rows; ++row)
+        colors.push_back(pick(columns, row, *vectors.color).cast<float>());
     for (std::size_t p = 0; p < scalars.size(); ++p)
       if (scalars[p] != nullptr)
         for (std::size_t row = 0; row < rows; ++row)
           scalars[p]->push_back(static_cast<float>(columns[p][row]));
   }
+  addColors(colors, vectors.color && element.properties[vectors.color->front()].type < Type::float32, table);
 }
 
 /// Reads an element for its list of vertices, or, without `faces`, to see that it is all there.

@@ -6,7 +6,9 @@
 #include "point_table.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +27,22 @@ inline std::uint8_t toByte(double value)
 {
   return value > 0 ? static_cast<std::uint8_t>(std::min(value + .5, 255.)) : std::uint8_t{0};
 }
+
+/// Three columns that make a vector, by their numbers.
+using Triple = std::array<std::size_t, 3>;
+
+/// The columns that make vectors, by what files call their parts, in any case: x y z, nx ny nz or normal_x …, r g b,
+/// red … or diffuse_red …. There is a vector where all three parts are.
+struct VectorColumns {
+  std::optional<Triple> position, normal, color;
+
+  explicit VectorColumns(const std::vector<std::string>& names);
+  bool hold(std::size_t column) const; ///< whether it is part of a vector
+};
+
+/// Colors are bytes; 16-bit numbers, up to 257 times as large, where any is above; or shares of 1 where none is above
+/// that. \param areWhole they have a type that has no shares
+void addColors(const std::vector<Eigen::Vector3f>& colors, bool areWhole, PointTable& table);
 
 // Each is given the path, for its messages, and the whole file, which is not empty. All throw FileError. None takes
 // more memory than a small multiple of what the file holds (once unpacked), whatever its header promises.

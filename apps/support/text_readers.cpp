@@ -142,7 +142,8 @@ bool parseCorner(std::string_view word, std::int64_t vertices, std::int64_t norm
 }
 
 struct ObjData {
-  std::vector<Eigen::Vector3d> positions, colors, normals;
+  std::vector<Eigen::Vector3d> positions, normals;
+  std::vector<Eigen::Vector3f> colors;
   std::vector<Face> corners;
   std::vector<std::size_t> faceEnds; ///< in corners
 };
@@ -153,7 +154,7 @@ void addObjVertex(const std::string& path, std::size_t line, const std::vector<d
     failAt(path, line, "a vertex needs three coordinates");
   data.positions.push_back(vectorAt(values, 0));
   if (values.size() >= 6)
-    data.colors.push_back(vectorAt(values, 3));
+    data.colors.push_back(vectorAt(values, 3).cast<float>());
 }
 
 ObjData parseObjLines(const std::string& path, std::string_view text)
@@ -243,8 +244,7 @@ PointTable parseObj(const std::string& path, const std::string& text, Polygons* 
   PointTable table;
   table.positions = data.positions;
   if (data.colors.size() == data.positions.size())
-    for (const Eigen::Vector3d& color : data.colors)
-      table.colors.push_back({toByte(255 * color.x()), toByte(255 * color.y()), toByte(255 * color.z())});
+    addColors(data.colors, false, table);
   addObjNormals(data, table);
   if (faces != nullptr) {
     std::size_t corner = 0;

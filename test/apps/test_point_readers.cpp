@@ -350,6 +350,25 @@ TEST(XyzReader, takesEveryKindOfHeaderAndSeparator)
   EXPECT_EQ(far.positions[1], Eigen::Vector3d(0, 0, 1));
 }
 
+TEST(PlyReader, colorsOfEveryTypeAndName)
+{
+  const auto colors = [](const std::string& type, const std::string& prefix, const std::string& rgb) {
+    std::string header =
+        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+    for (const std::string channel : {"red", "green", "blue"})
+      header += "property " + type + " " + prefix + channel + "\n";
+    const PointTable table = parsePoints("ply", "a.ply", header + "end_header\n0 0 0 " + rgb + "\n1 0 0 0 0 0\n");
+    EXPECT_TRUE(table.scalars.empty());
+    return table.colors;
+  };
+  const std::vector<std::array<std::uint8_t, 3>> expected = {{255, 100, 1}, {0, 0, 0}};
+  EXPECT_EQ(colors("ushort", "", "65535 25700 257"), expected);
+  EXPECT_EQ(colors("ushort", "", "255 100 1"), expected) << "bytes in a wider type";
+  EXPECT_EQ(colors("uchar", "diffuse_", "255 100 1"), expected);
+  EXPECT_EQ(colors("float", "", "1 .39216 .0039"), expected);
+  EXPECT_EQ(colors("uchar", "", "1 1 1").at(0)[0], 1) << "a dark byte is no share";
+}
+
 TEST(PlyReader, headersAreNotBelieved)
 {
   const std::string properties = "property float x\nproperty float y\nproperty float z\n";
