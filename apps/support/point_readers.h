@@ -47,8 +47,13 @@ void addColors(const std::vector<Eigen::Vector3f>& colors, bool areWhole, PointT
 // Each is given the path, for its messages, and the whole file, which is not empty. All throw FileError. None takes
 // more memory than a small multiple of what the file holds (once unpacked), whatever its header promises.
 
-/// Columns x y z [nx ny nz | r g b] [more], or x y z intensity. Lines that start with # or // are comments; one leading
-/// line may hold the number of points, one the names of the columns.
+/// The names of columns in a line, parted by commas, semicolons or tabs if it has any, else by blanks. It may be a
+/// comment. \return nothing unless x, y and z are among them
+std::vector<std::string> columnNames(std::string_view line);
+
+/// Rows of numbers. Columns are what the line above them names; without names [number] x y z [intensity] and normals
+/// and colors, which are told by their values, or in a line of three. Lines that start with # or // are comments; a
+/// leading line may hold the number of points, as in Leica's PTS, where each scan has one.
 PointTable parseXyz(const std::string& path, const std::string& text);
 
 /// Vertices of a Wavefront OBJ file. Normals follow the indices of the faces and are averaged per vertex.

@@ -45,7 +45,7 @@ std::string pointFormatOf(std::string_view text)
       return "pcd";
     if (isOneOf(words[0], {"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}))
       return "obj";
-    return toNumber(words[0], number) || equalsIgnoringCase(words[0], "x") ? "xyz" : "";
+    return toNumber(words[0], number) || !columnNames(line).empty() ? "xyz" : "";
   }
   return {};
 }

@@ -27,24 +27,18 @@ bool isComment(std::string_view line)
   return begin == std::string_view::npos || line[begin] == '#' || line.substr(begin, 2) == "//";
 }
 
-/// A line that names the columns: words of letters, the first three x, y, z.
-bool isColumnNames(const std::vector<std::string_view>& words)
-{
-  const auto is = [](std::string_view word, char letter) {
-    return word.size() == 1 && (word[0] == letter || word[0] == letter - 'a' + 'A');
-  };
-  return words.size() >= 3 && is(words[0], 'x') && is(words[1], 'y') && is(words[2], 'z');
-}
-
 /// Rows of numbers, all of one length.
 struct Rows {
   std::size_t columns = 0;
   std::vector<double> values;
+  std::vector<std::string> names; ///< of the columns; without one they are skipped
+  bool areCounted = false;        ///< a line says how many there are
 
   std::size_t size() const { return columns == 0 ? 0 : values.size() / columns; }
-  Eigen::Vector3d vectorAt(std::size_t row, std::size_t column) const
+  double at(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
+  Eigen::Vector3d vectorAt(std::size_t row, const Triple& parts) const
   {
-    return Eigen::Map<const Eigen::Vector3d>(values.data() + row * columns + column);
+    return {at(row, parts[0]), at(row, parts[1]), at(row, parts[2])};
   }
 };
 
@@ -53,27 +47,28 @@ Rows parseRows(const std::string& path, std::string_view text)
   if (text.substr(0, 3) == "\xef\xbb\xbf")
     text.remove_prefix(3);
   Rows rows;
-  double announced = -1;
+  double announced = 0;
   std::string_view line;
   std::vector<std::string_view> words;
   std::vector<double> values;
-  bool named = false;
   for (Lines lines(text); lines.next(line);) {
-    if (isComment(line))
-      continue;
     splitRow(line, words);
-    if (!toNumbers(words, values)) {
-      if (rows.columns == 0 && !named && isColumnNames(words)) {
-        named = true;
-        continue;
-      }
-      failAt(path, lines.number(), "is not a row of numbers");
+    if (isComment(line) || !toNumbers(words, values)) {
+      std::vector<std::string> names = rows.columns > 0 ? std::vector<std::string>() : columnNames(line);
+      if (!names.empty())
+        rows.names = std::move(names);
+      else if (!isComment(line))
+        failAt(path, lines.number(),
+               rows.columns > 0 ? "is not a row of numbers" : "is not a row of numbers, nor names columns x, y and z");
+      continue;
     }
     if (haveDecimalCommas(words)) // they would make two numbers of one
       failAt(path, lines.number(),
              "has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
-    if (rows.columns == 0 && values.size() == 1 && announced < 0 && isCount(values[0])) {
-      announced = values[0];
+    // One count is before all rows, or, in PTS, one before those of each scan.
+    if ((rows.columns == 0 || rows.areCounted) && values.size() == 1 && isCount(values[0])) {
+      announced += values[0];
+      rows.areCounted = true;
       continue;
     }
     if (values.size() < 3)
@@ -91,29 +86,103 @@ Rows parseRows(const std::string& path, std::string_view text)
   return rows;
 }
 
-/// What columns 4 to 6 are can only be told from their values.
-void addVectorColumns(const Rows& rows, PointTable& table)
+/// Whether the first column numbers the rows, from any number on. Of a few rows it may be a coordinate.
+bool areNumbered(const Rows& rows)
+{
+  constexpr std::size_t min = 10;
+  bool result = rows.columns >= 4 && rows.size() >= min && isCount(rows.at(0, 0));
+  for (std::size_t i = 1; result && i < rows.size(); ++i)
+    result = rows.at(i, 0) == rows.at(0, 0) + static_cast<double>(i);
+  return result;
+}
+
+enum class Content { unknown, normals, colors };
+
+/// What three columns hold, as their values tell.
+Content contentOf(const Rows& rows, std::size_t column)
 {
   std::size_t units = 0, bytes = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Eigen::Vector3d v = rows.vectorAt(i, 3);
+    const Eigen::Vector3d v = rows.vectorAt(i, {column, column + 1, column + 2});
     const double length = v.norm();
     units += std::abs(length - 1) < .1 || !(length > 0);
     bytes += v.array().round().matrix() == v && v.minCoeff() >= 0 && v.maxCoeff() <= 255;
   }
-  const bool areNormals = 10 * units >= 9 * rows.size();
-  const bool areColors = bytes == rows.size();
-  if (areColors && !areNormals) {
-    table.notes.emplace_back("columns 4 to 6 are whole numbers up to 255: taken for colors");
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const Eigen::Vector3d v = rows.vectorAt(i, 3);
-      table.colors.push_back({toByte(v.x()), toByte(v.y()), toByte(v.z())});
+  return 10 * units >= 9 * rows.size() ? Content::normals : bytes == rows.size() ? Content::colors : Content::unknown;
+}
+
+/// Names columns that no header names.
+void guessNames(Rows& rows, std::vector<std::string>& notes)
+{
+  std::vector<std::string>& names = rows.names;
+  names = std::vector<std::string>(areNumbered(rows) ? 1 : 0);
+  const auto add = [&names](std::initializer_list<const char*> more) {
+    names.insert(names.end(), more.begin(), more.end());
+  };
+  add({"x", "y", "z"});
+  const auto left = [&] { return rows.columns - names.size(); };
+  const auto next = [&](std::size_t skipped) { return contentOf(rows, names.size() + skipped); };
+  // PTS has the intensity before the colors; others have a scalar behind them, which may be a byte as well.
+  if (left() == 1 || (left() % 3 == 1 && next(1) == Content::colors &&
+                      (next(0) == Content::unknown || (rows.areCounted && next(0) == Content::colors))))
+    add({"intensity"});
+  bool hasNormals = false, hasColors = false;
+  while (left() >= 3) {
+    const Content content = next(0);
+    const std::string columns =
+        "columns " + std::to_string(names.size() + 1) + " to " + std::to_string(names.size() + 3);
+    if (content == Content::normals && !hasNormals) {
+      hasNormals = true;
+      add({"nx", "ny", "nz"});
+    } else if (content == Content::colors && !hasColors) {
+      hasColors = true;
+      add({"red", "green", "blue"});
+      notes.push_back(columns + " are whole numbers up to 255: taken for colors");
+    } else {
+      if (!hasNormals && !hasColors)
+        notes.push_back(columns + " are neither unit normals nor colors: kept as scalars");
+      break;
     }
-  } else if (areNormals)
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      table.normals.push_back(rows.vectorAt(i, 3).cast<float>());
-  else
-    table.notes.emplace_back("columns 4 to 6 are neither unit normals nor colors: ignored");
+  }
+  while (left() > 0)
+    names.push_back("column" + std::to_string(names.size() + 1));
+}
+
+PointTable toTable(Rows rows)
+{
+  PointTable table;
+  if (rows.size() == 0)
+    return table;
+  if (rows.names.size() + 1 == rows.columns && areNumbered(rows)) // as data frames are written
+    rows.names.insert(rows.names.begin(), "");
+  if (rows.names.size() != rows.columns) {
+    if (!rows.names.empty())
+      table.notes.push_back(std::to_string(rows.names.size()) + " columns have names, but the rows have " +
+                            std::to_string(rows.columns) + ": the names are ignored");
+    guessNames(rows, table.notes);
+  }
+  if (rows.names.front().empty())
+    table.notes.emplace_back("column 1 numbers the points: skipped");
+  const VectorColumns vectors(rows.names);
+  std::vector<Eigen::Vector3f> colors;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    table.positions.push_back(rows.vectorAt(i, *vectors.position));
+    if (vectors.normal)
+      table.normals.push_back(rows.vectorAt(i, *vectors.normal).cast<float>());
+    if (vectors.color)
+      colors.push_back(rows.vectorAt(i, *vectors.color).cast<float>());
+  }
+  addColors(colors, false, table);
+  for (std::size_t column = 0; column < rows.columns; ++column) {
+    const std::string& name = rows.names[column];
+    if (name.empty() || vectors.hold(column))
+      continue;
+    std::vector<float>& values = table.scalars[equalsIgnoringCase(name, "intensity") ? "intensity" : name];
+    if (values.empty()) // of two columns with one name the first counts
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        values.push_back(static_cast<float>(rows.at(i, column)));
+  }
+  return table;
 }
 
 struct Face {
@@ -219,21 +288,36 @@ void addObjNormals(const ObjData& data, PointTable& table)
 
 } // namespace
 
+std::vector<std::string> columnNames(std::string_view line)
+{
+  if (isComment(line))
+    line.remove_prefix(std::min(line.find_first_not_of("#/ \t"), line.size()));
+  line = line.substr(0, line.find_last_not_of(" \t,;") + 1);
+  std::vector<std::string> names;
+  const auto add = [&names](std::string_view name) {
+    name.remove_prefix(std::min(name.find_first_not_of(" \""), name.size()));
+    names.emplace_back(name.substr(0, name.find_last_not_of(" \"") + 1));
+  };
+  // Between commas there may be nothing, or names of several words.
+  const std::size_t separator = line.find_first_of(",;\t");
+  std::size_t begin = 0, end = separator;
+  while (end != std::string_view::npos) {
+    end = line.find(line[separator], begin);
+    add(line.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  if (!VectorColumns(names).position) {
+    names.clear();
+    std::vector<std::string_view> words;
+    splitRow(line, words);
+    std::for_each(words.begin(), words.end(), add);
+  }
+  return VectorColumns(names).position ? names : std::vector<std::string>();
+}
+
 PointTable parseXyz(const std::string& path, const std::string& text)
 {
-  const Rows rows = parseRows(path, text);
-  PointTable table;
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    table.positions.push_back(rows.vectorAt(i, 0));
-  if (rows.columns >= 6)
-    addVectorColumns(rows, table);
-  for (std::size_t column = rows.columns >= 6 ? 6 : 3; column < rows.columns; ++column) {
-    const std::string name = rows.columns == 4 ? "intensity" : "column" + std::to_string(column + 1);
-    std::vector<float>& values = table.scalars[name];
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      values.push_back(static_cast<float>(rows.values[i * rows.columns + column]));
-  }
-  return table;
+  return toTable(parseRows(path, text));
 }
 
 PointTable parseObj(const std::string& path, const std::string& text, Polygons* faces)

@@ -350,6 +350,55 @@ TEST(XyzReader, takesEveryKindOfHeaderAndSeparator)
   EXPECT_EQ(far.positions[1], Eigen::Vector3d(0, 0, 1));
 }
 
+TEST(XyzReader, columnsAreWhatTheHeaderNames)
+{
+  for (const char* text :
+       {"//X Y Z R G B Nx Ny Nz\n1 2 3 10 20 30 0 0 1\n4 5 6 40 50 60 0 1 0\n",
+        "x y z nx ny nz red green blue\n1 2 3 0 0 1 10 20 30\n4 5 6 0 1 0 40 50 60\n",
+        "blue,point id,green,red,Normal_X,normal_y,normal_z,Z,Y,X\n30,7,20,10,0,0,1,3,2,1\n60,8,50,40,0,1,0,6,5,4\n",
+        "\"x\";\"y\";\"z\";\"NormalX\";\"NormalY\";\"NormalZ\";\"r\";\"g\";\"b\";\n1;2;3;0;0;1;10;20;30\n4;5;6;0;1;0;"
+        "40;50;60\n",
+        "# from LAS\n#x\ty\tz\tr\tg\tb\tnx\tny\tnz\n1 2 3 2570 5140 7710 0 0 1\n4 5 6 10280 12850 15420 0 1 0\n",
+        "1 2 3 0 0 1 10 20 30\n4 5 6 0 1 0 40 50 60\n", "1 2 3 10 20 30 0 0 1\n4 5 6 40 50 60 0 1 0\n"}) {
+    SCOPED_TRACE(text);
+    const PointTable table = parsePoints("txt", "a.txt", text);
+    EXPECT_EQ(table.positions, (std::vector<Eigen::Vector3d>{{1, 2, 3}, {4, 5, 6}}));
+    EXPECT_EQ(table.normals, (std::vector<Eigen::Vector3f>{{0, 0, 1}, {0, 1, 0}}));
+    EXPECT_EQ(table.colors, (std::vector<std::array<std::uint8_t, 3>>{{10, 20, 30}, {40, 50, 60}}));
+  }
+  const PointTable others = parsePoints("csv", "a.csv", "X,Y,Z,Intensity,Scalar field\n1,2,3,.5,7\n4,5,6,.25,8\n");
+  EXPECT_EQ(others.scalars,
+            (std::map<std::string, std::vector<float>>{{"intensity", {.5, .25}}, {"Scalar field", {7, 8}}}));
+  const PointTable fewer = parsePoints("xyz", "a.xyz", "x y z\n1 2 3 0 0 1\n4 5 6 0 1 0\n");
+  EXPECT_EQ(fewer.normals.size(), 2u);
+  EXPECT_EQ(fewer.notes, std::vector<std::string>{"3 columns have names, but the rows have 6: the names are ignored"});
+  expectRefused("csv", "a,b,c\n1,2,3\n", "line 1: is not a row of numbers, nor names columns x, y and z");
+  expectRefused("csv", "x,y,z\n1,2,3\nx,y,z\n", "line 3: is not a row of numbers");
+}
+
+TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
+{
+  const auto numbered = [](const std::string& header, std::size_t count, std::size_t first) {
+    const std::vector<Eigen::Vector3d> points = surveyPlane();
+    std::string text = header;
+    for (std::size_t i = 0; i < count; ++i)
+      text += std::to_string(first + i) + "," + rows({points[i]}, {}, {}, ",");
+    return parsePoints("csv", "a.csv", text);
+  };
+  for (const std::size_t first : {0, 1, 101})
+    for (const char* header : {"", ",x,y,z\n", "x y z\n"}) {
+      SCOPED_TRACE(header);
+      const PointTable table = numbered(header, 20, first);
+      EXPECT_EQ(table.positions[19], surveyPlane()[19]);
+      EXPECT_TRUE(table.scalars.empty());
+      EXPECT_EQ(table.notes, std::vector<std::string>{"column 1 numbers the points: skipped"});
+    }
+  const PointTable named = numbered("id,x,y,z\n", 20, 5);
+  EXPECT_EQ(named.positions[19], surveyPlane()[19]);
+  EXPECT_EQ(named.scalars.at("id").at(19), 24);
+  EXPECT_EQ(numbered("", 3, 0).positions[2].x(), 2) << "of three rows it may be a coordinate";
+}
+
 TEST(PlyReader, colorsOfEveryTypeAndName)
 {
   const auto colors = [](const std::string& type, const std::string& prefix, const std::string& rgb) {
@@ -443,6 +492,7 @@ TEST(PointReader, formatsAreKnownByTheirBeginnings)
       {"// scanner 7\n1.5,2,3\n", "xyz"},
       {"X Y Z intensity\n", "xyz"},
       {"12\n", "xyz"},
+      {",x,y,z\n", "xyz"},
       {"", ""},
       {"# nothing else\n", ""},
       {"solid cube\n", ""},
