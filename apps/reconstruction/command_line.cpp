@@ -246,10 +246,10 @@ void resolveFormats(Command& command, const std::string& outputFormat)
 {
   const std::vector<std::string> known = pointFormats();
   for (Job& job : command.jobs) {
-    const std::string input = extension(job.input);
+    const std::string input = extension(job.input), hint = conversionHint(job.input);
     if (command.inputFormat.empty() && job.input != "-" && std::find(known.begin(), known.end(), input) == known.end())
-      throw UsageError("INPUT '" + job.input + "' does not end in " + pointFileExtensions + "; say --input-format" +
-                       conversionHint(job.input));
+      throw UsageError("INPUT '" + job.input + "' does not end in " + pointFileExtensions +
+                       (hint.empty() ? "; say --input-format" : hint));
     if (job.output == "-" && outputFormat.empty())
       throw UsageError("OUTPUT is standard output, which has no name to tell the format; say --output-format");
     job.outputFormat = outputFormat.empty() ? extension(job.output) : outputFormat;

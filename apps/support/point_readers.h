@@ -56,6 +56,10 @@ std::vector<std::string> columnNames(std::string_view line);
 /// leading line may hold the number of points, as in Leica's PTS, where each scan has one.
 PointTable parseXyz(const std::string& path, const std::string& text);
 
+/// Leica's PTX: scans of cells x y z intensity [r g b], moved to where their headers say; those at 0 0 0 are none. The
+/// scanner is the sensor of a file of one scan.
+PointTable parsePtx(const std::string& path, const std::string& text);
+
 /// Vertices of a Wavefront OBJ file. Normals follow the indices of the faces and are averaged per vertex.
 /// Not PCL's reader: that one pairs vertices and normals by their order in the file.
 /// \param faces receives the faces, if not null

@@ -12,11 +12,11 @@
 
 namespace mrf_apps {
 
-const char* const pointFileExtensions = "pcd, ply, obj, off, xyz, txt, asc or csv";
+const char* const pointFileExtensions = "pcd, ply, obj, off, xyz, txt, asc, csv, pts or ptx";
 
 const std::vector<std::string>& pointFormats()
 {
-  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt", "asc", "csv"};
+  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt", "asc", "csv", "pts", "ptx"};
   return all;
 }
 
@@ -45,7 +45,12 @@ std::string pointFormatOf(std::string_view text)
       return "pcd";
     if (isOneOf(words[0], {"v", "vn", "vt", "f", "o", "g", "s", "mtllib", "usemtl"}))
       return "obj";
-    return toNumber(words[0], number) || !columnNames(line).empty() ? "xyz" : "";
+    if (!toNumber(words[0], number))
+      return columnNames(line).empty() ? "" : "xyz";
+    // PTX begins with two counts in lines of their own.
+    const bool isCounted = words.size() == 1 && lines.next(line);
+    splitRow(line, words);
+    return isCounted && words.size() == 1 ? "ptx" : "xyz";
   }
   return {};
 }
@@ -56,6 +61,7 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
                      : format == "off" ? parseOff(path, text)
                      : format == "pcd" ? readPcd(path, text)
                      : format == "ply" ? readPly(path, text)
+                     : format == "ptx" ? parsePtx(path, text)
                                        : parseXyz(path, text);
   if (table.size() == 0)
     throw FileError(path, "holds no points");

@@ -33,10 +33,14 @@ std::string extension(const std::string& path)
 
 std::string conversionHint(const std::string& path)
 {
-  const std::string type = extension(path);
-  return type == "vtk"   ? "; pcl_vtk2ply '" + path + "' mesh.ply makes a ply file of it"
-         : type == "vtp" ? "; ParaView saves it as ply"
-                         : "";
+  const std::string type = extension(path), name = "'" + path + "'";
+  return type == "vtk"                     ? "; pcl_vtk2ply " + name + " mesh.ply makes a ply file of it"
+         : type == "vtp"                   ? "; ParaView saves it as ply"
+         : type == "las" || type == "laz"  ? "; pdal translate " + name + " cloud.ply makes a ply file of it"
+         : type == "e57"                   ? "; CloudCompare saves it as ply"
+         : type == "gz"                    ? "; gunzip " + name + " unpacks it"
+         : type == "npts" || type == "pwn" ? "; call it xyz if its rows are x y z nx ny nz"
+                                           : "";
 }
 
 namespace {

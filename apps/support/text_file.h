@@ -14,7 +14,7 @@ namespace mrf_apps {
 /// \return the extension of a path in lower case without the dot; empty if it has none
 std::string extension(const std::string& path);
 
-/// The end of a message about a file that is written but not read: the command that converts it; empty for all others.
+/// The end of a message about a file that is not read: what converts it; empty if that is not known.
 std::string conversionHint(const std::string& path);
 
 /// Reads a file or a pipe. \throw FileError if it is missing, a directory or device, unreadable or empty
@@ -32,6 +32,7 @@ public:
   explicit Lines(std::string_view text) : text_(text) {}
 
   bool next(std::string_view& line);
+  bool atEnd() const { return text_.empty(); }
   std::size_t number() const { return number_; } ///< of the line handed out last, from 1
 
 private:

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// XYZ, which has no other reader, and OBJ: PCL's reader pairs vertices and normals by their order in the file.
+// Rows of numbers and PTX, which have no other reader, and OBJ: PCL's reader pairs vertices and normals by their order
+// in the file.
 #include "errors.h"
 #include "point_readers.h"
 #include "text_file.h"
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <charconv>
@@ -185,6 +188,35 @@ PointTable toTable(Rows rows)
   return table;
 }
 
+/// The rows of a PTX file, all of which have to be there.
+class PtxRows {
+public:
+  PtxRows(const std::string& path, std::string_view text)
+      : path_(path), lines_(text.substr(0, text.find_last_not_of(" \t\r\n") + 1))
+  {}
+
+  bool atEnd() const { return lines_.atEnd(); }
+  const std::vector<double>& next()
+  {
+    std::string_view line;
+    do {
+      if (!lines_.next(line))
+        throw FileError(path_, "is truncated: the last scan has fewer lines than its header says");
+      split(line, words_);
+    } while (words_.empty());
+    if (!toNumbers(words_, values_))
+      fail("is not a row of numbers");
+    return values_;
+  }
+  [[noreturn]] void fail(const std::string& cause) const { failAt(path_, lines_.number(), cause); }
+
+private:
+  const std::string& path_;
+  Lines lines_;
+  std::vector<std::string_view> words_;
+  std::vector<double> values_;
+};
+
 struct Face {
   std::int64_t vertex = 0, normal = 0; ///< from 0; normal is −1 if there is none
 };
@@ -318,6 +350,51 @@ std::vector<std::string> columnNames(std::string_view line)
 PointTable parseXyz(const std::string& path, const std::string& text)
 {
   return toTable(parseRows(path, text));
+}
+
+PointTable parsePtx(const std::string& path, const std::string& text)
+{
+  // Columns, rows, scanner, its three axes, and the transformation of row vectors.
+  constexpr std::array<std::size_t, 10> header = {1, 1, 3, 3, 3, 3, 4, 4, 4, 4};
+  Rows rows;
+  std::optional<Eigen::Vector3d> sensor;
+  std::size_t scans = 0;
+  for (PtxRows lines(path, text); !lines.atEnd(); ++scans) {
+    std::vector<double> numbers;
+    for (const std::size_t size : header) {
+      const std::vector<double>& values = lines.next();
+      if (values.size() != size || !std::all_of(values.begin(), values.end(), [size](double value) {
+            return size == 1 ? isCount(value) : std::isfinite(value);
+          }))
+        lines.fail("is not what the header of a scan has here: " +
+                   (size == 1 ? "a count" : std::to_string(size) + " numbers"));
+      numbers.insert(numbers.end(), values.begin(), values.end());
+    }
+    const Eigen::Map<const Eigen::Vector3d> scanner(&numbers[2]);
+    const Eigen::Map<const Eigen::Matrix4d> transformation(&numbers[14]); // by columns: of column vectors
+    sensor = scanner.isZero(0) ? Eigen::Vector3d(transformation.col(3).head<3>()) : scanner;
+    if (sensor->isZero(0) && std::min(numbers[0], numbers[1]) < 2) // as in PCD, nobody has set it
+      sensor.reset();
+    for (double cell = 0; cell < numbers[0] * numbers[1]; ++cell) {
+      const std::vector<double>& values = lines.next();
+      if (rows.columns == 0)
+        rows.columns = values.size();
+      if ((values.size() != 4 && values.size() != 7) || values.size() != rows.columns)
+        lines.fail("is not a cell x y z intensity, or all of them x y z intensity r g b");
+      const Eigen::Vector3d measured = Eigen::Map<const Eigen::Vector3d>(values.data());
+      if (measured.isZero(0))
+        continue;
+      const Eigen::Vector3d position = (transformation * measured.homogeneous()).head<3>();
+      rows.values.insert(rows.values.end(), position.begin(), position.end());
+      rows.values.insert(rows.values.end(), values.begin() + 3, values.end());
+    }
+  }
+  rows.names = {"x", "y", "z", "intensity", "red", "green", "blue"};
+  rows.names.resize(rows.columns);
+  PointTable table = toTable(std::move(rows));
+  if (scans == 1)
+    table.sensorOrigin = sensor;
+  return table;
 }
 
 PointTable parseObj(const std::string& path, const std::string& text, Polygons* faces)

@@ -399,6 +399,49 @@ TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
   EXPECT_EQ(numbered("", 3, 0).positions[2].x(), 2) << "of three rows it may be a coordinate";
 }
 
+TEST(PtsReader, scansBeginWithTheirCounts)
+{
+  const PointTable table =
+      parsePoints("pts", "a.pts", "2\n1 2 3 -1000 10 20 30\n4 5 6 7 40 50 60\n1\n7 8 9 0 70 80 90\n");
+  EXPECT_EQ(table.positions, (std::vector<Eigen::Vector3d>{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}));
+  EXPECT_EQ(table.scalars.at("intensity"), (std::vector<float>{-1000, 7, 0}));
+  EXPECT_EQ(table.colors.at(2), (std::array<std::uint8_t, 3>{70, 80, 90}));
+  EXPECT_EQ(parsePoints("pts", "a.pts", "1\n1 2 3 200 10 20 30\n").colors.at(0)[0], 10)
+      << "a count tells what is first";
+  EXPECT_EQ(parsePoints("pts", "a.pts", "1\n1 2 3 -7\n").scalars.at("intensity").at(0), -7);
+  expectRefused("pts", "2\n1 2 3 0\n1\n4 5 6 0\n", "announces 3 points and holds 2");
+}
+
+TEST(PtxReader, scansAreMovedToWhereTheyBelong)
+{
+  // A quarter turn about z, row vectors from the left.
+  const auto scan = [](const std::string& size, const std::string& scanner, const std::string& cells) {
+    return size + scanner + "0 1 0\n-1 0 0\n0 0 1\n0 1 0 0\n-1 0 0 0\n0 0 1 0\n431000.5 4500000.25 100 1\n" + cells;
+  };
+  const std::string at = "431000.5 4500000.25 100\n", cells = "1 2 3 .5\n0 0 0 .5\n";
+  const PointTable one = parsePoints("ptx", "a.ptx", scan("2\n1\n", at, cells) + "\n\n");
+  EXPECT_EQ(one.positions, (std::vector<Eigen::Vector3d>{{430998.5, 4500001.25, 103}})) << "0 0 0 is no point";
+  EXPECT_EQ(one.scalars.at("intensity"), std::vector<float>{.5});
+  EXPECT_EQ(one.sensorOrigin, Eigen::Vector3d(431000.5, 4500000.25, 100));
+  EXPECT_EQ(parsePoints("ptx", "a.ptx", scan("1\n2\n", "0 0 0\n", cells)).sensorOrigin, one.sensorOrigin)
+      << "where the transformation has it";
+  const PointTable two =
+      parsePoints("ptx", "a.ptx", scan("1\n1\n", at, "1 2 3 .5 9 8 7\n") + scan("1\n1\n", at, "4 5 6 1 3 2 1\r\n"));
+  EXPECT_EQ(two.positions.at(1), Eigen::Vector3d(430995.5, 4500004.25, 106));
+  EXPECT_EQ(two.colors.at(1), (std::array<std::uint8_t, 3>{3, 2, 1}));
+  EXPECT_FALSE(two.sensorOrigin) << "there are two";
+
+  expectRefused("ptx", scan("2\n1\n", at, "1 2 3 .5\n"), "truncated");
+  expectRefused("ptx", scan("2000000000\n2000000000\n", at, cells), "truncated");
+  expectRefused("ptx", scan("2\n1\n", at, cells) + "2\n", "truncated");
+  expectRefused("ptx", scan("2\n-1\n", at, cells), "line 2: is not what the header of a scan has here: a count");
+  expectRefused("ptx", scan("2\n1\n", "0 0\n", cells), "line 3: is not what the header of a scan has here: 3 numbers");
+  expectRefused("ptx", scan("2\n1\n", "0 0 nan\n", cells), "line 3");
+  expectRefused("ptx", scan("2\n1\n", at, "1 2 3 .5\n1 2 3 .5 9 8 7\n"), "line 12: is not a cell");
+  expectRefused("ptx", scan("1\n1\n", at, "1 2 3 x\n"), "line 11: is not a row of numbers");
+  expectRefused("ptx", scan("1\n1\n", at, "0 0 0 .5\n"), "holds no points");
+}
+
 TEST(PlyReader, colorsOfEveryTypeAndName)
 {
   const auto colors = [](const std::string& type, const std::string& prefix, const std::string& rgb) {
@@ -492,7 +535,9 @@ TEST(PointReader, formatsAreKnownByTheirBeginnings)
       {"// scanner 7\n1.5,2,3\n", "xyz"},
       {"X Y Z intensity\n", "xyz"},
       {"12\n", "xyz"},
+      {"12\n1 2 3 -7\n", "xyz"},
       {",x,y,z\n", "xyz"},
+      {"12\n5\n0 0 0\n", "ptx"},
       {"", ""},
       {"# nothing else\n", ""},
       {"solid cube\n", ""},

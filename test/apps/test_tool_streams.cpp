@@ -60,7 +60,7 @@ TEST_F(ToolStreams, StandardInputThatIsNoCloudIsTold)
     EXPECT_EQ(files(), std::vector<std::string>{"sphere.xyz"});
   };
   expect("echo It was a dark and stormy night | $TOOL - out.ply", 1,
-         "'standard input': looks like none of pcd, ply, obj, off, xyz, txt, asc or csv; say --input-format");
+         "'standard input': looks like none of pcd, ply, obj, off, xyz, txt, asc, csv, pts or ptx; say --input-format");
   expect("$TOOL - out.ply < /dev/null", 1, "'standard input': is empty");
   expect("echo 1 2 3 | $TOOL - out.ply", 1, "'standard input': 1 of 1 points");
   expect("$TOOL - out.ply --input-format ply < sphere.xyz", 1, "'standard input': is not a PLY file");
