@@ -238,7 +238,7 @@ std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const Eva
 pcl::mrf::TriangleMesh toFloat(const SurfaceMesh& mesh)
 {
   // Vertices that were floats in a file stay the same numbers; survey coordinates need to be moved to the origin.
-  const Eigen::Vector3d offset = floatOffset(mesh.vertices);
+  const Eigen::Vector3d offset = mesh.doublePrecision ? floatOffset(mesh.vertices) : Eigen::Vector3d::Zero();
   pcl::mrf::TriangleMesh result;
   result.triangles = mesh.triangles;
   result.vertices.reserve(mesh.vertices.size());

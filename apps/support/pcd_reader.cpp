@@ -413,6 +413,8 @@ PointTable readPcd(const std::string& path, const std::string& text)
     table.normals.push_back(normal.cast<float>());
   for (std::size_t f = 0; f < header.fields.size(); ++f) {
     const Field& field = header.fields[f];
+    if (field.name == "x")
+      table.areFloats = header.encoding != Encoding::ascii && field.type == 'F' && field.size == sizeof(float);
     if (isVectorPart(field.name) || field.count > 1 || field.isPadding())
       continue;
     if (field.isColor())

@@ -124,7 +124,8 @@ public:
   Body(const std::string& path, std::string_view rest, Format format) : path_(path), rest_(rest), format_(format) {}
 
   std::size_t bytesLeft() const { return rest_.size(); }
-  std::size_t minSize(Type type) const { return format_ == Format::ascii ? 1 : typeSizes[index(type)]; }
+  bool isText() const { return format_ == Format::ascii; }
+  std::size_t minSize(Type type) const { return isText() ? 1 : typeSizes[index(type)]; }
 
   double next(Type type)
   {
@@ -254,6 +255,7 @@ void readVertices(const std::string& path, const Element& element, Body& body, P
   const VectorColumns vectors(names);
   if (!vectors.position)
     throw FileError(path, "has no vertices with the properties x, y and z");
+  table.areFloats = !body.isText() && element.properties[vectors.position->front()].type == Type::float32;
 
   std::vector<std::vector<float>*> scalars(element.properties.size(), nullptr);
   for (std::size_t p = 0; p < scalars.size(); ++p)

@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 
 namespace mrf_apps {
 
@@ -116,11 +118,11 @@ Eigen::AlignedBox3d innerBox(const std::vector<Eigen::Vector3d>& positions)
 Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions)
 {
   const Eigen::AlignedBox3d box = innerBox(positions);
-  double error = 0;
-  for (const Eigen::Vector3d& position : positions)
-    if (!box.isEmpty() && box.contains(position))
-      error = std::max(error, (position - position.cast<float>().cast<double>()).lpNorm<Eigen::Infinity>());
-  if (box.isEmpty() || error <= 1e-7 * box.diagonal().norm())
+  if (box.isEmpty())
+    return Eigen::Vector3d::Zero();
+  const auto farthest = static_cast<float>(box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff());
+  const double step = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+  if (step <= 2e-7 * box.diagonal().norm())
     return Eigen::Vector3d::Zero();
   return box.center();
 }

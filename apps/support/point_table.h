@@ -18,6 +18,7 @@ namespace mrf_apps {
 /// What a file says about its points. Optional columns are either empty or as long as `positions`.
 struct PointTable {
   std::vector<Eigen::Vector3d> positions;
+  bool areFloats = false; ///< the file holds the positions in single precision, which has lost what it loses
   std::vector<Eigen::Vector3f> normals;
   std::vector<std::array<std::uint8_t, 3>> colors;
   std::map<std::string, std::vector<float>> scalars; ///< every other column, by its name in the file
@@ -47,9 +48,10 @@ const std::vector<std::string>& pointFormats();
 /// The same for messages.
 extern const char* const pointFileExtensions;
 
-/// What to subtract from the positions before they are rounded to float: zero where float holds them to 10⁻⁷ of the
-/// diagonal of their box, else the center of the box (survey coordinates from text or double-precision files). The box
-/// is that of the inner 98 % along each axis, so that a few strays, such as a point at zero, cost the others no digits.
+/// What to subtract from the positions before they are rounded to float: zero where that moves no point of their box by
+/// more than 10⁻⁷ of its diagonal, else the center of the box (survey coordinates). It is the box that counts: between
+/// points in whole meters, which float holds, there are vertices that it does not hold. The box is that of the inner
+/// 98 % along each axis, so that a few strays, such as a point at zero, cost the others no digits.
 Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions);
 
 } // namespace mrf_apps

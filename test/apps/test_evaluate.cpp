@@ -155,6 +155,7 @@ SurfaceMesh moved(SurfaceMesh mesh, const Vector3d& shift)
 {
   for (Vector3d& vertex : mesh.vertices)
     vertex += shift;
+  mesh.doublePrecision = true;
   return mesh;
 }
 

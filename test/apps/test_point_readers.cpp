@@ -119,6 +119,7 @@ TEST(PointReader, everyFormatKeepsTheDigits)
   for (const auto& [type, text] : files) {
     SCOPED_TRACE(type + text.substr(0, 60));
     EXPECT_EQ(parsePoints(type, "plane." + type, text).positions, points);
+    EXPECT_FALSE(parsePoints(type, "plane." + type, text).areFloats);
   }
 }
 
@@ -159,6 +160,7 @@ TEST(PointReader, straysCostTheOthersNoDigits)
     EXPECT_LT((kept - points[i]).norm(), 1e-6) << "of steps of .01"; // .2 in float have digits of 10⁻⁸
   }
   EXPECT_TRUE(floatOffset({{1, 2, 3}, {.5, .25, 7}}).isZero(0)) << "float holds these";
+  EXPECT_FALSE(floatOffset({{0, 5405590, 352}, {59, 5405649, 354}}).isZero(0)) << "these, but nothing between them";
 }
 
 TEST(PointReader, colorsOfAnyValueAreBytes)
@@ -200,6 +202,7 @@ TEST(PcdReader, fieldsOfEveryType)
   }
   const PointTable table = parsePoints("pcd", "all.pcd", header + "DATA binary\n" + binary);
   ASSERT_EQ(table.size(), 2u);
+  EXPECT_TRUE(table.areFloats);
   EXPECT_EQ(table.positions[1], Eigen::Vector3d(2.5, .1, -3));
   EXPECT_EQ(table.normals.at(1), Eigen::Vector3f(0, 0, 1));
   EXPECT_EQ(table.scalars.at("intensity"), (std::vector<float>{200, 200}));
@@ -320,6 +323,7 @@ TEST(PlyReader, otherElementsAndPropertiesArePassedOver)
     for (const double value : p)
       big += bytesOf(static_cast<float>(value), true);
   EXPECT_EQ(parsePoints("ply", "a.ply", big).positions, expected);
+  EXPECT_TRUE(parsePoints("ply", "a.ply", big).areFloats);
 }
 
 TEST(ObjReader, pairsNormalsByIndex)
