@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -97,12 +98,29 @@ double nearestResidual(const Eigen::Matrix3Xd& relative, const Axes& axes)
   return radius * quadricResidual(nearest, axes.eigenvectors());
 }
 
+/// The nearest points. Of those that several sensors may have seen, some are on the other wall of a thin object, which
+/// is no noise: they face the other side.
+void findAround(const OrientedPoints& points, const NeighborSearch& search, std::size_t point, Neighbors& found)
+{
+  const std::size_t wanted = neighborhoods.back();
+  const bool mayFaceAway = points.sensors.size() != 1;
+  search.nearest(points.positions[point], static_cast<int>(mayFaceAway ? 2 * wanted : wanted), found);
+  std::size_t kept = 0;
+  for (std::size_t n = 0; n < found.indices.size() && kept < wanted; ++n)
+    if (!mayFaceAway || points.normals[point].dot(points.normals[static_cast<std::size_t>(found.indices[n])]) > 0) {
+      found.indices[kept] = found.indices[n];
+      found.squaredDistances[kept++] = found.squaredDistances[n];
+    }
+  found.indices.resize(kept);
+  found.squaredDistances.resize(kept);
+}
+
 Sample measure(const OrientedPoints& points, const NeighborSearch& search, std::size_t point, Neighbors& found)
 {
   Sample sample;
   sample.spacing = points.spacings[point];
-  const auto number =
-      static_cast<std::size_t>(search.nearest(points.positions[point], static_cast<int>(neighborhoods.back()), found));
+  findAround(points, search, point, found);
+  const std::size_t number = found.indices.size();
   for (std::size_t k = 0; k < neighborhoods.size(); ++k) {
     sample.radius[k] = sample.residual[k] = std::numeric_limits<double>::quiet_NaN();
     if (neighborhoods[k] > number)
@@ -274,12 +292,18 @@ double keyOf(const NoiseModel& model, const OrientedPoints& points, std::size_t 
 
 } // namespace
 
-bool NoiseGroup::isCorrelated() const
+bool NoiseGroup::isNoticeable() const
 {
   // Of scans of heads σ is .01 to .16 spacings, of one range scan of a dragon .13 to .19, of a depth camera .2 to 2.9.
+  constexpr double noticeable = .4;
+  return deviation > noticeable * spacing;
+}
+
+bool NoiseGroup::isCorrelated() const
+{
   // White noise shows .85 to 1.1 of itself to the nearest points, that of depth cameras 0 to .76, but for few groups.
-  constexpr double noticeable = .4, shared = .8;
-  return deviation > noticeable * spacing && white < shared * deviation;
+  constexpr double shared = .8;
+  return isNoticeable() && white < shared * deviation;
 }
 
 double NoiseModel::deviationAt(const OrientedPoints& points, std::size_t i) const
@@ -318,10 +342,13 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
     };
     model.groups.push_back(describe({at(g), at(g + 1)}));
   }
-  const auto correlated =
-      std::count_if(model.groups.begin(), model.groups.end(), [](const NoiseGroup& g) { return g.isCorrelated(); });
-  model.isCorrelated = model.medianKey > 0 && 3 * correlated >= 2 * static_cast<std::ptrdiff_t>(groupCount);
-  if (model.isCorrelated) {
+  const auto isMostly = [&](bool (NoiseGroup::*property)() const) {
+    return model.medianKey > 0 && 3 * std::count_if(model.groups.begin(), model.groups.end(), std::mem_fn(property)) >=
+                                      2 * static_cast<std::ptrdiff_t>(groupCount);
+  };
+  model.isNoticeable = isMostly(&NoiseGroup::isNoticeable);
+  model.isCorrelated = isMostly(&NoiseGroup::isCorrelated);
+  if (model.isNoticeable) {
     if (!(model.deviation > 0))
       fitLaw(model);
     model.smoothing = smoothingForAll(model);

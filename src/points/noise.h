@@ -35,16 +35,17 @@ struct NoiseGroup {
   double side = 0;        ///< a, of the square that a point stands for, measured wider than noise spreads points
   double known = 0;       ///< median σ, where it is known; else 0
 
-  /// Noise that counts, most of which neighbors share.
-  bool isCorrelated() const;
+  bool isNoticeable() const; ///< noise that counts beside the spacing
+  bool isCorrelated() const; ///< it does, and neighbors share most of it
 };
 
 struct NoiseModel {
   bool isByRange = false; ///< from the only sensor; else by local spacing
   Eigen::Vector3f sensor = Eigen::Vector3f::Zero();
   std::vector<NoiseGroup> groups; ///< by ascending key; empty: too few points to tell
-  /// Two groups of three are: what neighbors foretell of a point is its noise, not its surface.
-  bool isCorrelated = false;
+  /// Two groups of three are. Of what is correlated, neighbors foretell of a point its noise, not its surface; what
+  /// looks white may still be, at distances that a scan of fewer points seldom has.
+  bool isNoticeable = false, isCorrelated = false;
   /// Of the median point, lengths in the cloud's unit: its key, its σ, and the smoothing length ℓ with which no group
   /// has less than its noise asks for.
   double medianKey = 0, deviation = 0, smoothing = 0;
@@ -52,7 +53,7 @@ struct NoiseModel {
   double exponent = 0;
 
   /// σ of one of the points that the model was made of, cloud's unit: what is known of it, or by its key.
-  /// \pre isCorrelated, or the noise is known
+  /// \pre isNoticeable, or the noise is known
   double deviationAt(const OrientedPoints& points, std::size_t i) const;
 };
 

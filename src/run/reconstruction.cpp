@@ -112,6 +112,13 @@ NoiseReport describe(const NoiseModel& model)
   return report;
 }
 
+/// Whether left-out points see so little of the noise that neighbors must foretell it.
+bool isForetold(const NoiseModel& noise, const Report& report)
+{
+  constexpr double share = .6; // of white noise they see .7 to 1.4, of a depth camera's that looks white .3 and .5
+  return noise.isNoticeable && report.smoothing.noise > 0 && report.smoothing.noise < share * noise.deviation;
+}
+
 /// What the points' noise is like, as it is known or as they show it; and what follows from it or, where it tells
 /// nothing, from points left out.
 void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionResolver& resolver, Report& report,
@@ -127,17 +134,27 @@ void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionRe
     const StageTimer timer("noise", report, execution);
     noise = estimateNoise(points, search, constant, execution);
   }
-  report.noise = describe(noise);
-  report.noise.isKnown = variesAsKnown || constant > 0;
-  if (variesAsKnown || (noise.isCorrelated && !report.noise.isKnown))
+  const bool isKnown = variesAsKnown || constant > 0;
+  if (variesAsKnown)
     setDeviations(points, noise, execution);
-  if (noise.isCorrelated && !isGivenSmoothing) {
-    report.noise.smoothing = noise.smoothing;
-    return resolver.followNoise(noise);
+  const OptionResolver asked = resolver;
+  if (isGivenSmoothing || !noise.isCorrelated) {
+    if (isKnown && !isGivenSmoothing)
+      resolver.knowNoise(noise.deviation);
+    resolver.chooseByData(points, report, execution);
+    noise.isCorrelated = noise.isCorrelated || (!isKnown && isForetold(noise, report));
   }
-  if (report.noise.isKnown && !isGivenSmoothing)
-    resolver.knowNoise(noise.deviation);
-  resolver.chooseByData(points, report, execution);
+  report.noise = describe(noise);
+  report.noise.isKnown = isKnown;
+  if (isGivenSmoothing || !noise.isCorrelated)
+    return;
+  if (!isKnown)
+    setDeviations(points, noise, execution);
+  report.smoothing = {};
+  report.resolution = {};
+  report.noise.smoothing = noise.smoothing;
+  resolver = asked;
+  resolver.followNoise(noise);
 }
 
 /// The fields of all pieces; the report gets their levels.

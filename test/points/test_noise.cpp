@@ -117,6 +117,22 @@ TEST(Noise, SheetsOfAQuantisedRangeAreNoWhiteNoise)
     EXPECT_LT(group.white, .1 * group.deviation);
 }
 
+TEST(Noise, TheOtherWallOfAThinObjectIsNone)
+{
+  PointSet points;
+  for (int n = 0; n < 100 * 100; ++n)
+    for (const float z : {0.f, 3.f}) {
+      points.positions.emplace_back(n % 100, n / 100, z);
+      points.normals.emplace_back(0, 0, z - 1.5f < 0 ? -1 : 1);
+    }
+  const NoiseModel model = modelOf(withSpacings(points));
+  ASSERT_EQ(model.groups.size(), 6U);
+  EXPECT_FALSE(model.isNoticeable);
+  // Whoever sees but one of the walls, from one place, calls two layers noise.
+  points.sensors = {Eigen::Vector3f(50, 50, 1000)};
+  EXPECT_TRUE(modelOf(withSpacings(points)).isNoticeable);
+}
+
 TEST(Noise, BecomesTheDeviationOfEachPoint)
 {
   OrientedPoints points = depthImage([](float depth) { return .01f * depth * depth; }, 1);
