@@ -110,8 +110,9 @@ MRF_JSON(UncertaintyReport, samples, voxelSize, voxels, noise, heldOut, measured
 MRF_JSON(ErrorLimitSummary, triangles, area, measuredArea)
 MRF_JSON(StageTime, stage, seconds)
 MRF_JSON(Report, status, message, warnings, options, density, diagonal, noise, smoothingLength, smoothing, resolution,
-         points, normalsEstimated, vote, sensorOriginUsed, sensorSupposed, orientation, levels, otherPieces, trimming,
-         remesher, meshBeforeRemeshing, mesh, times, seconds, predictedBytes, peakBytes, threads)
+         points, normalsEstimated, normalsFilled, signsOpposed, vote, sensorOriginUsed, sensorSupposed, orientation,
+         levels, otherPieces, trimming, remesher, meshBeforeRemeshing, mesh, times, seconds, predictedBytes, peakBytes,
+         threads)
 
 } // namespace pcl::mrf
 

@@ -19,8 +19,8 @@ namespace {
 
 OrientationVote chooseVote(const PointSet& points, const Options& options, const Report& report)
 {
-  if (!report.normalsEstimated)
-    return OrientationVote::none;
+  if (!report.normalsEstimated && !report.signsOpposed)
+    return report.normalsFilled > 0 ? OrientationVote::reference : OrientationVote::none;
   if (options.normals.source == NormalSource::reference && !points.normals.empty())
     return OrientationVote::reference;
   return points.sensors.empty() ? OrientationVote::outward : OrientationVote::sensor;
@@ -42,7 +42,9 @@ void warnOfDisagreement(Report& report)
   if (report.orientation.sideIsGuessed)
     return warnOfGuess(report);
   constexpr double lowAgreement = .75;
-  if (report.vote == OrientationVote::none || report.orientation.agreement >= lowAgreement)
+  // What encloses a volume has its side by that, however many of its normals look inward, as a mug's do.
+  if (report.vote == OrientationVote::none || report.vote == OrientationVote::outward ||
+      report.orientation.agreement >= lowAgreement)
     return;
   std::ostringstream text;
   text.precision(3);
@@ -98,6 +100,10 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
   prepared.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
   warnOfDisagreement(report);
   report.points.smallComponents = report.orientation.pointsDropped;
+  if (!report.normalsEstimated && report.vote == OrientationVote::reference)
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (!points.normals[i].isZero()) // as they came
+        oriented.normals[i] = points.normals[i];
   points.normals = std::move(oriented.normals);
   reduce(points, oriented.keep, search, execution);
   requirePoints(points, "dropping small components", report);

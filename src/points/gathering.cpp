@@ -72,7 +72,7 @@ bool requireNormals(RawCloud& cloud, NormalSource source)
   else if (cloud.normals.empty() && source != NormalSource::automatic)
     throw InvalidOption("normals.source = " + nameOf(source) +
                         ", but the cloud has no normals; have them estimated (auto)");
-  return source == NormalSource::automatic || source == NormalSource::use;
+  return source == NormalSource::use;
 }
 
 /// \throw InvalidOption if the noise is known twice

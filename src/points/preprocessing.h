@@ -27,10 +27,11 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
 
 struct PreparedPoints {
   PointSet points;
-  std::vector<Eigen::Vector3f> normals; ///< of each point, unit; their signs are not yet decided if they are estimated
+  std::vector<Eigen::Vector3f> normals; ///< of each point, unit; see Report for those whose signs are not yet decided
 };
 
-/// Drops outliers, measures the sampling density and finds normals; the report gets density and counts.
+/// Drops outliers, measures the sampling density and finds normals; the report gets density and counts, and what the
+/// cloud's normals lacked.
 /// \param search is given the points that are left \throw InvalidInput if too few are
 PreparedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search, Report& report,
                           Execution& execution);

@@ -95,6 +95,7 @@ TEST(BadInput, UnusablePointsAreCountedAndDropped)
   dirty->is_dense = false;
 
   mrf.setInputCloud(dirty);
+  mrf.setNormalSource(pcl::mrf::NormalSource::use);
   const pcl::mrf::TriangleMesh mesh = run(mrf);
   const pcl::mrf::PointCounts& counts = mrf.getReport().points;
   EXPECT_EQ(counts.input, static_cast<std::int64_t>(dirty->size()));
@@ -106,6 +107,47 @@ TEST(BadInput, UnusablePointsAreCountedAndDropped)
                 counts.outliersByStatistics + counts.noiseByPlaneFit + counts.smallComponents,
             counts.input);
   EXPECT_TRUE(sameBytes(mesh, clean)) << "what is left are the same points in the same order";
+}
+
+TEST(BadInput, NormalsThatAreMissingAreEstimatedAndTurned)
+{
+  for (const float nothing : {0.f, std::numeric_limits<float>::quiet_NaN()}) {
+    const Cloud::Ptr cloud = sphereCloud();
+    for (std::size_t n = 0; n < cloud->size(); n += 3)
+      (*cloud)[n].getNormalVector3fMap().setConstant(nothing);
+    const auto missing = static_cast<std::int64_t>((cloud->size() + 2) / 3);
+    Mrf mrf;
+    mrf.setInputCloud(cloud);
+    run(mrf);
+    EXPECT_EQ(mrf.getReport().normalsFilled, missing);
+    EXPECT_EQ(mrf.getReport().points.used, static_cast<std::int64_t>(cloud->size()));
+    ASSERT_EQ(mrf.getReport().warnings.size(), 1u);
+    EXPECT_NE(mrf.getReport().warnings[0].find(std::to_string(missing) + " of "), std::string::npos);
+    EXPECT_NEAR(mrf.getReport().mesh.volume, 4. / 3 * M_PI, .1);
+    mrf.setNormalSource(pcl::mrf::NormalSource::use);
+    run(mrf);
+    EXPECT_EQ(mrf.getReport().normalsFilled, 0);
+    EXPECT_EQ(mrf.getReport().points.zeroNormals, missing);
+  }
+}
+
+TEST(BadInput, NormalsOfRandomSignAreTurned)
+{
+  const Cloud::Ptr cloud = sphereCloud();
+  for (std::size_t n = 0; n < cloud->size(); n += 2)
+    (*cloud)[n].getNormalVector3fMap() *= -1;
+  Mrf mrf;
+  mrf.setInputCloud(cloud);
+  run(mrf);
+  EXPECT_TRUE(mrf.getReport().signsOpposed);
+  EXPECT_FALSE(mrf.getReport().normalsEstimated) << "the axes are the cloud's";
+  ASSERT_EQ(mrf.getReport().warnings.size(), 1u);
+  EXPECT_NE(mrf.getReport().warnings[0].find("setNormalSource(use)"), std::string::npos) << mrf.getReport().warnings[0];
+  EXPECT_NEAR(mrf.getReport().mesh.volume, 4. / 3 * M_PI, .1);
+  mrf.setNormalSource(pcl::mrf::NormalSource::use);
+  mrf.reconstruct(*pcl::make_shared<pcl::PolygonMesh>());
+  EXPECT_FALSE(mrf.getReport().signsOpposed) << "as they were asked for";
+  EXPECT_EQ(mrf.getReport().vote, pcl::mrf::OrientationVote::none);
 }
 
 TEST(BadInput, NormalsThatAreAllZeroAreEstimated)

@@ -34,7 +34,7 @@ struct OutlierOptions {
 
 /// What becomes of normals that come with the cloud.
 enum class NormalSource {
-  automatic, ///< use them if the cloud has them, estimate otherwise
+  automatic, ///< use those that the cloud has, with signs found anew if these cannot be right; estimate the others
   use,       ///< use them as they are
   reference, ///< estimate, and let the cloud's normals vote on the orientation of each component
   estimate   ///< ignore them

@@ -202,7 +202,7 @@ struct PointCounts {
   std::int64_t input = 0; ///< in the cloud, after the indices
   std::int64_t notFinite = 0;
   std::int64_t duplicates = 0;     ///< same position as an earlier point
-  std::int64_t zeroNormals = 0;    ///< with the cloud's normals in use: zero or not finite
+  std::int64_t zeroNormals = 0;    ///< with NormalSource::use: zero or not finite
   std::int64_t zeroConfidence = 0; ///< confidence field not finite or ≤ 0
   std::int64_t outliersAlone = 0;  ///< OutlierOptions::alone, and so on
   std::int64_t outliersByStatistics = 0;
@@ -261,7 +261,11 @@ struct Report {
   ResolutionChoice resolution; ///< how the voxel size was chosen; empty if it was given, by itself or by a quality
 
   PointCounts points;
-  bool normalsEstimated = false;
+  bool normalsEstimated = false;  ///< of all points
+  std::int64_t normalsFilled = 0; ///< estimated of points without one, beside the cloud's
+  /// More than a quarter of the cloud's normals pointed to the other side than their neighbors': the axes were kept and
+  /// the signs found anew, unless NormalSource::use keeps them.
+  bool signsOpposed = false;
   OrientationVote vote = OrientationVote::none;
   bool sensorOriginUsed = false; ///< the sensor that voted is the origin that the cloud names
   /// Nobody named a sensor, but all normals (one in a thousand may not) look at the origin of the coordinates, at most
