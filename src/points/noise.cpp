@@ -19,7 +19,8 @@ namespace {
 
 /// Neighborhoods, by the number of their points; each is about 1.4 times as wide as the one before.
 constexpr std::array<std::size_t, 6> neighborhoods = {12, 24, 48, 96, 192, 384};
-constexpr std::size_t maxSamples = 2048;
+/// Points that are asked: the few tell whether there is enough noise to be measured.
+constexpr std::size_t fewSamples = 256, maxSamples = 2048;
 constexpr std::size_t groupCount = 6;
 constexpr int unknowns = 6; ///< of a quadric
 
@@ -259,9 +260,12 @@ void fitLaw(NoiseModel& model)
   std::vector<double> slopes, factors;
   for (std::size_t a = 0; a < model.groups.size(); ++a)
     for (std::size_t b = a + 1; b < model.groups.size(); ++b)
-      if (model.groups[b].key > apart * model.groups[a].key)
-        slopes.push_back(std::log(smoothingFor(model.groups[b]) / smoothingFor(model.groups[a])) /
-                         std::log(model.groups[b].key / model.groups[a].key) / smoothingPower);
+      if (model.groups[b].key > apart * model.groups[a].key) {
+        const double slope = std::log(smoothingFor(model.groups[b]) / smoothingFor(model.groups[a])) /
+                             std::log(model.groups[b].key / model.groups[a].key) / smoothingPower;
+        if (std::isfinite(slope)) // not from a group without noise
+          slopes.push_back(slope);
+      }
   model.exponent = slopes.empty() ? 0 : std::clamp(quantile(slopes, .5), 0., steepest);
   for (const NoiseGroup& group : model.groups)
     factors.push_back(group.deviation * std::pow(model.medianKey / group.key, model.exponent));
@@ -288,6 +292,32 @@ std::vector<double> asDoubles(const std::vector<float>& values)
 double keyOf(const NoiseModel& model, const OrientedPoints& points, std::size_t i)
 {
   return static_cast<double>(model.isByRange ? (points.positions[i] - model.sensor).norm() : points.spacings[i]);
+}
+
+/// Sets the groups and their median key. \param most points that are asked
+void measureGroups(const OrientedPoints& points, const NeighborSearch& search, double known, std::size_t most,
+                   NoiseModel& model, Execution& execution)
+{
+  const std::size_t count = std::min(points.size(), most);
+  std::vector<Sample> samples(count);
+  execution.forRange(static_cast<std::int64_t>(count), 64, [&](std::int64_t begin, std::int64_t end) {
+    Neighbors found;
+    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+      const std::size_t point = n * points.size() / count;
+      samples[n] = measure(points, search, point, found);
+      samples[n].key = keyOf(model, points, point);
+      samples[n].known = points.deviations.empty() ? known : static_cast<double>(points.deviations[point]);
+    }
+  });
+  std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) { return a.key < b.key; });
+  model.medianKey = samples[count / 2].key;
+  model.groups.clear();
+  for (std::size_t g = 0; g < groupCount; ++g) {
+    const auto at = [&](std::size_t n) {
+      return samples.begin() + static_cast<std::ptrdiff_t>(n * count / groupCount);
+    };
+    model.groups.push_back(describe({at(g), at(g + 1)}));
+  }
 }
 
 } // namespace
@@ -323,31 +353,17 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
   if (model.isByRange)
     model.sensor = points.sensors.front();
 
-  const std::size_t count = std::min(points.size(), maxSamples);
-  std::vector<Sample> samples(count);
-  execution.forRange(static_cast<std::int64_t>(count), 64, [&](std::int64_t begin, std::int64_t end) {
-    Neighbors found;
-    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-      const std::size_t point = n * points.size() / count;
-      samples[n] = measure(points, search, point, found);
-      samples[n].key = keyOf(model, points, point);
-      samples[n].known = points.deviations.empty() ? known : static_cast<double>(points.deviations[point]);
-    }
-  });
-  std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) { return a.key < b.key; });
-  model.medianKey = samples[count / 2].key;
-  for (std::size_t g = 0; g < groupCount; ++g) {
-    const auto at = [&](std::size_t n) {
-      return samples.begin() + static_cast<std::ptrdiff_t>(n * count / groupCount);
-    };
-    model.groups.push_back(describe({at(g), at(g + 1)}));
-  }
-  const auto isMostly = [&](bool (NoiseGroup::*property)() const) {
-    return model.medianKey > 0 && 3 * std::count_if(model.groups.begin(), model.groups.end(), std::mem_fn(property)) >=
-                                      2 * static_cast<std::ptrdiff_t>(groupCount);
+  const auto share = [&model](bool (NoiseGroup::*property)() const) {
+    return static_cast<double>(std::count_if(model.groups.begin(), model.groups.end(), std::mem_fn(property))) /
+           static_cast<double>(groupCount);
   };
-  model.isNoticeable = isMostly(&NoiseGroup::isNoticeable);
-  model.isCorrelated = isMostly(&NoiseGroup::isCorrelated);
+  constexpr double most = 2. / 3;
+  measureGroups(points, search, known, fewSamples, model, execution);
+  if (share(&NoiseGroup::isNoticeable) < most / 2) // more samples would not make it most
+    return model;
+  measureGroups(points, search, known, maxSamples, model, execution);
+  model.isNoticeable = share(&NoiseGroup::isNoticeable) >= most && model.medianKey > 0;
+  model.isCorrelated = share(&NoiseGroup::isCorrelated) >= most && model.medianKey > 0;
   if (model.isNoticeable) {
     if (!(model.deviation > 0))
       fitLaw(model);

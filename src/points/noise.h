@@ -58,7 +58,8 @@ struct NoiseModel {
 };
 
 /// \param search holds points.positions \param known σ of all points, where they have none of their own; 0 = unknown
-/// Cost: the 384 nearest points of at most 2,048. The result does not depend on the number of threads.
+/// Cost: the 384 to 768 nearest points of 256 or, where these show noise, of at most 2,048. The result does not depend
+/// on the number of threads.
 NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& search, double known,
                          Execution& execution);
 
