@@ -138,7 +138,6 @@ std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& option
   const bool given = !points.normals.empty() &&
                      (options.normals.source == NormalSource::automatic || options.normals.source == NormalSource::use);
   report.normalsEstimated = !given;
-  const auto isGiven = [&](std::size_t i) { return given && !points.normals[i].isZero(); };
   if (given) {
     if (options.normals.source == NormalSource::automatic)
       checkSigns(points, search, report);
@@ -154,7 +153,7 @@ std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& option
   std::vector<Eigen::Vector3f> normals = std::move(estimates.normals);
   if (given)
     for (std::size_t i = 0; i < points.size(); ++i)
-      if (isGiven(i))
+      if (!points.normals[i].isZero())
         normals[i] = points.normals[i];
   std::vector<std::uint8_t> keep(points.size(), 1);
   report.points.noiseByPlaneFit = dropWhere(
