@@ -11,7 +11,10 @@
 
 #include <pcl/filters/statistical_outlier_removal.h>
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <memory>
@@ -84,6 +87,39 @@ private:
   Neighbors around_;
 };
 
+/// Points around a point in which a surface shows, however far they are: numbers of the nearest others.
+constexpr std::array<int, 4> scales = {16, 32, 64, 128};
+
+/// Whether the points around spread along a surface through a point: the nearest of one of the scales lie in a layer
+/// with it. A thicker one is enough where their number grows with their distance about as on a surface: with its
+/// square, so that 128 reach 4 times as far as 8, and not with its cube, so that they reach 2.5 times as far.
+bool isOnSurface(const PointSet& points, const NeighborSearch& search, std::uint32_t i, Neighbors& around)
+{
+  constexpr float growth = 2.8f * 2.8f;        // of the squared distance from 8 to 128 points
+  constexpr double thin = .15, thicker = .35;  // in lengths of the layer
+  constexpr double within = 2.5, beside = 1.7; // the point, in the layer's deviations, across and along
+  const Eigen::Vector3f& position = points.positions[i];
+  const int found = search.nearest(position, scales.back() + 1, around);
+  const bool grows = found > scales.back() &&
+                     around.squaredDistances[scales.back()] > growth * around.squaredDistances[measuredNeighbors];
+  return std::any_of(scales.begin(), scales.end(), [&](int scale) {
+    if (found <= scale)
+      return false;
+    Eigen::Matrix3Xd relative(3, scale);
+    for (int n = 0; n < scale; ++n) // the nearest is the point itself, or lies where it does
+      relative.col(n) =
+          (points.positions[static_cast<std::size_t>(around.indices[static_cast<std::size_t>(n) + 1])] - position)
+              .cast<double>();
+    const Eigen::Vector3d middle = relative.rowwise().mean();
+    relative.colwise() -= middle;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(relative * relative.transpose() / scale);
+    const Eigen::Array3d lengths = axes.eigenvalues().array().max(0).sqrt(),
+                         offsets = (axes.eigenvectors().transpose() * middle).array().abs();
+    return lengths[0] < (grows ? thicker : thin) * lengths[2] && offsets[0] <= within * lengths[0] &&
+           offsets.tail<2>().matrix().norm() <= beside * lengths.tail<2>().matrix().norm();
+  });
+}
+
 /// The quantile of values that are not negative.
 float quantile(std::vector<float> values, double share)
 {
@@ -96,6 +132,7 @@ float quantile(std::vector<float> values, double share)
 struct FarPoint {
   std::uint32_t index;
   std::vector<std::uint32_t> coherent;
+  bool isOnSurface; ///< of more points
 };
 
 /// The points whose distance to their neighbors exceeds that of these, or of all, by the factor; in any order.
@@ -124,7 +161,7 @@ std::vector<FarPoint> findFar(const PointSet& points, const std::vector<float>& 
         if (static_cast<std::uint32_t>(j) != i)
           around.push_back(means[static_cast<std::size_t>(j)]);
       if (!around.empty() && (means[i] > everywhere || means[i] > factor * median(around)))
-        here.push_back({i, coherence.coherent(i, found.indices)});
+        here.push_back({i, coherence.coherent(i, found.indices), isOnSurface(points, search, i, found)});
     }
     const std::lock_guard<std::mutex> lock(mutex);
     std::move(here.begin(), here.end(), std::back_inserter(far));
@@ -139,12 +176,12 @@ std::vector<std::uint8_t> keptByNeighbors(const PointSet& points, const std::vec
   const std::vector<FarPoint> far = findFar(points, means, search, factor, execution);
   std::vector<std::uint8_t> agrees(points.size(), 1);
   for (const FarPoint& point : far)
-    agrees[point.index] = point.coherent.size() >= minCoherent ? 1 : 0;
+    agrees[point.index] = point.isOnSurface || point.coherent.size() >= minCoherent ? 1 : 0;
   std::vector<std::uint8_t> keep = agrees;
   for (const FarPoint& point : far) {
     const auto staying =
         std::count_if(point.coherent.begin(), point.coherent.end(), [&](std::uint32_t j) { return agrees[j] != 0; });
-    if (staying < minStaying)
+    if (!point.isOnSurface && staying < minStaying)
       keep[point.index] = 0;
   }
   return keep;
