@@ -24,7 +24,10 @@ constexpr double openFrom = .18;
 constexpr double maxOpenWithoutWarning = .05;
 
 /// Correlation of depth and spacing from which the side of the scanner shows.
-constexpr double decisiveCorrelation = .5;
+constexpr double decisiveCorrelation = .6;
+
+/// Skewness of heights from which the side shows that things stand on.
+constexpr double decisiveSkewness = .3;
 
 /// Closed components that are looked at for being inside of others, points of each that stand for it, and places that
 /// are looked at.
@@ -126,6 +129,7 @@ private:
   bool isHeightField(const Eigen::Vector3d& axis) const;
   double sideOfScanner(const Eigen::Vector3d& axis) const;
   double outside() const;
+  double sideOfThings(const Eigen::Vector3d& axis) const;
   void followNeighbors(const NeighborSearch& search, Execution& execution);
 
   const PointSet& points_;
@@ -307,6 +311,29 @@ double Chooser::outside() const
   return std::abs(balance) >= .5 * total ? balance : 0;
 }
 
+/// > 0 if what rises from the bulk of the surface does so along an axis, as a house from its plot, < 0 against it; 0 if
+/// it does not show: the skewness of heights.
+double Chooser::sideOfThings(const Eigen::Vector3d& axis) const
+{
+  double area = 0, sum = 0, squares = 0, cubes = 0;
+  const auto forHeights = [&](const auto& visit) {
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (isOpenPoint(i))
+        visit(double{areas_[i]}, points_.positions[i].cast<double>().dot(axis));
+  };
+  forHeights([&](double weight, double height) {
+    area += weight;
+    sum += weight * height;
+  });
+  forHeights([&](double weight, double height) {
+    const double above = height - sum / area;
+    squares += weight * above * above;
+    cubes += weight * above * above * above;
+  });
+  const double skewness = cubes / area / std::pow(squares / area, 1.5);
+  return std::abs(skewness) > decisiveSkewness ? skewness : 0;
+}
+
 /// Turns the open components of a height field to one side of it.
 void Chooser::alignOpenOnes()
 {
@@ -323,6 +350,8 @@ void Chooser::alignOpenOnes()
   double side = sideOfScanner(axis_);
   if (side == 0)
     side = outside();
+  if (side == 0)
+    side = sideOfThings(axis_);
   if (side == 0) {
     int longest = 0;
     axis_.cwiseAbs().maxCoeff(&longest);

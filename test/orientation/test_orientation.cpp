@@ -251,6 +251,17 @@ TEST(Orientation, PiecesOfAHeightFieldShareASide)
   EXPECT_EQ(shareRight(points, result), 1) << "up, where nothing speaks for the other side";
 }
 
+TEST(Orientation, ThingsStandOnTheOutside)
+{
+  // Two roofs below their plot, as z down has them.
+  PointSet points = clouds::randomSquare(6000, 2, 1);
+  for (const float x : {-.8f, .9f})
+    clouds::append(points, clouds::randomSquare(375, .5f, 2), {x, 0, -.7f});
+  const OrientationResult result = estimateAndOrient(points, OrientationVote::outward);
+  EXPECT_TRUE(result.sideIsGuessed);
+  EXPECT_EQ(shareRight(points, result), 0) << "down";
+}
+
 TEST(Orientation, TheSideWhereTheScannerWasShowsInTheSpacing)
 {
   // A corner of three walls seen by a camera on their inner side: the outward vote is wrong about it.
