@@ -114,6 +114,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
   result.normals = std::move(points.normals);
   result.confidences = std::move(points.confidences);
   result.deviations = std::move(points.deviations);
+  result.views = std::move(points.views);
   result.spacings = std::move(points.spacings);
   result.origins = std::move(points.origins);
   result.sensors = std::move(points.sensors);

@@ -18,6 +18,7 @@ void selectCommon(const Points& points, const Which& which, Points& selected)
   selected.normals = selectValues(points.normals, which);
   selected.confidences = selectValues(points.confidences, which);
   selected.deviations = selectValues(points.deviations, which);
+  selected.views = selectValues(points.views, which);
   selected.spacings = selectValues(points.spacings, which);
   selected.origins = selectValues(points.origins, which);
   selected.sensors = points.sensors;
@@ -30,7 +31,6 @@ PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
 {
   PointSet kept;
   selectCommon(points, keep, kept);
-  kept.views = selectValues(points.views, keep);
   kept.gathered = points.wholeSize();
   kept.resolution = points.resolution;
   kept.hasSensorOrigin = points.hasSensorOrigin;

@@ -303,34 +303,37 @@ bool HoleFinder::anyInvented(const std::vector<std::uint8_t>& keep)
   return std::any_of(kept.begin(), kept.end(), [this](std::int32_t t) { return isInvented(t); });
 }
 
-/// Leaves of what lines of sight deny what `narrow` keeps.
-/// \return flags of fringes: the triangles that stay of fillings of which more was denied than not
+/// Leaves of what lines of sight deny what `narrow` keeps, and nothing of the filling of a hole that a sensor mostly
+/// saw through. \return flags of fringes: the triangles that stay of fillings of which more was denied than not
 std::vector<std::uint8_t> HoleFinder::dropDenied(const std::vector<std::uint8_t>& narrow,
                                                  std::vector<std::uint8_t>& keep)
 {
   const std::vector<std::int32_t> kept = fillings(keep);
-  std::vector<std::int32_t> wide;
   std::vector<Place> places;
   for (const std::int32_t t : kept) {
-    if (narrow[t])
-      continue;
     const std::int32_t first = mesh_.triangles[t][0];
-    wide.push_back(t);
     places.push_back({mesh_.vertices[first], deniedFrom * points_.spacings[nearest_.point(first)]});
   }
-  const std::vector<std::uint8_t> isDenied = findDenied(places, points_, execution_);
+  const std::vector<Sight> sights = lookAt(places, points_, execution_);
   std::vector<std::int32_t> fillingOf;
   const std::size_t count = group(kept, fillingOf);
-  std::vector<double> possible(count, 0), denied(count, 0);
-  for (std::size_t n = 0; n < wide.size(); ++n) {
-    const std::int32_t t = wide[n];
-    (isDenied[n] ? denied : possible)[fillingOf[t]] += areas_[t];
-    if (isDenied[n])
+  std::vector<double> possible(count, 0), denied(count, 0), throughHole(count, 0);
+  for (std::size_t n = 0; n < kept.size(); ++n) {
+    const std::int32_t t = kept[n];
+    const std::size_t filling = fillingOf[t];
+    if (!isOpen_[regionOf_[t]] && isInvented(t))
+      throughHole[filling] += sights[n] == Sight::through ? areas_[t] : -areas_[t];
+    if (narrow[t])
+      continue;
+    (sights[n] != Sight::free ? denied : possible)[filling] += areas_[t];
+    if (sights[n] != Sight::free)
       keep[t] = 0;
   }
   std::vector<std::uint8_t> isFringe(keep.size(), 0);
   for (const std::int32_t t : kept) {
     const std::size_t filling = fillingOf[t];
+    if (throughHole[filling] > 0)
+      keep[t] = 0;
     isFringe[t] = keep[t] && denied[filling] > possible[filling] ? 1 : 0;
   }
   return isFringe;

@@ -19,13 +19,14 @@ struct Place {
   float margin; ///< what is in front of it, or behind it, by less denies nothing, cloud's unit
 };
 
-/// Flags of the places where no surface can be for what the sensors saw: each of points.sensors had something in front
-/// of it, or the only one saw through it. The line of sight then passes a point within two of its spacings, measured in
-/// its tangent plane, before it comes to the place, or after. Of several sensors it is not known which one saw the
-/// point behind. Without sensors no place is denied. \pre points.spacings is not empty Cost: for each sensor, as long
-/// as some place is denied by all before it, n log n for the n points and a query per place.
-std::vector<std::uint8_t> findDenied(const std::vector<Place>& places, const OrientedPoints& points,
-                                     Execution& execution);
+/// What sensors tell of a place: nothing, that each had something in front of it, or that one saw a point through it.
+enum class Sight { free, hidden, through };
+
+/// What points.sensors tell of each place. A line of sight passes a point within two of its spacings, measured in its
+/// tangent plane, before it comes to the place, or after. Of several sensors points.views tell which one saw the point
+/// behind; without them nobody did. Without sensors all is free. \pre points.spacings is not empty
+/// Cost: for each sensor, as long as some place is not decided, n log n for the n points and a query per place.
+std::vector<Sight> lookAt(const std::vector<Place>& places, const OrientedPoints& points, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

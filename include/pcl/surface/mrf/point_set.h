@@ -49,6 +49,7 @@ struct OrientedPoints {
   std::vector<Eigen::Vector3f> normals; ///< unit length, pointing out of the object; same length as positions
   std::vector<float> confidences;       ///< 0..1; empty: 1 everywhere
   std::vector<float> deviations;        ///< σ of the noise, as it is known; empty: unknown, or the same everywhere
+  std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
   std::vector<float> spacings;          ///< local sampling distance, see localSpacings; empty: the same everywhere
   std::vector<std::uint32_t> origins;   ///< index of each point in the input cloud
   /// Where the points were seen from, in the recentered frame; empty: unknown. Nobody need have named them, see trim.
