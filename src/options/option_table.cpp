@@ -355,7 +355,7 @@ void declareMesh(Table& table)
       .number("maxGap", "--max-gap", "length", notNegative, field(trimming, &TrimmingOptions::maxGap),
               "the same for holes and bays of a surface that is open elsewhere")
       .automatic = "--max-hole if given, or 24 % of the diagonal, but 28 local spacings behind steps in depth, in "
-                   "shadows, and where the only sensor saw through";
+                   "shadows, and where a sensor saw through";
   table.number(
       "minComponentPoints", "--trim-points", "n", upTo(1000000), field(trimming, &TrimmingOptions::minComponentPoints),
       "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "

@@ -309,19 +309,24 @@ std::vector<std::uint8_t> HoleFinder::dropDenied(const std::vector<std::uint8_t>
                                                  std::vector<std::uint8_t>& keep)
 {
   const std::vector<std::int32_t> kept = fillings(keep);
+  const auto isOfHole = [this](std::int32_t t) { return !isOpen_[regionOf_[t]] && isInvented(t); };
+  std::vector<std::int32_t> asked;
   std::vector<Place> places;
   for (const std::int32_t t : kept) {
+    if (narrow[t] && !isOfHole(t))
+      continue;
     const std::int32_t first = mesh_.triangles[t][0];
+    asked.push_back(t);
     places.push_back({mesh_.vertices[first], deniedFrom * points_.spacings[nearest_.point(first)]});
   }
   const std::vector<Sight> sights = lookAt(places, points_, execution_);
   std::vector<std::int32_t> fillingOf;
   const std::size_t count = group(kept, fillingOf);
   std::vector<double> possible(count, 0), denied(count, 0), throughHole(count, 0);
-  for (std::size_t n = 0; n < kept.size(); ++n) {
-    const std::int32_t t = kept[n];
+  for (std::size_t n = 0; n < asked.size(); ++n) {
+    const std::int32_t t = asked[n];
     const std::size_t filling = fillingOf[t];
-    if (!isOpen_[regionOf_[t]] && isInvented(t))
+    if (isOfHole(t))
       throughHole[filling] += sights[n] == Sight::through ? areas_[t] : -areas_[t];
     if (narrow[t])
       continue;
