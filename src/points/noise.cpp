@@ -22,6 +22,9 @@ constexpr std::array<std::size_t, 6> neighborhoods = {12, 24, 48, 96, 192, 384};
 /// Points that are asked: the few tell whether there is enough noise to be measured.
 constexpr std::size_t fewSamples = 256, maxSamples = 2048;
 constexpr std::size_t groupCount = 6;
+/// Lengths that noise may be shared over, in spacings. With the last, the widest neighborhoods still show more than
+/// narrower ones.
+constexpr std::array<double, 8> correlations = {1., 1.41, 2., 2.83, 4., 5.66, 8., 11.3};
 constexpr int unknowns = 6; ///< of a quadric
 
 /// Points are on a line if their width is less than this of their length, squared. A disc has 1, points of one ring of
@@ -168,7 +171,7 @@ NoiseGroup fit(const std::vector<double>& radii, const std::vector<double>& resi
   };
   NoiseGroup best;
   double bestMisfit = std::numeric_limits<double>::infinity();
-  for (const double correlation : {1., 1.41, 2., 2.83, 4., 5.66, 8., 11.3})
+  for (const double correlation : correlations)
     for (int shapeStep = -1; shapeStep < steps; ++shapeStep)
       for (int noiseStep = 0; noiseStep < steps; ++noiseStep) {
         const double noise = power(lowest, 1.2, noiseStep), shape = shapeStep < 0 ? 0 : power(lowest, 2, shapeStep);
@@ -232,9 +235,11 @@ NoiseGroup describe(const std::vector<Sample>& samples)
                inSpace = ofFewest([](const Sample&sample) { return sample.residual.front(); });
   // A quantised range leaves the points in sheets, which those closest along the plane change between.
   constexpr double ofSheets = .1;
-  group.white = inSpace < ofSheets * group.deviation ? inSpace
-                : std::isnan(alongPlane)             ? group.deviation
-                                                     : std::min(alongPlane, group.deviation);
+  const bool inSheets = inSpace < ofSheets * group.deviation;
+  group.white = inSheets ? inSpace : std::isnan(alongPlane) ? group.deviation : std::min(alongPlane, group.deviation);
+  // Relief that grows up to the widest neighborhoods looks the same as noise that neighbors share, but for sheets.
+  if (!inSheets && !(group.correlation < correlations.back() * group.spacing))
+    group.deviation = group.white;
   return group;
 }
 
@@ -256,7 +261,7 @@ constexpr double smoothingPower = .4;
 void fitLaw(NoiseModel& model)
 {
   constexpr double steepest = 3; // a time of flight has 0 to 2, a disparity 2, and noise of smaller parts tells less
-  constexpr double apart = 1.1;  // keys that tell a slope
+  constexpr double apart = 1.3;  // keys that tell a slope
   std::vector<double> slopes, factors;
   for (std::size_t a = 0; a < model.groups.size(); ++a)
     for (std::size_t b = a + 1; b < model.groups.size(); ++b)

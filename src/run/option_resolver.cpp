@@ -30,12 +30,12 @@ constexpr float minSmoothingOfFinest = .15f;
 
 /// Under noise that neighbors share, voxels and edges in ℓ of the median point. Where points are close, weights make ℓ
 /// shorter: of a room near objects have half of it.
-constexpr double voxelsUnderNoise = .7;
+constexpr double voxelsUnderNoise = .6;
 constexpr float edgesUnderNoise = 1.1f;
 
 /// Levels of more voxels are then solved near the surface only. Of two depth frames, levels of three million voxels
 /// take 11 and 9 s instead of 2.7 and 3.3, and where there are no points the surface is no better for it.
-constexpr std::int64_t denseUnderNoise = 500000;
+constexpr std::int64_t denseUnderNoise = 800000;
 
 void derive(float& length, float automatic)
 {

@@ -117,6 +117,25 @@ TEST(Noise, SheetsOfAQuantisedRangeAreNoWhiteNoise)
     EXPECT_LT(group.white, .1 * group.deviation);
 }
 
+/// Windows of a facade: within few points they are edges, within as many as are asked the wall goes on to become
+/// rougher.
+TEST(Noise, ReliefIsNone)
+{
+  constexpr float whiteNoise = .3f;
+  const std::vector<float> noise = depth_image::noise(0);
+  PointSet points;
+  for (std::size_t n = 0; n < noise.size(); ++n) {
+    const std::size_t x = n % depth_image::side, y = n / depth_image::side;
+    points.positions.emplace_back(x, y, (x / 15 % 2 == 0 && y / 15 % 2 == 0 ? -4 : 0) + whiteNoise * noise[n]);
+  }
+  points.normals.assign(points.size(), Eigen::Vector3f::UnitZ());
+  const NoiseModel model = modelOf(withSpacings(points));
+  ASSERT_EQ(model.groups.size(), 6U);
+  EXPECT_FALSE(model.isCorrelated);
+  for (const NoiseGroup& group : model.groups)
+    EXPECT_NEAR(group.deviation, whiteNoise, .5 * whiteNoise);
+}
+
 TEST(Noise, TheOtherWallOfAThinObjectIsNone)
 {
   PointSet points;
