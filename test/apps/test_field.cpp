@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Small inputs of users that once failed, as they are: ../shared/data/field, whose README says what is right.
+#include "support/tool.h"
+
+#include <pcl/io/ply_io.h>
+#include <pcl/point_types.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace {
+
+class Field : public tool::Test {
+protected:
+  void SetUp() override
+  {
+    if (!std::filesystem::exists(input("README.md")))
+      GTEST_SKIP() << "no ../shared/data/field beside the source directory";
+  }
+
+  static std::string input(const std::string& name)
+  {
+    return std::string(MRF_SOURCE_DIR) + "/../shared/data/field/" + name;
+  }
+
+  /// The report on field.ply, and what was said on the way.
+  nlohmann::json reconstruct(const std::string& name, std::vector<std::string> options = {})
+  {
+    options.insert(options.begin(), {input(name), "field.ply", "-q", "--report", "field.json"});
+    const tool::Outcome outcome = run(options);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    said_ = outcome.err;
+    return parsed("field.json");
+  }
+
+  /// Seven of the clouds are of one ellipsoid.
+  static void expectEllipsoid(const nlohmann::json& report)
+  {
+    EXPECT_EQ(report["points"]["used"], report["points"]["input"]);
+    EXPECT_EQ(report["mesh"]["boundaryLoops"], 0);
+    EXPECT_EQ(report["mesh"]["components"], 1);
+    EXPECT_NEAR(report["mesh"]["volume"].get<double>(), 25.13, .05); // positive: the right side out
+  }
+
+  std::string said_;
+};
+
+/// Of the vertices of a mesh.
+template <typename Point>
+pcl::PointCloud<Point> verticesOf(const std::filesystem::path& file)
+{
+  pcl::PointCloud<Point> vertices;
+  EXPECT_EQ(pcl::io::loadPLYFile(file.string(), vertices), 0);
+  return vertices;
+}
+
+} // namespace
+
+TEST_F(Field, ColumnsAreWhatTheirHeaderOrTheirValuesSay)
+{
+  for (const char* name :
+       {"columns-of-tables/index_first.csv", "columns-of-tables/pandas.csv", "named-columns-ignored/cloudcompare.asc",
+        "named-columns-ignored/xyz_normal_rgb.txt", "scanner-formats/scan.pts", "scanner-formats/scan.ptx"}) {
+    SCOPED_TRACE(name);
+    const nlohmann::json report = reconstruct(name);
+    expectEllipsoid(report);
+    EXPECT_EQ(report["normalsEstimated"], std::string(name).find("named") == std::string::npos);
+  }
+}
+
+TEST_F(Field, ColorsSurvive)
+{
+  for (const char* name : {"ply-colours-lost/uint16.ply", "ply-colours-lost/diffuse.ply", "scanner-formats/scan.pts",
+                           "named-columns-ignored/cloudcompare.asc"}) {
+    SCOPED_TRACE(name);
+    reconstruct(name);
+    const auto vertices = verticesOf<pcl::PointXYZRGB>(path("field.ply"));
+    const auto [least, most] = std::minmax_element(vertices.begin(), vertices.end(), [](const auto& a, const auto& b) {
+      return a.r + a.g + a.b < b.r + b.g + b.b;
+    });
+    EXPECT_GT(most->r + most->g + most->b, least->r + least->g + least->b + 50);
+  }
+}
+
+TEST_F(Field, NormalsAreDataWithErrors)
+{
+  const nlohmann::json random = reconstruct("normals-of-random-sign/cloud.ply");
+  expectEllipsoid(random);
+  EXPECT_EQ(random["signsOpposed"], true);
+  EXPECT_NE(said_.find("50 % of the normals"), std::string::npos) << said_;
+
+  const nlohmann::json part = reconstruct("part-without-normals/cloud.ply");
+  expectEllipsoid(part);
+  EXPECT_EQ(part["normalsFilled"], 2409);
+  EXPECT_NE(said_.find("2409 of 6000 points have no normal"), std::string::npos) << said_;
+}
+
+TEST_F(Field, AMugIsNoReasonToWarn)
+{
+  const nlohmann::json report = reconstruct("mug-false-warning/mug.ply");
+  EXPECT_EQ(said_, "");
+  EXPECT_EQ(report["mesh"]["boundaryLoops"], 0);
+  EXPECT_NEAR(report["mesh"]["volume"].get<double>(), 110256, 600);
+}
+
+TEST_F(Field, MetersOfASurveyAreNotRounded)
+{
+  reconstruct("dem-grid-whole-metres-utm/grid.xyz");
+  EXPECT_EQ(said_.find("resolved"), std::string::npos) << said_;
+  EXPECT_NE(tool::readText(path("field.ply")).find("property double y"), std::string::npos);
+}
+
+TEST_F(Field, AHouseStandsOnItsPlot)
+{
+  reconstruct("house-on-ground/house.xyz");
+  EXPECT_NE(said_.find("is a guess"), std::string::npos) << said_;
+  const auto vertices = verticesOf<pcl::PointNormal>(path("field.ply"));
+  const auto countOf = [&](float side) {
+    return std::count_if(vertices.begin(), vertices.end(), [side](const auto& v) { return side * v.normal_z > .7f; });
+  };
+  EXPECT_GT(countOf(1), 50 * countOf(-1)); // of what is about level
+}
+
+TEST_F(Field, SparsePartsBesideDenseOnesStay)
+{
+  const nlohmann::json report = reconstruct("map-of-two-densities/scan.ply");
+  // 2,927 once; with none dropped the area is 39.
+  EXPECT_LE(report["points"]["outliersAlone"], 720);
+  EXPECT_GT(report["mesh"]["area"], 30);
+}
+
+TEST_F(Field, NoSurfaceStandsWhereASensorSawThrough)
+{
+  const std::string folder = "two-rooms-walls-crossed/";
+  reconstruct(folder + "rooms.ply",
+              {"--sensors", input(folder + "sensors.txt"), "--views", input(folder + "views.txt")});
+  // A balloon once stood in the middle of both rooms, .8 from all walls.
+  pcl::PointCloud<pcl::PointXYZ> points, vertices = verticesOf<pcl::PointXYZ>(path("field.ply"));
+  ASSERT_EQ(pcl::io::loadPLYFile(input(folder + "rooms.ply"), points), 0);
+  ASSERT_GT(vertices.size(), 20000U);
+  for (std::size_t v = 0; v < vertices.size(); v += 7) {
+    float nearest = std::numeric_limits<float>::infinity();
+    for (const pcl::PointXYZ& point : points)
+      nearest = std::min(nearest, (point.getVector3fMap() - vertices[v].getVector3fMap()).squaredNorm());
+    ASSERT_LT(std::sqrt(nearest), .15f) << vertices[v];
+  }
+}
