@@ -28,9 +28,9 @@ struct OutlierResult {
 /// exceeds 2.7 times the median of theirs (a local outlier factor), or of all points'. And no surface goes
 /// through it, at any scale: fewer than five of the eight lie in its tangent plane with normals like its own (by the
 /// planes of the 13 nearest points where the points have none), or fewer than three of those stay; and none of the 16,
-/// 32, 64 and 128 nearest lie in a layer that it is in as well. So a rough wall that is scanned sparsely, the bottom of a
-/// pocket that few rays reach and a patch of six points stay, however small they are beside the cloud;
-/// a share of the cloud, or a spacing beside its median alone, is no evidence against a point.
+/// 32, 64 and 128 nearest lie in a layer that it is in as well. So a rough wall that is scanned sparsely, the bottom of
+/// a pocket that few rays reach and a patch of six points stay, however small they are beside the cloud; a share of the
+/// cloud, or a spacing beside its median alone, is no evidence against a point.
 ///
 /// PCL's criterion is not robust: a few far outliers inflate its standard deviation until nothing is dropped.
 /// Duplicates count as neighbors at distance 0.

@@ -19,12 +19,15 @@ constexpr float cover = 2;
 /// behind.
 constexpr int besideSight = 12;
 
+/// Of more sensors, as of a scanner on the move, it would take too long to ask each what it saw through.
+constexpr std::size_t maxViews = 256;
+
 /// The points as a sensor sees them: moved along their lines of sight onto a sphere around it, where what is in front
 /// of a place is next to it. The sphere is as large as the cloud is far, so that far sensors tell points apart, too.
 class View {
 public:
-  View(std::size_t sensor, const OrientedPoints& points, Execution& execution)
-      : number_(sensor), sensor_(points.sensors[sensor].cast<double>()), points_(points), search_(makePointBins())
+  View(const Eigen::Vector3f& sensor, const OrientedPoints& points, Execution& execution)
+      : sensor_(sensor.cast<double>()), points_(points), search_(makePointBins())
   {
     const BoundingBox box = boundingBox(points.positions);
     radius_ = (sensor_ - (box.lower + box.upper).cast<double>() / 2).norm();
@@ -39,6 +42,7 @@ public:
     const auto distance = static_cast<float>(sight.norm());
     const Eigen::Vector3f direction = sight.normalized().cast<float>();
     const int found = search_->nearest(onSphere(place.position), besideSight, besides);
+    const bool isOnly = points_.sensors.size() == 1; // no other can have seen the points
     Sight result = Sight::free;
     for (int n = 0; n < found; ++n) {
       const std::size_t i = besides.indices[n];
@@ -47,7 +51,7 @@ public:
       const float facing = points_.normals[i].dot(direction);
       const float behind = points_.normals[i].dot(point) / facing; // if not finite: beside
       const bool hides = -behind > place.margin && -behind < distance;
-      const bool isSeenThrough = facing < 0 && behind > place.margin && isOfThis(i);
+      const bool isSeenThrough = isOnly && facing < 0 && behind > place.margin;
       if (!(hides || isSeenThrough) || !((behind * direction - point).norm() < cover * points_.spacings[i]))
         continue;
       if (isSeenThrough)
@@ -58,12 +62,6 @@ public:
   }
 
 private:
-  /// Whether this sensor is known to have seen a point.
-  bool isOfThis(std::size_t i) const
-  {
-    return points_.sensors.size() == 1 || (!points_.views.empty() && points_.views[i] == static_cast<int>(number_));
-  }
-
   Eigen::Vector3f onSphere(const Eigen::Vector3f& position) const
   {
     const Eigen::Vector3d sight = position.cast<double>() - sensor_;
@@ -73,7 +71,6 @@ private:
     return (position.cast<double>() + sight * ((radius_ - distance) / distance)).cast<float>();
   }
 
-  const std::size_t number_;
   const Eigen::Vector3d sensor_;
   const OrientedPoints& points_;
   double radius_;
@@ -84,21 +81,36 @@ private:
 
 std::vector<Sight> lookAt(const std::vector<Place>& places, const OrientedPoints& points, Execution& execution)
 {
-  const bool knowsViews = points.sensors.size() == 1 || !points.views.empty();
   std::vector<Sight> result(places.size(), points.sensors.empty() ? Sight::free : Sight::hidden);
-  const auto isDecided = [&](Sight sight) { return sight == Sight::through || (sight == Sight::free && !knowsViews); };
-  for (std::size_t sensor = 0; sensor < points.sensors.size(); ++sensor) {
-    if (std::all_of(result.begin(), result.end(), isDecided))
-      break;
-    const View view(sensor, points, execution);
+  const auto ask = [&](const View& view, const auto& decide) {
     execution.forRange(places.size(), 256, [&](std::size_t begin, std::size_t end) {
       Neighbors besides;
       for (std::size_t n = begin; n < end; ++n)
-        if (!isDecided(result[n])) {
-          const Sight sight = view.look(places[n], besides);
-          if (sight != Sight::hidden)
-            result[n] = sight == Sight::through ? sight : Sight::free;
-        }
+        decide(result[n], [&] { return view.look(places[n], besides); });
+    });
+  };
+  for (const Eigen::Vector3f& sensor : points.sensors) {
+    if (std::find(result.begin(), result.end(), Sight::hidden) == result.end())
+      break;
+    ask(View(sensor, points, execution), [](Sight& sight, const auto& look) {
+      if (sight == Sight::hidden)
+        sight = look();
+    });
+  }
+  if (points.sensors.size() < 2 || points.sensors.size() > maxViews || points.views.empty() || places.empty())
+    return result;
+  for (std::size_t sensor = 0; sensor < points.sensors.size(); ++sensor) {
+    std::vector<std::uint32_t> own;
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (points.views[i] == static_cast<std::int32_t>(sensor))
+        own.push_back(static_cast<std::uint32_t>(i));
+    if (own.empty())
+      continue;
+    OrientedPoints seen = select(points, own);
+    seen.sensors = {points.sensors[sensor]};
+    ask(View(seen.sensors.front(), seen, execution), [](Sight& sight, const auto& look) {
+      if (sight != Sight::through && look() == Sight::through)
+        sight = Sight::through;
     });
   }
   return result;

@@ -24,8 +24,11 @@ enum class Sight { free, hidden, through };
 
 /// What points.sensors tell of each place. A line of sight passes a point within two of its spacings, measured in its
 /// tangent plane, before it comes to the place, or after. Of several sensors points.views tell which one saw the point
-/// behind; without them nobody did. Without sensors all is free. \pre points.spacings is not empty
-/// Cost: for each sensor, as long as some place is not decided, n log n for the n points and a query per place.
+/// behind; without them, and of more than 256, nobody did. Without sensors all is free. \pre points.spacings is not
+/// empty
+///
+/// Cost: for each sensor, as long as some place was hidden from all before it, n log n for the n points and a query per
+/// place; for each of several that views tell of, the same with its own points.
 std::vector<Sight> lookAt(const std::vector<Place>& places, const OrientedPoints& points, Execution& execution);
 
 } // namespace mrf
