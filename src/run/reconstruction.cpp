@@ -117,7 +117,7 @@ bool isForetold(const NoiseModel& noise, const Report& report)
 {
   constexpr double share = .6; // of white noise they see .7 to 1.4, of a depth camera's that looks white .3 and .5
   // Of a depth camera's the nearest points see .85 and .88 if neighbors share some, .96 if they are too far apart: then
-  // points left out may still be of the near parts, whose noise is a tenth.
+  // points left out may still be of the near parts, whose noise is an eighth.
   constexpr double shareOfNearest = .9;
   double white = 0, all = 0;
   for (const NoiseGroup& group : noise.groups) {

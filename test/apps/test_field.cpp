@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Small inputs of users that once failed, as they are: ../shared/data/field, whose README says what is right.
+#include "support/scans.h"
 #include "support/tool.h"
 
 #include <pcl/io/ply_io.h>
@@ -13,11 +14,7 @@ namespace {
 
 class Field : public tool::Test {
 protected:
-  void SetUp() override
-  {
-    if (!std::filesystem::exists(input("README.md")))
-      GTEST_SKIP() << "no ../shared/data/field beside the source directory";
-  }
+  void SetUp() override { SKIP_WITHOUT_SCANS(); }
 
   static std::string input(const std::string& name)
   {
