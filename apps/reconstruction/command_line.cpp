@@ -131,6 +131,7 @@ void addMeshOptions(OptionParser& parser)
   for (const char* name : {"remesher.targetEdge", "remesher.fit", "trimming.kind", "trimming.maxHole",
                            "trimming.maxGap", "trimming.minComponentPoints", "colors"})
     parser.declared(name);
+  parser.declaredFlag("trimming.watertight");
 }
 
 void addUncertaintyOptions(OptionParser& parser)
@@ -180,6 +181,7 @@ void addEverydayOptions(ToolOptions& parser)
                    {"--trim", "surface without points: keep all (none), only what fills holes (default), or nothing "
                               "(supported)"},
                    {"--max-hole", "largest hole to be filled"},
+                   {"--watertight", "close all openings, for printing and for volumes"},
                    {"--color", "confidence, sigma, input or none; default input"},
                    {"--uncertainty", "sigma at each vertex: how far it may be off"},
                    {"--preset", "paper: as Paulsen et al. published it"},

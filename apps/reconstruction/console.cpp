@@ -314,6 +314,9 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
                   (report.trimming.holesFilled > 0 ? format(" (largest %.4g)", report.trimming.largestHole) : "") +
                   ", " + counted(report.trimming.extrapolationsDropped, "extrapolation", "extrapolations") +
                   " dropped");
+  if (report.options.trimming.watertight)
+    print("", format("encloses a volume of %.6g; %.3g %% of the area closes openings", report.mesh.volume,
+                     100 * report.trimming.cappedShare));
   if (report.beyondError.triangles > 0)
     print("", counted(report.beyondError.triangles, "triangle", "triangles") +
                   format(" dropped by --max-error, %.3g of an area of %.3g with points",

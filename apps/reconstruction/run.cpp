@@ -321,8 +321,12 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
       },
       report);
   releaseFreedMemory();
-  if (job.outputFormat == "stl")
+  if (job.outputFormat == "stl") {
     result.shiftOfOutput = stlOffset(result.mesh);
+    if (!result.report.mesh.closed())
+      result.report.warnings.push_back("the surface in " + job.output +
+                                       " is open: to print it, or for a volume, close it (trimming.watertight)");
+  }
   if (!result.shiftOfOutput.isZero(0))
     result.report.warnings.push_back(shiftWarning(job.output, result.shiftOfOutput));
 

@@ -89,7 +89,8 @@ MRF_JSON(SolveReport, method, iterations, relativeResidual, remainingChange, rem
          history)
 MRF_JSON(LevelReport, size, voxelSize, maxDistance, observed, unknowns, observationSeconds, solverSeconds, solve)
 MRF_JSON(PieceReport, points, levels)
-MRF_JSON(TrimSummary, holesFilled, extrapolationsDropped, componentsDropped, areaFilled, areaDropped, largestHole)
+MRF_JSON(TrimSummary, holesFilled, extrapolationsDropped, componentsDropped, areaFilled, areaDropped, largestHole,
+         cappedShare)
 MRF_JSON(RemeshSummary, splits, collapses, flips, refusedOperations)
 MRF_JSON(MeshStatistics, vertices, triangles, edges, components, boundaryEdges, boundaryLoops, nonManifoldEdges,
          nonManifoldVertices, degenerateTriangles, unusedVertices, eulerCharacteristic, area, volume, meanQuality,

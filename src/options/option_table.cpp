@@ -360,6 +360,9 @@ void declareMesh(Table& table)
       "minComponentPoints", "--trim-points", "n", upTo(1000000), field(trimming, &TrimmingOptions::minComponentPoints),
       "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "
       "near), but never the largest; not with --trim none");
+  table.onOff(
+      "watertight", "--watertight", field(trimming, &TrimmingOptions::watertight),
+      "close what is left, however wide its openings are, as flat as they allow: for printing, and for volumes");
 }
 
 void declareUncertainty(Table& table)
@@ -416,6 +419,7 @@ void nameSetters(std::vector<OptionDeclaration>& rows)
                                                              {"remesher.targetEdge", "setTargetEdge"},
                                                              {"trimming.kind", "setTrimming"},
                                                              {"trimming.maxHole", "setMaxHole"},
+                                                             {"trimming.watertight", "setWatertight"},
                                                              {"uncertainty.compute", "setComputeUncertainty"},
                                                              {"uncertainty.surfaces", "setNumberOfSurfaces"},
                                                              {"uncertainty.maxError", "setMaxError"},

@@ -154,6 +154,9 @@ void validate(const Options& options)
   validate(options.solver);
   validate(options.multiscale);
   requireOneNoise(options.observation);
+  if (options.trimming.watertight && options.uncertainty.maxError > 0)
+    throw InvalidOption("trimming.watertight closes what uncertainty.maxError = " +
+                        decimalText(options.uncertainty.maxError) + " opens: give one of them");
   if (!options.noiseField.empty() && !options.observation.atPoints())
     throw InvalidOption("noiseField = '" + options.noiseField + "' has a meaning with observation.kind = points only");
   if (wantsUncertainty(options) && !options.observation.atPoints())

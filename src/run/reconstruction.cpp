@@ -23,6 +23,7 @@
 #include "run/warnings.h"
 #include "trimming/error_limit.h"
 #include "trimming/trimming.h"
+#include "trimming/watertight.h"
 #include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/uncertainty.h"
 
@@ -219,8 +220,24 @@ void setVertexFields(Reconstruction& result, bool moved, const Support& support,
     setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
 }
 
-/// Sets the confidences of the vertices, drops what no data support, and measures what is left; sets the normals unless
-/// it is to be remeshed.
+/// Closes what trimming left, if it is open. \param statistics of it, and then of the closed mesh
+void closeMesh(Reconstruction& result, const Support& support, const ResolvedOptions& options,
+               std::optional<MeshStatistics>& statistics, Execution& execution)
+{
+  if (!statistics)
+    statistics = measure(result.mesh, execution);
+  if (statistics->closed())
+    return;
+  const double area = statistics->area;
+  result.field = closeOpenings(result.mesh, result.field, execution);
+  result.mesh = polygonize(result.field, execution);
+  setConfidences(result.mesh, support, options.observation.confidenceShape, execution);
+  statistics = measure(result.mesh, execution);
+  result.report.trimming.cappedShare = std::max(0., 1 - area / statistics->area);
+}
+
+/// Sets the confidences of the vertices, drops what no data support, closes the rest if that is asked for, and measures
+/// what is left; sets the normals unless it is to be remeshed.
 /// \param diagonal that the limits of holes follow \throw InvalidInput if nothing is left
 void trimMesh(Reconstruction& result, const Support& support, float diagonal, const ResolvedOptions& options,
               Execution& execution)
@@ -236,7 +253,10 @@ void trimMesh(Reconstruction& result, const Support& support, float diagonal, co
     statistics = trimmed.statistics;
     result.mesh = std::move(trimmed.mesh);
     const bool isCut = options.trimming.kind != Trimming::none && !statistics;
-    const bool isTightened = isCut && tightenBorders(result.mesh, support, execution) > 0;
+    if (options.trimming.watertight && !result.mesh.triangles.empty())
+      closeMesh(result, support, options, statistics, execution);
+    const bool isTightened =
+        isCut && !options.trimming.watertight && tightenBorders(result.mesh, support, execution) > 0;
     if (options.remesher.rounds == 0)
       setVertexFields(result, isTightened, support, options, execution);
   }

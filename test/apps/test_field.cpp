@@ -129,6 +129,18 @@ TEST_F(Field, SparsePartsBesideDenseOnesStay)
   EXPECT_GT(report["mesh"]["area"], 30);
 }
 
+TEST_F(Field, ABinIsClosedFlatOnDemand)
+{
+  const nlohmann::json report = reconstruct("open-bin-watertight/bin.ply", {"--watertight"});
+  EXPECT_EQ(report["mesh"]["boundaryEdges"], 0);
+  EXPECT_EQ(report["mesh"]["components"], 1);
+  EXPECT_NEAR(report["mesh"]["volume"].get<double>(), 24e6, .03 * 24e6);
+  const double open = 300 * 200, bin = open + 2 * 400 * (300 + 200);
+  EXPECT_NEAR(report["trimming"]["cappedShare"].get<double>(), open / (open + bin), .01);
+  const tool::Outcome outcome = run({input("open-bin-watertight/bin.ply"), "bin.stl"});
+  EXPECT_NE(outcome.err.find("--watertight"), std::string::npos) << outcome.err;
+}
+
 TEST_F(Field, NoSurfaceStandsWhereASensorSawThrough)
 {
   const std::string folder = "two-rooms-walls-crossed/";

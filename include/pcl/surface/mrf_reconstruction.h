@@ -142,6 +142,10 @@ public:
   void setMaxHole(float diameter) { options_.trimming.maxHole = diameter; }
   float getMaxHole() const { return options_.trimming.maxHole; }
 
+  /// Whether openings of any size are closed, as flat as they allow (default no).
+  void setWatertight(bool watertight) { options_.trimming.watertight = watertight; }
+  bool getWatertight() const { return options_.trimming.watertight; }
+
   /// 0 = leave the polygonizer's triangles.
   void setNumberOfRemeshingRounds(int rounds) { options_.remesher.rounds = rounds; }
   int getNumberOfRemeshingRounds() const { return options_.remesher.rounds; }

@@ -224,6 +224,9 @@ struct TrimmingOptions {
   /// Components with fewer coherent points behind them are dropped, the largest one excepted, 0..1000000; 0 or 1: none
   /// are. Three are enough where no other surface is as close as they are to each other. Not with `none`.
   int minComponentPoints = 12;
+  /// What is left is closed, however wide its openings are, as flat as they allow: by the plane of those in a plane. A
+  /// sheet that bounds nothing gets a back. Not with UncertaintyOptions::maxError.
+  bool watertight = false;
 };
 
 struct RemesherOptions {

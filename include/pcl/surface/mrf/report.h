@@ -101,6 +101,7 @@ struct TrimSummary {
   std::int64_t componentsDropped = 0;
   double areaFilled = 0, areaDropped = 0; ///< cloud's unit squared
   double largestHole = 0;                 ///< diameter of the largest piece that was kept, cloud's unit
+  double cappedShare = 0;                 ///< of the area of the closed surface: what TrimmingOptions::watertight added
 };
 
 /// What UncertaintyOptions::maxError dropped; areas in the cloud's unit squared.
