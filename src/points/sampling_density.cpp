@@ -139,5 +139,24 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDi
   return density;
 }
 
+double growthOfNeighbors(const std::vector<Eigen::Vector3f>& positions, const NeighborSearch& search,
+                         Execution& execution)
+{
+  constexpr double onSurfaces = 2;
+  constexpr std::size_t least = 1024, asked = 256, factor = 8;
+  if (positions.size() < least)
+    return onSurfaces;
+  // Wide enough to see past the noise, and far less than all.
+  const std::size_t few = std::clamp<std::size_t>(positions.size() / 256, 16, 128);
+  std::vector<float> growths(asked);
+  forEach(execution, asked, 1, [&](std::size_t n) {
+    Neighbors found;
+    search.nearest(positions[n * positions.size() / asked], static_cast<int>(factor * few) + 1, found);
+    const float ratio = found.squaredDistances.back() / found.squaredDistances[few];
+    growths[n] = std::isfinite(ratio) && ratio > 1 ? 2 * std::log(static_cast<float>(factor)) / std::log(ratio) : 0;
+  });
+  return median(std::move(growths));
+}
+
 } // namespace mrf
 } // namespace pcl

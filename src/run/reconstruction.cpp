@@ -16,6 +16,7 @@
 #include "pilot/robust.h"
 #include "points/gathering.h"
 #include "points/preprocessing.h"
+#include "points/sampling_density.h"
 #include "remesher/remesher.h"
 #include "run/cloud_pieces.h"
 #include "run/option_resolver.h"
@@ -401,6 +402,7 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
   PointSet points = gatherPoints(std::move(cloud), options, report, execution);
   const double resolution = points.resolution;
   PreparedPoints prepared = preprocess(std::move(points), options, search, report, execution);
+  warnOfNoSurface(prepared.points, growthOfNeighbors(prepared.points.positions, search, execution), report);
   result.points = orientPoints(std::move(prepared), options, search, report, execution);
   requireVoxelsWithinCloud(options.multiscale.voxelSize, boundingBox(result.points.positions).diagonal());
 

@@ -4,10 +4,14 @@
 #pragma once
 
 #include <pcl/surface/mrf/options.h>
+#include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 
 namespace pcl {
 namespace mrf {
+
+/// Says so if the points fill a volume, lie on lines or in one plane. \param growth see growthOfNeighbors
+void warnOfNoSurface(const PointSet& points, double growth, Report& report);
 
 /// Names the rules that dropped more points than an everyday scan has outliers.
 void warnOfDroppedPoints(Report& report);

@@ -19,6 +19,10 @@ namespace {
 /// More of a component than this is not the filling of holes but the back of what was seen from one side.
 constexpr double maxFilled = 1. / 3;
 
+/// A filling does not reach farther from the middle of its rim than the rim does: by half a ball at most. What does, by
+/// this factor, is the bulb behind the end of a tube.
+constexpr float maxOutgrowth = 1.3f;
+
 /// What is farther from the points than this, in local spacings, is invented.
 constexpr double inventedFrom = 10;
 
@@ -93,6 +97,8 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   if (unsupported_.empty())
     return keep;
   findRegions();
+  if (!limits.closesBridges)
+    compareWithRims();
   findOpenRegions(limits.hole);
   const auto keepRegions = [&](double onOpen, std::vector<std::uint8_t>& kept) {
     for (const std::int32_t t : unsupported_) {
@@ -203,6 +209,40 @@ void HoleFinder::findRegions()
   }
   measureReach(
       regionOf_, [](const Region& region) { return region.isBounded(); }, regions_);
+}
+
+/// Finds the bounded regions that outgrow their rims.
+void HoleFinder::compareWithRims()
+{
+  std::vector<std::uint8_t> isSupported(mesh_.vertices.size(), 0);
+  for (std::size_t t = 0; t < supported_.size(); ++t)
+    if (supported_[t])
+      for (const std::int32_t v : mesh_.triangles[t])
+        isSupported[v] = 1;
+  struct Extent {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double count = 0;
+    float ofRim = 0, ofRest = 0; ///< largest squared distances from the rim's middle
+  };
+  std::vector<Extent> extents(regions_.size());
+  const auto forCorners = [&](const auto& body) {
+    for (const std::int32_t t : unsupported_)
+      if (regions_[regionOf_[t]].isBounded())
+        for (const std::int32_t v : mesh_.triangles[t])
+          body(isSupported[v] != 0, mesh_.vertices[v], extents[regionOf_[t]]);
+  };
+  forCorners([](bool isOnRim, const Eigen::Vector3f& position, Extent& extent) {
+    if (isOnRim) {
+      extent.sum += position.cast<double>();
+      ++extent.count;
+    }
+  });
+  forCorners([](bool isOnRim, const Eigen::Vector3f& position, Extent& extent) {
+    float& farthest = isOnRim ? extent.ofRim : extent.ofRest;
+    farthest = std::max(farthest, (position - (extent.sum / extent.count).cast<float>()).squaredNorm());
+  });
+  for (std::size_t r = 0; r < regions_.size(); ++r)
+    regions_[r].outgrowsRim = extents[r].ofRest > maxOutgrowth * maxOutgrowth * extents[r].ofRim;
 }
 
 /// Those whose component stays open even if all of its holes are filled, or of which so much would be filled that it is

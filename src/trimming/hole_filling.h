@@ -22,8 +22,8 @@ namespace mrf {
 struct FillingLimits {
   double hole; ///< where filling closes the surface
   double gap;  ///< elsewhere
-  /// What turns away from the surface around it, or is denied by lines of sight, is closed like the rest. Else, if the
-  /// points have spacings, only up to 28 of those.
+  /// What outgrows its rim, turns away from the surface around it, or is denied by lines of sight, is filled like the
+  /// rest. Else the first is not, and the others, if the points have spacings, only up to 28 of those.
   bool closesBridges;
 };
 
@@ -69,16 +69,18 @@ private:
     bool hasSupportedNeighbor = false;
     double area = 0;
     float squaredReach = 0; ///< largest squared distance of a vertex to the nearest data point
+    bool outgrowsRim = false;
 
     bool isBounded() const { return hasSupportedNeighbor && !touchesBoundary; }
     double diameter() const { return 2 * std::sqrt(static_cast<double>(squaredReach)); }
-    bool fits(double limit) const { return isBounded() && diameter() <= limit; }
+    bool fits(double limit) const { return isBounded() && !outgrowsRim && diameter() <= limit; }
   };
 
   std::int32_t group(const std::vector<std::int32_t>& triangles, std::vector<std::int32_t>& groupOf) const;
   template <typename Needs>
   void measureReach(const std::vector<std::int32_t>& regionOf, const Needs& needs, std::vector<Region>& regions);
   void findRegions();
+  void compareWithRims();
   void findOpenRegions(double maxHole);
   void keepGaps(double gap, double spacings, std::vector<std::uint8_t>& keep);
   std::vector<RimVertex> describeRim(const std::vector<std::int32_t>& vertices, double gap, double spacings);

@@ -141,6 +141,26 @@ TEST_F(Field, ABinIsClosedFlatOnDemand)
   EXPECT_NE(outcome.err.find("--watertight"), std::string::npos) << outcome.err;
 }
 
+TEST_F(Field, ATunnelEndsWhereItsPointsDo)
+{
+  // Points are .22 apart; bulbs once were 6 and 7 long.
+  const std::string tunnel = input("tunnel-ends-capped/tunnel.ply");
+  pcl::PointCloud<pcl::PointXYZ> points;
+  ASSERT_EQ(pcl::io::loadPLYFile(tunnel, points), 0);
+  const auto lengthOf = [](const pcl::PointCloud<pcl::PointXYZ>& cloud) {
+    Eigen::AlignedBox3f box;
+    for (const pcl::PointXYZ& point : cloud)
+      box.extend(point.getVector3fMap());
+    return box.sizes().maxCoeff();
+  };
+  const nlohmann::json open = reconstruct("tunnel-ends-capped/tunnel.ply");
+  EXPECT_EQ(open["mesh"]["boundaryLoops"], 2);
+  EXPECT_NEAR(lengthOf(verticesOf<pcl::PointXYZ>(path("field.ply"))), lengthOf(points), .8);
+  const nlohmann::json closed = reconstruct("tunnel-ends-capped/tunnel.ply", {"--watertight"});
+  EXPECT_EQ(closed["mesh"]["boundaryLoops"], 0);
+  EXPECT_NEAR(lengthOf(verticesOf<pcl::PointXYZ>(path("field.ply"))), lengthOf(points), 1.3);
+}
+
 TEST_F(Field, NoSurfaceStandsWhereASensorSawThrough)
 {
   const std::string folder = "two-rooms-walls-crossed/";

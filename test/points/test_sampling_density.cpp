@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <random>
 
 using namespace pcl::mrf;
 
@@ -33,6 +34,25 @@ TEST(SamplingDensity, OfALatticeIsItsSpacing)
   EXPECT_NEAR(density.nearestDeviation, 0, 1e-5);
   EXPECT_NEAR(density.eighthMedian, .5 * std::sqrt(2.0), 1e-5);
   EXPECT_FLOAT_EQ(density.spacing, .323f * density.eighthMedian);
+}
+
+TEST(SamplingDensity, NeighborsGrowWithThePowerOfTheirDimension)
+{
+  Execution execution(2);
+  const auto growthIn = [&](std::size_t count, int dimension) {
+    PointSet points = clouds::randomSquare(count, 1);
+    std::mt19937 random(2);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    for (Eigen::Vector3f& position : points.positions) {
+      position.y() = dimension > 1 ? position.y() : 0;
+      position.z() = dimension > 2 ? uniform(random) : 0;
+    }
+    return growthOfNeighbors(points.positions, *clouds::searchOf(points), execution);
+  };
+  EXPECT_NEAR(growthIn(5000, 1), 1, .1);
+  EXPECT_NEAR(growthIn(5000, 2), 2, .15);
+  EXPECT_NEAR(growthIn(20000, 3), 2.9, .15); // some are near the cube's faces
+  EXPECT_EQ(growthIn(1000, 3), 2) << "too few to tell";
 }
 
 TEST(SamplingDensity, OfRandomPointsIsTheExpectationOfAPoissonProcess)

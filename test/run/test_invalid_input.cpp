@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 using namespace contract;
 using conversion::sameBytes;
@@ -55,6 +56,26 @@ TEST(BadInput, Collinear)
     line->push_back(pcl::PointXYZ(.01f * static_cast<float>(i), .02f * static_cast<float>(i), 0));
   // No plane fits a line in one way only: there are no normals to be had.
   expectInvalidCloud<pcl::PointXYZ>(line);
+}
+
+TEST(BadInput, WhatIsNoSurfaceIsNamed)
+{
+  const auto warningOf = [](float x, float y, float z) {
+    pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    for (int n = 0; n < 4000; ++n)
+      cloud->push_back(pcl::PointXYZ(11 + x * uniform(random), 48 + y * uniform(random), z * uniform(random)));
+    pcl::MRFReconstruction<pcl::PointXYZ> mrf;
+    mrf.setInputCloud(cloud);
+    mrf.setQuality(pcl::mrf::Quality::draft);
+    pcl::PolygonMesh mesh;
+    mrf.reconstruct(mesh);
+    return mrf.getReport().warnings.empty() ? std::string() : mrf.getReport().warnings.front();
+  };
+  EXPECT_NE(warningOf(1, 1, 1).find("fill a volume"), std::string::npos);
+  EXPECT_NE(warningOf(.01f, .01f, 60).find("project them to meters"), std::string::npos);
+  EXPECT_NE(warningOf(1, 1, 0).find("in one plane"), std::string::npos);
 }
 
 TEST(BadInput, NothingFinite)

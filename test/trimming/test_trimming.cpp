@@ -386,6 +386,19 @@ TEST(Trimming, theBackOfWhatWasSeenFromOneSideIsNoHole)
   EXPECT_TRUE(measure(front.trim(Trimming::holes, 100).mesh).closed()) << "unless it is asked for";
 }
 
+TEST(Trimming, aBulbBehindTheEndOfATubeIsNoHole)
+{
+  // A capsule: the balls at its ends are as wide as it is, and half of one is what a hole of a sphere may miss.
+  const auto ending = [](double below) {
+    const shapes::Sdf tube = shapes::tube({0, 0, -.7}, {0, 0, .7}, .35);
+    return Scene(tube,
+                 shapes::filter(shapes::sample(tube, 1.2, spacing), [=](const Vector3f& x) { return x.z() > below; }));
+  };
+  const TrimmingOptions options;
+  EXPECT_TRUE(measure(ending(-.75).trim(options).mesh).closed());
+  EXPECT_FALSE(measure(ending(-.3).trim(options).mesh).closed());
+}
+
 TEST(Trimming, dropsComponentsWithoutOrWithLittleSupport)
 {
   const shapes::Sdf large = shapes::sphere(.6, {-.45, 0, 0}), small = shapes::sphere(.2, {.8, 0, 0});
