@@ -4,6 +4,7 @@
 #include "base/disjoint_sets.h"
 #include "options/validation.h"
 #include "orientation/components.h"
+#include "orientation/facing_sides.h"
 #include "orientation/orientation_graph.h"
 #include "orientation/orientation_sides.h"
 #include "points/deviations.h"
@@ -213,16 +214,20 @@ private:
         },
         execution_);
     execution_.poll();
+    const bool mayBeSides = options_.joinAcrossCreases && vote_ == OrientationVote::outward;
+    FacingSides sides(points_, normals_, search_, reach_);
     SignedForest forest = graph.bestTree(
         [&](const Edge& edge, SignedForest& trees) {
-          if (edge.acrossSheets)
-            // Without a vote from outside, two sheets can only be taken for the two sides of one object.
-            return options_.joinAcrossCreases && vote_ == OrientationVote::outward &&
-                   std::min(trees.size(edge.a), trees.size(edge.b)) >= std::max(smallest_, smallestSide);
-          return options_.joinAcrossCreases || edge.withinAngle;
+          // Without a vote from outside, two sheets can only be taken for the two sides of one object.
+          const bool isUsed = edge.acrossSheets ? mayBeSides && std::min(trees.size(edge.a), trees.size(edge.b)) >=
+                                                                    std::max(smallest_, smallestSide)
+                                                : options_.joinAcrossCreases || edge.withinAngle;
+          return isUsed && !(mayBeSides && sides.isBetween(edge, trees));
         },
         execution_);
     areas_ = graph.takeAreas();
+    if (mayBeSides)
+      sides.join(graph, areas_, forest);
     return forest;
   }
 

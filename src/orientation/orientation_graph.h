@@ -99,6 +99,9 @@ public:
   /// About the area that each point stands for, up to one common factor; taken out of the graph.
   std::vector<float> takeAreas() { return std::move(areas_); }
 
+  /// The edge between two points, whether or not it is in the graph.
+  Edge grade(std::uint32_t a, std::uint32_t b) const;
+
   /// The tree, or trees, of the best edges: those that isUsed, joined best first, equals in the order of their points.
   SignedForest bestTree(const std::function<bool(const Edge&, SignedForest&)>& isUsed, Execution& execution) const;
 
@@ -109,7 +112,6 @@ private:
 
   bool hasNormal(std::size_t i) const { return !normals_[i].isZero(); }
   std::pair<std::uint32_t, std::uint32_t> ends(std::size_t place) const;
-  Edge grade(std::uint32_t a, std::uint32_t b) const;
   static std::uint8_t bucketOf(const Edge& edge);
 
   void findNeighbors(const NeighborSearch& search, const Reach& reach, Execution& execution);

@@ -16,10 +16,6 @@ namespace {
 /// Components of fewer points are too small to tell what they enclose.
 constexpr std::uint32_t minPointsOfShell = 50;
 
-/// |Σ A n| / Σ A above which a component is open. Objects with holes
-/// of 15 % of their diagonal stay below .08, of 22 % below .17; half a sphere has .5, a room without a ceiling .2.
-constexpr double openFrom = .18;
-
 /// Less open surface than this share is what holes and stray patches leave.
 constexpr double maxOpenWithoutWarning = .05;
 

@@ -136,6 +136,29 @@ TEST(Orientation, ThinPlateHasTwoSides)
   }
 }
 
+TEST(Orientation, ABladeHasTwoSides)
+{
+  // Two arcs that meet in sharp rims, around which edges lead along a single sheet; the ends are open.
+  for (const double thickness : {.2, .3}) {
+    const double radius = (1 + thickness * thickness / 4) / thickness, middle = radius - thickness / 2;
+    const shapes::Sdf blade = [=](const Vector3d& x) {
+      return std::max(std::hypot(x.x(), x.z() - middle), std::hypot(x.x(), x.z() + middle)) - radius;
+    };
+    const PointSet points =
+        shapes::filter(shapes::sample(blade, 1.2, .04), [](const Vector3f& x) { return std::abs(x.y()) < 1.1f; });
+    EXPECT_GT(shareRight(points, estimateAndOrient(points, OrientationVote::outward)), .93);
+  }
+  // Without rims nothing but what faces what joins them: a box without its ends, bent so that both sides bulge up.
+  PointSet bent = shapes::filter(shapes::sample(shapes::box({1, 1, .1}), 1.2, .04),
+                                 [](const Vector3f& x) { return x.head<2>().cwiseAbs().maxCoeff() < .95f; });
+  for (std::size_t i = 0; i < bent.size(); ++i) {
+    Vector3f& position = bent.positions[i];
+    position.z() -= .2f * position.x() * position.x();
+    bent.normals[i] = (bent.normals[i].z() * Vector3f(.4f * position.x(), 0, 1)).normalized();
+  }
+  EXPECT_GT(shareRight(bent, estimateAndOrient(bent, OrientationVote::outward)), .99);
+}
+
 TEST(Orientation, TwoSheetsVoteOnTheirOwn)
 {
   // Two sheets at 1.3 and .9 spacings, open at their borders: by their points alone one cannot say that they are
