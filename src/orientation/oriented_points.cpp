@@ -4,6 +4,7 @@
 #include "base/select_values.h"
 #include "options/noise_law.h"
 #include "options/stage_timer.h"
+#include "orientation/given_signs.h"
 #include "orientation/orientation.h"
 #include "points/deviations.h"
 
@@ -54,23 +55,6 @@ void warnOfDisagreement(Report& report)
   report.warnings.push_back(text.str());
 }
 
-/// Nobody named a sensor, but normals that look at the origin of the coordinates tell one: most depth cameras and
-/// lidars measure from there, and of a surface that encloses something, half of the normals would look away. The origin
-/// of a survey's coordinates is too far for that.
-bool isSeenFromOrigin(const OrientedPoints& points, Execution& execution)
-{
-  constexpr std::int64_t oneIn = 1000; // may look past it
-  constexpr float maxDiagonals = 100;  // of the cloud, away from it
-  const Eigen::Vector3f origin = (-points.offset).cast<float>();
-  const BoundingBox box = boundingBox(points.positions);
-  if ((origin - (box.lower + box.upper) / 2).norm() > maxDiagonals * box.diagonal())
-    return false;
-  std::vector<std::uint8_t> looksThere(points.size(), 1);
-  const std::int64_t others = dropWhere(
-      looksThere, [&](std::size_t i) { return points.normals[i].dot(origin - points.positions[i]) <= 0; }, execution);
-  return others * oneIn <= static_cast<std::int64_t>(points.size());
-}
-
 /// Of points that nobody named a sensor of. \throw InvalidOption if none was supposed either
 std::vector<float> knownByRange(const NoiseLaw& law, const OrientedPoints& points, const Options& options,
                                 Execution& execution)
@@ -88,6 +72,8 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
                             Execution& execution)
 {
   PointSet& points = prepared.points;
+  report.signsOpposed = !report.normalsEstimated && options.normals.source == NormalSource::automatic &&
+                        areSignsWrong(prepared, search, options, report, execution);
   report.vote = chooseVote(points, options, report);
   report.sensorOriginUsed = report.vote == OrientationVote::sensor && points.hasSensorOrigin;
   OrientationResult oriented;
@@ -119,8 +105,8 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
   result.origins = std::move(points.origins);
   result.sensors = std::move(points.sensors);
   result.offset = points.offset;
-  report.sensorSupposed =
-      options.orientation.sensorOrigin && result.sensors.empty() && isSeenFromOrigin(result, execution);
+  report.sensorSupposed = options.orientation.sensorOrigin && result.sensors.empty() &&
+                          isSeenFromOrigin(result.positions, result.normals, result.offset, execution);
   if (report.sensorSupposed)
     result.sensors.emplace_back((-result.offset).cast<float>());
   if (const auto law = noiseLaw(options.observation.noiseModel); law && law->isByRange() && result.deviations.empty())

@@ -79,45 +79,6 @@ void warnOfZeroNormals(const PointSet& points, const Options& options, Report& r
   report.warnings.push_back("all normals of the cloud are zero or not finite: they were estimated instead");
 }
 
-/// Of points and their neighbors on smooth surface, the share whose normals point to opposite sides.
-double opposedShare(const PointSet& points, const NeighborSearch& search)
-{
-  constexpr std::size_t most = 4096;
-  constexpr int neighbors = 5;
-  constexpr float smooth = .9f; // cosine, of either sign
-  const std::size_t asked = std::min(points.size(), most);
-  double pairs = 0, opposed = 0;
-  Neighbors nearest;
-  for (std::size_t n = 0; n < asked; ++n) {
-    const std::size_t i = n * points.size() / asked;
-    search.nearest(points.positions[i], neighbors, nearest);
-    for (const std::size_t other : nearest.indices) {
-      const float cosine = points.normals[i].dot(points.normals[other]);
-      if (other == i || !(std::abs(cosine) > smooth))
-        continue;
-      ++pairs;
-      opposed += cosine < 0 ? 1 : 0;
-    }
-  }
-  return pairs > 0 ? opposed / pairs : 0;
-}
-
-/// Whether signs of the cloud's normals are errors: as an estimation leaves them that nobody has oriented, half of all
-/// neighbors are opposed.
-void checkSigns(const PointSet& points, const NeighborSearch& search, Report& report)
-{
-  constexpr double most = .25; // .11 on a street seen by a lidar, up to .01 on fifteen other scans
-  const double share = opposedShare(points, search);
-  report.signsOpposed = share > most;
-  if (!report.signsOpposed)
-    return;
-  std::ostringstream text;
-  text.precision(2);
-  text << 100 * share << " % of the normals point to the other side than their neighbors': all were turned anew; "
-       << "normals.source = use keeps them";
-  report.warnings.push_back(text.str());
-}
-
 void warnOfFilledNormals(std::size_t count, Report& report)
 {
   report.normalsFilled = static_cast<std::int64_t>(count);
@@ -139,8 +100,6 @@ std::vector<Eigen::Vector3f> findNormals(PointSet& points, const Options& option
                      (options.normals.source == NormalSource::automatic || options.normals.source == NormalSource::use);
   report.normalsEstimated = !given;
   if (given) {
-    if (options.normals.source == NormalSource::automatic)
-      checkSigns(points, search, report);
     const auto missing = std::count_if(points.normals.begin(), points.normals.end(),
                                        [](const Eigen::Vector3f& normal) { return normal.isZero(); });
     warnOfFilledNormals(static_cast<std::size_t>(missing), report);

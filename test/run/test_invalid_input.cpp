@@ -171,6 +171,31 @@ TEST(BadInput, NormalsOfRandomSignAreTurned)
   EXPECT_EQ(mrf.getReport().vote, pcl::mrf::OrientationVote::none);
 }
 
+TEST(BadInput, NormalsThatLookIntoWhatThePointsEncloseAreTurned)
+{
+  const auto volumeOf = [](const Eigen::Vector3f& middle, const auto& sideOf, std::size_t warnings) {
+    const Cloud::Ptr cloud = sphereCloud();
+    for (pcl::PointNormal& point : *cloud) {
+      point.getVector3fMap() += middle;
+      point.getNormalVector3fMap() *= sideOf(point);
+    }
+    Mrf mrf;
+    mrf.setInputCloud(cloud);
+    run(mrf);
+    EXPECT_EQ(mrf.getReport().signsOpposed, warnings > 0);
+    EXPECT_EQ(mrf.getReport().warnings.size(), warnings);
+    return mrf.getReport().mesh.volume;
+  };
+  const auto inward = [](const pcl::PointNormal&) { return -1.f; };
+  const auto toOrigin = [](const pcl::PointNormal& point) {
+    return point.getNormalVector3fMap().dot(point.getVector3fMap()) < 0 ? 1.f : -1.f;
+  };
+  const double ball = 4. / 3 * M_PI;
+  EXPECT_NEAR(volumeOf({3, 0, 0}, inward, 1), ball, .1);
+  EXPECT_NEAR(volumeOf({3, 0, 0}, toOrigin, 1), ball, .1) << "the viewpoint that PCL's NormalEstimation supposes";
+  EXPECT_NEAR(volumeOf({0, 0, 0}, inward, 0), -ball, .1) << "a room, seen whole from within";
+}
+
 TEST(BadInput, NormalsThatAreAllZeroAreEstimated)
 {
   for (const float nothing : {0.f, std::numeric_limits<float>::quiet_NaN()}) {
