@@ -166,25 +166,12 @@ PointTable toTable(Rows rows)
   }
   if (rows.names.front().empty())
     table.notes.emplace_back("column 1 numbers the points: skipped");
-  const VectorColumns vectors(rows.names);
-  std::vector<Eigen::Vector3f> colors;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    table.positions.push_back(rows.vectorAt(i, *vectors.position));
-    if (vectors.normal)
-      table.normals.push_back(rows.vectorAt(i, *vectors.normal).cast<float>());
-    if (vectors.color)
-      colors.push_back(rows.vectorAt(i, *vectors.color).cast<float>());
-  }
-  addColors(colors, false, table);
-  for (std::size_t column = 0; column < rows.columns; ++column) {
-    const std::string& name = rows.names[column];
-    if (name.empty() || vectors.hold(column))
-      continue;
-    std::vector<float>& values = table.scalars[equalsIgnoringCase(name, "intensity") ? "intensity" : name];
-    if (values.empty()) // of two columns with one name the first counts
-      for (std::size_t i = 0; i < rows.size(); ++i)
-        values.push_back(static_cast<float>(rows.at(i, column)));
-  }
+  for (std::string& name : rows.names)
+    if (equalsIgnoringCase(name, "intensity"))
+      name = "intensity";
+  TableFiller filler(rows.names, rows.size(), table);
+  filler.add(rows.size(), [&](std::size_t row, std::size_t column) { return rows.at(row, column); });
+  filler.finish(false);
   return table;
 }
 
