@@ -80,6 +80,15 @@ struct SensorComparison {
   double inFrontAreaShare = 0;  ///< of the whole mesh's area
 };
 
+/// By rays from the sensors to samples of what they see of the reference, and to samples of the mesh.
+/// \param measured points of the reference: what is farther from them than SensorComparison::scannedLimit of their
+/// spacings was not looked at; empty: all was that can be seen \param options with sensors, and no automatic values
+/// left \throw pcl::mrf::InvalidInput if no sensor sees any of the reference Cost: three rays per sample and sensor.
+/// The result does not depend on the number of threads.
+SensorComparison compareFromSensors(const SurfaceMesh& mesh, const SurfaceMesh& reference,
+                                    const std::vector<Eigen::Vector3d>& measured, const EvaluationOptions& options,
+                                    pcl::mrf::Execution& execution);
+
 /// The mesh beside the cloud that it was made from, by the cloud's own measure: the local spacing of a point is .313
 /// times its distance to its 8th neighbor in the cloud (see LocalSpacing). A wall that is sampled ten times as coarsely
 /// as the cup before it may be ten times as far away.

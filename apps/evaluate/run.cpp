@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run.h"
+#include "command_line.h"
 
 #include "evaluation_report.h"
 #include "sigma_evaluation.h"
@@ -9,7 +9,8 @@
 #include "support/point_table.h"
 #include "support/report_json.h"
 #include "support/text_file.h"
-#include "surface_samples.h"
+#include "support/tool_main.h"
+#include "surface_distance.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -74,8 +75,7 @@ nlohmann::ordered_json filesOf(const EvaluateCommand& command)
   return files;
 }
 
-} // namespace
-
+/// Leaves no output behind if it throws.
 int run(const EvaluateCommand& command)
 {
   refuseInputAsOutput({command.mesh, command.cloud, command.heldOut, command.clean, command.reference},
@@ -124,4 +124,12 @@ int run(const EvaluateCommand& command)
   return exitDone;
 }
 
+} // namespace
 } // namespace mrf_apps
+
+int main(int argc, char** argv)
+{
+  return mrf_apps::toolMain("pcl_mrf_evaluate", "", [&] {
+    return mrf_apps::runOrTell(mrf_apps::parseEvaluateCommandLine(argc, argv), mrf_apps::run);
+  });
+}

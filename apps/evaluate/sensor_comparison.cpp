@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sensor_comparison.h"
+#include "evaluation.h"
 
 #include "local_spacing.h"
 #include "scan/mesh_surface.h"
-#include "surface_samples.h"
+#include "surface_distance.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

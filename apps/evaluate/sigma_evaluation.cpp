@@ -2,7 +2,6 @@
 #include "sigma_evaluation.h"
 
 #include "surface_distance.h"
-#include "surface_samples.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

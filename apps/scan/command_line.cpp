@@ -4,8 +4,7 @@
 #include "analytic_surface.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
-#include "support/point_writer.h"
-#include "support/sensors.h"
+#include "support/point_table.h"
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
 #include "support/tool_options.h"
@@ -22,29 +21,11 @@ class Parser : public ToolOptions {
 public:
   using ToolOptions::ToolOptions;
 
-  void vector(const std::string& name, Vector3d& target, const std::string& help)
-  {
-    add(name, "X,Y,Z", help,
-        [&target](const std::string& text) { return parseSensor(text, target) ? "" : "is not three numbers X,Y,Z"; });
-  }
-
   void length(const std::string& name, Length& target, const std::string& help)
   {
     add(name, "LENGTH", help, [&target](const std::string& text) {
       return parseLength(text, target) ? "" : "is not a length such as 0.5, 2% or 0.5s";
     });
-  }
-
-  /// A place each time it is given.
-  void places(const std::string& name, std::vector<Vector3d>& targets, const std::string& help)
-  {
-    add(name, "X,Y,Z", help,
-        [&targets](const std::string& text) {
-          targets.emplace_back();
-          return parseSensor(text, targets.back()) ? "" : "is not three numbers X,Y,Z";
-        })
-        ->trigger_on_parse()
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   }
 };
 
@@ -66,29 +47,23 @@ bool parseElevations(const std::string& text, SamplingOptions& options)
          toNumber(text.substr(colon + 1), options.highestElevation);
 }
 
-Device deviceOf(const std::string& word)
-{
-  return word == "depth-camera"       ? Device::depthCamera
-         : word == "lidar"            ? Device::lidar
-         : word == "structured-light" ? Device::structuredLight
-         : word == "photogrammetry"   ? Device::photogrammetry
-                                      : Device::none;
-}
-
 /// Ahead of the options that it has defaults for.
 void addDeviceOptions(Parser& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Device");
+  const std::vector<std::string> devices = {"none", "depth-camera", "lidar", "structured-light", "photogrammetry"};
   parser.words(
-      "--device", {"none", "depth-camera", "lidar", "structured-light", "photogrammetry"},
+      "--device", devices,
       "what scans, with its errors and defaults. depth-camera: disparities with errors over patches of pixels, "
       "in steps of 1/8 pixel, flying pixels at edges; --sampling camera. lidar: noise along the ray, mixed "
       "pixels where the beam meets two surfaces; --sampling scanner, --noise 0.2s. structured-light: noise over "
       "the cosine of the angle of incidence, nothing at edges; --sampling camera, --noise 0.2s. "
       "photogrammetry: bumps of 4 and 12 spacings, no points where texture is missing; --noise 1s, "
       "--clusters 1. Default none",
-      [&command](const std::string& word) { adopt(deviceOf(word), command.options); });
+      [&options, devices](const std::string& word) { // in the order of the enumeration
+        adopt(static_cast<Device>(std::find(devices.begin(), devices.end(), word) - devices.begin()), options);
+      });
   parser.positive("--baseline", "LENGTH", options.baseline, "of a depth camera; default 0.075, in meters");
   parser.positive("--focal-length", "PIXELS", options.sampling.focalLength,
                   "of a camera with 640 x 480 pixels, of which as many are used as points are asked for; default 580");
@@ -124,7 +99,7 @@ void addViewOptions(Parser& parser, ScanCommand& command)
   parser.number("--elevation", "DEGREES", views.elevation, "of the sensors of ring and front; default 0");
   parser.number("--fan", "DEGREES", views.fan, "angle that front spans; default 90");
   parser.file("--sensors", "FILE", command.sensorsFile, "use these sensors, x y z per line, instead of --views");
-  parser.places("--sensor", options.sensors, "use this sensor instead of --views; may be repeated");
+  parser.vectors("--sensor", options.sensors, "use this sensor instead of --views; may be repeated");
   parser.number("--grazing", "DEGREES", options.sampling.grazingLimit,
                 "largest angle between normal and line of sight; default 80");
   parser.flag("--two-sided", options.sampling.isTwoSided,
@@ -160,7 +135,7 @@ void addHoleOptions(Parser& parser, ScanCommand& command)
       "--hole-radius", "LENGTH[:LENGTH]", "or a range of radii; default 7%", [&options](const std::string& text) {
         return parseRadii(text, options) ? "" : "is not a length such as 0.5, 2% or 0.5s, or two with a colon between";
       });
-  parser.places("--hole", options.holeCenters, "center of a ball to cut out; may be repeated");
+  parser.vectors("--hole", options.holeCenters, "center of a ball to cut out; may be repeated");
 }
 
 void addOutputOptions(Parser& parser, ScanCommand& command)

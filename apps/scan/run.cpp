@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run.h"
+#include "command_line.h"
 
 #include "analytic_surface.h"
 #include "mesh_surface.h"
-#include "rotation.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/output_files.h"
-#include "support/point_writer.h"
+#include "support/point_table.h"
 #include "support/report_json.h"
 #include "support/sensors.h"
 #include "support/text_file.h"
+#include "support/tool_main.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -108,8 +108,7 @@ void printSummary(const ScanCommand& command, const Scan& scan)
   std::printf("; diagonal %.6g, mean spacing %.4g\n", scan.diagonal, scan.spacing);
 }
 
-} // namespace
-
+/// Leaves no output behind if it throws.
 int run(const ScanCommand& command)
 {
   const std::vector<std::string> files = {command.output, command.views, command.sensors, command.heldOut,
@@ -151,4 +150,12 @@ int run(const ScanCommand& command)
   return exitDone;
 }
 
+} // namespace
 } // namespace mrf_apps
+
+int main(int argc, char** argv)
+{
+  return mrf_apps::toolMain("pcl_mrf_scan", "ask for fewer --points", [&] {
+    return mrf_apps::runOrTell(mrf_apps::parseScanCommandLine(argc, argv), mrf_apps::run);
+  });
+}

@@ -3,7 +3,6 @@
 
 #include "error_model.h"
 #include "random.h"
-#include "scanner.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/neighbor_search.h>
@@ -202,7 +201,7 @@ double meanSpacing(const std::vector<Vector3d>& points, const Box& box, Executio
 {
   std::vector<Eigen::Vector3f> positions;
   for (const Vector3d& x : points)
-    positions.push_back(((x - box.center()) / box.diagonal()).cast<float>());
+    positions.push_back(((x - box.center()) / box.diagonal().norm()).cast<float>());
   const auto search = makePointBins();
   search->setPoints(positions, execution);
   std::vector<double> distances(points.size());
@@ -293,7 +292,7 @@ std::vector<Vector3d> placeSensors(const ViewOptions& options, const Box& object
     }
     const SinCos around = sinCos(turn);
     const Vector3d direction = sine * axis + cosine * (around.cosine * x + around.sine * y);
-    sensors.push_back(object.center() + options.distance * object.diagonal() * direction);
+    sensors.push_back(object.center() + options.distance * object.diagonal().norm() * direction);
   }
   return sensors;
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "analytic_surface.h"
 #include "random.h"
-#include "scenes.h"
 #include "solids.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -88,7 +87,7 @@ Shape makeCutSphere(const Parameters& parameters)
   const double turns = parameters.inRange("angle", 1e-3, 180, "degrees, above 0 and at most 180") / 360;
   const SinCos edge = sinCos(turns);
   const double widest = turns < .25 ? radius * edge.sine : radius;
-  Box box{{-widest, -widest, radius * edge.cosine}, {widest, widest, radius}};
+  const Box box(Vector3d(-widest, -widest, radius * edge.cosine), Vector3d(widest, widest, radius));
   return {shapes::sphere(radius), {capPatch(radius, turns)}, box};
 }
 
@@ -172,12 +171,8 @@ Shape makePlate(const Parameters& parameters)
 
 Shape makeTerrainOf(const Parameters& parameters)
 {
-  TerrainOptions options;
-  options.side = parameters.positive("side");
-  options.steepest = parameters.inRange("steepest", 0, 10, "from 0 to 10");
-  options.trees = parameters.count("trees", 1000);
-  options.houses = parameters.count("houses", 1000);
-  return makeTerrain(options);
+  return makeTerrain(parameters.positive("side"), parameters.inRange("steepest", 0, 10, "from 0 to 10"),
+                     parameters.count("trees", 1000), parameters.count("houses", 1000));
 }
 
 struct Entry {

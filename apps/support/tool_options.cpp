@@ -2,6 +2,7 @@
 #include "tool_options.h"
 
 #include "errors.h"
+#include "sensors.h"
 
 #include <algorithm>
 
@@ -184,6 +185,23 @@ std::string ToolOptions::checkWhole(const std::string& text, double lower, doubl
     return {};
   const auto digits = [](double number) { return std::to_string(static_cast<std::int64_t>(number)); };
   return "is outside its range [" + digits(lower) + ", " + digits(upper) + "]";
+}
+
+void ToolOptions::vector(const std::string& name, Eigen::Vector3d& target, const std::string& help)
+{
+  add(name, "X,Y,Z", help,
+      [&target](const std::string& text) { return parseSensor(text, target) ? "" : "is not three numbers X,Y,Z"; });
+}
+
+void ToolOptions::vectors(const std::string& name, std::vector<Eigen::Vector3d>& targets, const std::string& help)
+{
+  add(name, "X,Y,Z", help,
+      [&targets](const std::string& text) {
+        targets.emplace_back();
+        return parseSensor(text, targets.back()) ? "" : "is not three numbers X,Y,Z";
+      })
+      ->trigger_on_parse()
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
 CLI::Option* ToolOptions::file(const std::string& name, const std::string& unit, std::string& target,

@@ -7,6 +7,7 @@
 #include "tool_texts.h"
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Core>
 
 #include <cmath>
 #include <cstdint>
@@ -74,6 +75,10 @@ public:
   void seed(std::uint64_t& target, const std::string& help) { whole("--seed", target, 0, 0x1p53, help); }
 
   void threads(int& target, const std::string& help) { whole("--threads", target, 0, 1024, help); }
+
+  void vector(const std::string& name, Eigen::Vector3d& target, const std::string& help);
+  /// A vector each time it is given.
+  void vectors(const std::string& name, std::vector<Eigen::Vector3d>& targets, const std::string& help);
 
   /// The name of a file. \param unit "FILE.json" wants this extension
   CLI::Option* file(const std::string& name, const std::string& unit, std::string& target, const std::string& help);

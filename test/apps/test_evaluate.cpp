@@ -5,7 +5,6 @@
 #include "evaluate/local_spacing.h"
 #include "evaluate/sigma_evaluation.h"
 #include "evaluate/surface_distance.h"
-#include "evaluate/surface_samples.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

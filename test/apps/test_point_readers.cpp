@@ -5,7 +5,6 @@
 #include "support/mesh_reader.h"
 #include "support/point_readers.h"
 #include "support/point_table.h"
-#include "support/point_writer.h"
 #include "support/tool.h"
 
 #include <algorithm>

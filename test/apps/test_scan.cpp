@@ -187,13 +187,13 @@ TEST(ScanScanner, HitsAreTheFirstOfTheirRays)
     ScanOptions options;
     options.sampling.points = 1500;
     options.sampling.pattern = Pattern::scanner;
-    options.sensors = {box.center() + box.diagonal() * Vector3d(.2, .4, 1.5)};
+    options.sensors = {box.center() + box.diagonal().norm() * Vector3d(.2, .4, 1.5)};
     const Scan result = scanOf(surface, options);
     ASSERT_GT(result.cloud.size(), 1000u);
     EXPECT_GT(result.spacing, 0);
     for (std::size_t i = 0; i < result.cloud.size(); ++i) {
       const Vector3d &x = result.cloud.positions[i], sight = options.sensors[0] - x;
-      ASSERT_LT(std::abs(surface.distance()(x)), 1e-9 * box.diagonal());
+      ASSERT_LT(std::abs(surface.distance()(x)), 1e-9 * box.diagonal().norm());
       ASSERT_GE(result.cloud.normals[i].dot(sight.normalized()), std::cos(80 * M_PI / 180) - 1e-9);
       for (int step = 1; step < 100; ++step)
         ASSERT_GT(surface.distance()(x + step / 100.0 * sight), 0);
@@ -203,7 +203,7 @@ TEST(ScanScanner, HitsAreTheFirstOfTheirRays)
 
 TEST(ScanViews, SensorsWhereAsked)
 {
-  const Box box{{1, 2, 3}, {3, 4, 4}};
+  const Box box(Vector3d(1, 2, 3), Vector3d(3, 4, 4));
   ViewOptions options;
   options.distance = 2;
   for (const Placement placement : {Placement::sphere, Placement::ring, Placement::front}) {
@@ -657,8 +657,8 @@ TEST(ScanShapes, PointsAndNormalsAreExact)
       // The gradient is taken over 2e-5, which at an edge or a seam of curvature may straddle it.
       turned += shapes::normalOf(surface.distance(), x).dot(n) < 1 - 1e-6 ? 1 : 0;
       const Box box = surface.boundingBox();
-      ASSERT_GE((x - box.lower).minCoeff(), -1e-9 * diagonal) << description;
-      ASSERT_GE((box.upper - x).minCoeff(), -1e-9 * diagonal) << description;
+      ASSERT_GE((x - box.min()).minCoeff(), -1e-9 * diagonal) << description;
+      ASSERT_GE((box.max() - x).minCoeff(), -1e-9 * diagonal) << description;
     }
     EXPECT_LE(turned, 2) << description;
   }

@@ -2,9 +2,8 @@
 // The devices of the scanner simulator: each has the errors that it promises.
 
 #include "scan/analytic_surface.h"
-#include "scan/devices.h"
+#include "scan/error_model.h"
 #include "scan/mesh_surface.h"
-#include "scan/scanner.h"
 #include "support/scan_meshes.h"
 #include "support/shapes.h"
 
@@ -247,7 +246,7 @@ TEST(ScanDevices, TruthIsTheShapeItself)
   for (const std::string description : {"sphere", "box:rounding=.2", "table", "room", "person", "facade", "tubes"}) {
     const AnalyticSurface surface = shape(description);
     const Triangles truth = surface.triangulate();
-    const double diagonal = surface.boundingBox().diagonal();
+    const double diagonal = surface.boundingBox().diagonal().norm();
     double area = 0, turned = 0, off = 0;
     for (const auto& [a, b, c] : truth.triangles) {
       const Vector3d &x = truth.vertices[a], middle = (x + truth.vertices[b] + truth.vertices[c]) / 3;
