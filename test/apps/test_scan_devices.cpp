@@ -317,22 +317,3 @@ TEST(ScanDevices, HolesAndRotationsHoldForAllThatIsMeasured)
   for (const Vector3d& x : scan.cloud.positions)
     ASSERT_GE((x - Vector3d(.5, 0, 0)).norm(), .3);
 }
-
-TEST(ScanDevices, OptionsAreChecked)
-{
-  const AnalyticSurface sphere = shape("sphere");
-  const auto refuses = [&](const std::function<void(ScanOptions&)>& change) {
-    ScanOptions options = optionsOf(Device::depthCamera, 100, {0, 0, 9}, {0, 0, -1});
-    change(options);
-    EXPECT_THROW(scanOf(sphere, options), InvalidOption);
-  };
-  refuses([](ScanOptions& o) { o.baseline = 0; });
-  refuses([](ScanOptions& o) { o.sampling.focalLength = -1; });
-  refuses([](ScanOptions& o) { o.sampling.pattern = Pattern::even; });
-  refuses([](ScanOptions& o) { o.views.forward.setZero(); });
-  refuses([](ScanOptions& o) {
-    o = ScanOptions();
-    adopt(Device::lidar, o);
-    o.views.count = 0;
-  });
-}

@@ -31,7 +31,7 @@ LinearSystem unobserved(const GridSize& size, Prior prior, int threads = 1)
 
 } // namespace
 
-TEST(Prior, isThePowerOfTheLaplacian)
+TEST(Prior, isThePowerOfTheLaplacianAndKnowsItsCenter)
 {
   for (const Prior prior : allPriors)
     for (const GridSize& size : allSizes) {
@@ -39,10 +39,6 @@ TEST(Prior, isThePowerOfTheLaplacian)
                                       << size.z);
       EXPECT_EQ(Eigen::MatrixXd(unobserved(size, prior).matrix), Eigen::MatrixXd(oracle::priorMatrix(size, prior)));
     }
-}
-
-TEST(Prior, centerCoefficientsOfTheInterior)
-{
   const GridSize size{9, 9, 9};
   for (const Prior prior : allPriors) {
     const std::int64_t center = size.index(4, 4, 4);
