@@ -82,8 +82,7 @@ int run(const EvaluateCommand& command)
                       {command.json, command.colored});
   OutputFiles outputs;
   for (const std::string& path : {command.json, command.colored})
-    if (!path.empty())
-      outputs.add(path);
+    outputs.add(path);
 
   SurfaceMesh mesh = readMesh(command.mesh);
   if (command.merge)
@@ -106,12 +105,11 @@ int run(const EvaluateCommand& command)
   if (command.sigma)
     json["sigma"] =
         toJson(evaluateSigma(sigmaSamples(mesh, input, command.noise, execution), evaluation.options.diagonal));
-  if (!command.json.empty())
-    outputs.write(command.json, [&](const std::string& path) {
-      nlohmann::ordered_json whole = {{"files", filesOf(command)}};
-      whole.update(json);
-      writeJson(path, whole);
-    });
+  outputs.write(command.json, [&](const std::string& path) {
+    nlohmann::ordered_json whole = {{"files", filesOf(command)}};
+    whole.update(json);
+    writeJson(path, whole);
+  });
   if (!command.colored.empty()) {
     std::vector<float> errors = vertexErrors(mesh, input, execution);
     mesh.colors = errorColors(errors, command.colorRange > 0 ? command.colorRange : evaluation.options.farLimit);

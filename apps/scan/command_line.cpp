@@ -17,17 +17,12 @@ namespace {
 using namespace pcl::mrf::scan;
 using Eigen::Vector3d;
 
-class Parser : public ToolOptions {
-public:
-  using ToolOptions::ToolOptions;
-
-  void length(const std::string& name, Length& target, const std::string& help)
-  {
-    add(name, "LENGTH", help, [&target](const std::string& text) {
-      return parseLength(text, target) ? "" : "is not a length such as 0.5, 2% or 0.5s";
-    });
-  }
-};
+void addLength(ToolOptions& parser, const std::string& name, Length& target, const std::string& help)
+{
+  parser.add(name, "LENGTH", help, [&target](const std::string& text) {
+    return parseLength(text, target) ? "" : "is not a length such as 0.5, 2% or 0.5s";
+  });
+}
 
 /// "RADIUS" or "LEAST:MOST".
 bool parseRadii(const std::string& text, ScanOptions& options)
@@ -48,7 +43,7 @@ bool parseElevations(const std::string& text, SamplingOptions& options)
 }
 
 /// Ahead of the options that it has defaults for.
-void addDeviceOptions(Parser& parser, ScanCommand& command)
+void addDeviceOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Device");
@@ -83,7 +78,7 @@ void checkDevice(const ToolOptions& parser, const ScanOptions& options)
          "set by the device: along the normal of photogrammetry, the sight of structured-light");
 }
 
-void addViewOptions(Parser& parser, ScanCommand& command)
+void addViewOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   ViewOptions& views = options.views;
@@ -106,16 +101,17 @@ void addViewOptions(Parser& parser, ScanCommand& command)
               "see the back of the surface as well, with the normal turned towards the sensor");
 }
 
-void addErrorOptions(Parser& parser, ScanCommand& command)
+void addErrorOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Errors");
-  parser.length("--noise", options.noise, "standard deviation of each point; default 0");
+  addLength(parser, "--noise", options.noise, "standard deviation of each point; default 0");
   parser.choice<NoiseDirection>(
       "--noise-direction",
       {{"normal", NoiseDirection::normal}, {"isotropic", NoiseDirection::isotropic}, {"sight", NoiseDirection::sight}},
       options.noiseDirection, "sight: from the sensor; default normal");
-  parser.length("--misalign-shift", options.misalignmentShift, "of each view, standard deviation per axis; default 0");
+  addLength(parser, "--misalign-shift", options.misalignmentShift,
+            "of each view, standard deviation per axis; default 0");
   parser.number("--misalign-angle", "DEGREES", options.misalignmentAngle,
                 "of each view about the object's middle, standard deviation per axis; default 0");
   parser.number("--outliers", "PERCENT", options.uniformOutliers,
@@ -123,10 +119,11 @@ void addErrorOptions(Parser& parser, ScanCommand& command)
   parser.number("--clusters", "PERCENT", options.clusteredOutliers,
                 "of the output, in clusters before and behind the surface like false stereo matches; default 0");
   parser.whole("--cluster-size", options.clusterSize, 1, 1000000, "points in a cluster; default 30");
-  parser.length("--cluster-radius", options.clusterRadius, "standard deviation across the line of sight; default 1%");
+  addLength(parser, "--cluster-radius", options.clusterRadius,
+            "standard deviation across the line of sight; default 1%");
 }
 
-void addHoleOptions(Parser& parser, ScanCommand& command)
+void addHoleOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Holes");
@@ -138,7 +135,7 @@ void addHoleOptions(Parser& parser, ScanCommand& command)
   parser.vectors("--hole", options.holeCenters, "center of a ball to cut out; may be repeated");
 }
 
-void addOutputOptions(Parser& parser, ScanCommand& command)
+void addOutputOptions(ToolOptions& parser, ScanCommand& command)
 {
   parser.group("Output");
   parser.words("--normals", {"exact", "estimated", "none"},
@@ -183,7 +180,7 @@ void check(const ScanCommand& command)
   }
 }
 
-void addSamplingOptions(Parser& parser, ScanCommand& command)
+void addSamplingOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Sampling");
@@ -235,9 +232,9 @@ void addEverydayOptions(ToolOptions& parser)
 ScanCommand parseScanCommandLine(int argc, const char* const* argv)
 {
   ScanCommand command;
-  Parser parser("pcl_mrf_scan", MRF_VERSION,
-                "Simulates range scans of a mesh or of an analytic shape: what sensors around it see, with their "
-                "errors.");
+  ToolOptions parser("pcl_mrf_scan", MRF_VERSION,
+                     "Simulates range scans of a mesh or of an analytic shape: what sensors around it see, with their "
+                     "errors.");
   parser.usage("[OPTIONS] INPUT OUTPUT");
   std::vector<std::string> operands;
   parser.operands(operands, 2);

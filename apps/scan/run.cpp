@@ -119,31 +119,26 @@ int run(const ScanCommand& command)
     options.sensors = readSensors(command.sensorsFile);
   OutputFiles outputs;
   for (const std::string& path : files)
-    if (!path.empty())
-      outputs.add(path);
+    outputs.add(path);
 
   const std::unique_ptr<Surface> surface = openSurface(command.input);
   pcl::mrf::Execution execution(command.threads);
   const Scan scan = simulateScan(*surface, options, execution);
 
-  const auto write = [&](const std::string& path, const std::function<void(const std::string&)>& writer) {
-    if (!path.empty())
-      outputs.write(path, writer);
-  };
   const auto writeCloud = [&](const std::string& path, const Points& points) {
-    write(path, [&](const std::string& temporary) {
+    outputs.write(path, [&](const std::string& temporary) {
       writePoints(tableOf(points, command.hasNormals), temporary, extension(path));
     });
   };
   writeCloud(command.output, scan.cloud);
   writeCloud(command.clean, scan.clean);
   writeCloud(command.heldOut, scan.heldOut);
-  write(command.truth, [&](const std::string& path) {
+  outputs.write(command.truth, [&](const std::string& path) {
     writeMesh(truthOf(*surface, options.rotation), path, extension(command.truth));
   });
-  write(command.views, [&](const std::string& path) { writeText(path, viewsText(scan)); });
-  write(command.sensors, [&](const std::string& path) { writeText(path, sensorsText(scan)); });
-  write(command.report, [&](const std::string& path) { writeJson(path, toJson(command, scan)); });
+  outputs.write(command.views, [&](const std::string& path) { writeText(path, viewsText(scan)); });
+  outputs.write(command.sensors, [&](const std::string& path) { writeText(path, sensorsText(scan)); });
+  outputs.write(command.report, [&](const std::string& path) { writeJson(path, toJson(command, scan)); });
   outputs.publish();
   if (!command.quiet)
     printSummary(command, scan);

@@ -57,9 +57,9 @@ public:
       if (keys.count(key) == 0 && entries_.empty())
         throw FileError(path, "is not a PCD file");
       if (keys.count(key) == 0)
-        failAt(lines.number(), "is not a line of a PCD header");
+        throw FileError(path, lines.number(), "is not a line of a PCD header");
       if (has(key))
-        failAt(lines.number(), "the header has a second line " + std::string(key));
+        throw FileError(path, lines.number(), "the header has a second line " + std::string(key));
       entries_[key] = {lines.number(), {words.begin() + 1, words.end()}};
       body_ = text.substr(static_cast<std::size_t>(line.data() + line.size() - text.data()));
     }
@@ -100,15 +100,10 @@ public:
 
   [[noreturn]] void fail(std::string_view key) const
   {
-    failAt(entries_.at(key).first, "is not a line of a PCD header");
+    throw FileError(path_, entries_.at(key).first, "is not a line of a PCD header");
   }
 
 private:
-  [[noreturn]] void failAt(std::size_t line, const std::string& cause) const
-  {
-    throw FileError(path_, "line " + std::to_string(line) + ": " + cause);
-  }
-
   const std::string& path_;
   std::map<std::string_view, std::pair<std::size_t, std::vector<std::string_view>>> entries_; ///< with their lines
   std::size_t count_ = 0;
@@ -297,8 +292,7 @@ void readText(const std::string& path, const std::string& text, const Header& he
     if (lines.number() <= header.lines || words.empty())
       continue;
     if (!toNumbers(words, values) || values.size() != numbers)
-      throw FileError(path, "line " + std::to_string(lines.number()) + ": is not a row of " + std::to_string(numbers) +
-                                " numbers");
+      throw FileError(path, lines.number(), "is not a row of " + std::to_string(numbers) + " numbers");
     addRows(header, 1, at, filler, table);
     ++rows;
   }

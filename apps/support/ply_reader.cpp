@@ -108,7 +108,7 @@ Header parseHeader(const std::string& path, const std::string& text)
       header.elements.back().properties.push_back(property);
     }
     if (!good)
-      throw FileError(path, "line " + std::to_string(lines.number()) + ": is not a line of a PLY header");
+      throw FileError(path, lines.number(), "is not a line of a PLY header");
   }
   throw FileError(path, "is a truncated or malformed PLY file: its header does not end");
 }

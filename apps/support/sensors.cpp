@@ -24,7 +24,7 @@ void forEachRow(const std::string& path, const std::string& text, std::size_t co
     const auto isFinite = [](double value) { return std::isfinite(value); };
     if (!toNumbers(words, values) || values.size() != columns || !std::all_of(values.begin(), values.end(), isFinite) ||
         !use(values))
-      throw FileError(path, "line " + std::to_string(lines.number()) + ": is not " + what);
+      throw FileError(path, lines.number(), std::string("is not ") + what);
   }
 }
 

@@ -161,19 +161,12 @@ CLI::Option* ToolOptions::flag(const std::string& name, bool& target, const std:
   return flag(name, help, [&target] { target = true; });
 }
 
-void ToolOptions::number(const std::string& name, const std::string& unit, double& target, const std::string& help)
+void ToolOptions::number(const std::string& name, const std::string& unit, double& target, const std::string& help,
+                         double above)
 {
-  add(name, unit, help, [&target](const std::string& text) {
-    return toNumber(text, target) && std::isfinite(target) ? "" : "is not a number";
-  });
-}
-
-void ToolOptions::positive(const std::string& name, const std::string& unit, double& target, const std::string& help)
-{
-  add(name, unit, help, [&target](const std::string& text) {
-    if (!toNumber(text, target) || !std::isfinite(target))
-      return "is not a number";
-    return target > 0 ? "" : "is outside its range > 0";
+  add(name, unit, help, [&target, above](const std::string& text) {
+    const bool isNumber = toNumber(text, target) && std::isfinite(target);
+    return !isNumber ? "is not a number" : target > above ? "" : "is outside its range > 0";
   });
 }
 

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,8 +57,12 @@ public:
   CLI::Option* flag(const std::string& name, const std::string& help, const std::function<void()>& set);
   CLI::Option* flag(const std::string& name, bool& target, const std::string& help);
 
-  void number(const std::string& name, const std::string& unit, double& target, const std::string& help);
-  void positive(const std::string& name, const std::string& unit, double& target, const std::string& help);
+  void number(const std::string& name, const std::string& unit, double& target, const std::string& help,
+              double above = -std::numeric_limits<double>::infinity());
+  void positive(const std::string& name, const std::string& unit, double& target, const std::string& help)
+  {
+    number(name, unit, target, help, 0);
+  }
 
   template <typename Integer>
   void whole(const std::string& name, Integer& target, double lower, double upper, const std::string& help)
