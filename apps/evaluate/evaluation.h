@@ -8,9 +8,12 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace mrf_apps {
@@ -142,5 +145,13 @@ Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const
 /// NaN at vertices that are not finite.
 /// \throw pcl::mrf::InvalidInput if nothing is there to compare with
 std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& input, pcl::mrf::Execution& execution);
+
+/// Everything in the evaluation, under the names of its members. Statistics of distances come twice: in the cloud's
+/// unit, and in per cent of the diagonal under the same name with `Percent` appended. Shares are 0..1. What was not
+/// measured is not there.
+nlohmann::ordered_json toJson(const Evaluation& evaluation);
+
+/// The same to be read: a line per figure, a row per statistics; histograms are left out.
+std::string toText(const nlohmann::ordered_json& json, const std::string& indent = {});
 
 } // namespace mrf_apps

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command_line.h"
 
-#include "evaluation_report.h"
 #include "sigma_evaluation.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"

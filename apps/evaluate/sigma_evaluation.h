@@ -56,4 +56,6 @@ SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double di
 std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input, double heldOutNoise,
                                       pcl::mrf::Execution& execution);
 
+nlohmann::ordered_json toJson(const SigmaEvaluation& evaluation);
+
 } // namespace mrf_apps
