@@ -4,7 +4,6 @@
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"
-#include "support/sensors.h"
 #include "support/text_file.h"
 #include "support/tool_options.h"
 
@@ -63,24 +62,13 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
   parser.file("--held-out", "CLOUD", command.heldOut, "points of the surface that were withheld (hole filling)");
   parser.file("--clean", "CLOUD", command.clean, "the input without its noise");
   parser.file("--reference", "MESH", command.reference, std::string("the true surface: ") + meshInputExtensions);
-  const auto vector = [&](const std::string& name, const std::string& help, auto set) {
-    return parser.add(name, "X,Y,Z", help, [set](const std::string& text) {
-      Eigen::Vector3d x;
-      const bool isVector = parseSensor(text, x);
-      if (isVector)
-        set(x);
-      return isVector ? "" : "is not three numbers X,Y,Z";
-    });
-  };
-  vector("--sensor",
-         "saw the reference from here: also tells what a sensor sees of MESH that is missing or in front of the "
-         "reference, and normals and area where it saw surface; only near the points of --clean if they are given; may "
-         "be repeated",
-         [&options](const Eigen::Vector3d& x) { options.sensors.push_back(x); })
-      ->trigger_on_parse()
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  vector("--sensor-axis", "where sensors look that are cameras: depth is along it, and shares are of their pixels",
-         [&options](const Eigen::Vector3d& x) { options.sensorAxis = x; });
+  parser.vectors(
+      "--sensor", options.sensors,
+      "saw the reference from here: also tells what a sensor sees of MESH that is missing or in front of the "
+      "reference, and normals and area where it saw surface; only near the points of --clean if they are "
+      "given; may be repeated");
+  parser.vector("--sensor-axis", options.sensorAxis,
+                "where sensors look that are cameras: depth is along it, and shares are of their pixels");
   parser.group("How it is measured");
   parser.flag("--merge", command.merge,
               "take vertices of MESH with equal coordinates for one: for files that give every triangle its own "

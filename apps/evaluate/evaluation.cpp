@@ -3,10 +3,8 @@
 
 #include "exact/self_intersections.h"
 #include "local_spacing.h"
-#include "sensor_comparison.h"
 #include "support/point_table.h"
 #include "surface_distance.h"
-#include "surface_samples.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

@@ -8,9 +8,12 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace mrf_apps {
@@ -80,6 +83,15 @@ struct SensorComparison {
   double inFrontAreaShare = 0;  ///< of the whole mesh's area
 };
 
+/// By rays from the sensors to samples of what they see of the reference, and to samples of the mesh.
+/// \param measured points of the reference: what is farther from them than SensorComparison::scannedLimit of their
+/// spacings was not looked at; empty: all was that can be seen \param options with sensors, and no automatic values
+/// left \throw pcl::mrf::InvalidInput if no sensor sees any of the reference Cost: three rays per sample and sensor.
+/// The result does not depend on the number of threads.
+SensorComparison compareFromSensors(const SurfaceMesh& mesh, const SurfaceMesh& reference,
+                                    const std::vector<Eigen::Vector3d>& measured, const EvaluationOptions& options,
+                                    pcl::mrf::Execution& execution);
+
 /// The mesh beside the cloud that it was made from, by the cloud's own measure: the local spacing of a point is .313
 /// times its distance to its 8th neighbor in the cloud (see LocalSpacing). A wall that is sampled ten times as coarsely
 /// as the cup before it may be ten times as far away.
@@ -133,5 +145,13 @@ Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const
 /// NaN at vertices that are not finite.
 /// \throw pcl::mrf::InvalidInput if nothing is there to compare with
 std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& input, pcl::mrf::Execution& execution);
+
+/// Everything in the evaluation, under the names of its members. Statistics of distances come twice: in the cloud's
+/// unit, and in per cent of the diagonal under the same name with `Percent` appended. Shares are 0..1. What was not
+/// measured is not there.
+nlohmann::ordered_json toJson(const Evaluation& evaluation);
+
+/// The same to be read: a line per figure, a row per statistics; histograms are left out.
+std::string toText(const nlohmann::ordered_json& json, const std::string& indent = {});
 
 } // namespace mrf_apps

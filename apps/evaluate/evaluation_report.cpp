@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation_report.h"
-
+#include "sigma_evaluation.h"
 #include "support/report_json.h"
 
 #include <nlohmann/json.hpp>

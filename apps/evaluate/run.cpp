@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run.h"
+#include "command_line.h"
 
-#include "evaluation_report.h"
 #include "sigma_evaluation.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
@@ -9,7 +8,8 @@
 #include "support/point_table.h"
 #include "support/report_json.h"
 #include "support/text_file.h"
-#include "surface_samples.h"
+#include "support/tool_main.h"
+#include "surface_distance.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -74,16 +74,14 @@ nlohmann::ordered_json filesOf(const EvaluateCommand& command)
   return files;
 }
 
-} // namespace
-
+/// Leaves no output behind if it throws.
 int run(const EvaluateCommand& command)
 {
   refuseInputAsOutput({command.mesh, command.cloud, command.heldOut, command.clean, command.reference},
                       {command.json, command.colored});
   OutputFiles outputs;
   for (const std::string& path : {command.json, command.colored})
-    if (!path.empty())
-      outputs.add(path);
+    outputs.add(path);
 
   SurfaceMesh mesh = readMesh(command.mesh);
   if (command.merge)
@@ -106,12 +104,11 @@ int run(const EvaluateCommand& command)
   if (command.sigma)
     json["sigma"] =
         toJson(evaluateSigma(sigmaSamples(mesh, input, command.noise, execution), evaluation.options.diagonal));
-  if (!command.json.empty())
-    outputs.write(command.json, [&](const std::string& path) {
-      nlohmann::ordered_json whole = {{"files", filesOf(command)}};
-      whole.update(json);
-      writeJson(path, whole);
-    });
+  outputs.write(command.json, [&](const std::string& path) {
+    nlohmann::ordered_json whole = {{"files", filesOf(command)}};
+    whole.update(json);
+    writeJson(path, whole);
+  });
   if (!command.colored.empty()) {
     std::vector<float> errors = vertexErrors(mesh, input, execution);
     mesh.colors = errorColors(errors, command.colorRange > 0 ? command.colorRange : evaluation.options.farLimit);
@@ -124,4 +121,12 @@ int run(const EvaluateCommand& command)
   return exitDone;
 }
 
+} // namespace
 } // namespace mrf_apps
+
+int main(int argc, char** argv)
+{
+  return mrf_apps::toolMain("pcl_mrf_evaluate", "", [&] {
+    return mrf_apps::runOrTell(mrf_apps::parseEvaluateCommandLine(argc, argv), mrf_apps::run);
+  });
+}

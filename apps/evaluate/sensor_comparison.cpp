@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sensor_comparison.h"
+#include "evaluation.h"
 
 #include "local_spacing.h"
 #include "scan/mesh_surface.h"
-#include "surface_samples.h"
+#include "surface_distance.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 namespace mrf_apps {
 namespace {
@@ -94,30 +93,17 @@ struct Seen {
   bool isInFront() const { return isHit && error < -limit; }
 };
 
-/// What was looked at of the reference.
-class Scanned {
-public:
-  Scanned(const std::vector<Vector3d>& points, Execution& execution)
-  {
-    if (!points.empty())
-      spacing_ = std::make_unique<LocalSpacing>(points, execution);
-  }
-
-  /// For each of some places.
-  std::vector<bool> holds(const std::vector<Vector3d>& places, Execution& execution) const
-  {
-    std::vector<bool> result(places.size(), true);
-    if (!spacing_ || !spacing_->isKnown())
-      return result;
-    const std::vector<LocalSpacing::Nearest> nearest = spacing_->nearest(places, execution);
-    for (std::size_t i = 0; i < nearest.size(); ++i)
-      result[i] = nearest[i].distance <= SensorComparison::scannedLimit * nearest[i].spacing;
+/// Which of some places were looked at. \param measured points of what was; unknown spacings: all was
+std::vector<bool> areScanned(const std::vector<Vector3d>& places, const LocalSpacing& measured, Execution& execution)
+{
+  std::vector<bool> result(places.size(), true);
+  if (!measured.isKnown())
     return result;
-  }
-
-private:
-  std::unique_ptr<LocalSpacing> spacing_;
-};
+  const std::vector<LocalSpacing::Nearest> nearest = measured.nearest(places, execution);
+  for (std::size_t i = 0; i < nearest.size(); ++i)
+    result[i] = nearest[i].distance <= SensorComparison::scannedLimit * nearest[i].spacing;
+  return result;
+}
 
 double limitAt(double depth, const EvaluationOptions& options)
 {
@@ -129,7 +115,7 @@ public:
   Comparison(const SurfaceMesh& mesh, const SurfaceMesh& reference, const std::vector<Vector3d>& measured,
              const EvaluationOptions& options, Execution& execution)
       : mesh_(mesh), reference_(reference), options_(options), execution_(execution), toMesh_(mesh),
-        toReference_(reference), scanned_(measured, execution)
+        toReference_(reference), measured_(measured, execution)
   {}
 
   /// What the sensors see of the reference. \return the area of it where the mesh is there
@@ -137,7 +123,7 @@ public:
   {
     const std::size_t sensors = options_.sensors.size();
     const SurfaceSamples truth = sampleSurface(reference_, options_.samples, options_.seed);
-    const std::vector<bool> isScanned = scanned_.holds(truth.positions, execution_);
+    const std::vector<bool> isScanned = areScanned(truth.positions, measured_, execution_);
     std::vector<Seen> seen(truth.positions.size() * sensors);
     std::vector<double> areas(truth.positions.size()); ///< that a sample stands for, times its own: by the normal
     execution_.forRange(options_.samples, 256, [&](std::int64_t begin, std::int64_t end) {
@@ -202,7 +188,7 @@ public:
           hitPlaces[i * sensors + s] = options_.sensors[s] + hits[i * sensors + s].range * sight.direction;
         }
     });
-    const std::vector<bool> isHitScanned = scanned_.holds(hitPlaces, execution_);
+    const std::vector<bool> isHitScanned = areScanned(hitPlaces, measured_, execution_);
     enum class Place { unknown, inFront, measured };
     std::vector<double> measured; // angles
     double before = 0, flipped = 0;
@@ -242,7 +228,7 @@ private:
   const EvaluationOptions& options_;
   Execution& execution_;
   Rays toMesh_, toReference_;
-  Scanned scanned_;
+  LocalSpacing measured_;
 };
 
 } // namespace

@@ -2,7 +2,6 @@
 #include "sigma_evaluation.h"
 
 #include "surface_distance.h"
-#include "surface_samples.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -114,21 +113,6 @@ const std::vector<float>& fieldOf(const SurfaceMesh& mesh, const char* name)
   return found->second;
 }
 
-/// A mesh of ours that was not written has them apart.
-const std::vector<float>& confidencesOf(const SurfaceMesh& mesh)
-{
-  return mesh.confidences.empty() ? fieldOf(mesh, "confidence") : mesh.confidences;
-}
-
-/// \param predictions one per sample, up to any rising function
-double sparsificationOf(const std::vector<SigmaSample>& samples, const std::vector<double>& predictions)
-{
-  std::vector<double> errors;
-  for (const SigmaSample& sample : samples)
-    errors.push_back(sample.error);
-  return areaOfSparsification(samples, predictions) - areaOfSparsification(samples, errors);
-}
-
 } // namespace
 
 SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double diagonal)
@@ -141,61 +125,47 @@ SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double di
   result.notKnown = static_cast<std::int64_t>(samples.size() - known.size());
   result.measured = statisticsOf(known, false, diagonal);
   result.fillings = statisticsOf(known, true, diagonal);
-  std::vector<double> sigmas, doubts;
-  for (const SigmaSample& sample : known) {
-    sigmas.push_back(sample.sigma);
-    doubts.push_back(-sample.confidence);
-  }
-  result.sparsification.sigma = sparsificationOf(known, sigmas);
-  result.sparsification.confidence = sparsificationOf(known, doubts);
+  const auto areaBy = [&](const auto& predicted) {
+    std::vector<double> predictions;
+    for (const SigmaSample& sample : known)
+      predictions.push_back(predicted(sample));
+    return areaOfSparsification(known, predictions);
+  };
+  const double best = areaBy([](const SigmaSample& sample) { return sample.error; });
+  result.sparsification.sigma = areaBy([](const SigmaSample& sample) { return sample.sigma; }) - best;
+  result.sparsification.confidence = areaBy([](const SigmaSample& sample) { return -sample.confidence; }) - best;
   return result;
-}
-
-std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const std::vector<float>& errors)
-{
-  const std::vector<float>&sigma = fieldOf(mesh, "sigma"), &confidence = confidencesOf(mesh);
-  const std::vector<double> areas = vertexAreas(mesh);
-  std::vector<SigmaSample> samples;
-  for (std::size_t v = 0; v < errors.size(); ++v)
-    samples.push_back(
-        {static_cast<double>(errors[v]), static_cast<double>(sigma[v]), static_cast<double>(confidence[v]), areas[v]});
-  return samples;
 }
 
 std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input, double heldOutNoise,
                                       pcl::mrf::Execution& execution)
 {
-  if (input.reference)
-    return sigmaSamples(mesh, vertexErrors(mesh, input, execution));
+  const std::vector<float>&sigmas = fieldOf(mesh, "sigma"), &confidences = fieldOf(mesh, "confidence");
   std::vector<SigmaSample> samples;
-  const auto add = [&](std::vector<Eigen::Vector3d> points, double noise) {
+  const auto add = [&](std::size_t vertex, double error, double noise, double weight) {
+    const auto sigma = static_cast<double>(sigmas[vertex]), confidence = static_cast<double>(confidences[vertex]);
+    samples.push_back({error, noise > 0 ? std::hypot(sigma, noise) : sigma, confidence, weight});
+  };
+  if (input.reference) {
+    const std::vector<double> areas = vertexAreas(mesh);
+    const std::vector<float> errors = vertexErrors(mesh, input, execution);
+    for (std::size_t v = 0; v < errors.size(); ++v)
+      add(v, static_cast<double>(errors[v]), 0, areas[v]);
+    return samples;
+  }
+  const auto addPoints = [&](std::vector<Eigen::Vector3d> points, double noise) {
     points.erase(
         std::remove_if(points.begin(), points.end(), [](const Eigen::Vector3d& point) { return !point.allFinite(); }),
         points.end());
-    if (points.empty())
-      return;
-    const std::vector<SigmaSample> added = sigmaSamples(mesh, points, noise, execution);
-    samples.insert(samples.end(), added.begin(), added.end());
+    const std::vector<ClosestPlace> places = SurfaceDistance(mesh).closest(points, execution);
+    for (std::size_t p = 0; p < points.size(); ++p)
+      add(nearestCorner(mesh, places[p].triangle, points[p]), places[p].distance, noise, 1);
   };
-  add(input.heldOut, heldOutNoise);
-  add(input.clean, 0);
+  addPoints(input.heldOut, heldOutNoise);
+  addPoints(input.clean, 0);
   if (samples.empty())
     throw pcl::mrf::InvalidInput("sigma is compared with a reference, or with held-out or noise-free points; there are "
                                  "none");
-  return samples;
-}
-
-std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& points, double noise,
-                                      pcl::mrf::Execution& execution)
-{
-  const std::vector<float>&sigma = fieldOf(mesh, "sigma"), &confidence = confidencesOf(mesh);
-  const std::vector<ClosestPlace> places = SurfaceDistance(mesh).closest(points, execution);
-  std::vector<SigmaSample> samples;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const std::size_t v = nearestCorner(mesh, places[p].triangle, points[p]);
-    samples.push_back(
-        {places[p].distance, std::hypot(static_cast<double>(sigma[v]), noise), static_cast<double>(confidence[v]), 1});
-  }
   return samples;
 }
 

@@ -49,18 +49,13 @@ SigmaEvaluation evaluateSigma(const std::vector<SigmaSample>& samples, double di
 
 /// With a reference: the vertices, weighted by the area around them. Else the held-out points, or the noise-free ones,
 /// and the vertex of the closest triangle that is nearest to each.
-/// \param mesh with the field `sigma`, and `confidence` \param heldOutNoise as below, of the held-out points
-/// \throw pcl::mrf::InvalidInput if it lacks them, or if nothing is known that it could be compared with
+/// \param mesh with the field `sigma`, and `confidence` \param heldOutNoise standard deviation of the held-out points
+/// along the normal, cloud's unit; 0: they are exact. What holds a point is an interval of √(sigma² + noise²), which
+/// takes sigma's place. \throw pcl::mrf::InvalidInput if it lacks them, or if nothing is known that it could be
+/// compared with
 std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationInput& input, double heldOutNoise,
                                       pcl::mrf::Execution& execution);
 
-/// Points of the surface, each with the vertex of the closest triangle that is nearest to it. \pre the points are
-/// finite \param noise standard deviation of the points along the normal, cloud's unit; 0: they are exact. What holds a
-/// point is an interval of √(sigma² + noise²), which takes sigma's place. \throw pcl::mrf::InvalidInput as above
-std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& points, double noise,
-                                      pcl::mrf::Execution& execution);
-
-/// The vertices, weighted by the area around them. \param errors of each, cloud's unit
-std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const std::vector<float>& errors);
+nlohmann::ordered_json toJson(const SigmaEvaluation& evaluation);
 
 } // namespace mrf_apps

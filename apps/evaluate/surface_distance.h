@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Exact distances from points to the surface of a triangle mesh.
+/// \brief The surface of a triangle mesh: exact distances to it, and points spread over it.
 #pragma once
 
 #include "support/surface_mesh.h"
@@ -12,6 +12,16 @@
 #include <vector>
 
 namespace mrf_apps {
+
+/// Half the cross product of two edges: as long as the triangle's area, along its normal. Zero if a vertex is not
+/// finite.
+Eigen::Vector3d areaVector(const SurfaceMesh& mesh, std::size_t triangle);
+
+/// True if a triangle has one: the others are no surface.
+bool hasArea(const SurfaceMesh& mesh);
+
+/// Sum of the triangles' areas, cloud's unit squared.
+double surfaceArea(const SurfaceMesh& mesh);
 
 /// The place of a surface that is closest to a point.
 struct ClosestPlace {
@@ -40,5 +50,16 @@ private:
   struct Locator;
   std::unique_ptr<Locator> locator_;
 };
+
+struct SurfaceSamples {
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<std::int32_t> triangles; ///< that each position lies on
+};
+
+/// Random points, uniform over the area, one in each of `count` equal strata of the area summed over the triangles in
+/// their order: shares of the area are then known to about the outline of the parts instead of to 1/√count.
+/// The same seed gives the same points.
+/// \throw pcl::mrf::InvalidInput if no triangle has an area
+SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::uint64_t seed);
 
 } // namespace mrf_apps

@@ -15,7 +15,7 @@ namespace {
 class Tessellation {
 public:
   Tessellation(const Shape& shape, const Patch& patch, Triangles& triangles)
-      : shape_(shape), patch_(patch), triangles_(triangles), diagonal_(shape.box.diagonal())
+      : shape_(shape), patch_(patch), triangles_(triangles), diagonal_(shape.box.diagonal().norm())
   {}
 
   void cut(const Eigen::Array2d& lower, const Eigen::Array2d& side)
@@ -165,13 +165,13 @@ Patch reversed(const Patch& patch)
   return {patch.area, at};
 }
 
-double Box::leaves(const Vector3d& origin, const Vector3d& direction) const
+double leaves(const Box& box, const Vector3d& origin, const Vector3d& direction)
 {
   // A millionth of the diagonal: flat boxes have no thickness to be hit.
-  const double margin = 1e-6 * diagonal();
+  const double margin = 1e-6 * box.diagonal().norm();
   double enter = 0, leave = std::numeric_limits<double>::max();
   for (int axis = 0; axis < 3; ++axis) {
-    const double below = lower[axis] - margin - origin[axis], above = upper[axis] + margin - origin[axis];
+    const double below = box.min()[axis] - margin - origin[axis], above = box.max()[axis] + margin - origin[axis];
     if (direction[axis] == 0) {
       if (below > 0 || above < 0)
         return -1;
@@ -207,13 +207,13 @@ bool AnalyticSurface::sample(const Draw& draw, SurfacePoint& point) const
   if (!shape_.patches[part].at(draw, point))
     return false;
   // Buried in another solid, or cut away. The limit is far above rounding and far below what could be seen.
-  return std::abs(shape_.distance(point.position)) < 1e-9 * shape_.box.diagonal();
+  return std::abs(shape_.distance(point.position)) < 1e-9 * shape_.box.diagonal().norm();
 }
 
 bool AnalyticSurface::isOccluded(const SurfacePoint& point, const Vector3d& from) const
 {
   // Towards the point; near it the distance falls to 0 because of the point itself, so that the last bit is not walked.
-  const double diagonal = shape_.box.diagonal(), hit = 1e-7 * diagonal, last = 1e-4 * diagonal;
+  const double diagonal = shape_.box.diagonal().norm(), hit = 1e-7 * diagonal, last = 1e-4 * diagonal;
   const double length = (point.position - from).norm();
   const Vector3d direction = (point.position - from) / length;
   double walked = 0;
@@ -228,7 +228,8 @@ bool AnalyticSurface::isOccluded(const SurfacePoint& point, const Vector3d& from
 
 bool AnalyticSurface::firstHit(const Vector3d& origin, const Vector3d& direction, SurfacePoint& point) const
 {
-  const double diagonal = shape_.box.diagonal(), hit = 1e-10 * diagonal, last = shape_.box.leaves(origin, direction);
+  const double diagonal = shape_.box.diagonal().norm(), hit = 1e-10 * diagonal,
+               last = leaves(shape_.box, origin, direction);
   double walked = 0, free = 0;
   for (int step = 0; step < 10000 && walked <= last; ++step) {
     free = shape_.distance(origin + walked * direction);
@@ -241,8 +242,8 @@ bool AnalyticSurface::firstHit(const Vector3d& origin, const Vector3d& direction
   point.position = origin + walked * direction;
   // Beyond the box the distance goes on where the shape has ended.
   const Vector3d margin = Vector3d::Constant(1e-6 * diagonal);
-  if ((point.position - shape_.box.lower + margin).minCoeff() < 0 ||
-      (shape_.box.upper - point.position + margin).minCoeff() < 0 || (shape_.isOpen && shape_.isOpen(point.position)))
+  if ((point.position - shape_.box.min() + margin).minCoeff() < 0 ||
+      (shape_.box.max() - point.position + margin).minCoeff() < 0 || (shape_.isOpen && shape_.isOpen(point.position)))
     return false;
   // Rounding of the differences is about 10⁻¹⁶/10⁻⁶.
   for (int axis = 0; axis < 3; ++axis) {

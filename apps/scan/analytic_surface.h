@@ -5,8 +5,6 @@
 
 #include "surface.h"
 
-#include <shapes/signed_distance.h>
-
 #include <functional>
 #include <memory>
 #include <string>

@@ -4,8 +4,7 @@
 #include "analytic_surface.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
-#include "support/point_writer.h"
-#include "support/sensors.h"
+#include "support/point_table.h"
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
 #include "support/tool_options.h"
@@ -18,35 +17,12 @@ namespace {
 using namespace pcl::mrf::scan;
 using Eigen::Vector3d;
 
-class Parser : public ToolOptions {
-public:
-  using ToolOptions::ToolOptions;
-
-  void vector(const std::string& name, Vector3d& target, const std::string& help)
-  {
-    add(name, "X,Y,Z", help,
-        [&target](const std::string& text) { return parseSensor(text, target) ? "" : "is not three numbers X,Y,Z"; });
-  }
-
-  void length(const std::string& name, Length& target, const std::string& help)
-  {
-    add(name, "LENGTH", help, [&target](const std::string& text) {
-      return parseLength(text, target) ? "" : "is not a length such as 0.5, 2% or 0.5s";
-    });
-  }
-
-  /// A place each time it is given.
-  void places(const std::string& name, std::vector<Vector3d>& targets, const std::string& help)
-  {
-    add(name, "X,Y,Z", help,
-        [&targets](const std::string& text) {
-          targets.emplace_back();
-          return parseSensor(text, targets.back()) ? "" : "is not three numbers X,Y,Z";
-        })
-        ->trigger_on_parse()
-        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  }
-};
+void addLength(ToolOptions& parser, const std::string& name, Length& target, const std::string& help)
+{
+  parser.add(name, "LENGTH", help, [&target](const std::string& text) {
+    return parseLength(text, target) ? "" : "is not a length such as 0.5, 2% or 0.5s";
+  });
+}
 
 /// "RADIUS" or "LEAST:MOST".
 bool parseRadii(const std::string& text, ScanOptions& options)
@@ -66,29 +42,23 @@ bool parseElevations(const std::string& text, SamplingOptions& options)
          toNumber(text.substr(colon + 1), options.highestElevation);
 }
 
-Device deviceOf(const std::string& word)
-{
-  return word == "depth-camera"       ? Device::depthCamera
-         : word == "lidar"            ? Device::lidar
-         : word == "structured-light" ? Device::structuredLight
-         : word == "photogrammetry"   ? Device::photogrammetry
-                                      : Device::none;
-}
-
 /// Ahead of the options that it has defaults for.
-void addDeviceOptions(Parser& parser, ScanCommand& command)
+void addDeviceOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Device");
+  const std::vector<std::string> devices = {"none", "depth-camera", "lidar", "structured-light", "photogrammetry"};
   parser.words(
-      "--device", {"none", "depth-camera", "lidar", "structured-light", "photogrammetry"},
+      "--device", devices,
       "what scans, with its errors and defaults. depth-camera: disparities with errors over patches of pixels, "
       "in steps of 1/8 pixel, flying pixels at edges; --sampling camera. lidar: noise along the ray, mixed "
       "pixels where the beam meets two surfaces; --sampling scanner, --noise 0.2s. structured-light: noise over "
       "the cosine of the angle of incidence, nothing at edges; --sampling camera, --noise 0.2s. "
       "photogrammetry: bumps of 4 and 12 spacings, no points where texture is missing; --noise 1s, "
       "--clusters 1. Default none",
-      [&command](const std::string& word) { adopt(deviceOf(word), command.options); });
+      [&options, devices](const std::string& word) { // in the order of the enumeration
+        adopt(static_cast<Device>(std::find(devices.begin(), devices.end(), word) - devices.begin()), options);
+      });
   parser.positive("--baseline", "LENGTH", options.baseline, "of a depth camera; default 0.075, in meters");
   parser.positive("--focal-length", "PIXELS", options.sampling.focalLength,
                   "of a camera with 640 x 480 pixels, of which as many are used as points are asked for; default 580");
@@ -108,7 +78,7 @@ void checkDevice(const ToolOptions& parser, const ScanOptions& options)
          "set by the device: along the normal of photogrammetry, the sight of structured-light");
 }
 
-void addViewOptions(Parser& parser, ScanCommand& command)
+void addViewOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   ViewOptions& views = options.views;
@@ -124,23 +94,24 @@ void addViewOptions(Parser& parser, ScanCommand& command)
   parser.number("--elevation", "DEGREES", views.elevation, "of the sensors of ring and front; default 0");
   parser.number("--fan", "DEGREES", views.fan, "angle that front spans; default 90");
   parser.file("--sensors", "FILE", command.sensorsFile, "use these sensors, x y z per line, instead of --views");
-  parser.places("--sensor", options.sensors, "use this sensor instead of --views; may be repeated");
+  parser.vectors("--sensor", options.sensors, "use this sensor instead of --views; may be repeated");
   parser.number("--grazing", "DEGREES", options.sampling.grazingLimit,
                 "largest angle between normal and line of sight; default 80");
   parser.flag("--two-sided", options.sampling.isTwoSided,
               "see the back of the surface as well, with the normal turned towards the sensor");
 }
 
-void addErrorOptions(Parser& parser, ScanCommand& command)
+void addErrorOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Errors");
-  parser.length("--noise", options.noise, "standard deviation of each point; default 0");
+  addLength(parser, "--noise", options.noise, "standard deviation of each point; default 0");
   parser.choice<NoiseDirection>(
       "--noise-direction",
       {{"normal", NoiseDirection::normal}, {"isotropic", NoiseDirection::isotropic}, {"sight", NoiseDirection::sight}},
       options.noiseDirection, "sight: from the sensor; default normal");
-  parser.length("--misalign-shift", options.misalignmentShift, "of each view, standard deviation per axis; default 0");
+  addLength(parser, "--misalign-shift", options.misalignmentShift,
+            "of each view, standard deviation per axis; default 0");
   parser.number("--misalign-angle", "DEGREES", options.misalignmentAngle,
                 "of each view about the object's middle, standard deviation per axis; default 0");
   parser.number("--outliers", "PERCENT", options.uniformOutliers,
@@ -148,10 +119,11 @@ void addErrorOptions(Parser& parser, ScanCommand& command)
   parser.number("--clusters", "PERCENT", options.clusteredOutliers,
                 "of the output, in clusters before and behind the surface like false stereo matches; default 0");
   parser.whole("--cluster-size", options.clusterSize, 1, 1000000, "points in a cluster; default 30");
-  parser.length("--cluster-radius", options.clusterRadius, "standard deviation across the line of sight; default 1%");
+  addLength(parser, "--cluster-radius", options.clusterRadius,
+            "standard deviation across the line of sight; default 1%");
 }
 
-void addHoleOptions(Parser& parser, ScanCommand& command)
+void addHoleOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Holes");
@@ -160,10 +132,10 @@ void addHoleOptions(Parser& parser, ScanCommand& command)
       "--hole-radius", "LENGTH[:LENGTH]", "or a range of radii; default 7%", [&options](const std::string& text) {
         return parseRadii(text, options) ? "" : "is not a length such as 0.5, 2% or 0.5s, or two with a colon between";
       });
-  parser.places("--hole", options.holeCenters, "center of a ball to cut out; may be repeated");
+  parser.vectors("--hole", options.holeCenters, "center of a ball to cut out; may be repeated");
 }
 
-void addOutputOptions(Parser& parser, ScanCommand& command)
+void addOutputOptions(ToolOptions& parser, ScanCommand& command)
 {
   parser.group("Output");
   parser.words("--normals", {"exact", "estimated", "none"},
@@ -208,7 +180,7 @@ void check(const ScanCommand& command)
   }
 }
 
-void addSamplingOptions(Parser& parser, ScanCommand& command)
+void addSamplingOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Sampling");
@@ -260,9 +232,9 @@ void addEverydayOptions(ToolOptions& parser)
 ScanCommand parseScanCommandLine(int argc, const char* const* argv)
 {
   ScanCommand command;
-  Parser parser("pcl_mrf_scan", MRF_VERSION,
-                "Simulates range scans of a mesh or of an analytic shape: what sensors around it see, with their "
-                "errors.");
+  ToolOptions parser("pcl_mrf_scan", MRF_VERSION,
+                     "Simulates range scans of a mesh or of an analytic shape: what sensors around it see, with their "
+                     "errors.");
   parser.usage("[OPTIONS] INPUT OUTPUT");
   std::vector<std::string> operands;
   parser.operands(operands, 2);

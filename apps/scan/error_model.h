@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief What goes wrong in a scan: each function changes Scan::cloud, by its own stream of the seed.
+/// \brief What goes wrong in a scan, each by its own stream of the seed: what kinds of devices miss, mix up and measure
+/// wrongly, noise, misalignment and outliers.
 #pragma once
 
+#include "random.h"
 #include "scan.h"
+
+#include <array>
 
 namespace pcl::mrf::scan {
 
@@ -12,6 +16,31 @@ enum Stream : std::uint64_t { cutting = 3, noising, misaligning, lying, shufflin
 
 /// \throw InvalidOption
 void require(bool holds, const std::string& message);
+
+/// A Gaussian random field of mean 0 and variance 1 whose covariance at a distance d is exp(−½ (d/length)²): waves of
+/// random frequencies (Rahimi and Recht 2007).
+class SmoothField {
+public:
+  SmoothField(double length, Random& random);
+  double operator()(const Eigen::Vector3d& x) const;
+
+private:
+  struct Wave {
+    Eigen::Vector3d frequency; ///< turns per length
+    double phase;              ///< turns
+  };
+  std::array<Wave, 128> waves_;
+};
+
+/// Takes away what the device does not measure. \return points between surfaces, that belong to none: a beam is as wide
+/// as its footprint, and where that meets a second surface,
+/// - a lidar measures the mean range, if it is off by more than the footprint's width;
+/// - a depth camera, in three of ten pixels, something between the two;
+/// - structured light is lost, as it is where part of the footprint meets nothing.
+/// Photogrammetry finds nothing on a tenth of the surface, in places some fifteen spacings wide, for lack of texture.
+/// \param sensors, points in the surface's frame \param spacing of the points
+Points applyFootprints(const Surface& surface, const std::vector<Eigen::Vector3d>& sensors, const ScanOptions& options,
+                       double spacing, Execution& execution, Points& points);
 
 /// Moves each point, along its normal, its line of sight or in any direction, as its device does. \param object in the
 /// cloud's frame

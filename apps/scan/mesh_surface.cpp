@@ -75,19 +75,17 @@ MeshSurface::MeshSurface(std::vector<Vector3d> vertices, std::vector<Corners> tr
     throw InvalidInput("the mesh has no triangles");
 
   double total = 0;
-  Eigen::AlignedBox3d all;
   std::vector<Eigen::AlignedBox3d> boxes;
   for (const Corners& t : triangles_) {
     Eigen::AlignedBox3d& box = boxes.emplace_back();
     for (const std::int32_t corner : t)
       box.extend(vertices_[corner]);
-    all.extend(box);
+    box_.extend(box);
     total += .5 * facet(boxes.size() - 1).doubleArea().norm();
     areas_.push_back(total);
   }
   if (!(total > 0) || !std::isfinite(total))
     throw InvalidInput("the mesh has no area");
-  box_ = {all.min(), all.max()};
   std::vector<std::int32_t> order(triangles_.size());
   std::iota(order.begin(), order.end(), 0);
   tree_.init(order.begin(), order.end(), boxes.begin(), boxes.end());
@@ -116,14 +114,14 @@ bool MeshSurface::isOccluded(const SurfacePoint& point, const Vector3d& from) co
 {
   const Vector3d ray = from - point.position;
   // The triangles around the point are not in its way; a millionth of the object is far above rounding.
-  Segment segment{*this, point.position, ray, 1e-6 * box_.diagonal() / ray.norm(), point.part, true};
+  Segment segment{*this, point.position, ray, 1e-6 * box_.diagonal().norm() / ray.norm(), point.part, true};
   BVIntersect(tree_, segment);
   return segment.triangle >= 0;
 }
 
 bool MeshSurface::firstHit(const Vector3d& origin, const Vector3d& direction, SurfacePoint& point) const
 {
-  const double last = box_.leaves(origin, direction);
+  const double last = leaves(box_, origin, direction);
   if (last < 0)
     return false;
   Segment segment{*this, origin, last * direction};

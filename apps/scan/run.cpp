@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run.h"
+#include "command_line.h"
 
 #include "analytic_surface.h"
 #include "mesh_surface.h"
-#include "rotation.h"
 #include "support/errors.h"
 #include "support/mesh_reader.h"
 #include "support/output_files.h"
-#include "support/point_writer.h"
+#include "support/point_table.h"
 #include "support/report_json.h"
 #include "support/sensors.h"
 #include "support/text_file.h"
+#include "support/tool_main.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -108,8 +108,7 @@ void printSummary(const ScanCommand& command, const Scan& scan)
   std::printf("; diagonal %.6g, mean spacing %.4g\n", scan.diagonal, scan.spacing);
 }
 
-} // namespace
-
+/// Leaves no output behind if it throws.
 int run(const ScanCommand& command)
 {
   const std::vector<std::string> files = {command.output, command.views, command.sensors, command.heldOut,
@@ -120,35 +119,38 @@ int run(const ScanCommand& command)
     options.sensors = readSensors(command.sensorsFile);
   OutputFiles outputs;
   for (const std::string& path : files)
-    if (!path.empty())
-      outputs.add(path);
+    outputs.add(path);
 
   const std::unique_ptr<Surface> surface = openSurface(command.input);
   pcl::mrf::Execution execution(command.threads);
   const Scan scan = simulateScan(*surface, options, execution);
 
-  const auto write = [&](const std::string& path, const std::function<void(const std::string&)>& writer) {
-    if (!path.empty())
-      outputs.write(path, writer);
-  };
   const auto writeCloud = [&](const std::string& path, const Points& points) {
-    write(path, [&](const std::string& temporary) {
+    outputs.write(path, [&](const std::string& temporary) {
       writePoints(tableOf(points, command.hasNormals), temporary, extension(path));
     });
   };
   writeCloud(command.output, scan.cloud);
   writeCloud(command.clean, scan.clean);
   writeCloud(command.heldOut, scan.heldOut);
-  write(command.truth, [&](const std::string& path) {
+  outputs.write(command.truth, [&](const std::string& path) {
     writeMesh(truthOf(*surface, options.rotation), path, extension(command.truth));
   });
-  write(command.views, [&](const std::string& path) { writeText(path, viewsText(scan)); });
-  write(command.sensors, [&](const std::string& path) { writeText(path, sensorsText(scan)); });
-  write(command.report, [&](const std::string& path) { writeJson(path, toJson(command, scan)); });
+  outputs.write(command.views, [&](const std::string& path) { writeText(path, viewsText(scan)); });
+  outputs.write(command.sensors, [&](const std::string& path) { writeText(path, sensorsText(scan)); });
+  outputs.write(command.report, [&](const std::string& path) { writeJson(path, toJson(command, scan)); });
   outputs.publish();
   if (!command.quiet)
     printSummary(command, scan);
   return exitDone;
 }
 
+} // namespace
 } // namespace mrf_apps
+
+int main(int argc, char** argv)
+{
+  return mrf_apps::toolMain("pcl_mrf_scan", "ask for fewer --points", [&] {
+    return mrf_apps::runOrTell(mrf_apps::parseScanCommandLine(argc, argv), mrf_apps::run);
+  });
+}

@@ -3,7 +3,6 @@
 
 #include "error_model.h"
 #include "random.h"
-#include "scanner.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/neighbor_search.h>
@@ -27,48 +26,6 @@ void Points::append(const Points& other, std::size_t i)
 }
 
 namespace {
-
-/// Decides which sensor sees a point; the surface and the sensors stay the same.
-class Visibility {
-public:
-  Visibility(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options)
-      : surface_(surface), sensors_(sensors), options_(options),
-        lowestCosine_(sinCos(options.grazingLimit / 360).cosine)
-  {}
-
-  /// A random one of the sensors that see the point, -1 if none does; the point's normal is turned towards it.
-  std::int32_t choose(SurfacePoint& point, std::uint64_t order) const
-  {
-    std::vector<std::int32_t> facing;
-    for (std::size_t view = 0; view < sensors_.size(); ++view) {
-      const Vector3d sight = sensors_[view] - point.position;
-      double cosine = point.normal.dot(sight);
-      if (options_.isTwoSided)
-        cosine = std::abs(cosine);
-      if (cosine > 0 && cosine >= lowestCosine_ * sight.norm())
-        facing.push_back(static_cast<std::int32_t>(view));
-    }
-    while (!facing.empty()) {
-      order = mix(order);
-      std::swap(facing[order % facing.size()], facing.back());
-      const std::int32_t view = facing.back();
-      const Vector3d& sensor = sensors_[view];
-      if (!surface_.isOccluded(point, sensor)) {
-        if (point.normal.dot(sensor - point.position) < 0)
-          point.normal = -point.normal;
-        return view;
-      }
-      facing.pop_back();
-    }
-    return -1;
-  }
-
-private:
-  const Surface& surface_;
-  const std::vector<Vector3d>& sensors_;
-  const SamplingOptions& options_;
-  double lowestCosine_;
-};
 
 /// Points in a hash of cubic cells.
 class PointGrid {
@@ -126,8 +83,8 @@ class Sampler {
 public:
   Sampler(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
           std::uint64_t seed, Execution& execution)
-      : surface_(surface), isSeenByAll_(sensors.empty()), visibility_(surface, sensors, options), random_(seed, 1),
-        execution_(execution)
+      : surface_(surface), sensors_(sensors), isTwoSided_(options.isTwoSided),
+        lowestCosine_(sinCos(options.grazingLimit / 360).cosine), random_(seed, 1), execution_(execution)
   {}
 
   /// The next batch of candidates; only those that keep the radius to the grid's points are looked at.
@@ -155,13 +112,41 @@ private:
     SurfacePoint point;
     if (!surface_.sample(draw, point) || (grid && grid->hasWithin(point.position, point.normal, radius)))
       return {point.position, point.normal, -1};
-    const std::int32_t view = isSeenByAll_ ? 0 : visibility_.choose(point, draw.order);
+    const std::int32_t view = sensors_.empty() ? 0 : choose(point, draw.order);
     return {point.position, point.normal, view};
   }
 
+  /// A random one of the sensors that see the point, -1 if none does; the point's normal is turned towards it.
+  std::int32_t choose(SurfacePoint& point, std::uint64_t order) const
+  {
+    std::vector<std::int32_t> facing;
+    for (std::size_t view = 0; view < sensors_.size(); ++view) {
+      const Vector3d sight = sensors_[view] - point.position;
+      double cosine = point.normal.dot(sight);
+      if (isTwoSided_)
+        cosine = std::abs(cosine);
+      if (cosine > 0 && cosine >= lowestCosine_ * sight.norm())
+        facing.push_back(static_cast<std::int32_t>(view));
+    }
+    while (!facing.empty()) {
+      order = mix(order);
+      std::swap(facing[order % facing.size()], facing.back());
+      const std::int32_t view = facing.back();
+      const Vector3d& sensor = sensors_[view];
+      if (!surface_.isOccluded(point, sensor)) {
+        if (point.normal.dot(sensor - point.position) < 0)
+          point.normal = -point.normal;
+        return view;
+      }
+      facing.pop_back();
+    }
+    return -1;
+  }
+
   const Surface& surface_;
-  bool isSeenByAll_;
-  Visibility visibility_;
+  const std::vector<Vector3d>& sensors_;
+  bool isTwoSided_;
+  double lowestCosine_;
   Random random_;
   Execution& execution_;
   std::vector<Draw> draws_;
@@ -202,7 +187,7 @@ double meanSpacing(const std::vector<Vector3d>& points, const Box& box, Executio
 {
   std::vector<Eigen::Vector3f> positions;
   for (const Vector3d& x : points)
-    positions.push_back(((x - box.center()) / box.diagonal()).cast<float>());
+    positions.push_back(((x - box.center()) / box.diagonal().norm()).cast<float>());
   const auto search = makePointBins();
   search->setPoints(positions, execution);
   std::vector<double> distances(points.size());
@@ -293,7 +278,7 @@ std::vector<Vector3d> placeSensors(const ViewOptions& options, const Box& object
     }
     const SinCos around = sinCos(turn);
     const Vector3d direction = sine * axis + cosine * (around.cosine * x + around.sine * y);
-    sensors.push_back(object.center() + options.distance * object.diagonal() * direction);
+    sensors.push_back(object.center() + options.distance * object.diagonal().norm() * direction);
   }
   return sensors;
 }

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "scan.h"
 
-#include "devices.h"
 #include "error_model.h"
-#include "random.h"
-#include "rotation.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -68,10 +65,10 @@ void validate(const ScanOptions& options)
 void sample(const Surface& surface, const ScanOptions& options, Execution& execution, Scan& scan)
 {
   const Box box = surface.boundingBox();
-  scan.diagonal = box.diagonal();
+  scan.diagonal = box.diagonal().norm();
   scan.sensors = options.sensors;
   if (scan.sensors.empty()) {
-    const Vector3d half = .5 * (box.upper - box.lower), center = rotate(options.rotation, box.center());
+    const Vector3d half = .5 * box.sizes(), center = rotate(options.rotation, box.center());
     scan.sensors = placeSensors(options.views, {center - half, center + half});
   }
   std::vector<Vector3d> seenFromObject;
@@ -203,7 +200,7 @@ Scan simulateScan(const Surface& surface, const ScanOptions& options, Execution&
   cutHoles(options, scan);
   scan.cloud = scan.clean;
   const Vector3d center = rotate(options.rotation, surface.boundingBox().center());
-  const Vector3d half = .5 * (surface.boundingBox().upper - surface.boundingBox().lower);
+  const Vector3d half = .5 * surface.boundingBox().sizes();
   addNoise(options, {center - half, center + half}, scan);
   addBetween(scan);
   misalign(options, center, scan);

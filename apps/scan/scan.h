@@ -26,7 +26,7 @@ bool parseLength(const std::string& text, Length& length);
 
 enum class NoiseDirection { normal, isotropic, sight };
 
-/// What scans, with the errors of its kind; see devices.h.
+/// What scans, with the errors of its kind; see error_model.h.
 enum class Device {
   none,            ///< noise as it is asked for
   depthCamera,     ///< errors of the disparity: they grow with the square of the depth, in steps and patches of pixels
@@ -92,7 +92,7 @@ struct Scan {
   bool isInHole(const Eigen::Vector3d& x) const;
 };
 
-/// A scan is a surface, seen from the sensors (sampling.h), with errors (devices.h, error_model.h): samples the
+/// A scan is a surface, seen from the sensors (sampling.h), with errors (error_model.h): samples the
 /// surface, leaves out what the device misses, makes holes, adds noise, misalignment and outliers, and shuffles.
 ///
 /// Holes are balls about their centers: they take the points of all sheets inside, by the points' true places, and no

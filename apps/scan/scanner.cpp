@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scanner.h"
+#include "sampling.h"
 
 #include "random.h"
 
@@ -24,7 +24,7 @@ constexpr double maxPilotRays = 1e6;
 
 bool isOutside(const Vector3d& sensor, const Box& object)
 {
-  return (object.center() - sensor).norm() > .5 * object.diagonal();
+  return (object.center() - sensor).norm() > .5 * object.diagonal().norm();
 }
 
 /// Where a sensor looks. Angles in full turns; of a camera, places in its image, in focal lengths.
@@ -79,7 +79,7 @@ Head headOf(const Vector3d& sensor, const Box& box, const SamplingOptions& optio
   head.turnsAround = !isOutside(sensor, box);
   if (!head.turnsAround) {
     // An angle of at least the cone's: asin x ≤ (π/2) x.
-    head.halfAzimuth = .125 * box.diagonal() / (box.center() - sensor).norm();
+    head.halfAzimuth = .125 * box.diagonal().norm() / (box.center() - sensor).norm();
     head.highest = head.halfAzimuth;
     head.lowest = -head.highest;
   }

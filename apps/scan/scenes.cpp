@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scenes.h"
+#include "solids.h"
 
 #include "random.h"
-#include "solids.h"
 
 #include <algorithm>
 #include <array>
@@ -102,7 +101,7 @@ Shape makeGround(const std::shared_ptr<const Hills>& hills, double side, double 
       highest = std::max(highest, z);
     }
   const double margin = steepest * side / cells;
-  ground.box = {{-.5 * side, -.5 * side, lowest - margin}, {.5 * side, .5 * side, highest + margin}};
+  ground.box = {Vector3d(-.5 * side, -.5 * side, lowest - margin), Vector3d(.5 * side, .5 * side, highest + margin)};
   return ground;
 }
 
@@ -253,24 +252,23 @@ Shape makeFacade(double width)
   return unite(parts);
 }
 
-Shape makeTerrain(const TerrainOptions& options)
+Shape makeTerrain(double side, double steepest, int trees, int houses)
 {
   // Places belong to the shape, not to the scan's seed.
   Random random(1, 0);
-  const double side = options.side;
-  const auto hills = std::make_shared<const Hills>(side, options.steepest, random);
-  std::vector<Shape> parts = {makeGround(hills, side, options.steepest)};
+  const auto hills = std::make_shared<const Hills>(side, steepest, random);
+  std::vector<Shape> parts = {makeGround(hills, side, steepest)};
   const auto place = [&](double height) {
     const double x = random.uniform(-.45, .45) * side, y = random.uniform(-.45, .45) * side;
     return Vector3d(x, y, hills->height(x, y) + height);
   };
-  for (int i = 0; i < options.houses; ++i) {
+  for (int i = 0; i < houses; ++i) {
     Vector3d half;
     for (int axis = 0; axis < 3; ++axis)
       half[axis] = random.uniform(.02, .045) * side;
     parts.push_back(makeBox(half, 0, place(.4 * half.z())));
   }
-  for (int i = 0; i < options.trees; ++i) {
+  for (int i = 0; i < trees; ++i) {
     const double radius = random.uniform(.01, .025) * side;
     parts.push_back(makeSphere(radius, place(.8 * radius)));
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "analytic_surface.h"
 #include "random.h"
-#include "scenes.h"
 #include "solids.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -12,7 +11,7 @@
 #include <cmath>
 #include <map>
 #include <sstream>
-#include <utility>
+#include <string_view>
 
 namespace pcl::mrf::scan {
 
@@ -27,35 +26,37 @@ std::string text(double value)
   return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr};
 }
 
-using Parameter = std::pair<const char*, double>; ///< with its default
+struct Parameter {
+  const char* name;
+  double usual; ///< value, if it is not given
+  double lower = 1e-30, upper = 1e30;
+  const char* range = "positive"; ///< for messages; a whole number if it says so
+};
 
-/// The parameters of one shape, with the values of its description.
-class Parameters {
+/// The values of the parameters of one shape.
+class Values {
 public:
-  Parameters(const std::string& description, const std::vector<Parameter>& known)
-      : shape_(description.substr(0, description.find(':'))), values_(known.begin(), known.end())
+  Values(const std::string& description, const std::vector<Parameter>& known)
+      : shape_(description.substr(0, description.find(':')))
   {
+    for (const Parameter& parameter : known)
+      values_[parameter.name] = parameter.usual;
     std::istringstream rest(description.substr(std::min(shape_.size() + 1, description.size())));
     for (std::string item; std::getline(rest, item, ',');)
       set(item);
+    for (const auto& [name, usual, lower, upper, range] : known) {
+      const double value = values_.at(name);
+      const bool isWhole = std::string_view(range).substr(0, 7) == "a whole";
+      require(name, value >= lower && value <= upper && (!isWhole || value == std::floor(value)), range);
+    }
   }
 
-  double inRange(const char* name, double lower, double upper, const std::string& range) const
-  {
-    const double value = values_.at(name);
-    if (!(value >= lower && value <= upper))
-      fail(std::string(name) + " is " + text(value) + ", it must be " + range);
-    return value;
-  }
+  double operator[](const char* name) const { return values_.at(name); }
 
-  double positive(const char* name) const { return inRange(name, 1e-30, 1e30, "positive"); }
-
-  int count(const char* name, int max) const
+  void require(const char* name, bool holds, const std::string& range) const
   {
-    const double value = inRange(name, 0, max, "a whole number, 0 to " + std::to_string(max));
-    if (value != std::floor(value))
-      fail(std::string(name) + " is " + text(value) + ", it must be a whole number");
-    return static_cast<int>(value);
+    if (!holds)
+      fail(std::string(name) + " is " + text(values_.at(name)) + ", it must be " + range);
   }
 
 private:
@@ -82,29 +83,27 @@ private:
   std::map<std::string, double> values_;
 };
 
-Shape makeCutSphere(const Parameters& parameters)
+Shape makeCutSphere(const Values& v)
 {
-  const double radius = parameters.positive("radius");
-  const double turns = parameters.inRange("angle", 1e-3, 180, "degrees, above 0 and at most 180") / 360;
+  const double radius = v["radius"], turns = v["angle"] / 360;
   const SinCos edge = sinCos(turns);
   const double widest = turns < .25 ? radius * edge.sine : radius;
-  Box box{{-widest, -widest, radius * edge.cosine}, {widest, widest, radius}};
+  const Box box(Vector3d(-widest, -widest, radius * edge.cosine), Vector3d(widest, widest, radius));
   return {shapes::sphere(radius), {capPatch(radius, turns)}, box};
 }
 
-Shape makePlane(const Parameters& parameters)
+Shape makePlane(const Values& v)
 {
-  const Vector3d half(.5 * parameters.positive("width"), .5 * parameters.positive("height"), 0);
+  const Vector3d half(.5 * v["width"], .5 * v["height"], 0);
   const Patch patch = rectanglePatch(-half, {2 * half.x(), 0, 0}, {0, 2 * half.y(), 0});
   return {shapes::plane({0, 0, 1}), {patch}, boxOf(half)};
 }
 
-Shape makeTubes(const Parameters& parameters)
+Shape makeTubes(const Values& v)
 {
-  const double radius = parameters.positive("radius"), length = parameters.positive("length");
-  const double gap = parameters.positive("gap");
-  const bool areEndsClosed = parameters.inRange("closed", 0, 1, "0 or 1") != 0;
-  const Vector3d near(.5 * gap, 0, 0), far(.5 * gap + length, 0, 0);
+  const double radius = v["radius"];
+  const bool areEndsClosed = v["closed"] != 0;
+  const Vector3d near(.5 * v["gap"], 0, 0), far(.5 * v["gap"] + v["length"], 0, 0);
   Shape shape =
       unite({makeCylinder(-far, -near, radius, areEndsClosed), makeCylinder(near, far, radius, areEndsClosed)});
   if (!areEndsClosed)
@@ -112,9 +111,9 @@ Shape makeTubes(const Parameters& parameters)
   return shape;
 }
 
-Shape makePrimitives(const Parameters& parameters)
+Shape makePrimitives(const Values& v)
 {
-  const double s = parameters.positive("size");
+  const double s = v["size"];
   // Two rows side by side, nearest ones .3 apart; the z axis is the scanner's usual front.
   return unite({makeSphere(.5 * s, {-1.35 * s, .7 * s, 0}), makeSphere(.2 * s, {1.75 * s, .7 * s, 0}),
                 makeTorus(.42 * s, .15 * s, {0, .7 * s, 0}), makeSphere(.3 * s, {1.05 * s, .7 * s, 0}),
@@ -124,11 +123,9 @@ Shape makePrimitives(const Parameters& parameters)
                 makeBox({.1 * s, .5 * s, .3 * s}, 0, {1.65 * s, -.7 * s, 0})});
 }
 
-Shape makeCheese(const Parameters& parameters)
+Shape makeCheese(const Values& v)
 {
-  const double side = parameters.positive("side");
-  const double radius = side * parameters.inRange("radius", .01, .3, "a share of the side, .01 to .3");
-  const int bubbles = parameters.count("bubbles", 200);
+  const double side = v["side"], radius = side * v["radius"];
   const Vector3d half = Vector3d::Constant(.5 * side);
   Shape shape = makeBox(half, 0);
   std::vector<Sdf> cavities;
@@ -144,7 +141,7 @@ Shape makeCheese(const Parameters& parameters)
   }
   // Bubbles are centered on the faces, so that each is open; their places belong to the shape, not to the scan's seed.
   Random random(1, 0);
-  for (int i = 0; i < bubbles; ++i) {
+  for (int i = 0; i < v["bubbles"]; ++i) {
     Vector3d center;
     for (int axis = 0; axis < 3; ++axis)
       center[axis] = random.uniform(-.4, .4) * side;
@@ -157,94 +154,85 @@ Shape makeCheese(const Parameters& parameters)
   return shape;
 }
 
-Shape makeRoundedBox(const Parameters& parameters)
+Shape makeRoundedBox(const Values& v)
 {
-  const Vector3d half(.5 * parameters.positive("x"), .5 * parameters.positive("y"), .5 * parameters.positive("z"));
-  return makeBox(half, parameters.inRange("rounding", 0, half.minCoeff(), "from 0 to half of the shortest side"));
+  const Vector3d half(.5 * v["x"], .5 * v["y"], .5 * v["z"]);
+  v.require("rounding", v["rounding"] <= half.minCoeff(), "from 0 to half of the shortest side");
+  return makeBox(half, v["rounding"]);
 }
 
-Shape makePlate(const Parameters& parameters)
+Shape makeDoughnut(const Values& v)
 {
-  const Vector3d half(.5 * parameters.positive("width"), .5 * parameters.positive("height"),
-                      .5 * parameters.positive("thickness"));
-  return makeBox(half, 0);
-}
-
-Shape makeTerrainOf(const Parameters& parameters)
-{
-  TerrainOptions options;
-  options.side = parameters.positive("side");
-  options.steepest = parameters.inRange("steepest", 0, 10, "from 0 to 10");
-  options.trees = parameters.count("trees", 1000);
-  options.houses = parameters.count("houses", 1000);
-  return makeTerrain(options);
+  v.require("minor", v["minor"] <= v["major"], "positive and at most the major radius");
+  return makeTorus(v["major"], v["minor"]);
 }
 
 struct Entry {
   const char* name;
   std::vector<Parameter> parameters;
   const char* meaning;
-  Shape (*make)(const Parameters&);
+  Shape (*make)(const Values&);
 };
 
 const std::vector<Entry>& catalog()
 {
   static const std::vector<Entry> entries = {
-      {"sphere",
-       {{"radius", 1}},
-       "about the origin",
-       [](const Parameters& p) { return makeSphere(p.positive("radius")); }},
+      {"sphere", {{"radius", 1}}, "about the origin", [](const Values& v) { return makeSphere(v["radius"]); }},
       {"cut-sphere",
-       {{"radius", 40}, {"angle", 37}},
+       {{"radius", 40}, {"angle", 37, 1e-3, 180, "degrees, above 0 and at most 180"}},
        "cap of a sphere about the origin around +z, open; angle: from the pole, in degrees",
        makeCutSphere},
-      {"torus",
-       {{"major", 1}, {"minor", .4}},
-       "around the z axis",
-       [](const Parameters& p) {
-         const double major = p.positive("major");
-         return makeTorus(major, p.inRange("minor", 1e-30, major, "positive and at most the major radius"));
-       }},
+      {"torus", {{"major", 1}, {"minor", .4}}, "around the z axis", makeDoughnut},
       {"box",
-       {{"x", 2}, {"y", 1.5}, {"z", 1}, {"rounding", 0}},
+       {{"x", 2}, {"y", 1.5}, {"z", 1}, {"rounding", 0, 0, 1e30, "not negative"}},
        "whole sides; sharp edges with rounding=0",
        makeRoundedBox},
       {"plane", {{"width", 2}, {"height", 2}}, "patch of z = 0, facing +z", makePlane},
       {"tubes",
-       {{"radius", .25}, {"length", 1}, {"gap", .5}, {"closed", 0}},
+       {{"radius", .25}, {"length", 1}, {"gap", .5}, {"closed", 0, 0, 1, "0 or 1"}},
        "two tubes along the x axis, separated by a gap; closed=1 with end walls",
        makeTubes},
       {"primitives", {{"size", 1}}, "spheres, boxes, torus, cylinder, plate side by side", makePrimitives},
-      {"plate", {{"width", 2}, {"height", 2}, {"thickness", .04}}, "thin plate", makePlate},
+      {"plate",
+       {{"width", 2}, {"height", 2}, {"thickness", .04}},
+       "thin plate",
+       [](const Values& v) {
+         return makeBox({.5 * v["width"], .5 * v["height"], .5 * v["thickness"]}, 0);
+       }},
       {"cheese",
-       {{"side", 2}, {"bubbles", 14}, {"radius", .16}},
+       {{"side", 2},
+        {"bubbles", 14, 0, 200, "a whole number, 0 to 200"},
+        {"radius", .16, .01, .3, "a share of the side, .01 to .3"}},
        "cube with open bubbles and three tunnels; radius: of the largest bubble, as a share of the side",
        makeCheese},
       {"table",
        {{"size", 2.8}},
        "objects on a table before a wall, y up, to be seen from +z; size: width of the wall",
-       [](const Parameters& p) { return makeTableScene(p.positive("size")); }},
+       [](const Values& v) { return makeTableScene(v["size"]); }},
       {"room",
        {{"width", 5}},
        "with furniture, y up, to be seen from inside, e.g. --sampling camera --sensor 0.6,1.5,1.9 --front -.1,-.25,-1",
-       [](const Parameters& p) { return makeRoom(p.positive("width")); }},
+       [](const Values& v) { return makeRoom(v["width"]); }},
       {"person",
        {{"height", 1.75}},
        "standing, y up, facing +z",
-       [](const Parameters& p) { return makePerson(p.positive("height")); }},
+       [](const Values& v) { return makePerson(v["height"]); }},
       {"facade",
-       {{"width", 13}},
+       {{"width", 13, 3, 1000, "from 3 to 1000"}},
        "of a house of three floors, y up, to be seen from +z",
-       [](const Parameters& p) { return makeFacade(p.inRange("width", 3, 1000, "from 3 to 1000")); }},
+       [](const Values& v) { return makeFacade(v["width"]); }},
       {"terrain",
-       {{"side", 100}, {"steepest", 1}, {"trees", 60}, {"houses", 12}},
+       {{"side", 100},
+        {"steepest", 1, 0, 10, "from 0 to 10"},
+        {"trees", 60, 0, 1000, "a whole number, 0 to 1000"},
+        {"houses", 12, 0, 1000, "a whole number, 0 to 1000"}},
        "hills with trees and houses, z up, to be seen from above (+z), open; steepest: bound of the slope",
-       makeTerrainOf},
+       [](const Values& v) { return makeTerrain(v["side"], v["steepest"], int(v["trees"]), int(v["houses"])); }},
       {"street",
-       {{"length", 60}},
+       {{"length", 60, 14, 1000, "from 14 to 1000"}},
        "between houses, with cars and posts, z up, 16 wide; for a lidar: --sampling scanner --axis 0,0,1 "
        "--sensor 0,0,1.8 --aspect 8 --elevations -30:30",
-       [](const Parameters& p) { return makeStreet(p.inRange("length", 14, 1000, "from 14 to 1000")); }},
+       [](const Values& v) { return makeStreet(v["length"]); }},
   };
   return entries;
 }
@@ -274,7 +262,7 @@ Shape makeShape(const std::string& description)
       names += (names.empty() ? "" : ", ") + std::string(known.name);
     throw InvalidOption("unknown shape '" + description + "', there are " + names);
   }
-  return entry->make(Parameters(description, entry->parameters));
+  return entry->make(Values(description, entry->parameters));
 }
 
 std::string describeShapes()
@@ -283,8 +271,8 @@ std::string describeShapes()
   for (const Entry& entry : catalog()) {
     std::string line = std::string("  ") + entry.name;
     char separator = ':';
-    for (const auto& [name, value] : entry.parameters) {
-      line += separator + std::string(name) + "=" + text(value);
+    for (const Parameter& parameter : entry.parameters) {
+      line += separator + std::string(parameter.name) + "=" + text(parameter.usual);
       separator = ',';
     }
     lines += line + "\n      " + entry.meaning + "\n";

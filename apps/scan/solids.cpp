@@ -88,18 +88,16 @@ Shape unite(const std::vector<Shape>& parts)
 {
   Shape all;
   std::vector<std::pair<Sdf, Box>> solids;
-  all.box = parts.front().box;
   for (const Shape& part : parts) {
     solids.emplace_back(part.distance, part.box);
     all.patches.insert(all.patches.end(), part.patches.begin(), part.patches.end());
-    all.box.lower = all.box.lower.cwiseMin(part.box.lower);
-    all.box.upper = all.box.upper.cwiseMax(part.box.upper);
+    all.box.extend(part.box);
   }
   all.distance = [solids = std::move(solids)](const Vector3d& x) {
     double nearest = std::numeric_limits<double>::infinity();
     for (const auto& [distance, box] : solids) {
       // A part whose box is farther away is not asked.
-      const double square = (box.lower - x).cwiseMax(x - box.upper).cwiseMax(0).squaredNorm();
+      const double square = (box.min() - x).cwiseMax(x - box.max()).cwiseMax(0).squaredNorm();
       if (square == 0 || (nearest > 0 && square < nearest * nearest))
         nearest = std::min(nearest, distance(x));
     }

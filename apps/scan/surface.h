@@ -3,9 +3,9 @@
 /// \brief What a sensor looks at: a surface that can be sampled, and that rays hit.
 #pragma once
 
-#include <shapes/turns.h>
+#include <shapes/signed_distance.h>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <array>
 #include <cstdint>
@@ -18,16 +18,31 @@ using shapes::pi;
 using shapes::SinCos;
 using shapes::sinCos;
 
-/// A box in double precision.
-struct Box {
-  Eigen::Vector3d lower = Eigen::Vector3d::Zero();
-  Eigen::Vector3d upper = Eigen::Vector3d::Zero();
-  Eigen::Vector3d center() const { return .5 * (lower + upper); }
-  double diagonal() const { return (upper - lower).norm(); }
+// Rotations about x, then y, then z, in degrees.
 
-  /// Where a ray leaves the box, in lengths of its direction; negative if it misses it.
-  double leaves(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const;
-};
+inline Eigen::Matrix3d rotationOf(const Eigen::Vector3d& degrees)
+{
+  using Eigen::AngleAxisd;
+  const Eigen::Vector3d angles = degrees * EIGEN_PI / 180;
+  return (AngleAxisd(angles.z(), Eigen::Vector3d::UnitZ()) * AngleAxisd(angles.y(), Eigen::Vector3d::UnitY()) *
+          AngleAxisd(angles.x(), Eigen::Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+inline Eigen::Vector3d rotate(const Eigen::Vector3d& degrees, const Eigen::Vector3d& x)
+{
+  return degrees.isZero(0) ? x : Eigen::Vector3d(rotationOf(degrees) * x);
+}
+
+inline Eigen::Vector3d rotateBack(const Eigen::Vector3d& degrees, const Eigen::Vector3d& x)
+{
+  return degrees.isZero(0) ? x : Eigen::Vector3d(rotationOf(degrees).transpose() * x);
+}
+
+using Box = Eigen::AlignedBox3d;
+
+/// Where a ray leaves a box, in lengths of its direction; negative if it misses it.
+double leaves(const Box& box, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
 
 /// The random numbers that one candidate is made of, each in [0, 1).
 struct Draw {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "signed_distance.h"
 
-#include "turns.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>

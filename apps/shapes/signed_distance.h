@@ -3,8 +3,9 @@
 /// \brief Signed distances to analytic shapes: what is scanned, and the truth to measure against.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -36,5 +37,25 @@ Sdf subtract(const Sdf& a, std::vector<Sdf> b);
 
 /// Unit outward normal by central differences.
 Eigen::Vector3d normalOf(const Sdf& sdf, const Eigen::Vector3d& position);
+
+constexpr double pi = 3.14159265358979323846;
+
+struct SinCos {
+  double sine, cosine;
+};
+
+/// Of an angle in full turns.
+inline SinCos sinCos(double turns)
+{
+  return {std::sin(2 * pi * turns), std::cos(2 * pi * turns)};
+}
+
+/// A unit vector perpendicular to the given unit vector.
+inline Eigen::Vector3d perpendicular(const Eigen::Vector3d& a)
+{
+  // The axis that is farthest from a, so that the cross product is well away from zero.
+  const Eigen::Vector3d axis = std::abs(a.x()) < .6 ? Eigen::Vector3d(1, 0, 0) : Eigen::Vector3d(0, 1, 0);
+  return a.cross(axis).normalized();
+}
 
 } // namespace shapes

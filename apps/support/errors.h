@@ -3,6 +3,7 @@
 /// \brief Failures of the tools, each kind with its own exit status.
 #pragma once
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
@@ -26,6 +27,9 @@ public:
   explicit FileError(const std::string& message) : std::runtime_error(message) {}
   FileError(const std::string& path, const std::string& cause)
       : std::runtime_error("'" + path + "': " + withoutControls(cause))
+  {}
+  FileError(const std::string& path, std::size_t line, const std::string& cause)
+      : FileError(path, "line " + std::to_string(line) + ": " + cause)
   {}
 };
 

@@ -35,8 +35,7 @@ public:
     for (double value = 0; numbers_.size() < words_.size() && toNumber(words_[numbers_.size()], value);)
       numbers_.push_back(value);
     if (numbers_.size() < min)
-      throw FileError(path_, "line " + std::to_string(lines_.number()) + ": has fewer than " + std::to_string(min) +
-                                 " numbers");
+      throw FileError(path_, lines_.number(), "has fewer than " + std::to_string(min) + " numbers");
     return numbers_;
   }
 
@@ -47,30 +46,16 @@ private:
   std::vector<double> numbers_;
 };
 
-/// What the vertices of a file have, by its first word: "OFF" with letters before it.
-struct OffHeader {
-  bool isKnown = false, hasNormals = false, hasColors = false;
-
-  explicit OffHeader(std::string_view word)
-  {
-    hasColors = word.substr(0, 1) == "C";
-    word.remove_prefix(hasColors ? 1 : 0);
-    hasNormals = word.substr(0, 1) == "N";
-    word.remove_prefix(hasNormals ? 1 : 0);
-    isKnown = word == "OFF";
-  }
-};
-
-void readVertices(OffLines& lines, const OffHeader& header, double count, PointTable& table)
+void readVertices(OffLines& lines, bool hasNormals, bool hasColors, double count, PointTable& table)
 {
-  const std::size_t firstColor = header.hasNormals ? 6 : 3;
+  const std::size_t firstColor = hasNormals ? 6 : 3;
   std::vector<Eigen::Vector3f> colors;
   for (double v = 0; v < count; ++v) {
-    const std::vector<double>& values = lines.numbers(header.hasColors ? firstColor + 3 : firstColor);
+    const std::vector<double>& values = lines.numbers(hasColors ? firstColor + 3 : firstColor);
     table.positions.emplace_back(values[0], values[1], values[2]);
-    if (header.hasNormals)
+    if (hasNormals)
       table.normals.push_back(Eigen::Vector3d(values[3], values[4], values[5]).cast<float>());
-    if (header.hasColors)
+    if (hasColors)
       colors.push_back(Eigen::Map<const Eigen::Vector3d>(values.data() + firstColor).cast<float>());
   }
   addColors(colors, false, table);
@@ -82,8 +67,8 @@ PointTable parseOff(const std::string& path, const std::string& text, Polygons* 
 {
   OffLines lines(path, text);
   std::vector<std::string_view> first = lines.words();
-  const OffHeader header(first[0]);
-  if (!header.isKnown)
+  const bool hasColors = first[0].front() == 'C', hasNormals = first[0].find('N') != std::string_view::npos;
+  if (first[0] != std::string(hasColors ? "C" : "") + (hasNormals ? "N" : "") + "OFF")
     throw FileError(path, "is not an OFF file in text");
   std::vector<double> counts;
   if (first.size() == 1)
@@ -97,7 +82,7 @@ PointTable parseOff(const std::string& path, const std::string& text, Polygons* 
     throw FileError(path, "is not an OFF file: its numbers of vertices and faces are missing");
 
   PointTable table;
-  readVertices(lines, header, counts[0], table);
+  readVertices(lines, hasNormals, hasColors, counts[0], table);
   if (faces == nullptr)
     return table;
   for (double f = 0; f < counts[1]; ++f) {

@@ -84,6 +84,8 @@ OutputFiles::~OutputFiles()
 
 void OutputFiles::add(const std::string& path)
 {
+  if (path.empty())
+    return;
   std::error_code error;
   File file;
   file.path = file.target = path;
@@ -110,6 +112,8 @@ void OutputFiles::add(const std::string& path)
 
 std::int64_t OutputFiles::write(const std::string& path, const std::function<void(const std::string&)>& writer)
 {
+  if (path.empty())
+    return 0;
   const auto file = std::find_if(files_.begin(), files_.end(), [&](const File& f) { return f.path == path; });
   if (file == files_.end())
     throw std::logic_error(path + " was not declared as an output");

@@ -15,7 +15,8 @@ namespace mrf_apps {
 struct TemporaryFile;
 
 /// A set of files to be written. Each is written to a temporary file beside its target; `publish` renames them all.
-/// Whatever was not published is removed with the object, or by the signal that ends the process.
+/// Whatever was not published is removed with the object, or by the signal that ends the process. An empty path is no
+/// file: nothing is done about it.
 class OutputFiles {
 public:
   OutputFiles() = default;

@@ -18,19 +18,21 @@ namespace {
 /// One field as the header declares it.
 struct Field {
   std::string name;
-  std::size_t size = 0;  ///< bytes of one number
-  char type = 'F';       ///< I, U or F
-  std::size_t count = 1; ///< numbers per point
+  const NumberType* type; ///< of a color that of its four bytes as a whole number, whatever it claims
+  bool isFloat;           ///< as it claims
+  std::size_t count;      ///< numbers per point
 
-  std::size_t bytes() const { return size * count; }
-  bool isColor() const { return name == "rgb" || name == "rgba"; }
+  std::size_t bytes() const { return type->size * count; }
+  bool isColor() const { return count == 1 && (name == "rgb" || name == "rgba"); }
   bool isPadding() const { return name == "_"; }
+  bool isNumber() const { return count == 1 && !isPadding() && !isColor(); }
 };
 
 enum class Encoding { ascii, binary, compressed };
 
 struct Header {
   std::vector<Field> fields;
+  std::optional<std::size_t> color; ///< the field, the last one if there are several
   std::size_t points = 0;
   std::optional<Eigen::Vector3d> sensorOrigin;
   Encoding encoding = Encoding::ascii;
@@ -55,9 +57,9 @@ public:
       if (keys.count(key) == 0 && entries_.empty())
         throw FileError(path, "is not a PCD file");
       if (keys.count(key) == 0)
-        failAt(lines.number(), "is not a line of a PCD header");
+        throw FileError(path, lines.number(), "is not a line of a PCD header");
       if (has(key))
-        failAt(lines.number(), "the header has a second line " + std::string(key));
+        throw FileError(path, lines.number(), "the header has a second line " + std::string(key));
       entries_[key] = {lines.number(), {words.begin() + 1, words.end()}};
       body_ = text.substr(static_cast<std::size_t>(line.data() + line.size() - text.data()));
     }
@@ -98,15 +100,10 @@ public:
 
   [[noreturn]] void fail(std::string_view key) const
   {
-    failAt(entries_.at(key).first, "is not a line of a PCD header");
+    throw FileError(path_, entries_.at(key).first, "is not a line of a PCD header");
   }
 
 private:
-  [[noreturn]] void failAt(std::size_t line, const std::string& cause) const
-  {
-    throw FileError(path_, "line " + std::to_string(line) + ": " + cause);
-  }
-
   const std::string& path_;
   std::map<std::string_view, std::pair<std::size_t, std::vector<std::string_view>>> entries_; ///< with their lines
   std::size_t count_ = 0;
@@ -123,15 +120,15 @@ std::vector<Field> parseFields(const std::string& path, const HeaderLines& lines
       lines.has("COUNT") ? lines.counts("COUNT", count, 1, fileSize) : std::vector<std::size_t>(count, 1);
   std::vector<Field> fields;
   for (std::size_t f = 0; f < count; ++f) {
-    Field field{std::string(names[f]), sizes[f], types[f][0], counts[f]};
-    const bool isPower = (field.size & (field.size - 1)) == 0;
-    const bool isType =
-        types[f].size() == 1 && (field.type == 'I' || field.type == 'U' || (field.type == 'F' && field.size >= 4));
-    if (!isPower || !isType)
+    const NumberType* type = types[f].size() == 1 ? numberType(types[f][0], sizes[f]) : nullptr;
+    if (type == nullptr)
       throw FileError(path, "is a malformed PCD file: there is no type " + std::string(types[f]) + " of " +
-                                std::to_string(field.size) + " bytes");
-    if (field.isColor() && field.bytes() != 4)
+                                std::to_string(sizes[f]) + " bytes");
+    Field field{std::string(names[f]), type, type->kind == 'F', counts[f]};
+    if ((field.name == "rgb" || field.name == "rgba") && field.bytes() != 4)
       throw FileError(path, "is a malformed PCD file: " + field.name + " does not take four bytes");
+    if (field.isColor())
+      field.type = numberType('U', 4);
     fields.push_back(std::move(field));
   }
   return fields;
@@ -158,6 +155,9 @@ Header parseHeader(const std::string& path, const std::string& text)
   header.body = lines.body();
   header.lines = lines.count();
   header.fields = parseFields(path, lines, static_cast<std::int64_t>(text.size()));
+  for (std::size_t f = 0; f < header.fields.size(); ++f)
+    if (header.fields[f].isColor())
+      header.color = f;
   const std::string_view encoding = lines.words("DATA", 1)[0];
   if (encoding == "binary")
     header.encoding = Encoding::binary;
@@ -191,34 +191,6 @@ Header parseHeader(const std::string& path, const std::string& text)
   return header;
 }
 
-template <typename T>
-double valueAs(const char* bytes)
-{
-  T value;
-  std::memcpy(&value, bytes, sizeof(T));
-  return static_cast<double>(value);
-}
-
-/// One number of a field; the four bytes of a color as a whole number, whatever type the field claims.
-double valueAt(const Field& field, const char* bytes)
-{
-  if (field.isColor())
-    return valueAs<std::uint32_t>(bytes);
-  if (field.type == 'F')
-    return field.size == 4 ? valueAs<float>(bytes) : valueAs<double>(bytes);
-  const bool isSigned = field.type == 'I';
-  switch (field.size) {
-  case 1:
-    return isSigned ? valueAs<std::int8_t>(bytes) : valueAs<std::uint8_t>(bytes);
-  case 2:
-    return isSigned ? valueAs<std::int16_t>(bytes) : valueAs<std::uint16_t>(bytes);
-  case 4:
-    return isSigned ? valueAs<std::int32_t>(bytes) : valueAs<std::uint32_t>(bytes);
-  default:
-    return isSigned ? valueAs<std::int64_t>(bytes) : valueAs<std::uint64_t>(bytes);
-  }
-}
-
 /// Unpacks LZF: a control byte below 32 precedes so many literal bytes plus one; others hold a length and, with the
 /// next byte, how far back to copy from. \return false if the data are not exactly `size` bytes
 bool unpackLzf(std::string_view packed, std::size_t size, std::string& unpacked)
@@ -248,154 +220,112 @@ bool unpackLzf(std::string_view packed, std::size_t size, std::string& unpacked)
   return unpacked.size() == size;
 }
 
-/// The points of a file, column by column.
-class Body {
-public:
-  Body(const std::string& path, const std::string& text, const Header& header) : path_(path), header_(header)
-  {
-    if (header.encoding == Encoding::ascii)
-      parseRows(text);
-    else if (header.encoding == Encoding::compressed)
-      unpack();
-  }
-
-  /// The values of the field of this number, which are taken: a second call finds none. Empty if they are vectors.
-  std::vector<double> take(std::size_t number)
-  {
-    const Field& field = header_.fields[number];
-    if (header_.encoding == Encoding::ascii)
-      return std::move(columns_[number]);
-    if (field.count > 1 || field.isPadding())
-      return {};
-    // Point by point in plain binary files, field by field in compressed ones.
-    const bool compressed = header_.encoding == Encoding::compressed;
-    std::size_t before = 0, stride = 0;
-    for (std::size_t f = 0; f < header_.fields.size(); ++f) {
-      const std::size_t bytes = compressed && header_.fields[f].isPadding() ? 0 : header_.fields[f].bytes();
-      before += f < number ? bytes : 0;
-      stride += bytes;
-    }
-    const char* bytes =
-        (compressed ? unpacked_.data() : header_.body.data()) + before * (compressed ? header_.points : 1);
-    std::vector<double> values;
-    values.reserve(header_.points);
-    for (std::size_t i = 0; i < header_.points; ++i, bytes += compressed ? field.size : stride)
-      values.push_back(valueAt(field, bytes));
-    return values;
-  }
-
-private:
-  [[noreturn]] void fail() const { throw FileError(path_, "is a truncated or malformed PCD file"); }
-
-  void unpack()
-  {
-    std::array<std::uint32_t, 2> sizes{}; // packed, unpacked
-    if (header_.body.size() < sizeof(sizes))
-      fail();
-    std::memcpy(sizes.data(), header_.body.data(), sizeof(sizes));
-    std::size_t pointSize = 0;
-    for (const Field& field : header_.fields)
-      pointSize += field.isPadding() ? 0 : field.bytes();
-    const std::string_view packed = header_.body.substr(sizeof(sizes), sizes[0]);
-    // The second: so much cannot come out of it.
-    if (packed.size() != sizes[0] || sizes[1] > 88 * packed.size() || pointSize == 0 ||
-        sizes[1] / pointSize != header_.points || sizes[1] % pointSize != 0 || !unpackLzf(packed, sizes[1], unpacked_))
-      fail();
-  }
-
-  void parseRows(const std::string& text)
-  {
-    std::size_t numbers = 0;
-    for (const Field& field : header_.fields)
-      numbers += field.count;
-    columns_.resize(header_.fields.size());
-    std::string_view line;
-    std::vector<std::string_view> words;
-    std::vector<double> values;
-    std::size_t rows = 0;
-    for (Lines lines(text); rows < header_.points && lines.next(line);) {
-      if (lines.number() <= header_.lines || line.find_first_not_of(" \t") == std::string_view::npos)
-        continue;
-      split(line, words);
-      if (!toNumbers(words, values) || values.size() != numbers)
-        throw FileError(path_, "line " + std::to_string(lines.number()) + ": is not a row of " +
-                                   std::to_string(numbers) + " numbers");
-      addRow(values);
-      ++rows;
-    }
-    if (rows < header_.points)
-      throw FileError(path_, "is truncated: it declares " + std::to_string(header_.points) + " points and holds " +
-                                 std::to_string(rows));
-  }
-
-  void addRow(const std::vector<double>& values)
-  {
-    std::size_t first = 0;
-    for (std::size_t f = 0; f < columns_.size(); ++f) {
-      const Field& field = header_.fields[f];
-      if (field.count == 1 && !field.isPadding())
-        columns_[f].push_back(field.isColor() ? packedColor(field, values[first]) : values[first]);
-      first += field.count;
-    }
-  }
-
-  /// Text has the bytes of a color as the number that they are in the field's type.
-  static double packedColor(const Field& field, double value)
-  {
-    if (field.type != 'F')
-      return value >= -2147483648. && value <= 4294967295.
-                 ? static_cast<double>(static_cast<std::uint32_t>(static_cast<std::int64_t>(value)))
-                 : 0;
-    if (std::isnan(value))
-      return 0;
-    std::uint32_t bits = 0;
-    const auto number = static_cast<float>(value);
-    std::memcpy(&bits, &number, sizeof(bits));
-    return bits;
-  }
-
-  const std::string& path_;
-  const Header& header_;
-  std::vector<std::vector<double>> columns_; ///< of a text file
-  std::string unpacked_;                     ///< of a compressed file
-};
-
-/// Three fields as vectors; empty if one is not there or not a number per point.
-std::vector<Eigen::Vector3d> takeVectors(const Header& header, Body& body, const std::array<const char*, 3>& names)
+/// The points of a compressed file, field by field, without padding.
+std::string unpack(const std::string& path, const Header& header)
 {
-  std::array<std::size_t, 3> numbers{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto found = std::find_if(header.fields.begin(), header.fields.end(),
-                                    [&](const Field& field) { return field.name == names[axis] && field.count == 1; });
-    if (found == header.fields.end())
-      return {};
-    numbers[axis] = static_cast<std::size_t>(found - header.fields.begin());
-  }
-  std::vector<Eigen::Vector3d> result(header.points);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::vector<double> values = body.take(numbers[axis]);
-    for (std::size_t i = 0; i < result.size(); ++i)
-      result[i][axis] = values[i];
-  }
-  return result;
+  std::array<std::uint32_t, 2> sizes{}; // packed, unpacked
+  std::memcpy(sizes.data(), header.body.data(), std::min(sizeof(sizes), header.body.size()));
+  std::size_t pointSize = 0;
+  for (const Field& field : header.fields)
+    pointSize += field.isPadding() ? 0 : field.bytes();
+  const std::string_view packed = header.body.substr(std::min(sizeof(sizes), header.body.size()), sizes[0]);
+  std::string unpacked;
+  // So much cannot come out of it: 88 times as much.
+  if (packed.size() != sizes[0] || sizes[1] > 88 * packed.size() || pointSize == 0 ||
+      sizes[1] / pointSize != header.points || sizes[1] % pointSize != 0 || !unpackLzf(packed, sizes[1], unpacked))
+    throw FileError(path, "is a truncated or malformed PCD file");
+  return unpacked;
 }
 
 /// Blue comes first in the four bytes.
-std::vector<std::array<std::uint8_t, 3>> toColors(const std::vector<double>& packed)
+std::array<std::uint8_t, 3> toColor(double packed)
 {
-  std::vector<std::array<std::uint8_t, 3>> colors;
-  colors.reserve(packed.size());
-  for (const double value : packed) {
-    const auto bits = static_cast<std::uint32_t>(value);
-    colors.push_back({static_cast<std::uint8_t>(bits >> 16 & 255), static_cast<std::uint8_t>(bits >> 8 & 255),
-                      static_cast<std::uint8_t>(bits & 255)});
-  }
-  return colors;
+  const auto bits = static_cast<std::uint32_t>(packed);
+  return {static_cast<std::uint8_t>(bits >> 16 & 255), static_cast<std::uint8_t>(bits >> 8 & 255),
+          static_cast<std::uint8_t>(bits & 255)};
 }
 
-bool isVectorPart(const std::string& name)
+/// Text has the bytes of a color as the number that they are in the field's type.
+double packedColor(const Field& field, double value)
 {
-  return name == "x" || name == "y" || name == "z" || name.rfind("normal_", 0) == 0;
+  if (!field.isFloat)
+    return value >= -2147483648. && value <= 4294967295.
+               ? static_cast<double>(static_cast<std::uint32_t>(static_cast<std::int64_t>(value)))
+               : 0;
+  if (std::isnan(value))
+    return 0;
+  std::uint32_t bits = 0;
+  const auto number = static_cast<float>(value);
+  std::memcpy(&bits, &number, sizeof(bits));
+  return bits;
+}
+
+/// Adds rows to a table. \param at returns the number of a row in a field
+template <typename At>
+void addRows(const Header& header, std::size_t rows, const At& at, TableFiller& filler, PointTable& table)
+{
+  filler.add(rows, at);
+  if (header.color)
+    for (std::size_t row = 0; row < rows; ++row)
+      table.colors.push_back(toColor(at(row, *header.color)));
+}
+
+void readText(const std::string& path, const std::string& text, const Header& header, TableFiller& filler,
+              PointTable& table)
+{
+  std::vector<std::size_t> first; // numbers of the fields in a row
+  std::size_t numbers = 0;
+  for (const Field& field : header.fields) {
+    first.push_back(numbers);
+    numbers += field.count;
+  }
+  std::string_view line;
+  std::vector<std::string_view> words;
+  std::vector<double> values;
+  std::size_t rows = 0;
+  const auto at = [&](std::size_t, std::size_t f) {
+    const Field& field = header.fields[f];
+    return field.isColor() ? packedColor(field, values[first[f]]) : values[first[f]];
+  };
+  for (Lines lines(text); rows < header.points && lines.next(line);) {
+    split(line, words);
+    if (lines.number() <= header.lines || words.empty())
+      continue;
+    if (!toNumbers(words, values) || values.size() != numbers)
+      throw FileError(path, lines.number(), "is not a row of " + std::to_string(numbers) + " numbers");
+    addRows(header, 1, at, filler, table);
+    ++rows;
+  }
+  if (rows < header.points)
+    throw FileError(path, "is truncated: it declares " + std::to_string(header.points) + " points and holds " +
+                              std::to_string(rows));
+}
+
+/// Point by point in plain binary files, field by field in compressed ones.
+void readBinary(const std::string& path, const Header& header, TableFiller& filler, PointTable& table)
+{
+  const bool isCompressed = header.encoding == Encoding::compressed;
+  const std::string unpacked = isCompressed ? unpack(path, header) : "";
+  const char* const bytes = isCompressed ? unpacked.data() : header.body.data();
+  std::vector<std::size_t> first; // bytes of the fields, of the first point
+  std::size_t pointSize = 0;
+  for (const Field& field : header.fields) {
+    first.push_back(pointSize * (isCompressed ? header.points : 1));
+    pointSize += isCompressed && field.isPadding() ? 0 : field.bytes();
+  }
+  constexpr std::size_t portion = 512; // stays in the fastest cache
+  std::vector<std::vector<double>> columns(first.size(), std::vector<double>(portion));
+  for (std::size_t done = 0; done < header.points; done += portion) {
+    const std::size_t rows = std::min(portion, header.points - done);
+    for (std::size_t f = 0; f < first.size(); ++f) {
+      const Field& field = header.fields[f];
+      const std::size_t stride = isCompressed ? field.type->size : pointSize;
+      if (field.count == 1 && !field.isPadding())
+        field.type->decode(bytes + first[f] + done * stride, stride, rows, false, columns[f].data());
+    }
+    addRows(
+        header, rows, [&](std::size_t row, std::size_t f) { return columns[f][row]; }, filler, table);
+  }
 }
 
 } // namespace
@@ -403,31 +333,21 @@ bool isVectorPart(const std::string& name)
 PointTable readPcd(const std::string& path, const std::string& text)
 {
   const Header header = parseHeader(path, text);
-  Body body(path, text, header);
+  std::vector<std::string> names;
+  for (const Field& field : header.fields)
+    names.push_back(field.isNumber() ? field.name : "");
   PointTable table;
   table.sensorOrigin = header.sensorOrigin;
-  table.positions = takeVectors(header, body, {"x", "y", "z"});
-  if (table.positions.empty())
+  TableFiller filler(names, header.points, table);
+  if (!filler.vectors().position)
     throw FileError(path, "has no points with the fields x, y and z");
-  for (const Eigen::Vector3d& normal : takeVectors(header, body, {"normal_x", "normal_y", "normal_z"}))
-    table.normals.push_back(normal.cast<float>());
-  for (std::size_t f = 0; f < header.fields.size(); ++f) {
-    const Field& field = header.fields[f];
-    if (field.name == "x")
-      table.areFloats = header.encoding != Encoding::ascii && field.type == 'F' && field.size == sizeof(float);
-    if (isVectorPart(field.name) || field.count > 1 || field.isPadding())
-      continue;
-    if (field.isColor())
-      table.colors = toColors(body.take(f));
-    else {
-      // Of two fields with one name the first counts.
-      std::vector<float>& scalar = table.scalars[field.name];
-      if (scalar.empty()) {
-        const std::vector<double> values = body.take(f);
-        scalar.assign(values.begin(), values.end());
-      }
-    }
-  }
+  const NumberType& type = *header.fields[filler.vectors().position->front()].type;
+  table.areFloats = header.encoding != Encoding::ascii && type.kind == 'F' && type.size == sizeof(float);
+  if (header.encoding == Encoding::ascii)
+    readText(path, text, header, filler, table);
+  else
+    readBinary(path, header, filler, table);
+  filler.finish(false);
   return table;
 }
 

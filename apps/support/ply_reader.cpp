@@ -8,39 +8,32 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <limits>
 
 namespace mrf_apps {
 namespace {
 
-enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
-
-constexpr std::array<std::size_t, 8> typeSizes = {1, 1, 2, 2, 4, 4, 4, 8};
-
-bool parseType(std::string_view word, Type& type)
+const NumberType* typeOf(std::string_view word)
 {
-  constexpr std::array<std::array<std::string_view, 2>, 8> names = {{{"char", "int8"},
-                                                                     {"uchar", "uint8"},
-                                                                     {"short", "int16"},
-                                                                     {"ushort", "uint16"},
-                                                                     {"int", "int32"},
-                                                                     {"uint", "uint32"},
-                                                                     {"float", "float32"},
-                                                                     {"double", "float64"}}};
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (word == names[i][0] || word == names[i][1]) {
-      type = static_cast<Type>(i);
-      return true;
-    }
-  return false;
+  struct Name {
+    std::string_view usual, other;
+    char kind;
+    std::size_t size;
+  };
+  constexpr Name names[] = {{"char", "int8", 'I', 1},     {"uchar", "uint8", 'U', 1},   {"short", "int16", 'I', 2},
+                            {"ushort", "uint16", 'U', 2}, {"int", "int32", 'I', 4},     {"uint", "uint32", 'U', 4},
+                            {"float", "float32", 'F', 4}, {"double", "float64", 'F', 8}};
+  for (const Name& name : names)
+    if (word == name.usual || word == name.other)
+      return numberType(name.kind, name.size);
+  return nullptr;
 }
 
 struct Property {
   std::string name;
-  Type type = Type::float32;
-  bool isList = false;
-  Type countType = Type::uint8;
+  const NumberType* type = nullptr;
+  const NumberType* countType = nullptr; ///< of a list; null: it is a number
+
+  bool isList() const { return countType != nullptr; }
 };
 
 struct Element {
@@ -50,7 +43,8 @@ struct Element {
 
   bool hasLists() const
   {
-    return std::any_of(properties.begin(), properties.end(), [](const Property& property) { return property.isList; });
+    return std::any_of(properties.begin(), properties.end(),
+                       [](const Property& property) { return property.isList(); });
   }
 };
 
@@ -65,13 +59,14 @@ struct Header {
   std::size_t size = 0; ///< bytes up to the body
 };
 
+/// \return whether its type is known
 bool parseProperty(const std::vector<std::string_view>& words, Property& property)
 {
-  property.isList = words.size() == 5 && words[1] == "list";
-  if (property.isList && !parseType(words[2], property.countType))
-    return false;
+  const bool isList = words.size() == 5 && words[1] == "list";
   property.name = words.back();
-  return (property.isList || words.size() == 3) && parseType(words[words.size() - 2], property.type);
+  property.type = typeOf(words[words.size() - 2]);
+  property.countType = isList ? typeOf(words[2]) : nullptr;
+  return property.type != nullptr && (isList ? property.isList() : words.size() == 3);
 }
 
 Header parseHeader(const std::string& path, const std::string& text)
@@ -113,7 +108,7 @@ Header parseHeader(const std::string& path, const std::string& text)
       header.elements.back().properties.push_back(property);
     }
     if (!good)
-      throw FileError(path, "line " + std::to_string(lines.number()) + ": is not a line of a PLY header");
+      throw FileError(path, lines.number(), "is not a line of a PLY header");
   }
   throw FileError(path, "is a truncated or malformed PLY file: its header does not end");
 }
@@ -125,22 +120,21 @@ public:
 
   std::size_t bytesLeft() const { return rest_.size(); }
   bool isText() const { return format_ == Format::ascii; }
-  std::size_t minSize(Type type) const { return isText() ? 1 : typeSizes[index(type)]; }
+  std::size_t minSize(const NumberType& type) const { return isText() ? 1 : type.size; }
 
-  double next(Type type)
+  double next(const NumberType& type)
   {
-    if (format_ == Format::ascii)
+    if (isText())
       return nextWord();
     double value = 0;
-    decode(type, take(typeSizes[index(type)]), 0, 1, &value);
+    type.decode(take(type.size), 0, 1, isReversed(), &value);
     return value;
   }
 
   /// The next `count` entries of an element, into the first places of the columns; lists are skipped.
   void next(const Element& element, std::size_t count, Columns& columns)
   {
-    const bool isFixed = format_ != Format::ascii && !element.hasLists();
-    if (!isFixed) {
+    if (isText() || element.hasLists()) {
       for (std::size_t row = 0; row < count; ++row)
         for (std::size_t p = 0; p < columns.size(); ++p)
           nextOf(element.properties[p], columns[p][row]);
@@ -148,19 +142,20 @@ public:
     }
     std::size_t stride = 0;
     for (const Property& property : element.properties)
-      stride += typeSizes[index(property.type)];
+      stride += property.type->size;
     const char* bytes = take(stride * count);
     for (std::size_t p = 0; p < columns.size(); ++p) {
-      decode(element.properties[p].type, bytes, stride, count, columns[p].data());
-      bytes += typeSizes[index(element.properties[p].type)];
+      const NumberType& type = *element.properties[p].type;
+      type.decode(bytes, stride, count, isReversed(), columns[p].data());
+      bytes += type.size;
     }
   }
 
   /// The number of values of a list, all of which are there.
   std::size_t nextCount(const Property& list)
   {
-    const double count = next(list.countType);
-    if (!isCount(count) || count * static_cast<double>(minSize(list.type)) > static_cast<double>(rest_.size()))
+    const double count = next(*list.countType);
+    if (!isCount(count) || count * static_cast<double>(minSize(*list.type)) > static_cast<double>(rest_.size()))
       fail();
     return static_cast<std::size_t>(count);
   }
@@ -168,15 +163,15 @@ public:
   [[noreturn]] void fail() const { throw FileError(path_, "is a truncated or malformed PLY file"); }
 
 private:
-  static std::size_t index(Type type) { return static_cast<std::size_t>(type); }
+  bool isReversed() const { return format_ == Format::bigEndian; }
 
   void nextOf(const Property& property, double& value)
   {
-    if (property.isList)
+    if (property.isList())
       for (std::size_t i = nextCount(property); i > 0; --i)
-        next(property.type);
+        next(*property.type);
     else
-      value = next(property.type);
+      value = next(*property.type);
   }
 
   const char* take(std::size_t bytes)
@@ -186,43 +181,6 @@ private:
     const char* taken = rest_.data();
     rest_.remove_prefix(bytes);
     return taken;
-  }
-
-  /// `count` values of one type, `stride` bytes apart.
-  void decode(Type type, const char* from, std::size_t stride, std::size_t count, double* to) const
-  {
-    switch (type) {
-    case Type::int8:
-      return decodeAs<std::int8_t>(from, stride, count, to);
-    case Type::uint8:
-      return decodeAs<std::uint8_t>(from, stride, count, to);
-    case Type::int16:
-      return decodeAs<std::int16_t>(from, stride, count, to);
-    case Type::uint16:
-      return decodeAs<std::uint16_t>(from, stride, count, to);
-    case Type::int32:
-      return decodeAs<std::int32_t>(from, stride, count, to);
-    case Type::uint32:
-      return decodeAs<std::uint32_t>(from, stride, count, to);
-    case Type::float32:
-      return decodeAs<float>(from, stride, count, to);
-    case Type::float64:
-      return decodeAs<double>(from, stride, count, to);
-    }
-  }
-
-  template <typename T>
-  void decodeAs(const char* from, std::size_t stride, std::size_t count, double* to) const
-  {
-    for (std::size_t i = 0; i < count; ++i, from += stride) {
-      std::array<char, sizeof(T)> bytes;
-      std::memcpy(bytes.data(), from, sizeof(T));
-      if (format_ == Format::bigEndian)
-        std::reverse(bytes.begin(), bytes.end());
-      T value;
-      std::memcpy(&value, bytes.data(), sizeof(T));
-      to[i] = static_cast<double>(value);
-    }
   }
 
   double nextWord()
@@ -242,59 +200,28 @@ private:
   Format format_;
 };
 
-Eigen::Vector3d pick(const Columns& columns, std::size_t row, const Triple& properties)
-{
-  return {columns[properties[0]][row], columns[properties[1]][row], columns[properties[2]][row]};
-}
-
 void readVertices(const std::string& path, const Element& element, Body& body, PointTable& table)
 {
   std::vector<std::string> names;
   for (const Property& property : element.properties)
-    names.push_back(property.isList ? "" : property.name);
-  const VectorColumns vectors(names);
-  if (!vectors.position)
-    throw FileError(path, "has no vertices with the properties x, y and z");
-  table.areFloats = !body.isText() && element.properties[vectors.position->front()].type == Type::float32;
-
-  std::vector<std::vector<float>*> scalars(element.properties.size(), nullptr);
-  for (std::size_t p = 0; p < scalars.size(); ++p)
-    if (!element.properties[p].isList && !vectors.hold(p)) {
-      std::vector<float>& scalar = table.scalars[element.properties[p].name];
-      // Of two properties with one name the first counts.
-      if (std::find(scalars.begin(), scalars.end(), &scalar) == scalars.end())
-        scalars[p] = &scalar;
-    }
-
+    names.push_back(property.isList() ? "" : property.name);
   // The file was found to be long enough for so many.
   const auto count = static_cast<std::size_t>(element.count);
-  table.positions.reserve(count);
-  table.normals.reserve(vectors.normal ? count : 0);
-  std::vector<Eigen::Vector3f> colors;
-  colors.reserve(vectors.color ? count : 0);
-  for (std::vector<float>* scalar : scalars)
-    if (scalar != nullptr)
-      scalar->reserve(count);
+  TableFiller filler(names, count, table);
+  const VectorColumns& vectors = filler.vectors();
+  if (!vectors.position)
+    throw FileError(path, "has no vertices with the properties x, y and z");
+  const NumberType& type = *element.properties[vectors.position->front()].type;
+  table.areFloats = !body.isText() && type.kind == 'F' && type.size == sizeof(float);
 
   constexpr std::size_t portion = 512; // stays in the fastest cache
   Columns columns(element.properties.size(), std::vector<double>(std::min(portion, count)));
   for (std::size_t done = 0; done < count; done += portion) {
     const std::size_t rows = std::min(portion, count - done);
     body.next(element, rows, columns);
-    for (std::size_t row = 0; row < rows; ++row)
-      table.positions.push_back(pick(columns, row, *vectors.position));
-    if (vectors.normal)
-      for (std::size_t row = 0; row < rows; ++row)
-        table.normals.push_back(pick(columns, row, *vectors.normal).cast<float>());
-    if (vectors.color)
-      for (std::size_t row = 0; row < rows; ++row)
-        colors.push_back(pick(columns, row, *vectors.color).cast<float>());
-    for (std::size_t p = 0; p < scalars.size(); ++p)
-      if (scalars[p] != nullptr)
-        for (std::size_t row = 0; row < rows; ++row)
-          scalars[p]->push_back(static_cast<float>(columns[p][row]));
+    filler.add(rows, [&](std::size_t row, std::size_t column) { return columns[column][row]; });
   }
-  addColors(colors, vectors.color && element.properties[vectors.color->front()].type < Type::float32, table);
+  filler.finish(vectors.color && element.properties[vectors.color->front()].type->kind != 'F');
 }
 
 /// Reads an element for its list of vertices, or, without `faces`, to see that it is all there.
@@ -302,11 +229,11 @@ void readFaces(const Element& element, Body& body, Polygons* faces)
 {
   for (double f = 0; f < element.count; ++f)
     for (const Property& property : element.properties) {
-      const std::size_t count = property.isList ? body.nextCount(property) : 1;
-      const bool isWanted =
-          faces != nullptr && property.isList && (property.name == "vertex_indices" || property.name == "vertex_index");
+      const std::size_t count = property.isList() ? body.nextCount(property) : 1;
+      const bool isWanted = faces != nullptr && property.isList() &&
+                            (property.name == "vertex_indices" || property.name == "vertex_index");
       for (std::size_t i = 0; i < count; ++i) {
-        const double value = body.next(property.type);
+        const double value = body.next(*property.type);
         if (isWanted)
           faces->corners.push_back(isCount(value) ? static_cast<std::int64_t>(value) : -1);
       }
@@ -325,7 +252,7 @@ PointTable readPly(const std::string& path, const std::string& text, Polygons* f
   for (const Element& element : header.elements) {
     double min = 0;
     for (const Property& property : element.properties)
-      min += static_cast<double>(body.minSize(property.isList ? property.countType : property.type));
+      min += static_cast<double>(body.minSize(*(property.isList() ? property.countType : property.type)));
     if (element.count * min > static_cast<double>(body.bytesLeft()))
       throw FileError(path, "is truncated: too short for what its header declares");
     if (element.properties.empty())

@@ -3,6 +3,7 @@
 
 #include "text_file.h"
 
+#include <cstring>
 #include <initializer_list>
 
 namespace mrf_apps {
@@ -58,6 +59,53 @@ void addColors(const std::vector<Eigen::Vector3f>& colors, bool areWhole, PointT
     const Eigen::Vector3d bytes = scale * color.cast<double>();
     table.colors.push_back({toByte(bytes.x()), toByte(bytes.y()), toByte(bytes.z())});
   }
+}
+
+TableFiller::TableFiller(const std::vector<std::string>& names, std::size_t rows, PointTable& table)
+    : table_(table), vectors_(names), scalars_(names.size(), nullptr)
+{
+  table.positions.reserve(rows);
+  table.normals.reserve(vectors_.normal ? rows : 0);
+  colors_.reserve(vectors_.color ? rows : 0);
+  for (std::size_t column = 0; column < names.size(); ++column) {
+    if (names[column].empty() || vectors_.hold(column))
+      continue;
+    std::vector<float>& scalar = table.scalars[names[column]];
+    if (std::find(scalars_.begin(), scalars_.end(), &scalar) == scalars_.end())
+      scalars_[column] = &scalar;
+    scalar.reserve(rows);
+  }
+}
+
+namespace {
+
+template <typename T>
+void decodeAs(const char* from, std::size_t stride, std::size_t count, bool isReversed, double* to)
+{
+  for (std::size_t i = 0; i < count; ++i, from += stride) {
+    std::array<char, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), from, sizeof(T));
+    if (isReversed)
+      std::reverse(bytes.begin(), bytes.end());
+    T value;
+    std::memcpy(&value, bytes.data(), sizeof(T));
+    to[i] = static_cast<double>(value);
+  }
+}
+
+} // namespace
+
+const NumberType* numberType(char kind, std::size_t size)
+{
+  static constexpr NumberType all[] = {{'I', 1, decodeAs<std::int8_t>},   {'I', 2, decodeAs<std::int16_t>},
+                                       {'I', 4, decodeAs<std::int32_t>},  {'I', 8, decodeAs<std::int64_t>},
+                                       {'U', 1, decodeAs<std::uint8_t>},  {'U', 2, decodeAs<std::uint16_t>},
+                                       {'U', 4, decodeAs<std::uint32_t>}, {'U', 8, decodeAs<std::uint64_t>},
+                                       {'F', 4, decodeAs<float>},         {'F', 8, decodeAs<double>}};
+  for (const NumberType& type : all)
+    if (type.kind == kind && type.size == size)
+      return &type;
+  return nullptr;
 }
 
 } // namespace mrf_apps

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace mrf_apps {
@@ -43,6 +44,54 @@ struct VectorColumns {
 /// Colors are bytes; 16-bit numbers, up to 257 times as large, where any is above; or shares of 1 where none is above
 /// that. \param areWhole they have a type that has no shares
 void addColors(const std::vector<Eigen::Vector3f>& colors, bool areWhole, PointTable& table);
+
+/// Makes a table of rows of numbers, by what their columns are called.
+class TableFiller {
+public:
+  /// \param names of the columns; those without one are skipped, and of two with the same name the first counts
+  /// \param rows that are going to be added
+  TableFiller(const std::vector<std::string>& names, std::size_t rows, PointTable& table);
+
+  const VectorColumns& vectors() const { return vectors_; }
+
+  /// Adds rows. \param at returns the number in a row and a column
+  template <typename At>
+  void add(std::size_t rows, const At& at)
+  {
+    const auto addVectors = [&](const std::optional<Triple>& parts, auto& vectors) {
+      using Scalar = typename std::decay_t<decltype(vectors)>::value_type::Scalar;
+      for (std::size_t row = 0; parts && row < rows; ++row)
+        vectors.push_back(
+            Eigen::Vector3d(at(row, (*parts)[0]), at(row, (*parts)[1]), at(row, (*parts)[2])).template cast<Scalar>());
+    };
+    addVectors(vectors_.position, table_.positions);
+    addVectors(vectors_.normal, table_.normals);
+    addVectors(vectors_.color, colors_);
+    for (std::size_t column = 0; column < scalars_.size(); ++column)
+      for (std::size_t row = 0; scalars_[column] != nullptr && row < rows; ++row)
+        scalars_[column]->push_back(static_cast<float>(at(row, column)));
+  }
+
+  /// Adds the colors, when all rows are there. \param areWhole as above
+  void finish(bool areWhole) { addColors(colors_, areWhole, table_); }
+
+private:
+  PointTable& table_;
+  VectorColumns vectors_;
+  std::vector<Eigen::Vector3f> colors_;
+  std::vector<std::vector<float>*> scalars_; ///< of the table, by column
+};
+
+/// A type of numbers in a binary file.
+struct NumberType {
+  char kind;        ///< I, U or F, as PCD calls them
+  std::size_t size; ///< bytes
+  /// Numbers that are `stride` bytes apart. \param isReversed their bytes are in the other order than the machine's
+  void (*decode)(const char* from, std::size_t stride, std::size_t count, bool isReversed, double* to);
+};
+
+/// \return null if there is none
+const NumberType* numberType(char kind, std::size_t size);
 
 // Each is given the path, for its messages, and the whole file, which is not empty. All throw FileError. None takes
 // more memory than a small multiple of what the file holds (once unpacked), whatever its header promises.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "point_writer.h"
+#include "point_table.h"
 
 #include <base/byte_writer.h>
 
@@ -8,32 +8,29 @@
 namespace mrf_apps {
 namespace {
 
-std::string repeated(const std::string& word, int times)
+/// Of a file with the coordinates of each point and, if it has any, its normal.
+std::string headerOf(const std::string& format, const std::string& count, bool isDouble, bool hasNormals)
 {
-  std::string result;
-  for (int i = 0; i < times; ++i)
-    result += " " + word;
-  return result;
-}
-
-std::string plyHeader(std::size_t count, bool isDouble, bool hasNormals)
-{
-  std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(count) + "\n";
+  const std::string type = isDouble ? "double" : "float", size = isDouble ? "8" : "4";
+  std::string ply, names, sizes, types, counts;
+  const auto add = [&](const char* name, const char* nameInPcd, const std::string& itsType,
+                       const std::string& itsSize) {
+    ply += "property " + itsType + " " + name + "\n";
+    names += std::string(" ") + nameInPcd;
+    sizes += " " + itsSize;
+    types += " F";
+    counts += " 1";
+  };
   for (const char* name : {"x", "y", "z"})
-    header += std::string("property ") + (isDouble ? "double " : "float ") + name + "\n";
-  if (hasNormals)
-    header += "property float nx\nproperty float ny\nproperty float nz\n";
-  return header + "end_header\n";
-}
-
-std::string pcdHeader(std::size_t count, bool isDouble, bool hasNormals)
-{
-  const int normals = hasNormals ? 3 : 0;
-  const std::string points = std::to_string(count);
-  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z" +
-         std::string(hasNormals ? " normal_x normal_y normal_z" : "") + "\nSIZE" + repeated(isDouble ? "8" : "4", 3) +
-         repeated("4", normals) + "\nTYPE" + repeated("F", 3 + normals) + "\nCOUNT" + repeated("1", 3 + normals) +
-         "\nWIDTH " + points + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points + "\nDATA binary\n";
+    add(name, name, type, size);
+  for (const char* name : {"nx", "ny", "nz"})
+    if (hasNormals)
+      add(name, (std::string("normal_") + name[1]).c_str(), "float", "4");
+  if (format == "ply")
+    return "ply\nformat binary_little_endian 1.0\nelement vertex " + count + "\n" + ply + "end_header\n";
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS" + names + "\nSIZE" + sizes + "\nTYPE" +
+         types + "\nCOUNT" + counts + "\nWIDTH " + count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count +
+         "\nDATA binary\n";
 }
 
 } // namespace
@@ -50,8 +47,7 @@ void writePoints(const PointTable& points, const std::string& path, const std::s
   const bool hasNormals = !points.normals.empty();
   const bool isDouble = !floatOffset(points.positions).isZero(0);
   pcl::mrf::ByteWriter file(path);
-  file.text(format == "pcd" ? pcdHeader(points.size(), isDouble, hasNormals)
-                            : plyHeader(points.size(), isDouble, hasNormals));
+  file.text(headerOf(format, std::to_string(points.size()), isDouble, hasNormals));
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (int axis = 0; axis < 3; ++axis)
       if (isDouble)

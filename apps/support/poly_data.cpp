@@ -7,18 +7,20 @@
 #include <vtkPoints.h>
 #include <vtkUnsignedCharArray.h>
 
-#include <algorithm>
 #include <cstring>
 
 namespace mrf_apps {
 namespace {
 
-vtkSmartPointer<vtkFloatArray> namedArray(const char* name, int components, std::size_t count)
+/// \param values of `components` numbers each
+template <typename Array, typename Value>
+vtkSmartPointer<Array> arrayOf(const char* name, int components, const std::vector<Value>& values)
 {
-  auto array = vtkSmartPointer<vtkFloatArray>::New();
+  auto array = vtkSmartPointer<Array>::New();
   array->SetName(name);
   array->SetNumberOfComponents(components);
-  array->SetNumberOfTuples(static_cast<vtkIdType>(count));
+  array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
+  std::memcpy(array->GetPointer(0), values.data(), sizeof(Value) * values.size());
   return array;
 }
 
@@ -26,9 +28,7 @@ void addScalars(const std::vector<float>& values, const char* name, vtkPointData
 {
   if (values.empty())
     return;
-  const auto array = namedArray(name, 1, values.size());
-  std::copy(values.begin(), values.end(), array->GetPointer(0));
-  data->AddArray(array);
+  data->AddArray(arrayOf<vtkFloatArray>(name, 1, values));
   if (data->GetScalars() == nullptr)
     data->SetActiveScalars(name);
 }
@@ -51,19 +51,10 @@ vtkSmartPointer<vtkPolyData> toPolyData(const SurfaceMesh& mesh)
   result->SetPolys(cells);
 
   vtkPointData* data = result->GetPointData();
-  if (!mesh.colors.empty()) {
-    auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
-    colors->SetName("rgb");
-    colors->SetNumberOfComponents(3);
-    colors->SetNumberOfTuples(static_cast<vtkIdType>(mesh.colors.size()));
-    std::memcpy(colors->GetPointer(0), mesh.colors.data(), 3 * mesh.colors.size());
-    data->SetScalars(colors);
-  }
-  if (!mesh.normals.empty()) {
-    const auto normals = namedArray("normals", 3, mesh.normals.size());
-    std::memcpy(normals->GetPointer(0), mesh.normals.data(), sizeof(Eigen::Vector3f) * mesh.normals.size());
-    data->SetNormals(normals);
-  }
+  if (!mesh.colors.empty())
+    data->SetScalars(arrayOf<vtkUnsignedCharArray>("rgb", 3, mesh.colors));
+  if (!mesh.normals.empty())
+    data->SetNormals(arrayOf<vtkFloatArray>("normals", 3, mesh.normals));
   addScalars(mesh.intensities, "intensity", data);
   addScalars(mesh.confidences, "confidence", data);
   for (const auto& [name, values] : mesh.scalars)

@@ -4,8 +4,8 @@
 #include "errors.h"
 #include "text_file.h"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace mrf_apps {
 namespace {
@@ -21,11 +21,10 @@ void forEachRow(const std::string& path, const std::string& text, std::size_t co
     splitRow(line, words);
     if (words.empty() || words[0][0] == '#')
       continue;
-    bool good = toNumbers(words, values) && values.size() == columns;
-    for (std::size_t i = 0; good && i < columns; ++i)
-      good = std::isfinite(values[i]);
-    if (!good || !use(values))
-      throw FileError(path, "line " + std::to_string(lines.number()) + ": is not " + what);
+    const auto isFinite = [](double value) { return std::isfinite(value); };
+    if (!toNumbers(words, values) || values.size() != columns || !std::all_of(values.begin(), values.end(), isFinite) ||
+        !use(values))
+      throw FileError(path, lines.number(), std::string("is not ") + what);
   }
 }
 
@@ -58,11 +57,8 @@ std::vector<std::int32_t> parseViews(const std::string& path, const std::string&
 {
   std::vector<std::int32_t> views;
   forEachRow(path, text, 1, "the number of a sensor, from 0", [&](const std::vector<double>& values) {
-    const double view = values[0];
-    if (view < 0 || view > std::numeric_limits<std::int32_t>::max() || view != std::floor(view))
-      return false;
-    views.push_back(static_cast<std::int32_t>(view));
-    return true;
+    views.push_back(static_cast<std::int32_t>(isCount(values[0]) ? values[0] : 0));
+    return isCount(values[0]);
   });
   return views;
 }

@@ -5,6 +5,7 @@
 #include "surface_mesh.h"
 #include "text_file.h"
 
+#include <algorithm>
 #include <cstring>
 
 namespace mrf_apps {
@@ -57,19 +58,15 @@ Corners binaryCorners(const std::string& text)
 /// The words of a text file, one behind the other.
 class Words {
 public:
-  Words(const std::string& path, std::string_view text) : path_(path), lines_(text) {}
+  Words(const std::string& path, std::string_view text) : path_(path), text_(text) {}
 
   /// The next word; empty at the end of the file.
   std::string_view next()
   {
-    while (word_ == words_.size()) {
-      std::string_view line;
-      if (!lines_.next(line))
-        return {};
-      split(line, words_);
-      word_ = 0;
-    }
-    return words_[word_++];
+    constexpr std::string_view blanks = " \t\r\n";
+    const std::size_t begin = std::min(text_.find_first_not_of(blanks, at_), text_.size());
+    at_ = std::min(text_.find_first_of(blanks, begin), text_.size());
+    return text_.substr(begin, at_ - begin);
   }
 
   void expect(std::initializer_list<std::string_view> expected)
@@ -87,18 +84,18 @@ public:
     return value;
   }
 
-  void skipLine() { word_ = words_.size(); }
+  void skipLine() { at_ = std::min(text_.find('\n', at_), text_.size()); }
 
   [[noreturn]] void fail() const
   {
-    throw FileError(path_, "is a truncated or malformed STL file at line " + std::to_string(lines_.number()));
+    const auto line = 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(at_), '\n');
+    throw FileError(path_, "is a truncated or malformed STL file at line " + std::to_string(line));
   }
 
 private:
   const std::string& path_;
-  Lines lines_;
-  std::vector<std::string_view> words_;
-  std::size_t word_ = 0;
+  std::string_view text_;
+  std::size_t at_ = 0; ///< behind the last word
 };
 
 Corners textCorners(const std::string& path, const std::string& text)

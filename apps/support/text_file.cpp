@@ -19,15 +19,22 @@
 
 namespace mrf_apps {
 
+namespace {
+
+char lowerCase(char c)
+{
+  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
+
+} // namespace
+
 std::string extension(const std::string& path)
 {
   const std::size_t dot = path.find_last_of("./");
   if (dot == std::string::npos || path[dot] == '/')
     return {};
   std::string result = path.substr(dot + 1);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z')
-      c = static_cast<char>(c - 'A' + 'a');
+  std::transform(result.begin(), result.end(), result.begin(), lowerCase);
   return result;
 }
 
@@ -182,8 +189,8 @@ bool isCount(double value)
 
 bool equalsIgnoringCase(std::string_view a, std::string_view b)
 {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](char x, char y) { return lower(x) == lower(y); });
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return lowerCase(x) == lowerCase(y); });
 }
 
 bool toNumbers(const std::vector<std::string_view>& words, std::vector<double>& values)

@@ -14,11 +14,6 @@
 namespace mrf_apps {
 namespace {
 
-[[noreturn]] void failAt(const std::string& path, std::size_t line, const std::string& cause)
-{
-  throw FileError(path, "line " + std::to_string(line) + ": " + cause);
-}
-
 Eigen::Vector3d vectorAt(const std::vector<double>& values, std::size_t first)
 {
   return {values[first], values[first + 1], values[first + 2]};
@@ -61,13 +56,14 @@ Rows parseRows(const std::string& path, std::string_view text)
       if (!names.empty())
         rows.names = std::move(names);
       else if (!isComment(line))
-        failAt(path, lines.number(),
-               rows.columns > 0 ? "is not a row of numbers" : "is not a row of numbers, nor names columns x, y and z");
+        throw FileError(path, lines.number(),
+                        rows.columns > 0 ? "is not a row of numbers"
+                                         : "is not a row of numbers, nor names columns x, y and z");
       continue;
     }
     if (haveDecimalCommas(words)) // they would make two numbers of one
-      failAt(path, lines.number(),
-             "has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
+      throw FileError(path, lines.number(),
+                      "has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
     // One count is before all rows, or, in PTS, one before those of each scan.
     if ((rows.columns == 0 || rows.areCounted) && values.size() == 1 && isCount(values[0])) {
       announced += values[0];
@@ -75,12 +71,13 @@ Rows parseRows(const std::string& path, std::string_view text)
       continue;
     }
     if (values.size() < 3)
-      failAt(path, lines.number(), "has fewer than the three columns x y z");
+      throw FileError(path, lines.number(), "has fewer than the three columns x y z");
     if (rows.columns == 0)
       rows.columns = values.size();
     if (values.size() != rows.columns)
-      failAt(path, lines.number(),
-             "has " + std::to_string(values.size()) + " columns, those before have " + std::to_string(rows.columns));
+      throw FileError(path, lines.number(),
+                      "has " + std::to_string(values.size()) + " columns, those before have " +
+                          std::to_string(rows.columns));
     rows.values.insert(rows.values.end(), values.begin(), values.end());
   }
   if (announced > static_cast<double>(rows.size()))
@@ -166,25 +163,12 @@ PointTable toTable(Rows rows)
   }
   if (rows.names.front().empty())
     table.notes.emplace_back("column 1 numbers the points: skipped");
-  const VectorColumns vectors(rows.names);
-  std::vector<Eigen::Vector3f> colors;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    table.positions.push_back(rows.vectorAt(i, *vectors.position));
-    if (vectors.normal)
-      table.normals.push_back(rows.vectorAt(i, *vectors.normal).cast<float>());
-    if (vectors.color)
-      colors.push_back(rows.vectorAt(i, *vectors.color).cast<float>());
-  }
-  addColors(colors, false, table);
-  for (std::size_t column = 0; column < rows.columns; ++column) {
-    const std::string& name = rows.names[column];
-    if (name.empty() || vectors.hold(column))
-      continue;
-    std::vector<float>& values = table.scalars[equalsIgnoringCase(name, "intensity") ? "intensity" : name];
-    if (values.empty()) // of two columns with one name the first counts
-      for (std::size_t i = 0; i < rows.size(); ++i)
-        values.push_back(static_cast<float>(rows.at(i, column)));
-  }
+  for (std::string& name : rows.names)
+    if (equalsIgnoringCase(name, "intensity"))
+      name = "intensity";
+  TableFiller filler(rows.names, rows.size(), table);
+  filler.add(rows.size(), [&](std::size_t row, std::size_t column) { return rows.at(row, column); });
+  filler.finish(false);
   return table;
 }
 
@@ -208,7 +192,7 @@ public:
       fail("is not a row of numbers");
     return values_;
   }
-  [[noreturn]] void fail(const std::string& cause) const { failAt(path_, lines_.number(), cause); }
+  [[noreturn]] void fail(const std::string& cause) const { throw FileError(path_, lines_.number(), cause); }
 
 private:
   const std::string& path_;
@@ -252,7 +236,7 @@ struct ObjData {
 void addObjVertex(const std::string& path, std::size_t line, const std::vector<double>& values, ObjData& data)
 {
   if (values.size() < 3)
-    failAt(path, line, "a vertex needs three coordinates");
+    throw FileError(path, line, "a vertex needs three coordinates");
   data.positions.push_back(vectorAt(values, 0));
   if (values.size() >= 6)
     data.colors.push_back(vectorAt(values, 3).cast<float>());
@@ -272,20 +256,20 @@ ObjData parseObjLines(const std::string& path, std::string_view text)
     if (isVertex || isNormal) {
       split(line.substr(2), words);
       if (!toNumbers(words, values))
-        failAt(path, lines.number(), "is not a row of numbers");
+        throw FileError(path, lines.number(), "is not a row of numbers");
       if (isVertex)
         addObjVertex(path, lines.number(), values, data);
       else if (values.size() == 3)
         data.normals.push_back(vectorAt(values, 0));
       else
-        failAt(path, lines.number(), "a normal needs three coordinates");
+        throw FileError(path, lines.number(), "a normal needs three coordinates");
     } else if (line[0] == 'f' && (line[1] == ' ' || line[1] == '\t')) {
       split(line.substr(2), words);
       for (const std::string_view word : words) {
         Face corner;
         if (!parseCorner(word, static_cast<std::int64_t>(data.positions.size()),
                          static_cast<std::int64_t>(data.normals.size()), corner))
-          failAt(path, lines.number(), "is not a face");
+          throw FileError(path, lines.number(), "is not a face");
         data.corners.push_back(corner);
       }
       data.faceEnds.push_back(data.corners.size());

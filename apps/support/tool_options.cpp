@@ -2,6 +2,7 @@
 #include "tool_options.h"
 
 #include "errors.h"
+#include "sensors.h"
 
 #include <algorithm>
 
@@ -160,19 +161,12 @@ CLI::Option* ToolOptions::flag(const std::string& name, bool& target, const std:
   return flag(name, help, [&target] { target = true; });
 }
 
-void ToolOptions::number(const std::string& name, const std::string& unit, double& target, const std::string& help)
+void ToolOptions::number(const std::string& name, const std::string& unit, double& target, const std::string& help,
+                         double above)
 {
-  add(name, unit, help, [&target](const std::string& text) {
-    return toNumber(text, target) && std::isfinite(target) ? "" : "is not a number";
-  });
-}
-
-void ToolOptions::positive(const std::string& name, const std::string& unit, double& target, const std::string& help)
-{
-  add(name, unit, help, [&target](const std::string& text) {
-    if (!toNumber(text, target) || !std::isfinite(target))
-      return "is not a number";
-    return target > 0 ? "" : "is outside its range > 0";
+  add(name, unit, help, [&target, above](const std::string& text) {
+    const bool isNumber = toNumber(text, target) && std::isfinite(target);
+    return !isNumber ? "is not a number" : target > above ? "" : "is outside its range > 0";
   });
 }
 
@@ -184,6 +178,23 @@ std::string ToolOptions::checkWhole(const std::string& text, double lower, doubl
     return {};
   const auto digits = [](double number) { return std::to_string(static_cast<std::int64_t>(number)); };
   return "is outside its range [" + digits(lower) + ", " + digits(upper) + "]";
+}
+
+void ToolOptions::vector(const std::string& name, Eigen::Vector3d& target, const std::string& help)
+{
+  add(name, "X,Y,Z", help,
+      [&target](const std::string& text) { return parseSensor(text, target) ? "" : "is not three numbers X,Y,Z"; });
+}
+
+void ToolOptions::vectors(const std::string& name, std::vector<Eigen::Vector3d>& targets, const std::string& help)
+{
+  add(name, "X,Y,Z", help,
+      [&targets](const std::string& text) {
+        targets.emplace_back();
+        return parseSensor(text, targets.back()) ? "" : "is not three numbers X,Y,Z";
+      })
+      ->trigger_on_parse()
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
 CLI::Option* ToolOptions::file(const std::string& name, const std::string& unit, std::string& target,

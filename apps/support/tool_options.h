@@ -1,21 +1,57 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The options of a tool: each is declared once, for the parser and for all that is told of it.
+/// \brief The options of a tool: each is declared once, for the parser and for all that is told of it: help, manual
+/// page, completion.
 #pragma once
 
 #include "text_file.h"
-#include "tool_texts.h"
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Core>
 
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace mrf_apps {
+
+/// One option of a tool.
+struct OptionText {
+  std::string name;               ///< "--quiet"
+  std::string shortName;          ///< "-q", or empty
+  std::string value;              ///< "LENGTH"; empty: a flag
+  std::string help;               ///< with limits and default
+  std::string group;              ///< heading
+  std::vector<std::string> words; ///< that it takes; empty: any
+};
+
+/// All that is told of a tool.
+struct ToolTexts {
+  std::string tool, version;
+  std::string summary;            ///< what it does, a sentence
+  std::vector<std::string> usage; ///< command lines without the tool's name
+  std::vector<std::pair<std::string, std::string>> operands;
+  std::vector<OptionText> options;
+  std::vector<std::pair<std::string, std::string>> everyday; ///< options of the short help, in words of their own
+  std::vector<std::string> examples;                         ///< command lines without the tool's name
+  std::vector<std::string> notes;                            ///< paragraphs; lines keep their indentation
+};
+
+/// Everyday options and examples, on a screen.
+std::string shortHelp(const ToolTexts& texts);
+
+/// All options, by their groups.
+std::string fullHelp(const ToolTexts& texts);
+
+/// For man, as a page of section 1.
+std::string manualPage(const ToolTexts& texts);
+
+/// A script for bash: of options and the words that some take; it completes files by itself.
+std::string bashCompletion(const ToolTexts& texts);
 
 /// Registers options in groups of the help, and parses. Targets live as long as the parse.
 class ToolOptions {
@@ -55,8 +91,12 @@ public:
   CLI::Option* flag(const std::string& name, const std::string& help, const std::function<void()>& set);
   CLI::Option* flag(const std::string& name, bool& target, const std::string& help);
 
-  void number(const std::string& name, const std::string& unit, double& target, const std::string& help);
-  void positive(const std::string& name, const std::string& unit, double& target, const std::string& help);
+  void number(const std::string& name, const std::string& unit, double& target, const std::string& help,
+              double above = -std::numeric_limits<double>::infinity());
+  void positive(const std::string& name, const std::string& unit, double& target, const std::string& help)
+  {
+    number(name, unit, target, help, 0);
+  }
 
   template <typename Integer>
   void whole(const std::string& name, Integer& target, double lower, double upper, const std::string& help)
@@ -74,6 +114,10 @@ public:
   void seed(std::uint64_t& target, const std::string& help) { whole("--seed", target, 0, 0x1p53, help); }
 
   void threads(int& target, const std::string& help) { whole("--threads", target, 0, 1024, help); }
+
+  void vector(const std::string& name, Eigen::Vector3d& target, const std::string& help);
+  /// A vector each time it is given.
+  void vectors(const std::string& name, std::vector<Eigen::Vector3d>& targets, const std::string& help);
 
   /// The name of a file. \param unit "FILE.json" wants this extension
   CLI::Option* file(const std::string& name, const std::string& unit, std::string& target, const std::string& help);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "tool_texts.h"
+#include "tool_options.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The evaluator's figures against brute force, CGAL, and cases whose answers are known.
 #include "evaluate/evaluation.h"
-#include "evaluate/evaluation_report.h"
 #include "evaluate/local_spacing.h"
 #include "evaluate/sigma_evaluation.h"
 #include "evaluate/surface_distance.h"
-#include "evaluate/surface_samples.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

@@ -5,7 +5,6 @@
 #include "support/mesh_reader.h"
 #include "support/point_readers.h"
 #include "support/point_table.h"
-#include "support/point_writer.h"
 #include "support/tool.h"
 
 #include <algorithm>
@@ -303,6 +302,16 @@ TEST(PointReader, whatIsNoCloudIsRefused)
     expectRefused("xyz", "0 0 0\n1 0 0\n" + row, "line 3");
   expectRefused("obj", "v 0 0 0\nv 1 0 0\nv 0 1\n", "line 3");
   expectRefused("obj", "v 0 0 0\nv 1 0 0\nf 1 2 3\n", "is not there");
+  const std::string properties = "property float x\nproperty float y\nproperty float z\n";
+  expectRefused("ply",
+                "ply\nformat ascii 1.0\nformat ascii 1.0\nelement vertex 1\n" + properties + "end_header\n0 0 0\n",
+                "line 3");
+  expectRefused("ply", "ply\nformat binary_little_endian 1.0\nelement vertex 1e18\n" + properties + "end_header\n0000");
+  expectRefused("ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int a\n" + properties +
+                           "end_header\n1.5 7 0 0 0\n");
+  expectRefused("xyz", "1e300\n0 0 0\n", "line 1");
+  expectRefused("xyz", "inf\n0 0 0\n", "line 1");
+  expectRefused("xyz", "2147483647\n0 0 0\n", "announces 2147483647 points");
 }
 
 TEST(PlyReader, otherElementsAndPropertiesArePassedOver)
@@ -463,24 +472,6 @@ TEST(PlyReader, colorsOfEveryTypeAndName)
   EXPECT_EQ(colors("uchar", "diffuse_", "255 100 1"), expected);
   EXPECT_EQ(colors("float", "", "1 .39216 .0039"), expected);
   EXPECT_EQ(colors("uchar", "", "1 1 1").at(0)[0], 1) << "a dark byte is no share";
-}
-
-TEST(PlyReader, headersAreNotBelieved)
-{
-  const std::string properties = "property float x\nproperty float y\nproperty float z\n";
-  expectRefused("ply",
-                "ply\nformat ascii 1.0\nformat ascii 1.0\nelement vertex 1\n" + properties + "end_header\n0 0 0\n",
-                "line 3");
-  expectRefused("ply", "ply\nformat binary_little_endian 1.0\nelement vertex 1e18\n" + properties + "end_header\n0000");
-  expectRefused("ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int a\n" + properties +
-                           "end_header\n1.5 7 0 0 0\n");
-}
-
-TEST(XyzReader, announcedCountsAreWholeNumbers)
-{
-  expectRefused("xyz", "1e300\n0 0 0\n", "line 1");
-  expectRefused("xyz", "inf\n0 0 0\n", "line 1");
-  expectRefused("xyz", "2147483647\n0 0 0\n", "announces 2147483647 points");
 }
 
 TEST(PointReader, decimalCommasAreNoSeparators)

@@ -5,13 +5,11 @@
 #include "levels/multiscale.h"
 #include "mesh/polygonizer.h"
 #include "solver/grids.h"
-#include "support/clouds.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/options.h>
 
 #include <chrono>
-#include <memory>
 #include <vector>
 
 using namespace benchmarks;
@@ -19,41 +17,22 @@ using namespace pcl::mrf;
 
 namespace {
 
-struct Scan {
-  OrientedPoints points;
-  std::unique_ptr<NeighborSearch> search;
-  float spacing;
-
-  explicit Scan(const PointSet& sphere)
-      : points(shapes::oriented(sphere)), search(clouds::searchOf(sphere)), spacing(densityOf(sphere).spacing)
-  {}
-
-  static const Scan& of(std::int64_t count)
-  {
-    static std::unique_ptr<Scan> last;
-    if (!last || last->points.size() != static_cast<std::size_t>(count)) {
-      last.reset();
-      last = std::make_unique<Scan>(spherePoints(count));
-    }
-    return *last;
-  }
-};
-
 /// All levels.
-void regularization(benchmark::State& state, ObservationKind kind, const Scan& scan, float voxelSize,
+void regularization(benchmark::State& state, ObservationKind kind, const Cloud& cloud, float voxelSize,
                     std::int64_t threads)
 {
-  const auto count = static_cast<double>(scan.points.size());
+  const auto count = static_cast<double>(cloud.points.size());
+  const OrientedPoints points = shapes::oriented(cloud.points);
   Options options;
   options.observation.kind = kind;
   options.prior.kind = static_cast<Prior>(state.range(1));
   options.multiscale.voxelSize = voxelSize;
   options.multiscale.padding = minPadding;
-  const SolvedPiece piece{&scan.points, scan.search.get(), boundingBox(scan.points.positions)};
+  const SolvedPiece piece{&points, cloud.search.get(), boundingBox(points.positions)};
   MultiscaleResult result;
   runStage(state, threads, "point", count, [&](Execution& execution) {
     result = MultiscaleResult();
-    result = regularize(piece, scan.spacing, options, execution);
+    result = regularize(piece, cloud.density.spacing, options, execution);
   });
   state.counters["predicted/taken"] =
       static_cast<double>(result.predictedBytes) / (state.counters["bytes/point"].value * count);
@@ -66,19 +45,9 @@ void regularization(benchmark::State& state, ObservationKind kind, const Scan& s
 /// At the default voxel size.
 void byPoints(benchmark::State& state, ObservationKind kind)
 {
-  const Scan& scan = Scan::of(state.range(0));
-  const float voxelSize = spacingsPerVoxel(MultiscaleOptions().quality) * scan.spacing;
-  regularization(state, kind, scan, voxelSize, state.range(2));
-}
-
-void pointWise(benchmark::State& state)
-{
-  byPoints(state, ObservationKind::points);
-}
-
-void voxelWise(benchmark::State& state)
-{
-  byPoints(state, ObservationKind::plane);
+  const Cloud& cloud = inputOf<Cloud>(state.range(0));
+  const float voxelSize = spacingsPerVoxel(MultiscaleOptions().quality) * cloud.density.spacing;
+  regularization(state, kind, cloud, voxelSize, state.range(2));
 }
 
 /// A volume of 150³ voxels around 221,000 points, as in the paper's example: sphere, median of five planes.
@@ -87,7 +56,7 @@ void volume150(benchmark::State& state)
   constexpr float radius = 1;
   const float voxelSize = 2 * radius / (150 - 2 * minPadding);
   const ObservationKind kind = state.range(0) == 0 ? ObservationKind::points : ObservationKind::median;
-  regularization(state, kind, Scan::of(221000), voxelSize, 1);
+  regularization(state, kind, inputOf<Cloud>(221000), voxelSize, 1);
 }
 
 /// Bytes per second of a triad over arrays of the size of the field, the best of some runs.
@@ -157,8 +126,8 @@ void sizes(benchmark::internal::Benchmark* benchmark)
 
 } // namespace
 
-BENCHMARK(pointWise)->Apply(sizes);
-BENCHMARK(voxelWise)->Apply(sizes);
+BENCHMARK_CAPTURE(byPoints, pointWise, ObservationKind::points)->Apply(sizes);
+BENCHMARK_CAPTURE(byPoints, voxelWise, ObservationKind::plane)->Apply(sizes);
 BENCHMARK(volume150)->Apply(configure)->ArgNames({"voxelwise", "k"})->ArgsProduct({{0, 1}, {1, 2, 3}});
 BENCHMARK(smoother)
     ->Apply(configure)

@@ -7,43 +7,37 @@
 #include "mesh/vertex_fields.h"
 #include "remesher/remesher.h"
 #include "support/clouds.h"
+#include "support/shapes.h"
 #include "trimming/trimming.h"
 
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
-#include <memory>
+#include <cmath>
 
 using namespace benchmarks;
 using namespace pcl::mrf;
 
 namespace {
 
-/// A sphere's exact field and its zero level.
+/// The unit sphere's exact field and its zero level, of about so many triangles.
 struct Surface {
   DistanceField field;
   TriangleMesh mesh;
 
-  explicit Surface(std::int64_t triangles) : field(sphereOfTriangles(triangles))
+  explicit Surface(std::int64_t triangles)
   {
+    // Marching cubes gives three triangles per square of a voxel's side of a sphere's surface; three voxels are around
+    // it.
+    const double radiusInVoxels = std::sqrt(static_cast<double>(triangles) / (3 * 4 * M_PI));
+    const int voxels = static_cast<int>(2 * radiusInVoxels) + 6;
+    field = shapes::field(shapes::sphere(1), 1 / (1 - 6. / voxels), voxels);
     Execution execution(0);
     mesh = polygonize(field, execution);
   }
 
   double voxels(double length) const { return length / field.lattice().spacing; }
   double triangles() const { return static_cast<double>(mesh.triangles.size()); }
-
-  static const Surface& of(const benchmark::State& state)
-  {
-    static std::unique_ptr<Surface> last;
-    static std::int64_t triangles = 0;
-    if (!last || triangles != state.range(0)) {
-      last.reset();
-      last = std::make_unique<Surface>(state.range(0));
-      triangles = state.range(0);
-    }
-    return *last;
-  }
 };
 
 template <typename Stage>
@@ -54,7 +48,7 @@ void runOnTriangles(benchmark::State& state, const Surface& surface, const Stage
 
 void polygonizer(benchmark::State& state)
 {
-  const Surface& surface = Surface::of(state);
+  const Surface& surface = inputOf<Surface>(state.range(0));
   TriangleMesh result;
   runOnTriangles(state, surface, [&](Execution& execution) {
     result = TriangleMesh();
@@ -65,7 +59,7 @@ void polygonizer(benchmark::State& state)
 
 void remesher(benchmark::State& state)
 {
-  const Surface& surface = Surface::of(state);
+  const Surface& surface = inputOf<Surface>(state.range(0));
   const RemesherOptions options;
   RemeshResult result;
   runOnTriangles(state, surface, [&](Execution& execution) {
@@ -82,7 +76,7 @@ void remesher(benchmark::State& state)
 
 void quality(benchmark::State& state)
 {
-  const Surface& surface = Surface::of(state);
+  const Surface& surface = inputOf<Surface>(state.range(0));
   MeshStatistics result;
   runOnTriangles(state, surface, [&](Execution& execution) { result = measure(surface.mesh, execution); });
   state.counters["error"] = std::abs(result.area / (4 * M_PI) - 1);
@@ -90,7 +84,7 @@ void quality(benchmark::State& state)
 
 void intersections(benchmark::State& state)
 {
-  const Surface& surface = Surface::of(state);
+  const Surface& surface = inputOf<Surface>(state.range(0));
   std::size_t found = 0;
   runOnTriangles(state, surface,
                  [&](Execution& execution) { found = selfIntersectingTriangles(surface.mesh, execution).size(); });
@@ -100,7 +94,7 @@ void intersections(benchmark::State& state)
 /// A tenth of the sphere without support.
 void trimming(benchmark::State& state)
 {
-  const Surface& surface = Surface::of(state);
+  const Surface& surface = inputOf<Surface>(state.range(0));
   TriangleMesh mesh = surface.mesh;
   Execution all(0);
   setNormals(mesh, surface.field, all);

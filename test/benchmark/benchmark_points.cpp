@@ -6,39 +6,15 @@
 #include "points/normals.h"
 #include "points/outliers.h"
 #include "points/sampling_density.h"
-#include "support/clouds.h"
 
 #include <pcl/surface/mrf/report.h>
 
 #include <cmath>
-#include <memory>
 
 using namespace benchmarks;
 using namespace pcl::mrf;
 
 namespace {
-
-/// A cloud with its search and density; the last one is kept, because benchmarks of one size follow each other.
-struct Cloud {
-  PointSet points;
-  std::unique_ptr<NeighborSearch> search;
-  SamplingDensity density;
-
-  explicit Cloud(std::int64_t count)
-      : points(spherePoints(count)), search(clouds::searchOf(points)), density(densityOf(points))
-  {}
-
-  static const Cloud& of(const benchmark::State& state)
-  {
-    static std::unique_ptr<Cloud> last;
-    const std::int64_t count = state.range(0);
-    if (!last || last->points.size() != static_cast<std::size_t>(count)) {
-      last.reset();
-      last = std::make_unique<Cloud>(count);
-    }
-    return *last;
-  }
-};
 
 template <typename Stage>
 void runOnPoints(benchmark::State& state, const Stage& stage)
@@ -58,7 +34,7 @@ double angleError(const PointSet& points, const std::vector<Eigen::Vector3f>& no
 /// The nine nearest of each point by each search, which has to be built as well.
 void nearest9(benchmark::State& state, SearchKind kind)
 {
-  const PointSet& points = Cloud::of(state).points;
+  const PointSet& points = inputOf<Cloud>(state.range(0)).points;
   runOnPoints(state, [&](Execution& execution) {
     const auto search = makeSearch(kind);
     search->setPoints(points.positions, execution);
@@ -69,7 +45,7 @@ void nearest9(benchmark::State& state, SearchKind kind)
 
 void density(benchmark::State& state)
 {
-  const Cloud& cloud = Cloud::of(state);
+  const Cloud& cloud = inputOf<Cloud>(state.range(0));
   SamplingDensity result;
   runOnPoints(state,
               [&](Execution& execution) { result = estimateSamplingDensity(cloud.points, *cloud.search, execution); });
@@ -80,7 +56,7 @@ void density(benchmark::State& state)
 
 void outliers(benchmark::State& state)
 {
-  const Cloud& cloud = Cloud::of(state);
+  const Cloud& cloud = inputOf<Cloud>(state.range(0));
   OutlierResult result;
   runOnPoints(state, [&](Execution& execution) { result = findOutliers(cloud.points, *cloud.search, {}, execution); });
   state.counters["error"] = static_cast<double>(result.droppedAlone); // there are none
@@ -88,7 +64,7 @@ void outliers(benchmark::State& state)
 
 void normals(benchmark::State& state)
 {
-  const Cloud& cloud = Cloud::of(state);
+  const Cloud& cloud = inputOf<Cloud>(state.range(0));
   NormalEstimates result;
   runOnPoints(state, [&](Execution& execution) {
     result = estimateNormals(cloud.points, *cloud.search, cloud.density.spacing, {}, execution);
@@ -98,7 +74,7 @@ void normals(benchmark::State& state)
 
 void orientation(benchmark::State& state)
 {
-  const Cloud& cloud = Cloud::of(state);
+  const Cloud& cloud = inputOf<Cloud>(state.range(0));
   // Every other normal is turned over.
   std::vector<Eigen::Vector3f> crossed = cloud.points.normals;
   for (std::size_t i = 0; i < crossed.size(); i += 2)

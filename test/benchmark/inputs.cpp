@@ -9,7 +9,6 @@
 namespace benchmarks {
 
 using Eigen::Vector3d;
-using pcl::mrf::DistanceField;
 using pcl::mrf::PointSet;
 
 PointSet spherePoints(std::int64_t count)
@@ -25,19 +24,10 @@ PointSet spherePoints(std::int64_t count)
   return clouds::reordered(points, clouds::shuffledOrder(points.size()));
 }
 
-pcl::mrf::SamplingDensity densityOf(const PointSet& points)
+Cloud::Cloud(std::int64_t count) : points(spherePoints(count)), search(clouds::searchOf(points))
 {
   pcl::mrf::Execution execution(0);
-  return pcl::mrf::estimateSamplingDensity(points, *clouds::searchOf(points), execution);
-}
-
-DistanceField sphereOfTriangles(std::int64_t triangles)
-{
-  // Marching cubes gives three triangles per square of a voxel's side of a sphere's surface; three voxels are around
-  // it.
-  const double radiusInVoxels = std::sqrt(static_cast<double>(triangles) / (3 * 4 * M_PI));
-  const int voxels = static_cast<int>(2 * radiusInVoxels) + 6;
-  return shapes::field(shapes::sphere(1), 1 / (1 - 6. / voxels), voxels);
+  density = pcl::mrf::estimateSamplingDensity(points, *search, execution);
 }
 
 double sphereError(const pcl::mrf::TriangleMesh& mesh)

@@ -5,8 +5,8 @@
 
 #include "heap.h"
 
-#include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
+#include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 namespace benchmarks {
@@ -22,11 +23,28 @@ namespace benchmarks {
 /// Points evenly spread over the unit sphere (a Fibonacci spiral), in random order, with exact normals.
 pcl::mrf::PointSet spherePoints(std::int64_t count);
 
-/// Their spacing, by the library's own estimate.
-pcl::mrf::SamplingDensity densityOf(const pcl::mrf::PointSet& points);
+/// They, with their search and what the library finds their density to be.
+struct Cloud {
+  pcl::mrf::PointSet points;
+  std::unique_ptr<pcl::mrf::NeighborSearch> search;
+  pcl::mrf::SamplingDensity density;
 
-/// The exact field of the unit sphere, whose zero level has about this many triangles.
-pcl::mrf::DistanceField sphereOfTriangles(std::int64_t triangles);
+  explicit Cloud(std::int64_t count);
+};
+
+/// An input of this size; the last one is kept, because benchmarks of one size follow each other.
+template <typename Input>
+const Input& inputOf(std::int64_t size)
+{
+  static std::unique_ptr<Input> last;
+  static std::int64_t lastSize = 0;
+  if (size != lastSize) {
+    last.reset();
+    last = std::make_unique<Input>(size);
+    lastSize = size;
+  }
+  return *last;
+}
 
 /// RMS distance of the vertices from the unit sphere about the origin.
 double sphereError(const pcl::mrf::TriangleMesh& mesh);

@@ -42,11 +42,17 @@ TEST(DistanceField, InterpolatesLinearFunctionsExactly)
   }
 }
 
-TEST(DistanceField, IsClampedToItsLattice)
+TEST(DistanceField, IsClampedToItsLatticeAndKnowsItsCells)
 {
   const DistanceField field = linearField({1, 0, 0});
   EXPECT_NEAR(field.sampleDistance({0, -20, 3}), 10, 1e-5);
   EXPECT_NEAR(field.sampleDistance({100, 0, 100}), 11.25, 1e-5);
+  EXPECT_TRUE(field.hasCell(0, 0, 0));
+  EXPECT_TRUE(field.hasCell(4, 3, 5));
+  EXPECT_FALSE(field.hasCell(5, 3, 5));
+  EXPECT_FALSE(field.hasCell(4, 4, 5));
+  EXPECT_FALSE(field.hasCell(4, 3, 6));
+  EXPECT_FALSE(field.hasCell(-1, 0, 0));
 }
 
 TEST(DistanceField, GradientOfASphereIsTheNormal)
@@ -81,17 +87,6 @@ TEST(DistanceField, SamplerGivesWhatTheFieldDoes)
     EXPECT_EQ(distance, field.sampleDistance(x));
     EXPECT_EQ(gradient, expectedGradient);
   }
-}
-
-TEST(DistanceField, KnowsItsCells)
-{
-  const DistanceField field = linearField({1, 1, 1});
-  EXPECT_TRUE(field.hasCell(0, 0, 0));
-  EXPECT_TRUE(field.hasCell(4, 3, 5));
-  EXPECT_FALSE(field.hasCell(5, 3, 5));
-  EXPECT_FALSE(field.hasCell(4, 4, 5));
-  EXPECT_FALSE(field.hasCell(4, 3, 6));
-  EXPECT_FALSE(field.hasCell(-1, 0, 0));
 }
 
 TEST(DistanceField, RefusesArraysThatDoNotFit)

@@ -155,20 +155,19 @@ TEST(PlanLevels, RefusesWhatDoesNotFitAndNamesWhatWould)
   const float fitting = numberAfter("a voxel size of ", message);
   EXPECT_GT(fitting, .002f);
   EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, ofArea(1), options));
-}
 
-TEST(PlanLevels, TheVoxelSizeThatWouldFitIsFactorizedInTimeAsWell)
-{
-  const BoundingBox object = box({0, 0, 0}, {1, 1, 1});
-  MultiscaleOptions options;
+  // Cholesky is not to take too long, either.
   options.maxMemory = std::size_t{8} << 30;
   Workload workload = ofArea(1);
   workload.solver.method = SolverMethod::cholesky;
   const std::string slow = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .03f, workload, options); });
   EXPECT_NE(slow.find(" s, in which the run could not be cancelled; a voxel size of "), std::string::npos) << slow;
-  const std::string message = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .01f, workload, options); });
-  const float fitting = numberAfter("a voxel size of ", message);
-  EXPECT_NO_THROW(planLevels(object, 1.01f * fitting, workload, options)) << message;
+  const std::string large = clouds::messageOf<ResourceLimit>([&] { planLevels(object, .01f, workload, options); });
+  const float inTime = numberAfter("a voxel size of ", large);
+  EXPECT_NO_THROW(planLevels(object, 1.01f * inTime, workload, options)) << large;
+
+  options.padding = 1;
+  EXPECT_THROW(planLevels(object, .1f, ofArea(1), options), InvalidOption);
 }
 
 TEST(PlanLevels, RefusesEmptyVolumesForSlowSolvers)
@@ -283,13 +282,6 @@ TEST(PlanLevels, RefusesPlanesAndRowsThat32BitsCannotCount)
     EXPECT_NO_THROW(planLevels(box({0, 0, 0}, sides), 1.01f * factor, ofArea(100), options)) << message;
   }
   EXPECT_NO_THROW(planLevels(box({0, 0, 0}, {60000, 60000, 100}), 1, ofArea(100), options));
-}
-
-TEST(PlanLevels, ChecksItsOptions)
-{
-  MultiscaleOptions options;
-  options.padding = 1;
-  EXPECT_THROW(planLevels(box({0, 0, 0}, {1, 1, 1}), .1f, ofArea(1), options), InvalidOption);
 }
 
 /// Holds that an interpolation of a function between nested lattices is the function. \param error of single precision

@@ -173,7 +173,7 @@ TEST_F(MeshFiles, VtkKeepsAllFields)
   }
 }
 
-TEST_F(MeshFiles, SurveyCoordinatesKeepTheirDigits)
+TEST_F(MeshFiles, SurveyCoordinatesKeepTheirDigitsAndAnEmptyMeshIsAFile)
 {
   pcl::PolygonMesh mesh = someMesh();
   setCoordinatesInDouble(mesh, 4500123.0009765625);
@@ -185,6 +185,14 @@ TEST_F(MeshFiles, SurveyCoordinatesKeepTheirDigits)
   double first;
   std::memcpy(&first, bytes.data() + bytes.find("end_header\n") + 11, 8);
   EXPECT_EQ(first, 4500123.0009765625);
+
+  mesh.cloud.width = 0;
+  mesh.cloud.data.clear();
+  mesh.polygons.clear();
+  ASSERT_EQ(pcl::mrf::savePLY(path("mesh.ply"), mesh), 0);
+  EXPECT_NE(contents(path("mesh.ply")).find("element vertex 0\n"), std::string::npos);
+  ASSERT_EQ(pcl::mrf::saveVTK(path("mesh.vtk"), mesh), 0);
+  EXPECT_EQ(readVtk(path("mesh.vtk"))->GetNumberOfPoints(), 0);
 }
 
 TEST_F(MeshFiles, AreWholeOrNotThere)
@@ -207,16 +215,4 @@ TEST_F(MeshFiles, AreWholeOrNotThere)
   EXPECT_EQ(contents(path("old.ply")), contents(path("link.ply")));
   EXPECT_EQ(contents(path("old.ply")).substr(0, 4), "ply\n");
   EXPECT_LT(pcl::mrf::savePLY("/dev/full", someMesh()), 0) << "no room";
-}
-
-TEST_F(MeshFiles, AnEmptyMeshIsAFile)
-{
-  pcl::PolygonMesh mesh = someMesh();
-  mesh.cloud.width = 0;
-  mesh.cloud.data.clear();
-  mesh.polygons.clear();
-  ASSERT_EQ(pcl::mrf::savePLY(path("mesh.ply"), mesh), 0);
-  EXPECT_NE(contents(path("mesh.ply")).find("element vertex 0\n"), std::string::npos);
-  ASSERT_EQ(pcl::mrf::saveVTK(path("mesh.vtk"), mesh), 0);
-  EXPECT_EQ(readVtk(path("mesh.vtk"))->GetNumberOfPoints(), 0);
 }

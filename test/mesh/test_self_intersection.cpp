@@ -148,28 +148,19 @@ TEST(SelfIntersection, OneHugeTriangleAmongSmallOnes)
   EXPECT_EQ(selfIntersectingTriangles(mesh), exact::selfIntersectingTriangles(mesh));
 }
 
-TEST(SelfIntersection, TheSameVerticesTwice)
+TEST(SelfIntersection, RepeatedDegenerateAndNotFiniteTriangles)
 {
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.triangles = {{0, 1, 2}, {1, 0, 2}};
   EXPECT_EQ(selfIntersectingTriangles(mesh), (std::vector<std::int32_t>{0, 1}));
-}
-
-TEST(SelfIntersection, DegenerateTrianglesCountAsTheirEdges)
-{
-  TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {3, 0, 0}, {0, 3, 0}, {1, 1, -1}, {1, 1, 0}, {1, 1, 2}, {5, 5, -1}, {5, 5, 0}, {5, 5, 2}};
   mesh.triangles = {{0, 1, 2}, {6, 7, 8}};
   EXPECT_TRUE(selfIntersectingTriangles(mesh).empty()) << "collinear, and far from the other";
   mesh.triangles[1] = {3, 4, 5};
   EXPECT_EQ(selfIntersectingTriangles(mesh), (std::vector<std::int32_t>{0, 1})) << "collinear, and through the other";
-}
-
-TEST(SelfIntersection, EmptyAndNotFinite)
-{
   EXPECT_TRUE(selfIntersectingTriangles({}).empty());
-  TriangleMesh mesh = squares(2);
+  mesh = squares(2);
   mesh.vertices[0].x() = std::numeric_limits<float>::quiet_NaN();
   mesh.vertices[1].y() = std::numeric_limits<float>::infinity();
   EXPECT_TRUE(selfIntersectingTriangles(mesh).empty());

@@ -211,25 +211,17 @@ TEST_F(Attributes, areWeightedMeansOfTheFourNearest)
   }
 }
 
-TEST_F(Attributes, coincidentAndVeryClosePointsDoNotOverflow)
+TEST_F(Attributes, coincidentCloseAndFewPointsDoNoHarm)
 {
   search_->setPoints({{0, 0, 0}, {0, 0, 0}, {1e-20f, 0, 0}, {1, 0, 0}, {2, 0, 0}});
   const std::vector<float> result = interpolate({{0, 0, 0}, {1e-21f, 0, 0}, {1, 0, 0}}, {5, 5, 5, 1, 2}, 1);
   EXPECT_EQ(result[0], 5);
   EXPECT_NEAR(result[1], 5, 1e-6);
   EXPECT_EQ(result[2], 1);
-}
-
-TEST_F(Attributes, fewerThanFourPointsAreEnough)
-{
   search_->setPoints({{0, 0, 0}, {1, 0, 0}});
   EXPECT_NEAR(interpolate({{.5f, 0, 0}}, {2, 4}, 1)[0], 3, 1e-6);
   search_->setPoints({{0, 0, 0}});
   EXPECT_EQ(interpolate({{.5f, 0, 0}}, {2}, 1)[0], 2);
-}
-
-TEST_F(Attributes, refuseAWrongNumberOfValues)
-{
   EXPECT_THROW(interpolate({{0, 0, 0}}, {1, 2, 3}, 0), std::invalid_argument);
 }
 

@@ -107,17 +107,13 @@ TEST(Observation, ObservesExactlyTheVoxelsNearPoints)
   }
 }
 
-TEST(Observation, ErrorOnASphereFallsWithTheSpacing)
+TEST(Observation, ErrorOnASphereFallsWithTheSpacingAndByTheTrapezoid)
 {
   for (const ObservationKind kind : allKinds) {
     const double coarse = sphereError(kind, .1), fine = sphereError(kind, .05);
     // Tangent planes err by t²/2R: in units of the spacing the error is proportional to it.
     EXPECT_LT(fine, .65 * coarse) << static_cast<int>(kind);
   }
-}
-
-TEST(Observation, TrapezoidCorrectsForCurvature)
-{
   EXPECT_LT(sphereError(ObservationKind::trapezoid, .05), .8 * sphereError(ObservationKind::plane, .05));
   EXPECT_LT(sphereError(ObservationKind::plane, .05), sphereError(ObservationKind::mean, .05));
 }

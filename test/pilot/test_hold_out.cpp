@@ -218,13 +218,9 @@ TEST(Resolution, fineWavesOnAnEighthOfASheetCount)
   EXPECT_LT(choice.voxelSize, 1.5 * .04);
 }
 
-TEST(GradientWeight, cleanPointsKeepTheWeakOne)
+TEST(GradientWeight, exactNormalsCountMoreIfThePointsAreNoisy)
 {
   EXPECT_EQ(chooseGradientWeight(shapes::oriented(noisyTorus(0)), .5 * spacing, .05 * spacing), .4f);
-}
-
-TEST(GradientWeight, exactNormalsOfNoisyPointsCountMore)
-{
   // A curved surface with noise of half a spacing and normals without: what a disc that is left out looks like is in
   // the normals around it.
   PointSet points = shapes::sample(shapes::torus(1, .25), 1.6, spacing);
@@ -243,15 +239,12 @@ TEST(Smoothing, scalesWithTheCloud)
   EXPECT_NEAR(b.noise, unit * a.noise, 1e-3 * b.noise);
 }
 
-TEST(Smoothing, fewPointsGetTheShortestAndNoCurve)
+TEST(Smoothing, ofFewPointsAndByTheRuleForKnownNoise)
 {
   const SmoothingChoice choice = choose(shapes::sample(shapes::sphere(.2), .3, spacing));
   EXPECT_EQ(choice.smoothing, shortestSmoothing(spacing));
   EXPECT_TRUE(choice.curve.empty());
-}
 
-TEST(Smoothing, ruleForKnownNoise)
-{
   EXPECT_EQ(smoothingForNoise(0, 2), shortestSmoothing(2));
   EXPECT_NEAR(smoothingForNoise(2, 2), 2 * 1.5, 1e-12);
   EXPECT_GT(smoothingForNoise(4, 2), smoothingForNoise(2, 2));

@@ -126,12 +126,11 @@ TEST(HalfEdgeMesh, KeepsItsInvariantsAndTheTopologyUnderRandomOperations)
     const TriangleMesh raw = zeroLevel(shapes::field(sdfs[s], 1, 10));
     const std::int64_t euler = measure(raw).eulerCharacteristic;
     HalfEdgeMesh mesh(raw, serial);
-    Execution execution(1);
     expectConsistent(mesh);
     for (unsigned seed = 1; seed <= 8; ++seed) {
       shake(mesh, seed, 1000);
       expectConsistent(mesh);
-      mesh.compact(execution);
+      mesh.compact(serial);
       expectConsistent(mesh);
       const MeshStatistics census = measure(mesh.toTriangles());
       ASSERT_EQ(census.nonManifoldEdges + census.nonManifoldVertices, 0);
@@ -148,12 +147,11 @@ TEST(HalfEdgeMesh, CollapsesATetrahedronNoFurther)
   octahedron.vertices = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   octahedron.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
   HalfEdgeMesh mesh(octahedron, serial);
-  Execution execution(1);
   for (std::int32_t h = 0; h < mesh.halfEdgeCount(); ++h)
     if (mesh.origin[h] >= 0 && mesh.mayCollapse(h))
       mesh.collapse(h);
   expectConsistent(mesh);
-  mesh.compact(execution);
+  mesh.compact(serial);
   const MeshStatistics census = measure(mesh.toTriangles());
   EXPECT_EQ(census.triangles, 4);
   EXPECT_EQ(census.vertices, 4);
@@ -193,8 +191,7 @@ TEST(HalfEdgeMesh, CollapsesBordersToThreeEdgesAndNoFurther)
           mesh.twin[h] < 0 ? mesh.collapseBorder(h) : mesh.collapse(h);
       }
     expectConsistent(mesh);
-    Execution execution(1);
-    mesh.compact(execution);
+    mesh.compact(serial);
     const MeshStatistics census = measure(mesh.toTriangles());
     EXPECT_EQ(census.nonManifoldEdges + census.nonManifoldVertices, 0);
     EXPECT_EQ(census.eulerCharacteristic, isHole ? 0 : 1);

@@ -629,7 +629,7 @@ TEST(Remesher, TrianglesThatRunAgainstTheSurfaceStay)
   EXPECT_LT(stay(2 * spacing), static_cast<std::ptrdiff_t>(corners.size())) << "small ones among large ones";
 }
 
-TEST(Remesher, NoRoundsChangeNothing)
+TEST(Remesher, NoRoundsOrNoTrianglesChangeNothing)
 {
   const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, 16);
   const TriangleMesh raw = zeroLevel(field);
@@ -638,6 +638,9 @@ TEST(Remesher, NoRoundsChangeNothing)
   const RemeshResult result = remeshed(raw, field, options);
   expectSamePositions(result.mesh, raw);
   EXPECT_EQ(result.splits + result.collapses + result.flips + result.refusedOperations, 0);
+  EXPECT_TRUE(remeshed({}, field).mesh.triangles.empty());
+  EXPECT_TRUE(remeshed({}, field).mesh.vertices.empty());
+  EXPECT_TRUE(remeshed({}, {}).mesh.triangles.empty());
 }
 
 TEST(Remesher, SameBytesForAnyNumberOfThreads)
@@ -656,14 +659,6 @@ TEST(Remesher, SameBytesForAnyNumberOfThreads)
       EXPECT_EQ(result.refusedOperations, reference.refusedOperations);
     }
   }
-}
-
-TEST(Remesher, EmptyMeshStaysEmpty)
-{
-  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, 8);
-  EXPECT_TRUE(remeshed({}, field).mesh.triangles.empty());
-  EXPECT_TRUE(remeshed({}, field).mesh.vertices.empty());
-  EXPECT_TRUE(remeshed({}, {}).mesh.triangles.empty());
 }
 
 TEST(Remesher, RefusesBadMeshes)
@@ -686,10 +681,7 @@ TEST(Remesher, RefusesBadMeshes)
   mesh.vertices[2] = {0, 1, 0};
   mesh.triangles = {{0, 1, 2}};
   EXPECT_THROW(remeshed(mesh, {}), InvalidInput) << "no field";
-}
 
-TEST(Remesher, RefusesOptionsOutsideTheirRange)
-{
   RemesherOptions options;
   options.rounds = 1001;
   EXPECT_THROW(remeshed({}, {}, options), InvalidOption);

@@ -22,16 +22,12 @@ std::string expectInvalidCloud(const typename pcl::PointCloud<PointT>::Ptr& clou
 
 } // namespace
 
-TEST(BadInput, MissingOrEmptyCloud)
+TEST(BadInput, CloudsWithoutASurface)
 {
   Mrf mrf;
   expectFailure(mrf, Status::invalidInput);
   expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr());
   expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr(new Cloud));
-}
-
-TEST(BadInput, TooFewPoints)
-{
   for (const std::size_t count : {1, 2, 3}) {
     Cloud::Ptr cloud = sphereCloud();
     cloud->resize(count);
@@ -40,22 +36,19 @@ TEST(BadInput, TooFewPoints)
     positions->resize(count);
     expectInvalidCloud<pcl::PointXYZ>(positions);
   }
-}
-
-TEST(BadInput, OnePlaceOnly)
-{
   expectInvalidCloud<pcl::PointNormal>(Cloud::Ptr(new Cloud(50, 1, sphereCloud()->front())));
   expectInvalidCloud<pcl::PointXYZ>(
       pcl::PointCloud<pcl::PointXYZ>::Ptr(new pcl::PointCloud<pcl::PointXYZ>(50, 1, pcl::PointXYZ(1, 2, 3))));
-}
-
-TEST(BadInput, Collinear)
-{
   pcl::PointCloud<pcl::PointXYZ>::Ptr line(new pcl::PointCloud<pcl::PointXYZ>);
   for (int i = 0; i < 100; ++i)
     line->push_back(pcl::PointXYZ(.01f * static_cast<float>(i), .02f * static_cast<float>(i), 0));
   // No plane fits a line in one way only: there are no normals to be had.
   expectInvalidCloud<pcl::PointXYZ>(line);
+  Cloud::Ptr cloud = sphereCloud();
+  for (pcl::PointNormal& point : *cloud)
+    point.y = std::numeric_limits<float>::quiet_NaN();
+  cloud->is_dense = false;
+  expectInvalidCloud<pcl::PointNormal>(cloud);
 }
 
 TEST(BadInput, WhatIsNoSurfaceIsNamed)
@@ -76,15 +69,6 @@ TEST(BadInput, WhatIsNoSurfaceIsNamed)
   EXPECT_NE(warningOf(1, 1, 1).find("fill a volume"), std::string::npos);
   EXPECT_NE(warningOf(.01f, .01f, 60).find("project them to meters"), std::string::npos);
   EXPECT_NE(warningOf(1, 1, 0).find("in one plane"), std::string::npos);
-}
-
-TEST(BadInput, NothingFinite)
-{
-  Cloud::Ptr cloud = sphereCloud();
-  for (pcl::PointNormal& point : *cloud)
-    point.y = std::numeric_limits<float>::quiet_NaN();
-  cloud->is_dense = false;
-  expectInvalidCloud<pcl::PointNormal>(cloud);
 }
 
 TEST(BadInput, UnusablePointsAreCountedAndDropped)
@@ -259,18 +243,12 @@ TEST(BadInput, SensorsAndViewsThatDoNotFit)
   }
 }
 
-TEST(BadInput, ConfidenceFieldThatIsMissing)
+TEST(BadInput, FieldsThatAreMissingAndNoiseThatIsNone)
 {
   OnSphere mrf;
-  pcl::mrf::Options options;
-  options.confidenceField = "trust";
-  mrf.setOptions(options);
+  mrf.setConfidenceField("trust");
   EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("trust"), std::string::npos);
-}
-
-TEST(BadInput, NoiseThatIsNone)
-{
-  OnSphere mrf;
+  mrf.setConfidenceField("");
   mrf.setNoiseField("trust");
   EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("setNoiseField 'trust'"), std::string::npos);
   mrf.setNoiseField("curvature"); // 0 everywhere
@@ -281,15 +259,11 @@ TEST(BadInput, NoiseThatIsNone)
       << "nobody knows the range";
   mrf.setNoiseModel("kinetic");
   EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("kinetic"), std::string::npos);
-}
-
-TEST(BadInput, NoiseThatIsSaidTwice)
-{
-  Cloud::Ptr cloud = sphereCloud();
-  for (pcl::PointNormal& point : *cloud)
+  // Said twice.
+  const Cloud::Ptr noisy = sphereCloud();
+  for (pcl::PointNormal& point : *noisy)
     point.curvature = .01f;
-  Mrf mrf;
-  mrf.setInputCloud(cloud);
+  mrf.setInputCloud(noisy);
   mrf.setNoiseField("curvature");
   mrf.setNoiseModel("constant:.01");
   EXPECT_NE(expectFailure(mrf, Status::invalidOption).find("constant:.01"), std::string::npos);

@@ -140,15 +140,6 @@ TEST(Interface, WorksThroughBaseClassPointers)
   EXPECT_TRUE(sameBytes(conversion::plain(again), expected));
 }
 
-TEST(Interface, NamesItself)
-{
-  struct Named : Mrf {
-    using Mrf::getClassName;
-  };
-  EXPECT_EQ(Named().getClassName(), "MRFReconstruction");
-  EXPECT_EQ(toString(Named().getReport().status), std::string("not run"));
-}
-
 TEST(Interface, OneObjectServesManyClouds)
 {
   const auto torus = conversion::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, spacing));
@@ -368,6 +359,12 @@ TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
   EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(1, 2, 3)});
   mrf.setSensorPosition(Eigen::Vector3f(4, 5, 6));
   EXPECT_EQ(mrf.getSensorPositions(), std::vector<Eigen::Vector3d>{Eigen::Vector3d(4, 5, 6)});
+
+  struct Named : Mrf {
+    using Mrf::getClassName;
+  };
+  EXPECT_EQ(Named().getClassName(), "MRFReconstruction");
+  EXPECT_EQ(toString(Named().getReport().status), std::string("not run"));
 }
 
 TEST(Interface, TellsOfABetaThatHasNoEffect)

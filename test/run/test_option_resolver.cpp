@@ -77,7 +77,7 @@ TEST(OptionResolver, derivesLengthsFromTheDensityAndTheExtent)
   EXPECT_EQ(options.requested().trimming.maxGap, 0);
 }
 
-TEST(OptionResolver, smoothsByWhatCoarseVoxelsCanFollow)
+TEST(OptionResolver, smoothsByWhatCoarseVoxelsCanFollowButNotWhereTheyObserve)
 {
   Options requested = givenOptions();
   requested.multiscale.voxelSize = 40;
@@ -85,6 +85,12 @@ TEST(OptionResolver, smoothsByWhatCoarseVoxelsCanFollow)
   EXPECT_EQ(resolve(requested, 2, 100).observation.smoothing, .15f * 40);
   requested.observation.smoothing = 1;
   EXPECT_EQ(resolve(requested, 2, 100).observation.smoothing, 1);
+
+  requested = Options();
+  requested.observation.kind = ObservationKind::plane;
+  const ResolvedOptions options = resolve(requested, 2, 100);
+  EXPECT_EQ(options.observation.smoothing, 0);
+  EXPECT_EQ(options.multiscale.voxelSize, 4) << "2 s";
 }
 
 TEST(OptionResolver, leavesWhatWasGiven)
@@ -169,13 +175,4 @@ TEST(OptionResolver, refusesToHandOutWhatAStepIsMissingFor)
   EXPECT_EQ(complaintOf([&] { resolver.resolved(); }), "OptionResolver: observation.smoothing is still automatic");
   resolver.chooseByData({}, report, execution);
   EXPECT_NO_THROW(resolver.resolved());
-}
-
-TEST(OptionResolver, leavesSmoothingAloneWhereVoxelsAreObserved)
-{
-  Options requested;
-  requested.observation.kind = ObservationKind::plane;
-  const ResolvedOptions options = resolve(requested, 2, 100);
-  EXPECT_EQ(options.observation.smoothing, 0);
-  EXPECT_EQ(options.multiscale.voxelSize, 4) << "2 s";
 }

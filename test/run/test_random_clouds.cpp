@@ -141,16 +141,6 @@ void changeAll(Cloud& cloud, const Change& change)
     change(cloud.positions[n], cloud.normals[n]);
 }
 
-void cap(Cloud& cloud, Random& random)
-{
-  const double below = random.uniform(-.9, .9);
-  Cloud whole;
-  evenSphere(whole, random);
-  for (const Vector3d& p : whole.positions)
-    if (p.z() > below)
-      add(cloud, p, p);
-}
-
 void noisySphere(Cloud& cloud, Random& random)
 {
   const double sigma = random.uniform(0, .3);
@@ -158,272 +148,11 @@ void noisySphere(Cloud& cloud, Random& random)
   changeAll(cloud, [&](Vector3d& p, Vector3d& n) { p += sigma * random.uniform(-1, 1) * n; });
 }
 
-void torus(Cloud& cloud, Random& random)
-{
-  const double tube = random.uniform(.05, 1.2); // above 1 it intersects itself
-  for (std::size_t left = count(random); left > 0; --left) {
-    const double u = random.uniform(0, 2 * M_PI), v = random.uniform(0, 2 * M_PI);
-    const Vector3d out(std::cos(u), std::sin(u), 0), normal = std::cos(v) * out + std::sin(v) * Vector3d::UnitZ();
-    add(cloud, out + tube * normal, normal);
-  }
-}
-
-void moebiusStrip(Cloud& cloud, Random& random)
-{
-  for (std::size_t left = count(random); left > 0; --left) {
-    const double u = random.uniform(0, 2 * M_PI), v = random.uniform(-.4, .4);
-    const Vector3d out(std::cos(u), std::sin(u), 0);
-    const Vector3d across = std::cos(u / 2) * out + std::sin(u / 2) * Vector3d::UnitZ();
-    add(cloud, out + v * across, across.cross(Vector3d(-std::sin(u), std::cos(u), 0)));
-  }
-}
-
-void coplanar(Cloud& cloud, Random& random)
-{
-  addSquare(cloud, count(random), Vector3d::Zero(), turned(random), random);
-}
-
-/// Squares and cubes whose points lie on a lattice, and with it on planes and corners of voxels.
-void onLattice(Cloud& cloud, Random& random)
-{
-  const int side = 2 + static_cast<int>(random.index(24));
-  const bool isCube = random.oneIn(2);
-  for (int i = 0; i <= side; ++i)
-    for (int j = 0; j <= side; ++j)
-      for (int axis = 0; axis < (isCube ? 3 : 1); ++axis)
-        for (const int face : {0, side}) {
-          Vector3d p, normal = Vector3d::Zero();
-          p[axis] = face;
-          p[(axis + 1) % 3] = i;
-          p[(axis + 2) % 3] = j;
-          normal[axis] = face == 0 ? -1 : 1;
-          if (isCube || face == 0)
-            add(cloud, p, normal);
-        }
-}
-
-void collinear(Cloud& cloud, Random& random)
-{
-  const Vector3d along = random.direction();
-  for (std::size_t left = count(random); left > 0; --left)
-    add(cloud, random.uniform(-1, 1) * along, random.direction());
-}
-
-void helix(Cloud& cloud, Random& random)
-{
-  for (std::size_t left = count(random); left > 0; --left) {
-    const double t = random.uniform(0, 20);
-    const Vector3d out(std::cos(t), std::sin(t), 0);
-    add(cloud, out + .1 * t * Vector3d::UnitZ(), out);
-  }
-}
-
-void twoFarClusters(Cloud& cloud, Random& random)
-{
-  const std::size_t points = count(random);
-  addSphere(cloud, points, Vector3d::Zero(), 1, random);
-  addSphere(cloud, points, random.decades(.5, 6) * random.direction(), random.decades(-1, 1), random);
-}
-
-void manySpheres(Cloud& cloud, Random& random)
-{
-  for (std::size_t left = 2 + random.index(30); left > 0; --left)
-    addSphere(cloud, 5 + random.index(100), random.decades(0, 2) * random.inCube(), random.decades(-1, .5), random);
-}
-
-void shellsInShells(Cloud& cloud, Random& random)
-{
-  double radius = 1;
-  for (std::size_t left = 2 + random.index(4); left > 0; --left) {
-    addSphere(cloud, count(random), Vector3d::Zero(), radius, random);
-    radius *= random.uniform(.5, .999);
-  }
-}
-
-void twoSheets(Cloud& cloud, Random& random)
-{
-  const std::size_t points = count(random);
-  addSquare(cloud, points, Vector3d::Zero(), Eigen::Matrix3d::Identity(), random);
-  addSquare(cloud, points, random.decades(-4, -.5) * Vector3d::UnitZ(), Eigen::Matrix3d::Identity(), random);
-  const bool opposed = random.oneIn(2);
-  for (std::size_t n = 0; opposed && n < points; ++n)
-    cloud.normals[n] *= -1;
-}
-
-void crossingPlanes(Cloud& cloud, Random& random)
-{
-  const std::size_t points = count(random);
-  for (std::size_t left = 2 + random.index(3); left > 0; --left)
-    addSquare(cloud, points, Vector3d::Zero(), turned(random), random);
-}
-
-void noiseCube(Cloud& cloud, Random& random)
-{
-  for (std::size_t left = count(random); left > 0; --left)
-    add(cloud, random.inCube(), random.direction());
-}
-
-/// Distances over many decades.
-void spread(Cloud& cloud, Random& random)
-{
-  const double powers = random.uniform(1, 12);
-  for (std::size_t left = 4 + random.index(400); left > 0; --left)
-    add(cloud, random.decades(-powers, powers) * random.direction(), random.direction());
-}
-
-void dust(Cloud& cloud, Random& random)
-{
-  for (std::size_t left = count(random); left > 0; --left) { // Cantor's, in three dimensions
-    Vector3d p = Vector3d::Zero();
-    double size = 1;
-    for (int level = 0; level < 12; ++level, size /= 3)
-      p += size * Vector3d(double(random.index(2)), double(random.index(2)), double(random.index(2)));
-    add(cloud, p, random.direction());
-  }
-}
-
-void fewPoints(Cloud& cloud, Random& random)
-{
-  for (std::size_t left = random.index(13); left > 0; --left)
-    add(cloud, random.inCube(), random.direction());
-}
-
-void identicalPoints(Cloud& cloud, Random& random)
-{
-  const Vector3d at = random.inCube(), normal = random.direction();
-  for (std::size_t left = 100000; left > 0; --left)
-    add(cloud, at, normal);
-  if (random.oneIn(2))
-    addSphere(cloud, count(random), at, 1, random);
-}
-
-void repeatedPoints(Cloud& cloud, Random& random)
-{
-  sphere(cloud, random);
-  const Cloud once = cloud;
-  for (std::size_t left = 1 + random.index(10); left > 0; --left)
-    for (std::size_t n = 0; n < once.positions.size(); ++n)
-      add(cloud, once.positions[n], random.oneIn(4) ? random.direction() : once.normals[n]);
-}
-
-/// One half of the sphere a thousand times as dense.
-void unevenDensity(Cloud& cloud, Random& random)
-{
-  for (int left = 2000; left > 0; --left) {
-    Vector3d normal = random.direction();
-    normal.z() = random.oneIn(1000) ? -std::abs(normal.z()) : std::abs(normal.z());
-    add(cloud, normal, normal);
-  }
-}
-
-/// Lines of a scanner: far apart beside the distances along them.
-void lines(Cloud& cloud, Random& random)
-{
-  const std::size_t rows = 2 + random.index(20), columns = 20 + random.index(150);
-  for (std::size_t row = 0; row < rows; ++row)
-    for (std::size_t column = 0; column < columns; ++column) {
-      const double u = static_cast<double>(row) / static_cast<double>(rows),
-                   v = static_cast<double>(column) / static_cast<double>(columns);
-      add(cloud, {v, u, .2 * std::sin(3 * u + 5 * v)}, Vector3d::UnitZ());
-    }
-}
-
-/// What a camera of distances sees: steps in depth, and pixels without a distance.
-void rangeImage(Cloud& cloud, Random& random)
-{
-  const int side = 8 + static_cast<int>(random.index(40));
-  const double step = random.uniform(0, 2);
-  for (int y = 0; y < side; ++y)
-    for (int x = 0; x < side; ++x) {
-      const double depth = 2 + (x > side / 2 ? step : 0) + (y > side / 3 ? .1 * y : 0);
-      const Vector3d ray(double(x) / side - .5, double(y) / side - .5, 1);
-      const bool isMissing = random.oneIn(10);
-      const double nothing = std::numeric_limits<double>::quiet_NaN();
-      add(cloud, isMissing ? Vector3d::Constant(nothing) : Vector3d(depth * ray), -ray.normalized());
-    }
-  cloud.sensors = {Vector3d::Zero()};
-}
-
-void anisotropic(Cloud& cloud, Random& random)
-{
-  const Vector3d factors(random.decades(-3, 3), random.decades(-3, 3), 1);
-  sphere(cloud, random);
-  changeAll(cloud, [&](Vector3d& p, Vector3d& n) {
-    p = p.cwiseProduct(factors).eval();
-    n = n.cwiseQuotient(factors).normalized().eval();
-  });
-}
-
-void sphereAndOutliers(Cloud& cloud, Random& random)
-{
-  sphere(cloud, random);
-  for (std::size_t left = 1 + random.index(10); left > 0; --left)
-    add(cloud, random.decades(0, 8) * random.direction(), random.direction());
-}
-
 void scaledBy(double lowerPower, double upperPower, Cloud& cloud, Random& random)
 {
   const double factor = random.decades(lowerPower, upperPower);
   noisySphere(cloud, random);
   changeAll(cloud, [=](Vector3d& p, Vector3d&) { p *= factor; });
-}
-
-void hugeScale(Cloud& cloud, Random& random)
-{
-  scaledBy(6, 38, cloud, random);
-}
-
-void tinyScale(Cloud& cloud, Random& random)
-{
-  scaledBy(-46, -6, cloud, random); // down to denormal numbers and zero
-}
-
-void hugeOffset(Cloud& cloud, Random& random)
-{
-  const Vector3d offset = random.decades(3, 30) * random.direction();
-  sphere(cloud, random);
-  changeAll(cloud, [&](Vector3d& p, Vector3d&) { p += offset; });
-}
-
-void notFinite(Cloud& cloud, Random& random)
-{
-  const double values[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
-                           -std::numeric_limits<double>::infinity(), 1e308};
-  sphere(cloud, random);
-  changeAll(cloud, [&](Vector3d& p, Vector3d& n) {
-    if (random.oneIn(4))
-      (random.oneIn(2) ? p : n)[static_cast<Eigen::Index>(random.index(3))] = values[random.index(4)];
-  });
-}
-
-void zeroNormals(Cloud& cloud, Random& random)
-{
-  const std::size_t one = random.oneIn(2) ? 1 : 1 + random.index(10);
-  sphere(cloud, random);
-  changeAll(cloud, [&](Vector3d&, Vector3d& n) {
-    if (random.oneIn(one))
-      n.setZero();
-  });
-}
-
-void equalNormals(Cloud& cloud, Random& random)
-{
-  const Vector3d normal = random.direction();
-  sphere(cloud, random);
-  changeAll(cloud, [&](Vector3d&, Vector3d& n) { n = normal; });
-}
-
-void randomNormals(Cloud& cloud, Random& random)
-{
-  sphere(cloud, random);
-  changeAll(cloud, [&](Vector3d&, Vector3d& n) { n = random.decades(-30, 30) * random.direction(); });
-}
-
-void flippedNormals(Cloud& cloud, Random& random)
-{
-  const bool all = random.oneIn(2);
-  sphere(cloud, random);
-  changeAll(cloud, [&](Vector3d&, Vector3d& n) { n *= all || random.oneIn(2) ? -1 : 1; });
 }
 
 void addSensors(Cloud& cloud, Random& random)
@@ -435,40 +164,247 @@ void addSensors(Cloud& cloud, Random& random)
       cloud.views.push_back(static_cast<std::int32_t>(random.index(cloud.sensors.size())));
 }
 
-const std::vector<Kind> kinds = {{"sphere", sphere},
-                                 {"even sphere", evenSphere},
-                                 {"cap", cap},
-                                 {"noisy sphere", noisySphere},
-                                 {"torus", torus},
-                                 {"Moebius strip", moebiusStrip},
-                                 {"coplanar", coplanar},
-                                 {"on a lattice", onLattice},
-                                 {"collinear", collinear},
-                                 {"helix", helix},
-                                 {"two far clusters", twoFarClusters},
-                                 {"many spheres", manySpheres},
-                                 {"shells in shells", shellsInShells},
-                                 {"two sheets", twoSheets},
-                                 {"crossing planes", crossingPlanes},
-                                 {"noise cube", noiseCube},
-                                 {"spread", spread},
-                                 {"dust", dust},
-                                 {"few points", fewPoints},
-                                 {"identical points", identicalPoints},
-                                 {"repeated points", repeatedPoints},
-                                 {"uneven density", unevenDensity},
-                                 {"lines", lines},
-                                 {"range image", rangeImage},
-                                 {"anisotropic", anisotropic},
-                                 {"outliers", sphereAndOutliers},
-                                 {"huge scale", hugeScale},
-                                 {"tiny scale", tinyScale},
-                                 {"huge offset", hugeOffset},
-                                 {"not finite", notFinite},
-                                 {"zero normals", zeroNormals},
-                                 {"equal normals", equalNormals},
-                                 {"random normals", randomNormals},
-                                 {"flipped normals", flippedNormals}};
+const std::vector<Kind> kinds = {
+    {"sphere", sphere},
+    {"even sphere", evenSphere},
+    {"cap",
+     [](Cloud& cloud, Random& random) {
+       const double below = random.uniform(-.9, .9);
+       Cloud whole;
+       evenSphere(whole, random);
+       for (const Vector3d& p : whole.positions)
+         if (p.z() > below)
+           add(cloud, p, p);
+     }},
+    {"noisy sphere", noisySphere},
+    {"torus",
+     [](Cloud& cloud, Random& random) {
+       const double tube = random.uniform(.05, 1.2); // above 1 it intersects itself
+       for (std::size_t left = count(random); left > 0; --left) {
+         const double u = random.uniform(0, 2 * M_PI), v = random.uniform(0, 2 * M_PI);
+         const Vector3d out(std::cos(u), std::sin(u), 0), normal = std::cos(v) * out + std::sin(v) * Vector3d::UnitZ();
+         add(cloud, out + tube * normal, normal);
+       }
+     }},
+    {"Moebius strip",
+     [](Cloud& cloud, Random& random) {
+       for (std::size_t left = count(random); left > 0; --left) {
+         const double u = random.uniform(0, 2 * M_PI), v = random.uniform(-.4, .4);
+         const Vector3d out(std::cos(u), std::sin(u), 0);
+         const Vector3d across = std::cos(u / 2) * out + std::sin(u / 2) * Vector3d::UnitZ();
+         add(cloud, out + v * across, across.cross(Vector3d(-std::sin(u), std::cos(u), 0)));
+       }
+     }},
+    {"coplanar",
+     [](Cloud& cloud, Random& random) { addSquare(cloud, count(random), Vector3d::Zero(), turned(random), random); }},
+    // Squares and cubes whose points lie on a lattice, and with it on planes and corners of voxels.
+    {"on a lattice",
+     [](Cloud& cloud, Random& random) {
+       const int side = 2 + static_cast<int>(random.index(24));
+       const bool isCube = random.oneIn(2);
+       for (int i = 0; i <= side; ++i)
+         for (int j = 0; j <= side; ++j)
+           for (int axis = 0; axis < (isCube ? 3 : 1); ++axis)
+             for (const int face : {0, side}) {
+               Vector3d p, normal = Vector3d::Zero();
+               p[axis] = face;
+               p[(axis + 1) % 3] = i;
+               p[(axis + 2) % 3] = j;
+               normal[axis] = face == 0 ? -1 : 1;
+               if (isCube || face == 0)
+                 add(cloud, p, normal);
+             }
+     }},
+    {"collinear",
+     [](Cloud& cloud, Random& random) {
+       const Vector3d along = random.direction();
+       for (std::size_t left = count(random); left > 0; --left)
+         add(cloud, random.uniform(-1, 1) * along, random.direction());
+     }},
+    {"helix",
+     [](Cloud& cloud, Random& random) {
+       for (std::size_t left = count(random); left > 0; --left) {
+         const double t = random.uniform(0, 20);
+         const Vector3d out(std::cos(t), std::sin(t), 0);
+         add(cloud, out + .1 * t * Vector3d::UnitZ(), out);
+       }
+     }},
+    {"two far clusters",
+     [](Cloud& cloud, Random& random) {
+       const std::size_t points = count(random);
+       addSphere(cloud, points, Vector3d::Zero(), 1, random);
+       addSphere(cloud, points, random.decades(.5, 6) * random.direction(), random.decades(-1, 1), random);
+     }},
+    {"many spheres",
+     [](Cloud& cloud, Random& random) {
+       for (std::size_t left = 2 + random.index(30); left > 0; --left)
+         addSphere(cloud, 5 + random.index(100), random.decades(0, 2) * random.inCube(), random.decades(-1, .5),
+                   random);
+     }},
+    {"shells in shells",
+     [](Cloud& cloud, Random& random) {
+       double radius = 1;
+       for (std::size_t left = 2 + random.index(4); left > 0; --left) {
+         addSphere(cloud, count(random), Vector3d::Zero(), radius, random);
+         radius *= random.uniform(.5, .999);
+       }
+     }},
+    {"two sheets",
+     [](Cloud& cloud, Random& random) {
+       const std::size_t points = count(random);
+       addSquare(cloud, points, Vector3d::Zero(), Eigen::Matrix3d::Identity(), random);
+       addSquare(cloud, points, random.decades(-4, -.5) * Vector3d::UnitZ(), Eigen::Matrix3d::Identity(), random);
+       const bool opposed = random.oneIn(2);
+       for (std::size_t n = 0; opposed && n < points; ++n)
+         cloud.normals[n] *= -1;
+     }},
+    {"crossing planes",
+     [](Cloud& cloud, Random& random) {
+       const std::size_t points = count(random);
+       for (std::size_t left = 2 + random.index(3); left > 0; --left)
+         addSquare(cloud, points, Vector3d::Zero(), turned(random), random);
+     }},
+    {"noise cube",
+     [](Cloud& cloud, Random& random) {
+       for (std::size_t left = count(random); left > 0; --left)
+         add(cloud, random.inCube(), random.direction());
+     }},
+    // Distances over many decades.
+    {"spread",
+     [](Cloud& cloud, Random& random) {
+       const double powers = random.uniform(1, 12);
+       for (std::size_t left = 4 + random.index(400); left > 0; --left)
+         add(cloud, random.decades(-powers, powers) * random.direction(), random.direction());
+     }},
+    {"dust",
+     [](Cloud& cloud, Random& random) {
+       for (std::size_t left = count(random); left > 0; --left) { // Cantor's, in three dimensions
+         Vector3d p = Vector3d::Zero();
+         double size = 1;
+         for (int level = 0; level < 12; ++level, size /= 3)
+           p += size * Vector3d(double(random.index(2)), double(random.index(2)), double(random.index(2)));
+         add(cloud, p, random.direction());
+       }
+     }},
+    {"few points",
+     [](Cloud& cloud, Random& random) {
+       for (std::size_t left = random.index(13); left > 0; --left)
+         add(cloud, random.inCube(), random.direction());
+     }},
+    {"identical points",
+     [](Cloud& cloud, Random& random) {
+       const Vector3d at = random.inCube(), normal = random.direction();
+       for (std::size_t left = 100000; left > 0; --left)
+         add(cloud, at, normal);
+       if (random.oneIn(2))
+         addSphere(cloud, count(random), at, 1, random);
+     }},
+    {"repeated points",
+     [](Cloud& cloud, Random& random) {
+       sphere(cloud, random);
+       const Cloud once = cloud;
+       for (std::size_t left = 1 + random.index(10); left > 0; --left)
+         for (std::size_t n = 0; n < once.positions.size(); ++n)
+           add(cloud, once.positions[n], random.oneIn(4) ? random.direction() : once.normals[n]);
+     }},
+    // One half of the sphere a thousand times as dense.
+    {"uneven density",
+     [](Cloud& cloud, Random& random) {
+       for (int left = 2000; left > 0; --left) {
+         Vector3d normal = random.direction();
+         normal.z() = random.oneIn(1000) ? -std::abs(normal.z()) : std::abs(normal.z());
+         add(cloud, normal, normal);
+       }
+     }},
+    // Lines of a scanner: far apart beside the distances along them.
+    {"lines",
+     [](Cloud& cloud, Random& random) {
+       const std::size_t rows = 2 + random.index(20), columns = 20 + random.index(150);
+       for (std::size_t row = 0; row < rows; ++row)
+         for (std::size_t column = 0; column < columns; ++column) {
+           const double u = static_cast<double>(row) / static_cast<double>(rows),
+                        v = static_cast<double>(column) / static_cast<double>(columns);
+           add(cloud, {v, u, .2 * std::sin(3 * u + 5 * v)}, Vector3d::UnitZ());
+         }
+     }},
+    // What a camera of distances sees: steps in depth, and pixels without a distance.
+    {"range image",
+     [](Cloud& cloud, Random& random) {
+       const int side = 8 + static_cast<int>(random.index(40));
+       const double step = random.uniform(0, 2);
+       for (int y = 0; y < side; ++y)
+         for (int x = 0; x < side; ++x) {
+           const double depth = 2 + (x > side / 2 ? step : 0) + (y > side / 3 ? .1 * y : 0);
+           const Vector3d ray(double(x) / side - .5, double(y) / side - .5, 1);
+           const bool isMissing = random.oneIn(10);
+           const double nothing = std::numeric_limits<double>::quiet_NaN();
+           add(cloud, isMissing ? Vector3d::Constant(nothing) : Vector3d(depth * ray), -ray.normalized());
+         }
+       cloud.sensors = {Vector3d::Zero()};
+     }},
+    {"anisotropic",
+     [](Cloud& cloud, Random& random) {
+       const Vector3d factors(random.decades(-3, 3), random.decades(-3, 3), 1);
+       sphere(cloud, random);
+       changeAll(cloud, [&](Vector3d& p, Vector3d& n) {
+         p = p.cwiseProduct(factors).eval();
+         n = n.cwiseQuotient(factors).normalized().eval();
+       });
+     }},
+    {"outliers",
+     [](Cloud& cloud, Random& random) {
+       sphere(cloud, random);
+       for (std::size_t left = 1 + random.index(10); left > 0; --left)
+         add(cloud, random.decades(0, 8) * random.direction(), random.direction());
+     }},
+    {"huge scale", [](Cloud& cloud, Random& random) { scaledBy(6, 38, cloud, random); }},
+    {"tiny scale",
+     [](Cloud& cloud, Random& random) {
+       scaledBy(-46, -6, cloud, random); // down to denormal numbers and zero
+     }},
+    {"huge offset",
+     [](Cloud& cloud, Random& random) {
+       const Vector3d offset = random.decades(3, 30) * random.direction();
+       sphere(cloud, random);
+       changeAll(cloud, [&](Vector3d& p, Vector3d&) { p += offset; });
+     }},
+    {"not finite",
+     [](Cloud& cloud, Random& random) {
+       const double values[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                                -std::numeric_limits<double>::infinity(), 1e308};
+       sphere(cloud, random);
+       changeAll(cloud, [&](Vector3d& p, Vector3d& n) {
+         if (random.oneIn(4))
+           (random.oneIn(2) ? p : n)[static_cast<Eigen::Index>(random.index(3))] = values[random.index(4)];
+       });
+     }},
+    {"zero normals",
+     [](Cloud& cloud, Random& random) {
+       const std::size_t one = random.oneIn(2) ? 1 : 1 + random.index(10);
+       sphere(cloud, random);
+       changeAll(cloud, [&](Vector3d&, Vector3d& n) {
+         if (random.oneIn(one))
+           n.setZero();
+       });
+     }},
+    {"equal normals",
+     [](Cloud& cloud, Random& random) {
+       const Vector3d normal = random.direction();
+       sphere(cloud, random);
+       changeAll(cloud, [&](Vector3d&, Vector3d& n) { n = normal; });
+     }},
+    {"random normals",
+     [](Cloud& cloud, Random& random) {
+       sphere(cloud, random);
+       changeAll(cloud, [&](Vector3d&, Vector3d& n) { n = random.decades(-30, 30) * random.direction(); });
+     }},
+    {"flipped normals",
+     [](Cloud& cloud, Random& random) {
+       const bool all = random.oneIn(2);
+       sphere(cloud, random);
+       changeAll(cloud, [&](Vector3d&, Vector3d& n) { n *= all || random.oneIn(2) ? -1 : 1; });
+     }},
+};
 
 /// A cloud of the kind, some with sensors, colors, confidences, or without normals.
 Cloud drawCloud(const Kind& kind, Random& random)

@@ -6,8 +6,6 @@
 #include "scan/analytic_surface.h"
 #include "scan/scan.h"
 
-#include <shapes/turns.h>
-
 #include <Eigen/Core>
 
 #include <array>

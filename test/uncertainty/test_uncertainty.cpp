@@ -296,16 +296,13 @@ TEST(Uncertainty, FewPointsAndAnExactPlaneHaveOneToo)
   }
 }
 
-TEST(Uncertainty, IsRefusedWhereVoxelsObserve)
+TEST(Uncertainty, IsRefusedWhereVoxelsObserveAndCancelled)
 {
   Options options = withUncertainty();
   options.observation.kind = ObservationKind::plane;
   const std::string message = clouds::messageOf<InvalidOption>([&] { clouds::reconstruct(torusPoints(.2), options); });
   EXPECT_NE(message.find("observation.kind = points"), std::string::npos) << message;
-}
 
-TEST(Uncertainty, IsCancelled)
-{
   const PointSet cloud = withHoles(torusPoints(.06), .3f);
   bool wasReached = false;
   Execution execution(2, [&](const std::string& stage, double) {
@@ -316,7 +313,7 @@ TEST(Uncertainty, IsCancelled)
   EXPECT_TRUE(wasReached);
 }
 
-TEST(Uncertainty, FollowsTheVerticesOfASelection)
+TEST(Uncertainty, FollowsTheVerticesOfASelectionWhichMayBeDisplaced)
 {
   TriangleMesh mesh;
   mesh.vertices.resize(5, Eigen::Vector3f::Zero());
@@ -326,6 +323,14 @@ TEST(Uncertainty, FollowsTheVerticesOfASelection)
   const TriangleMesh kept = select(mesh, {0, 1});
   EXPECT_EQ(kept.sigmas, (std::vector<float>{3, 4, 5}));
   EXPECT_EQ(kept.calibrated, (std::vector<std::uint8_t>{1, 0, 1}));
+
+  mesh = TriangleMesh();
+  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.normals = {{0, 0, 1}, {1, 0, 0}, {0, 0, -1}};
+  mesh.triangles = {{0, 1, 2}};
+  const TriangleMesh moved = displaced(mesh, {1, 2, 3});
+  EXPECT_EQ(moved.vertices, (std::vector<Eigen::Vector3f>{{0, 0, 1}, {3, 0, 0}, {0, 1, -3}}));
+  EXPECT_EQ(moved.triangles, mesh.triangles);
 }
 
 TEST(SigmaColors, RunFromBlueToRed)
@@ -515,17 +520,6 @@ TEST(PlausibleSurfaces, OfPiecesFarApartMoveOnTheirOwn)
   }
   // Independent numbers of 32 draws have a correlation within 3 / √32.
   EXPECT_LT(std::abs(product) / std::sqrt(squares[0] * squares[1]), .53);
-}
-
-TEST(Displaced, MovesAlongTheNormals)
-{
-  TriangleMesh mesh;
-  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  mesh.normals = {{0, 0, 1}, {1, 0, 0}, {0, 0, -1}};
-  mesh.triangles = {{0, 1, 2}};
-  const TriangleMesh moved = displaced(mesh, {1, 2, 3});
-  EXPECT_EQ(moved.vertices, (std::vector<Eigen::Vector3f>{{0, 0, 1}, {3, 0, 0}, {0, 1, -3}}));
-  EXPECT_EQ(moved.triangles, mesh.triangles);
 }
 
 } // namespace
