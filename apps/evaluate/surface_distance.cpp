@@ -10,6 +10,7 @@
 #include <vtkNew.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkSMPTools.h>
 #include <vtkStaticCellLocator.h>
 
 #include <cmath>
@@ -81,7 +82,10 @@ SurfaceDistance::SurfaceDistance(const SurfaceMesh& mesh) : locator_(std::make_u
   // Built here, because the first GetCell would build it otherwise, on several threads at once.
   locator_->data->BuildCells();
   locator_->cells->SetDataSet(locator_->data);
-  locator_->cells->BuildLocator();
+  // On one thread: VTK's own sort the triangles in another order each time, and with it which of two equally near ones
+  // is found.
+  const vtkSMPTools::Config oneThread(std::string("Sequential"));
+  vtkSMPTools::LocalScope(oneThread, [&] { locator_->cells->BuildLocator(); });
 }
 
 SurfaceDistance::~SurfaceDistance() = default;

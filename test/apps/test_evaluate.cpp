@@ -221,6 +221,22 @@ TEST(SurfaceDistance, agreesWithBruteForce)
   }
 }
 
+TEST(SurfaceDistance, findsTheSameOfEquallyNearTriangles)
+{
+  // At each vertex six of them meet.
+  const SurfaceMesh mesh = rectangle(300, 300, .01, 0);
+  pcl::mrf::Execution execution(2);
+  const auto trianglesAtVertices = [&] {
+    std::vector<std::int32_t> triangles;
+    for (const ClosestPlace& place : SurfaceDistance(mesh).closest(mesh.vertices, execution))
+      triangles.push_back(place.triangle);
+    return triangles;
+  };
+  const std::vector<std::int32_t> first = trianglesAtVertices();
+  for (int run = 0; run < 5; ++run)
+    EXPECT_EQ(trianglesAtVertices(), first);
+}
+
 TEST(SurfaceSamples, areUniform)
 {
   SurfaceMesh mesh;
