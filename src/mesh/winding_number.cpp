@@ -12,7 +12,6 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 constexpr std::int32_t trianglesOfLeaf = 4;
 
 /// A group is far from what this many of its radii lie between: its dipole is then off by some hundredths at most.
@@ -90,7 +89,7 @@ double WindingNumber::at(const Eigen::Vector3f& place) const
         angle += solidAngle(i, place);
     n = static_cast<std::size_t>(node.next);
   }
-  return angle / (4 * pi);
+  return angle / static_cast<double>(4 * EIGEN_PI);
 }
 
 } // namespace mrf

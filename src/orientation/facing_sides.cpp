@@ -11,10 +11,10 @@ namespace mrf {
 namespace {
 
 /// Trees of less than this share are no sides.
-constexpr double smallestSide = .1;
+constexpr double shareOfSide = .1;
 
 /// Points of a side that are asked which sheet is next to theirs.
-constexpr std::size_t asked = 128;
+constexpr std::size_t askedOfSide = 128;
 
 /// In the reach of a point: sheets farther away are none of the same thin object.
 constexpr float farthestSheet = 4;
@@ -23,12 +23,12 @@ constexpr float farthestSheet = 4;
 
 bool FacingSides::Facing::isDecisive() const
 {
-  return votes[isOpposite()] >= .2 * asked && votes[isOpposite()] >= 4 * votes[!isOpposite()];
+  return votes[isOpposite()] >= .2 * askedOfSide && votes[isOpposite()] >= 4 * votes[!isOpposite()];
 }
 
 bool FacingSides::isSide(std::uint32_t size) const
 {
-  return size >= smallestSide * static_cast<double>(points_.size());
+  return size >= shareOfSide * static_cast<double>(points_.size());
 }
 
 /// Whether an edge between the trees of these roots was noted.
@@ -98,8 +98,8 @@ std::vector<FacingSides::Facing> FacingSides::ask(const std::vector<Side>& sides
   std::vector<Facing> facings;
   Neighbors around;
   for (const Side& side : sides)
-    for (std::size_t n = 0; n < asked; ++n) {
-      const std::uint32_t i = side.points[n * side.points.size() / asked], j = nextSheet(i, around);
+    for (std::size_t n = 0; n < askedOfSide; ++n) {
+      const std::uint32_t i = side.points[n * side.points.size() / askedOfSide], j = nextSheet(i, around);
       const std::uint32_t a = std::min(trees.root(i), trees.root(j)), b = std::max(trees.root(i), trees.root(j));
       const Edge across = graph.grade(i, j);
       if (a == b || !across.acrossSheets || !isSide(trees.size(j)))

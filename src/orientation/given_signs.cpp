@@ -22,9 +22,6 @@ constexpr double opposedSomewhere = .002;
 /// Of a surface that encloses a volume, the share of normals that may look into it.
 constexpr double mayLookInside = .1;
 
-/// Open surface of less than this share encloses a volume all the same.
-constexpr double mayBeOpen = .05;
-
 /// Whether a point's normal is the cloud's own.
 bool isGiven(const PreparedPoints& prepared, std::size_t i)
 {
@@ -32,7 +29,8 @@ bool isGiven(const PreparedPoints& prepared, std::size_t i)
 }
 
 /// Of points and their neighbors on smooth surface, the share whose normals point to opposite sides.
-double opposedShare(const PreparedPoints& prepared, const NeighborSearch& search)
+double opposedShare(const PreparedPoints& prepared, const std::vector<Eigen::Vector3f>& normals,
+                    const NeighborSearch& search)
 {
   constexpr std::size_t most = 4096;
   constexpr int neighbors = 5;
@@ -45,7 +43,7 @@ double opposedShare(const PreparedPoints& prepared, const NeighborSearch& search
     const std::size_t i = n * points.size() / asked;
     search.nearest(points.positions[i], neighbors, nearest);
     for (const std::size_t other : nearest.indices) {
-      const float cosine = prepared.normals[i].dot(prepared.normals[other]);
+      const float cosine = normals[i].dot(normals[other]);
       if (other == i || !(std::abs(cosine) > smooth) || !isGiven(prepared, i) || !isGiven(prepared, other))
         continue;
       ++pairs;
@@ -70,13 +68,15 @@ bool looksOutward(const PointSet& points, const std::vector<Eigen::Vector3f>& no
   return flux >= 0;
 }
 
-/// The share of the normals that look into what the points enclose; 0 if they enclose nothing.
-double inwardShare(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options,
+/// The share of the normals that look into what the points enclose; 0 if they enclose nothing, or what is outside is
+/// less clear than the given signs are, as in foliage. \param opposed see opposedShare
+double inwardShare(const PreparedPoints& prepared, const NeighborSearch& search, double opposed, const Options& options,
                    const Report& report, Execution& execution)
 {
   const OrientationResult outward = orientNormals(prepared.points, prepared.normals, search, report.density,
                                                   OrientationVote::outward, options.orientation, execution);
-  if (outward.openShare > mayBeOpen || outward.sideIsGuessed)
+  if (outward.sideIsGuessed ||
+      opposedShare(prepared, outward.normals, search) > std::max(opposedSomewhere, opposed / 2))
     return 0;
   double inward = 0, given = 0;
   for (std::size_t i = 0; i < prepared.normals.size(); ++i)
@@ -108,7 +108,7 @@ bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search,
                    Execution& execution)
 {
   const PointSet& points = prepared.points;
-  const double opposed = opposedShare(prepared, search);
+  const double opposed = opposedShare(prepared, prepared.normals, search);
   std::ostringstream text;
   if (opposed > opposedAtRandom) {
     text << std::lround(100 * opposed) << " % of the normals point to the other side than their neighbors'";
@@ -123,7 +123,7 @@ bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search,
     const Eigen::Array3f origin = (-points.offset).cast<float>();
     if (isConsistent && isFromOrigin && (origin > box.lower.array()).all() && (origin < box.upper.array()).all())
       return false;
-    const double inward = inwardShare(prepared, search, options, report, execution);
+    const double inward = inwardShare(prepared, search, opposed, options, report, execution);
     if (inward <= mayLookInside)
       return false;
     text << std::lround(100 * inward) << " % of the normals look into what the points enclose"

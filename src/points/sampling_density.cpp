@@ -143,7 +143,7 @@ double growthOfNeighbors(const std::vector<Eigen::Vector3f>& positions, const Ne
                          Execution& execution)
 {
   constexpr double onSurfaces = 2;
-  constexpr std::size_t least = 1024, asked = 256, factor = 8;
+  constexpr std::size_t least = 1024, asked = 64, factor = 8;
   if (positions.size() < least)
     return onSurfaces;
   // Wide enough to see past the noise, and far less than all.

@@ -56,7 +56,7 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDi
                                         Execution& execution, LengthUnit unit = LengthUnit::density);
 
 /// The power with which the number of neighbors grows with their distance, over a factor of 8 in that number, at the
-/// median of some hundred points: about 2 on a surface, 3 in a volume, 1 on a curve.
+/// median of some dozen points: about 2 on a surface, 3 in a volume, 1 on a curve.
 /// \return 2 of fewer than 1024 points, which do not tell \param search holds exactly positions
 double growthOfNeighbors(const std::vector<Eigen::Vector3f>& positions, const NeighborSearch& search,
                          Execution& execution);

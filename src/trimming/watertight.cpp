@@ -19,21 +19,22 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-using Cell = CellHash::Cell;
+using VoxelIndex = CellHash::Cell;
 
 /// Voxels around the field's lattice: a mesh that reaches its border is closed outside of it.
-constexpr int around = 2;
+constexpr int voxelsAround = 2;
 
 /// Distances per winding number in voxels: as steep as the field is at one voxel from a rim.
 constexpr double steepness = 6.3;
 
 /// Triangles that are asked whether the mesh bounds a body or a hollow.
-constexpr std::size_t maxAsked = 4096;
+constexpr std::size_t askedOfLevel = 4096;
 
-Lattice widened(Lattice lattice)
+Lattice withVoxelsAround(Lattice lattice)
 {
-  lattice.origin -= Eigen::Vector3d::Constant(around * lattice.spacing);
-  lattice.size = {lattice.size.x + 2 * around, lattice.size.y + 2 * around, lattice.size.z + 2 * around};
+  lattice.origin -= Eigen::Vector3d::Constant(voxelsAround * lattice.spacing);
+  lattice.size = {lattice.size.x + 2 * voxelsAround, lattice.size.y + 2 * voxelsAround,
+                  lattice.size.z + 2 * voxelsAround};
   return lattice;
 }
 
@@ -49,7 +50,7 @@ constexpr double ofHollow = -.25;
 /// The level of the winding number that closes the mesh: halfway between those of the two sides of a closed one.
 double levelOf(const TriangleMesh& mesh, const WindingNumber& winding, double voxelSize)
 {
-  const std::size_t step = mesh.triangles.size() / maxAsked + 1;
+  const std::size_t step = mesh.triangles.size() / askedOfLevel + 1;
   double sum = 0, count = 0;
   for (std::size_t n = 0; n < mesh.triangles.size(); n += step) {
     const Triangle& t = mesh.triangles[n];
@@ -66,19 +67,20 @@ double levelOf(const TriangleMesh& mesh, const WindingNumber& winding, double vo
 class ClosedBand {
 public:
   ClosedBand(const TriangleMesh& mesh, const DistanceField& field, Execution& execution)
-      : field_(field), lattice_(widened(field.lattice())), execution_(execution), winding_(mesh, execution),
+      : field_(field), lattice_(withVoxelsAround(field.lattice())), execution_(execution), winding_(mesh, execution),
         level_(levelOf(mesh, winding_, lattice_.spacing))
   {
-    std::vector<Cell> cells;
+    std::vector<VoxelIndex> cells;
     for (const Triangle& t : mesh.triangles) {
       const Eigen::Vector3d at = lattice_.toVoxels(centerOf(mesh, t));
       add(at.array().floor().cast<std::int64_t>(), cells);
     }
-    for (const Cell& cell : cells)
-      forCorners(cell, [&](const Cell& voxel) {
+    for (const VoxelIndex& cell : cells)
+      forCorners(cell, [&](const VoxelIndex& voxel) {
         if (voxels_.add(voxel) == values_.size())
-          values_.push_back(field_.distance(static_cast<int>(voxel.x()) - around, static_cast<int>(voxel.y()) - around,
-                                            static_cast<int>(voxel.z()) - around));
+          values_.push_back(field_.distance(static_cast<int>(voxel.x()) - voxelsAround,
+                                            static_cast<int>(voxel.y()) - voxelsAround,
+                                            static_cast<int>(voxel.z()) - voxelsAround));
       });
     std::size_t inMesh = cells_.size();
     while (!cells.empty()) {
@@ -104,7 +106,7 @@ public:
     banded->band = VoxelSet(size, fill, 0, execution_);
     banded->values.resize(values_.size());
     forEach(execution_, values_.size(), grain, [&](std::size_t n) {
-      const Cell at = voxels_[n] + gridMargin;
+      const VoxelIndex at = voxels_[n] + gridMargin;
       banded->values[banded->band.find(static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z()))] =
           values_[n];
     });
@@ -116,55 +118,58 @@ private:
   static constexpr std::int64_t grain = 1024;
 
   template <typename Visit>
-  static void forCorners(const Cell& cell, const Visit& visit)
+  static void forCorners(const VoxelIndex& cell, const Visit& visit)
   {
     for (int n = 0; n < 8; ++n)
-      visit(Cell(cell + Cell(n & 1, n >> 1 & 1, n >> 2)));
+      visit(VoxelIndex(cell + VoxelIndex(n & 1, n >> 1 & 1, n >> 2)));
   }
 
   /// Adds a cell to a list, if it was in none before.
-  void add(const Cell& cell, std::vector<Cell>& cells)
+  void add(const VoxelIndex& cell, std::vector<VoxelIndex>& cells)
   {
     if (const std::size_t before = cells_.size(); cells_.add(cell) == before)
       cells.push_back(cell);
   }
 
   /// Adds the corners of a cell to the voxels.
-  void addCorners(const Cell& cell)
+  void addCorners(const VoxelIndex& cell)
   {
-    forCorners(cell, [&](const Cell& voxel) {
+    forCorners(cell, [&](const VoxelIndex& voxel) {
       if (voxels_.add(voxel) == values_.size())
         values_.push_back(0);
     });
   }
 
-  /// Sets the values of the voxels from this number on.
+  /// Sets the values of the voxels from this number on; two layers at the lattice's border are outside of everything,
+  /// so that the sheet stays in it however far off the winding numbers are.
   void evaluate(std::size_t first)
   {
     forEachPolling<std::size_t>(execution_, values_.size() - first, grain, [&](std::size_t n) {
-      const Cell at = voxels_[first + n];
-      const double turns =
-          winding_.at(lattice_.position(static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z())));
+      const VoxelIndex at = voxels_[first + n];
+      const int i = static_cast<int>(at.x()), j = static_cast<int>(at.y()), k = static_cast<int>(at.z());
+      const double turns = lattice_.size.contains(i - 2, j - 2, k - 2) && lattice_.size.contains(i + 2, j + 2, k + 2)
+                               ? winding_.at(lattice_.position(i, j, k))
+                               : 0;
       values_[first + n] = static_cast<float>(steepness * lattice_.spacing * (level_ - turns));
     });
   }
 
   /// Values at the corners of cells that the zero level cuts, and \return the cells beside them that it goes on in.
-  std::vector<Cell> next(const std::vector<Cell>& cells)
+  std::vector<VoxelIndex> next(const std::vector<VoxelIndex>& cells)
   {
     const std::size_t first = values_.size();
-    for (const Cell& cell : cells)
+    for (const VoxelIndex& cell : cells)
       addCorners(cell);
     evaluate(first);
-    std::vector<Cell> result;
-    for (const Cell& cell : cells)
+    std::vector<VoxelIndex> result;
+    for (const VoxelIndex& cell : cells)
       for (int axis = 0; axis < 3; ++axis)
         for (const int side : {0, 1}) {
           int negative = 0;
-          forCorners(cell, [&](const Cell& voxel) {
+          forCorners(cell, [&](const VoxelIndex& voxel) {
             negative += voxel[axis] == cell[axis] + side && values_[voxels_.find(voxel)] < 0;
           });
-          Cell beside = cell;
+          VoxelIndex beside = cell;
           beside[axis] += 2 * side - 1;
           if (negative % 4 != 0)
             add(beside, result);
@@ -177,7 +182,7 @@ private:
   {
     const std::size_t before = values_.size();
     for (std::size_t n = first; n < cells_.size(); ++n)
-      CellHash::forEachAround(cells_[n], [&](const Cell& cell) {
+      CellHash::forEachAround(cells_[n], [&](const VoxelIndex& cell) {
         if ((cell >= 0).all())
           addCorners(cell);
       });
@@ -185,16 +190,16 @@ private:
   }
 
   /// Cells that were not asked for, of which all corners are known, and which the zero level cuts.
-  std::vector<Cell> missed()
+  std::vector<VoxelIndex> missed()
   {
-    std::vector<Cell> result;
+    std::vector<VoxelIndex> result;
     for (std::size_t n = 0; n < voxels_.size(); ++n) {
-      const Cell cell = voxels_[n];
+      const VoxelIndex cell = voxels_[n];
       if (cells_.find(cell) != CellHash::none)
         continue;
       bool areKnown = true;
       int negative = 0;
-      forCorners(cell, [&](const Cell& voxel) {
+      forCorners(cell, [&](const VoxelIndex& voxel) {
         const std::uint32_t number = voxels_.find(voxel);
         areKnown = areKnown && number != CellHash::none;
         negative += areKnown && values_[number] < 0;
