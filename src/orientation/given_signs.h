@@ -10,16 +10,19 @@
 #include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/report.h>
 
+#include <Eigen/Core>
+
+#include <vector>
+
 namespace pcl {
 namespace mrf {
 
 /// True, with a warning, if the signs of the given normals are errors: a quarter of the neighbors on smooth surface are
 /// opposed, as an estimation leaves those that nobody has oriented; or the points enclose a volume, no sensor is known,
-/// and more than a tenth of the normals look into it. Those are turned to a viewpoint that saw but a part of the object,
-/// mostly the origin that PCL's NormalEstimation supposes, or all inward. A surface that is seen whole from the origin,
-/// inside of it, is a room.
-/// \param search holds the points
-/// Cost: some thousand queries; where there are doubts, an orientation.
+/// and more than a tenth of the normals look into it. Those are turned to a viewpoint that saw but a part of the
+/// object, mostly the origin that PCL's NormalEstimation supposes, or all inward. A surface that is seen whole from the
+/// origin, inside of it, is a room.
+/// \param search holds the points. Cost: some thousand queries; where there are doubts, an orientation.
 bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options, Report& report,
                    Execution& execution);
 

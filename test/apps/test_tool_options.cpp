@@ -68,6 +68,7 @@ const std::vector<Case> cases = {
     {{"--trim", "supported"}, "/options/trimming/trimming", "supported"},
     {{"--max-hole", "0.5"}, "/options/trimming/maxHole", .5},
     {{"--max-gap", "0.25"}, "/options/trimming/maxGap", .25},
+    {{"--watertight"}, "/options/trimming/watertight", true},
     {{"--trim-points", "0"}, "/options/trimming/minComponentPoints", 0},
     {{"--color", "confidence"}, "/options/colors", "confidence"},
     {{"--color", "sigma"}, "/options/colors", "sigma"},
