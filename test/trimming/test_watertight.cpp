@@ -150,3 +150,16 @@ TEST(Watertight, PiecesAreClosedEachByItself)
   EXPECT_EQ(closed.statistics.components, 2);
   EXPECT_NEAR(closed.statistics.volume, 2 * volumeBelow(0), 2 * pi * voxelSize);
 }
+
+TEST(Watertight, DoesNotDependOnThreads)
+{
+  const DistanceField ball = shapes::field(shapes::sphere(1), halfSide, voxels);
+  const TriangleMesh bowl = below(.3f, ball);
+  const auto closedBy = [&](int threads) {
+    Execution some(threads);
+    return polygonize(closeOpenings(bowl, ball, some), some);
+  };
+  const TriangleMesh one = closedBy(1), three = closedBy(3);
+  EXPECT_EQ(one.vertices, three.vertices);
+  EXPECT_EQ(one.triangles, three.triangles);
+}
