@@ -57,8 +57,11 @@ TEST(BadInput, WhatIsNoSurfaceIsNamed)
     pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
     std::mt19937 random(1);
     std::uniform_real_distribution<float> uniform(0, 1);
-    for (int n = 0; n < 4000; ++n)
-      cloud->push_back(pcl::PointXYZ(11 + x * uniform(random), 48 + y * uniform(random), z * uniform(random)));
+    while (cloud->size() < 8000) {
+      const float u = uniform(random), v = uniform(random);
+      if (u + v < 1) // a triangle, whose box has its middle elsewhere
+        cloud->push_back(pcl::PointXYZ(11 + x * u, 48 + y * v, z * uniform(random) + x * u));
+    }
     pcl::MRFReconstruction<pcl::PointXYZ> mrf;
     mrf.setInputCloud(cloud);
     mrf.setQuality(pcl::mrf::Quality::draft);
