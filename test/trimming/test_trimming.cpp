@@ -388,15 +388,18 @@ TEST(Trimming, theBackOfWhatWasSeenFromOneSideIsNoHole)
 
 TEST(Trimming, aBulbBehindTheEndOfATubeIsNoHole)
 {
-  // A capsule: the balls at its ends are as wide as it is, and half of one is what a hole of a sphere may miss.
-  const auto ending = [](double below) {
-    const shapes::Sdf tube = shapes::tube({0, 0, -.7}, {0, 0, .7}, .35);
-    return Scene(tube,
-                 shapes::filter(shapes::sample(tube, 1.2, spacing), [=](const Vector3f& x) { return x.z() > below; }));
+  // A capsule: its ends are half balls, as much as a hole may lack. What lacks more is no wider than half the diagonal.
+  const auto endingAt = [](double below) {
+    const shapes::Sdf tube = shapes::tube({0, 0, -.9}, {0, 0, .9}, .18);
+    return Scene(
+        tube, shapes::filter(shapes::sample(tube, 1.2, spacing), [=](const Vector3f& x) { return x.z() > below; }), 50);
   };
-  const TrimmingOptions options;
-  EXPECT_TRUE(measure(ending(-.75).trim(options).mesh).closed());
-  EXPECT_FALSE(measure(ending(-.3).trim(options).mesh).closed());
+  TrimmingOptions options;
+  EXPECT_TRUE(measure(endingAt(-.92).trim(options).mesh).closed());
+  const Scene cut = endingAt(-.65);
+  EXPECT_FALSE(measure(cut.trim(options).mesh).closed());
+  options.maxHole = 1;
+  EXPECT_TRUE(measure(cut.trim(options).mesh).closed()) << "as it was asked for";
 }
 
 TEST(Trimming, dropsComponentsWithoutOrWithLittleSupport)
