@@ -13,7 +13,7 @@ namespace mrf {
 /// A field whose zero level is closed: near the mesh that of the field; elsewhere the level ½ of the mesh's winding
 /// number, which spans an opening in a plane by that plane, and others like a membrane. Where the mesh bounds a hollow,
 /// as a room seen from within, it is the level −½, and the hollow is outside. A sheet that bounds nothing gets a back
-/// some two voxels behind it.
+/// some two voxels behind it, in steps of voxels.
 ///
 /// The closed level lies in the convex hull of the mesh, but for about a voxel. The field is stored in a band around it
 /// on the lattice of the given one, which is two voxels wider to each side. Of a field in pieces each is closed by
