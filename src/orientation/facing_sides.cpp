@@ -3,6 +3,8 @@
 
 #include "orientation/orientation_sides.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <limits>
 

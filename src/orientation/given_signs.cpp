@@ -4,6 +4,8 @@
 #include "base/select_values.h"
 #include "orientation/orientation.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>

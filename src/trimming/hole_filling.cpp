@@ -23,8 +23,9 @@ constexpr double maxFilled = 1. / 3;
 /// this factor, is the bulb behind the end of a tube.
 constexpr float maxOutgrowth = 1.3f;
 
-/// What is farther from the points than this, in local spacings, is invented.
-constexpr double inventedFrom = 10;
+/// What is farther from the points than this, in local spacings, is invented; and what is as far behind it, or before
+/// it, and some deviations of the noise more, is no part of the same sheet.
+constexpr float inventedFrom = 10, deviationsDenied = 3;
 
 /// What is invented in a gap of an open surface goes on in the direction of the surface around it if it is a hole of
 /// that: by a smaller mean cosine it bridges a step in depth, which a sensor could not see behind, and the gap is only
@@ -36,11 +37,6 @@ constexpr double narrowGap = 28;
 /// surface turned out of sight, as between a leg and a tail. Where a hole and such a bay are one filling, the hole
 /// stays.
 constexpr double minFacing = .17;
-
-/// So it is, if sensors are known, with the shadow that an object casts on a table, which goes on as the table does,
-/// and with a sheet from one object to the next, through which the table behind was seen: with what lines of sight deny
-/// by points farther in front of it, or behind, than a sheet of surface is thick, in local spacings.
-constexpr float deniedFrom = 5;
 
 constexpr float unknown = -1, asked = -2; ///< squared distances of vertices before and during a search
 constexpr double anySpacing = std::numeric_limits<double>::infinity();
@@ -113,10 +109,12 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   std::vector<std::uint8_t> narrow(supported_);
   keepRegions(0, narrow); // the closing knows the spacings at the rim
   keepGaps(limits.gap, narrowGap, narrow);
-  dropBridges(narrow, std::vector<std::uint8_t>(keep.size(), 0), keep); // as a whole, before lines of sight divide them
+  dropBridges(narrow, keep); // as a whole, before lines of sight divide them
   dropUnseen(narrow, keep);
-  if (!points_.sensors.empty())
-    dropBridges(narrow, dropDenied(narrow, keep), keep);
+  if (!points_.sensors.empty()) {
+    dropDenied(narrow, keep);
+    dropBridges(narrow, keep);
+  }
   return keep;
 }
 
@@ -343,45 +341,29 @@ bool HoleFinder::anyInvented(const std::vector<std::uint8_t>& keep)
   return std::any_of(kept.begin(), kept.end(), [this](std::int32_t t) { return isInvented(t); });
 }
 
-/// Leaves of what lines of sight deny what `narrow` keeps, and nothing of the filling of a hole that a sensor mostly
-/// saw through. \return flags of fringes: the triangles that stay of fillings of which more was denied than not
-std::vector<std::uint8_t> HoleFinder::dropDenied(const std::vector<std::uint8_t>& narrow,
-                                                 std::vector<std::uint8_t>& keep)
+/// Drops what a sensor saw through, and leaves of what is hidden from all of them what `narrow` keeps; but the filling
+/// of a hole of a closed surface goes as a whole, if most of it was seen through, or stays.
+void HoleFinder::dropDenied(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep)
 {
   const std::vector<std::int32_t> kept = fillings(keep);
-  const auto isOfHole = [this](std::int32_t t) { return !isOpen_[regionOf_[t]] && isInvented(t); };
-  std::vector<std::int32_t> asked;
   std::vector<Place> places;
   for (const std::int32_t t : kept) {
-    if (narrow[t] && !isOfHole(t))
-      continue;
     const std::int32_t first = mesh_.triangles[t][0];
-    asked.push_back(t);
-    places.push_back({mesh_.vertices[first], deniedFrom * points_.spacings[nearest_.point(first)]});
+    const std::size_t point = nearest_.point(first);
+    places.push_back(
+        {mesh_.vertices[first], inventedFrom * points_.spacings[point] + deviationsDenied * points_.deviation(point)});
   }
   const std::vector<Sight> sights = lookAt(places, points_, execution_);
   std::vector<std::int32_t> fillingOf;
-  const std::size_t count = group(kept, fillingOf);
-  std::vector<double> possible(count, 0), denied(count, 0), throughHole(count, 0);
-  for (std::size_t n = 0; n < asked.size(); ++n) {
-    const std::int32_t t = asked[n];
-    const std::size_t filling = fillingOf[t];
-    if (isOfHole(t))
-      throughHole[filling] += sights[n] == Sight::through ? areas_[t] : -areas_[t];
-    if (narrow[t])
-      continue;
-    (sights[n] != Sight::free ? denied : possible)[filling] += areas_[t];
-    if (sights[n] != Sight::free)
+  std::vector<double> through(group(kept, fillingOf), 0);
+  for (std::size_t n = 0; n < kept.size(); ++n)
+    through[fillingOf[kept[n]]] += sights[n] == Sight::through ? areas_[kept[n]] : -areas_[kept[n]];
+  for (std::size_t n = 0; n < kept.size(); ++n) {
+    const std::int32_t t = kept[n];
+    const bool isHidden = sights[n] == Sight::hidden && !narrow[t];
+    if (isOpen_[regionOf_[t]] ? sights[n] == Sight::through || isHidden : through[fillingOf[t]] > 0)
       keep[t] = 0;
   }
-  std::vector<std::uint8_t> isFringe(keep.size(), 0);
-  for (const std::int32_t t : kept) {
-    const std::size_t filling = fillingOf[t];
-    if (throughHole[filling] > 0)
-      keep[t] = 0;
-    isFringe[t] = keep[t] && denied[filling] > possible[filling] ? 1 : 0;
-  }
-  return isFringe;
 }
 
 /// The unit normal.
@@ -392,10 +374,8 @@ Eigen::Vector3f HoleFinder::normalOf(std::int32_t triangle) const
   return (mesh_.vertices[corners[1]] - a).cross(mesh_.vertices[corners[2]] - a).normalized();
 }
 
-/// Leaves of fillings that turn away from the surface around them what `narrow` keeps; and of fringes that only follow
-/// the points around what is denied, where a hole beside it goes on.
-void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, const std::vector<std::uint8_t>& isFringe,
-                             std::vector<std::uint8_t>& keep)
+/// Leaves of fillings that turn away from the surface around them what `narrow` keeps.
+void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep)
 {
   const std::vector<std::int32_t> kept = fillings(keep);
   std::vector<std::int32_t> fillingOf;
@@ -410,7 +390,7 @@ void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, const std:
   }
   for (const std::int32_t t : kept) {
     const std::size_t filling = fillingOf[t];
-    if (continued[filling] < minContinuation * invented[filling] || (isFringe[t] && invented[filling] == 0))
+    if (continued[filling] < minContinuation * invented[filling])
       keep[t] = narrow[t];
   }
 }
