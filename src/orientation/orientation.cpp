@@ -28,15 +28,8 @@ namespace {
 /// it only where sheets are closer than about an eighth of the neighbor distance.
 constexpr float smoothQuality = .95f;
 
-/// Pieces of fewer points are too small for a vote of their own.
-constexpr std::uint32_t smallestVotingPiece = 12;
-
 /// Pieces of fewer points, as at the edges of what a sensor sees, do not overrule what their points say.
-constexpr std::uint32_t smallestLeadingPiece = 50;
-
-/// A point that its sensor saw from behind by more than this cosine has the wrong sign: 4°, as far as an estimated
-/// normal may be off.
-constexpr double decisiveCosine = .07;
+constexpr std::uint32_t smallestVotingPiece = 50;
 
 /// Trees of fewer points are too small to be taken for a side of a thin object.
 constexpr double smallestSide = 100;
@@ -122,10 +115,9 @@ private:
 
 struct Tally {
   double balance = 0, total = 0;
-  std::uint32_t points = 0;
 
-  /// Three quarters of the votes of a piece that is large enough.
-  bool isDecidedlyAgainst() const { return points >= smallestVotingPiece && -balance >= .5 * total && total > 0; }
+  /// Three quarters of the votes.
+  bool isDecidedlyAgainst() const { return -balance >= .5 * total && total > 0; }
 };
 
 /// Sums of the votes per set.
@@ -137,7 +129,6 @@ std::vector<Tally> tally(const Partition& partition, const Voters& vote)
     const Vote cast = vote(i);
     own.balance += cast.value;
     own.total += cast.weight;
-    ++own.points;
   }
   return tallies;
 }
@@ -179,8 +170,8 @@ public:
                  const Reach& reach, OrientationVote vote, const OrientationOptions& options, Execution& execution)
       : points_(points), normals_(normals), search_(search), reach_(reach), vote_(vote), options_(options),
         execution_(execution),
-        knowsViews_(vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1)),
-        piecesVote_(vote == OrientationVote::reference || knowsViews_),
+        piecesVote_(vote == OrientationVote::reference ||
+                    (vote == OrientationVote::sensor && (!points.views.empty() || points.sensors.size() == 1))),
         smallest_(options.minComponentShare * static_cast<double>(points.wholeSize())), withinAngle_(points.size()),
         smooth_(piecesVote_ ? points.size() : 0)
   {}
@@ -281,21 +272,20 @@ private:
       }
   }
 
-  /// Smooth pieces that are decidedly against their component's sign, and points that their sensor saw from behind.
+  /// Smooth pieces that are decidedly against their component's sign, and the points of small ones each by its own
+  /// vote.
   void turnPieces(const Voters& voters)
   {
     const Partition pieces(points_.size(), [&](std::uint32_t i) { return smooth_.find(i); });
     const std::vector<Tally> tallies = tally(pieces, voters);
     std::vector<std::uint8_t> seen(pieces.sizes.size(), 0);
-    for (std::size_t i = 0; i < points_.size(); ++i)
-      if (tallies[pieces.set[i]].isDecidedlyAgainst()) {
-        turn(i);
-        result_.piecesFlipped += pieces.isFirst(i, seen) && result_.keep[i];
-      }
-    const double decisive = knowsViews_ ? decisiveCosine : 1;
-    for (std::size_t i = 0; i < points_.size(); ++i)
-      if (voters(i).value < (pieces.sizes[pieces.set[i]] < smallestLeadingPiece ? 0 : -decisive))
-        turn(i);
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const bool votes = pieces.sizes[pieces.set[i]] >= smallestVotingPiece;
+      if (!(votes ? tallies[pieces.set[i]].isDecidedlyAgainst() : voters(i).value < 0))
+        continue;
+      turn(i);
+      result_.piecesFlipped += votes && pieces.isFirst(i, seen) && result_.keep[i];
+    }
   }
 
   void measureAgreement(const Voters& voters)
@@ -320,7 +310,6 @@ private:
   const OrientationVote vote_;
   const OrientationOptions& options_;
   Execution& execution_;
-  const bool knowsViews_;    ///< which sensor saw each point
   const bool piecesVote_;    ///< votes are good enough for smooth pieces to have their own
   const double smallest_;    ///< points of a component that stays
   DisjointSets withinAngle_; ///< the paper's components
