@@ -242,7 +242,7 @@ void declareOrientation(Table& table)
   table.onOff(
       "sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
       "without these, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the cloud is organized; to "
-      "tell shadows from holes, so is the origin if all normals look there");
+      "tell what was seen through, so is the origin if all normals look there");
 }
 
 void declareObservation(Table& table)
@@ -354,8 +354,8 @@ void declareMesh(Table& table)
   table
       .number("maxGap", "--max-gap", "length", notNegative, field(trimming, &TrimmingOptions::maxGap),
               "the same for holes and bays of a surface that is open elsewhere")
-      .automatic = "--max-hole if given, or 24 % of the diagonal, but 28 local spacings behind steps in depth, in "
-                   "shadows, and where a sensor saw through";
+      .automatic = "--max-hole if given, or 24 % of the diagonal, but 28 local spacings behind steps in depth, "
+                   "and nothing where a sensor saw through";
   table.number(
       "minComponentPoints", "--trim-points", "n", upTo(1000000), field(trimming, &TrimmingOptions::minComponentPoints),
       "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "

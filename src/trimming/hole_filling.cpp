@@ -23,9 +23,9 @@ constexpr double maxFilled = 1. / 3;
 /// this factor, is the bulb behind the end of a tube.
 constexpr float maxOutgrowth = 1.3f;
 
-/// What is farther from the points than this, in local spacings, is invented; and what is as far behind it, or before
-/// it, and some deviations of the noise more, is no part of the same sheet.
-constexpr float inventedFrom = 10, deviationsDenied = 3;
+/// What is farther from the points than this, in local spacings, is invented. What a sensor saw points through, so far
+/// behind it and some deviations of the noise more, is none at all.
+constexpr float inventedFrom = 10, deviationsBehind = 3;
 
 /// What is invented in a gap of an open surface goes on in the direction of the surface around it if it is a hole of
 /// that: by a smaller mean cosine it bridges a step in depth, which a sensor could not see behind, and the gap is only
@@ -112,7 +112,7 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   dropBridges(narrow, keep); // as a whole, before lines of sight divide them
   dropUnseen(narrow, keep);
   if (!points_.sensors.empty()) {
-    dropDenied(narrow, keep);
+    dropSeenThrough(keep);
     dropBridges(narrow, keep);
   }
   return keep;
@@ -341,9 +341,9 @@ bool HoleFinder::anyInvented(const std::vector<std::uint8_t>& keep)
   return std::any_of(kept.begin(), kept.end(), [this](std::int32_t t) { return isInvented(t); });
 }
 
-/// Drops what a sensor saw through, and leaves of what is hidden from all of them what `narrow` keeps; but the filling
-/// of a hole of a closed surface goes as a whole, if most of it was seen through, or stays.
-void HoleFinder::dropDenied(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep)
+/// Drops what a sensor saw through; but the filling of a hole of a closed surface goes as a whole, if most of it was
+/// seen through, or stays.
+void HoleFinder::dropSeenThrough(std::vector<std::uint8_t>& keep)
 {
   const std::vector<std::int32_t> kept = fillings(keep);
   std::vector<Place> places;
@@ -351,19 +351,16 @@ void HoleFinder::dropDenied(const std::vector<std::uint8_t>& narrow, std::vector
     const std::int32_t first = mesh_.triangles[t][0];
     const std::size_t point = nearest_.point(first);
     places.push_back(
-        {mesh_.vertices[first], inventedFrom * points_.spacings[point] + deviationsDenied * points_.deviation(point)});
+        {mesh_.vertices[first], inventedFrom * points_.spacings[point] + deviationsBehind * points_.deviation(point)});
   }
-  const std::vector<Sight> sights = lookAt(places, points_, execution_);
+  const std::vector<std::uint8_t> isThrough = seenThrough(places, points_, execution_);
   std::vector<std::int32_t> fillingOf;
   std::vector<double> through(group(kept, fillingOf), 0);
   for (std::size_t n = 0; n < kept.size(); ++n)
-    through[fillingOf[kept[n]]] += sights[n] == Sight::through ? areas_[kept[n]] : -areas_[kept[n]];
-  for (std::size_t n = 0; n < kept.size(); ++n) {
-    const std::int32_t t = kept[n];
-    const bool isHidden = sights[n] == Sight::hidden && !narrow[t];
-    if (isOpen_[regionOf_[t]] ? sights[n] == Sight::through || isHidden : through[fillingOf[t]] > 0)
-      keep[t] = 0;
-  }
+    through[fillingOf[kept[n]]] += isThrough[n] ? areas_[kept[n]] : -areas_[kept[n]];
+  for (std::size_t n = 0; n < kept.size(); ++n)
+    if (isOpen_[regionOf_[kept[n]]] ? isThrough[n] != 0 : through[fillingOf[kept[n]]] > 0)
+      keep[kept[n]] = 0;
 }
 
 /// The unit normal.

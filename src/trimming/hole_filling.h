@@ -87,7 +87,7 @@ private:
   std::vector<std::int32_t> fillings(const std::vector<std::uint8_t>& keep) const;
   bool isInvented(std::int32_t triangle) const;
   bool anyInvented(const std::vector<std::uint8_t>& keep);
-  void dropDenied(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep);
+  void dropSeenThrough(std::vector<std::uint8_t>& keep);
   Eigen::Vector3f normalOf(std::int32_t triangle) const;
   void dropUnseen(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep);
   void dropBridges(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep);

@@ -327,30 +327,6 @@ TEST(Trimming, whatNoSensorCouldSeeIsNoHole)
   EXPECT_TRUE(scene.isFilled({})) << "no sensor can have seen all of this";
 }
 
-TEST(Trimming, whatEverySensorSawSomethingElseInFrontOfIsNoHole)
-{
-  // A disc above a hole of a plane, as wide as that.
-  constexpr float radius = .5f, height = .6f;
-  const PointSet plane = bittenPatch(.9, 0, 0); // an open surface
-  PointSet points = shapes::filter(plane, [](const Vector3f& x) { return x.norm() > radius; });
-  for (std::size_t i = 0; i < plane.size(); ++i)
-    if (plane.positions[i].norm() < radius) {
-      points.positions.push_back(plane.positions[i] + Vector3f(0, 0, height));
-      points.normals.push_back(plane.normals[i]);
-    }
-  SensedScene scene(shapes::plane({0, 0, 1}), points);
-  const Vector3f above(0, 0, 5), farAbove(0, 0, 1e8f), below(0, 0, -5), beside(0, 3, 1.5f);
-  EXPECT_TRUE(scene.isFilled({})) << "nothing is known";
-  EXPECT_FALSE(scene.isFilled({above}));
-  EXPECT_FALSE(scene.isFilled({farAbove}));
-  EXPECT_TRUE(scene.isFilled({below})) << "the disc is behind it";
-  EXPECT_TRUE(scene.isFilled({beside})) << "it looks beneath the disc";
-  EXPECT_TRUE(scene.isFilled({above, beside})) << "one would have seen a surface there";
-  EXPECT_FALSE(scene.isFilled({above, farAbove}));
-  EXPECT_TRUE(scene.isFilled({above}, 1.4f)) << "unless it is asked for";
-  EXPECT_TRUE(scene.isFilled({Vector3f(0, 0, height)})) << "a sensor at a point";
-}
-
 TEST(Trimming, whatTheOnlySensorSawThroughIsNoHole)
 {
   // A disc below a hole of a plane, as wide as that.

@@ -50,8 +50,8 @@ struct NormalOptions {
 
 struct OrientationOptions {
   float maxAngle = 15; ///< neighbors' normals agree within this angle, degrees, (0, 90]
-  /// The origin that a cloud names is its sensor, if it is not zero or the cloud is organized. To tell shadows from
-  /// holes (see Trimming), so is that of the coordinates if all normals look there.
+  /// The origin that a cloud names is its sensor, if it is not zero or the cloud is organized. To tell what was seen
+  /// through (see Trimming), so is that of the coordinates if all normals look there.
   bool sensorOrigin = true;
 
   /// \name What components are; no options of tools
@@ -219,7 +219,7 @@ struct TrimmingOptions {
   float maxHole = 0; ///< largest hole diameter that is kept filled, cloud's unit; 0 = half the diagonal, see trim
   /// Largest width of what is filled of an open surface, cloud's unit: of holes, also those that are joined to the
   /// outside, and of bays. 0 = maxHole if that is given, else 24 % of the diagonal, but 28 local spacings of the points
-  /// behind a step in depth, in a shadow, and where a sensor saw through it or would see it edge-on.
+  /// behind a step in depth and where a sensor would see it edge-on, and nothing where one saw through it.
   float maxGap = 0;
   /// Components with fewer coherent points behind them are dropped, the largest one excepted, 0..1000000; 0 or 1: none
   /// are. Three are enough where no other surface is as close as they are to each other. Not with `none`.

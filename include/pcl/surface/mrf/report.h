@@ -270,7 +270,7 @@ struct Report {
   OrientationVote vote = OrientationVote::none;
   bool sensorOriginUsed = false; ///< the sensor that voted is the origin that the cloud names
   /// Nobody named a sensor, but all normals (one in a thousand may not) look at the origin of the coordinates, at most
-  /// 100 diagonals of the cloud away: it counts as one where trimming asks what was hidden.
+  /// 100 diagonals of the cloud away: it counts as one where trimming asks what it saw through.
   bool sensorSupposed = false;
   OrientationSummary orientation;
 
