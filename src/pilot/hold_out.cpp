@@ -267,17 +267,6 @@ double compare(const Score& first, double factor, const Score& second)
   return significance(differences);
 }
 
-/// The same of the errors' ratios, for which all cubes count alike: the few that hold an edge rule a sum, and its
-/// deviation, so that it takes many cubes to tell what each of them says.
-double compareRatios(const Score& first, double factor, const Score& second)
-{
-  std::vector<double> ratios;
-  for (std::size_t c = 0; c < first.sums.size(); ++c)
-    if (first.counts[c] == second.counts[c] && first.sums[c] > 0 && second.sums[c] > 0)
-      ratios.push_back(std::log(first.sums[c] / (factor * second.sums[c])));
-  return significance(ratios);
-}
-
 /// The same with a fixed error.
 double compare(const Score& first, double error)
 {
@@ -411,9 +400,7 @@ public:
       const double voxelSize = finest_ * std::pow(1.4142135623730951, step);
       const auto isVisible = [&](const Score& coarse, std::size_t) { return compare(coarse, invisible_); };
       const auto isWorse = [&](const Score& coarse, std::size_t cubes) {
-        const Score fine = at(finest_, cubes);
-        const double bySums = compare(coarse, worse, fine);
-        return bySums > 0 ? std::max(bySums, compareRatios(coarse, worse, fine)) : bySums;
+        return compare(coarse, worse, at(finest_, cubes));
       };
       const auto seesLoss = [&](const auto& loss) {
         return findsLoss([&](std::size_t cubes) {
