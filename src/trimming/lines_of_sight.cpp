@@ -75,13 +75,16 @@ std::vector<std::uint8_t> seenThrough(const std::vector<Place>& places, const Or
   if (places.empty() || points.sensors.size() > maxViews || (points.views.empty() && !isOnly))
     return result;
   for (std::size_t sensor = 0; sensor < points.sensors.size(); ++sensor) {
-    std::vector<std::uint32_t> own;
-    for (std::uint32_t i = 0; i < points.size(); ++i)
-      if (isOnly || points.views[i] == static_cast<std::int32_t>(sensor))
-        own.push_back(i);
-    if (own.empty())
+    OrientedPoints own;
+    if (!isOnly) {
+      std::vector<std::uint8_t> isOwn(points.size());
+      for (std::size_t i = 0; i < isOwn.size(); ++i)
+        isOwn[i] = points.views[i] == static_cast<std::int32_t>(sensor) ? 1 : 0;
+      own = select(points, isOwn);
+    }
+    const OrientedPoints& seen = isOnly ? points : own;
+    if (seen.size() == 0)
       continue;
-    const OrientedPoints seen = select(points, own);
     const View view(points.sensors[sensor], seen, execution);
     execution.forRange(places.size(), 256, [&](std::size_t begin, std::size_t end) {
       Neighbors besides;
