@@ -229,17 +229,13 @@ Measures measureAll(const Scene& scene, const Reconstruction& result)
   const TriangleMesh& mesh = result.mesh;
   const std::unique_ptr<NeighborSearch> search = makeKdTree();
   search->setPoints(points.positions);
-  const std::vector<Vector3d> positions = [&] {
-    std::vector<Vector3d> doubles;
-    for (const Vector3f& p : points.positions)
-      doubles.push_back(p.cast<double>());
-    return doubles;
-  }();
+  std::vector<Vector3d> positions;
+  for (const Vector3f& p : points.positions)
+    positions.push_back(p.cast<double>());
   const std::vector<double> distances = distancesToMesh(positions, mesh);
   for (std::size_t i = 0; i < distances.size(); ++i)
-    measures.farthestPoint =
-        std::max(measures.farthestPoint,
-                 distances[i] / (3 * static_cast<double>(points.spacings[i]) + 3 * std::max(scene.noise, 0.)));
+    measures.farthestPoint = std::max(measures.farthestPoint,
+                                      distances[i] / (3 * static_cast<double>(points.spacings[i]) + 3 * scene.noise));
   if (scene.knowsSensors)
     measures.seenThrough = seenThroughShare(scene, result, *search);
 
