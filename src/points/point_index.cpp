@@ -331,7 +331,8 @@ void PointIndex::descend(const Box& query, const Admits& admits, const Visit& vi
   }
 }
 
-void PointIndex::findNearest(const Eigen::Vector3f& query, Nearest& nearest) const
+template <typename Found>
+void PointIndex::findNearest(const Eigen::Vector3f& query, Found& nearest) const
 {
   const auto add = [&](const Leaf& leaf) {
     float distances[leafSize];
@@ -355,10 +356,16 @@ int PointIndex::nearest(const Eigen::Vector3f& query, int k, Neighbors& result) 
     return 0;
   constexpr std::size_t few = 64;
   std::array<std::uint64_t, few> room;
-  std::vector<std::uint64_t> more(wanted > few ? wanted : 0);
-  std::uint64_t* const ranks = wanted > few ? more.data() : room.data();
-  Nearest nearest(wanted, ranks);
-  findNearest(query, nearest);
+  std::vector<std::uint64_t> more;
+  if (wanted > few) {
+    NearestOfMany nearest(wanted);
+    findNearest(query, nearest);
+    more = std::move(nearest).sorted();
+  } else {
+    Nearest nearest(wanted, room.data());
+    findNearest(query, nearest);
+  }
+  const std::uint64_t* const ranks = wanted > few ? more.data() : room.data();
   for (std::size_t n = 0; n < wanted; ++n) {
     result.indices[n] = static_cast<int>(indexOf(ranks[n]));
     result.squaredDistances[n] = distanceOf(ranks[n]);

@@ -14,10 +14,12 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace pcl {
@@ -52,6 +54,46 @@ public:
 private:
   std::size_t k_, size_ = 0;
   std::uint64_t* ranks_;
+};
+
+/// The same for so many that keeping them in order would take longer than finding them.
+class NearestOfMany {
+public:
+  /// \param k > 0
+  explicit NearestOfMany(std::size_t k) : k_(k) { ranks_.reserve(2 * k); }
+
+  std::uint64_t end() const { return end_; }
+
+  void add(std::uint64_t rank)
+  {
+    if (rank >= end_)
+      return;
+    ranks_.push_back(rank);
+    if (ranks_.size() == 2 * k_)
+      dropFarther();
+  }
+
+  /// All of them, or as many as there are.
+  std::vector<std::uint64_t> sorted() &&
+  {
+    if (ranks_.size() > k_)
+      dropFarther();
+    std::sort(ranks_.begin(), ranks_.end());
+    return std::move(ranks_);
+  }
+
+private:
+  void dropFarther()
+  {
+    const auto last = ranks_.begin() + static_cast<std::ptrdiff_t>(k_ - 1);
+    std::nth_element(ranks_.begin(), last, ranks_.end());
+    end_ = *last;
+    ranks_.resize(k_);
+  }
+
+  std::size_t k_;
+  std::uint64_t end_ = Nearest::none;
+  std::vector<std::uint64_t> ranks_;
 };
 
 /// Sixteen points to a leaf, four children to a node, split at medians of the widest axis: children are found by
@@ -89,7 +131,8 @@ private:
 
   template <typename Admits, typename Visit>
   void descend(const Box& query, const Admits& admits, const Visit& visit) const;
-  void findNearest(const Eigen::Vector3f& query, Nearest& nearest) const;
+  template <typename Found>
+  void findNearest(const Eigen::Vector3f& query, Found& nearest) const;
 
   bool gather(const Box& around, float bound, Group& group) const;
   void answerOne(const Eigen::Vector3f& query, std::size_t k, float* distances, std::uint32_t* indices) const;
