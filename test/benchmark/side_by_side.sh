@@ -4,10 +4,11 @@
 # threads, reading and writing included), wall seconds, peak memory, accuracy and hole error. PCL's tools come with
 # pcl-tools; PoissonRecon and SSDRecon take part if they are on PATH.
 #   bash test/benchmark/side_by_side.sh                      a scan of 28,553 points, and one of 3 million
+#   bash test/benchmark/side_by_side.sh --cases "$(ls ../shared/data/real)" --methods 'remeshed, one|Poisson'
 #   bash test/benchmark/side_by_side.sh --cases 30m          30 million points: this tool only, 24 GB
 #   --build DIR      of this project; default: build
 #   --clouds DIR     where clouds are made, once; default: clouds in the build directory
-#   --cases LIST     of start, clean, 1m, 3m, 30m; default "clean 3m"
+#   --cases LIST     of start, clean, 1m, 3m, 30m, and folders of scans beside the project; default "clean 3m"
 #   --methods REGEX  only methods whose name it matches
 #   --runs N         of each program, in turns; the medians are printed; default 5
 set -euo pipefail
@@ -54,21 +55,24 @@ mkdir -p "$clouds"
 folder=$(mktemp -d "${TMPDIR:-/tmp}/side_by_side.XXXXXX")
 trap 'rm -rf "$folder"' EXIT
 
-# scan NAME POINTS: a cloud of the reference head, finely displaced so that more points show more of it.
+# scan NAME POINTS: a cloud of the reference head.
 scan() {
   [ -f "$clouds/$1.ply" ] && [ -f "$clouds/$1_heldout.ply" ] && return
   local mesh=$data/reference/igea.ply
   [ -f "$mesh" ] || mesh=/usr/share/glmark2/models/bunny.obj
   echo "scanning $2 points of $(basename "$mesh")" >&2
-  "$build/bin/pcl_mrf_scan" "$mesh" "$clouds/$1.ply" --quiet --points "$2" --displace 0.02% --wavelength 0.5% \
-    --holes 3 --hole-radius 3% --write-held-out "$clouds/$1_heldout.ply"
+  "$build/bin/pcl_mrf_scan" "$mesh" "$clouds/$1.ply" --quiet --points "$2" --holes 3 --hole-radius 3% \
+    --write-held-out "$clouds/$1_heldout.ply"
 }
 
 # Sets cloud, held_out and depth.
 prepare() {
   depth=8
   case $1 in
-  start) scan igea_1k 1000 && cloud=$clouds/igea_1k.ply held_out=$clouds/igea_1k_heldout.ply ;;
+  start)
+    scan igea_1k 1000
+    cloud=$clouds/igea_1k.ply held_out=$clouds/igea_1k_heldout.ply
+    ;;
   clean)
     cloud=$data/igea_clean/input.ply held_out=$data/igea_clean/heldout.ply
     if [ ! -f "$cloud" ]; then
@@ -83,8 +87,16 @@ prepare() {
     cloud=$clouds/igea_$1.ply held_out=$clouds/igea_$1_heldout.ply
     ;;
   *)
-    echo "side_by_side.sh: no case '$1'" >&2
-    exit 2
+    local scans
+    for scans in "$data/$1" "$data/real/$1"; do
+      cloud=$scans/input.ply held_out=$scans/heldout.ply
+      [ ! -f "$cloud" ] || break
+    done
+    [ -f "$cloud" ] || {
+      echo "side_by_side.sh: no case '$1'" >&2
+      exit 2
+    }
+    [[ $scans != */real/* ]] || depth=9
     ;;
   esac
   pcd=$clouds/$(basename "$(dirname "$cloud")")-$(basename "$cloud" .ply).pcd
@@ -102,6 +114,7 @@ list_methods() {
   printf 'this, k = 2\tply\t%s\n' "$ours --no-remesh --prior thin-plate"
   printf 'this, fine\tply\t%s\n' "$ours --no-remesh --quality fine"
   printf 'this, remeshed\tply\t%s\n' "$ours"
+  printf 'this, remeshed, one thread\tply\t%s\n' "$ours --threads 1"
   printf 'pcl::Poisson, depth %s\tvtk\t%s\n' "$depth" "pcl_poisson_reconstruction $pcd MESH -depth $depth"
   printf 'pcl::MarchingCubesHoppe, 128\tvtk\t%s\n' "pcl_marching_cubes_reconstruction $pcd MESH -grid_res 128"
   local peer path
@@ -120,9 +133,9 @@ column() {
   awk -v n="$1" '{ print $n }' "$folder/$2.times" | median
 }
 
-# The RMS that pcl_mrf_evaluate prints for a kind of points, in % of the diagonal.
-rms() {
-  awk -v kind="$1" '/^distances, %/ { found = 1 } found && index($0, kind) { sub(/.*\)/, ""); print $2; exit }' "$2"
+# A figure that pcl_mrf_evaluate prints: of a table's row the second column, the RMS.
+figure() {
+  awk -v name="$1" '$1 == name { print (NF > 2 ? $3 : $2); exit }' "$folder/evaluation"
 }
 
 echo '| cloud | program | CPU s | of Poisson | wall s | peak MB | accuracy % | holes % | triangles |'
@@ -158,17 +171,19 @@ for case in $cases; do
       continue
     fi
     # PCL's marching cubes give every triangle its own corners.
-    "$build/bin/pcl_mrf_evaluate" "$folder/$case-$i.$format" --merge --input "$cloud" --held-out "$held_out" \
+    if [ "$format" = vtk ]; then
+      pcl_vtk2ply "$folder/$case-$i.vtk" "$folder/$case-$i.ply" >/dev/null 2>&1
+    fi
+    "$build/bin/pcl_mrf_evaluate" "$folder/$case-$i.ply" --merge --input "$cloud" --held-out "$held_out" \
       --samples 1 >"$folder/evaluation" 2>"$folder/log" || cat "$folder/log" >&2
     processor=$(column 1 "$case-$i")
     awk -v case="$case" -v name="$name" -v cpu="$processor" -v poisson="$poisson" -v wall="$(column 2 "$case-$i")" \
-      -v memory="$(column 3 "$case-$i")" -v accuracy="$(rms accuracy "$folder/evaluation")" \
-      -v holes="$(rms holes "$folder/evaluation")" \
-      -v triangles="$(awk '$1 == "triangles" { print $2; exit }' "$folder/evaluation")" 'BEGIN {
+      -v memory="$(column 3 "$case-$i")" -v accuracy="$(figure cloudPercent)" \
+      -v holes="$(figure heldOutPercent)" -v triangles="$(figure triangles)" 'BEGIN {
         ratio = poisson == "" ? "" : sprintf("%.2f", cpu / poisson)
         printf "| %s | %s | %.2f | %s | %.2f | %.0f | %s | %s | %s |\n", case, name, cpu, ratio, wall, memory, accuracy,
           holes, triangles
       }'
-    rm -f "$folder/$case-$i.$format"
+    rm -f "$folder/$case-$i".{ply,vtk}
   done
 done
