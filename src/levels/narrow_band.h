@@ -48,7 +48,8 @@ struct BandLevel {
 /// Solves one level in a band.
 ///
 /// Unknowns are the observed voxels and those within two voxels of the interpolated zero level, six where nothing is
-/// observed near. Where the coarser level has missed a sheet that is observed, the band grows and is solved again.
+/// observed near and finer levels follow. Where the coarser level has missed a sheet that is observed, the band grows
+/// and is solved again.
 /// \param coarse the field of the level before
 LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const LevelPlan& plan,
                            const SolverOptions& solver, LevelReport& report, Execution& execution);
