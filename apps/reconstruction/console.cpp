@@ -299,14 +299,20 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
   if (verbosity == Verbosity::verbose)
     printDetails(report, print);
 
-  std::vector<std::string> times = {format("reading %.2f", run.readingSeconds)};
+  std::vector<std::string> times;
+  const auto addTime = [&times](const std::string& stage, double seconds) {
+    if (seconds >= .005) // else 0.00
+      times.push_back(format("%s %.2f", stage.c_str(), seconds));
+  };
+  addTime("reading", run.readingSeconds);
   for (const pcl::mrf::StageTime& time : report.times)
-    times.push_back(format("%s %.2f", time.stage.c_str(), time.seconds));
-  times.push_back(format("writing %.2f", run.writingSeconds));
-  print("seconds", join(times));
-  print("", format("%.2f in all on %d threads, %.2f of CPU; ", run.readingSeconds + report.seconds + run.writingSeconds,
-                   report.threads, processorSeconds()) +
-                "peak memory " + bytes(static_cast<double>(report.peakBytes)));
+    addTime(time.stage, time.seconds);
+  addTime("writing", run.writingSeconds);
+  print("seconds", format("%.2f in all on ", run.readingSeconds + report.seconds + run.writingSeconds) +
+                       counted(report.threads, "thread", "threads") + format(", %.2f of CPU; ", processorSeconds()) +
+                       "peak memory " + bytes(static_cast<double>(report.peakBytes)));
+  if (!times.empty())
+    print("", join(times));
   print("surface", counted(report.mesh.vertices, "vertex", "vertices") + ", " +
                        counted(report.mesh.triangles, "triangle", "triangles") + ", " + topology(report.mesh));
   if (report.trimming.holesFilled + report.trimming.extrapolationsDropped > 0)
