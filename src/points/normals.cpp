@@ -5,6 +5,11 @@
 #include "points/local_plane.h"
 #include "points/pcl_search.h"
 
+#ifdef _OPENMP // compiled here: PCL's library of all features takes .03 s of every start to load
+#include <omp.h>
+#include <pcl/features/impl/normal_3d.hpp>
+#include <pcl/features/impl/normal_3d_omp.hpp>
+#endif
 #include <pcl/features/normal_3d_omp.h>
 
 #include <pcl/surface/mrf/exceptions.h>

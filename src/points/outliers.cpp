@@ -9,7 +9,9 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <pcl/filters/statistical_outlier_removal.h>
+#include <pcl/filters/impl/filter.hpp> // with the filter compiled here, PCL's library of them need not be loaded
+#include <pcl/filters/impl/filter_indices.hpp>
+#include <pcl/filters/impl/statistical_outlier_removal.hpp>
 
 #include <Eigen/Eigenvalues>
 
