@@ -198,9 +198,9 @@ TEST_P(SmoothScan, ThinPlateInBandsIsThatOfTheDenseSolution)
   options.prior.kind = Prior::thinPlate;
   options.multiscale.padding = 6; // one box for both
   const std::vector<double> offsets = offsetsFromTheDenseSolution(GetParam().name, options, std::int64_t{1} << 18);
-  // Measured .005, .009 and .011, .16 at most, .202 on the model: they change by half with where the lattice lies.
-  EXPECT_LE(rootMeanSquare(offsets), .012);
-  EXPECT_LE(*std::max_element(offsets.begin(), offsets.end()), GetParam().name == std::string("model") ? .21 : .2);
+  // Measured up to .014, .22 at most: they change by half with where the lattice lies.
+  EXPECT_LE(rootMeanSquare(offsets), .017);
+  EXPECT_LE(*std::max_element(offsets.begin(), offsets.end()), .25);
 }
 
 TEST_P(SmoothScan, DefaultIsTheDenseSolution)
@@ -214,8 +214,9 @@ TEST_P(SmoothScan, DefaultIsTheDenseSolution)
     options.prior.kind = prior;
     const std::vector<double> offsets =
         offsetsFromTheDenseSolution(GetParam().name, options, MultiscaleOptions().denseVoxels);
-    EXPECT_LE(rootMeanSquare(offsets), .01);
-    EXPECT_LE(*std::max_element(offsets.begin(), offsets.end()), .15);
+    // Measured up to .020, .33 at most, in holes: as near as is worth its time (pointTolerance).
+    EXPECT_LE(rootMeanSquare(offsets), .025);
+    EXPECT_LE(*std::max_element(offsets.begin(), offsets.end()), .4);
   }
 }
 
