@@ -128,7 +128,7 @@ void addMeshOptions(OptionParser& parser)
       .flag("--no-remesh", "the same as --remesh 0",
             [&parser] { parser.change([](Options& options) { options.remesher.rounds = 0; }); })
       ->excludes(remesh);
-  for (const char* name : {"remesher.targetEdge", "remesher.fit", "trimming.kind", "trimming.maxHole",
+  for (const char* name : {"remesher.targetEdge", "remesher.triangles", "trimming.kind", "trimming.maxHole",
                            "trimming.maxGap", "trimming.minComponentPoints", "colors"})
     parser.declared(name);
   parser.declaredFlag("trimming.watertight");

@@ -339,8 +339,8 @@ void declareMesh(Table& table)
       .number("targetEdge", "--target-edge", "length", notNegative, field(remesher, &RemesherOptions::targetEdge),
               "edge that the remesher aims at, everywhere")
       .automatic = "median edge before, longer where points are sparse";
-  table.onOff("fit", "--fit", field(remesher, &RemesherOptions::fit),
-              "triangles lie on the surface in the mean, not their corners");
+  table.number("triangles", "--triangles", "n", upTo(4e8), field(remesher, &RemesherOptions::triangles),
+               "triangles to end with; 0: as many as the edges ask for");
   table.stage("trimming");
   const auto trimming = &Options::trimming;
   table
@@ -417,6 +417,7 @@ void nameSetters(std::vector<OptionDeclaration>& rows)
                                                              {"multiscale.voxelSize", "setVoxelSize"},
                                                              {"remesher.rounds", "setNumberOfRemeshingRounds"},
                                                              {"remesher.targetEdge", "setTargetEdge"},
+                                                             {"remesher.triangles", "setTargetTriangles"},
                                                              {"trimming.kind", "setTrimming"},
                                                              {"trimming.maxHole", "setMaxHole"},
                                                              {"trimming.watertight", "setWatertight"},

@@ -35,6 +35,13 @@ void collapseShortEdges(RemeshedSurface& surface, Execution& execution);
 /// Flips edges towards valence 6, on the border 4.
 void flipEdges(RemeshedSurface& surface, Execution& execution);
 
+/// After all else: collapses edges until no more triangles are left than asked for, or none may be collapsed.
+///
+/// Those that move the surface least come first, by Garland and Heckbert's quadrics (SIGGRAPH 1997): the squared
+/// distances of the merged vertex from the planes of all triangles that it stands for, weighted by their areas, and on
+/// the border from planes upright on it. So edges get long where the surface is flat, and stay short where it curves.
+void decimate(RemeshedSurface& surface, std::int64_t triangles, Execution& execution);
+
 /// After the last round: moves vertices along their normals until the middles of edges lie on the surface in the mean.
 ///
 /// Triangles with their corners on a curved surface lie on one side of it: by l²/8R in the mean, for edges of l on a

@@ -45,14 +45,30 @@ float medianEdge(const RemeshedSurface& surface)
   return std::sqrt(median(std::move(lengths)));
 }
 
+/// How many equilateral triangles there would be, all edges as long as their target.
+double expectedTriangles(const RemeshedSurface& surface)
+{
+  double sum = 0;
+  for (std::int32_t h = 0; h < surface.mesh.halfEdgeCount(); h += 3) {
+    const double target = (surface.targetOf(h) + surface.targetOf(h + 1) + surface.targetOf(h + 2)) / 3;
+    sum += .5 * surface.cross(h).norm() / (.25 * std::sqrt(3.0) * target * target);
+  }
+  return sum;
+}
+
+/// Aims at shorter edges if there would be too few triangles to choose from.
+void shortenFor(std::int64_t triangles, RemeshedSurface& surface)
+{
+  constexpr double spare = 1.25;
+  const double share = expectedTriangles(surface) / (spare * static_cast<double>(triangles));
+  surface.targetEdge *= static_cast<float>(std::min(1.0, std::sqrt(share)));
+}
+
 /// A tiny target edge would ask for more half-edges than 32 bits can count.
 void checkSize(const RemeshedSurface& surface)
 {
   const float target = surface.targetEdge;
-  double area = 0;
-  for (std::int32_t h = 0; h < surface.mesh.halfEdgeCount(); h += 3)
-    area += .5 * surface.cross(h).norm();
-  const double triangles = area / (.25 * std::sqrt(3.0) * target * target);
+  const double triangles = expectedTriangles(surface);
   const double limit = 5e8;
   if (triangles > limit) {
     std::ostringstream message;
@@ -107,6 +123,8 @@ RemeshedSurface prepared(const TriangleMesh& mesh, const ReferenceSurface& level
   }
   // Edges that are to be longer than they are have to pass by details.
   surface.maxTurn = squared(maxAngle * std::max(1.f, surface.targetEdge / median));
+  if (options.triangles > 0)
+    shortenFor(options.triangles, surface);
   checkSize(surface);
   execution.poll();
   surface.mesh.compact(execution);
@@ -137,6 +155,8 @@ public:
       execution_.progress(static_cast<double>(round + 1) / options_.rounds);
     if (options_.fit)
       fit();
+    if (options_.triangles > 0)
+      reduce();
     return finished();
   }
 
@@ -153,16 +173,24 @@ private:
     });
   }
 
-  /// One round of all passes. Moves that made triangles intersect are taken back; where that does not help, the round
-  /// is repeated with the mesh around them left as it was. \return false if no round can be made any more
+  /// One round of all passes. Moves that made triangles intersect are taken back. \return false if no round can be made
+  /// any more
   bool runRound()
+  {
+    return runRepeatedly([this] { return runPasses(); });
+  }
+
+  /// Runs a change of the mesh, once more where it made triangles intersect, with what is around them left as it was.
+  /// \param change returns corners of triangles that intersect \return false if nothing but the mesh as it was is left
+  template <typename Change>
+  bool runRepeatedly(const Change& change)
   {
     const HalfEdgeMesh before = surface_.mesh;
     const RemeshResult resultBefore = surface_.result;
     std::vector<std::uint8_t> pinned = before.pinned;
     float radius = .5f * surface_.targetEdge;
     for (int attempt = 0; attempt < maxAttempts; ++attempt, radius *= 2) {
-      const std::vector<std::int32_t> intersecting = runPasses();
+      const std::vector<std::int32_t> intersecting = change();
       isClean_ = isClean_ || intersecting.empty();
       hasRepeated_ = hasRepeated_ || !intersecting.empty();
       if (intersecting.empty())
@@ -205,6 +233,17 @@ private:
     FormerVertices former(surface_);
     fitToSurface(surface_, execution_);
     former.takeBackWhatIntersects(watch_, execution_);
+  }
+
+  /// Its triangles are too large to know where they may intersect.
+  void reduce()
+  {
+    const IntersectionWatch everywhere(IntersectionWatch::Place::everywhere, surface_.mesh, surface_.targetEdge,
+                                       execution_);
+    runRepeatedly([&] {
+      decimate(surface_, options_.triangles, execution_);
+      return everywhere.newIntersections(surface_.mesh, execution_);
+    });
   }
 
   std::optional<RemeshResult> finished()
@@ -264,7 +303,7 @@ RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const 
 {
   validate(options);
   requireSizing(sizing, mesh);
-  if (options.rounds == 0 || mesh.triangles.empty())
+  if (!options.runs() || mesh.triangles.empty())
     return unchanged(mesh);
   if (field.empty())
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
@@ -281,7 +320,7 @@ RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const 
 RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution)
 {
   validate(options);
-  if (options.rounds == 0 || mesh.triangles.empty())
+  if (!options.runs() || mesh.triangles.empty())
     return unchanged(mesh);
   const float edge = std::max(medianEdge(mesh), options.targetEdge);
   return remeshOn(TriangleSurface(mesh, .5f * edge), mesh, {}, options, execution);

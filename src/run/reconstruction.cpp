@@ -258,7 +258,7 @@ void trimMesh(Reconstruction& result, const Support& support, float diagonal, co
       closeMesh(result, support, options, statistics, execution);
     const bool isTightened =
         isCut && !options.trimming.watertight && tightenBorders(result.mesh, support, execution) > 0;
-    if (options.remesher.rounds == 0)
+    if (!options.remesher.runs())
       setVertexFields(result, isTightened, support, options, execution);
   }
   if (result.mesh.triangles.empty())
@@ -274,7 +274,7 @@ void trimMesh(Reconstruction& result, const Support& support, float diagonal, co
 void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOptions& options, Execution& execution)
 {
   Report& report = result.report;
-  if (options.remesher.rounds > 0) {
+  if (options.remesher.runs()) {
     const StageTimer timer("remesher", report, execution);
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
     RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution);
@@ -285,6 +285,7 @@ void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOp
     report.intersecting = remeshed.intersecting;
     report.options.remesher.targetEdge = static_cast<float>(remeshed.targetEdge);
     report.mesh = measure(result.mesh, execution);
+    warnOfTriangles(report);
   } else if (!report.mesh.closed()) {
     report.intersecting = static_cast<std::int64_t>(selfIntersectingTriangles(result.mesh, execution).size());
     report.intersectingBeforeRemeshing = report.intersecting;

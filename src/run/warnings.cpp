@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <sstream>
 #include <utility>
@@ -117,6 +118,19 @@ void warnOfUnsolvedLevels(Report& report)
     text << ": its relative residual is " << solve.relativeResidual;
   text << "; allow more (solver.maxIterations)";
   report.warnings.push_back(text.str());
+}
+
+void warnOfTriangles(Report& report)
+{
+  const auto asked = static_cast<double>(report.options.remesher.triangles),
+             made = static_cast<double>(report.mesh.triangles);
+  constexpr double tolerance = .02;
+  if (asked == 0 || std::abs(made - asked) <= tolerance * asked)
+    return;
+  report.warnings.push_back("remesher.triangles = " + std::to_string(report.options.remesher.triangles) +
+                            ", but the mesh has " + std::to_string(report.mesh.triangles) +
+                            (made > asked ? ": with fewer its parts or its shape would be lost"
+                                          : ": remesher.rounds is too low for edges as short as that"));
 }
 
 void warnOfUncertainSurface(Report& report)

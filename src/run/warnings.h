@@ -25,6 +25,9 @@ void warnOfCoarseInput(double resolution, double voxelSize, Report& report);
 /// Names the coarsest level that has stopped short of its solution: the finer ones build on it.
 void warnOfUnsolvedLevels(Report& report);
 
+/// Says if the mesh has not as many triangles as were asked for.
+void warnOfTriangles(Report& report);
+
 /// Says how much of the surface went because it may be too far off. \pre the mesh's statistics are those of before
 void warnOfUncertainSurface(Report& report);
 

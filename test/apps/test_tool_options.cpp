@@ -63,7 +63,7 @@ const std::vector<Case> cases = {
     {{"--remesh", "3"}, "/options/remesher/rounds", 3},
     {{"--no-remesh"}, "/options/remesher/rounds", 0},
     {{"--target-edge", "0.25"}, "/options/remesher/targetEdge", .25},
-    {{"--fit", "off"}, "/options/remesher/fit", false},
+    {{"--triangles", "900"}, "/options/remesher/triangles", 900},
     {{"--trim", "none"}, "/options/trimming/trimming", "none"},
     {{"--trim", "supported"}, "/options/trimming/trimming", "supported"},
     {{"--max-hole", "0.5"}, "/options/trimming/maxHole", .5},

@@ -58,7 +58,7 @@ void forEachMember(Options& o, const Visit& visit)
   all(o.multiscale.quality, o.multiscale.voxelSize, o.multiscale.padding, o.multiscale.maxMemory,
       o.multiscale.denseVoxels);
   all(o.trimming.kind, o.trimming.maxHole, o.trimming.maxGap, o.trimming.minComponentPoints);
-  all(o.remesher.rounds, o.remesher.targetEdge, o.remesher.fit);
+  all(o.remesher.rounds, o.remesher.targetEdge, o.remesher.triangles, o.remesher.fit);
   all(o.uncertainty.compute, o.uncertainty.samples);
 }
 

@@ -409,6 +409,74 @@ TEST(Remesher, ATargetEdgeThatIsGivenGoesForAllEdges)
   expectSamePositions(remeshed(raw, field, {}, even).mesh, remeshed(raw, field).mesh);
 }
 
+RemesherOptions withTriangles(std::int64_t triangles)
+{
+  RemesherOptions options;
+  options.triangles = triangles;
+  return options;
+}
+
+TEST(Remesher, HasAsManyTrianglesAsAskedFor)
+{
+  for (const Case& shape : closedShapes()) {
+    SCOPED_TRACE(shape.name);
+    const DistanceField field = shapes::field(shape.sdf, halfSide, voxels);
+    const TriangleMesh raw = zeroLevel(field);
+    for (const int triangles : {300, 2000, 20000}) { // fewer and more than the raw mesh has
+      SCOPED_TRACE(triangles);
+      const TriangleMesh mesh = soundlyRemeshed(raw, field, withTriangles(triangles)).mesh;
+      EXPECT_NEAR(static_cast<double>(mesh.triangles.size()), triangles, .02 * triangles);
+      expectSamePositions(remeshed(raw, field, withTriangles(triangles), {}, 3).mesh, mesh);
+    }
+  }
+}
+
+/// Mean distance of the middles of triangles from a shape, by area.
+double meanDistance(const TriangleMesh& mesh, const shapes::Sdf& sdf)
+{
+  double sum = 0, area = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vector3d a = mesh.vertices[t[0]].cast<double>(), b = mesh.vertices[t[1]].cast<double>(),
+                   c = mesh.vertices[t[2]].cast<double>();
+    const double own = (b - a).cross(c - a).norm();
+    sum += own * std::abs(sdf(middleOf(mesh, t)));
+    area += own;
+  }
+  return sum / area;
+}
+
+TEST(Remesher, FewTrianglesAreWhereTheSurfaceCurves)
+{
+  const shapes::Sdf box = shapes::box({.7, .5, .6}, .25);
+  const DistanceField field = shapes::field(box, halfSide, 2 * voxels);
+  const TriangleMesh raw = zeroLevel(field);
+  const TriangleMesh even = soundlyRemeshed(raw, field, withTarget(4 * spacing)).mesh;
+  const auto triangles = static_cast<std::int64_t>(even.triangles.size());
+  const TriangleMesh mesh = soundlyRemeshed(raw, field, withTriangles(triangles)).mesh;
+  EXPECT_LT(meanDistance(mesh, box), .5 * meanDistance(even, box)) << triangles << " triangles";
+}
+
+TEST(Remesher, FewTrianglesKeepTheBorder)
+{
+  const DistanceField field = shapes::field(shapes::plane({.1, .2, 1}), halfSide, voxels);
+  const TriangleMesh raw = zeroLevel(field);
+  const TriangleMesh whole = soundlyRemeshed(raw, field).mesh;
+  const TriangleMesh mesh = soundlyRemeshed(raw, field, withTriangles(60)).mesh;
+  EXPECT_LE(mesh.triangles.size(), 60u);
+  EXPECT_LT(farthest(mesh, boundaryOf(mesh), whole, boundaryOf(whole)), .5 * spacing);
+  EXPECT_NEAR(measure(mesh).area, measure(whole).area, .01 * measure(whole).area);
+}
+
+TEST(Remesher, AMeshOfThePolygonizerHasAsManyTrianglesAsAskedForWithoutRounds)
+{
+  const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, voxels);
+  RemesherOptions options = withTriangles(500);
+  options.rounds = 0;
+  const RemeshResult result = soundlyRemeshed(zeroLevel(field), field, options);
+  EXPECT_EQ(result.mesh.triangles.size(), 500u);
+  EXPECT_EQ(result.splits, 0);
+}
+
 TEST(Remesher, RefusesSizesThatAreNone)
 {
   const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, voxels);
@@ -810,6 +878,7 @@ TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
             mesh.vertexCount() / operations);
   surface.targetEdge *= 2;
   expectAsked([&](Execution& execution) { collapseShortEdges(surface, execution); }, result.collapses);
+  expectAsked([&](Execution& execution) { decimate(surface, 500, execution); }, result.collapses);
 }
 
 TEST(Remesher, StopsWhereverItAsks)
@@ -819,6 +888,7 @@ TEST(Remesher, StopsWhereverItAsks)
   const TriangleMesh raw = zeroLevel(field);
   RemesherOptions options;
   options.rounds = 2;
+  options.triangles = 1000;
   expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, options, execution); });
 }
 

@@ -336,6 +336,21 @@ TEST(Invariance, Translation)
   EXPECT_LT(hausdorff(polygonized, reconstruct(points, options).mesh), 8 * 0x1p-13);
 }
 
+TEST(Triangles, TooFewForTheTopologyAreWarnedOf)
+{
+  pcl::mrf::Options options;
+  options.remesher.triangles = 2000;
+  Outcome run = reconstruct(lopsidedPoints(), options);
+  EXPECT_NEAR(static_cast<double>(run.mesh.triangles.size()), 2000, 40);
+  EXPECT_TRUE(run.report.warnings.empty());
+  options.remesher.triangles = 2;
+  run = reconstruct(lopsidedPoints(), options);
+  EXPECT_TRUE(run.report.mesh.closed());
+  ASSERT_EQ(run.report.warnings.size(), 1u);
+  EXPECT_NE(run.report.warnings.front().find("(2), but the mesh has "), std::string::npos)
+      << run.report.warnings.front();
+}
+
 TEST(Invariance, CoarseInputIsWarnedOf)
 {
   const double h = lopsidedRun().report.options.multiscale.voxelSize;

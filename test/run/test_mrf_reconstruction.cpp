@@ -338,6 +338,7 @@ TEST(Interface, SettersReachTheOptionsAndGettersTellThem)
   expectSet(true, &Mrf::setRobust, &Mrf::getRobust, o.outliers.robust);
   expectSet(3.f, &Mrf::setMaxHole, &Mrf::getMaxHole, o.trimming.maxHole);
   expectSet(.125f, &Mrf::setTargetEdge, &Mrf::getTargetEdge, o.remesher.targetEdge);
+  expectSet(std::int64_t{900}, &Mrf::setTargetTriangles, &Mrf::getTargetTriangles, o.remesher.triangles);
   expectSet(4, &Mrf::setNumberOfRemeshingRounds, &Mrf::getNumberOfRemeshingRounds, o.remesher.rounds);
   expectSet(std::string("curvature"), &Mrf::setConfidenceField, &Mrf::getConfidenceField, o.confidenceField);
   expectSet(std::string("intensity"), &Mrf::setNoiseField, &Mrf::getNoiseField, o.noiseField);

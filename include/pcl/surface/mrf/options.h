@@ -234,10 +234,15 @@ struct RemesherOptions {
   /// Target edge length l, cloud's unit; 0 = median edge of the input mesh, and longer where points are sparse, see
   /// EdgeSizing.
   float targetEdge = 0;
+  /// Triangles to end with, ..4e8; 0 = as many as the edges ask for. The remesher leaves no fewer, then collapses edges
+  /// where the surface moves least.
+  std::int64_t triangles = 0;
   bool fit = true; ///< triangles lie on the surface in the mean; without, vertices do, as in the paper
 
   /// Whether a remeshed mesh has its triangles, and not their corners, on the surface in the mean.
-  bool fitsTriangles() const { return fit && rounds > 0; }
+  bool fitsTriangles() const { return fit && runs(); }
+
+  bool runs() const { return rounds > 0 || triangles > 0; }
 };
 
 /// What sigma is: half of the width of an interval around the vertex, along its normal, that holds the surface in 68 of

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "base/loops.h"
+#include "remesher/passes.h"
+
+#include <Eigen/Cholesky>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <queue>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+/// Weight of the distance from former vertices beside that from former triangles. It decides where these are flat, and
+/// keeps triangles there from becoming needles; at 1e-4 a head of 20,000 triangles is 1 % farther off.
+constexpr double regularity = 1e-6;
+
+/// A sum of weighted squared distances from planes and points, as a function of the position.
+struct Quadric {
+  Matrix3d matrix = Matrix3d::Zero();
+  Vector3d linear = Vector3d::Zero();
+  double constant = 0;
+
+  void addPlane(const Vector3d& normal, const Vector3d& point, double weight)
+  {
+    const double offset = normal.dot(point);
+    matrix += weight * normal * normal.transpose();
+    linear -= weight * offset * normal;
+    constant += weight * offset * offset;
+  }
+  void addPoint(const Vector3d& point, double weight)
+  {
+    matrix.diagonal().array() += weight;
+    linear -= weight * point;
+    constant += weight * point.squaredNorm();
+  }
+  void add(const Quadric& other)
+  {
+    matrix += other.matrix;
+    linear += other.linear;
+    constant += other.constant;
+  }
+  double at(const Vector3d& x) const { return x.dot(matrix * x) + 2 * linear.dot(x) + constant; }
+};
+
+/// An edge in the queue; out of date once either of its ends has changed.
+struct Candidate {
+  double cost;
+  std::int32_t from, to;
+  std::uint32_t stamp; ///< changes of both ends so far
+
+  bool operator>(const Candidate& other) const
+  {
+    return std::tie(cost, from, to) > std::tie(other.cost, other.from, other.to);
+  }
+};
+
+/// The collapses of a mesh in the order of what they cost.
+class Decimation {
+public:
+  Decimation(RemeshedSurface& surface, Execution& execution)
+      : surface_(surface), mesh_(surface.mesh), execution_(execution), quadrics_(mesh_.positions.size()),
+        stamps_(mesh_.positions.size(), 0)
+  {
+    if (!mesh_.positions.empty())
+      origin_ = mesh_.positions.front();
+    sumUp();
+    enqueueAll();
+  }
+
+  /// \param triangles to leave
+  void run(std::int64_t triangles)
+  {
+    std::int64_t count =
+        std::count_if(mesh_.origin.begin(), mesh_.origin.end(), [](std::int32_t v) { return v >= 0; }) / 3;
+    Poller poll(execution_);
+    while (count > triangles && !queue_.empty()) {
+      poll();
+      const Candidate candidate = queue_.top();
+      queue_.pop();
+      if (stamps_[candidate.from] + stamps_[candidate.to] != candidate.stamp)
+        continue;
+      const std::int32_t h = halfEdgeOf(candidate);
+      if (h < 0)
+        continue;
+      const int gone = mesh_.twin[h] < 0 ? 1 : 2;
+      if (collapse(h)) {
+        count -= gone;
+        ++surface_.result.collapses;
+      } else {
+        ++surface_.result.refusedOperations;
+      }
+    }
+  }
+
+private:
+  Vector3d local(const Vector3f& position) const { return (position - origin_).cast<double>(); }
+
+  void sumUp()
+  {
+    Poller poll(execution_);
+    for (std::int32_t t = 0; t < mesh_.halfEdgeCount(); t += 3) {
+      poll();
+      if (mesh_.origin[t] < 0)
+        continue;
+      const Vector3d cross = surface_.cross(t).cast<double>();
+      const double length = cross.norm(), area = .5 * length;
+      const Vector3d normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
+      for (std::int32_t h = t; h < t + 3; ++h) {
+        const Vector3d a = local(mesh_.positions[mesh_.origin[h]]), b = local(mesh_.positions[mesh_.target(h)]);
+        Quadric& quadric = quadrics_[mesh_.origin[h]];
+        quadric.addPlane(normal, a, area / 3);
+        quadric.addPoint(a, regularity * area / 3);
+        if (mesh_.twin[h] < 0) { // the border keeps its course within the surface as well
+          const Vector3d sideways = normal.cross(b - a);
+          const double width = sideways.norm();
+          if (width > 0)
+            for (const std::int32_t v : {mesh_.origin[h], mesh_.target(h)})
+              quadrics_[v].addPlane(sideways / width, a, .5 * width * width);
+        }
+      }
+    }
+  }
+
+  void enqueueAll()
+  {
+    std::vector<Candidate> candidates;
+    for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); ++h)
+      if (mesh_.represents(h))
+        if (const std::optional<Candidate> candidate = candidateOf(h))
+          candidates.push_back(*candidate);
+    queue_ = decltype(queue_)(std::greater<>(), std::move(candidates));
+  }
+
+  std::optional<Candidate> candidateOf(std::int32_t h) const
+  {
+    const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
+    if (mesh_.pinned[a] || mesh_.pinned[b])
+      return {};
+    return Candidate{sumOf(a, b).at(placeOf(h)), std::min(a, b), std::max(a, b), stamps_[a] + stamps_[b]};
+  }
+
+  void enqueue(std::int32_t h)
+  {
+    if (const std::optional<Candidate> candidate = candidateOf(h))
+      queue_.push(*candidate);
+  }
+
+  Quadric sumOf(std::int32_t a, std::int32_t b) const
+  {
+    Quadric sum = quadrics_[a];
+    sum.add(quadrics_[b]);
+    return sum;
+  }
+
+  /// Where the merged vertex is to be: on the border if one end is there.
+  Vector3d placeOf(std::int32_t h) const
+  {
+    const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
+    if (mesh_.twin[h] >= 0 && mesh_.onBoundary(a) != mesh_.onBoundary(b))
+      return local(mesh_.positions[mesh_.onBoundary(a) ? a : b]);
+    const Quadric sum = sumOf(a, b);
+    return Vector3d(sum.matrix.llt().solve(-sum.linear));
+  }
+
+  /// −1 if the edge is gone.
+  std::int32_t halfEdgeOf(const Candidate& candidate) const
+  {
+    std::int32_t found = -1;
+    for (const auto& [v, w] : {std::pair(candidate.from, candidate.to), std::pair(candidate.to, candidate.from)})
+      if (found < 0 && mesh_.outgoing[v] >= 0 && mesh_.outgoing[w] >= 0)
+        mesh_.forOutgoing(v, [&, w = w](std::int32_t h) {
+          if (mesh_.target(h) == w)
+            found = h;
+        });
+    return found;
+  }
+
+  /// True if no triangle that stays is spoiled.
+  bool fits(std::int32_t h, const Corner& merged) const
+  {
+    const std::int32_t g = mesh_.twin[h];
+    bool fits = true;
+    for (const std::int32_t end : {mesh_.origin[h], mesh_.target(h)})
+      mesh_.forOutgoing(end, [&](std::int32_t spoke) {
+        if (fits && spoke / 3 != h / 3 && (g < 0 || spoke / 3 != g / 3))
+          fits = TriangleShape(merged, surface_.corner(mesh_.target(spoke)), surface_.corner(mesh_.opposite(spoke)))
+                     .mayReplace(surface_.shape(spoke), std::numeric_limits<float>::infinity());
+      });
+    return fits;
+  }
+
+  /// \return false if it is refused
+  bool collapse(std::int32_t edge)
+  {
+    const bool isBorder = mesh_.twin[edge] < 0;
+    const std::int32_t h = !isBorder && mesh_.onBoundary(mesh_.target(edge)) ? mesh_.twin[edge] : edge;
+    const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
+    if (isBorder ? !mesh_.mayCollapseBorder(h) : !mesh_.mayCollapse(h))
+      return false;
+    const Vector3f position = origin_ + placeOf(h).cast<float>();
+    const Corner merged{position,
+                        surface_.level.normalAt(position, (mesh_.normals[a] + mesh_.normals[b]).normalized())};
+    if (!position.allFinite() || !fits(h, merged))
+      return false;
+    const Quadric sum = sumOf(a, b);
+    if (isBorder)
+      mesh_.collapseBorder(h);
+    else
+      mesh_.collapse(h);
+    surface_.moveTo(a, {merged, surface_.site(a).place});
+    quadrics_[a] = sum;
+    ++stamps_[a];
+    ++stamps_[b];
+    mesh_.forOutgoing(a, [&](std::int32_t spoke) {
+      enqueue(spoke);
+      if (mesh_.twin[HalfEdgeMesh::previous(spoke)] < 0) // else it is the twin of another spoke
+        enqueue(HalfEdgeMesh::previous(spoke));
+    });
+    return true;
+  }
+
+  RemeshedSurface& surface_;
+  HalfEdgeMesh& mesh_;
+  Execution& execution_;
+  Vector3f origin_ = Vector3f::Zero(); ///< of the quadrics: far from it their digits are lost
+  std::vector<Quadric> quadrics_;
+  std::vector<std::uint32_t> stamps_;
+  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
+};
+
+} // namespace
+
+void decimate(RemeshedSurface& surface, std::int64_t triangles, Execution& execution)
+{
+  Decimation(surface, execution).run(triangles);
+  surface.mesh.compact(execution);
+}
+
+} // namespace mrf
+} // namespace pcl
