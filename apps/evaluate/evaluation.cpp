@@ -3,7 +3,7 @@
 
 #include "exact/self_intersections.h"
 #include "local_spacing.h"
-#include "support/point_table.h"
+#include "support/float_offset.h"
 #include "surface_distance.h"
 
 #include <pcl/surface/mrf/exceptions.h>

@@ -2,6 +2,7 @@
 #include "command_line.h"
 #include "option_parser.h"
 #include "support/errors.h"
+#include "support/option_text.h"
 #include "support/point_table.h"
 #include "support/sensors.h"
 #include "support/surface_mesh.h"
@@ -260,23 +261,6 @@ void resolveFormats(Command& command, const std::string& outputFormat)
   }
 }
 
-void check(const Command& command, const OptionParser& parser)
-{
-  if (parser.isGiven("--max-hole") && command.options.trimming.kind != pcl::mrf::Trimming::holes)
-    throw UsageError("--max-hole has a meaning with --trim holes only");
-  if (parser.isGiven("--samples") && !wantsUncertainty(command.options))
-    throw UsageError("--samples has a meaning with --uncertainty or --color sigma only");
-  if (command.options.uncertainty.surfaces > 0 && command.jobs.front().output == "-")
-    throw UsageError("--write-samples: standard output holds one mesh; give OUTPUT a name for the others to be like");
-  const bool atPoints = command.options.observation.atPoints();
-  for (const char* name : {"--smoothing", "--noise", "--noise-model", "--noise-field", "--gradient-weight"})
-    if (!atPoints && parser.isGiven(name))
-      throw UsageError(std::string(name) + " has a meaning with --observation points only");
-  for (const char* name : {"--beta", "--energy", "--neighbors"})
-    if (atPoints && parser.isGiven(name))
-      throw UsageError(std::string(name) + " has no meaning with --observation points; choose another one");
-}
-
 } // namespace
 
 Command parseCommandLine(int argc, const char* const* argv)
@@ -319,7 +303,9 @@ Command parseCommandLine(int argc, const char* const* argv)
   else
     command.jobs = jobsInto(command.outputDirectory, parsed);
   resolveFormats(command, parsed.outputFormat);
-  check(command, parser);
+  requireMeaning(command.options, [&parser](const std::string& name) { return parser.isGiven(name); });
+  if (command.options.uncertainty.surfaces > 0 && command.jobs.front().output == "-")
+    throw UsageError("--write-samples: standard output holds one mesh; give OUTPUT a name for the others to be like");
   return command;
 }
 

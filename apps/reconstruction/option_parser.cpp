@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "option_parser.h"
+#include "support/option_text.h"
 
 namespace mrf_apps {
 namespace {
@@ -15,34 +16,15 @@ std::string upperCase(std::string unit)
   return unit;
 }
 
-std::string helpOf(const OptionDeclaration& option)
-{
-  std::string text = option.help;
-  if (option.isNumber())
-    text += ", " + option.range.text();
-  const bool isAutomatic = !option.automatic.empty() && option.get(pcl::mrf::defaultPreset()) == 0;
-  return text + "; default " + (isAutomatic ? "auto: " : "") + option.defaultText();
-}
-
 } // namespace
 
 std::string OptionParser::set(const OptionDeclaration& option, const std::string& text)
 {
-  double value = 0;
-  if (text != "auto" || option.automatic.empty()) {
-    if (!toNumber(text, value))
-      return "is not a number" + std::string(option.automatic.empty() ? "" : " or auto") + "; its range is " +
-             option.range.text();
-    if (option.isWhole && value != std::floor(value))
-      return "is not a whole number; its range is " + option.range.text();
-    if (!option.accepts(value))
-      return "is " + option.refusal();
-  }
   Options trial;
-  if (!option.set(trial, value))
-    return "cannot be stored as a number of its range " + option.range.text();
-  changes_.push_back([&option, value](Options& options) { option.set(options, value); });
-  return {};
+  const std::string wrong = setByText(trial, option, text);
+  if (wrong.empty())
+    changes_.push_back([&option, text](Options& options) { setByText(options, option, text); });
+  return wrong;
 }
 
 CLI::Option* OptionParser::declared(const std::string& name)
@@ -54,11 +36,7 @@ CLI::Option* OptionParser::declared(const std::string& name)
   std::vector<std::string> all;
   for (const auto& entry : option.words)
     all.push_back(entry.first);
-  return words(option.flag, all, helpOf(option), [this, &option](const std::string& text) {
-    for (const auto& [word, value] : option.words)
-      if (word == text)
-        changes_.push_back([&option, chosen = value](Options& options) { option.set(options, chosen); });
-  });
+  return words(option.flag, all, helpOf(option), [this, &option](const std::string& text) { set(option, text); });
 }
 
 CLI::Option* OptionParser::declaredFlag(const std::string& name)

@@ -3,6 +3,7 @@
 #include "console.h"
 #include "support/errors.h"
 #include "support/field_file.h"
+#include "support/float_offset.h"
 #include "support/output_files.h"
 #include "support/picture.h"
 #include "support/point_table.h"
@@ -204,9 +205,6 @@ PictureOptions viewOf(const Result& result, const std::vector<Eigen::Vector3d>& 
 {
   return sensors.size() == 1 ? pictureFrom(sensors.front(), result.mesh) : PictureOptions();
 }
-
-/// To be raised when a name in the report changes its meaning or goes.
-constexpr int reportSchema = 2;
 
 void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfOutput, const Job& job,
                  const std::string& path)

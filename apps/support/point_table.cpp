@@ -5,12 +5,7 @@
 #include "point_readers.h"
 #include "text_file.h"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 
 namespace mrf_apps {
 
@@ -85,46 +80,6 @@ PointTable readPoints(const std::string& path, const std::string& format)
   if (std::find(known.begin(), known.end(), type) == known.end())
     throw UsageError("'" + path + "': input files end in " + pointFileExtensions + conversionHint(path));
   return parsePoints(type, path, readWholeFile(path));
-}
-
-namespace {
-
-/// The box without the outermost hundredth at either end of each axis, of some thousand points: a few strays far away
-/// say nothing about the digits that the others need.
-Eigen::AlignedBox3d innerBox(const std::vector<Eigen::Vector3d>& positions)
-{
-  constexpr std::size_t samples = 5000;
-  std::array<std::vector<double>, 3> coordinates;
-  const std::size_t step = positions.size() / samples + 1;
-  for (std::size_t i = 0; i < positions.size(); i += step)
-    if (positions[i].allFinite())
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        coordinates[axis].push_back(positions[i][axis]);
-  Eigen::AlignedBox3d box;
-  const std::size_t count = coordinates[0].size();
-  if (count == 0)
-    return box;
-  Eigen::Vector3d lower, upper;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::sort(coordinates[axis].begin(), coordinates[axis].end());
-    lower[axis] = coordinates[axis][count / 100];
-    upper[axis] = coordinates[axis][count - 1 - count / 100];
-  }
-  return {lower, upper};
-}
-
-} // namespace
-
-Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions)
-{
-  const Eigen::AlignedBox3d box = innerBox(positions);
-  if (box.isEmpty())
-    return Eigen::Vector3d::Zero();
-  const auto farthest = static_cast<float>(box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff());
-  const double step = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
-  if (step <= 2e-7 * box.diagonal().norm())
-    return Eigen::Vector3d::Zero();
-  return box.center();
 }
 
 } // namespace mrf_apps

@@ -48,12 +48,6 @@ const std::vector<std::string>& pointFormats();
 /// The same for messages.
 extern const char* const pointFileExtensions;
 
-/// What to subtract from the positions before they are rounded to float: zero where that moves no point of their box by
-/// more than 10⁻⁷ of its diagonal, else the center of the box (survey coordinates). It is the box that counts: between
-/// points in whole meters, which float holds, there are vertices that it does not hold. The box is that of the inner
-/// 98 % along each axis, so that a few strays, such as a point at zero, cost the others no digits.
-Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions);
-
 /// True if writePoints knows the extension (lower case, without the dot).
 bool isWritableCloud(const std::string& extension);
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "float_offset.h"
 #include "point_table.h"
 
 #include <base/byte_writer.h>

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "surface_mesh.h"
 
-#include "errors.h"
-#include "poly_data.h"
 #include "text_file.h"
 
 #include <base/byte_writer.h>
 #include <pcl/common/io.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
-
-#include <vtkXMLPolyDataWriter.h>
 
 #include <Eigen/Geometry>
 
@@ -179,23 +175,19 @@ bool isMeshFormat(const std::string& extension)
   return std::find(meshFormats().begin(), meshFormats().end(), extension) != meshFormats().end();
 }
 
-void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format)
+bool writeWithoutVtk(const SurfaceMesh& mesh, const std::string& path, const std::string& format)
 {
   if (format == "ply")
-    return pcl::mrf::writePLY(viewOf(mesh), path);
-  if (format == "vtk")
-    return pcl::mrf::writeVTK(viewOf(mesh), path);
-  if (format == "obj")
-    return writeObj(mesh, path);
-  if (format == "stl")
-    return writeStl(mesh, path);
-  if (format != "vtp")
-    throw UsageError("'" + path + "': mesh files end in " + meshFileExtensions);
-  auto writer = vtkSmartPointer<vtkXMLPolyDataWriter>::New();
-  writer->SetInputData(toPolyData(mesh));
-  writer->WriteToOutputStringOn(); // VTK would not tell why a file cannot be written
-  writer->Write();
-  writeText(path, writer->GetOutputString());
+    pcl::mrf::writePLY(viewOf(mesh), path);
+  else if (format == "vtk")
+    pcl::mrf::writeVTK(viewOf(mesh), path);
+  else if (format == "obj")
+    writeObj(mesh, path);
+  else if (format == "stl")
+    writeStl(mesh, path);
+  else
+    return false;
+  return true;
 }
 
 } // namespace mrf_apps

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every mesh format: what is written is read again, and what is broken is refused.
 #include "support/errors.h"
+#include "support/float_offset.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"
 #include "support/scans.h"

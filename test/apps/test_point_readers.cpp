@@ -2,6 +2,7 @@
 // Point files: digits are kept, headers are not believed.
 #include "support/errors.h"
 #include "support/field_file.h"
+#include "support/float_offset.h"
 #include "support/mesh_reader.h"
 #include "support/point_readers.h"
 #include "support/point_table.h"

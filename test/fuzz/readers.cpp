@@ -2,6 +2,7 @@
 #include "fuzz/readers.h"
 
 #include "support/errors.h"
+#include "support/float_offset.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"
 #include "support/sensors.h"

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "float_offset.h"
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace mrf_apps {
+namespace {
+
+/// The box without the outermost hundredth at either end of each axis, of some thousand points: a few strays far away
+/// say nothing about the digits that the others need.
+Eigen::AlignedBox3d innerBox(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position)
+{
+  constexpr std::size_t samples = 5000;
+  std::array<std::vector<double>, 3> coordinates;
+  const std::size_t step = points / samples + 1;
+  for (std::size_t i = 0; i < points; i += step)
+    if (const Eigen::Vector3d place = position(i); place.allFinite())
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        coordinates[axis].push_back(place[axis]);
+  Eigen::AlignedBox3d box;
+  const std::size_t count = coordinates[0].size();
+  if (count == 0)
+    return box;
+  Eigen::Vector3d lower, upper;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::sort(coordinates[axis].begin(), coordinates[axis].end());
+    lower[axis] = coordinates[axis][count / 100];
+    upper[axis] = coordinates[axis][count - 1 - count / 100];
+  }
+  return {lower, upper};
+}
+
+} // namespace
+
+Eigen::Vector3d floatOffset(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position)
+{
+  const Eigen::AlignedBox3d box = innerBox(points, position);
+  if (box.isEmpty())
+    return Eigen::Vector3d::Zero();
+  const auto farthest = static_cast<float>(box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff());
+  const double step = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
+  if (step <= 2e-7 * box.diagonal().norm())
+    return Eigen::Vector3d::Zero();
+  return box.center();
+}
+
+} // namespace mrf_apps
