@@ -63,17 +63,10 @@ void addInputOptions(OptionParser& parser, Command& command, Parsed& parsed)
 void addNoiseOptions(OptionParser& parser, Parsed& parsed, CLI::Option* noise, CLI::Option* smoothing)
 {
   noise->excludes(smoothing);
-  CLI::Option* const model = parser.add(
-      "--noise-model", "MODEL",
-      "what the noise is like: automatic, as the cloud shows it; none, left to points that are left out; or its "
-      "standard "
-      "deviation at a range z from the sensor: constant:S, quadratic:A,B (A + B z^2), tof:A,B (A + B z), kinect:D,F "
-      "(D z^2 / F, with disparities off by D pixels and F focal length times baseline; kinect alone: .088 and 43.5 m); "
-      "default automatic",
-      [&parser](const std::string& text) {
-        parser.change([text](Options& options) { options.observation.noiseModel = text; });
-        return "";
-      });
+  CLI::Option* const model = parser.add("--noise-model", "MODEL", noiseModelHelp, [&parser](const std::string& text) {
+    parser.change([text](Options& options) { options.observation.noiseModel = text; });
+    return "";
+  });
   parser
       .add("--noise-field", "NAME",
            "field of the input with the standard deviation of each point's noise, a length above 0; default none",

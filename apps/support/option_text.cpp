@@ -12,6 +12,13 @@ namespace mrf_apps {
 using pcl::mrf::OptionDeclaration;
 using pcl::mrf::Options;
 
+const char* const noiseModelHelp =
+    "what the noise is like: automatic, as the cloud shows it; none, left to points that are left out; or its "
+    "standard deviation at a range z from the sensor: constant:S, quadratic:A,B (A + B z^2), tof:A,B (A + B z), "
+    "kinect:D,F "
+    "(D z^2 / F, with disparities off by D pixels and F focal length times baseline; kinect alone: .088 and 43.5 m); "
+    "default automatic";
+
 std::string helpOf(const OptionDeclaration& option)
 {
   std::string text = option.help;

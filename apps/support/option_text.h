@@ -17,6 +17,9 @@ std::string helpOf(const pcl::mrf::OptionDeclaration& option);
 /// \return what is wrong with the text, to be put behind it; empty: nothing
 std::string setByText(pcl::mrf::Options& options, const pcl::mrf::OptionDeclaration& option, const std::string& text);
 
+/// Of the noise's model, which is a text and no row of the table.
+extern const char* const noiseModelHelp;
+
 /// \param isGiven whether an option was given, by its flag
 /// \throw UsageError if one was that has no meaning with the others
 void requireMeaning(const pcl::mrf::Options& options, const std::function<bool(const std::string&)>& isGiven);

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Arguments as arrays that C++ reads where they are, and messages that say what to do about others."""
+
+import numpy as np
+
+from .errors import InvalidInput
+
+
+def numbers(name, value, kinds="iuf"):
+    """The value as an array, without a copy if it is one; its elements are of one of these kinds."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise InvalidInput(f"{name} has rows of different lengths; give an array of numbers") from None
+    if array.dtype.names:
+        columns = ", ".join(f"{name}['{column}']" for column in array.dtype.names[:3])
+        raise TypeError(f"{name} is an array of records; give np.stack([{columns}], axis=1)")
+    if array.size and array.dtype.kind not in kinds:
+        whole = "" if "f" in kinds else "whole "
+        kind = int if whole else float
+        raise TypeError(f"{name} has elements of type {array.dtype}; it takes {whole}numbers: "
+                        f"np.asarray({name}).astype({kind.__name__})")
+    return array
+
+
+def rows(name, value, count=None, kinds="iuf"):
+    """Rows of three numbers. count: of the points, which there has to be one of for each"""
+    array = numbers(name, value, kinds)
+    if array.ndim != 2 or array.shape[1] != 3:
+        remedy = "it takes rows of three"
+        if array.ndim == 2 and array.shape[0] == 3:
+            remedy += f": give {name}.T"
+        elif array.ndim == 2 and array.shape[1] > 3:
+            remedy += f": give {name}[:, :3]"
+        elif array.ndim > 2 and array.shape[-1] == 3:
+            remedy += f": give {name}.reshape(-1, 3)"
+        raise InvalidInput(f"{name} has the shape {array.shape}; {remedy}, (n, 3)")
+    return counted(name, array, count)
+
+
+def column(name, value, count, kinds="iuf"):
+    """A number for each point."""
+    array = numbers(name, value, kinds)
+    if array.shape == (count, 1):
+        array = array[:, 0]
+    if array.ndim != 1:
+        raise InvalidInput(f"{name} has the shape {array.shape}; it takes one number for each point, (n,)")
+    return counted(name, array, count)
+
+
+def counted(name, array, count):
+    if count is not None and len(array) != count:
+        raise InvalidInput(f"{name} has {len(array)} rows for {count} points; there has to be one for each")
+    return array
+
+
+def coordinates(name, value, count=None):
+    """Rows in single precision if they are, else in double."""
+    array = rows(name, value, count)
+    return np.require(array, np.float32 if array.dtype == np.float32 else np.float64, "A")
+
+
+def bytes_of(name, value, count):
+    """Colors as bytes: whole numbers 0 to 255, or others 0 to 1 as matplotlib and Open3D have them."""
+    array = rows(name, value, count)
+    top = 1 if array.dtype.kind == "f" else 255
+    if array.size and not (array.min() >= 0 and array.max() <= top):  # NaN is neither
+        raise InvalidInput(f"{name} has values outside 0 to {top}; it takes whole numbers 0 to 255 (uint8), or others "
+                           "0 to 1")
+    return np.rint(array * 255).astype(np.uint8) if top == 1 else np.require(array, np.uint8, "A")
