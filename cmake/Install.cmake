@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs library, headers, tools, the CMake package and the pkg-config file, as components: library, development, tools,
-# experiments, which are Python, and what is under the GPL: cholesky by CHOLMOD, evaluation by the CGAL packages in its tool.
+# experiments and python, which are Python, and what is under the GPL: cholesky by CHOLMOD, evaluation by the CGAL packages in
+# its tool.
 include(CMakePackageConfigHelpers)
 
 set(MRF_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_mrf_reconstruction)

@@ -11,6 +11,7 @@ set(MRF_PACKAGE_development libpcl-mrf-dev)
 set(MRF_PACKAGE_tools pcl-mrf-tools)
 set(MRF_PACKAGE_evaluation pcl-mrf-evaluation)
 set(MRF_PACKAGE_experiments pcl-mrf-experiments)
+set(MRF_PACKAGE_python python3-pcl-mrf)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME pcl-mrf-reconstruction)
@@ -22,6 +23,9 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS # whatever the umask says
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_COMPONENTS_ALL library cholesky development tools evaluation experiments)
+if(MRF_BUILD_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -34,6 +38,7 @@ set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
 set(CPACK_COMPONENT_TOOLS_DEPENDS library)
 set(CPACK_COMPONENT_EVALUATION_DEPENDS library tools) # which have the module of pictures
 set(CPACK_COMPONENT_EXPERIMENTS_DEPENDS tools evaluation)
+set(CPACK_COMPONENT_PYTHON_DEPENDS library)
 
 set(MRF_IS_WHAT "Reconstructs surfaces from scanned points by regularizing a signed distance
 field with a Markov random field (Paulsen, Baerentzen, Larsen 2010).")
@@ -45,12 +50,14 @@ set(MRF_DESCRIPTION_tools "This package has the programs that reconstruct a scan
 set(MRF_DESCRIPTION_evaluation "This package has the program that measures meshes. It is built with CGAL, and so
 under the GPL.")
 set(MRF_DESCRIPTION_experiments "This package has the experiments of the paper, in Python.")
+set(MRF_DESCRIPTION_python "This package has the module pcl_mrf for Python and numpy.")
 set(MRF_SECTION_library libs)
 set(MRF_SECTION_cholesky libs)
 set(MRF_SECTION_development libdevel)
 set(MRF_SECTION_tools graphics)
 set(MRF_SECTION_evaluation graphics)
 set(MRF_SECTION_experiments graphics)
+set(MRF_SECTION_python python)
 # With the reference BLAS it takes twelve times as long.
 set(CPACK_DEBIAN_CHOLESKY_PACKAGE_DEPENDS libopenblas0)
 set(CPACK_DEBIAN_CHOLESKY_PACKAGE_ENHANCES ${MRF_PACKAGE_library})
@@ -58,6 +65,10 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS ${MRF_PACKAGE_cholesky})
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "${MRF_PACKAGE_library} (= ${PROJECT_VERSION}), libpcl-dev, libeigen3-dev")
 set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_DEPENDS "python3, python3-numpy, python3-scipy, python3-matplotlib")
+math(EXPR MRF_NEXT_PYTHON "${Python3_VERSION_MINOR} + 1")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+  "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${MRF_NEXT_PYTHON}), python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, python3-open3d")
 set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_SUGGESTS "pcl-tools, glmark2-data")
 
 string(TIMESTAMP MRF_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC) # of SOURCE_DATE_EPOCH, if that is set

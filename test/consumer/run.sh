@@ -152,6 +152,12 @@ for tool in "$built"/bin/pcl_mrf_*; do
   [ -e "$tool" ] || continue
   "$prefix/bin/$(basename "$tool")" --help >/dev/null
 done
+# So does Python, where its package was built.
+module=$(find "$prefix" -name '_core*.so' -printf '%h\n')
+if [ -n "$module" ]; then
+  expect ' triangles' env PYTHONPATH="$(dirname "$module")" PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 \
+    "$here/../../apps/python/examples/numpy_to_mesh.py" "$scratch/torus.ply"
+fi
 # Without its module cholesky is refused, and nothing else.
 rm "$(find "$prefix" -name 'libpcl_mrf_cholesky.so.*')"
 expect_missing_module "$scratch/build/consumer"

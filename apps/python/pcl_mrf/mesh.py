@@ -71,7 +71,7 @@ class Mesh:
         The file appears whole or not at all. Vertices that float does not hold are written in double; an STL file has
         them relative to an offset, which a warning names. Raises FileError.
         """
-        path = os.path.abspath(os.fspath(path))
+        path = os.path.abspath(os.fsdecode(path))
         if not path.lower().endswith(FORMATS):
             raise InvalidInput(f"path '{path}' does not end in {', '.join(FORMATS)}")
         n = len(self.vertices)
