@@ -23,8 +23,9 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS # whatever the umask says
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_COMPONENTS_ALL library cholesky development tools evaluation experiments)
-if(MRF_BUILD_PYTHON)
+if(MRF_BUILD_PYTHON) # whose module is of one version of Python
   list(APPEND CPACK_COMPONENTS_ALL python)
+  math(EXPR MRF_NEXT_PYTHON "${Python3_VERSION_MINOR} + 1")
 endif()
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -65,7 +66,6 @@ set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS ${MRF_PACKAGE_cholesky})
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "${MRF_PACKAGE_library} (= ${PROJECT_VERSION}), libpcl-dev, libeigen3-dev")
 set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_DEPENDS "python3, python3-numpy, python3-scipy, python3-matplotlib")
-math(EXPR MRF_NEXT_PYTHON "${Python3_VERSION_MINOR} + 1")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
   "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${MRF_NEXT_PYTHON}), python3-numpy")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, python3-open3d")
