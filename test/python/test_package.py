@@ -140,6 +140,7 @@ P = ball(100)
     (ValueError, "a view names sensor -1", P, dict(views=[-2**40] * 100, sensors=(0, 0, 9))),
     (TypeError, "views has elements of type float64; it takes whole", P, dict(views=P[:, 0], sensors=(0, 0, 9))),
     (ValueError, "noise has values that are not above 0", P, dict(noise=P[:, 0])),
+    (TypeError, "noise has elements of type |S3", EMPTY, dict(noise=np.array([], "S3"))),
     (ValueError, "noise has 9 rows for 100 points", P, dict(noise=np.ones(9))),
     (ValueError, "confidences has the shape (100, 3)", P, dict(confidences=P)),
     (TypeError, "progress is not callable", P, dict(progress=1)),

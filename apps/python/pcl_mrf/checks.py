@@ -15,7 +15,7 @@ def numbers(name, value, kinds="iuf"):
     if array.dtype.names:
         columns = ", ".join(f"{name}['{column}']" for column in array.dtype.names[:3])
         raise TypeError(f"{name} is an array of records; give np.stack([{columns}], axis=1)")
-    if array.size and array.dtype.kind not in kinds:
+    if array.dtype.kind not in (kinds if array.size else "iuf"):  # [] is of floats
         whole = "" if "f" in kinds else "whole "
         kind = int if whole else float
         raise TypeError(f"{name} has elements of type {array.dtype}; it takes {whole}numbers: "
