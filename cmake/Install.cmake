@@ -29,7 +29,7 @@ mrf_install_tool(pcl_mrf_reconstruction tools)
 mrf_install_tool(pcl_mrf_scan tools)
 mrf_install_tool(pcl_mrf_evaluate evaluation)
 if(TARGET mrf_pictures) # where the tools find the library
-  install(TARGETS mrf_pictures LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT tools)
+  install(TARGETS mrf_pictures mrf_scenes LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT tools)
 endif()
 
 # What a static library leaves to its users to link; a shared one has it inside.

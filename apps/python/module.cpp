@@ -231,7 +231,7 @@ std::string save(const py::dict& arrays, const std::string& path)
   outputs.add(path);
   outputs.write(path, [&](const std::string& temporary) { writeWithoutVtk(mesh, temporary, format); });
   outputs.publish();
-  const Eigen::Vector3d offset = format == "stl" ? stlOffset(mesh) : Eigen::Vector3d::Zero();
+  const Eigen::Vector3d offset = offsetOfFloats(mesh, format);
   return offset.isZero(0) ? "" : shiftWarning(path, offset);
 }
 

@@ -319,12 +319,10 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
       },
       report);
   releaseFreedMemory();
-  if (job.outputFormat == "stl") {
-    result.shiftOfOutput = stlOffset(result.mesh);
-    if (!result.report.mesh.closed())
-      result.report.warnings.push_back("the surface in " + job.output +
-                                       " is open: to print it, or for a volume, close it (trimming.watertight)");
-  }
+  result.shiftOfOutput = offsetOfFloats(result.mesh, job.outputFormat);
+  if ((job.outputFormat == "stl" || job.outputFormat == "3mf") && !result.report.mesh.closed())
+    result.report.warnings.push_back("the surface in " + job.output +
+                                     " is open: to print it, or for a volume, close it (trimming.watertight)");
   if (!result.shiftOfOutput.isZero(0))
     result.report.warnings.push_back(shiftWarning(job.output, result.shiftOfOutput));
 

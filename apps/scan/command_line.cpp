@@ -147,7 +147,8 @@ void addOutputOptions(ToolOptions& parser, ScanCommand& command)
   parser.file("--write-sensors", "FILE", command.sensors, "position of each sensor, x y z per line");
   parser.file("--write-held-out", "CLOUD", command.heldOut, "points that the holes took away, without errors");
   parser.file("--write-clean", "CLOUD", command.clean, "the inliers of OUTPUT in their order, without errors");
-  parser.file("--write-truth", "MESH", command.truth, "the surface itself, seen or not: ply, obj, stl, vtk or vtp");
+  parser.file("--write-truth", "MESH", command.truth,
+              std::string("the surface itself, seen or not: ") + meshFileExtensions);
   parser.file("--report", "FILE.json", command.report, "what was done: counts, lengths, holes");
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "errors.h"
+#include "module.h"
 #include "poly_data.h"
+#include "scene_writer.h"
 #include "surface_mesh.h"
 #include "text_file.h"
 
@@ -12,6 +13,11 @@ void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::stri
 {
   if (writeWithoutVtk(mesh, path, format))
     return;
+  if (format == "glb" || format == "dae" || format == "3mf") {
+    const auto& writer = shownBy<SceneWriter>(MRF_SCENE_MODULE, "sceneWriter", "files of scenes");
+    writeText(path, writer.bytesOf(mesh, offsetOfFloats(mesh, format), format));
+    return;
+  }
   if (format != "vtp")
     throw UsageError("'" + path + "': mesh files end in " + meshFileExtensions);
   auto writer = vtkSmartPointer<vtkXMLPolyDataWriter>::New();

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "picture.h"
 
-#include "errors.h"
+#include "module.h"
 #include "text_file.h"
 
 #include <Eigen/Geometry>
-
-#include <dlfcn.h>
 
 #include <algorithm>
 #include <cmath>
@@ -25,17 +23,9 @@ Eigen::Vector3d upFor(const Eigen::Vector3d& sensor, const Eigen::Vector3d& sigh
   return isAcross(2) && (isFlatAlongZ || !isAcross(1)) ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitY();
 }
 
-/// The module's; it stays loaded.
 const PictureRenderer& renderer()
 {
-  static const PictureRenderer& loaded = []() -> const PictureRenderer& {
-    void* module = dlopen(MRF_PICTURE_MODULE, RTLD_NOW | RTLD_LOCAL);
-    const void* found = module == nullptr ? nullptr : dlsym(module, "pictureRenderer");
-    if (found == nullptr)
-      throw FileError(std::string("no pictures, as their module cannot be loaded: ") + dlerror());
-    return *static_cast<const PictureRenderer*>(found);
-  }();
-  return loaded;
+  return shownBy<PictureRenderer>(MRF_PICTURE_MODULE, "pictureRenderer", "pictures");
 }
 
 } // namespace

@@ -125,7 +125,7 @@ PointTable readPcd(const std::string& path, const std::string& text);
 PointTable readPly(const std::string& path, const std::string& text, Polygons* faces = nullptr);
 
 /// The corners of an STL file, text or binary, three by three, each a point of its own; for meshes only. Our own header
-/// of a shifted file shifts it back (stlOffset).
+/// of a shifted file shifts it back (offsetOfFloats).
 PointTable parseStl(const std::string& path, const std::string& text, Polygons& faces);
 
 } // namespace mrf_apps

@@ -26,7 +26,7 @@ bool isBinary(const std::string& text)
   return text.size() == headerBytes + sizeof(count) + std::uint64_t{count} * facetBytes;
 }
 
-/// What our writer left off the vertices, see stlOffset.
+/// What our writer left off the vertices, see offsetOfFloats.
 Eigen::Vector3d offsetIn(std::string_view header)
 {
   header = header.substr(0, header.find('\0'));

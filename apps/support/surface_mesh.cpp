@@ -90,7 +90,7 @@ void writeObj(const SurfaceMesh& mesh, const std::string& path)
 /// Not VTK's writer, which knows no offset.
 void writeStl(const SurfaceMesh& mesh, const std::string& path)
 {
-  const Eigen::Vector3d offset = stlOffset(mesh);
+  const Eigen::Vector3d offset = offsetOfFloats(mesh, "stl");
   pcl::mrf::ByteWriter file(path);
   std::string header = "Markov random field surface reconstruction";
   if (!offset.isZero(0))
@@ -114,7 +114,7 @@ void writeStl(const SurfaceMesh& mesh, const std::string& path)
 
 } // namespace
 
-const char* const meshFileExtensions = "ply, obj, stl, vtk or vtp";
+const char* const meshFileExtensions = "ply, obj, stl, vtk, vtp, glb, dae or 3mf";
 
 SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& offset)
 {
@@ -134,9 +134,10 @@ SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& of
 
 const char* const stlOffsetMark = "MRF offset";
 
-Eigen::Vector3d stlOffset(const SurfaceMesh& mesh)
+Eigen::Vector3d offsetOfFloats(const SurfaceMesh& mesh, const std::string& format)
 {
-  if (!mesh.doublePrecision || mesh.vertices.empty())
+  const bool holdsDoubles = format == "ply" || format == "obj" || format == "vtk" || format == "vtp";
+  if (holdsDoubles || !mesh.doublePrecision || mesh.vertices.empty())
     return Eigen::Vector3d::Zero();
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& vertex : mesh.vertices)
@@ -161,12 +162,12 @@ std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset)
   std::array<char, 160> position;
   std::snprintf(position.data(), position.size(), "(%.12g, %.12g, %.12g)", offset.x(), offset.y(), offset.z());
   return "'" + path + "' is written relative to " + position.data() +
-         ": STL holds 32-bit floats, too coarse for these coordinates; ply, obj, vtk and vtp hold them";
+         ": its format holds 32-bit floats, too coarse for these coordinates; ply, obj, vtk and vtp hold them";
 }
 
 const std::vector<std::string>& meshFormats()
 {
-  static const std::vector<std::string> all = {"ply", "obj", "stl", "vtk", "vtp"};
+  static const std::vector<std::string> all = {"ply", "obj", "stl", "vtk", "vtp", "glb", "dae", "3mf"};
   return all;
 }
 

@@ -39,9 +39,9 @@ bool isMeshFormat(const std::string& extension);
 /// Extensions that writeMesh knows, for messages.
 extern const char* const meshFileExtensions;
 
-/// What an STL file of this mesh leaves off the vertices, because its coordinates are floats: near the mesh's center,
-/// in few digits, or zero unless the mesh has doublePrecision.
-Eigen::Vector3d stlOffset(const SurfaceMesh& mesh);
+/// What a file of this mesh leaves off the vertices where the coordinates of its format are floats: near the mesh's
+/// center, in few digits, or zero unless the mesh has doublePrecision.
+Eigen::Vector3d offsetOfFloats(const SurfaceMesh& mesh, const std::string& format);
 
 /// What a user should know about a file that was written less such an offset.
 std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset);
@@ -49,8 +49,9 @@ std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset)
 /// Precedes the offset at the beginning of such a file, where readMesh finds it.
 extern const char* const stlOffsetMark;
 
-/// Writes PLY (binary), OBJ, STL (binary), VTK (legacy, binary) or VTP.
-/// STL holds float coordinates, less stlOffset, and no fields; OBJ no scalars.
+/// Writes PLY (binary), OBJ, STL (binary), VTK (legacy, binary), VTP, GLB, DAE or 3MF.
+/// STL holds float coordinates, less offsetOfFloats, and no fields; the last three such coordinates; only PLY, VTK and
+/// VTP scalars, and 3MF no colors.
 /// \param format extension, lower case, without the dot
 /// \throw pcl::mrf::FileError
 void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format);

@@ -111,11 +111,11 @@ TEST_F(MeshReader, readsWhatIsWritten)
 TEST_F(MeshReader, stlIsWrittenRelativeToAnOffset)
 {
   SurfaceMesh mesh = pyramid();
-  EXPECT_TRUE(stlOffset(mesh).isZero(0));
+  EXPECT_TRUE(offsetOfFloats(mesh, "stl").isZero(0));
   for (Eigen::Vector3d& vertex : mesh.vertices)
     vertex += Eigen::Vector3d(431000.01, -4.5e6 + .02, 100.03);
   mesh.doublePrecision = true;
-  const Eigen::Vector3d offset = stlOffset(mesh);
+  const Eigen::Vector3d offset = offsetOfFloats(mesh, "stl");
   EXPECT_LT((offset - mesh.vertices[4]).norm(), 3) << "near the mesh, whose diagonal is 3.2";
   EXPECT_EQ(offset, offset.array().round().matrix()) << "in whole units";
   writeMesh(mesh, path("mesh.stl").string(), "stl");

@@ -49,7 +49,7 @@ TEST_F(ToolErrors, Usage)
   expectFailure({"sphere.xyz", "out.ply", "--nonsense", "3"}, 2, "'--nonsense' is not an option");
   expectFailure({"sphere.xyz", "out.ply", "--beta"}, 2, "--beta needs a value");
   expectFailure({"sphere.xyz", "out.ply", "--beta", ".5", "--beta", ".6"}, 2, "--beta is given more than once");
-  expectFailure({"sphere.xyz", "out.doc"}, 2, "does not end in ply, obj, stl, vtk or vtp");
+  expectFailure({"sphere.xyz", "out.doc"}, 2, "does not end in ply, obj, stl, vtk, vtp, glb, dae or 3mf");
   expectFailure({"sphere.xyz", "out"}, 2, "does not end in");
   expectFailure({"sphere.doc", "out.ply"}, 2, "does not end in pcd, ply, obj, off, xyz, txt, asc, csv, pts or ptx");
   const std::vector<std::pair<std::string, std::string>> conversions = {{"las", "pdal translate 'scan.las' cloud.ply"},

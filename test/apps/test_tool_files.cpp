@@ -20,6 +20,9 @@
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLPolyDataReader.h>
 
+#include <assimp/Importer.hpp>
+#include <assimp/scene.h>
+
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -251,6 +254,41 @@ TEST_F(ToolFiles, APieceFarAwayHasAFieldOfItsOwn)
     readField(isFar ? "field.2.vti" : "field.vti")->GetBounds(bounds);
     EXPECT_NEAR((bounds[2] + bounds[3]) / 2, isFar ? far.y() : 0, .5) << "a box around the sphere of radius 1";
     EXPECT_LT(bounds[3] - bounds[2], 6);
+  }
+}
+
+TEST_F(ToolFiles, ScenesHoldTheSameMeshWithItsColors)
+{
+  pcl::io::savePCDFileBinary(path("in.pcd").string(), coloredSphere());
+  ASSERT_EQ(run({"in.pcd", "out.ply", "-q"}).status, 0);
+  pcl::PolygonMesh ply;
+  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), ply), 0);
+  pcl::PointCloud<pcl::PointXYZRGBNormal> cloud;
+  pcl::fromPCLPointCloud2(ply.cloud, cloud);
+  for (const std::string format : {"glb", "dae", "3mf"}) {
+    SCOPED_TRACE(format);
+    ASSERT_EQ(run({"in.pcd", "out." + format, "-q"}).status, 0);
+    Assimp::Importer importer;
+    const aiScene* const scene = importer.ReadFile(path("out." + format).string(), 0);
+    ASSERT_NE(scene, nullptr) << importer.GetErrorString();
+    ASSERT_EQ(scene->mNumMeshes, 1u);
+    const aiMesh& mesh = *scene->mMeshes[0];
+    ASSERT_EQ(mesh.mNumFaces, ply.polygons.size());
+    ASSERT_EQ(mesh.HasVertexColors(0), format != "3mf");
+    for (unsigned t = 0; t < mesh.mNumFaces; ++t)
+      for (std::size_t corner = 0; corner < 3; ++corner) {
+        // Their readers may number vertices anew.
+        const unsigned v = mesh.mFaces[t].mIndices[corner];
+        const auto& expected = cloud[ply.polygons[t].vertices[corner]];
+        const aiVector3D& position = mesh.mVertices[v];
+        ASSERT_LT((Eigen::Vector3f(position.x, position.y, position.z) - expected.getVector3fMap()).norm(),
+                  format == "glb" ? 0x1p-60f : 1e-5f); // the others are text of six digits
+        if (!mesh.HasVertexColors(0))
+          continue;
+        // By eye, the middle of the scale is a fifth of its light.
+        const float red = mesh.mColors[0][v].r, share = static_cast<float>(expected.r) / 255;
+        ASSERT_NEAR(red, format == "glb" ? std::pow(share, 2.2f) : share, format == "glb" ? .01 : .001);
+      }
   }
 }
 

@@ -76,13 +76,13 @@ TEST_F(ToolStreams, StandardInputThatIsNoCloudIsTold)
   expect("echo 1 2 3 | $TOOL - out.ply", 1, "'standard input': 1 of 1 points");
   expect("$TOOL - out.ply --input-format ply < sphere.xyz", 1, "'standard input': is not a PLY file");
   expect("$TOOL sphere.xyz -", 2, "standard output, which has no name to tell the format; say --output-format");
-  expect("$TOOL sphere.xyz - --output-format doc", 2, "'doc' is none of ply, obj, stl, vtk, vtp");
+  expect("$TOOL sphere.xyz - --output-format doc", 2, "'doc' is none of ply, obj, stl, vtk, vtp, glb, dae, 3mf");
   expect("$TOOL - --output-directory out < sphere.xyz", 2, "standard input has no name");
 }
 
 TEST_F(ToolStreams, StandardOutputHoldsTheMeshAlone)
 {
-  for (const std::string format : {"ply", "obj", "stl", "vtk", "vtp"}) {
+  for (const std::string format : {"ply", "obj", "stl", "vtk", "vtp", "glb"}) {
     SCOPED_TRACE(format);
     ASSERT_EQ(run({"sphere.xyz", "out." + format, "-q"}).status, 0);
     const tool::Outcome outcome = run({"sphere.xyz", "-", "--output-format", format, "-v", "--report", "r.json"});
@@ -263,7 +263,7 @@ TEST_F(ToolStreams, LinksAreFollowed)
 TEST_F(ToolStreams, AFileThatCannotGrowSaysWhy)
 {
   // A limit of size stands for a full disk: the writing call fails alike, and says which of the two it was.
-  for (const std::string name : {"out.ply", "out.obj", "out.stl", "out.vtk", "out.vtp"}) {
+  for (const std::string name : {"out.ply", "out.obj", "out.stl", "out.vtk", "out.vtp", "out.glb", "out.dae"}) {
     SCOPED_TRACE(name);
     const tool::Outcome outcome = shell("ulimit -f 4; exec $TOOL sphere.xyz " + name + " -q");
     EXPECT_EQ(outcome.status, 1);
@@ -275,7 +275,7 @@ TEST_F(ToolStreams, AFileThatCannotGrowSaysWhy)
   EXPECT_EQ(results(), std::vector<std::string>{});
 }
 
-TEST_F(ToolStreams, StlOfSurveyCoordinatesSaysWhatItIsRelativeTo)
+TEST_F(ToolStreams, FilesOfFloatsSayWhatSurveyCoordinatesAreRelativeTo)
 {
   std::string rows;
   const Eigen::Vector3d center(431234.56, 4500123.78, 321.12);
@@ -286,14 +286,17 @@ TEST_F(ToolStreams, StlOfSurveyCoordinatesSaysWhatItIsRelativeTo)
     rows += "\n";
   }
   write("survey.xyz", rows);
-  const tool::Outcome outcome = run({"survey.xyz", "out.stl", "--report", "r.json", "-q"});
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_NE(outcome.err.find("warning: 'out.stl' is written relative to (43123"), std::string::npos) << outcome.err;
-  const nlohmann::json report = nlohmann::json::parse(tool::readText(path("r.json")));
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    // In whole units, because the sphere is a few of them wide.
-    EXPECT_NEAR(report.at("offset").at(axis), center[axis], 1.);
-  EXPECT_EQ(report.at("warnings").size(), 1u);
+  for (const std::string name : {"out.stl", "out.glb"}) {
+    const tool::Outcome outcome = run({"survey.xyz", name, "--report", "r.json", "-q"});
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_NE(outcome.err.find("warning: '" + name + "' is written relative to (43123"), std::string::npos)
+        << outcome.err;
+    const nlohmann::json report = nlohmann::json::parse(tool::readText(path("r.json")));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      // In whole units, because the sphere is a few of them wide.
+      EXPECT_NEAR(report.at("offset").at(axis), center[axis], 1.);
+    EXPECT_EQ(report.at("warnings").size(), 1u);
+  }
 }
 
 } // namespace
