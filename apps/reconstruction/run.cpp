@@ -89,6 +89,10 @@ void addSensors(const Job& job, const Command& command, Input& input)
   input.cloud.deviations = fieldOf(job, input.table, "--noise-field", command.options.noiseField);
   input.cloud.sensors = command.sensorsFile.empty() ? command.sensors : readSensors(command.sensorsFile);
   input.cloud.sensorOrigin = input.table.sensorOrigin;
+  if (input.cloud.sensors.empty() && command.options.orientation.sensorOrigin) {
+    input.cloud.sensors = std::move(input.table.sensors);
+    input.cloud.views = std::move(input.table.views);
+  }
   if (command.viewsFile.empty())
     return;
   input.cloud.views = readViews(command.viewsFile);

@@ -28,7 +28,16 @@ std::optional<Triple> findVector(const std::vector<std::string>& names, std::ini
 } // namespace
 
 VectorColumns::VectorColumns(const std::vector<std::string>& names)
-    : position(findVector(names, {{"x", "y", "z"}, {"points:0", "points:1", "points:2"}})),
+    : position(findVector(names, {{"x", "y", "z"},
+                                  {"easting", "northing", "elevation"},
+                                  {"easting", "northing", "height"},
+                                  {"easting", "northing", "altitude"},
+                                  {"easting", "northing", "z"},
+                                  {"east", "north", "height"},
+                                  {"east", "north", "elevation"},
+                                  {"e", "n", "h"},
+                                  {"e", "n", "z"},
+                                  {"points:0", "points:1", "points:2"}})),
       normal(findVector(names, {{"nx", "ny", "nz"},
                                 {"normal_x", "normal_y", "normal_z"},
                                 {"normalx", "normaly", "normalz"},

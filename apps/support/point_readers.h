@@ -32,8 +32,8 @@ inline std::uint8_t toByte(double value)
 /// Three columns that make a vector, by their numbers.
 using Triple = std::array<std::size_t, 3>;
 
-/// The columns that make vectors, by what files call their parts, in any case: x y z, nx ny nz or normal_x …, r g b,
-/// red … or diffuse_red …. There is a vector where all three parts are.
+/// The columns that make vectors, by what files call their parts, in any case: x y z or easting northing elevation,
+/// nx ny nz or normal_x …, r g b, red … or diffuse_red …. There is a vector where all three parts are.
 struct VectorColumns {
   std::optional<Triple> position, normal, color;
 
@@ -96,8 +96,8 @@ const NumberType* numberType(char kind, std::size_t size);
 // Each is given the path, for its messages, and the whole file, which is not empty. All throw FileError. None takes
 // more memory than a small multiple of what the file holds (once unpacked), whatever its header promises.
 
-/// The names of columns in a line, parted by commas, semicolons or tabs if it has any, else by blanks. It may be a
-/// comment. \return nothing unless x, y and z are among them
+/// The names of columns in a line, parted by commas, semicolons or tabs if it has any, else by blanks, and without
+/// units in brackets. It may be a comment. \return nothing unless x, y and z are among them
 std::vector<std::string> columnNames(std::string_view line);
 
 /// Rows of numbers. Columns are what the line above them names; without names [number] x y z [intensity] and normals
@@ -106,7 +106,7 @@ std::vector<std::string> columnNames(std::string_view line);
 PointTable parseXyz(const std::string& path, const std::string& text);
 
 /// Leica's PTX: scans of cells x y z intensity [r g b], moved to where their headers say; those at 0 0 0 are none. The
-/// scanner is the sensor of a file of one scan.
+/// scanners are the sensors of their points.
 PointTable parsePtx(const std::string& path, const std::string& text);
 
 /// Vertices of a Wavefront OBJ file. Normals follow the indices of the faces and are averaged per vertex.

@@ -23,6 +23,8 @@ struct PointTable {
   std::vector<std::array<std::uint8_t, 3>> colors;
   std::map<std::string, std::vector<float>> scalars; ///< every other column, by its name in the file
   std::optional<Eigen::Vector3d> sensorOrigin;       ///< where the sensor was, if the file says so
+  std::vector<Eigen::Vector3d> sensors;              ///< of a file of several scans instead
+  std::vector<std::int32_t> views;                   ///< the sensor of each point, from 0, if there are `sensors`
   std::vector<std::string> notes;                    ///< what the user should know about how the file was understood
 
   std::size_t size() const { return positions.size(); }

@@ -25,6 +25,23 @@ bool isComment(std::string_view line)
   return begin == std::string_view::npos || line[begin] == '#' || line.substr(begin, 2) == "//";
 }
 
+/// A line of names without units, "X [m]" or "Height(ft)": what is short, in brackets, and has no digit.
+std::string withoutUnits(std::string_view line)
+{
+  constexpr std::size_t longest = 16;
+  std::string result;
+  while (!line.empty()) {
+    const std::size_t begin = std::min(line.find_first_of("[("), line.size());
+    result += line.substr(0, begin);
+    line.remove_prefix(begin);
+    const std::size_t end = line.substr(0, longest).find_first_of("])0123456789");
+    const bool isUnit = end != std::string_view::npos && (line[end] == ']' || line[end] == ')');
+    result += line.substr(0, isUnit ? 0 : 1);
+    line.remove_prefix(isUnit ? end + 1 : std::min<std::size_t>(line.size(), 1));
+  }
+  return result;
+}
+
 /// Rows of numbers, all of one length.
 struct Rows {
   std::size_t columns = 0;
@@ -304,8 +321,10 @@ void addObjNormals(const ObjData& data, PointTable& table)
 
 } // namespace
 
-std::vector<std::string> columnNames(std::string_view line)
+std::vector<std::string> columnNames(std::string_view text)
 {
+  const std::string bare = withoutUnits(text);
+  std::string_view line = bare;
   if (isComment(line))
     line.remove_prefix(std::min(line.find_first_not_of("#/ \t"), line.size()));
   line = line.substr(0, line.find_last_not_of(" \t,;") + 1);
@@ -341,9 +360,10 @@ PointTable parsePtx(const std::string& path, const std::string& text)
   // Columns, rows, scanner, its three axes, and the transformation of row vectors.
   constexpr std::array<std::size_t, 10> header = {1, 1, 3, 3, 3, 3, 4, 4, 4, 4};
   Rows rows;
-  std::optional<Eigen::Vector3d> sensor;
-  std::size_t scans = 0;
-  for (PtxRows lines(path, text); !lines.atEnd(); ++scans) {
+  std::vector<Eigen::Vector3d> sensors;
+  std::vector<std::int32_t> views;
+  bool areKnown = true;
+  for (PtxRows lines(path, text); !lines.atEnd();) {
     std::vector<double> numbers;
     for (const std::size_t size : header) {
       const std::vector<double>& values = lines.next();
@@ -356,9 +376,9 @@ PointTable parsePtx(const std::string& path, const std::string& text)
     }
     const Eigen::Map<const Eigen::Vector3d> scanner(&numbers[2]);
     const Eigen::Map<const Eigen::Matrix4d> transformation(&numbers[14]); // by columns: of column vectors
-    sensor = scanner.isZero(0) ? Eigen::Vector3d(transformation.col(3).head<3>()) : scanner;
-    if (sensor->isZero(0) && std::min(numbers[0], numbers[1]) < 2) // as in PCD, nobody has set it
-      sensor.reset();
+    sensors.push_back(scanner.isZero(0) ? Eigen::Vector3d(transformation.col(3).head<3>()) : scanner);
+    if (sensors.back().isZero(0) && std::min(numbers[0], numbers[1]) < 2) // as in PCD, nobody has set it
+      areKnown = false;
     for (double cell = 0; cell < numbers[0] * numbers[1]; ++cell) {
       const std::vector<double>& values = lines.next();
       if (rows.columns == 0)
@@ -371,13 +391,18 @@ PointTable parsePtx(const std::string& path, const std::string& text)
       const Eigen::Vector3d position = (transformation * measured.homogeneous()).head<3>();
       rows.values.insert(rows.values.end(), position.begin(), position.end());
       rows.values.insert(rows.values.end(), values.begin() + 3, values.end());
+      views.push_back(static_cast<std::int32_t>(sensors.size() - 1));
     }
   }
   rows.names = {"x", "y", "z", "intensity", "red", "green", "blue"};
   rows.names.resize(rows.columns);
   PointTable table = toTable(std::move(rows));
-  if (scans == 1)
-    table.sensorOrigin = sensor;
+  if (areKnown && sensors.size() == 1)
+    table.sensorOrigin = sensors.front();
+  else if (areKnown) {
+    table.sensors = std::move(sensors);
+    table.views = std::move(views);
+  }
   return table;
 }
 

@@ -373,6 +373,10 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
         "\"x\";\"y\";\"z\";\"NormalX\";\"NormalY\";\"NormalZ\";\"r\";\"g\";\"b\";\n1;2;3;0;0;1;10;20;30\n4;5;6;0;1;0;"
         "40;50;60\n",
         "# from LAS\n#x\ty\tz\tr\tg\tb\tnx\tny\tnz\n1 2 3 2570 5140 7710 0 0 1\n4 5 6 10280 12850 15420 0 1 0\n",
+        "X [m], Y [m], Z [m], Nx, Ny, Nz, R (0-255), red, green, "
+        "blue\n1,2,3,0,0,1,7,10,20,30\n4,5,6,0,1,0,7,40,50,60\n",
+        "2\nX(m) Y(m) Z [m] nx ny nz r g b\n1 2 3 0 0 1 10 20 30\n4 5 6 0 1 0 40 50 60\n",
+        "Northing;Easting;Elevation;nx;ny;nz;r;g;b\n2;1;3;0;0;1;10;20;30\n5;4;6;0;1;0;40;50;60\n",
         "1 2 3 0 0 1 10 20 30\n4 5 6 0 1 0 40 50 60\n", "1 2 3 10 20 30 0 0 1\n4 5 6 40 50 60 0 1 0\n"}) {
     SCOPED_TRACE(text);
     const PointTable table = parsePoints("txt", "a.txt", text);
@@ -386,6 +390,8 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
   const PointTable fewer = parsePoints("xyz", "a.xyz", "x y z\n1 2 3 0 0 1\n4 5 6 0 1 0\n");
   EXPECT_EQ(fewer.normals.size(), 2u);
   EXPECT_EQ(fewer.notes, std::vector<std::string>{"3 columns have names, but the rows have 6: the names are ignored"});
+  const std::string brackets(1 << 20, '('); // looked at once
+  expectRefused("csv", brackets + "\n1,2,3\n", "nor names columns");
   expectRefused("csv", "a,b,c\n1,2,3\n", "line 1: is not a row of numbers, nor names columns x, y and z");
   expectRefused("csv", "x,y,z\n1,2,3\nx,y,z\n", "line 3: is not a row of numbers");
 }
@@ -444,6 +450,12 @@ TEST(PtxReader, scansAreMovedToWhereTheyBelong)
   EXPECT_EQ(two.positions.at(1), Eigen::Vector3d(430995.5, 4500004.25, 106));
   EXPECT_EQ(two.colors.at(1), (std::array<std::uint8_t, 3>{3, 2, 1}));
   EXPECT_FALSE(two.sensorOrigin) << "there are two";
+  EXPECT_EQ(two.sensors, (std::vector<Eigen::Vector3d>(2, {431000.5, 4500000.25, 100})));
+  EXPECT_EQ(two.views, (std::vector<std::int32_t>{0, 1}));
+  const PointTable empty =
+      parsePoints("ptx", "a.ptx", scan("1\n1\n", at, "0 0 0 .5\n") + scan("2\n1\n", "7 8 9\n", cells));
+  EXPECT_EQ(empty.views, std::vector<std::int32_t>{1}) << "the first scan saw nothing";
+  EXPECT_EQ(empty.sensors.at(1), Eigen::Vector3d(7, 8, 9));
 
   expectRefused("ptx", scan("2\n1\n", at, "1 2 3 .5\n"), "truncated");
   expectRefused("ptx", scan("2000000000\n2000000000\n", at, cells), "truncated");

@@ -33,6 +33,9 @@ void readPointsAs(const char* type, const std::string& bytes)
   require(table.size() > 0 && fits(table.normals.size()) && fits(table.colors.size()), "columns of different lengths");
   for (const auto& scalar : table.scalars)
     require(scalar.second.size() == table.size(), "a scalar of another length");
+  require(table.views.size() == (table.sensors.empty() ? 0 : table.size()), "sensors without their views");
+  for (const std::int32_t view : table.views)
+    require(view >= 0 && static_cast<std::size_t>(view) < table.sensors.size(), "a view without a sensor");
   floatOffset(table.positions);
 }
 
