@@ -32,7 +32,7 @@ void check(const EvaluateCommand& command)
   require(command.options.sensors.empty() || !command.reference.empty(), "--sensor needs a --reference");
   require(!command.options.sensors.empty() || (command.options.sensorAxis.isZero(0) && command.options.farGrowth == 0),
           "--sensor-axis and --far-growth need a --sensor");
-  require(!command.sigma || extension(command.mesh) == "ply", "--sigma: only of ply files is the field read");
+  require(!command.sigma || unpackedExtension(command.mesh) == "ply", "--sigma: only of ply files is the field read");
   require(!command.sigma || !command.reference.empty() || !command.heldOut.empty() || !command.clean.empty(),
           "--sigma needs something to compare with: --reference, --held-out or --clean");
   require(!(command.noise > 0) || (command.sigma && command.reference.empty() && !command.heldOut.empty()),

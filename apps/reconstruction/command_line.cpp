@@ -217,7 +217,8 @@ std::vector<Job> jobsInto(const std::string& folder, const Parsed& parsed)
   for (const std::string& input : parsed.operands) {
     if (input == "-")
       throw UsageError("standard input has no name for a file in --output-directory");
-    const std::string name = fs::path(input).stem().string();
+    const std::string name =
+        fs::path(extension(input) == "gz" ? fs::path(input).stem() : fs::path(input)).stem().string();
     Job job;
     job.input = input;
     job.output = (fs::path(folder) / (name + "." + format)).string();
@@ -242,7 +243,7 @@ void resolveFormats(Command& command, const std::string& outputFormat)
 {
   const std::vector<std::string> known = pointFormats();
   for (Job& job : command.jobs) {
-    const std::string input = extension(job.input), hint = conversionHint(job.input);
+    const std::string input = unpackedExtension(job.input), hint = conversionHint(job.input);
     if (command.inputFormat.empty() && job.input != "-" && std::find(known.begin(), known.end(), input) == known.end())
       throw UsageError("INPUT '" + job.input + "' does not end in " + pointFileExtensions +
                        (hint.empty() ? "; say --input-format" : hint));

@@ -32,11 +32,11 @@ void addPolygons(const std::string& path, const Polygons& polygons, SurfaceMesh&
 
 } // namespace
 
-const char* const meshInputExtensions = "ply, obj, off or stl";
+const char* const meshInputExtensions = "ply, obj, off or stl, also with .gz";
 
 std::string whyNotReadable(const std::string& path)
 {
-  const std::string type = extension(path);
+  const std::string type = unpackedExtension(path);
   for (const char* known : {"ply", "obj", "off", "stl"})
     if (type == known)
       return {};
@@ -87,7 +87,7 @@ SurfaceMesh readMesh(const std::string& path)
   const std::string wrong = whyNotReadable(path);
   if (!wrong.empty())
     throw UsageError("'" + path + "' " + wrong);
-  return parseMesh(extension(path), path, readWholeFile(path));
+  return parseMesh(unpackedExtension(path), path, readWholeFile(path));
 }
 
 } // namespace mrf_apps

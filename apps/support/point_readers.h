@@ -109,6 +109,10 @@ PointTable parseXyz(const std::string& path, const std::string& text);
 /// scanners are the sensors of their points.
 PointTable parsePtx(const std::string& path, const std::string& text);
 
+/// LAS 1.0 to 1.4, not compressed: position, intensity and color of the points that are not withheld; intensities or
+/// colors that are all zero are none.
+PointTable parseLas(const std::string& path, const std::string& text);
+
 /// Vertices of a Wavefront OBJ file. Normals follow the indices of the faces and are averaged per vertex.
 /// Not PCL's reader: that one pairs vertices and normals by their order in the file.
 /// \param faces receives the faces, if not null

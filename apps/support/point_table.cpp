@@ -9,11 +9,12 @@
 
 namespace mrf_apps {
 
-const char* const pointFileExtensions = "pcd, ply, obj, off, xyz, txt, asc, csv, pts or ptx";
+const char* const pointFileExtensions = "pcd, ply, obj, off, xyz, txt, asc, csv, pts, ptx or las, also with .gz";
 
 const std::vector<std::string>& pointFormats()
 {
-  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt", "asc", "csv", "pts", "ptx"};
+  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt",
+                                               "asc", "csv", "pts", "ptx", "las"};
   return all;
 }
 
@@ -25,6 +26,8 @@ std::string pointFormatOf(std::string_view text)
   const auto isOneOf = [](std::string_view word, std::initializer_list<std::string_view> words) {
     return std::find(words.begin(), words.end(), word) != words.end();
   };
+  if (text.substr(0, 4) == "LASF")
+    return "las";
   std::string_view line;
   std::vector<std::string_view> words;
   for (Lines lines(text); lines.next(line);) {
@@ -59,6 +62,7 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
                      : format == "pcd" ? readPcd(path, text)
                      : format == "ply" ? readPly(path, text)
                      : format == "ptx" ? parsePtx(path, text)
+                     : format == "las" ? parseLas(path, text)
                                        : parseXyz(path, text);
   if (table.size() == 0)
     throw FileError(path, "holds no points");
@@ -75,7 +79,7 @@ PointTable readPoints(const std::string& path, const std::string& format)
                       std::string("looks like none of ") + pointFileExtensions + "; say --input-format");
     return parsePoints(type, "standard input", text);
   }
-  const std::string type = format.empty() ? extension(path) : format;
+  const std::string type = format.empty() ? unpackedExtension(path) : format;
   const std::vector<std::string>& known = pointFormats();
   if (std::find(known.begin(), known.end(), type) == known.end())
     throw UsageError("'" + path + "': input files end in " + pointFileExtensions + conversionHint(path));

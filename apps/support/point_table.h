@@ -31,7 +31,7 @@ struct PointTable {
   bool hasIntensity() const { return scalars.count("intensity") != 0; }
 };
 
-/// Reads the points of a PCD, PLY, OBJ, OFF, XYZ or TXT file, or the vertices of a mesh in one.
+/// Reads the points of a file of one of pointFormats(), or the vertices of a mesh in one; gzip may have packed it.
 /// \param path "-" reads standard input
 /// \param format one of pointFormats(); empty: by the extension, or of standard input by what it begins with
 /// \throw UsageError if the format is not known

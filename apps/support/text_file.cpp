@@ -2,8 +2,10 @@
 #include "text_file.h"
 
 #include "errors.h"
+#include "gzip.h"
 
 #include <base/byte_writer.h>
+#include <base/memory.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -38,14 +40,22 @@ std::string extension(const std::string& path)
   return result;
 }
 
+std::string unpackedExtension(const std::string& path)
+{
+  const std::string type = extension(path);
+  return type == "gz" ? extension(path.substr(0, path.size() - 3)) : type;
+}
+
 std::string conversionHint(const std::string& path)
 {
-  const std::string type = extension(path), name = "'" + path + "'";
-  return type == "vtk"                     ? "; pcl_vtk2ply " + name + " mesh.ply makes a ply file of it"
-         : type == "vtp"                   ? "; ParaView saves it as ply"
-         : type == "las" || type == "laz"  ? "; pdal translate " + name + " cloud.ply makes a ply file of it"
-         : type == "e57"                   ? "; CloudCompare saves it as ply"
-         : type == "gz"                    ? "; gunzip " + name + " unpacks it"
+  const std::string type = unpackedExtension(path), name = "'" + path + "'";
+  return type == "vtk"   ? "; pcl_vtk2ply " + name + " mesh.ply makes a ply file of it"
+         : type == "vtp" ? "; ParaView saves it as ply"
+         : type == "laz"
+             ? "; laszip -i " + name + " -o cloud.las, or pdal translate " + name + " cloud.las, makes a las file of it"
+         : type == "e57"
+             ? "; CloudCompare -SILENT -C_EXPORT_FMT PLY -O " + name + " -SAVE_CLOUDS makes a ply file of it"
+         : type == "rcp" || type == "rcs"  ? "; Autodesk ReCap exports it as pts"
          : type == "npts" || type == "pwn" ? "; call it xyz if its rows are x y z nx ny nz"
                                            : "";
 }
@@ -62,6 +72,8 @@ std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
     text.append(block, 0, count);
   if (std::ferror(file) != 0)
     throw FileError(name, "cannot be read");
+  if (isGzip(text))
+    text = unpackGzip(name, text, pcl::mrf::availableMemory() / 4);
   if (text.empty())
     throw FileError(name, "is empty");
   return text;

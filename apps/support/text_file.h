@@ -14,13 +14,17 @@ namespace mrf_apps {
 /// \return the extension of a path in lower case without the dot; empty if it has none
 std::string extension(const std::string& path);
 
+/// The same of what gzip has packed: ply of scan.ply.gz.
+std::string unpackedExtension(const std::string& path);
+
 /// The end of a message about a file that is not read: what converts it; empty if that is not known.
 std::string conversionHint(const std::string& path);
 
-/// Reads a file or a pipe. \throw FileError if it is missing, a directory or device, unreadable or empty
+/// Reads a file or a pipe, and unpacks it if it begins as gzip's files do.
+/// \throw FileError if it is missing, a directory or device, unreadable or empty, or packed but damaged or too large
 std::string readWholeFile(const std::string& path);
 
-/// Reads standard input to its end. \throw FileError if it is a terminal, unreadable or empty
+/// The same of standard input, to its end. \throw FileError if it is a terminal, and as above
 std::string readStandardInput();
 
 /// Writes a whole file. \throw pcl::mrf::FileError, which OutputFiles::write adds the path to

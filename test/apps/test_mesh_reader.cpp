@@ -187,11 +187,12 @@ TEST(PointReader, tablesOfTheField)
 TEST_F(MeshReader, filesOfVtkAreRefusedWithTheCommandThatConvertsThem)
 {
   EXPECT_EQ(whyNotReadable("a mesh.VTK"),
-            "does not end in ply, obj, off or stl; pcl_vtk2ply 'a mesh.VTK' mesh.ply makes "
+            "does not end in ply, obj, off or stl, also with .gz; pcl_vtk2ply 'a mesh.VTK' mesh.ply makes "
             "a ply file of it");
   EXPECT_NE(whyNotReadable("mesh.vtp").find("ParaView"), std::string::npos);
-  EXPECT_EQ(whyNotReadable("mesh.xyz"), "does not end in ply, obj, off or stl");
+  EXPECT_EQ(whyNotReadable("mesh.xyz"), "does not end in ply, obj, off or stl, also with .gz");
   EXPECT_EQ(whyNotReadable("mesh.STL"), "");
+  EXPECT_EQ(whyNotReadable("mesh.ply.gz"), "");
   expectFailure({"mesh.vtk", "out.ply"}, 2, "pcl_vtk2ply 'mesh.vtk' mesh.ply");
   EXPECT_THROW(read("mesh.vtk"), UsageError);
 }

@@ -546,6 +546,7 @@ TEST(PointReader, formatsAreKnownByTheirBeginnings)
       {"12\n1 2 3 -7\n", "xyz"},
       {",x,y,z\n", "xyz"},
       {"12\n5\n0 0 0\n", "ptx"},
+      {std::string("LASF\0\0", 6), "las"},
       {"", ""},
       {"# nothing else\n", ""},
       {"solid cube\n", ""},

@@ -53,6 +53,10 @@ TEST_F(ToolStreams, StandardInputIsReadByWhatItBeginsWith)
     EXPECT_EQ(tool::readText(path("out.ply")), expected);
     std::filesystem::remove(path("out.ply"));
   }
+  for (const char* name : {"sphere.xyz", "ply"}) { // so are those that gzip packed
+    EXPECT_EQ(shell("gzip -c " + std::string(name) + " | $TOOL - out.ply -q").status, 0);
+    EXPECT_EQ(tool::readText(path("out.ply")), expected);
+  }
   // A format that is said is not guessed.
   EXPECT_EQ(shell("$TOOL - out.ply -q --input-format txt < sphere.xyz").status, 0);
   EXPECT_EQ(tool::readText(path("out.ply")), expected);
@@ -71,7 +75,8 @@ TEST_F(ToolStreams, StandardInputThatIsNoCloudIsTold)
     EXPECT_EQ(files(), std::vector<std::string>{"sphere.xyz"});
   };
   expect("echo It was a dark and stormy night | $TOOL - out.ply", 1,
-         "'standard input': looks like none of pcd, ply, obj, off, xyz, txt, asc, csv, pts or ptx; say --input-format");
+         "'standard input': looks like none of pcd, ply, obj, off, xyz, txt, asc, csv, pts, ptx or las, also with .gz; "
+         "say --input-format");
   expect("$TOOL - out.ply < /dev/null", 1, "'standard input': is empty");
   expect("echo 1 2 3 | $TOOL - out.ply", 1, "'standard input': 1 of 1 points");
   expect("$TOOL - out.ply --input-format ply < sphere.xyz", 1, "'standard input': is not a PLY file");

@@ -3,6 +3,7 @@
 
 #include "support/errors.h"
 #include "support/float_offset.h"
+#include "support/gzip.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"
 #include "support/sensors.h"
@@ -39,6 +40,12 @@ void readPointsAs(const char* type, const std::string& bytes)
   floatOffset(table.positions);
 }
 
+void unpack(const std::string& bytes)
+{
+  constexpr std::size_t limit = 1 << 18;
+  require(unpackGzip(path, bytes, limit).size() <= limit, "more is unpacked than was allowed");
+}
+
 void readMeshAs(const char* type, const std::string& bytes)
 {
   const SurfaceMesh mesh = parseMesh(type, path, bytes);
@@ -68,6 +75,8 @@ const std::vector<Reader>& readers()
       {"points-obj", [](const std::string& bytes) { readPointsAs("obj", bytes); }, 100},
       {"points-off", [](const std::string& bytes) { readPointsAs("off", bytes); }, 100},
       {"points-ply", [](const std::string& bytes) { readPointsAs("ply", bytes); }, 100},
+      {"points-las", [](const std::string& bytes) { readPointsAs("las", bytes); }, 100},
+      {"gzip", unpack, 100},
       {"points-pcd", [](const std::string& bytes) { readPointsAs("pcd", bytes); }, 88 * 20},
       {"mesh-ply", [](const std::string& bytes) { readMeshAs("ply", bytes); }, 100},
       {"mesh-obj", [](const std::string& bytes) { readMeshAs("obj", bytes); }, 100},

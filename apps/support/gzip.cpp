@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "gzip.h"
+
+#include "errors.h"
+
+#define ZLIB_CONST // what is read is not written
+#include <zlib.h>
+
+#include <algorithm>
+#include <limits>
+#include <new>
+
+namespace mrf_apps {
+namespace {
+
+/// One part of a file: its header, what is packed, and its checksum.
+class Part {
+public:
+  Part()
+  {
+    constexpr int windowBits = 15, gzip = 16;
+    if (inflateInit2(&stream_, windowBits + gzip) != Z_OK)
+      throw std::bad_alloc();
+  }
+  Part(const Part&) = delete;
+  Part& operator=(const Part&) = delete;
+  ~Part() { inflateEnd(&stream_); }
+
+  /// Appends what is packed, and takes it off `packed`. \return the status of zlib: Z_STREAM_END if all is well
+  int unpack(std::string_view& packed, std::size_t limit, std::string& unpacked)
+  {
+    std::string block(1 << 16, '\0');
+    int status = Z_OK;
+    while (status == Z_OK && unpacked.size() <= limit) {
+      const std::size_t offered = std::min<std::size_t>(packed.size(), std::numeric_limits<uInt>::max());
+      stream_.next_in = reinterpret_cast<const Bytef*>(packed.data());
+      stream_.avail_in = static_cast<uInt>(offered);
+      stream_.next_out = reinterpret_cast<Bytef*>(block.data());
+      stream_.avail_out = static_cast<uInt>(block.size());
+      status = inflate(&stream_, Z_NO_FLUSH); // Z_BUF_ERROR at the end of what is there
+      unpacked.append(block, 0, block.size() - stream_.avail_out);
+      packed.remove_prefix(offered - stream_.avail_in);
+    }
+    return status;
+  }
+
+private:
+  z_stream stream_ = {};
+};
+
+} // namespace
+
+bool isGzip(std::string_view bytes)
+{
+  return bytes.substr(0, 3) == "\x1f\x8b\x08";
+}
+
+std::string unpackGzip(const std::string& path, std::string_view packed, std::size_t limit)
+{
+  std::string unpacked;
+  do {
+    const int status = Part().unpack(packed, limit, unpacked);
+    if (unpacked.size() > limit)
+      throw FileError(path, "unpacks to more than " + std::to_string(limit >> 20) +
+                                " MiB, a quarter of the free memory: unpack it by gunzip if that is meant");
+    if (status == Z_MEM_ERROR)
+      throw std::bad_alloc();
+    if (status != Z_STREAM_END)
+      throw FileError(path, status == Z_BUF_ERROR ? "is truncated: what gzip packed does not end; copy it anew"
+                                                  : "is a corrupt file of gzip; copy it anew");
+  } while (isGzip(packed));
+  if (packed.find_first_not_of('\0') != std::string_view::npos) // archives on tapes end in zeros
+    throw FileError(path, "is a corrupt file of gzip: other bytes follow what is packed; copy it anew");
+  return unpacked;
+}
+
+} // namespace mrf_apps
