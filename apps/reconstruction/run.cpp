@@ -130,8 +130,9 @@ void readInput(const Job& job, const Command& command, Input& input)
 {
   PointTable& table = input.table;
   table = readPoints(job.input, command.inputFormat);
-  if (!table.areFloats)
-    input.cloud.offset = floatOffset(table.positions);
+  input.cloud.offset = floatOffset(table.positions);
+  if (table.areFloats && !input.cloud.offset.isZero(0))
+    input.cloud.resolution = floatRounding(table.positions);
   input.cloud.positions = toFloat(table.positions, input.cloud.offset);
   table.positions = std::vector<Eigen::Vector3d>(); // {} would keep their memory
   input.cloud.normals = std::move(table.normals);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 
 namespace mrf_apps {
@@ -35,6 +37,11 @@ Eigen::AlignedBox3d innerBox(std::size_t points, const std::function<Eigen::Vect
   return {lower, upper};
 }
 
+float stepAt(float value)
+{
+  return std::nextafter(value, std::numeric_limits<float>::infinity()) - value;
+}
+
 } // namespace
 
 Eigen::Vector3d floatOffset(std::size_t points, const std::function<Eigen::Vector3d(std::size_t)>& position)
@@ -43,10 +50,23 @@ Eigen::Vector3d floatOffset(std::size_t points, const std::function<Eigen::Vecto
   if (box.isEmpty())
     return Eigen::Vector3d::Zero();
   const auto farthest = static_cast<float>(box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs()).maxCoeff());
-  const double step = std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest;
-  if (step <= 2e-7 * box.diagonal().norm())
+  if (static_cast<double>(stepAt(farthest)) <= 2e-7 * box.diagonal().norm())
     return Eigen::Vector3d::Zero();
   return box.center();
+}
+
+float floatRounding(const std::vector<Eigen::Vector3d>& positions)
+{
+  float widest = 0;
+  for (const Eigen::Vector3d& position : positions)
+    for (const double coordinate : position) {
+      const auto value = static_cast<float>(std::abs(coordinate));
+      std::uint32_t bits = 0;
+      std::memcpy(&bits, &value, sizeof(bits));
+      if ((bits & 1) != 0 && std::isfinite(value))
+        widest = std::max(widest, stepAt(value));
+    }
+  return widest;
 }
 
 } // namespace mrf_apps

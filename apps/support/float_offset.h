@@ -23,4 +23,7 @@ inline Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions
   return floatOffset(positions.size(), [&positions](std::size_t i) { return positions[i]; });
 }
 
+/// The widest step of float that shows in positions that are floats: of whole numbers none does where it is a half.
+float floatRounding(const std::vector<Eigen::Vector3d>& positions);
+
 } // namespace mrf_apps

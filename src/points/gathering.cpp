@@ -188,7 +188,7 @@ PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Exe
   points.views = ordered(cloud.views, points.origins, execution, [](std::int32_t view) { return view; });
 
   const BoundingBox box = boundingBox(points.positions);
-  points.resolution = resolutionOf(box);
+  points.resolution = std::max(resolutionOf(box), cloud.resolution);
   const Eigen::Vector3d center = .5 * (box.lower.cast<double>() + box.upper.cast<double>());
   constexpr std::int64_t grain = 1 << 14;
   execution.forRange(static_cast<std::int64_t>(points.size()), grain, [&](std::int64_t begin, std::int64_t end) {

@@ -163,6 +163,54 @@ TEST(PointReader, straysCostTheOthersNoDigits)
   EXPECT_FALSE(floatOffset({{0, 5405590, 352}, {59, 5405649, 354}}).isZero(0)) << "these, but nothing between them";
 }
 
+TEST(PointReader, floatsShowToWhatTheyAreRounded)
+{
+  EXPECT_EQ(floatRounding({{431000.5, 5000001, 350}, {431001, 5000002, 351}}), 0) << "whole and half ones";
+  EXPECT_EQ(floatRounding({{431000, 5000000.5, 350}}), .5f);
+  EXPECT_EQ(floatRounding({{431000.03125, 5000001, 350}}), .03125f);
+  EXPECT_EQ(floatRounding({{std::nan(""), 1e300, 1}}), 0);
+}
+
+// Between points in whole or half meters, whose steps float has, there are vertices.
+TEST_F(PointReaders, gridsInSurveyCoordinatesKeepTheirHeights)
+{
+  const auto height = [](double x, double y) { return 350 + 3 * std::sin(x / 9) * std::cos(y / 11); };
+  const Eigen::Vector3d corner(431000, 5000000, 0);
+  for (const double step : {1., .5}) {
+    std::vector<Eigen::Vector3d> points;
+    std::string bytes = plyHeader(1600, "binary_little_endian");
+    for (std::size_t at = 0; (at = bytes.find("double", at)) != std::string::npos;)
+      bytes.replace(at, 6, "float");
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 40; ++i) {
+        points.push_back(corner + Eigen::Vector3d(step * i, step * j, height(step * i, step * j)));
+        for (const double value : points.back())
+          bytes += bytesOf(static_cast<float>(value));
+      }
+    write("grid.xyz", rows(points));
+    write("grid.ply", bytes);
+    for (const char* name : {"grid.xyz", "grid.ply"}) {
+      SCOPED_TRACE(name + std::string(" in steps of ") + std::to_string(step));
+      const tool::Outcome outcome = run({name, "mesh.ply", "-q"});
+      ASSERT_EQ(outcome.status, 0) << outcome.err;
+      // Single precision has rounded halves, as far as one sees, but no whole meters.
+      const bool isRounded = step < 1 && std::string(name) == "grid.ply";
+      EXPECT_EQ(outcome.err.find("resolved to 0.5 only") != std::string::npos, isRounded) << outcome.err;
+      const SurfaceMesh mesh = readMesh(path("mesh.ply").string());
+      double squares = 0;
+      std::size_t halves = 0;
+      for (const Eigen::Vector3d& vertex : mesh.vertices) {
+        const Eigen::Vector3d local = vertex - corner;
+        squares += std::pow(local.z() - height(local.x(), local.y()), 2);
+        halves += std::fmod(local.y(), .5) == 0;
+      }
+      // Where y is rounded to halves, its quarter times the slope, up to .33, adds .04.
+      EXPECT_LT(std::sqrt(squares / static_cast<double>(mesh.vertices.size())), .02 * step);
+      EXPECT_LT(halves, mesh.vertices.size() / 20);
+    }
+  }
+}
+
 TEST(PointReader, colorsOfAnyValueAreBytes)
 {
   EXPECT_EQ(toByte(std::nan("")), 0);

@@ -100,6 +100,7 @@ struct RawCloud {
   /// Where the cloud itself says that its sensor was, see OrientationOptions::sensorOrigin; counts without `sensors`.
   std::optional<Eigen::Vector3d> sensorOrigin;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to positions to be in the cloud's frame
+  float resolution = 0; ///< steps that coordinates were rounded to before the offset was taken off; 0: to none
   PointAttributes attributes;
 };
 
