@@ -7,11 +7,15 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <new>
 
 namespace mrf_apps {
 namespace {
+
+constexpr std::size_t blockSize = 1 << 16;
 
 /// One part of a file: its header, what is packed, and its checksum.
 class Part {
@@ -29,7 +33,7 @@ public:
   /// Appends what is packed, and takes it off `packed`. \return the status of zlib: Z_STREAM_END if all is well
   int unpack(std::string_view& packed, std::size_t limit, std::string& unpacked)
   {
-    std::string block(1 << 16, '\0');
+    std::string block(blockSize, '\0');
     int status = Z_OK;
     while (status == Z_OK && unpacked.size() <= limit) {
       const std::size_t offered = std::min<std::size_t>(packed.size(), std::numeric_limits<uInt>::max());
@@ -58,11 +62,16 @@ bool isGzip(std::string_view bytes)
 std::string unpackGzip(const std::string& path, std::string_view packed, std::size_t limit)
 {
   std::string unpacked;
+  // A part ends in its size, up to multiples of 2^32: as much as is taken at once. No byte holds more than 1032.
+  std::uint32_t size = 0;
+  if (packed.size() >= sizeof(size))
+    std::memcpy(&size, packed.data() + packed.size() - sizeof(size), sizeof(size));
+  unpacked.reserve(std::min({std::size_t{size}, limit, 1032 * packed.size()}) + blockSize);
   do {
     const int status = Part().unpack(packed, limit, unpacked);
     if (unpacked.size() > limit)
       throw FileError(path, "unpacks to more than " + std::to_string(limit >> 20) +
-                                " MiB, a quarter of the free memory: unpack it by gunzip if that is meant");
+                                " MiB, an eighth of the free memory: unpack it by gunzip if that is meant");
     if (status == Z_MEM_ERROR)
       throw std::bad_alloc();
     if (status != Z_STREAM_END)

@@ -73,7 +73,7 @@ std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
   if (std::ferror(file) != 0)
     throw FileError(name, "cannot be read");
   if (isGzip(text))
-    text = unpackGzip(name, text, pcl::mrf::availableMemory() / 4);
+    text = unpackGzip(name, text, pcl::mrf::availableMemory() / 8);
   if (text.empty())
     throw FileError(name, "is empty");
   return text;

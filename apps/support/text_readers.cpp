@@ -323,7 +323,8 @@ void addObjNormals(const ObjData& data, PointTable& table)
 
 std::vector<std::string> columnNames(std::string_view text)
 {
-  const std::string bare = withoutUnits(text);
+  constexpr std::size_t longest = 1 << 16; // what is longer is no header, and not worth a copy
+  const std::string bare = text.size() <= longest ? withoutUnits(text) : "";
   std::string_view line = bare;
   if (isComment(line))
     line.remove_prefix(std::min(line.find_first_not_of("#/ \t"), line.size()));
