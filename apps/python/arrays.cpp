@@ -53,8 +53,6 @@ std::vector<Eigen::Vector3d> toDoubles(const py::array& rows)
 
 Eigen::Vector3d offsetOf(const py::array& rows)
 {
-  if (py::isinstance<py::array_t<float>>(rows))
-    return Eigen::Vector3d::Zero();
   return withRows(rows, [](std::size_t count, const auto& row) -> Eigen::Vector3d { return floatOffset(count, row); });
 }
 

@@ -21,7 +21,7 @@ namespace mrf_apps {
 std::vector<Eigen::Vector3f> toFloats(const pybind11::array& rows, const Eigen::Vector3d& offset);
 std::vector<Eigen::Vector3d> toDoubles(const pybind11::array& rows);
 
-/// What to subtract from them, see floatOffset: zero of what is in single precision already.
+/// What to subtract from them, see floatOffset.
 Eigen::Vector3d offsetOf(const pybind11::array& rows);
 
 /// A copy of an array whose rows are elements. \throw std::invalid_argument for another shape

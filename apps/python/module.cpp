@@ -3,6 +3,7 @@
 /// \brief The module pcl_mrf._core: a run, its options, its field and files. What users call is around it, in Python.
 #include "arrays.h"
 #include "support/errors.h"
+#include "support/float_offset.h"
 #include "support/option_text.h"
 #include "support/output_files.h"
 #include "support/report_json.h"
@@ -168,6 +169,8 @@ pcl::mrf::RawCloud cloudOf(const py::dict& arrays)
   pcl::mrf::RawCloud cloud;
   cloud.offset = offsetOf(arrays["points"]);
   cloud.positions = toFloats(arrays["points"], cloud.offset);
+  if (py::isinstance<py::array_t<float>>(arrays["points"]) && !cloud.offset.isZero(0))
+    cloud.resolution = floatRounding(toDoubles(arrays["points"]));
   if (!arrays["normals"].is_none())
     cloud.normals = toFloats(arrays["normals"], Eigen::Vector3d::Zero());
   if (!arrays["sensors"].is_none())
