@@ -26,11 +26,8 @@ vtkSmartPointer<Array> arrayOf(const char* name, int components, const std::vect
 
 void addScalars(const std::vector<float>& values, const char* name, vtkPointData* data)
 {
-  if (values.empty())
-    return;
-  data->AddArray(arrayOf<vtkFloatArray>(name, 1, values));
-  if (data->GetScalars() == nullptr)
-    data->SetActiveScalars(name);
+  if (!values.empty())
+    data->AddArray(arrayOf<vtkFloatArray>(name, 1, values)); // not the active one, which viewers color the mesh by
 }
 
 } // namespace

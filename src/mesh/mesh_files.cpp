@@ -172,23 +172,20 @@ public:
   {
     const auto vertices = std::to_string(mesh_.vertices);
     file_.text("POINT_DATA " + vertices + "\n");
-    std::size_t first = 0; // of the others that are in no place of their own
     if (colors_[0] != nullptr) {
       file_.text("COLOR_SCALARS rgb 3\n");
       values(colors_);
-    } else if (!others_.empty()) {
-      file_.text("SCALARS " + others_[0]->name + " " + typeOf(*others_[0]) + " 1\nLOOKUP_TABLE default\n");
-      values(std::array{others_[first++]});
     }
     if (normals_[0] != nullptr) {
       file_.text("NORMALS normals " + typeOf(*normals_[0]) + "\n");
       values(normals_);
     }
-    if (others_.size() > first)
-      file_.text("FIELD FieldData " + std::to_string(others_.size() - first) + "\n");
-    for (; first < others_.size(); ++first) {
-      file_.text(others_[first]->name + " 1 " + vertices + " " + typeOf(*others_[first]) + "\n");
-      values(std::array{others_[first]});
+    // Not as SCALARS, which viewers take for what colors the mesh.
+    if (!others_.empty())
+      file_.text("FIELD FieldData " + std::to_string(others_.size()) + "\n");
+    for (const VertexField* other : others_) {
+      file_.text(other->name + " 1 " + vertices + " " + typeOf(*other) + "\n");
+      values(std::array{other});
     }
   }
 

@@ -173,6 +173,19 @@ TEST_F(MeshFiles, VtkKeepsAllFields)
   }
 }
 
+TEST_F(MeshFiles, VtkWithoutColorsIsOfOneColorInViewers)
+{
+  pcl::PolygonMesh mesh = someMesh();
+  for (pcl::PCLPointField& field : mesh.cloud.fields)
+    if (field.name == "rgb" || field.name == "rgba")
+      field.name = "other";
+  ASSERT_EQ(pcl::mrf::saveVTK(path("mesh.vtk"), mesh), 0);
+  const auto read = readVtk(path("mesh.vtk"));
+  EXPECT_EQ(read->GetPointData()->GetScalars(), nullptr);
+  ASSERT_NE(read->GetPointData()->GetArray("confidence"), nullptr);
+  EXPECT_EQ(read->GetPointData()->GetArray("confidence")->GetTuple1(0), valueAt(0, 6));
+}
+
 TEST_F(MeshFiles, SurveyCoordinatesKeepTheirDigitsAndAnEmptyMeshIsAFile)
 {
   pcl::PolygonMesh mesh = someMesh();
