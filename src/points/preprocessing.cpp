@@ -12,6 +12,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <initializer_list>
 #include <sstream>
 #include <utility>
 
@@ -140,11 +142,22 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
     return;
   const PointCounts& counts = report.points;
   std::ostringstream text;
-  text << points.size() << " of " << counts.input << " points are left after " << after << ", at least "
-       << minPointsOfSurface << " are needed (dropped: " << counts.notFinite << " not finite, " << counts.duplicates
-       << " duplicates, " << counts.zeroNormals << " zero normals, " << counts.zeroConfidence << " without confidence, "
-       << counts.outliersAlone + counts.outliersByStatistics << " outliers, " << counts.noiseByPlaneFit
-       << " without a plane, " << counts.smallComponents << " in small components)";
+  text << "at least " << minPointsOfSurface << " points are needed; " << points.size() << " of " << counts.input
+       << " are left after " << after;
+  const std::initializer_list<std::pair<std::int64_t, const char*>> all = {
+      {counts.notFinite, "not finite"},
+      {counts.duplicates, "duplicates"},
+      {counts.zeroNormals, "zero normals"},
+      {counts.zeroConfidence, "without confidence"},
+      {counts.outliersAlone + counts.outliersByStatistics, "outliers"},
+      {counts.noiseByPlaneFit, "without a plane"},
+      {counts.smallComponents, "in small components"}};
+  const char* separator = "; dropped: ";
+  for (const auto& [count, what] : all)
+    if (count > 0) {
+      text << separator << count << " " << what;
+      separator = ", ";
+    }
   throw InvalidInput(text.str());
 }
 

@@ -78,7 +78,7 @@ TEST_F(ToolStreams, StandardInputThatIsNoCloudIsTold)
          "'standard input': looks like none of pcd, ply, obj, off, xyz, txt, asc, csv, pts, ptx or las, also with .gz; "
          "say --input-format");
   expect("$TOOL - out.ply < /dev/null", 1, "'standard input': is empty");
-  expect("echo 1 2 3 | $TOOL - out.ply", 1, "'standard input': 1 of 1 points");
+  expect("echo 1 2 3 | $TOOL - out.ply", 1, "'standard input': at least 4 points are needed; 1 of 1 are left");
   expect("$TOOL - out.ply --input-format ply < sphere.xyz", 1, "'standard input': is not a PLY file");
   expect("$TOOL sphere.xyz -", 2, "standard output, which has no name to tell the format; say --output-format");
   expect("$TOOL sphere.xyz - --output-format doc", 2, "'doc' is none of ply, obj, stl, vtk, vtp, glb, dae, 3mf");
@@ -126,7 +126,8 @@ TEST_F(ToolStreams, EachInputBecomesAFileInTheFolder)
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 2) << outcome.out;
   EXPECT_NE(outcome.out.find("sphere.xyz -> a/meshes/sphere.obj: 400 points, "), std::string::npos) << outcome.out;
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 2) << outcome.err;
-  for (const char* words : {"pcl_mrf_reconstruction: 'two.xyz': 2 of 2", "'nowhere.ply': No such file"})
+  for (const char* words :
+       {"pcl_mrf_reconstruction: 'two.xyz': at least 4 points are needed; 2 of 2", "'nowhere.ply': No such file"})
     EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
   // The same bytes as one at a time.
   ASSERT_EQ(run({"sphere.xyz", "alone.obj", "-q"}).status, 0);

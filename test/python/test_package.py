@@ -117,8 +117,8 @@ P = ball(100)
 
 @pytest.mark.parametrize("error, words, given, options", [
     (ValueError, "points has the shape (0,)", [], {}),
-    (ValueError, "0 of 0 points", EMPTY, {}),
-    (ValueError, "3 of 3 points are left", P[:3], {}),
+    (ValueError, "at least 4 points are needed; 0 of 0 are left", EMPTY, {}),
+    (ValueError, "at least 4 points are needed; 3 of 3 are left", P[:3], {}),
     (ValueError, "100 not finite", P * np.nan, {}),
     (ValueError, "99 duplicates", np.ones((100, 3)), {}),
     (ValueError, "points.T", P.T, {}),
