@@ -167,24 +167,30 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
 void addEverydayOptions(ToolOptions& parser)
 {
   parser.everyday({{"--quality", "draft, normal or fine triangles; default normal"},
-                   {"--noise", "the scanner's error as a length, if it is known"},
-                   {"--smoothing", "smooth away what is smaller; default: by the data"},
-                   {"--robust", "drop clusters of points that are no surface"},
-                   {"--normals", "of INPUT: auto, use, reference or estimate anew"},
+                   {"--voxel-size", "side of the voxels instead, in INPUT's unit"},
                    {"--sensor", "where the scanner stood; repeatable"},
-                   {"--trim", "surface without points: keep all (none), only what fills holes (default), or nothing "
-                              "(supported)"},
+                   {"--trim", "none: keep all invented surface; default: fill holes"},
                    {"--max-hole", "largest hole to be filled"},
                    {"--watertight", "close all openings, for printing and for volumes"},
+                   {"--triangles", "triangles to end with"},
+                   {"--no-remesh", "faster, with less even triangles"},
                    {"--color", "confidence, sigma, input or none; default input"},
                    {"--uncertainty", "sigma at each vertex: how far it may be off"},
-                   {"--preset", "paper: as Paulsen et al. published it"},
                    {"--report", "parameters, counts, times, statistics"},
                    {"--picture", "a rendering; needs an X display (xvfb-run)"},
-                   {"--quiet", "print errors only"},
+                   {"--threads", "default: all"},
                    {"--help-all", "all options"}});
   parser.examples({"scan.ply mesh.ply", "lidar.pcd mesh.vtk --quality fine --color confidence",
                    "scans/*.ply --output-directory meshes --trim none"});
+  const char* const behind = "OUTPUT comes behind INPUT";
+  parser.hints({{"-o", behind},
+                {"--out", behind},
+                {"--output", behind},
+                {"-i", behind},
+                {"--in", behind},
+                {"--input", behind},
+                {"--depth", "how fine voxels are is said by --quality or --voxel-size"},
+                {"--resolution", "how fine voxels are is said by --quality or --voxel-size"}});
 }
 
 /// Of the words that belong to no option: the only job, or one of several.
@@ -245,8 +251,12 @@ void resolveFormats(Command& command, const std::string& outputFormat)
   for (Job& job : command.jobs) {
     const std::string input = unpackedExtension(job.input), hint = conversionHint(job.input);
     if (command.inputFormat.empty() && job.input != "-" && std::find(known.begin(), known.end(), input) == known.end())
-      throw UsageError("INPUT '" + job.input + "' does not end in " + pointFileExtensions +
-                       (hint.empty() ? "; say --input-format" : hint));
+      throw UsageError(
+          "INPUT '" + job.input + "' " +
+          (std::filesystem::is_directory(job.input)
+               ? "is a folder; name its files, and where meshes go: " + job.input + "/*.ply --output-directory meshes"
+               : std::string("does not end in ") + pointFileExtensions +
+                     (hint.empty() ? "; say --input-format" : hint)));
     if (job.output == "-" && outputFormat.empty())
       throw UsageError("OUTPUT is standard output, which has no name to tell the format; say --output-format");
     job.outputFormat = outputFormat.empty() ? extension(job.output) : outputFormat;

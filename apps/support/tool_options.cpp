@@ -217,7 +217,9 @@ void ToolOptions::refuseUnknown() const
   for (const std::string& word : words)
     if (word.size() > 1 && word[0] == '-') {
       const std::string name = word.substr(0, word.find('='));
-      throw UsageError("'" + word + "' is not an option" + didYouMean(name, names));
+      const auto hint = texts_.hints.find(name);
+      throw UsageError("'" + word + "' is not an option" +
+                       (hint == texts_.hints.end() ? didYouMean(name, names) : "; " + hint->second));
     }
   throw UsageError("'" + words.front() + "' is one argument too many");
 }

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,10 +39,11 @@ struct ToolTexts {
   std::vector<OptionText> options;
   std::vector<std::pair<std::string, std::string>> everyday; ///< options of the short help, in words of their own
   std::vector<std::string> examples;                         ///< command lines without the tool's name
+  std::map<std::string, std::string> hints;                  ///< on what other programs call options
   std::vector<std::string> notes;                            ///< paragraphs; lines keep their indentation
 };
 
-/// Everyday options and examples, on a screen.
+/// Everyday options and an example, on a screen.
 std::string shortHelp(const ToolTexts& texts);
 
 /// All options, by their groups.
@@ -72,6 +74,7 @@ public:
   void operand(const std::string& name, const std::string& help) { texts_.operands.emplace_back(name, help); }
 
   /// What the short help lists. \param options names, and help in a few words
+  void hints(std::map<std::string, std::string> onOthers) { texts_.hints = std::move(onOthers); }
   void everyday(std::vector<std::pair<std::string, std::string>> options) { texts_.everyday = std::move(options); }
 
   /// Later options appear under this heading of the help.

@@ -117,8 +117,7 @@ std::string shortHelp(const ToolTexts& texts)
   for (const auto& [name, help] : texts.everyday)
     if (const OptionText* option = find(texts, name))
       addEntry(shortTermOf(*option), help, column, text);
-  addExamples(texts, text);
-  return text;
+  return text + "Example: " + texts.tool + " " + texts.examples.front() + "\n";
 }
 
 std::string fullHelp(const ToolTexts& texts)
