@@ -5,6 +5,8 @@
 #include <Eigen/Cholesky>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <queue>
@@ -146,7 +148,10 @@ private:
     const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
     if (mesh_.pinned[a] || mesh_.pinned[b])
       return {};
-    return Candidate{sumOf(a, b).at(placeOf(h)), std::min(a, b), std::max(a, b), stamps_[a] + stamps_[b]};
+    const double cost = sumOf(a, b).at(placeOf(h));
+    if (!std::isfinite(cost)) // of triangles without an area
+      return {};
+    return Candidate{cost, std::min(a, b), std::max(a, b), stamps_[a] + stamps_[b]};
   }
 
   void enqueue(std::int32_t h)
