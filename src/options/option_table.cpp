@@ -339,7 +339,7 @@ void declareMesh(Table& table)
       .number("targetEdge", "--target-edge", "length", notNegative, field(remesher, &RemesherOptions::targetEdge),
               "edge that the remesher aims at, everywhere")
       .automatic = "median edge before, longer where points are sparse";
-  table.number("triangles", "--triangles", "n", upTo(4e8), field(remesher, &RemesherOptions::triangles),
+  table.number("triangles", "--triangles", "n", upTo(1e8), field(remesher, &RemesherOptions::triangles),
                "triangles to end with; 0: as many as the edges ask for");
   table.stage("trimming");
   const auto trimming = &Options::trimming;

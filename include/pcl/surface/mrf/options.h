@@ -234,7 +234,7 @@ struct RemesherOptions {
   /// Target edge length l, cloud's unit; 0 = median edge of the input mesh, and longer where points are sparse, see
   /// EdgeSizing.
   float targetEdge = 0;
-  /// Triangles to end with, ..4e8; 0 = as many as the edges ask for. The remesher leaves no fewer, then collapses edges
+  /// Triangles to end with, ..1e8; 0 = as many as the edges ask for. The remesher leaves no fewer, then collapses edges
   /// where the surface moves least.
   std::int64_t triangles = 0;
   bool fit = true; ///< triangles lie on the surface in the mean; without, vertices do, as in the paper
