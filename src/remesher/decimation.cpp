@@ -82,8 +82,7 @@ public:
   /// \param triangles to leave
   void run(std::int64_t triangles)
   {
-    std::int64_t count =
-        std::count_if(mesh_.origin.begin(), mesh_.origin.end(), [](std::int32_t v) { return v >= 0; }) / 3;
+    std::int64_t count = mesh_.halfEdgeCount() / 3;
     Poller poll(execution_);
     while (count > triangles && !queue_.empty()) {
       poll();
@@ -112,8 +111,6 @@ private:
     Poller poll(execution_);
     for (std::int32_t t = 0; t < mesh_.halfEdgeCount(); t += 3) {
       poll();
-      if (mesh_.origin[t] < 0)
-        continue;
       const Vector3d cross = surface_.cross(t).cast<double>();
       const double length = cross.norm(), area = .5 * length;
       const Vector3d normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
@@ -137,9 +134,8 @@ private:
   {
     std::vector<Candidate> candidates;
     for (std::int32_t h = 0; h < mesh_.halfEdgeCount(); ++h)
-      if (mesh_.represents(h))
-        if (const std::optional<Candidate> candidate = candidateOf(h))
-          candidates.push_back(*candidate);
+      if (const auto candidate = mesh_.represents(h) ? candidateOf(h) : std::nullopt)
+        candidates.push_back(*candidate);
     queue_ = decltype(queue_)(std::greater<>(), std::move(candidates));
   }
 
@@ -207,23 +203,17 @@ private:
   /// \return false if it is refused
   bool collapse(std::int32_t edge)
   {
-    const bool isBorder = mesh_.twin[edge] < 0;
-    const std::int32_t h = !isBorder && mesh_.onBoundary(mesh_.target(edge)) ? mesh_.twin[edge] : edge;
+    const std::int32_t h = surface_.towardsWhatGoes(edge);
     const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
-    if (isBorder ? !mesh_.mayCollapseBorder(h) : !mesh_.mayCollapse(h))
+    if (!surface_.mayMerge(h))
       return false;
     const Vector3f position = origin_ + placeOf(h).cast<float>();
     const Corner merged{position,
                         surface_.level.normalAt(position, (mesh_.normals[a] + mesh_.normals[b]).normalized())};
     if (!position.allFinite() || !fits(h, merged))
       return false;
-    const Quadric sum = sumOf(a, b);
-    if (isBorder)
-      mesh_.collapseBorder(h);
-    else
-      mesh_.collapse(h);
-    surface_.moveTo(a, {merged, surface_.site(a).place});
-    quadrics_[a] = sum;
+    surface_.merge(h, {merged, surface_.site(a).place});
+    quadrics_[a].add(quadrics_[b]);
     ++stamps_[a];
     ++stamps_[b];
     mesh_.forOutgoing(a, [&](std::int32_t spoke) {

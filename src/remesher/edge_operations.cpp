@@ -115,18 +115,13 @@ bool mergedFits(const RemeshedSurface& surface, std::int32_t h, const Corner& me
 
 bool mergeAt(RemeshedSurface& surface, std::int32_t h, const Site& site)
 {
-  HalfEdgeMesh& mesh = surface.mesh;
-  const std::int32_t a = mesh.origin[h], b = mesh.target(h);
-  const bool isBorder = mesh.twin[h] < 0;
-  if (isBorder && !surface.followsBorder(mesh.previousOnBorder(a), site, mesh.nextOnBorder(b)))
+  const HalfEdgeMesh& mesh = surface.mesh;
+  if (mesh.twin[h] < 0 &&
+      !surface.followsBorder(mesh.previousOnBorder(mesh.origin[h]), site, mesh.nextOnBorder(mesh.target(h))))
     return false;
   if (!mergedFits(surface, h, site.corner))
     return false;
-  if (isBorder)
-    mesh.collapseBorder(h);
-  else
-    mesh.collapse(h);
-  surface.moveTo(a, site);
+  surface.merge(h, site);
   return true;
 }
 
@@ -134,12 +129,11 @@ bool mergeAt(RemeshedSurface& surface, std::int32_t h, const Site& site)
 bool collapse(RemeshedSurface& surface, std::int32_t edge)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
-  const bool isBorder = mesh.twin[edge] < 0;
-  const std::int32_t h = !isBorder && mesh.onBoundary(mesh.target(edge)) ? mesh.twin[edge] : edge;
+  const std::int32_t h = surface.towardsWhatGoes(edge);
   const std::int32_t a = mesh.origin[h], b = mesh.target(h);
-  if (isBorder ? !mesh.mayCollapseBorder(h) : !mesh.mayCollapse(h))
+  if (!surface.mayMerge(h))
     return false;
-  if (!isBorder && mesh.onBoundary(a))
+  if (mesh.twin[h] >= 0 && mesh.onBoundary(a))
     return mergeAt(surface, h, surface.site(a));
   const std::optional<Site> middle = middleOf(surface, h);
   return (middle && mergeAt(surface, h, *middle)) || mergeAt(surface, h, surface.site(a)) ||

@@ -40,6 +40,7 @@ void flipEdges(RemeshedSurface& surface, Execution& execution);
 /// Those that move the surface least come first, by Garland and Heckbert's quadrics (SIGGRAPH 1997): the squared
 /// distances of the merged vertex from the planes of all triangles that it stands for, weighted by their areas, and on
 /// the border from planes upright on it. So edges get long where the surface is flat, and stay short where it curves.
+/// \pre no triangle was removed since the mesh was made or compacted, as it is afterwards
 void decimate(RemeshedSurface& surface, std::int64_t triangles, Execution& execution);
 
 /// After the last round: moves vertices along their normals until the middles of edges lie on the surface in the mean.

@@ -68,6 +68,26 @@ struct RemeshedSurface {
     return next.mayReplace(former, maxTurn);
   }
 
+  /// That half-edge of an edge whose target goes if its ends are merged: a border stays where it is.
+  std::int32_t towardsWhatGoes(std::int32_t edge) const
+  {
+    return mesh.twin[edge] >= 0 && mesh.onBoundary(mesh.target(edge)) ? mesh.twin[edge] : edge;
+  }
+
+  /// True if merging the ends of an edge keeps the mesh manifold, its topology and its borders.
+  bool mayMerge(std::int32_t h) const { return mesh.twin[h] < 0 ? mesh.mayCollapseBorder(h) : mesh.mayCollapse(h); }
+
+  /// Merges the target of h into its origin, at a site. \pre mayMerge(h)
+  void merge(std::int32_t h, const Site& site)
+  {
+    const std::int32_t kept = mesh.origin[h];
+    if (mesh.twin[h] < 0)
+      mesh.collapseBorder(h);
+    else
+      mesh.collapse(h);
+    moveTo(kept, site);
+  }
+
   /// True if no triangle of the vertex is spoiled there.
   bool mayMove(std::int32_t vertex, const Corner& moved) const
   {
