@@ -160,7 +160,7 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
   parser.declared("threads");
   parser.flag("--progress", command.hasProgress, "tell the progress also where standard error is no terminal");
   CLI::Option* verbose = parser.flag("-v,--verbose", parsed.isVerbose, "print all there is to know");
-  parser.flag("-q,--quiet", parsed.isQuiet, "print errors only")->excludes(verbose);
+  parser.flag("-q,--quiet", parsed.isQuiet, "print errors and warnings only")->excludes(verbose);
 }
 
 /// What the short help lists.

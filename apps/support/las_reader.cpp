@@ -52,7 +52,7 @@ LasHeader parseLasHeader(const std::string& path, const std::string& text)
   LasHeader header;
   header.format = whole(104, 1);
   if ((header.format & 0xc0) != 0)
-    throw FileError(path, "is compressed, as LAZ is" + conversionHint("cloud.laz"));
+    throw FileError(path, "is compressed, as LAZ is" + conversionHint(path, "laz"));
   if (header.format >= lasFormats.size())
     throw FileError(path, "has points of format " + std::to_string(header.format) + "; 0 to 10 are read");
   header.begin = whole(96, 4);

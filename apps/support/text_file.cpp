@@ -46,9 +46,9 @@ std::string unpackedExtension(const std::string& path)
   return type == "gz" ? extension(path.substr(0, path.size() - 3)) : type;
 }
 
-std::string conversionHint(const std::string& path)
+std::string conversionHint(const std::string& path, const std::string& type)
 {
-  const std::string type = unpackedExtension(path), name = "'" + path + "'";
+  const std::string name = "'" + path + "'";
   return type == "vtk"   ? "; pcl_vtk2ply " + name + " mesh.ply makes a ply file of it"
          : type == "vtp" ? "; ParaView saves it as ply"
          : type == "laz"

@@ -18,7 +18,12 @@ std::string extension(const std::string& path);
 std::string unpackedExtension(const std::string& path);
 
 /// The end of a message about a file that is not read: what converts it; empty if that is not known.
-std::string conversionHint(const std::string& path);
+/// \param type what the file is, as an extension
+std::string conversionHint(const std::string& path, const std::string& type);
+inline std::string conversionHint(const std::string& path)
+{
+  return conversionHint(path, unpackedExtension(path));
+}
 
 /// Reads a file or a pipe, and unpacks it if it begins as gzip's files do.
 /// \throw FileError if it is missing, a directory or device, unreadable or empty, or packed but damaged or too large

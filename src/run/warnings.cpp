@@ -127,10 +127,13 @@ void warnOfTriangles(Report& report)
   constexpr double tolerance = .02;
   if (asked == 0 || std::abs(made - asked) <= tolerance * asked)
     return;
-  report.warnings.push_back("remesher.triangles = " + std::to_string(report.options.remesher.triangles) +
-                            ", but the mesh has " + std::to_string(report.mesh.triangles) +
-                            (made > asked ? ": with fewer its parts or its shape would be lost"
-                                          : ": remesher.rounds is too low for edges as short as that"));
+  report.warnings.push_back(
+      "remesher.triangles = " + std::to_string(report.options.remesher.triangles) + ", but the mesh has " +
+      std::to_string(report.mesh.triangles) +
+      (made > asked
+           ? ": no fewer keep its parts and its shape without intersections; larger voxels (multiscale.voxelSize) "
+             "make a simpler surface"
+           : ": remesher.rounds is too low for edges as short as that"));
 }
 
 void warnOfUncertainSurface(Report& report)

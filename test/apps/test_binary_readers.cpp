@@ -131,7 +131,7 @@ TEST(LasReader, headersAreNotBelieved)
   refused(96, std::uint32_t{300}, "is a malformed LAS file: points from byte 300");
   refused(96, std::uint32_t{4294967295}, "is truncated: it declares 2 points and holds 0");
   refused(104, std::uint8_t{11}, "has points of format 11; 0 to 10 are read");
-  refused(104, std::uint8_t{0x87}, "is compressed, as LAZ is; laszip -i 'cloud.laz' -o cloud.las");
+  refused(104, std::uint8_t{0x87}, "is compressed, as LAZ is; laszip -i 'a.las' -o cloud.las");
   refused(104, std::uint8_t{10}, "is a malformed LAS file: points of format 10 take 67 bytes at least, not 37");
   refused(105, std::uint16_t{0}, "is a malformed LAS file: points of format 7 take 36 bytes at least, not 0");
   refused(107, std::uint32_t{3}, "is truncated: it declares 3 points and holds 2");

@@ -117,6 +117,7 @@ P = ball(100)
 
 @pytest.mark.parametrize("error, words, given, options", [
     (ValueError, "points has the shape (0,)", [], {}),
+    (ValueError, "points is masked in part", np.ma.masked_greater(P, .9), {}),
     (ValueError, "at least 4 points are needed; 0 of 0 are left", EMPTY, {}),
     (ValueError, "at least 4 points are needed; 3 of 3 are left", P[:3], {}),
     (ValueError, "100 not finite", P * np.nan, {}),

@@ -8,6 +8,8 @@ from .errors import InvalidInput
 
 def numbers(name, value, kinds="iuf"):
     """The value as an array, without a copy if it is one; its elements are of one of these kinds."""
+    if np.ma.is_masked(value):
+        raise InvalidInput(f"{name} is masked in part; leave these out of all arrays: {name}[~mask]")
     try:
         array = np.asarray(value)
     except ValueError:

@@ -154,8 +154,8 @@ public:
   void setTargetEdge(float length) { options_.remesher.targetEdge = length; }
   float getTargetEdge() const { return options_.remesher.targetEdge; }
 
-  /// How many triangles the mesh has, within 2 %: long ones where it is flat, short ones where it curves; 0 (default) =
-  /// as many as the voxels ask for.
+  /// How many triangles the mesh has, within 2 % or with a warning: long ones where it is flat, short ones where it
+  /// curves; 0 (default) = as many as the voxels ask for.
   void setTargetTriangles(std::int64_t triangles) { options_.remesher.triangles = triangles; }
   std::int64_t getTargetTriangles() const { return options_.remesher.triangles; }
 
