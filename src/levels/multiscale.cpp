@@ -61,10 +61,12 @@ constexpr float mergedFrom = 10;
 LevelSamples samplesOfLevels(const OrientedPoints& points, const std::vector<Lattice>& lattices, float spacing,
                              Execution& execution)
 {
-  const std::vector<PointSample> finest = toSamples(points, lattices.back(), spacing, execution);
+  const Lattice& finest = lattices.back();
   // Voxels that hold dozens of points, as a pilot's, need not see each of them.
-  const bool isCoarse = lattices.back().spacing > mergedFrom * spacing;
-  return LevelSamples(isCoarse ? merge(finest, 1, execution) : sortedByCells(finest, execution), lattices, execution);
+  const bool isCoarse = finest.spacing > mergedFrom * spacing;
+  return LevelSamples(isCoarse ? toMergedSamples(points, finest, spacing, 1, execution)
+                               : toSamplesByCells(points, finest, spacing, execution),
+                      lattices, execution);
 }
 
 std::vector<float> denseConfidences(const Observation& observation)

@@ -49,6 +49,29 @@ Eigen::Array3i cubeOf(const PointSample& sample, float side)
   return {floorOf(position.x()), floorOf(position.y()), floorOf(position.z())};
 }
 
+/// What a sample keeps from the outermost voxel centers of a coarser lattice: beyond them a cell would miss voxels.
+constexpr float fromBorder = 1e-3f;
+
+/// Makes samples of points one by one: all of a large cloud at once take more memory than the points.
+class SampleMaker {
+public:
+  SampleMaker(const OrientedPoints& points, const Lattice& lattice, float spacing)
+      : points_(points), lattice_(lattice), spacing_(spacing)
+  {}
+
+  PointSample operator()(std::size_t i) const
+  {
+    const float mass = points_.confidence(i) * relativePrecision(points_.deviation(i), points_.typicalDeviation) *
+                       (points_.spacings.empty() ? 1 : relativeArea(points_.spacings[i], spacing_));
+    return {lattice_.toVoxels(points_.positions[i]).cast<float>(), points_.normals[i], mass};
+  }
+
+private:
+  const OrientedPoints& points_;
+  const Lattice& lattice_;
+  float spacing_;
+};
+
 struct CubeBounds {
   Eigen::Array3i lower = Eigen::Array3i::Constant(std::numeric_limits<int>::max()), upper = -lower;
 
@@ -60,16 +83,17 @@ struct CubeBounds {
 };
 
 /// Of the cubes that samples lie in.
-CubeBounds bounds(const std::vector<PointSample>& samples, float side, Execution& execution)
+template <typename SampleAt>
+CubeBounds bounds(std::size_t count, const SampleAt& sampleAt, float side, Execution& execution)
 {
   CubeBounds result;
-  for (const CubeBounds& piece : partsOf<CubeBounds>(execution, samples.size(), sampleGrain,
-                                                     [&](CubeBounds&own, std::size_t begin, std::size_t end) {
-                                                       for (std::size_t s = begin; s < end; ++s) {
-                                                         const Eigen::Array3i cube = cubeOf(samples[s], side);
-                                                         own.include({cube, cube});
-                                                       }
-                                                     }))
+  for (const CubeBounds& piece :
+       partsOf<CubeBounds>(execution, count, sampleGrain, [&](CubeBounds& own, std::size_t begin, std::size_t end) {
+         for (std::size_t s = begin; s < end; ++s) {
+           const Eigen::Array3i cube = cubeOf(sampleAt(s), side);
+           own.include({cube, cube});
+         }
+       }))
     result.include(piece);
   return result;
 }
@@ -79,15 +103,16 @@ struct CubeOrder {
   SortKeys keys; ///< the same for the same cube
   std::vector<std::uint32_t> order;
 
-  CubeOrder(const std::vector<PointSample>& samples, float side, Execution& execution)
-      : keys(samples.size()), order(samples.size())
+  template <typename SampleAt>
+  CubeOrder(std::size_t count, const SampleAt& sampleAt, float side, Execution& execution) : keys(count), order(count)
   {
-    if (samples.empty())
+    if (count == 0)
       return;
-    const CubeBounds range = bounds(samples, side, execution);
+    const CubeBounds range = bounds(count, sampleAt, side, execution);
     const Eigen::Array<std::uint64_t, 3, 1> size = (range.upper - range.lower + 1).cast<std::uint64_t>();
-    forEach(execution, samples.size(), sampleGrain, [&](std::size_t s) {
-      const Eigen::Array<std::uint64_t, 3, 1> cube = (cubeOf(samples[s], side) - range.lower).cast<std::uint64_t>();
+    forEach(execution, count, sampleGrain, [&](std::size_t s) {
+      const Eigen::Array3i own = cubeOf(sampleAt(s), side) - range.lower;
+      const Eigen::Array<std::uint64_t, 3, 1> cube = own.cast<std::uint64_t>();
       keys[s] = cube.x() + size.x() * (cube.y() + size.y() * cube.z());
       order[s] = static_cast<std::uint32_t>(s);
     });
@@ -95,30 +120,17 @@ struct CubeOrder {
   }
 };
 
-} // namespace
-
-std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
-                                   Execution& execution)
+template <typename SampleAt>
+std::vector<PointSample> mergedSamples(std::size_t count, const SampleAt& sampleAt, float side, Execution& execution)
 {
-  std::vector<PointSample> samples(points.size());
-  forEach(execution, samples.size(), sampleGrain, [&](std::size_t i) {
-    const float mass = points.confidence(i) * relativePrecision(points.deviation(i), points.typicalDeviation) *
-                       (points.spacings.empty() ? 1 : relativeArea(points.spacings[i], spacing));
-    samples[i] = {lattice.toVoxels(points.positions[i]).cast<float>(), points.normals[i], mass};
-  });
-  return samples;
-}
-
-std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side, Execution& execution)
-{
-  const CubeOrder cubes(samples, side, execution);
+  const CubeOrder cubes(count, sampleAt, side, execution);
   const SortKeys& keys = cubes.keys;
   const auto isFirst = [&](std::size_t n) { return n == 0 || keys[n] != keys[n - 1]; };
   // Where the merged samples of each piece of work begin: those whose cube begins in it.
-  const std::size_t pieces = (samples.size() + sampleGrain - 1) / sampleGrain;
+  const std::size_t pieces = (count + sampleGrain - 1) / sampleGrain;
   std::vector<std::size_t> begins(pieces + 1, 0);
   const auto forPieces = [&](const auto& body) {
-    execution.forRange(samples.size(), sampleGrain, [&](std::int64_t begin, std::int64_t end) {
+    execution.forRange(count, sampleGrain, [&](std::int64_t begin, std::int64_t end) {
       body(static_cast<std::size_t>(begin) / sampleGrain, static_cast<std::size_t>(begin),
            static_cast<std::size_t>(end));
     });
@@ -135,14 +147,14 @@ std::vector<PointSample> merge(const std::vector<PointSample>& samples, float si
     for (std::size_t n = begin; n < end; ++n) {
       if (!isFirst(n))
         continue;
-      const PointSample& first = samples[cubes.order[n]];
+      const PointSample first = sampleAt(cubes.order[n]);
       if (n + 1 == keys.size() || keys[n + 1] != keys[n]) {
         merged[out++] = first;
         continue;
       }
       SampleMean mean;
       for (std::size_t m = n; m < keys.size() && keys[m] == keys[n]; ++m)
-        mean.add(samples[cubes.order[m]]);
+        mean.add(sampleAt(cubes.order[m]));
       merged[out] = mean.sample();
       // Rounding must not move the mean into the next cube.
       const Eigen::Array3f lower = side * cubeOf(first, side).cast<float>();
@@ -155,12 +167,66 @@ std::vector<PointSample> merge(const std::vector<PointSample>& samples, float si
   return merged;
 }
 
+template <typename SampleAt>
+std::vector<PointSample> samplesByCells(std::size_t count, const SampleAt& sampleAt, Execution& execution)
+{
+  const std::vector<std::uint32_t> order = CubeOrder(count, sampleAt, 1, execution).order;
+  std::vector<PointSample> sorted(count);
+  forEach(execution, count, sampleGrain, [&](std::size_t n) { sorted[n] = sampleAt(order[n]); });
+  return sorted;
+}
+
+auto placeIn(const std::vector<PointSample>& samples)
+{
+  return [&samples](std::size_t s) -> const PointSample& { return samples[s]; };
+}
+
+} // namespace
+
+std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
+                                   Execution& execution)
+{
+  const SampleMaker sampleAt(points, lattice, spacing);
+  std::vector<PointSample> samples(points.size());
+  forEach(execution, samples.size(), sampleGrain, [&](std::size_t i) { samples[i] = sampleAt(i); });
+  return samples;
+}
+
+std::vector<PointSample> toSamplesByCells(const OrientedPoints& points, const Lattice& lattice, float spacing,
+                                          Execution& execution)
+{
+  return samplesByCells(points.size(), SampleMaker(points, lattice, spacing), execution);
+}
+
+std::vector<PointSample> toMergedSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
+                                         float side, Execution& execution)
+{
+  return mergedSamples(points.size(), SampleMaker(points, lattice, spacing), side, execution);
+}
+
+std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side, Execution& execution)
+{
+  return mergedSamples(samples.size(), placeIn(samples), side, execution);
+}
+
+std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, const Lattice& fine, const Lattice& coarse,
+                                   float side, Execution& execution)
+{
+  const auto ratio = static_cast<float>(fine.spacing / coarse.spacing);
+  const Eigen::Vector3f shift = ((fine.origin - coarse.origin) / coarse.spacing).cast<float>();
+  const Eigen::Array3f last = Eigen::Array3f(static_cast<float>(coarse.size.x), static_cast<float>(coarse.size.y),
+                                             static_cast<float>(coarse.size.z)) -
+                              (1 + fromBorder);
+  const auto sampleAt = [&](std::size_t s) -> PointSample {
+    const Eigen::Vector3f position = (ratio * samples[s].position + shift).array().min(last).max(0).matrix();
+    return {position, samples[s].normal, samples[s].weight};
+  };
+  return mergedSamples(samples.size(), sampleAt, side, execution);
+}
+
 std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, Execution& execution)
 {
-  const std::vector<std::uint32_t> order = CubeOrder(samples, 1, execution).order;
-  std::vector<PointSample> sorted(samples.size());
-  forEach(execution, samples.size(), sampleGrain, [&](std::size_t n) { sorted[n] = samples[order[n]]; });
-  return sorted;
+  return samplesByCells(samples.size(), placeIn(samples), execution);
 }
 
 PointWeights pointWeights(Prior prior, double smoothing, double spacing, double voxelSize, double gradientWeight)

@@ -60,9 +60,19 @@ inline float relativePrecision(float deviation, float typical)
 std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
                                    Execution& execution);
 
+/// The same ordered by cells as by sortedByCells, or merged as by merge, without the samples of all points beside them.
+std::vector<PointSample> toSamplesByCells(const OrientedPoints& points, const Lattice& lattice, float spacing,
+                                          Execution& execution);
+std::vector<PointSample> toMergedSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
+                                         float side, Execution& execution);
+
 /// One sample for all within the same cube of `side` voxels, at their weighted mean; ordered by cubes: z, then y, then
 /// x. A side of ½ changes a field no more than the trilinear interpolant does.
 std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side, Execution& execution);
+
+/// The samples of a lattice as a coarser one sees them, merged. \param side of the cubes of which one is left, voxels
+std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, const Lattice& fine, const Lattice& coarse,
+                                   float side, Execution& execution);
 
 /// Orders samples by the cells of the lattice they lie in: z, then y, then x.
 std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, Execution& execution);

@@ -21,9 +21,6 @@ constexpr std::int64_t fewVoxels = 100;
 /// with cost its solver a third more steps.
 constexpr float halfCell = .5f;
 
-/// What a sample keeps from the outermost voxel centers of a coarser lattice: beyond them a cell would miss voxels.
-constexpr float fromBorder = 1e-3f;
-
 /// Weights of a level's observed voxels, packed. \param targets likewise
 std::vector<float> packedWeights(const LevelObservation& observation, const VoxelSet& unknowns,
                                  std::vector<float>& targets)
@@ -141,24 +138,6 @@ LevelSamples::LevelSamples(std::vector<PointSample> finest, const std::vector<La
     beneath[at - 1] = sortedByCells(coarsened(finer, lattices[at], lattices[at - 1], halfCell, execution), execution);
     own[at - 1] = merge(beneath[at - 1], 1, execution);
   }
-}
-
-std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, const Lattice& fine, const Lattice& coarse,
-                                   float side, Execution& execution)
-{
-  const auto ratio = static_cast<float>(fine.spacing / coarse.spacing);
-  const Eigen::Vector3f shift = ((fine.origin - coarse.origin) / coarse.spacing).cast<float>();
-  const Eigen::Array3f last = Eigen::Array3f(static_cast<float>(coarse.size.x), static_cast<float>(coarse.size.y),
-                                             static_cast<float>(coarse.size.z)) -
-                              (1 + fromBorder);
-  std::vector<PointSample> moved(samples.size());
-  execution.forRange(static_cast<std::int64_t>(samples.size()), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
-    for (auto s = static_cast<std::size_t>(begin); s < static_cast<std::size_t>(end); ++s) {
-      moved[s] = samples[s];
-      moved[s].position = (ratio * samples[s].position + shift).array().min(last).max(0).matrix();
-    }
-  });
-  return merge(moved, side, execution);
 }
 
 VoxelSet wholeOf(const Lattice& lattice, Execution& execution)

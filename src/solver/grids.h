@@ -39,10 +39,6 @@ struct LevelObservation {
 /// \param lattices coarsest first \return how many were put before them
 std::size_t addCoarserGrids(std::vector<Lattice>& lattices);
 
-/// The samples of a lattice as a coarser one sees them. \param side of the cubes of which one is left, voxels
-std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, const Lattice& fine, const Lattice& coarse,
-                                   float side, Execution& execution);
-
 /// All voxels of a lattice, on its grid with margin.
 VoxelSet wholeOf(const Lattice& lattice, Execution& execution);
 
