@@ -238,8 +238,8 @@ SolveReport solveOnGrids(const GridSystem& posed, const LevelPlan& plan, const S
   GridOperator& system = cycle.finest();
 
   const auto setRightHandSide = [&](PackedValues& b) {
-    if (rightHandSide)
-      b = *rightHandSide;
+    if (posed.rightHandSide)
+      b = *posed.rightHandSide;
     else
       system.rightHandSide(b, execution);
   };
