@@ -3,6 +3,7 @@
 
 #include "text_file.h"
 
+#include <cmath>
 #include <cstring>
 #include <initializer_list>
 
@@ -45,15 +46,35 @@ VectorColumns::VectorColumns(const std::vector<std::string>& names)
       color(findVector(names, {{"red", "green", "blue"},
                                {"r", "g", "b"},
                                {"rf", "gf", "bf"},
-                               {"diffuse_red", "diffuse_green", "diffuse_blue"}}))
+                               {"diffuse_red", "diffuse_green", "diffuse_blue"}})),
+      degrees(position ? std::nullopt
+                       : findVector(names, {{"lat", "lon", "lon"},
+                                            {"lat", "long", "long"},
+                                            {"lat", "lng", "lng"},
+                                            {"latitude", "longitude", "longitude"}}))
 {}
 
 bool VectorColumns::hold(std::size_t column) const
 {
-  for (const auto& vector : {position, normal, color})
+  for (const auto& vector : {position, degrees, normal, color})
     if (vector && std::find(vector->begin(), vector->end(), column) != vector->end())
       return true;
   return false;
+}
+
+bool VectorColumns::isCoordinate(std::size_t column) const
+{
+  const std::optional<Triple>& parts = position ? position : degrees;
+  return parts && std::find(parts->begin(), parts->end(), column) != parts->end();
+}
+
+std::string projectionHint(const std::string& path, double longitude, double latitude)
+{
+  const int zone = 1 + static_cast<int>((std::fmin(std::fmax(longitude, -180), 179) + 180) / 6);
+  return "project them to meters: pdal translate '" + path +
+         "' meters.las --filter filters.reprojection --filters.reprojection.in_srs=EPSG:4326"
+         " --filters.reprojection.out_srs=EPSG:" +
+         std::to_string((latitude < 0 ? 32700 : 32600) + zone);
 }
 
 void addColors(const std::vector<Eigen::Vector3f>& colors, bool areWhole, PointTable& table)

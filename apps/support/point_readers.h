@@ -36,10 +36,15 @@ using Triple = std::array<std::size_t, 3>;
 /// nx ny nz or normal_x …, r g b, red … or diffuse_red …. There is a vector where all three parts are.
 struct VectorColumns {
   std::optional<Triple> position, normal, color;
+  std::optional<Triple> degrees; ///< if there is no position, latitude and twice the longitude
 
   explicit VectorColumns(const std::vector<std::string>& names);
   bool hold(std::size_t column) const; ///< whether it is part of a vector
+  bool isCoordinate(std::size_t column) const;
 };
+
+/// The end of a message about degrees: what projects them to meters. \param longitude and latitude of a point
+std::string projectionHint(const std::string& path, double longitude, double latitude);
 
 /// Colors are bytes; 16-bit numbers, up to 257 times as large, where any is above; or shares of 1 where none is above
 /// that. \param areWhole they have a type that has no shares
@@ -97,12 +102,12 @@ const NumberType* numberType(char kind, std::size_t size);
 // more memory than a small multiple of what the file holds (once unpacked), whatever its header promises.
 
 /// The names of columns in a line, parted by commas, semicolons or tabs if it has any, else by blanks, and without
-/// units in brackets. It may be a comment. \return nothing unless x, y and z are among them
+/// units in brackets. It may be a comment. \return nothing unless x, y and z, or latitude and longitude, are among them
 std::vector<std::string> columnNames(std::string_view line);
 
-/// Rows of numbers. Columns are what the line above them names; without names [number] x y z [intensity] and normals
-/// and colors, which are told by their values, or in a line of three. Lines that start with # or // are comments; a
-/// leading line may hold the number of points, as in Leica's PTS, where each scan has one.
+/// Rows of numbers; columns of text are skipped. Columns are what the line above them names; without names [number] x y
+/// z [intensity] and normals and colors, which are told by their values, or in a line of three. Lines that start with #
+/// or // are comments; a leading line may hold the number of points, as in Leica's PTS, where each scan has one.
 PointTable parseXyz(const std::string& path, const std::string& text);
 
 /// Leica's PTX: scans of cells x y z intensity [r g b], moved to where their headers say; those at 0 0 0 are none. The

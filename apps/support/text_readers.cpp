@@ -21,7 +21,7 @@ Eigen::Vector3d vectorAt(const std::vector<double>& values, std::size_t first)
 
 bool isComment(std::string_view line)
 {
-  const std::size_t begin = line.find_first_not_of(" \t");
+  const std::size_t begin = line.find_first_not_of(" \t,;");
   return begin == std::string_view::npos || line[begin] == '#' || line.substr(begin, 2) == "//";
 }
 
@@ -42,11 +42,18 @@ std::string withoutUnits(std::string_view line)
   return result;
 }
 
-/// Rows of numbers, all of one length.
+/// The cells of a column that hold no number.
+struct Gaps {
+  std::size_t count = 0, emptyLine = 0, textLine = 0; ///< all of them; the first empty one and the first other, from 1
+  std::string_view text;                              ///< the first other
+};
+
+/// Rows of numbers, all of one length; NaN in the gaps.
 struct Rows {
   std::size_t columns = 0;
   std::vector<double> values;
   std::vector<std::string> names; ///< of the columns; without one they are skipped
+  std::vector<Gaps> gaps;         ///< of the columns
   bool areCounted = false;        ///< a line says how many there are
 
   std::size_t size() const { return columns == 0 ? 0 : values.size() / columns; }
@@ -57,50 +64,174 @@ struct Rows {
   }
 };
 
-Rows parseRows(const std::string& path, std::string_view text)
+/// Splits a line at tabs, else semicolons, else commas, between which there may be nothing or several words; a line
+/// without them at blanks. Takes quotes off.
+void splitCells(std::string_view line, std::vector<std::string_view>& cells)
 {
-  if (text.substr(0, 3) == "\xef\xbb\xbf")
-    text.remove_prefix(3);
-  Rows rows;
-  double announced = 0;
-  std::string_view line;
-  std::vector<std::string_view> words;
-  std::vector<double> values;
-  for (Lines lines(text); lines.next(line);) {
-    splitRow(line, words);
-    if (isComment(line) || !toNumbers(words, values)) {
-      std::vector<std::string> names = rows.columns > 0 ? std::vector<std::string>() : columnNames(line);
-      if (!names.empty())
-        rows.names = std::move(names);
-      else if (!isComment(line))
-        throw FileError(path, lines.number(),
-                        rows.columns > 0 ? "is not a row of numbers"
-                                         : "is not a row of numbers, nor names columns x, y and z");
-      continue;
-    }
-    if (haveDecimalCommas(words)) // they would make two numbers of one
-      throw FileError(path, lines.number(),
-                      "has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
-    // One count is before all rows, or, in PTS, one before those of each scan.
-    if ((rows.columns == 0 || rows.areCounted) && values.size() == 1 && isCount(values[0])) {
-      announced += values[0];
-      rows.areCounted = true;
-      continue;
-    }
-    if (values.size() < 3)
-      throw FileError(path, lines.number(), "has fewer than the three columns x y z");
-    if (rows.columns == 0)
-      rows.columns = values.size();
-    if (values.size() != rows.columns)
-      throw FileError(path, lines.number(),
-                      "has " + std::to_string(values.size()) + " columns, those before have " +
-                          std::to_string(rows.columns));
-    rows.values.insert(rows.values.end(), values.begin(), values.end());
+  const auto isIn = [&](char separator) { return line.find(separator) != std::string_view::npos; };
+  const char separator = isIn('\t') ? '\t' : isIn(';') ? ';' : ',';
+  split(line, cells);
+  if (isIn(separator)) {
+    cells.clear();
+    std::size_t begin = 0, end = 0;
+    do {
+      end = line.find(separator, begin);
+      cells.push_back(line.substr(begin, end - begin));
+      begin = end + 1;
+    } while (end != std::string_view::npos);
   }
-  if (announced > static_cast<double>(rows.size()))
-    throw FileError(path, "is truncated: it announces " + std::to_string(static_cast<long long>(announced)) +
-                              " points and holds " + std::to_string(rows.size()));
-  return rows;
+  for (std::string_view& cell : cells) {
+    cell.remove_prefix(std::min(cell.find_first_not_of(" \""), cell.size()));
+    cell = cell.substr(0, cell.find_last_not_of(" \"") + 1);
+  }
+}
+
+/// Reads rows line by line.
+class RowParser {
+public:
+  RowParser(const std::string& path, std::string_view text)
+      : path_(path), lines_(text.substr(text.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0))
+  {}
+
+  Rows parse()
+  {
+    for (std::string_view line; lines_.next(line);)
+      if (!isComment(line))
+        take(line);
+      else
+        takeNames(line);
+    if (announced_ > static_cast<double>(rows_.size()))
+      throw FileError(path_, "is truncated: it announces " + std::to_string(static_cast<long long>(announced_)) +
+                                 " points and holds " + std::to_string(rows_.size()));
+    return std::move(rows_);
+  }
+
+private:
+  [[noreturn]] void fail(const std::string& cause) const { throw FileError(path_, lines_.number(), cause); }
+
+  bool takeNames(std::string_view line)
+  {
+    std::vector<std::string> names = rows_.columns > 0 ? std::vector<std::string>() : columnNames(line);
+    const bool areThere = !names.empty();
+    if (areThere)
+      rows_.names = std::move(names);
+    return areThere;
+  }
+
+  /// One count is before all rows, or, in PTS, one before those of each scan.
+  bool takeCount()
+  {
+    if ((rows_.columns > 0 && !rows_.areCounted) || values_.size() != 1 || !isCount(values_[0]))
+      return false;
+    announced_ += values_[0];
+    return rows_.areCounted = true;
+  }
+
+  void take(std::string_view line)
+  {
+    splitRow(line, cells_);
+    const bool areNumbers = toNumbers(cells_, values_);
+    if (areNumbers && haveDecimalCommas(cells_)) // they would make two numbers of one
+      fail("has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
+    if (areNumbers ? takeCount() : takeNames(line))
+      return;
+    const std::size_t expected = rows_.columns > 0 ? rows_.columns : rows_.names.size();
+    const auto separators = std::count_if(line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; });
+    const bool haveGaps = !areNumbers || static_cast<std::size_t>(separators) >= cells_.size() ||
+                          (expected > 0 && cells_.size() != expected);
+    if (haveGaps) {
+      splitCells(line, cells_);
+      while (cells_.size() > expected && cells_.back().empty())
+        cells_.pop_back();
+    }
+    if (rows_.columns == 0)
+      start();
+    if (cells_.size() != rows_.columns)
+      fail("has " + std::to_string(cells_.size()) + " columns, those before have " + std::to_string(rows_.columns));
+    if (haveGaps)
+      takeGaps();
+    rows_.values.insert(rows_.values.end(), values_.begin(), values_.end());
+  }
+
+  /// Of the first row.
+  void start()
+  {
+    double number = 0;
+    const auto numbers =
+        std::count_if(cells_.begin(), cells_.end(), [&](std::string_view cell) { return toNumber(cell, number); });
+    if (cells_.size() < 3 && numbers > 0)
+      fail("has fewer than the three columns x y z");
+    if (rows_.names.size() != cells_.size() && numbers < 3)
+      fail("is not a row of numbers, nor names columns x, y and z");
+    rows_.columns = cells_.size();
+    rows_.gaps.resize(rows_.columns);
+  }
+
+  void takeGaps()
+  {
+    values_.assign(cells_.size(), std::nan(""));
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (toNumber(cells_[i], values_[i]))
+        continue;
+      Gaps& gaps = rows_.gaps[i];
+      ++gaps.count;
+      std::size_t& first = cells_[i].empty() ? gaps.emptyLine : gaps.textLine;
+      if (first == 0 && !cells_[i].empty())
+        gaps.text = cells_[i];
+      first = first == 0 ? lines_.number() : first;
+    }
+  }
+
+  const std::string& path_;
+  Lines lines_;
+  Rows rows_;
+  double announced_ = 0;
+  std::vector<std::string_view> cells_;
+  std::vector<double> values_;
+};
+
+/// The columns that are neither text nor empty. Refuses gaps where a coordinate is read, and text in a normal or a
+/// color; in a column without a name, which may be anything, text between numbers.
+std::vector<std::size_t> columnsOfNumbers(const std::string& path, const Rows& rows, std::vector<std::string>& notes)
+{
+  constexpr std::size_t longest = 40; // of a text in a message
+  const bool areNamed = rows.names.size() == rows.columns;
+  const VectorColumns vectors(areNamed ? rows.names : std::vector<std::string>());
+  std::vector<std::size_t> result;
+  for (std::size_t c = 0; c < rows.columns; ++c) {
+    const Gaps& gaps = rows.gaps[c];
+    const bool hasNumbers = gaps.count < rows.size();
+    const bool isCoordinate = areNamed ? vectors.isCoordinate(c) : hasNumbers && result.size() < 3;
+    const std::string column =
+        "column " + std::to_string(c + 1) + (areNamed && !rows.names[c].empty() ? " '" + rows.names[c] + "'" : "");
+    const std::string text = "holds '" + std::string(gaps.text.substr(0, longest)) + "', which is no number";
+    if (gaps.textLine > 0 && (areNamed ? vectors.hold(c) : hasNumbers))
+      throw FileError(path, gaps.textLine, column + " " + text + " such as -0.5: correct it, or delete the line");
+    if (gaps.emptyLine > 0 && isCoordinate)
+      throw FileError(path, gaps.emptyLine, column + " is empty: fill it in, or delete the line");
+    if (gaps.textLine > 0)
+      notes.push_back(column + " is skipped: line " + std::to_string(gaps.textLine) + " " + text);
+    else if (hasNumbers)
+      result.push_back(c);
+  }
+  return result;
+}
+
+void keepColumns(const std::vector<std::size_t>& kept, Rows& rows)
+{
+  if (kept.size() == rows.columns)
+    return;
+  std::size_t end = 0;
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    for (const std::size_t column : kept)
+      rows.values[end++] = rows.at(row, column);
+  if (rows.names.size() == rows.columns) {
+    std::transform(kept.begin(), kept.end(), rows.names.begin(),
+                   [&](std::size_t column) { return rows.names[column]; });
+    rows.names.resize(kept.size());
+  }
+  rows.values.resize(end);
+  rows.columns = kept.size();
 }
 
 /// Whether the first column numbers the rows, from any number on. Of a few rows it may be a coordinate.
@@ -165,9 +296,10 @@ void guessNames(Rows& rows, std::vector<std::string>& notes)
     names.push_back("column" + std::to_string(names.size() + 1));
 }
 
-PointTable toTable(Rows rows)
+PointTable toTable(const std::string& path, Rows rows, std::vector<std::string> notes = {})
 {
   PointTable table;
+  table.notes = std::move(notes);
   if (rows.size() == 0)
     return table;
   if (rows.names.size() + 1 == rows.columns && areNumbered(rows)) // as data frames are written
@@ -184,6 +316,10 @@ PointTable toTable(Rows rows)
     if (equalsIgnoringCase(name, "intensity"))
       name = "intensity";
   TableFiller filler(rows.names, rows.size(), table);
+  if (const std::optional<Triple>& degrees = filler.vectors().degrees; !filler.vectors().position)
+    throw FileError(path, "columns '" + rows.names[(*degrees)[0]] + "' and '" + rows.names[(*degrees)[1]] +
+                              "' are degrees; call them Y and X, the height Z, and " +
+                              projectionHint(path, rows.at(0, (*degrees)[1]), rows.at(0, (*degrees)[0])));
   filler.add(rows.size(), [&](std::size_t row, std::size_t column) { return rows.at(row, column); });
   filler.finish(false);
   return table;
@@ -329,31 +465,22 @@ std::vector<std::string> columnNames(std::string_view text)
   if (isComment(line))
     line.remove_prefix(std::min(line.find_first_not_of("#/ \t"), line.size()));
   line = line.substr(0, line.find_last_not_of(" \t,;") + 1);
-  std::vector<std::string> names;
-  const auto add = [&names](std::string_view name) {
-    name.remove_prefix(std::min(name.find_first_not_of(" \""), name.size()));
-    names.emplace_back(name.substr(0, name.find_last_not_of(" \"") + 1));
-  };
-  // Between commas there may be nothing, or names of several words.
-  const std::size_t separator = line.find_first_of(",;\t");
-  std::size_t begin = 0, end = separator;
-  while (end != std::string_view::npos) {
-    end = line.find(line[separator], begin);
-    add(line.substr(begin, end - begin));
-    begin = end + 1;
+  std::vector<std::string_view> words;
+  for (const auto splitNames : {splitCells, splitRow}) { // several words may be one name, or each one
+    splitNames(line, words);
+    std::vector<std::string> names(words.begin(), words.end());
+    if (const VectorColumns vectors(names); vectors.position || vectors.degrees)
+      return names;
   }
-  if (!VectorColumns(names).position) {
-    names.clear();
-    std::vector<std::string_view> words;
-    splitRow(line, words);
-    std::for_each(words.begin(), words.end(), add);
-  }
-  return VectorColumns(names).position ? names : std::vector<std::string>();
+  return {};
 }
 
 PointTable parseXyz(const std::string& path, const std::string& text)
 {
-  return toTable(parseRows(path, text));
+  Rows rows = RowParser(path, text).parse();
+  std::vector<std::string> notes;
+  keepColumns(columnsOfNumbers(path, rows, notes), rows);
+  return toTable(path, std::move(rows), std::move(notes));
 }
 
 PointTable parsePtx(const std::string& path, const std::string& text)
@@ -397,7 +524,7 @@ PointTable parsePtx(const std::string& path, const std::string& text)
   }
   rows.names = {"x", "y", "z", "intensity", "red", "green", "blue"};
   rows.names.resize(rows.columns);
-  PointTable table = toTable(std::move(rows));
+  PointTable table = toTable(path, std::move(rows));
   if (areKnown && sensors.size() == 1)
     table.sensorOrigin = sensors.front();
   else if (areKnown) {

@@ -441,7 +441,62 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
   const std::string brackets(1 << 20, '('); // looked at once
   expectRefused("csv", brackets + "\n1,2,3\n", "nor names columns");
   expectRefused("csv", "a,b,c\n1,2,3\n", "line 1: is not a row of numbers, nor names columns x, y and z");
-  expectRefused("csv", "x,y,z\n1,2,3\nx,y,z\n", "line 3: is not a row of numbers");
+  expectRefused("csv", "x,y,z\n1,2,3\nx,y,z\n", "line 3: column 1 'x' holds 'x', which is no number");
+}
+
+TEST(XyzReader, columnsOfTextAreSkippedWithANote)
+{
+  const std::string skipped = " is skipped: line 2 holds 'old tree', which is no number";
+  const std::vector<std::array<std::string, 2>> cases = {
+      {"x,y,z,label,red,green,blue\n1,2,3,old tree,10,20,30\n4,5,6,,40,50,60\n,,,,,,\n", "column 4 'label'" + skipped},
+      {"label;x;y;z;red;green;blue;\n\"old tree\";1;2;3;10;20;30;\n7;4;5;6;40;50;60\n", "column 1 'label'" + skipped},
+      {"# exported\nold tree\t1\t2\t3\t10\t20\t30\n\t4\t5\t6\t40\t50\t60\n", "column 1" + skipped},
+      {"\"x\" \"y\" \"z\" \"red\" \"green\" \"blue\"\n\"a\" 1 2 3 10 20 30\n\"b\" 4 5 6 40 50 60\n",
+       "column 1 is skipped: line 2 holds 'a', which is no number"}};
+  for (const auto& [text, note] : cases) {
+    SCOPED_TRACE(text);
+    const PointTable table = parsePoints("csv", "a.csv", text);
+    EXPECT_EQ(table.positions, (std::vector<Eigen::Vector3d>{{1, 2, 3}, {4, 5, 6}}));
+    EXPECT_EQ(table.colors, (std::vector<std::array<std::uint8_t, 3>>{{10, 20, 30}, {40, 50, 60}}));
+    EXPECT_TRUE(table.scalars.empty());
+    EXPECT_EQ(table.notes.front(), note);
+  }
+}
+
+TEST(XyzReader, emptyCellsMatterWhereTheyAreRead)
+{
+  for (const std::string header : {"x,y,z,quality,nx,ny,nz\n", ""}) {
+    const PointTable table =
+        parsePoints("csv", "a.csv", header + "1,2,3,,0,0,1\n4,5,6,.5,,,\n7,8,9, ,0,0,1\n1,1,1,2,0,0,1\n");
+    EXPECT_EQ(table.size(), 4u);
+    if (!header.empty()) {
+      EXPECT_TRUE(std::isnan(table.normals[1].x()));
+      EXPECT_TRUE(std::isnan(table.scalars.at("quality")[0]));
+      EXPECT_EQ(table.scalars.at("quality")[1], .5);
+    }
+    expectRefused("csv", header + "1,2,3,1,0,0,1\n4,,6,1,0,0,1\n",
+                  header.empty() ? "'file.csv': line 2: column 2 is empty: fill it in, or delete the line"
+                                 : "'file.csv': line 3: column 2 'y' is empty: fill it in");
+  }
+  EXPECT_EQ(parsePoints("csv", "a.csv", ",1,2,3,\n,4,5,6,\n").positions.at(1), Eigen::Vector3d(4, 5, 6));
+  expectRefused("csv", "1,2,3,0,0,1\n4,5,6.7.8,0,0,1\n",
+                "line 2: column 3 holds '6.7.8', which is no number such as -0.5: correct it, or delete the line");
+  expectRefused("csv", "x,y,z,nx,ny,nz\n1,2,3,0,O,1\n", "line 2: column 5 'ny' holds 'O', which is no number");
+  expectRefused("csv", "1,2,3\n4,5,\n", "line 2: column 3 is empty");
+}
+
+TEST(XyzReader, degreesAreRefusedWithWhatProjectsThem)
+{
+  const std::string remedy =
+      "are degrees; call them Y and X, the height Z, and project them to meters: pdal translate "
+      "'file.csv' meters.las --filter filters.reprojection --filters.reprojection.in_srs=EPSG:4326 "
+      "--filters.reprojection.out_srs=EPSG:";
+  expectRefused("csv", "lat,lon,alt\n55.7,12.5,3\n", "'file.csv': columns 'lat' and 'lon' " + remedy + "32633");
+  expectRefused("csv", "# Longitude Latitude Height\n-70.6 -33.4 500\n",
+                "'Latitude' and 'Longitude' " + remedy + "32719");
+  expectRefused("csv", "lat,lng,alt,name\nnan,nan,3,a\n55,12,3,a\n", remedy);
+  EXPECT_EQ(parsePoints("csv", "a.csv", "x,y,z,lat,lon\n1,2,3,55,12\n").scalars.size(), 2u);
+  EXPECT_EQ(parsePoints("csv", "a.csv", "# from lat lon to meters\n1,2,3\n").size(), 1u);
 }
 
 TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
@@ -593,6 +648,7 @@ TEST(PointReader, formatsAreKnownByTheirBeginnings)
       {"12\n", "xyz"},
       {"12\n1 2 3 -7\n", "xyz"},
       {",x,y,z\n", "xyz"},
+      {"lat,lon,alt\n", "xyz"},
       {"12\n5\n0 0 0\n", "ptx"},
       {std::string("LASF\0\0", 6), "las"},
       {"", ""},
