@@ -77,24 +77,29 @@ struct Log {
   }
 };
 
+/// Counts that are not 0, each with what it counts.
+std::string nonZero(const std::vector<std::pair<std::int64_t, std::string>>& counts)
+{
+  std::vector<std::string> words;
+  for (const auto& [count, what] : counts)
+    if (count > 0)
+      words.push_back(grouped(count) + " " + what);
+  return join(words);
+}
+
 std::string droppedPoints(const pcl::mrf::PointCounts& points)
 {
-  const std::vector<std::pair<std::int64_t, const char*>> reasons = {
-      {points.notFinite, "not finite"},
-      {points.duplicates, "duplicates"},
-      {points.zeroNormals, "without a normal"},
-      {points.zeroConfidence, "without confidence"},
-      {points.outliersAlone, "standing alone"},
-      {points.outliersByStatistics, "outliers by statistics"},
-      {points.noiseByPlaneFit, "noise by plane fit"},
-      {points.outliersByField, "against a robust field"},
-      {points.smallComponents, "in small components"},
-      {points.alone, "alone"}};
-  std::vector<std::string> words;
-  for (const auto& [count, reason] : reasons)
-    if (count > 0)
-      words.push_back(grouped(count) + " " + reason);
-  return words.empty() ? "none dropped" : "dropped: " + join(words);
+  const std::string dropped = nonZero({{points.notFinite, "not finite"},
+                                       {points.duplicates, "duplicates"},
+                                       {points.zeroNormals, "without a normal"},
+                                       {points.zeroConfidence, "without confidence"},
+                                       {points.outliersAlone, "standing alone"},
+                                       {points.outliersByStatistics, "outliers by statistics"},
+                                       {points.noiseByPlaneFit, "noise by plane fit"},
+                                       {points.outliersByField, "against a robust field"},
+                                       {points.smallComponents, "in small components"},
+                                       {points.alone, "alone"}});
+  return dropped.empty() ? "none dropped" : "dropped: " + dropped;
 }
 
 std::string normals(const Report& report)
@@ -202,11 +207,15 @@ void printDetails(const Report& report, const Log& print)
   print("quality", format("mean %.3f, least %.3f; edges %.4g to %.4g, mean %.4g; %.1f %% of the vertices have six",
                           report.mesh.meanQuality, report.mesh.minQuality, report.mesh.minEdge, report.mesh.maxEdge,
                           report.mesh.meanEdge, 100 * report.mesh.regularShare()));
-  print("remesher", grouped(report.remesher.splits) + " splits, " + grouped(report.remesher.collapses) +
-                        " collapses, " + grouped(report.remesher.flips) + " flips, " +
-                        grouped(report.remesher.refusedOperations) + " refused");
-  print("", grouped(report.intersectingBeforeRemeshing) + " triangles that intersect others before, " +
-                grouped(report.intersecting) + " after");
+  const pcl::mrf::RemeshSummary& remesher = report.remesher;
+  if (remesher.splits + remesher.collapses + remesher.flips > 0)
+    print("remesher", nonZero({{remesher.splits, "splits"},
+                               {remesher.collapses, "collapses"},
+                               {remesher.flips, "flips"},
+                               {remesher.refusedOperations, "refused"}}));
+  if (report.intersectingBeforeRemeshing > 0)
+    print("", grouped(report.intersectingBeforeRemeshing) + " triangles intersected others before remeshing, " +
+                  grouped(report.intersecting) + " do after it");
   const nlohmann::ordered_json options = toJson(report)["options"];
   bool first = true;
   for (const auto& [stage, values] : options.items()) {
@@ -315,11 +324,12 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
     print("", join(times));
   print("surface", counted(report.mesh.vertices, "vertex", "vertices") + ", " +
                        counted(report.mesh.triangles, "triangle", "triangles") + ", " + topology(report.mesh));
-  if (report.trimming.holesFilled + report.trimming.extrapolationsDropped > 0)
-    print("", counted(report.trimming.holesFilled, "hole or bay", "holes and bays") + " filled" +
-                  (report.trimming.holesFilled > 0 ? format(" (largest %.4g)", report.trimming.largestHole) : "") +
-                  ", " + counted(report.trimming.extrapolationsDropped, "extrapolation", "extrapolations") +
-                  " dropped");
+  const std::int64_t holes = report.trimming.holesFilled, extrapolations = report.trimming.extrapolationsDropped;
+  if (holes + extrapolations > 0)
+    print("", nonZero({{holes, std::string(holes == 1 ? "hole or bay" : "holes and bays") +
+                                   format(" filled (largest %.4g)", report.trimming.largestHole)},
+                       {extrapolations,
+                        std::string(extrapolations == 1 ? "extrapolation" : "extrapolations") + " dropped"}}));
   if (report.options.trimming.watertight)
     print("", format("encloses a volume of %.6g; %.3g %% of the area closes openings", report.mesh.volume,
                      100 * report.trimming.cappedShare));

@@ -41,10 +41,10 @@ static void to_json(Json& json, const Options& options)
 {
   for (const OptionDeclaration& option : optionDeclarations()) {
     const Json value = std::visit([](const auto& held) { return Json(held); }, option.exact(options));
-    if (const std::size_t dot = option.key.find('.'); dot == std::string::npos)
-      json[option.key] = value;
+    if (const std::size_t dot = option.name.find('.'); dot == std::string::npos)
+      json[option.name] = value;
     else
-      json[option.key.substr(0, dot)][option.key.substr(dot + 1)] = value;
+      json[option.name.substr(0, dot)][option.name.substr(dot + 1)] = value;
   }
   // The texts, which are no rows of the table.
   json["confidenceField"] = options.confidenceField;
@@ -63,8 +63,8 @@ static void to_json(Json& json, const Options& options)
 MRF_JSON(PointCounts, input, notFinite, duplicates, zeroNormals, zeroConfidence, outliersAlone, outliersByStatistics,
          noiseByPlaneFit, smallComponents, outliersByField, alone, used)
 MRF_JSON(SamplingDensity, spacing, nearestMean, nearestDeviation, eighthMedian)
-MRF_JSON(OrientationSummary, components, componentsAtCreases, componentsDropped, componentsFlipped, pointsDropped,
-         pointsFlipped, agreement, openShare, sideIsGuessed)
+MRF_JSON(OrientationSummary, components, componentsAtCreases, componentsDropped, componentsFlipped, piecesFlipped,
+         pointsDropped, pointsFlipped, agreement, openShare, sideIsGuessed)
 MRF_JSON(SmoothingScore, smoothing, error)
 MRF_JSON(SmoothingChoice, smoothing, noise, heldOut, curve)
 

@@ -12,9 +12,9 @@
 namespace mrf_apps {
 
 /// To be raised when a name in the report changes its meaning or goes.
-constexpr int reportSchema = 2;
+constexpr int reportSchema = 3;
 
-/// Everything in the report, under the names of its members, options under their keys; lengths in the cloud's unit,
+/// Everything in the report, under the names of its members, options under their own; lengths in the cloud's unit,
 /// times in seconds.
 nlohmann::ordered_json toJson(const pcl::mrf::Report& report);
 nlohmann::ordered_json toJson(const pcl::mrf::MeshStatistics& mesh);

@@ -196,7 +196,6 @@ private:
   {
     OptionDeclaration row;
     row.name = prefix_ + name;
-    row.key = row.name;
     row.flag = flag;
     row.help = help;
     rows.push_back(std::move(row));
@@ -249,10 +248,8 @@ void declareObservation(Table& table)
 {
   table.stage("observation");
   const auto stage = &Options::observation;
-  table
-      .choice("kind", "--observation", field(stage, &ObservationOptions::kind),
-              "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points")
-      .key = "observation.estimate";
+  table.choice("kind", "--observation", field(stage, &ObservationOptions::kind),
+               "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
   table
       .number("smoothing", "--smoothing", "length", notNegative, field(stage, &ObservationOptions::smoothing),
               "what is smaller is smoothed away")
@@ -278,10 +275,8 @@ void declarePrior(Table& table)
 {
   table.stage("prior");
   const auto stage = &Options::prior;
-  table
-      .choice("kind", "--prior", field(stage, &PriorOptions::kind),
-              "what a surface without data looks like; the first is the flattest and fastest")
-      .key = "prior.prior";
+  table.choice("kind", "--prior", field(stage, &PriorOptions::kind),
+               "what a surface without data looks like; the first is the flattest and fastest");
   table.number("beta", "--beta", "weight", zeroToBelowOne, field(stage, &PriorOptions::beta),
                "weight of the data observed at voxels; lower it for noisy data");
   table.choice("energy", "--energy", field(stage, &PriorOptions::energy),
@@ -343,10 +338,8 @@ void declareMesh(Table& table)
                "triangles to end with; 0: as many as the edges ask for");
   table.stage("trimming");
   const auto trimming = &Options::trimming;
-  table
-      .choice("kind", "--trim", field(trimming, &TrimmingOptions::kind),
-              "invented surface: keep all, keep only fillings of holes, or keep none")
-      .key = "trimming.trimming";
+  table.choice("kind", "--trim", field(trimming, &TrimmingOptions::kind),
+               "invented surface: keep all, keep only fillings of holes, or keep none");
   table
       .number("maxHole", "--max-hole", "length", notNegative, field(trimming, &TrimmingOptions::maxHole),
               "largest diameter of a hole that is filled")

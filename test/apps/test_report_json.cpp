@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The report's JSON: every declared option is in it, under its key and with its value.
+// The report's JSON: every declared option is in it, under its name and with its value; the table of its keys is whole.
 #include <pcl/surface/mrf/option_table.h>
 
 #include "support/report_json.h"
@@ -7,6 +7,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <fstream>
+#include <regex>
+#include <set>
 #include <string>
 
 using namespace pcl::mrf;
@@ -18,7 +21,7 @@ Json optionOf(const Options& options, const OptionDeclaration& option)
 {
   Report report;
   report.options = options;
-  std::string pointer = "/options/" + option.key;
+  std::string pointer = "/options/" + option.name;
   if (const std::size_t dot = pointer.find('.'); dot != std::string::npos)
     pointer[dot] = '/';
   return mrf_apps::toJson(report).at(Json::json_pointer(pointer));
@@ -28,6 +31,37 @@ Json optionOf(const Options& options, const OptionDeclaration& option)
 double numberIn(const OptionDeclaration& option, double value)
 {
   return option.unit == "MiB" ? value * 1024 * 1024 : value;
+}
+
+/// Names of all members and of their members, but of the options, which have a help.
+void addKeys(const Json& json, std::set<std::string>& keys)
+{
+  for (const auto& [key, value] : json.items()) {
+    if (json.is_object())
+      keys.insert(key);
+    if (key != "options" && value.is_structured())
+      addKeys(value, keys);
+  }
+}
+
+/// The words in backticks of the first column of the table in apps/README.md.
+std::set<std::string> documentedKeys()
+{
+  std::ifstream file(MRF_SOURCE_DIR "/apps/README.md");
+  std::set<std::string> keys;
+  std::string line;
+  while (std::getline(file, line) && line != "| key | what it is |")
+    continue;
+  const std::regex quoted("`([^`]*)`"), name("[A-Za-z0-9]+");
+  while (std::getline(file, line) && !line.empty()) {
+    line = line.substr(0, line.find(" | "));
+    for (std::sregex_iterator quote(line.begin(), line.end(), quoted), end; quote != end; ++quote) {
+      const std::string path = (*quote)[1];
+      for (std::sregex_iterator part(path.begin(), path.end(), name); part != end; ++part)
+        keys.insert(part->str());
+    }
+  }
+  return keys;
 }
 
 } // namespace
@@ -53,13 +87,8 @@ TEST(ReportJson, showsEveryOptionAsItWasSet)
   }
 }
 
-TEST(ReportJson, hasKeysOfItsOwnAndWholeNumbersThatADoubleCannotHold)
+TEST(ReportJson, hasTextsAndWholeNumbersThatADoubleCannotHold)
 {
-  const Options options = paperPreset();
-  EXPECT_EQ(optionOf(options, optionDeclaration("observation.kind")), "median");
-  EXPECT_EQ(optionDeclaration("observation.kind").key, "observation.estimate");
-  EXPECT_EQ(optionDeclaration("prior.kind").key, "prior.prior");
-  EXPECT_EQ(optionDeclaration("trimming.kind").key, "trimming.trimming");
   Report report;
   report.options.confidenceField = "quality";
   EXPECT_EQ(mrf_apps::toJson(report).at("options").at("confidenceField"), "quality");
@@ -67,4 +96,23 @@ TEST(ReportJson, hasKeysOfItsOwnAndWholeNumbersThatADoubleCannotHold)
   Options large;
   large.solver.seed = (std::uint64_t{1} << 60) + 1;
   EXPECT_EQ(optionOf(large, optionDeclaration("solver.seed")).get<std::uint64_t>(), large.solver.seed);
+}
+
+TEST(ReportJson, hasTheKeysOfTheTable)
+{
+  Report report;
+  report.noise.groups.resize(1);
+  report.smoothing.curve.resize(1);
+  report.resolution.curve.resize(1);
+  report.levels.resize(1);
+  report.otherPieces.resize(1);
+  report.times.resize(1);
+  report.uncertainty.isComputed = true;
+  report.options.uncertainty.maxError = 1;
+  std::set<std::string> keys = {"schema", "tool", "version", "input", "output", "offset"}; // those of the run
+  for (const bool isByRange : {false, true}) {
+    report.noise.isByRange = isByRange;
+    addKeys(mrf_apps::toJson(report), keys);
+  }
+  EXPECT_EQ(documentedKeys(), keys);
 }

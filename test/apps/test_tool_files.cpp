@@ -466,7 +466,7 @@ TEST_F(ToolFiles, AFailureIsReportedAsWell)
   };
   const json large = reported({"in.xyz", "out.ply", "--voxel-size", "0.001", "--max-memory", "16"}, 3);
   EXPECT_EQ(large.at("status"), "resource limit");
-  EXPECT_EQ(large.at("schema"), 2);
+  EXPECT_EQ(large.at("schema"), 3);
   EXPECT_EQ(large.at("tool"), "pcl_mrf_reconstruction");
   EXPECT_FALSE(large.at("version").get<std::string>().empty());
   EXPECT_EQ(large.at("/points/used"_json_pointer), pointCount) << "what was done up to there";

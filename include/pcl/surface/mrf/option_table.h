@@ -33,8 +33,7 @@ using OptionValue = std::variant<bool, std::string, std::int64_t, std::uint64_t,
 
 /// What validation, command lines, manuals, reports and tests need to know of one option.
 struct PCL_MRF_EXPORT OptionDeclaration {
-  std::string name;      ///< as in Options and in messages, such as "prior.beta"
-  std::string key;       ///< in a report; the name, but for "observation.estimate" and "prior.prior"
+  std::string name;      ///< as in Options, messages and reports, such as "prior.beta"
   std::string flag;      ///< on a command line, such as "--beta"
   std::string setter;    ///< of pcl::MRFReconstruction, such as "setBeta"; empty: setOptions
   std::string unit;      ///< of a number, such as "length", "degrees" or "share"

@@ -252,7 +252,8 @@ struct Report {
   std::string message = "not run"; ///< "ok", or what went wrong and what to do about it
   std::vector<std::string> warnings;
 
-  Options options; ///< as requested, with every automatic value replaced by the one that was used
+  Options options; ///< as requested; automatic values are those that were used, but for what each level or the machine
+                   ///< decides
   SamplingDensity density;
   double diagonal = 0; ///< of the used points' bounding box, cloud's unit
   double smoothingLength =
