@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "module.h"
+#include "errors.h"
 #include "poly_data.h"
-#include "scene_writer.h"
 #include "surface_mesh.h"
 #include "text_file.h"
 
@@ -13,11 +12,6 @@ void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::stri
 {
   if (writeWithoutVtk(mesh, path, format))
     return;
-  if (format == "glb" || format == "dae" || format == "3mf") {
-    const auto& writer = shownBy<SceneWriter>(MRF_SCENE_MODULE, "sceneWriter", "files of scenes");
-    writeText(path, writer.bytesOf(mesh, offsetOfFloats(mesh, format), format));
-    return;
-  }
   if (format != "vtp")
     throw UsageError("'" + path + "': mesh files end in " + meshFileExtensions);
   auto writer = vtkSmartPointer<vtkXMLPolyDataWriter>::New();

@@ -17,6 +17,7 @@ struct SceneWriter {
   std::string (*bytesOf)(const SurfaceMesh& mesh, const Eigen::Vector3d& offset, const std::string& format);
 };
 
+constexpr const char* sceneModule = "libpcl_mrf_scenes.so";
 extern "C" const SceneWriter sceneWriter;
 
 } // namespace mrf_apps

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "surface_mesh.h"
 
+#include "module.h"
+#include "scene_writer.h"
 #include "text_file.h"
 
 #include <base/byte_writer.h>
@@ -186,6 +188,9 @@ bool writeWithoutVtk(const SurfaceMesh& mesh, const std::string& path, const std
     writeObj(mesh, path);
   else if (format == "stl")
     writeStl(mesh, path);
+  else if (format == "glb" || format == "dae" || format == "3mf")
+    writeText(path, shownBy<SceneWriter>(sceneModule, "sceneWriter", "files of scenes")
+                        .bytesOf(mesh, offsetOfFloats(mesh, format), format));
   else
     return false;
   return true;

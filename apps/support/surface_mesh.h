@@ -56,7 +56,7 @@ extern const char* const stlOffsetMark;
 /// \throw pcl::mrf::FileError
 void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format);
 
-/// The same for those of the formats that need no VTK. \return false for another one, of which nothing is written
+/// The same for all formats but VTP, which needs VTK. \return false for another one, of which nothing is written
 bool writeWithoutVtk(const SurfaceMesh& mesh, const std::string& path, const std::string& format);
 
 } // namespace mrf_apps

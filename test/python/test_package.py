@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 import types
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -289,7 +290,9 @@ def test_warnings_are_warnings():
 def test_files_hold_the_mesh_or_an_error_says_why(mesh, tmp_path):
     for ending in pcl_mrf.mesh.FORMATS:
         mesh.save(tmp_path / f"mesh{ending}")
-        assert (tmp_path / f"mesh{ending}").stat().st_size > 24 * len(mesh.vertices)
+        if ending != ".3mf":  # which is packed
+            assert (tmp_path / f"mesh{ending}").stat().st_size > 24 * len(mesh.vertices)
+    assert (tmp_path / "mesh.glb").read_bytes()[:4] == b"glTF" and zipfile.is_zipfile(tmp_path / "mesh.3mf")
     with pytest.raises(pcl_mrf.InvalidInput, match="does not end in .ply"):
         mesh.save("mesh.docx")
     with pytest.raises(OSError, match="nowhere"):
@@ -297,6 +300,8 @@ def test_files_hold_the_mesh_or_an_error_says_why(mesh, tmp_path):
     triangles = mesh.triangles + 1
     with pytest.raises(pcl_mrf.InvalidInput, match="triangles name vertices"):
         pcl_mrf.Mesh(mesh.vertices, triangles).save(tmp_path / "mesh.stl")
+    with pytest.warns(RuntimeWarning, match="relative to"):
+        pcl_mrf.Mesh(mesh.vertices + 1e7, mesh.triangles).save(tmp_path / "mesh.glb")
     with pytest.warns(RuntimeWarning, match="relative to"):
         pcl_mrf.Mesh(mesh.vertices + 1e7, mesh.triangles).save(tmp_path / "mesh.stl")
     copy = pickle.loads(pickle.dumps(mesh))

@@ -11,7 +11,7 @@ import numpy as np
 from . import _core, checks
 from .errors import FileError, InvalidInput
 
-FORMATS = (".ply", ".obj", ".stl", ".vtk")
+FORMATS = (".ply", ".obj", ".stl", ".vtk", ".glb", ".dae", ".3mf")
 
 
 def _sample(self, points):
@@ -66,10 +66,11 @@ class Mesh:
         return {name: values for name, values in named.items() if values is not None}
 
     def save(self, path):
-        """Writes a PLY, OBJ, STL or VTK file with all fields that its format can hold.
+        """Writes a PLY, OBJ, STL, VTK, GLB, DAE or 3MF file with all fields that its format can hold.
 
-        The file appears whole or not at all. Vertices that float does not hold are written in double; an STL file has
-        them relative to an offset, which a warning names. Raises FileError.
+        The file appears whole or not at all. Vertices that float does not hold are written in double; STL, GLB, DAE
+        and 3MF have them relative to an offset, which a warning names. The last three need the package pcl-mrf-tools.
+        Raises FileError.
         """
         path = os.path.abspath(os.fsdecode(path))
         if not path.lower().endswith(FORMATS):
