@@ -397,6 +397,7 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
   report.threads = execution.threads();
   validate(options);
   warnOfUnusedOptions(options, report);
+  warnOfConfidences(cloud.confidences, report);
 
   execution.beginRun(expectedStages(cloud.positions.size(), options));
   const PointAttributes attributes = std::move(cloud.attributes);

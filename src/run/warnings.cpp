@@ -88,6 +88,23 @@ void warnOfUnusedOptions(const Options& options, Report& report)
   }
 }
 
+void warnOfConfidences(const std::vector<float>& confidences, Report& report)
+{
+  float largest = 1;
+  std::int64_t count = 0;
+  for (const float value : confidences)
+    if (value > 1 && std::isfinite(value)) {
+      largest = std::max(largest, value);
+      ++count;
+    }
+  if (count == 0)
+    return;
+  std::ostringstream text;
+  text << count << " of " << confidences.size() << " confidences are above 1, up to " << largest
+       << ", and count as 1; scale them to 0 to 1";
+  report.warnings.push_back(text.str());
+}
+
 void warnOfCoarseInput(double resolution, double voxelSize, Report& report)
 {
   if (resolution <= .1 * voxelSize)

@@ -7,6 +7,8 @@
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 
+#include <vector>
+
 namespace pcl {
 namespace mrf {
 
@@ -18,6 +20,9 @@ void warnOfDroppedPoints(Report& report);
 
 /// Names the options that were changed although what observes the field has no use for them.
 void warnOfUnusedOptions(const Options& options, Report& report);
+
+/// Says so if confidences are above 1: they count as 1.
+void warnOfConfidences(const std::vector<float>& confidences, Report& report);
 
 /// \param resolution steps of the coordinates as they came, cloud's unit
 void warnOfCoarseInput(double resolution, double voxelSize, Report& report);

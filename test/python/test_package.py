@@ -198,6 +198,8 @@ def test_attributes_of_points_are_used(points):
     assert np.mean(weighted) < np.mean(plain)
     sparse = pcl_mrf.reconstruct(points, points, confidences=(points[:, 0] > 0).astype(float))
     assert sparse.report["points"]["zeroConfidence"] == np.sum(points[:, 0] <= 0)
+    with pytest.warns(RuntimeWarning, match="1 of 4000 confidences are above 1, up to 255, and count as 1"):
+        pcl_mrf.reconstruct(points, points, confidences=np.where(np.arange(4000) == 7, 255, .5))
     seen = points[np.abs(points[:, 0]) > .5]
     views = (seen[:, 0] > 0).astype(int)
     mesh = pcl_mrf.reconstruct(seen, sensors=[[-3, 0, 0], [3, 0, 0]], views=views, trim="supported")

@@ -125,7 +125,8 @@ public:
   const std::vector<Eigen::Vector3d>& getSensorPositions() const { return sensors_; }
   const std::vector<std::int32_t>& getSensorViews() const { return views_; }
 
-  /// Name of a float field of the points with the confidence of each, 0..1; empty: all count the same.
+  /// Name of a float field of the points with the confidence of each, 0..1; larger ones count as 1, with a warning;
+  /// empty: all count the same.
   void setConfidenceField(const std::string& name) { options_.confidenceField = name; }
   const std::string& getConfidenceField() const { return options_.confidenceField; }
 
