@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // From a file of points to a mesh in a file: files_to_mesh scan.pcd mesh.ply
+#include <pcl/console/print.h>
 #include <pcl/conversions.h>
 #include <pcl/io/auto_io.h>
 #include <pcl/point_types.h>
@@ -17,9 +18,11 @@ int main(int argc, char** argv)
   if (pcl::io::load(argv[1], file) < 0)
     return 1;
   const pcl::PointCloud<pcl::PointNormal>::Ptr cloud(new pcl::PointCloud<pcl::PointNormal>);
-  pcl::fromPCLPointCloud2(file, *cloud); // warns of fields that the file lacks, such as curvature
+  pcl::console::setVerbosityLevel(pcl::console::L_ERROR); // nothing of fields that the file lacks, such as curvature
+  pcl::fromPCLPointCloud2(file, *cloud);
+  pcl::console::setVerbosityLevel(pcl::console::L_INFO);
 
-  pcl::MRFReconstruction<pcl::PointNormal> mrf; // without normals in the file they are estimated
+  pcl::MRFReconstruction<pcl::PointNormal> mrf; // without normals in the file they are estimated, and a warning says so
   mrf.setInputCloud(cloud);
   pcl::PolygonMesh mesh;
   mrf.reconstruct(mesh); // logs errors and warnings, and keeps them in the report

@@ -143,11 +143,11 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
   parser.file("--output-directory", "FOLDER", command.outputDirectory,
               "reconstruct each INPUT to a mesh of its name in this folder, which is made if it is not there");
   parser.words("--input-format", pointFormats(),
-               "of INPUT, whatever its name ends in; default: by its name, of "
+               "format of INPUT, whatever its name ends in; default: by its name, of "
                "standard input by what it begins with",
                [&command](const std::string& word) { command.inputFormat = word; });
   parser.words("--output-format", meshFormats(),
-               "of OUTPUT, whatever its name ends in; default: by its name, in a folder ply",
+               "format of OUTPUT, whatever its name ends in; default: by its name, in a folder ply",
                [&parsed](const std::string& word) { parsed.outputFormat = word; });
   parser.file("--report", "FILE.json", parsed.report,
               "all parameters, counts, times and statistics; with --output-directory it stands for NAME-FILE.json "

@@ -258,7 +258,7 @@ void writeFailure(pcl::mrf::Report& report, const Job& job)
 RunSummary summarize(const Input& input, const Job& job)
 {
   RunSummary summary;
-  summary.input = job.input;
+  summary.input = job.input == "-" ? "standard input" : job.input;
   summary.points = input.cloud.positions.size();
   if (!input.cloud.normals.empty())
     summary.fields.emplace_back("normals");
@@ -268,7 +268,8 @@ RunSummary summarize(const Input& input, const Job& job)
     summary.fields.push_back(scalar.first);
   summary.notes = input.table.notes;
   if (!input.cloud.sensors.empty())
-    summary.notes.push_back(std::to_string(input.cloud.sensors.size()) + " sensors" +
+    summary.notes.push_back(std::to_string(input.cloud.sensors.size()) +
+                            (input.cloud.sensors.size() == 1 ? " sensor" : " sensors") +
                             (input.cloud.views.empty() ? "" : ", one known for each point"));
   return summary;
 }

@@ -86,12 +86,13 @@ void addViewOptions(ToolOptions& parser, ScanCommand& command)
   parser.whole("--views", views.count, 0, 10000, "number of sensors; 0: every point is seen, by no sensor; default 12");
   parser.choice<Placement>("--placement",
                            {{"sphere", Placement::sphere}, {"ring", Placement::ring}, {"front", Placement::front}},
-                           views.placement, "of the sensors around the object; default sphere");
+                           views.placement, "where the sensors are around the object; default sphere");
   parser.number("--distance", "D", views.distance,
-                "of the sensors from the object's middle, in diagonals; default 1.5");
+                "distance of the sensors from the object's middle, in diagonals; default 1.5");
   parser.vector("--axis", views.axis, "of ring and front, and up of a scanner; default 0,1,0");
   parser.vector("--front", views.forward, "direction of the first sensor, the middle of front; default 0,0,1");
-  parser.number("--elevation", "DEGREES", views.elevation, "of the sensors of ring and front; default 0");
+  parser.number("--elevation", "DEGREES", views.elevation,
+                "angle above the horizon of the sensors of ring and front; default 0");
   parser.number("--fan", "DEGREES", views.fan, "angle that front spans; default 90");
   parser.file("--sensors", "FILE", command.sensorsFile, "use these sensors, x y z per line, instead of --views");
   parser.vectors("--sensor", options.sensors, "use this sensor instead of --views; may be repeated");

@@ -100,7 +100,7 @@ void printSummary(const ScanCommand& command, const Scan& scan)
 {
   std::printf("%s: %zu points", command.input.c_str(), scan.cloud.size());
   if (!scan.sensors.empty())
-    std::printf(" from %zu sensors", scan.sensors.size());
+    std::printf(" from %zu sensor%s", scan.sensors.size(), scan.sensors.size() == 1 ? "" : "s");
   if (scan.outliers > 0)
     std::printf(", %lld of them outliers", static_cast<long long>(scan.outliers));
   if (!scan.holes.empty())

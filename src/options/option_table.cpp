@@ -238,10 +238,10 @@ void declareOrientation(Table& table)
   const auto stage = &Options::orientation;
   table.number("maxAngle", "--orientation-angle", "degrees", {0, 90, true}, field(stage, &OrientationOptions::maxAngle),
                "neighbors belong together if their normals are within this angle");
-  table.onOff(
-      "sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
-      "without these, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the cloud is organized, and the "
-      "scanners of a PTX file are; to tell what was seen through, so is the origin if all normals look there");
+  table.onOff("sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
+              "without --sensor and --sensors, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the "
+              "cloud is organized, and the "
+              "scanners of a PTX file are; to tell what was seen through, so is the origin if all normals look there");
 }
 
 void declareObservation(Table& table)
@@ -252,7 +252,7 @@ void declareObservation(Table& table)
                "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
   table
       .number("smoothing", "--smoothing", "length", notNegative, field(stage, &ObservationOptions::smoothing),
-              "what is smaller is smoothed away")
+              "details smaller than this are smoothed away")
       .automatic = "chosen by the data";
   table
       .number("noise", "--noise", "sigma", notNegative, field(stage, &ObservationOptions::noise),
@@ -261,7 +261,7 @@ void declareObservation(Table& table)
   table
       .number("gradientWeight", "--gradient-weight", "ratio", upTo(100),
               field(stage, &ObservationOptions::gradientWeight),
-              "of the normals beside the positions, in squared smoothing lengths")
+              "weight of the normals beside the positions, in squared smoothing lengths")
       .automatic = ".4, or 4 if the data of a noisy cloud with normals say so";
   table.number("neighbors", "--neighbors", "n", between(1, 100), field(stage, &ObservationOptions::neighbors),
                "points observed per voxel");
@@ -298,7 +298,7 @@ void declareSolver(Table& table)
                "icm and multigrid stop when a step changes less (RMS), 4 times that where points are observed; "
                "0 = never");
   table.number("seed", "--seed", "n", notNegative, field(stage, &SolverOptions::seed),
-               "of icm's visiting order and of the draws of --uncertainty");
+               "seed of icm's visiting order and of the draws of --uncertainty");
 }
 
 void declareMultiscale(Table& table)
@@ -306,10 +306,10 @@ void declareMultiscale(Table& table)
   table.stage("multiscale");
   const auto stage = &Options::multiscale;
   table.choice("quality", "--quality", field(stage, &MultiscaleOptions::quality),
-               "voxel side of the finest level: 3 s, 2 s or 1.5 s");
+               "voxel side of the finest level: 3, 2 or 1.5 times s, see --unit");
   table
       .number("voxelSize", "--voxel-size", "length", notNegative, field(stage, &MultiscaleOptions::voxelSize),
-              "the same as a length")
+              "side of the finest voxels")
       .automatic = "by the quality";
   table
       .number("padding", "--padding", "voxels", between(2, 100), field(stage, &MultiscaleOptions::padding),
@@ -346,7 +346,7 @@ void declareMesh(Table& table)
       .automatic = "half the bounding box's diagonal";
   table
       .number("maxGap", "--max-gap", "length", notNegative, field(trimming, &TrimmingOptions::maxGap),
-              "the same for holes and bays of a surface that is open elsewhere")
+              "largest diameter of a hole or bay that is filled where the surface is open elsewhere")
       .automatic = "--max-hole if given, or 24 % of the diagonal, but 28 local spacings behind steps in depth, "
                    "and nothing where a sensor saw through";
   table.number(
@@ -390,7 +390,9 @@ void declareOthers(Table& table)
       "colors", "--color", field(&Options::colors),
       "colors of the mesh: blue where interpolated and skin where observed, by sigma as --uncertainty computes it from "
       "blue to red, the input's, or none");
-  table.number("threads", "--threads", "n", upTo(1024), field(&Options::threads), "the result does not depend on it")
+  table
+      .number("threads", "--threads", "n", upTo(1024), field(&Options::threads),
+              "threads to run on; the result does not depend on it")
       .automatic = "one per hardware thread";
 }
 

@@ -177,7 +177,8 @@ TEST_F(ToolOptions, HelpIsTrueAboutDefaults)
       help.find("--beta WEIGHT weight of the data observed at voxels; lower it for noisy data, [0, 1); default 0.99"),
       std::string::npos);
   EXPECT_NEAR(report.at("/options/prior/beta"_json_pointer), .99, 1e-6); // a float
-  EXPECT_NE(help.find("voxel side of the finest level: 3 s, 2 s or 1.5 s; default normal"), std::string::npos);
+  EXPECT_NE(help.find("voxel side of the finest level: 3, 2 or 1.5 times s, see --unit; default normal"),
+            std::string::npos);
   EXPECT_NEAR(report.at("/options/multiscale/voxelSize"_json_pointer),
               2 * report.at("/density/spacing"_json_pointer).get<double>(), 1e-6);
 }
