@@ -19,7 +19,8 @@ const Shown& shownBy(const char* module, const char* name, const char* lost)
   void* const loaded = dlopen(module, RTLD_NOW | RTLD_LOCAL);
   const void* const found = loaded == nullptr ? nullptr : dlsym(loaded, name);
   if (found == nullptr)
-    throw FileError(std::string("no ") + lost + ", as their module cannot be loaded: " + dlerror());
+    throw FileError(std::string("no ") + lost +
+                    ", as their module, of the package pcl-mrf-tools, cannot be loaded: " + dlerror());
   return *static_cast<const Shown*>(found);
 }
 

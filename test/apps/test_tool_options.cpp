@@ -231,6 +231,12 @@ TEST_F(ToolOptions, VerbosityDecidesWhatIsPrinted)
   for (const char* heading : {"read ", "used ", "derived ", "seconds ", "surface ", "wrote "})
     EXPECT_NE(normal.out.find(heading), std::string::npos) << heading;
   EXPECT_EQ(normal.out.find("maxIterations"), std::string::npos);
+  for (const tool::Outcome& outcome : {run({"cap.xyz", "d.ply", "-v", "--threads", "1"}),
+                                       run({"cap.xyz", "e.ply", "-v", "--no-remesh", "--trim", "supported"})}) {
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_FALSE(std::regex_search(outcome.out, std::regex("[ ,]0 [a-z]"))) << "zero counts: " << outcome.out;
+    EXPECT_EQ(outcome.out.find("1 threads"), std::string::npos);
+  }
   EXPECT_NE(verbose.out.find("maxIterations"), std::string::npos);
   EXPECT_EQ(tool::readText(path("a.ply")), tool::readText(path("c.ply")));
 }
