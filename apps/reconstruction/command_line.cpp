@@ -3,6 +3,7 @@
 #include "option_parser.h"
 #include "support/errors.h"
 #include "support/option_text.h"
+#include "support/picture.h"
 #include "support/point_table.h"
 #include "support/sensors.h"
 #include "support/surface_mesh.h"
@@ -156,6 +157,10 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
               "the distance field, and the confidence of observed voxels; of a cloud in pieces far apart also "
               "FILE.2.vti, FILE.3.vti ...");
   parser.file("--picture", "FILE.png", parsed.picture, "a rendering of the mesh; needs an X display (xvfb-run)");
+  parser.add("--camera", "SIDE|X,Y,Z", cameraHelp, [&command](const std::string& text) {
+    command.camera = text;
+    return wrongCamera(text);
+  });
   parser.group("Run");
   parser.declared("threads");
   parser.flag("--progress", command.hasProgress, "tell the progress also where standard error is no terminal");
@@ -307,6 +312,8 @@ Command parseCommandLine(int argc, const char* const* argv)
   else
     command.jobs = jobsInto(command.outputDirectory, parsed);
   resolveFormats(command, parsed.outputFormat);
+  if (!command.camera.empty() && command.jobs.front().picture.empty())
+    throw UsageError("--camera: '" + command.camera + "' has no picture to be for; say --picture FILE.png");
   requireMeaning(command.options, [&parser](const std::string& name) { return parser.isGiven(name); });
   if (command.options.uncertainty.surfaces > 0 && command.jobs.front().output == "-")
     throw UsageError("--write-samples: standard output holds one mesh; give OUTPUT a name for the others to be like");

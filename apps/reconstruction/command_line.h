@@ -29,6 +29,7 @@ struct Command {
   pcl::mrf::Options options;   ///< the preset with the explicit options on top
   std::vector<Eigen::Vector3d> sensors;
   std::string sensorsFile, viewsFile;
+  std::string camera; ///< of pictures, as wrongCamera accepts it; empty: the default
   Verbosity verbosity = Verbosity::normal;
   bool hasProgress = false; ///< to be told also where standard error is no terminal
   std::string information;  ///< text of --help or its like; if set, the rest is not

@@ -205,10 +205,10 @@ SurfaceMesh movedMesh(const SurfaceMesh& mesh, const std::vector<float>& distanc
   return moved;
 }
 
-/// From the sensor, if there is one; several see the object from all around.
-PictureOptions viewOf(const Result& result, const std::vector<Eigen::Vector3d>& sensors)
+/// Those that the file or the command names, or the one that all normals look at.
+std::vector<Eigen::Vector3d> knownSensors(const Result& result, const Input& input)
 {
-  return sensors.size() == 1 ? pictureFrom(sensors.front(), result.mesh) : PictureOptions();
+  return result.report.sensorSupposed ? std::vector<Eigen::Vector3d>{Eigen::Vector3d::Zero()} : input.sensors;
 }
 
 void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfOutput, const Job& job,
@@ -301,7 +301,9 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
       write(file,
             [&](const std::string& path) { writeField(result.field.otherPieces()[n], result.fieldOffset, path); });
     }
-  write(job.picture, [&](const std::string& path) { writePicture(result.mesh, viewOf(result, input.sensors), path); });
+  write(job.picture, [&](const std::string& path) {
+    writePicture(result.mesh, viewOf(result.mesh, knownSensors(result, input), command.camera), path);
+  });
   write(job.report, [&](const std::string& path) { writeReport(result.report, result.shiftOfOutput, job, path); });
   return written;
 }

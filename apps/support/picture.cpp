@@ -2,25 +2,121 @@
 #include "picture.h"
 
 #include "module.h"
+#include "sensors.h"
 #include "text_file.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace mrf_apps {
 namespace {
 
-/// Up for a camera that looks along a direction; see pictureFrom.
-Eigen::Vector3d upFor(const Eigen::Vector3d& sensor, const Eigen::Vector3d& sight, const Eigen::Vector3d& extent)
+/// The directions of a mesh that sides are called by, in the columns: to the right, up, and to the front.
+Eigen::Matrix3d sidesOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors)
 {
-  // Within 30 degrees of the picture's plane normal, up would say little.
-  const auto isAcross = [&](int axis) { return std::abs(sight[axis]) < .86; };
-  if (sensor.norm() < 1e-6 * extent.norm() && sight.z() > .7)
-    return -Eigen::Vector3d::UnitY();
-  const bool isFlatAlongZ = extent.z() < .5 * std::min(extent.x(), extent.y());
-  return isAcross(2) && (isFlatAlongZ || !isAcross(1)) ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitY();
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    box.extend(vertex);
+  const Eigen::Vector3d extent = box.sizes();
+  const bool isCameraFrame =
+      sensors.size() == 1 && sensors.front().norm() < 1e-6 * extent.norm() && box.center().normalized().z() > .7;
+  const bool isFlat =
+      extent.z() < .5 * std::min(extent.x(), extent.y()) || extent.y() < .3 * std::min(extent.x(), extent.z());
+  Eigen::Matrix3d sides = Eigen::Matrix3d::Identity();
+  if (isCameraFrame)
+    sides.col(1) = -Eigen::Vector3d::UnitY();
+  else if (isFlat)
+    sides.col(1) = Eigen::Vector3d::UnitZ();
+  sides.col(2) = sides.col(0).cross(sides.col(1));
+  return sides;
+}
+
+/// \param steepest cosine of the line of sight with what is up, beyond which the back or the front is up in the picture
+PictureOptions viewAlong(const Eigen::Vector3d& sight, const Eigen::Matrix3d& sides, double steepest = .98)
+{
+  PictureOptions options;
+  options.sight = sight.normalized();
+  const double rise = options.sight.dot(sides.col(1));
+  options.up = sides.col(1);
+  if (std::abs(rise) > steepest)
+    options.up = std::copysign(1., rise) * sides.col(2);
+  return options;
+}
+
+/// None if the sensor is amid the vertices, and cannot see them at once.
+std::optional<PictureOptions> viewFrom(const Eigen::Vector3d& sensor, const SurfaceMesh& mesh,
+                                       const Eigen::Matrix3d& sides)
+{
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    sum += (vertex - sensor).normalized();
+  if (!sensor.allFinite() || !(sum.norm() > 0))
+    return {};
+  PictureOptions options = viewAlong(sum, sides, .86);
+  std::vector<double> angles;
+  angles.reserve(mesh.vertices.size());
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    angles.push_back(std::atan2(options.sight.cross(vertex - sensor).norm(), options.sight.dot(vertex - sensor)) * 180 /
+                     M_PI);
+  // A few stray pieces must not make the rest small.
+  const auto last = angles.begin() + static_cast<std::ptrdiff_t>(.998 * static_cast<double>(angles.size() - 1));
+  std::nth_element(angles.begin(), last, angles.end());
+  constexpr double widest = 55, narrowest = .1;
+  if (!(*last < widest))
+    return {};
+  options.viewpoint = sensor;
+  options.viewAngle = 2 * std::max(1.05 * *last, narrowest);
+  return options;
+}
+
+/// Unit, out of the flattest side of the mesh; see viewOf.
+Eigen::Vector3d outOfFlattestSide(const SurfaceMesh& mesh, const Eigen::Matrix3d& sides)
+{
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), facing = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    mean += vertex / static_cast<double>(mesh.vertices.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    scatter += (vertex - mean) * (vertex - mean).transpose();
+  double area = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Eigen::Vector3d normal = (mesh.vertices[b] - mesh.vertices[a]).cross(mesh.vertices[c] - mesh.vertices[a]);
+    facing += normal;
+    area += normal.norm();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(scatter);
+  const Eigen::Vector3d axis = principal.eigenvectors().col(0);
+  const double share = axis.dot(facing) / area;
+  if (std::abs(share) > .02)
+    return std::copysign(1., share) * axis;
+  const double flatness = std::sqrt(principal.eigenvalues()[0] / principal.eigenvalues()[1]);
+  if (flatness > .6)
+    return sides.col(2);
+  return std::copysign(1., axis.dot(sides * Eigen::Vector3d(.3, .5, 1))) * axis;
+}
+
+PictureOptions viewOfFlattestSide(const SurfaceMesh& mesh, const Eigen::Matrix3d& sides)
+{
+  const Eigen::Vector3d out = outOfFlattestSide(mesh, sides);
+  const PictureOptions straight = viewAlong(-out, sides);
+  const Eigen::Vector3d right = straight.up.cross(out).normalized(), above = out.cross(right);
+  const double rise = out.dot(sides.col(1)) > .7 ? -.3 : .3;
+  PictureOptions options = viewAlong(-(out + .35 * right + rise * above), sides);
+  options.up = straight.up;
+  return options;
+}
+
+/// By the names of the sides that a camera may stand at, the directions there, in the columns of sidesOf.
+const std::map<std::string, Eigen::Vector3d>& sidesByName()
+{
+  static const std::map<std::string, Eigen::Vector3d> sides = {{"front", {0, 0, 1}}, {"back", {0, 0, -1}},
+                                                               {"left", {-1, 0, 0}}, {"right", {1, 0, 0}},
+                                                               {"top", {0, 1, 0}},   {"bottom", {0, -1, 0}}};
+  return sides;
 }
 
 const PictureRenderer& renderer()
@@ -30,33 +126,35 @@ const PictureRenderer& renderer()
 
 } // namespace
 
-PictureOptions pictureFrom(const Eigen::Vector3d& sensor, const SurfaceMesh& mesh)
+const char* const cameraHelp =
+    "where --picture looks from: a direction out of the mesh, or its front, back, left, right, top or bottom. Right is "
+    "x; top is z and front -y of what is flat along z or y, else y and z, in the frame of a depth camera at the origin "
+    "-y and -z. Default: a single sensor that is not amid the mesh, else across the flattest side, or, if nothing is "
+    "flat, front";
+
+std::string wrongCamera(const std::string& camera)
 {
-  PictureOptions options;
-  Eigen::AlignedBox3d box;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    box.extend(vertex);
-    sum += (vertex - sensor).normalized();
+  Eigen::Vector3d direction;
+  if (sidesByName().count(camera) > 0 || (parseSensor(camera, direction) && direction.norm() > 0))
+    return {};
+  return "is none of front, back, left, right, top, bottom and no direction X,Y,Z, such as 1,-1,0.5";
+}
+
+PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors, const std::string& camera)
+{
+  const Eigen::Matrix3d sides = sidesOf(mesh, sensors);
+  if (camera.empty()) {
+    const std::optional<PictureOptions> view =
+        sensors.size() == 1 ? viewFrom(sensors.front(), mesh, sides) : std::nullopt;
+    return view ? *view : viewOfFlattestSide(mesh, sides);
   }
-  if (!sensor.allFinite() || !(sum.norm() > 0))
-    return options;
-  const Eigen::Vector3d sight = sum.normalized();
-  std::vector<double> angles;
-  angles.reserve(mesh.vertices.size());
-  for (const Eigen::Vector3d& vertex : mesh.vertices)
-    angles.push_back(std::atan2(sight.cross(vertex - sensor).norm(), sight.dot(vertex - sensor)) * 180 / M_PI);
-  // A few stray pieces must not make the rest small.
-  const auto last = angles.begin() + static_cast<std::ptrdiff_t>(.998 * static_cast<double>(angles.size() - 1));
-  std::nth_element(angles.begin(), last, angles.end());
-  constexpr double widest = 55, narrowest = .1;
-  if (!(*last < widest))
-    return options;
-  options.viewpoint = sensor;
-  options.sight = sight;
-  options.up = upFor(sensor, sight, box.sizes());
-  options.viewAngle = 2 * std::max(1.05 * *last, narrowest);
-  return options;
+  const auto named = sidesByName().find(camera);
+  Eigen::Vector3d direction;
+  if (named != sidesByName().end())
+    direction = sides * named->second;
+  else
+    parseSensor(camera, direction);
+  return viewAlong(-direction, sides);
 }
 
 void requireDisplay()

@@ -9,26 +9,32 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace mrf_apps {
 
 /// \throw FileError naming xvfb-run if there is no X display that answers: Debian's VTK renders through one
 void requireDisplay();
 
+/// How a picture shows a mesh.
 struct PictureOptions {
-  /// Where the camera stands, in the mesh's frame, looking along `sight`. None: before the object, slightly above it
-  /// and to the side, with the y axis up where the object is not much flatter along it than along z.
-  std::optional<Eigen::Vector3d> viewpoint;
-  Eigen::Vector3d sight = -Eigen::Vector3d::UnitZ(); ///< unit, from the viewpoint
-  Eigen::Vector3d up = Eigen::Vector3d::UnitY();     ///< seen from the viewpoint
+  std::optional<Eigen::Vector3d> viewpoint; ///< where the camera stands; none: so far away that all is in the picture
+  Eigen::Vector3d sight = -Eigen::Vector3d::UnitZ(); ///< unit, from the camera
+  Eigen::Vector3d up = Eigen::Vector3d::UnitY();     ///< in the picture
   double viewAngle = 25;                             ///< degrees from bottom to top, above 0 and below 180
 };
 
-/// What a sensor saw, as it saw it: from its place, towards the vertices, the picture as wide as nearly all of them.
-/// Up is -y for a camera's own frame (sensor at the origin, x to the right, y down, z forward), which is what depth
-/// cameras deliver, else z where the object is flat along it and not seen along it, else y where it is not seen along
-/// y. A sensor amid the object cannot see it at once: the options are the default ones then.
-PictureOptions pictureFrom(const Eigen::Vector3d& sensor, const SurfaceMesh& mesh);
+/// What --camera takes, for its help.
+extern const char* const cameraHelp;
+
+/// What is wrong with a value of --camera; empty: nothing.
+std::string wrongCamera(const std::string& camera);
+
+/// \param camera a value of --camera. Empty: what a single sensor saw, as it saw it, from its place and as wide as
+/// nearly all vertices. Without one, or if it stands amid them: onto the flattest side, along the smallest principal
+/// axis from where the triangles face; if they face all around, from the front of what is flat along no axis, else from
+/// the front, the top or the right; somewhat from above and from the right, so that the depth shows.
+PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors, const std::string& camera);
 
 /// Renders the mesh with its vertex colors, or in one color, on a light background, into a PNG file.
 /// \throw FileError, pcl::mrf::FileError

@@ -46,29 +46,17 @@ double fittingDistance(const std::vector<Eigen::Vector3d>& vertices, const Eigen
   return distance;
 }
 
-/// \param vertices about the origin, in a box of these sides \param offset of the mesh's frame in that one
+/// \param vertices about the origin \param offset of the mesh's frame in that one
 void setCamera(const PictureOptions& options, const std::vector<Eigen::Vector3d>& vertices,
-               const Eigen::Vector3d& extent, const Eigen::Vector3d& offset, vtkCamera& camera)
+               const Eigen::Vector3d& offset, vtkCamera& camera)
 {
-  if (options.viewpoint) {
-    const Eigen::Vector3d viewpoint = *options.viewpoint + offset, focus = viewpoint + options.sight;
-    camera.SetPosition(viewpoint.data());
-    camera.SetFocalPoint(focus.data());
-    camera.SetViewUp(options.up.data());
-    camera.SetViewAngle(options.viewAngle);
-    return;
-  }
-  Eigen::Vector3d from(.35, .3, 1), up = Eigen::Vector3d::UnitY();
-  // A relief whose y is its depth is seen from above.
-  if (extent.y() < .3 * std::min(extent.x(), extent.z())) {
-    from = {.25, 1, extent.z() > extent.x() ? .45 : -.45};
-    up = Eigen::Vector3d::UnitZ();
-  }
-  from.normalize();
-  const Eigen::Vector3d position = fittingDistance(vertices, from, up, options.viewAngle) * from;
+  const Eigen::Vector3d position =
+      options.viewpoint ? Eigen::Vector3d(*options.viewpoint + offset)
+                        : fittingDistance(vertices, -options.sight, options.up, options.viewAngle) * -options.sight;
+  const Eigen::Vector3d focus = position + options.sight;
   camera.SetPosition(position.data());
-  camera.SetFocalPoint(0, 0, 0);
-  camera.SetViewUp(up.data());
+  camera.SetFocalPoint(focus.data());
+  camera.SetViewUp(options.up.data());
   camera.SetViewAngle(options.viewAngle);
 }
 
@@ -118,7 +106,7 @@ std::string renderPicture(const SurfaceMesh& mesh, const PictureOptions& options
   lights->SetKeyToFillRatio(2.5);
   lights->AddLightsToRenderer(renderer);
 
-  setCamera(options, centered.vertices, upper - lower, -(lower + upper) / 2, *renderer->GetActiveCamera());
+  setCamera(options, centered.vertices, -(lower + upper) / 2, *renderer->GetActiveCamera());
 
   auto window = vtkSmartPointer<vtkRenderWindow>::New();
   window->SetOffScreenRendering(1);

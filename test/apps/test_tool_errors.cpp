@@ -75,6 +75,10 @@ TEST_F(ToolErrors, BadValues)
     expectFailure({"sphere.xyz", "out.ply", "--beta", value}, 2, "--beta");
   for (const char* value : {"1,2", "1,2,three", "1,2,nan"})
     expectFailure({"sphere.xyz", "out.ply", "--sensor", value}, 2, "--sensor");
+  for (const char* value : {"above", "", "0,0,0", "1,2", "1,2,nan"})
+    expectFailure({"sphere.xyz", "out.ply", "--picture", "p.png", "--camera", value}, 2,
+                  "--camera: '" + std::string(value) + "' is none of front, back, left, right, top, bottom");
+  expectFailure({"sphere.xyz", "out.ply", "--camera", "top"}, 2, "--camera: 'top' has no picture to be for; say --pic");
   for (const char* option : {"--preset", "--remesh", "--threads", "--trim", "--alone-filter", "--neighbors"})
     expectFailure({"sphere.xyz", "out.ply", option, "-2"}, 2, option);
   // The message says what would be right.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace {
 
@@ -56,9 +57,11 @@ Pixels countPixels(const std::string& path)
 }
 
 /// A plane two units before the origin as a PLY file, facing it, blue with a quarter in red where x and y are negative.
-std::string planeBeforeCamera(double height = 1)
+/// \param turn about an axis through its middle along x, degrees
+std::string planeBeforeCamera(double height = 1, double turn = 0)
 {
   constexpr int side = 40;
+  const double c = std::cos(turn * M_PI / 180), s = std::sin(turn * M_PI / 180);
   std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(side * side) + "\n";
   for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
     text += "property float " + std::string(name) + "\n";
@@ -67,8 +70,9 @@ std::string planeBeforeCamera(double height = 1)
   text += "end_header\n";
   for (int i = 0; i < side * side; ++i) {
     const double x = (i % side + .5) / side - .5, y = height * ((i / side + .5) / side - .5);
-    text +=
-        std::to_string(x) + " " + std::to_string(y) + " 2 0 0 -1 " + (x < 0 && y < 0 ? "220 60 40\n" : "30 60 220\n");
+    for (const double value : {x, c * y, 2 + s * y, 0., s, -c})
+      text += std::to_string(value) + " ";
+    text += x < 0 && y < 0 ? "220 60 40\n" : "30 60 220\n";
   }
   return text;
 }
@@ -88,6 +92,16 @@ protected:
     std::vector<std::string> all = {"xvfb-run", "-a", "-s", "-screen 0 800x600x24"};
     all.insert(all.end(), command.begin(), command.end());
     return tool::runProgram(all, path(""));
+  }
+
+  /// Of the picture that the tool writes.
+  Pixels pictureOf(const std::vector<std::string>& arguments) const
+  {
+    std::vector<std::string> command = {MRF_TOOL, "-q", "out.ply", "--picture", "out.png"};
+    command.insert(command.begin() + 1, arguments.begin(), arguments.end());
+    const tool::Outcome outcome = runUnderX(command);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.status == 0 ? countPixels(path("out.png")) : Pixels();
   }
 };
 
@@ -110,8 +124,7 @@ TEST_F(ToolPictures, ShowsAllOfTheSurface)
 {
   // Twice as high as wide: nothing of it may reach the picture's border.
   write("plane.ply", planeBeforeCamera(2));
-  ASSERT_EQ(runUnderX({MRF_TOOL, "plane.ply", "out.ply", "--picture", "out.png", "-q"}).status, 0);
-  const Pixels pixels = countPixels(path("out.png"));
+  const Pixels pixels = pictureOf({"plane.ply"});
   EXPECT_EQ(pixels.border, 0);
   EXPECT_GT(pixels.skin + pixels.blue, .3 * pixels.all);
 }
@@ -119,27 +132,78 @@ TEST_F(ToolPictures, ShowsAllOfTheSurface)
 TEST_F(ToolPictures, LooksFromTheSensor)
 {
   write("plane.ply", planeBeforeCamera());
-  // In a camera's frame x points to the right and y down: the red quarter is at the upper left.
-  ASSERT_EQ(runUnderX({MRF_TOOL, "plane.ply", "out.ply", "--sensor", "0,0,0", "--picture", "camera.png", "-q"}).status,
-            0);
-  const Pixels camera = countPixels(path("camera.png"));
-  // The plane's corners reach the picture's side, half of a square in a circle; the middle of the quarter is then a
-  // quarter of 1/√2 off. The perspective and the rim make a few per cent.
-  EXPECT_NEAR(camera.skinRight, -.177, .02);
-  EXPECT_NEAR(camera.skinUp, .177, .02);
-  EXPECT_NEAR(static_cast<double>(camera.skin) / camera.all, .125, .02);
-
-  // From beside it, with y up as for any sensor that is not at its frame's origin: x points to the left.
-  ASSERT_EQ(
-      runUnderX({MRF_TOOL, "plane.ply", "out.ply", "--sensor", "-1,0,-.5", "--picture", "beside.png", "-q"}).status, 0);
-  const Pixels beside = countPixels(path("beside.png"));
-  EXPECT_GT(beside.skinRight, .02);
-  EXPECT_LT(beside.skinUp, -.02);
-
+  // In a camera's frame x points to the right and y down: the red quarter is at the upper left. A sensor is at the
+  // origin, because the command says so or because all normals look there.
+  for (const char* sensor : {"--sensor=0,0,0", "--sensor-origin=on"}) {
+    const Pixels camera = pictureOf({"plane.ply", sensor});
+    // The plane's corners reach the picture's side, half of a square in a circle; the middle of the quarter is then a
+    // quarter of 1/√2 off. The perspective and the rim make a few per cent.
+    EXPECT_NEAR(camera.skinRight, -.177, .02) << sensor;
+    EXPECT_NEAR(camera.skinUp, .177, .02) << sensor;
+    EXPECT_NEAR(static_cast<double>(camera.skin) / camera.all, .125, .02) << sensor;
+  }
+  // From beside it, somewhat from below what is flat along z: the front, -y, is up.
+  const Pixels beside = pictureOf({"plane.ply", "--sensor", "-1,0,-.5"});
+  EXPECT_LT(beside.skinRight, -.02);
+  EXPECT_GT(beside.skinUp, .02);
   // A sensor within the plane cannot see it.
-  ASSERT_EQ(runUnderX({MRF_TOOL, "plane.ply", "out.ply", "--sensor", "0,0,1.99", "--picture", "amid.png", "-q"}).status,
-            0);
-  EXPECT_GT(countPixels(path("amid.png")).blue, .1 * camera.all);
+  EXPECT_GT(pictureOf({"plane.ply", "--sensor", "0,0,1.99"}).blue, 100000);
+}
+
+TEST_F(ToolPictures, LooksOntoTheFlattestSide)
+{
+  // It faces -z, and the front, -y, is up: the quarter is at the upper left; from behind it would be at the lower left.
+  write("plane.ply", planeBeforeCamera());
+  const Pixels straight = pictureOf({"plane.ply", "--sensor-origin", "off"});
+  EXPECT_LT(straight.skinRight, -.1);
+  EXPECT_GT(straight.skinUp, .1);
+  EXPECT_GT(straight.skin + straight.blue, .5 * straight.all);
+  EXPECT_EQ(straight.border, 0);
+  // Turned by 40 degrees it is flat along no axis of its frame: y is up, and x, seen from behind the frame, to the
+  // left.
+  write("turned.ply", planeBeforeCamera(1, 40));
+  const Pixels turned = pictureOf({"turned.ply", "--sensor-origin", "off"});
+  EXPECT_GT(turned.skinRight, .1);
+  EXPECT_LT(turned.skinUp, -.1);
+  EXPECT_GT(turned.skin + turned.blue, .4 * turned.all);
+  // What is closed and little flatter along x is seen from the front, z, where it is blue, rather than along x.
+  std::string rows;
+  for (const Eigen::Vector3d& p : tool::spherePoints(1500, .3))
+    rows += std::to_string(.8 * p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+  write("slim.xyz", rows);
+  const Pixels slim = pictureOf({"slim.xyz", "--color", "confidence", "--max-hole", "5"});
+  EXPECT_GT(slim.blue, slim.skin);
+}
+
+TEST_F(ToolPictures, LooksFromWhereTheCommandSays)
+{
+  // Blue is where z is large, which is the front of what is flat along no axis; the top is y then.
+  const std::vector<std::string> sphere = {"sphere.xyz", "--color", "confidence", "--max-hole", "5"};
+  const auto sphereFrom = [&](const std::string& camera) {
+    std::vector<std::string> arguments = sphere;
+    arguments.insert(arguments.end(), {"--camera", camera});
+    return pictureOf(arguments);
+  };
+  const Pixels front = sphereFrom("front"), back = sphereFrom("back"), behind = sphereFrom("0,0,-2");
+  EXPECT_GT(front.blue, .4 * front.all);
+  EXPECT_EQ(back.blue, 0);
+  EXPECT_GT(back.skin, .4 * back.all);
+  EXPECT_EQ(behind.skin, back.skin);
+  // From the right the front is to the left, from the left to the right; from the top it is below, from the bottom
+  // above.
+  EXPECT_GT(sphereFrom("right").skinRight, .02);
+  EXPECT_LT(sphereFrom("left").skinRight, -.02);
+  EXPECT_GT(sphereFrom("top").skinUp, .02);
+  EXPECT_LT(sphereFrom("bottom").skinUp, -.02);
+
+  // In a depth camera's frame the front is where it stands; else what is flat along z is seen from above as the top.
+  write("plane.ply", planeBeforeCamera());
+  const Pixels camera = pictureOf({"plane.ply", "--camera", "front"});
+  EXPECT_NEAR(camera.skinRight, -.235, .02); // a quarter of .94
+  EXPECT_NEAR(camera.skinUp, .235, .02);
+  const Pixels top = pictureOf({"plane.ply", "--camera", "top", "--sensor-origin", "off"});
+  EXPECT_NEAR(top.skinRight, -.235, .02);
+  EXPECT_NEAR(top.skinUp, -.235, .02);
 }
 
 TEST_F(ToolPictures, PclViewerShowsAColoredSurface)
