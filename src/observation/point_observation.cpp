@@ -88,7 +88,7 @@ CubeBounds bounds(std::size_t count, const SampleAt& sampleAt, float side, Execu
 {
   CubeBounds result;
   for (const CubeBounds& piece :
-       partsOf<CubeBounds>(execution, count, sampleGrain, [&](CubeBounds& own, std::size_t begin, std::size_t end) {
+       partsOf<CubeBounds>(execution, count, sampleGrain, [&](CubeBounds&own, std::size_t begin, std::size_t end) {
          for (std::size_t s = begin; s < end; ++s) {
            const Eigen::Array3i cube = cubeOf(sampleAt(s), side);
            own.include({cube, cube});

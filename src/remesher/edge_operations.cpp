@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <thread>
 #include <vector>
 
 namespace pcl {
@@ -52,7 +53,7 @@ bool isLong(const RemeshedSurface& surface, std::int32_t h)
          !(mesh.pinned[mesh.origin[h]] && mesh.pinned[mesh.target(h)]);
 }
 
-bool split(RemeshedSurface& surface, std::int32_t h)
+bool split(RemeshedSurface& surface, std::int32_t h, const HalfEdgeMesh::Room& room)
 {
   HalfEdgeMesh& mesh = surface.mesh;
   const std::int32_t g = mesh.twin[h];
@@ -68,7 +69,7 @@ bool split(RemeshedSurface& surface, std::int32_t h)
   };
   if (!halvesFit(h, a, b) || (g >= 0 && !halvesFit(g, b, a)))
     return false;
-  surface.moveTo(mesh.split(h, m.position, m.normal), *middle);
+  surface.moveTo(mesh.split(h, room, m.position, m.normal), *middle);
   return true;
 }
 
@@ -176,17 +177,58 @@ bool flip(RemeshedSurface& surface, std::int32_t h)
 }
 
 using IsWanted = bool(const RemeshedSurface&, std::int32_t h);
-using Operation = bool(RemeshedSurface&, std::int32_t h); ///< \return false if it is refused
 
-/// Half-edges by what comes before may not want the operation any more. \param done counts what was not refused
+/// Does an operation on half-edges by whose turn what came before may not want it any more. Those amid a region of the
+/// mesh are worked on while other regions' are, in the order of the list; after them those that lie across its borders.
+/// \param operation takes a half-edge and its place in the list, returns false if it is refused
+/// \param done counts what was not refused
+template <typename Operation>
 void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdges, IsWanted& isWanted,
-             Operation& operation, std::int64_t& done, Execution& execution)
+             const Operation& operation, std::int64_t& done, Execution& execution)
 {
+  struct Counts {
+    std::int64_t done = 0, refused = 0;
+  };
+  const HalfEdgeMesh& mesh = surface.mesh;
+  std::vector<std::vector<std::int32_t>> listed; // places of each region's
+  for (std::size_t n = 0; n < halfEdges.size(); ++n) {
+    const std::size_t region = mesh.regions[mesh.origin[halfEdges[n]]];
+    listed.resize(std::max(listed.size(), region + 1));
+    listed[region].push_back(static_cast<std::int32_t>(n));
+  }
+  const auto operateOn = [&](std::int32_t n, Counts& counts) {
+    ++(operation(halfEdges[n], n) ? counts.done : counts.refused);
+  };
+  std::vector<Counts> counts(listed.size() + 1);
+  std::vector<std::uint8_t> isWaiting(halfEdges.size(), 0);
   Poller poll(execution);
-  for (const std::int32_t h : halfEdges) {
+  const std::thread::id caller = std::this_thread::get_id();
+  forEach(execution, static_cast<std::int64_t>(listed.size()), 1, [&](std::size_t region) {
+    const bool mayPoll = std::this_thread::get_id() == caller;
+    Counts ofRegion;
+    for (const std::int32_t n : listed[region]) {
+      if (mayPoll)
+        poll();
+      const std::int32_t h = halfEdges[n];
+      const auto own = static_cast<std::uint16_t>(region);
+      const bool isOwn = mesh.isBetween(h, own);
+      if (isOwn && !isWanted(surface, h))
+        continue;
+      if (isOwn && mesh.isAmid(h, own))
+        operateOn(n, ofRegion);
+      else
+        isWaiting[n] = 1;
+    }
+    counts[region] = ofRegion;
+  });
+  for (std::size_t n = 0; n < halfEdges.size(); ++n) {
     poll();
-    if (isWanted(surface, h))
-      ++(operation(surface, h) ? done : surface.result.refusedOperations);
+    if (isWaiting[n] && isWanted(surface, halfEdges[n]))
+      operateOn(static_cast<std::int32_t>(n), counts.back());
+  }
+  for (const Counts& own : counts) {
+    done += own.done;
+    surface.result.refusedOperations += own.refused;
   }
 }
 
@@ -194,7 +236,11 @@ void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdge
 
 void splitLongEdges(RemeshedSurface& surface, Execution& execution)
 {
-  operate(surface, halfEdgesWhere(surface, isLong, execution), isLong, split, surface.result.splits, execution);
+  const std::vector<std::int32_t> halfEdges = halfEdgesWhere(surface, isLong, execution);
+  const HalfEdgeMesh::Room room = surface.mesh.makeRoom(static_cast<std::int32_t>(halfEdges.size()));
+  operate(
+      surface, halfEdges, isLong, [&](std::int32_t h, std::int32_t n) { return split(surface, h, room[n]); },
+      surface.result.splits, execution);
 }
 
 void collapseShortEdges(RemeshedSurface& surface, Execution& execution)
@@ -207,12 +253,16 @@ void collapseShortEdges(RemeshedSurface& surface, Execution& execution)
   sortByUpperHalf(keys, execution);
   std::transform(keys.begin(), keys.end(), halfEdges.begin(),
                  [](std::uint64_t key) { return static_cast<std::int32_t>(key & 0xffffffff); });
-  operate(surface, halfEdges, isShort, collapse, surface.result.collapses, execution);
+  operate(
+      surface, halfEdges, isShort, [&](std::int32_t h, std::int32_t) { return collapse(surface, h); },
+      surface.result.collapses, execution);
 }
 
 void flipEdges(RemeshedSurface& surface, Execution& execution)
 {
-  operate(surface, halfEdgesWhere(surface, isToFlip, execution), isToFlip, flip, surface.result.flips, execution);
+  operate(
+      surface, halfEdgesWhere(surface, isToFlip, execution), isToFlip,
+      [&](std::int32_t h, std::int32_t) { return flip(surface, h); }, surface.result.flips, execution);
 }
 
 } // namespace mrf

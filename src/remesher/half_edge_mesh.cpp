@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "remesher/half_edge_mesh.h"
 
+#include "base/loops.h"
 #include "base/spatial_sort.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <string>
 #include <type_traits>
 
@@ -26,8 +28,9 @@ constexpr std::int64_t renumberingGrain = 16384;
 
 HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
     : positions(mesh.vertices), normals(mesh.vertices.size(), Eigen::Vector3f::Zero()), pinned(mesh.vertices.size(), 0),
-      changed(mesh.vertices.size(), 1), sizing(mesh.vertices.size(), 1), outgoing(mesh.vertices.size(), -1),
-      valence(mesh.vertices.size(), 0), origin(3 * mesh.triangles.size()), twin(3 * mesh.triangles.size(), -1)
+      changed(mesh.vertices.size(), 1), sizing(mesh.vertices.size(), 1), regions(mesh.vertices.size(), 0),
+      outgoing(mesh.vertices.size(), -1), valence(mesh.vertices.size(), 0), origin(3 * mesh.triangles.size()),
+      twin(3 * mesh.triangles.size(), -1)
 {
   // The half-edges of each vertex in one run, so that twins are found among a handful.
   std::vector<std::int32_t> begin(positions.size() + 1, 0);
@@ -98,6 +101,12 @@ void HalfEdgeMesh::turnToStart(std::int32_t vertex, std::int32_t h)
   outgoing[vertex] = h;
 }
 
+std::int32_t HalfEdgeMesh::regionSize(std::int32_t vertices)
+{
+  // Enough for some threads, and large: what lies across their borders is worked on by one.
+  return std::clamp(vertices / 16, 4096, 32768);
+}
+
 bool HalfEdgeMesh::adjacent(std::int32_t v, std::int32_t w) const
 {
   bool found = false;
@@ -105,24 +114,47 @@ bool HalfEdgeMesh::adjacent(std::int32_t v, std::int32_t w) const
   return found;
 }
 
-std::int32_t HalfEdgeMesh::split(std::int32_t h, const Eigen::Vector3f& position, const Eigen::Vector3f& normal)
+HalfEdgeMesh::Room HalfEdgeMesh::makeRoom(std::int32_t splits)
 {
-  const std::int32_t m = vertexCount();
-  positions.push_back(position);
-  normals.push_back(normal);
-  pinned.push_back(0);
-  changed.push_back(1);
-  sizing.push_back(.5f * (sizing[origin[h]] + sizing[target(h)]));
+  const Room room{vertexCount(), halfEdgeCount()};
+  const std::size_t vertices = positions.size() + splits, halfEdges = origin.size() + 6 * std::size_t(splits);
+  const auto grow = [](auto& values, std::size_t size, const auto& value) {
+    values.reserve(size); // and no more, as values that grow by themselves take up to twice what they hold
+    values.resize(size, value);
+  };
+  grow(positions, vertices, Eigen::Vector3f(Eigen::Vector3f::Zero()));
+  grow(normals, vertices, Eigen::Vector3f(Eigen::Vector3f::Zero()));
+  grow(pinned, vertices, std::uint8_t{0});
+  grow(changed, vertices, std::uint8_t{0});
+  grow(sizing, vertices, 1.f);
   if (!places.empty())
-    places.push_back(-1);
-  valence.push_back(3);
-  outgoing.push_back(-1);
+    grow(places, vertices, -1.);
+  grow(regions, vertices, std::uint16_t{0});
+  grow(outgoing, vertices, -1);
+  grow(valence, vertices, 0);
+  grow(origin, halfEdges, -1);
+  grow(twin, halfEdges, -1);
+  return room;
+}
+
+std::int32_t HalfEdgeMesh::split(std::int32_t h, const Room& room, const Eigen::Vector3f& position,
+                                 const Eigen::Vector3f& normal)
+{
+  const std::int32_t m = room.vertex;
+  positions[m] = position;
+  normals[m] = normal;
+  changed[m] = 1;
+  sizing[m] = .5f * (sizing[origin[h]] + sizing[target(h)]);
+  regions[m] = regions[origin[h]];
+  valence[m] = 3;
+  const auto add = [this](std::int32_t t, std::initializer_list<std::int32_t> corners) {
+    std::copy(corners.begin(), corners.end(), origin.begin() + t);
+  };
 
   // a→b with c on the left becomes a→m (in the old triangle) and m→b (in a new one).
   const std::int32_t g = twin[h], hNext = next(h), b = origin[hNext], c = opposite(h);
-  const std::int32_t upper = halfEdgeCount();
-  origin.insert(origin.end(), {m, b, c});
-  twin.insert(twin.end(), {-1, -1, -1});
+  const std::int32_t upper = room.halfEdge;
+  add(upper, {m, b, c});
   link(upper + 1, twin[hNext]);
   origin[hNext] = m;
   link(hNext, upper + 2);
@@ -134,9 +166,8 @@ std::int32_t HalfEdgeMesh::split(std::int32_t h, const Eigen::Vector3f& position
 
   // b→a with d on its left becomes b→m (in the old triangle) and m→a (in a new one).
   const std::int32_t gNext = next(g), a = origin[gNext], d = opposite(g);
-  const std::int32_t lower = halfEdgeCount();
-  origin.insert(origin.end(), {m, a, d});
-  twin.insert(twin.end(), {-1, -1, -1});
+  const std::int32_t lower = upper + 3;
+  add(lower, {m, a, d});
   link(lower + 1, twin[gNext]);
   origin[gNext] = m;
   link(gNext, lower + 2);
@@ -336,6 +367,10 @@ void HalfEdgeMesh::compact(Execution& execution)
     reorder(places, same);
   reorder(valence, same);
   reorder(outgoing, renumber);
+  const std::int32_t vertices = regionSize(vertexCount());
+  regions.resize(positions.size());
+  forEach<std::int32_t>(execution, vertexCount(), renumberingGrain,
+                        [&](std::int32_t v) { regions[v] = static_cast<std::uint16_t>(v / vertices); });
 }
 
 TriangleMesh HalfEdgeMesh::toTriangles() const

@@ -34,8 +34,10 @@ struct HalfEdgeMesh {
   /// Set for a corner or more of every triangle that is new or has moved since all were set to zero; at first for all.
   /// The operations do so for the triangles that they make; who moves a vertex has to.
   std::vector<std::uint8_t> changed;
-  std::vector<float> sizing;          ///< length of the edges around a vertex that is aimed at, relative; at first 1
-  std::vector<double> places;         ///< on the BorderCurves; empty if there are none
+  std::vector<float> sizing;  ///< length of the edges around a vertex that is aimed at, relative; at first 1
+  std::vector<double> places; ///< on the BorderCurves; empty if there are none
+  /// Pieces of the surface that what changes the mesh works on concurrently, by vertex: as compact() cuts them.
+  std::vector<std::uint16_t> regions;
   std::vector<std::int32_t> outgoing; ///< −1: removed, or in no triangle
   std::vector<std::int32_t> valence;  ///< edges of a vertex
   std::vector<std::int32_t> origin;   ///< −1 in removed triangles
@@ -84,13 +86,39 @@ struct HalfEdgeMesh {
 
   bool adjacent(std::int32_t v, std::int32_t w) const;
 
+  /// True if the corners of the triangles beside an edge are of this region, or the triangles are gone: then nothing of
+  /// them changes but by what works on the region.
+  bool isBetween(std::int32_t h, std::uint16_t region) const
+  {
+    const auto isIn = [&](std::int32_t side) {
+      return regions[origin[side]] == region && regions[target(side)] == region && regions[opposite(side)] == region;
+    };
+    return origin[h] < 0 || (isIn(h) && (twin[h] < 0 || isIn(twin[h])));
+  }
+  /// True if all is of this region that is joined to the ends of an edge. \pre isBetween(h, region)
+  bool isAmid(std::int32_t h, std::uint16_t region) const
+  {
+    bool isAmid = true;
+    for (const std::int32_t end : {origin[h], target(h)})
+      forNeighbors(end, [&](std::int32_t w) { isAmid = isAmid && regions[w] == region; });
+    return isAmid;
+  }
+
   /// \pre the vertex is on the boundary
   std::int32_t nextOnBorder(std::int32_t vertex) const { return target(outgoing[vertex]); }
   std::int32_t previousOnBorder(std::int32_t vertex) const;
 
+  /// Room for a vertex and two triangles, and for more after them: of one for each split to be made, as long as none is
+  /// they count as removed.
+  struct Room {
+    std::int32_t vertex, halfEdge;
+    Room operator[](std::int32_t n) const { return {vertex + n, halfEdge + 6 * n}; }
+  };
+  Room makeRoom(std::int32_t splits);
+
   /// Puts a vertex on the edge of h, sized between its ends, and cuts the triangles beside it in two. \return the new
-  /// vertex
-  std::int32_t split(std::int32_t h, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
+  /// vertex \pre the room has not been used
+  std::int32_t split(std::int32_t h, const Room& room, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
 
   /// True if merging the ends of an inner edge keeps the mesh manifold and its topology (the link condition).
   bool mayCollapse(std::int32_t h) const;
@@ -111,8 +139,10 @@ struct HalfEdgeMesh {
   void flip(std::int32_t h);
 
   /// Drops what was removed and renumbers the rest along a space-filling curve: what is close is close in memory, and
-  /// few edges leave a range of vertices. \pre positions are finite
+  /// few edges leave a region, as which ranges of vertices are taken. \pre positions are finite
   void compact(Execution& execution);
+  /// Vertices of a region, but for the last, of a mesh of so many.
+  static std::int32_t regionSize(std::int32_t vertices);
 
   Triangle triangle(std::int32_t t) const { return {origin[3 * t], origin[3 * t + 1], origin[3 * t + 2]}; }
   TriangleMesh toTriangles() const;

@@ -2,8 +2,10 @@
 /// \file
 /// \brief The passes of the remesher, beside Relaxation.
 ///
-/// What edges to work on is looked for in parallel and done one by one; an operation that would spoil a triangle, the
-/// topology or the way along the surface is refused. Edges between pinned vertices are neither made nor removed.
+/// What edges to work on is looked for in parallel. They are worked on region by region of the mesh, several regions at
+/// a time, and those across regions' borders after them: the same for any number of threads. An operation that would
+/// spoil a triangle, the topology or the way along the surface is refused. Edges between pinned vertices are neither
+/// made nor removed.
 #pragma once
 
 #include "remesher/remeshed_surface.h"
@@ -22,7 +24,8 @@ void limitGrowth(HalfEdgeMesh& mesh, float targetEdge, Execution& execution);
 /// touch, move a little into their own fans, as far as their triangles allow.
 void partBorders(RemeshedSurface& surface);
 
-/// Splits edges longer than 4/3 of the target. Those that a split makes wait for the next round.
+/// Splits edges longer than 4/3 of the target. Those that a split makes wait for the next round. Room that was made for
+/// splits that are refused stays until the mesh is compacted.
 void splitLongEdges(RemeshedSurface& surface, Execution& execution);
 
 /// Collapses edges shorter than 4/5 of the target.

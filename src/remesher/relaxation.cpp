@@ -14,7 +14,6 @@ using Eigen::Vector3f;
 /// Share of the target edge below which a step is not worth the way: it changes angles by about a degree.
 constexpr float minStep = .02f;
 constexpr std::int64_t stepGrain = 2048;
-constexpr std::int64_t moveGrain = 32768; ///< large: vertices at its ends have to wait
 
 } // namespace
 
@@ -69,7 +68,8 @@ void Relaxation::moveInRanges()
 {
   const HalfEdgeMesh& mesh = surface_.mesh;
   const auto refusals = partsOf<std::int64_t, std::int32_t>(
-      execution_, mesh.vertexCount(), moveGrain, [&](std::int64_t& refused, std::int32_t begin, std::int32_t end) {
+      execution_, mesh.vertexCount(), HalfEdgeMesh::regionSize(mesh.vertexCount()),
+      [&](std::int64_t& refused, std::int32_t begin, std::int32_t end) {
         for (std::int32_t v = begin; v < end; ++v) {
           if (mesh.pinned[v] || steps_[v].isSettled)
             continue;

@@ -23,7 +23,7 @@ public:
 
   /// All steps are computed from the same state, in parallel; they are taken one by one, each against the state it
   /// meets. Vertices of a range whose neighbors all belong to it move while other ranges do the same; the rest move
-  /// after them.
+  /// after them. \pre no triangle was removed since the mesh was compacted
   void moveAll();
 
 private:

@@ -66,9 +66,11 @@ void shake(HalfEdgeMesh& mesh, unsigned seed, int operations)
       continue;
     const std::int32_t g = mesh.twin[h], a = mesh.origin[h], b = mesh.target(h);
     switch (random() % 4) {
-    case 0:
-      mesh.split(h, .5f * (mesh.positions[a] + mesh.positions[b]), mesh.normals[a]);
+    case 0: {
+      const Vector3f middle = .5f * (mesh.positions[a] + mesh.positions[b]), normal = mesh.normals[a];
+      mesh.split(h, mesh.makeRoom(1), middle, normal);
       break;
+    }
     case 1:
     case 2: // twice as often, or the mesh would only grow
       if (g < 0) {
@@ -218,8 +220,11 @@ TEST(HalfEdgeMesh, CompactingRenumbersAlongACurveAndNoMore)
     EXPECT_EQ(sortedCorners(mesh.toTriangles()), sortedCorners(raw));
     triangles.push_back(mesh.toTriangles().triangles);
     EXPECT_EQ(triangles.back(), triangles.front());
-    // Once in that order, nothing changes any more.
+    // Once in that order, nothing changes any more, and room for splits that were not made goes.
+    mesh.makeRoom(3);
     mesh.compact(execution);
+    EXPECT_EQ(mesh.positions.size(), raw.vertices.size());
+    EXPECT_EQ(mesh.origin.size(), 3 * raw.triangles.size());
     EXPECT_EQ(mesh.toTriangles().triangles, triangles.back());
 
     // Cut in four, the sphere has about 4 · 2 · 2r/h edges that cross a cut if the parts are compact; in random order
