@@ -5,12 +5,13 @@
 
 #include "base/instruction_set.h"
 
-/// For the bodies that the versions of a function share.
+/// For the bodies that the versions of a function share; the second one for lambdas.
 #if defined(__GNUC__)
-#define MRF_ALWAYS_INLINE inline __attribute__((always_inline))
+#define MRF_ALWAYS_INLINED __attribute__((always_inline))
 #else
-#define MRF_ALWAYS_INLINE inline
+#define MRF_ALWAYS_INLINED
 #endif
+#define MRF_ALWAYS_INLINE inline MRF_ALWAYS_INLINED
 
 /// Defines a function that runs the version for the instruction set in use; its body follows:
 ///   MRF_MULTIVERSION(void, scale, (int count, float a, float* x), (count, a, x))

@@ -240,8 +240,8 @@ void declareOrientation(Table& table)
                "neighbors belong together if their normals are within this angle");
   table.onOff("sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
               "without --sensor and --sensors, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the "
-              "cloud is organized, and the "
-              "scanners of a PTX file are; to tell what was seen through, so is the origin if all normals look there");
+              "cloud is organized, and the scanners of a PTX file are; to tell what was seen through, so is the origin "
+              "if all normals look there");
 }
 
 void declareObservation(Table& table)

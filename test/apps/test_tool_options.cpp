@@ -56,7 +56,7 @@ const std::vector<Case> cases = {
     {{"--dense-voxels", "1000"}, "/options/multiscale/denseVoxels", 1000},
     {{"--search", "kdtree"}, "/options/search", "kdtree"},
     {{"--solver", "icm", "--prior", "membrane"}, "/options/solver/method", "icm"},
-    {{"--solver", "cg"}, "/options/solver/method", "cg"},
+    {{"--solver", "cg", "--prior", "membrane"}, "/options/solver/method", "cg"},
     {{"--max-iterations", "60"}, "/options/solver/maxIterations", 60},
     {{"--change-tolerance", "0.0078125"}, "/options/solver/changeTolerance", .0078125},
     {{"--seed", "7"}, "/options/solver/seed", 7},

@@ -100,6 +100,7 @@ class VoxelwiseScan : public CleanScan {};
 class SmoothScan : public CleanScan {}; ///< its bars are of remeshed surfaces
 class NoisyScan : public CleanScan {};
 class MeasuredCloud : public CleanScan {};
+class PaperScan : public CleanScan {}; ///< has no bars
 
 } // namespace
 
@@ -288,7 +289,9 @@ TEST_P(NoisyScan, MedianThinPlateAndLowBetaReachTheBars)
 INSTANTIATE_TEST_SUITE_P(Scans, NoisyScan, testing::Values(Bar{"model_noise", .083, .32}, Bar{"igea_noise", .115, .45}),
                          nameOf);
 
-TEST_P(SmoothScan, PaperPresetGivesOneComponent)
+TEST_P(PaperScan, PaperPresetGivesOneComponent)
 {
   expectOneValidComponent(run(GetParam().name, paperPreset()).reconstruction);
 }
+
+INSTANTIATE_TEST_SUITE_P(Scans, PaperScan, testing::Values(Bar{"model", 0, 0}, Bar{"igea_clean", 0, 0}), nameOf);
