@@ -62,7 +62,7 @@ void setCamera(const PictureOptions& options, const std::vector<Eigen::Vector3d>
 
 void checkDisplay()
 {
-  const char* remedy = "; put 'xvfb-run -a' in front of the command";
+  const char* remedy = "; put 'xvfb-run -a' in front of the command (Debian package xvfb)";
   const char* name = std::getenv("DISPLAY");
   if (name == nullptr || *name == '\0')
     throw FileError(std::string("a picture needs an X display, and DISPLAY is not set") + remedy);

@@ -65,20 +65,24 @@ struct Rows {
 };
 
 /// Splits a line at tabs, else semicolons, else commas, between which there may be nothing or several words; a line
-/// without them at blanks. Takes quotes off.
+/// without them at blanks. Those within quotes do not count; takes quotes off.
 void splitCells(std::string_view line, std::vector<std::string_view>& cells)
 {
-  const auto isIn = [&](char separator) { return line.find(separator) != std::string_view::npos; };
+  const auto endOfCell = [line, areClosed = std::count(line.begin(), line.end(), '"') % 2 == 0](std::size_t at,
+                                                                                                char by) {
+    for (bool isQuoted = false; at < line.size() && (line[at] != by || isQuoted); ++at)
+      isQuoted = isQuoted != (areClosed && line[at] == '"');
+    return at;
+  };
+  const auto isIn = [&](char separator) { return endOfCell(0, separator) < line.size(); };
   const char separator = isIn('\t') ? '\t' : isIn(';') ? ';' : ',';
   split(line, cells);
   if (isIn(separator)) {
     cells.clear();
-    std::size_t begin = 0, end = 0;
-    do {
-      end = line.find(separator, begin);
+    for (std::size_t begin = 0, end = 0; begin <= line.size(); begin = end + 1) {
+      end = endOfCell(begin, separator);
       cells.push_back(line.substr(begin, end - begin));
-      begin = end + 1;
-    } while (end != std::string_view::npos);
+    }
   }
   for (std::string_view& cell : cells) {
     cell.remove_prefix(std::min(cell.find_first_not_of(" \""), cell.size()));
@@ -113,8 +117,10 @@ private:
   {
     std::vector<std::string> names = rows_.columns > 0 ? std::vector<std::string>() : columnNames(line);
     const bool areThere = !names.empty();
-    if (areThere)
+    if (areThere) {
       rows_.names = std::move(names);
+      isHeader_ = !isComment(line);
+    }
     return areThere;
   }
 
@@ -129,7 +135,7 @@ private:
 
   void take(std::string_view line)
   {
-    splitRow(line, cells_);
+    (line.find('"') == std::string_view::npos ? splitRow : splitCells)(line, cells_);
     const bool areNumbers = toNumbers(cells_, values_);
     if (areNumbers && haveDecimalCommas(cells_)) // they would make two numbers of one
       fail("has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
@@ -145,7 +151,7 @@ private:
         cells_.pop_back();
     }
     if (rows_.columns == 0)
-      start();
+      start(line.find_first_of(",;\t") != std::string_view::npos);
     if (cells_.size() != rows_.columns)
       fail("has " + std::to_string(cells_.size()) + " columns, those before have " + std::to_string(rows_.columns));
     if (haveGaps)
@@ -153,8 +159,8 @@ private:
     rows_.values.insert(rows_.values.end(), values_.begin(), values_.end());
   }
 
-  /// Of the first row.
-  void start()
+  /// Of the first row. \param isParted its cells are parted by more than blanks
+  void start(bool isParted)
   {
     double number = 0;
     const auto numbers =
@@ -163,6 +169,13 @@ private:
       fail("has fewer than the three columns x y z");
     if (rows_.names.size() != cells_.size() && numbers < 3)
       fail("is not a row of numbers, nor names columns x, y and z");
+    // Without the names x y z are taken to be first; a column that numbers the points needs none. A comment may be a
+    // sentence.
+    const std::size_t names = rows_.names.size();
+    if (isHeader_ && names != cells_.size() && names + 1 != cells_.size() &&
+        (isParted || VectorColumns(rows_.names).position != Triple{0, 1, 2}))
+      fail("has " + std::to_string(cells_.size()) + " columns, the header names " + std::to_string(names) +
+           "; name each of them, and write 0.5 for 0,5");
     rows_.columns = cells_.size();
     rows_.gaps.resize(rows_.columns);
   }
@@ -185,6 +198,7 @@ private:
   const std::string& path_;
   Lines lines_;
   Rows rows_;
+  bool isHeader_ = false; ///< what has the names, rather than a comment
   double announced_ = 0;
   std::vector<std::string_view> cells_;
   std::vector<double> values_;

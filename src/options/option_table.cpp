@@ -239,7 +239,7 @@ void declareOrientation(Table& table)
   table.number("maxAngle", "--orientation-angle", "degrees", {0, 90, true}, field(stage, &OrientationOptions::maxAngle),
                "neighbors belong together if their normals are within this angle");
   table.onOff("sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
-              "without --sensor and --sensors, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the "
+              "if no sensor is given, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the "
               "cloud is organized, and the scanners of a PTX file are; to tell what was seen through, so is the origin "
               "if all normals look there");
 }

@@ -438,10 +438,14 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
   const PointTable fewer = parsePoints("xyz", "a.xyz", "x y z\n1 2 3 0 0 1\n4 5 6 0 1 0\n");
   EXPECT_EQ(fewer.normals.size(), 2u);
   EXPECT_EQ(fewer.notes, std::vector<std::string>{"3 columns have names, but the rows have 6: the names are ignored"});
+  // Else the wrong columns would be x y z without a word.
+  for (const char* other : {"nx ny nz x y z w\n0 0 1 1 2 3\n", "x,y,z\n0,5,1,5,2,5\n", "nx,ny,x,y,z\n1,2,3\n"})
+    expectRefused("csv", other, "columns, the header names");
   const std::string brackets(1 << 20, '('); // looked at once
   expectRefused("csv", brackets + "\n1,2,3\n", "nor names columns");
   expectRefused("csv", "a,b,c\n1,2,3\n", "line 1: is not a row of numbers, nor names columns x, y and z");
   expectRefused("csv", "x,y,z\n1,2,3\nx,y,z\n", "line 3: column 1 'x' holds 'x', which is no number");
+  expectRefused("csv", "x,y,z\n\"0,5\",\"1,5\",\"2,5\"\n", "line 2: column 1 'x' holds '0,5', which is no number");
 }
 
 TEST(XyzReader, columnsOfTextAreSkippedWithANote)
@@ -451,6 +455,8 @@ TEST(XyzReader, columnsOfTextAreSkippedWithANote)
       {"x,y,z,label,red,green,blue\n1,2,3,old tree,10,20,30\n4,5,6,,40,50,60\n,,,,,,\n", "column 4 'label'" + skipped},
       {"label;x;y;z;red;green;blue;\n\"old tree\";1;2;3;10;20;30;\n7;4;5;6;40;50;60\n", "column 1 'label'" + skipped},
       {"# exported\nold tree\t1\t2\t3\t10\t20\t30\n\t4\t5\t6\t40\t50\t60\n", "column 1" + skipped},
+      {"label,x,y,z,red,green,blue\n\"old tree\",1,2,3,10,20,30\n\"pine; small, 5 m\",4,5,6,40,50,60\n",
+       "column 1 'label'" + skipped},
       {"\"x\" \"y\" \"z\" \"red\" \"green\" \"blue\"\n\"a\" 1 2 3 10 20 30\n\"b\" 4 5 6 40 50 60\n",
        "column 1 is skipped: line 2 holds 'a', which is no number"}};
   for (const auto& [text, note] : cases) {
