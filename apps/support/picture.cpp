@@ -56,7 +56,7 @@ Eigen::Matrix3d sidesOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector
 PictureOptions viewAlong(const Eigen::Vector3d& sight, const Eigen::Matrix3d& sides, double steepest = .98)
 {
   PictureOptions options;
-  options.sight = sight.normalized();
+  options.sight = sight.stableNormalized(); // of any length
   const double rise = options.sight.dot(sides.col(1));
   options.up = sides.col(1);
   if (std::abs(rise) > steepest)
@@ -82,11 +82,13 @@ std::optional<PictureOptions> viewFrom(const Eigen::Vector3d& sensor, const Surf
   // A few stray pieces must not make the rest small.
   const auto last = angles.begin() + static_cast<std::ptrdiff_t>(.998 * static_cast<double>(angles.size() - 1));
   std::nth_element(angles.begin(), last, angles.end());
-  constexpr double widest = 55, narrowest = .1;
+  constexpr double widest = 55, narrowest = .5; // degrees
   if (!(*last < widest))
     return {};
+  if (*last < narrowest) // no picture tells this from what is seen from nearer
+    return options;
   options.viewpoint = sensor;
-  options.viewAngle = 2 * std::max(1.05 * *last, narrowest);
+  options.viewAngle = 2 * 1.05 * *last;
   return options;
 }
 

@@ -146,6 +146,8 @@ TEST_F(ToolPictures, LooksFromTheSensor)
   const Pixels beside = pictureOf({"plane.ply", "--sensor", "-1,0,-.5"});
   EXPECT_LT(beside.skinRight, -.02);
   EXPECT_GT(beside.skinUp, .02);
+  // One as high as is said of airborne scans sees as much as one that is near.
+  EXPECT_GT(pictureOf({"plane.ply", "--sensor", "0,0,-1e7"}).blue, 100000);
   // A sensor within the plane cannot see it.
   EXPECT_GT(pictureOf({"plane.ply", "--sensor", "0,0,1.99"}).blue, 100000);
 }
