@@ -87,7 +87,7 @@ MRF_JSON(ResolutionScore, voxelSize, error)
 MRF_JSON(ResolutionChoice, voxelSize, heldOut, cubes, curve)
 MRF_JSON(SolveReport, method, iterations, relativeResidual, remainingChange, remainingChangeOfFillings, converged,
          history)
-MRF_JSON(LevelReport, size, voxelSize, maxDistance, observed, unknowns, observationSeconds, solverSeconds, solve)
+MRF_JSON(LevelReport, size, voxelSize, maxDistance, observed, unknowns, tiles, observationSeconds, solverSeconds, solve)
 MRF_JSON(PieceReport, points, levels)
 MRF_JSON(TrimSummary, holesFilled, extrapolationsDropped, componentsDropped, areaFilled, areaDropped, largestHole,
          cappedShare)

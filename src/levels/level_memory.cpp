@@ -3,6 +3,7 @@
 
 #include "field/prior.h"
 #include "levels/multiscale.h"
+#include "levels/tiled_band.h"
 #include "observation/point_observation.h"
 #include "solver/cholesky.h"
 #include "solver/grid_solver.h"
@@ -34,11 +35,20 @@ constexpr double bytesPerBackground = 8;
 /// Of each band one entry per row of the box; about ten bands exist at a time.
 constexpr double bytesPerRow = 40;
 
+/// What tiles keep of each unknown: what it was changed by, and then the field.
+constexpr double bytesPerUnknownOfTiles = 16;
+
+/// Of each point while those of a cell are merged before there are samples of each: the order of the points by cells.
+constexpr double bytesPerMergedPoint = 24;
+
 /// Bytes per observed voxel of a band: the observation, packed weights and targets of all grids, confidences.
 constexpr double bytesPerObservedInBand = 53;
 
 /// Voxels along an axis: positions are counted in voxels in single precision, to a sixteenth.
 constexpr double maxVoxelsAlongAxis = 1 << 20;
+
+/// Samples per face where coarser levels, and the grids of a solver, merge the points.
+constexpr double mergedPerFace = 1.5;
 
 /// Voxels whose cells hold points, per face of a voxel that the surface covers, where points lie as densely as they
 /// like; a lone point occupies eight. (Measured on spheres with .25 to 16 points per face.)
@@ -86,10 +96,9 @@ double dataBytes(const GridSize& size, double side, const Workload& workload)
   const double faces = workload.area / (side * side);
   if (workload.reach > 0)
     return bytesPerObserved * std::min(2 * workload.reach / side * faces, count(size));
-  double samples = workload.points;
-  // Coarser levels, and the grids of a solver, merge the points: about one is left per occupied cell.
+  double samples = workload.isTiled ? 0 : workload.points;
   for (double surface = faces / 4; surface > 1; surface /= 4)
-    samples += std::min(workload.points, 1.5 * surface);
+    samples += std::min(workload.points, mergedPerFace * surface);
   return sizeof(PointSample) * samples;
 }
 
@@ -137,6 +146,12 @@ double denseBytes(const GridSize& size, double side, const Workload& workload, b
   return bytes;
 }
 
+/// The largest part of a level that is solved at a time.
+double shareOfTile(int planes, int tiles)
+{
+  return std::min(1., 1. / tiles + 2. * tileHalo / planes);
+}
+
 /// Peak bytes while the finest level is solved in a band. \param bands up to it
 double bandBytes(const GridSize& lattice, double side, const Workload& workload, int bands, int threads)
 {
@@ -173,11 +188,32 @@ bool isCoarsest(const GridSize& size)
   return std::max({size.x, size.y, size.z}) <= coarsestSide;
 }
 
+/// Peak bytes while the last two levels are solved, in bands, the last in tiles.
+double tiledBytes(const GridSize& lattice, double side, const Workload& workload, int bands, int threads)
+{
+  const GridSize size = bandAxes(lattice).toStored(lattice);
+  const double faces = workload.area / (side * side), unknowns = unknownsPerFace * faces;
+  const double sweep = GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.kind),
+                                                smootherDegree(workload.solver, workload.prior.kind, false), threads);
+  Workload before = workload;
+  before.points = std::min(workload.points, mergedPerFace * faces / 4);
+  const double finest = finestBandBytes(unknowns, workload.points, size.z, mostTiles(size.z)) + sweep +
+                        bytesPerRow * size.y * size.z + sizeof(PointSample) * before.points;
+  return std::max({finest, bytesPerMergedPoint * workload.points + sizeof(PointSample) * before.points,
+                   bandBytes(lattice.coarsened(), 2 * side, before, bands - 1, threads)});
+}
+
 } // namespace
 
-double bytesPerUnknown()
+double finestBandBytes(double unknowns, double points, int planes, int tiles)
 {
-  return bytesPerFace / unknownsPerFace;
+  const double whole = bytesPerFace / unknownsPerFace * unknowns + sizeof(PointSample) * points;
+  return tiles == 1 ? whole : shareOfTile(planes, tiles) * whole + bytesPerUnknownOfTiles * unknowns;
+}
+
+int mostTiles(int planes)
+{
+  return std::max(2, planes / (2 * tileHalo));
 }
 
 Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior)
@@ -189,6 +225,11 @@ Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior
   workload.area = areaPerPoint * spacing * spacing * workload.points;
   workload.prior = prior;
   return workload;
+}
+
+bool mayBeTiled(const Workload& workload, int bands)
+{
+  return bands > 1 && workload.reach == 0;
 }
 
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
@@ -204,7 +245,10 @@ double predictedBytes(const BoundingBox& box, double side, const Workload& workl
   int bands = 0;
   for (; !isCoarsest(size) && size.count() > options.denseVoxels; ++bands, voxelSide *= 2)
     size = size.coarsened();
-  double max = bands == 0 ? 0 : bandBytes(finest, side, workload, bands, threads) + bytesPerBackground * count(size);
+  const bool isTiled = workload.isTiled && mayBeTiled(workload, bands);
+  double max = bands == 0 ? 0
+                          : (isTiled ? tiledBytes : bandBytes)(finest, side, workload, bands, threads) +
+                                bytesPerBackground * count(size);
   for (;; voxelSide *= 2, size = size.coarsened()) {
     max = std::max(max, denseBytes(size, voxelSide, workload, isCoarsest(size), threads));
     if (isCoarsest(size))

@@ -10,11 +10,18 @@
 namespace pcl {
 namespace mrf {
 
-/// Peak bytes of a level in a band per unknown.
-double bytesPerUnknown();
+/// Peak bytes of a finest level in a band: whole, or in tiles. \param unknowns, points of it \param planes of its grid
+/// across z \param tiles 1: whole
+double finestBandBytes(double unknowns, double points, int planes, int tiles);
+
+/// Tiles beyond which more of them save little: they are as thick as the planes that are solved with them.
+int mostTiles(int planes);
 
 /// That of a cloud observed at its points, with the solver to be set. \param spacing l̄, cloud's unit
 Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior);
+
+/// Whether a finest level can be solved in tiles. \param bands up to it
+bool mayBeTiled(const Workload& workload, int bands);
 
 /// Peak bytes of solving a box with voxels of this side at the finest level, beside what is held before; infinite if it
 /// has too many voxels to be counted. Parameters as for planLevels; the options' denseVoxels decide between dense

@@ -8,6 +8,7 @@
 #include "field/interpolation.h"
 #include "levels/level_memory.h"
 #include "levels/narrow_band.h"
+#include "levels/tiled_band.h"
 #include "mesh/polygonizer.h"
 #include "observation/observation.h"
 #include "observation/point_observation.h"
@@ -55,20 +56,6 @@ Eigen::Array3d halved(const Eigen::Array3i& index)
   return index.cast<double>() / 2;
 }
 
-/// Voxel sides, in spacings of the points, from which on the finest level merges them, too.
-constexpr float mergedFrom = 10;
-
-LevelSamples samplesOfLevels(const OrientedPoints& points, const std::vector<Lattice>& lattices, float spacing,
-                             Execution& execution)
-{
-  const Lattice& finest = lattices.back();
-  // Voxels that hold dozens of points, as a pilot's, need not see each of them.
-  const bool isCoarse = finest.spacing > mergedFrom * spacing;
-  return LevelSamples(isCoarse ? toMergedSamples(points, finest, spacing, 1, execution)
-                               : toSamplesByCells(points, finest, spacing, execution),
-                      lattices, execution);
-}
-
 std::vector<float> denseConfidences(const Observation& observation)
 {
   std::vector<float> confidences(static_cast<std::size_t>(observation.lattice.size.count()), 0);
@@ -105,7 +92,11 @@ MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Worklo
 void checkResources(const BoundingBox& box, float voxelSize, const Workload& workload, const MultiscaleOptions& options)
 {
   const double limit = memoryLimit(options.maxMemory);
-  const auto bytesFor = [&](double side) { return predictedBytes(box, side, workload, options, 1); };
+  Workload tiled = workload;
+  tiled.isTiled = true;
+  const auto bytesFor = [&](double side) {
+    return std::min(predictedBytes(box, side, workload, options, 1), predictedBytes(box, side, tiled, options, 1));
+  };
   const auto secondsFor = [&](double side) { return predictedCholeskySeconds(box, side, workload, options); };
   const double predicted = bytesFor(voxelSize), seconds = secondsFor(voxelSize);
   if (predicted <= limit && seconds <= maxCholeskySeconds)
@@ -147,23 +138,23 @@ void checkTime(const GridSize& finest, const Workload& workload)
 }
 
 /// \param unknowns of the finest level, as a coarser one in a band foretells them from the surface that it has found
-/// \throw ResourceLimit if they take more memory than the limit, or are out of proportion to the points
-void checkSurface(double unknowns, std::size_t points, double voxelSize, const MultiscaleOptions& options)
+/// \param bytes that they take \throw ResourceLimit if these are above the limit, or the unknowns out of proportion to
+/// the points
+void checkSurface(double unknowns, double bytes, std::size_t points, double voxelSize, double limit)
 {
-  const double affordable = memoryLimit(options.maxMemory) / bytesPerUnknown(),
-               sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
-  if (unknowns <= std::min(affordable, sound))
+  const double sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
+  const double excess = std::max(unknowns / sound, bytes / limit);
+  if (excess <= 1)
     return;
   std::ostringstream text;
   text.precision(3);
   text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
-  if (affordable < sound)
-    text << ", " << unknowns * bytesPerUnknown() / (1 << 30) << " GiB, the limit is "
-         << memoryLimit(options.maxMemory) / (1 << 30) << " GiB";
+  if (bytes / limit >= unknowns / sound)
+    text << ", " << bytes / (1 << 30) << " GiB, the limit is " << limit / (1 << 30) << " GiB";
   else
     text << " through " << points << " points, which say nothing about most of it";
   // Faces grow with the square of the voxel size; a quarter more for what coarser levels see otherwise.
-  text << "; a voxel size of " << 1.25 * voxelSize * std::sqrt(unknowns / std::min(affordable, sound)) << " would do";
+  text << "; a voxel size of " << 1.25 * voxelSize * std::sqrt(excess) << " would do";
   throw ResourceLimit(text.str());
 }
 
@@ -238,29 +229,25 @@ private:
 /// Dense levels, then those in bands.
 class LevelSolver : public Levels {
 public:
-  LevelSolver(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution)
-      : spacing_(spacing), options_(options), execution_(execution), points_(piece.points), search_(piece.search)
+  LevelSolver(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution, int tiles)
+      : spacing_(spacing), options_(options), execution_(execution), points_(piece.points), search_(piece.search),
+        tiles_(tiles)
   {
     validate(options.observation);
     validate(options.prior);
     validate(options.solver);
     validate(options.multiscale);
     plan(piece.volume);
-    if (!axes_.isNatural()) {
-      turnedPoints_ = inOrder(axes_, *piece.points);
-      turnedSearch_.emplace(axes_, *piece.search);
-      points_ = &turnedPoints_;
-      search_ = &*turnedSearch_;
-      for (Lattice& lattice : lattices_)
-        lattice = axes_.toStored(lattice);
-    }
+    if (!axes_.isNatural())
+      turn(piece);
     firstLevel_ = next_ = addCoarserGrids(lattices_);
     denseLevels_ = lattices_.size();
     // The coarsest level is always dense.
     while (denseLevels_ > firstLevel_ + 1 && lattices_[denseLevels_ - 1].size.count() > options_.multiscale.denseVoxels)
       --denseLevels_;
+    isTiled_ = mostTilesOfFinest() > 1 && (tiles_ > 0 ? tiles_ > 1 : isTiled_);
     if (options_.observation.atPoints())
-      samples_ = samplesOfLevels(*points_, lattices_, spacing_, execution_);
+      takeSamples();
     for (std::size_t level = firstLevel_; level < lattices_.size(); ++level)
       voxels_ += static_cast<double>(lattices_[level].size.count());
   }
@@ -343,12 +330,34 @@ private:
     workload.solver = options_.solver;
     multiscale = withDenseLevels(multiscale, workload);
     lattices_ = planLevels(volume, multiscale.voxelSize, workload, multiscale);
+    workload.isTiled = predictedBytes(volume, multiscale.voxelSize, workload, multiscale, 1) > limit();
     bandThreads_ = affordableThreads(volume, multiscale.voxelSize, workload, multiscale, execution_.threads());
     result_.predictedBytes =
         static_cast<std::size_t>(predictedBytes(volume, multiscale.voxelSize, workload, multiscale, bandThreads_));
     const GridSize finest = lattices_.back().size;
     if (finest.count() > multiscale.denseVoxels)
       axes_ = bandAxes(finest);
+    isTiled_ = workload.isTiled;
+  }
+
+  /// Samples of points are turned as they are made; a search has to hold turned points.
+  void turn(const SolvedPiece& piece)
+  {
+    for (Lattice& lattice : lattices_)
+      lattice = axes_.toStored(lattice);
+    if (options_.observation.atPoints())
+      return;
+    turnedPoints_ = inOrder(axes_, *piece.points);
+    turnedSearch_.emplace(axes_, *piece.search);
+    points_ = &turnedPoints_;
+    search_ = &*turnedSearch_;
+  }
+
+  void takeSamples()
+  {
+    const PointsOnLattice seen{*points_, lattices_.back(), spacing_, axes_};
+    samples_ = isTiled_ ? LevelSamples::beneathFinest(seen, lattices_, execution_)
+                        : LevelSamples(samplesOfFinest(seen, execution_), lattices_, execution_);
   }
 
   bool isFinest(std::size_t level) const { return level + 1 == lattices_.size(); }
@@ -471,24 +480,65 @@ private:
     const Clock::time_point start = Clock::now();
     if (level == denseLevels_ && isFinest(level)) // a band is half as wide at least as what a dense level hands on
       checkUnknowns(level - 1, .5 * static_cast<double>(band_.unknowns.count()));
+    const int tiles = isFinest(level) ? tilesOfFinest() : 1;
     const LevelObservation observation = observeLevel(level, report);
     report.observationSeconds = secondsSince(start);
     const Clock::time_point solverStart = Clock::now();
     LevelPlan plan = level == denseLevels_ ? firstPlan : isFinest(level) ? lastPlan : middlePlan;
     plan.threads = bandThreads_;
-    band_ = solveNarrowBand({lattices_, level, observation, options_.prior.kind}, band_, plan, options_.solver, report,
-                            execution_);
+    report.tiles = tiles;
+    if (tiles > 1) {
+      const PointsOnLattice seen{*points_, lattices_[level], spacing_, axes_};
+      band_ = solveInTiles({seen, observation.weights, options_.prior.kind, tiles}, band_, plan, options_.solver,
+                           report, execution_);
+    } else {
+      band_ = solveNarrowBand({lattices_, level, observation, options_.prior.kind}, band_, plan, options_.solver,
+                              report, execution_);
+    }
     report.solverSeconds = secondsSince(solverStart);
     if (!isFinest(level))
       checkUnknowns(level, static_cast<double>(report.unknowns));
     return report;
   }
 
+  double limit() const { return memoryLimit(options_.multiscale.maxMemory); }
+
+  /// What a level's unknowns foretell of the finest one's.
+  double finestUnknowns(std::size_t level, double unknowns) const
+  {
+    return std::ldexp(unknowns, 2 * static_cast<int>(lattices_.size() - 1 - level));
+  }
+
+  double finestBytes(double unknowns, int tiles) const
+  {
+    return finestBandBytes(unknowns, static_cast<double>(points_->size()), lattices_.back().size.z, tiles);
+  }
+
+  int mostTilesOfFinest() const
+  {
+    const bool mayBe = options_.observation.atPoints() && lattices_.size() - denseLevels_ > 1;
+    return mayBe ? mostTiles(lattices_.back().size.z) : 1;
+  }
+
   /// \throw ResourceLimit if what a level's unknowns foretell of the finest one's is too much
   void checkUnknowns(std::size_t level, double unknowns) const
   {
-    checkSurface(std::ldexp(unknowns, 2 * static_cast<int>(lattices_.size() - 1 - level)), points_->size(),
-                 lattices_.back().spacing, options_.multiscale);
+    const double finest = finestUnknowns(level, unknowns);
+    checkSurface(finest, std::min(finestBytes(finest, 1), finestBytes(finest, mostTilesOfFinest())), points_->size(),
+                 lattices_.back().spacing, limit());
+  }
+
+  /// As few tiles as fit into the memory; if it is more than one, the finest level's samples are made tile by tile.
+  int tilesOfFinest()
+  {
+    const double unknowns = finestUnknowns(next_ - 1, static_cast<double>(band_.unknowns.count()));
+    const int most = mostTilesOfFinest();
+    int tiles = isTiled_ ? std::max(tiles_, 2) : 1;
+    while (tiles_ == 0 && tiles < most && finestBytes(unknowns, tiles) > limit())
+      ++tiles;
+    if (tiles > 1)
+      samples_ = LevelSamples();
+    return tiles;
   }
 
   DistanceField field()
@@ -511,11 +561,13 @@ private:
   Execution& execution_;
   const OrientedPoints* points_;
   const NeighborSearch* search_;
-  OrientedPoints turnedPoints_;               ///< in another order of axes, if that is worthwhile
+  OrientedPoints turnedPoints_;               ///< in another order of axes, if voxels are observed and it is worthwhile
   std::optional<SearchInOrder> turnedSearch_; ///< likewise
   std::vector<Lattice> lattices_;             ///< as they are stored, like the points and all that follows
   AxisOrder axes_;                            ///< of the cloud in that order
   int bandThreads_ = 1;
+  int tiles_;                            ///< that were asked for; 0: as few as fit
+  bool isTiled_ = false;                 ///< the finest level is: known before there are samples
   std::size_t firstLevel_ = 0;           ///< of the lattices; those before it are grids of the solver
   std::size_t denseLevels_ = 0;          ///< where the lattices that are solved in bands begin
   std::size_t next_ = 0;                 ///< level to be solved
@@ -611,14 +663,15 @@ std::vector<Lattice> planLevels(const BoundingBox& box, float voxelSize, const W
 }
 
 std::unique_ptr<Levels> beginLevels(const SolvedPiece& piece, float spacing, const Options& options,
-                                    Execution& execution)
+                                    Execution& execution, int tiles)
 {
-  return std::make_unique<LevelSolver>(piece, spacing, options, execution);
+  return std::make_unique<LevelSolver>(piece, spacing, options, execution, tiles);
 }
 
-MultiscaleResult regularize(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution)
+MultiscaleResult regularize(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution,
+                            int tiles)
 {
-  LevelSolver levels(piece, spacing, options, execution);
+  LevelSolver levels(piece, spacing, options, execution, tiles);
   while (!levels.done())
     levels.solveNext();
   return levels.result();

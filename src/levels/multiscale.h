@@ -55,6 +55,7 @@ struct Workload {
   double reach = 0;  ///< dEmax where voxels are observed, cloud's unit; 0: observed at the points
   PriorOptions prior;
   SolverOptions solver;
+  bool isTiled = false; ///< the finest level is, if it may be: it takes less memory
 };
 
 /// Bytes that the levels are going to take at their peak, beside what is held before them. Solvers and energies that
@@ -108,13 +109,15 @@ public:
 };
 
 /// Plans the levels. \param piece its points and search outlive the levels \param spacing l̄, cloud's unit
+/// \param tiles of the finest level, if it may be tiled; 0: as few as the limit of the memory allows
 /// \throw InvalidOption
 /// \throw ResourceLimit if the levels would take more memory than the limit, as the box foretells
 std::unique_ptr<Levels> beginLevels(const SolvedPiece& piece, float spacing, const Options& options,
-                                    Execution& execution);
+                                    Execution& execution, int tiles = 0);
 
 /// Regularizes the observed distances: solves all levels, with nothing left out.
-MultiscaleResult regularize(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution);
+MultiscaleResult regularize(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution,
+                            int tiles = 0);
 
 } // namespace mrf
 } // namespace pcl

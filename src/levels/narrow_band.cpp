@@ -31,9 +31,6 @@ constexpr int nearWanted = 4;
 /// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
 constexpr int interpolationReach = 4, interpolationReachX = 11;
 
-/// How often a band may grow because the solution left the prediction.
-constexpr int maxRounds = 3;
-
 /// Signs of one plane of a field on a band.
 struct SignPlane {
   MaskPlane known, negative;
@@ -189,20 +186,25 @@ VoxelSet predictedZeroLevel(const LevelField& coarse, const Refinement& refineme
   return crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
 }
 
-VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution)
+/// What holds a band: observed voxels, and in a tile all that it may be connected to beyond a cut.
+VoxelSet holdOf(const VoxelSet& observed, const BandTile* tile, Execution& execution)
 {
+  const GridSize size = observed.size();
   return VoxelSet(
-      a.size(),
+      size,
       [&](int z, MaskPlane& mask) {
-        a.rasterize(z, mask);
-        b.rasterize(z, mask);
+        observed.rasterize(z, mask);
+        if (tile && ((z == rim && tile->isCutBelow) || (z == size.z - rim - 1 && tile->isCutAbove)))
+          for (int y = 0; y < size.y; ++y)
+            mask.setRange(0, size.x, y);
       },
       0, execution);
 }
 
 /// The band of a level, from its zero level as far as it is known. \param narrow where it is, voxels of the coarser one
 VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& narrow,
-                    const Refinement& refinement, const VoxelSet& coarseUnknowns, Execution& execution)
+                    const Refinement& refinement, const VoxelSet& coarseUnknowns, const BandTile* tile,
+                    Execution& execution)
 {
   const GridSize size = zeroLevel.size();
   const VoxelSet farZeroLevel(
@@ -228,26 +230,7 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
       },
       size.x - rim, execution);
   // What no observation holds would float.
-  return connectedTo(std::move(band), observed, execution);
-}
-
-/// The zero level of a solution where observed voxels are close.
-VoxelSet zeroLevelAtData(const LevelField& field, Execution& execution)
-{
-  return VoxelSet::inPieces(
-      field.support.size(),
-      [&]() -> VoxelSet::Fill {
-        return [&field, finder = CrossingFinder(field.support, field.values.data())](int z, MaskPlane& mask) mutable {
-          finder(z, mask);
-          MaskPlane close(field.support.size());
-          for (const int plane : {z - 1, z, z + 1})
-            field.observed.rasterize(plane, close);
-          close.growAlongX(1);
-          close.growAlongY(1);
-          mask.intersect(close);
-        };
-      },
-      0, execution);
+  return connectedTo(std::move(band), tile ? holdOf(observed, tile, execution) : observed, execution);
 }
 
 /// How many voxels at the zero level have a neighbor that is not in a band.
@@ -265,20 +248,6 @@ std::int64_t countAtRim(const VoxelSet& band, const VoxelSet& zeroLevel, Executi
     clearRim(size, z, mask);
   };
   return VoxelSet(size, fill, 0, execution).count();
-}
-
-/// One in so many voxels at the zero level may touch the rim of the band. On a Kinect frame 7 of 220,000 did, and to
-/// solve the band once more for them, a tenth of the run, brought withheld points .2 % closer; around a thin plate they
-/// are one in a hundred, and its edges are rounder without.
-constexpr std::int64_t mayTouch = 5000;
-
-/// True if the zero level goes on beyond the unknowns: the coarser level has missed a sheet.
-/// \param zeroLevel close to observed voxels: far from data sheets end at rims as they please
-bool missesSheet(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution& execution)
-{
-  const std::int64_t touching = countAtRim(unknowns, zeroLevel, execution);
-  return touching * mayTouch > zeroLevel.count() ||
-         (touching > 0 && countAtRim(dilated(unknowns, 1, 1, execution), zeroLevel, execution) > 0);
 }
 
 /// Continues the change of a field from the unknowns to the rest of its support: along x, then y, then z from the
@@ -382,6 +351,57 @@ private:
 
 } // namespace
 
+bool RimCounts::missSheet() const
+{
+  // On a Kinect frame 7 of 220,000 voxels at the zero level touched the rim, and to solve the band once more for them,
+  // a tenth of the run, brought withheld points .2 % closer; around a thin plate they are one in a hundred, and its
+  // edges are rounder without.
+  constexpr std::int64_t mayTouch = 5000;
+  return touching * mayTouch > zeroLevel || beyond > 0;
+}
+
+VoxelSet zeroLevelAtData(const LevelField& field, int begin, int end, Execution& execution)
+{
+  return VoxelSet::inPieces(
+      field.support.size(),
+      [&]() -> VoxelSet::Fill {
+        return [&field, begin, end,
+                finder = CrossingFinder(field.support, field.values.data())](int z, MaskPlane& mask) mutable {
+          if (z < begin || z >= end)
+            return;
+          finder(z, mask);
+          MaskPlane close(field.support.size());
+          for (const int plane : {z - 1, z, z + 1})
+            field.observed.rasterize(plane, close);
+          close.growAlongX(1);
+          close.growAlongY(1);
+          mask.intersect(close);
+        };
+      },
+      0, execution);
+}
+
+RimCounts rimCounts(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Execution& execution)
+{
+  RimCounts counts;
+  counts.zeroLevel = zeroLevel.count();
+  counts.touching = countAtRim(unknowns, zeroLevel, execution);
+  if (counts.touching > 0)
+    counts.beyond = countAtRim(dilated(unknowns, 1, 1, execution), zeroLevel, execution);
+  return counts;
+}
+
+VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution)
+{
+  return VoxelSet(
+      a.size(),
+      [&](int z, MaskPlane& mask) {
+        a.rasterize(z, mask);
+        b.rasterize(z, mask);
+      },
+      0, execution);
+}
+
 VoxelSet voxelSetOf(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
                     Execution& execution)
 {
@@ -447,6 +467,30 @@ void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution)
       0, execution);
 }
 
+PackedValues interpolated(const LevelField& coarse, const Lattice& lattice, const VoxelSet& fine, Execution& execution)
+{
+  return interpolated(coarse, Refinement(coarse.lattice, lattice), fine, execution);
+}
+
+LevelField fieldOfChange(const LevelField& coarse, const Lattice& lattice, VoxelSet unknowns,
+                         const PackedValues& change, int reach, Execution& execution)
+{
+  LevelField field;
+  field.lattice = lattice;
+  field.support = dilated(unknowns, reach, reach, execution);
+  field.values = interpolated(coarse, lattice, field.support, execution);
+  field.unknowns = std::move(unknowns);
+  const PackedValues guess = interpolated(coarse, lattice, field.unknowns, execution);
+  for (int z = 0; z < field.unknowns.size().z; ++z)
+    forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
+      for (std::int64_t i = 0; i < count; ++i)
+        field.values[static_cast<std::size_t>(outer + i)] =
+            guess[static_cast<std::size_t>(inner + i)] + change[static_cast<std::size_t>(inner + i)];
+    });
+  ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
+  return field;
+}
+
 LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const LevelPlan& plan,
                            const SolverOptions& solver, LevelReport& report, Execution& execution)
 {
@@ -461,30 +505,38 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
   report.observed = field.observed.count();
 
   VoxelSet zeroLevel = predictedZeroLevel(coarse, refinement, size, execution);
+  if (own.tile && own.tile->found.count() > 0)
+    zeroLevel = united(zeroLevel, own.tile->found, execution);
   const VoxelSet narrow = own.isFinest() ? coarse.unknowns : dilated(coarse.observed, nearData, nearData, execution);
   const int reach = own.isFinest() ? order(own.prior) : interpolationReach;
   const int reachX = own.isFinest() ? order(own.prior) : interpolationReachX;
-  for (int round = 0; round < maxRounds; ++round) {
-    VoxelSet unknowns = bandAround(zeroLevel, field.observed, narrow, refinement, coarse.unknowns, execution);
+  for (int round = 0; round < maxBandRounds; ++round) {
+    VoxelSet unknowns = bandAround(zeroLevel, field.observed, narrow, refinement, coarse.unknowns, own.tile, execution);
     field.support = dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
+    if (own.tile && unknowns.count() == 0) {
+      field.unknowns = std::move(unknowns);
+      return field;
+    }
     std::vector<SolverGrid> grids =
         bandGrids(own.lattices, own.level, std::move(unknowns), observation, own.prior, plan.coarseGrids, execution);
     report.unknowns = grids[0].voxels.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
-    const SolveReport solve =
-        solveOnGrids({grids, own.prior, field.support}, plan, solver, lattice.spacing, field.values.data(), execution);
+    const GridSystem system{grids, own.prior, field.support, nullptr, own.tile ? &own.tile->step : nullptr};
+    const SolveReport solve = solveOnGrids(system, plan, solver, lattice.spacing, field.values.data(), execution);
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;
     field.unknowns = std::move(grids[0].voxels);
+    if (own.tile)
+      return field;
     // Found again: kept while the level is solved, the guess would add to the peak of memory.
     const PackedValues guess = interpolated(coarse, refinement, field.unknowns, execution);
     ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
-    if (round + 1 == maxRounds)
+    if (round + 1 == maxBandRounds)
       break;
-    const VoxelSet solved = zeroLevelAtData(field, execution);
-    if (!missesSheet(field.unknowns, solved, execution))
+    const VoxelSet solved = zeroLevelAtData(field, 0, size.z, execution);
+    if (!rimCounts(field.unknowns, solved, execution).missSheet())
       break;
     zeroLevel = united(zeroLevel, solved, execution);
   }

@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
@@ -40,6 +41,9 @@ private:
   double weight_ = 0;
 };
 
+/// Voxel sides, in spacings of the points, from which on the finest level merges them, too.
+constexpr float mergedFrom = 10;
+
 /// Samples per piece of parallel work.
 constexpr std::size_t sampleGrain = 1 << 14;
 
@@ -55,21 +59,21 @@ constexpr float fromBorder = 1e-3f;
 /// Makes samples of points one by one: all of a large cloud at once take more memory than the points.
 class SampleMaker {
 public:
-  SampleMaker(const OrientedPoints& points, const Lattice& lattice, float spacing)
-      : points_(points), lattice_(lattice), spacing_(spacing)
-  {}
+  explicit SampleMaker(const PointsOnLattice& seen) : seen_(seen) {}
 
-  PointSample operator()(std::size_t i) const
+  PointSample operator()(std::size_t n) const
   {
-    const float mass = points_.confidence(i) * relativePrecision(points_.deviation(i), points_.typicalDeviation) *
-                       (points_.spacings.empty() ? 1 : relativeArea(points_.spacings[i], spacing_));
-    return {lattice_.toVoxels(points_.positions[i]).cast<float>(), points_.normals[i], mass};
+    const auto& [points, lattice, spacing, axes, chosen, firstPlane] = seen_;
+    const std::size_t i = chosen ? (*chosen)[n] : n;
+    const float mass = points.confidence(i) * relativePrecision(points.deviation(i), points.typicalDeviation) *
+                       (points.spacings.empty() ? 1 : relativeArea(points.spacings[i], spacing));
+    Eigen::Vector3f position = lattice.toVoxels(axes.toStored(points.positions[i])).cast<float>();
+    position.z() -= static_cast<float>(firstPlane);
+    return {position, axes.toStored(points.normals[i]), mass};
   }
 
 private:
-  const OrientedPoints& points_;
-  const Lattice& lattice_;
-  float spacing_;
+  const PointsOnLattice& seen_;
 };
 
 struct CubeBounds {
@@ -181,27 +185,56 @@ auto placeIn(const std::vector<PointSample>& samples)
   return [&samples](std::size_t s) -> const PointSample& { return samples[s]; };
 }
 
+/// Samples of a lattice as a coarser one sees them, one by one.
+template <typename SampleAt>
+class OnCoarser {
+public:
+  OnCoarser(SampleAt sampleAt, const Lattice& fine, const Lattice& coarse)
+      : sampleAt_(std::move(sampleAt)), ratio_(static_cast<float>(fine.spacing / coarse.spacing)),
+        shift_(((fine.origin - coarse.origin) / coarse.spacing).cast<float>()),
+        last_(Eigen::Array3f(static_cast<float>(coarse.size.x), static_cast<float>(coarse.size.y),
+                             static_cast<float>(coarse.size.z)) -
+              (1 + fromBorder))
+  {}
+
+  PointSample operator()(std::size_t s) const
+  {
+    const PointSample& sample = sampleAt_(s);
+    const Eigen::Vector3f position = (ratio_ * sample.position + shift_).array().min(last_).max(0).matrix();
+    return {position, sample.normal, sample.weight};
+  }
+
+private:
+  SampleAt sampleAt_;
+  float ratio_;
+  Eigen::Vector3f shift_;
+  Eigen::Array3f last_;
+};
+
 } // namespace
 
-std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
-                                   Execution& execution)
+std::vector<PointSample> toSamples(const PointsOnLattice& seen, Execution& execution)
 {
-  const SampleMaker sampleAt(points, lattice, spacing);
-  std::vector<PointSample> samples(points.size());
-  forEach(execution, samples.size(), sampleGrain, [&](std::size_t i) { samples[i] = sampleAt(i); });
+  const SampleMaker sampleAt(seen);
+  std::vector<PointSample> samples(seen.size());
+  forEach(execution, samples.size(), sampleGrain, [&](std::size_t n) { samples[n] = sampleAt(n); });
   return samples;
 }
 
-std::vector<PointSample> toSamplesByCells(const OrientedPoints& points, const Lattice& lattice, float spacing,
-                                          Execution& execution)
+std::vector<PointSample> toSamplesByCells(const PointsOnLattice& seen, Execution& execution)
 {
-  return samplesByCells(points.size(), SampleMaker(points, lattice, spacing), execution);
+  return samplesByCells(seen.size(), SampleMaker(seen), execution);
 }
 
-std::vector<PointSample> toMergedSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
-                                         float side, Execution& execution)
+std::vector<PointSample> toMergedSamples(const PointsOnLattice& seen, float side, Execution& execution)
 {
-  return mergedSamples(points.size(), SampleMaker(points, lattice, spacing), side, execution);
+  return mergedSamples(seen.size(), SampleMaker(seen), side, execution);
+}
+
+std::vector<PointSample> samplesOfFinest(const PointsOnLattice& seen, Execution& execution)
+{
+  return seen.lattice.spacing > mergedFrom * seen.spacing ? toMergedSamples(seen, 1, execution)
+                                                          : toSamplesByCells(seen, execution);
 }
 
 std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side, Execution& execution)
@@ -212,16 +245,13 @@ std::vector<PointSample> merge(const std::vector<PointSample>& samples, float si
 std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, const Lattice& fine, const Lattice& coarse,
                                    float side, Execution& execution)
 {
-  const auto ratio = static_cast<float>(fine.spacing / coarse.spacing);
-  const Eigen::Vector3f shift = ((fine.origin - coarse.origin) / coarse.spacing).cast<float>();
-  const Eigen::Array3f last = Eigen::Array3f(static_cast<float>(coarse.size.x), static_cast<float>(coarse.size.y),
-                                             static_cast<float>(coarse.size.z)) -
-                              (1 + fromBorder);
-  const auto sampleAt = [&](std::size_t s) -> PointSample {
-    const Eigen::Vector3f position = (ratio * samples[s].position + shift).array().min(last).max(0).matrix();
-    return {position, samples[s].normal, samples[s].weight};
-  };
-  return mergedSamples(samples.size(), sampleAt, side, execution);
+  return mergedSamples(samples.size(), OnCoarser(placeIn(samples), fine, coarse), side, execution);
+}
+
+std::vector<PointSample> toCoarsenedSamples(const PointsOnLattice& seen, const Lattice& coarse, float side,
+                                            Execution& execution)
+{
+  return mergedSamples(seen.size(), OnCoarser(SampleMaker(seen), seen.lattice, coarse), side, execution);
 }
 
 std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, Execution& execution)

@@ -17,6 +17,8 @@
 #include <pcl/surface/mrf/point_set.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace pcl {
@@ -56,15 +58,29 @@ inline float relativePrecision(float deviation, float typical)
   return ratio * ratio;
 }
 
-/// The points on a lattice, in their order, weighted by confidence, area and noise. \param spacing l̄, cloud's unit
-std::vector<PointSample> toSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
-                                   Execution& execution);
+/// Points as a lattice sees them.
+struct PointsOnLattice {
+  const OrientedPoints& points;
+  const Lattice& lattice;
+  float spacing;                                      ///< l̄, cloud's unit
+  AxisOrder axes = {};                                ///< of the points in the order of the lattice
+  const std::vector<std::uint32_t>* chosen = nullptr; ///< indices of the points that count; none: all
+  /// Of the lattice, that samples count planes from: to the bit as from another, wherever points lie between voxels.
+  int firstPlane = 0;
+
+  std::size_t size() const { return chosen ? chosen->size() : points.size(); }
+};
+
+/// One sample per point, in their order, weighted by confidence, area and noise.
+std::vector<PointSample> toSamples(const PointsOnLattice& seen, Execution& execution);
 
 /// The same ordered by cells as by sortedByCells, or merged as by merge, without the samples of all points beside them.
-std::vector<PointSample> toSamplesByCells(const OrientedPoints& points, const Lattice& lattice, float spacing,
-                                          Execution& execution);
-std::vector<PointSample> toMergedSamples(const OrientedPoints& points, const Lattice& lattice, float spacing,
-                                         float side, Execution& execution);
+std::vector<PointSample> toSamplesByCells(const PointsOnLattice& seen, Execution& execution);
+std::vector<PointSample> toMergedSamples(const PointsOnLattice& seen, float side, Execution& execution);
+
+/// The samples of a finest level, by cells: one per point, or per cell where voxels hold so many that each need not be
+/// seen, as a pilot's do.
+std::vector<PointSample> samplesOfFinest(const PointsOnLattice& seen, Execution& execution);
 
 /// One sample for all within the same cube of `side` voxels, at their weighted mean; ordered by cubes: z, then y, then
 /// x. A side of ½ changes a field no more than the trilinear interpolant does.
@@ -73,6 +89,10 @@ std::vector<PointSample> merge(const std::vector<PointSample>& samples, float si
 /// The samples of a lattice as a coarser one sees them, merged. \param side of the cubes of which one is left, voxels
 std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, const Lattice& fine, const Lattice& coarse,
                                    float side, Execution& execution);
+
+/// The same of points that are seen on the finer lattice.
+std::vector<PointSample> toCoarsenedSamples(const PointsOnLattice& seen, const Lattice& coarse, float side,
+                                            Execution& execution);
 
 /// Orders samples by the cells of the lattice they lie in: z, then y, then x.
 std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, Execution& execution);

@@ -175,7 +175,7 @@ struct Cube {
       return;
 
     Execution serial(1);
-    const WholeLevel level({lattice}, toSamples(seen, lattice, static_cast<float>(spacing), serial), weights, prior,
+    const WholeLevel level({lattice}, toSamples({seen, lattice, static_cast<float>(spacing)}, serial), weights, prior,
                            serial);
     level.solve(roughSolver(prior, tolerance), field, serial);
     const DistanceField distances(lattice, field, {});

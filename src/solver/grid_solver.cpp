@@ -107,10 +107,11 @@ public:
         execution_(execution)
   {}
 
-  /// \param squaredResidual of the guess \param report added to; its iterations count for the limit
+  /// \param squaredResidual of the guess \param tile none, or what each step is told to
+  /// \param report added to; its iterations count for the limit
   /// \return true if a step changed less than the limit
   /// \throw SolverFailure if values are not finite
-  bool iterate(const StepLimits& limits, double squaredResidual, SolveReport& report)
+  bool iterate(const StepLimits& limits, double squaredResidual, TileStep* tile, SolveReport& report)
   {
     report.relativeResidual = std::sqrt(squaredResidual) / limits.scale;
     double before = report.relativeResidual, beforeThat = before;
@@ -125,6 +126,8 @@ public:
         throw SolverFailure("multigrid: the iteration broke down with values that are not finite");
       if (!(curvature > 0 && gamma > 0))
         break; // nothing but rounding is left
+      if (tile)
+        describe(gamma / curvature, *tile);
       const StepSums sums = step(gamma / curvature);
       ++report.iterations;
       report.relativeResidual = std::sqrt(sums.residual) / limits.scale;
@@ -166,6 +169,14 @@ private:
     PackedValues& product = cycle_.spare();
     system_.multiply(voxels_, direction_->data(), nullptr, product.data(), cycle_.scratch(), execution_);
     return dotProduct(*direction_, product, execution_);
+  }
+
+  void describe(double length, TileStep& tile)
+  {
+    const std::int64_t begin = voxels_.planeFirst(tile.begin), count = voxels_.planeFirst(tile.end) - begin;
+    tile.length = length;
+    tile.decrease = kernels::dot(count, r_.data() + begin, z_->data() + begin);
+    tile.curvature = kernels::dot(count, direction_->data() + begin, cycle_.spare().data() + begin);
   }
 
   /// d += length · p, r −= length · A p
@@ -228,7 +239,7 @@ int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole)
 SolveReport solveOnGrids(const GridSystem& posed, const LevelPlan& plan, const SolverOptions& options, double unit,
                          float* values, Execution& execution)
 {
-  const auto& [grids, prior, support, rightHandSide] = posed;
+  const auto& [grids, prior, support, rightHandSide, tile] = posed;
   SolveReport report;
   report.method = SolverMethod::multigrid;
   const bool isWhole = grids.front().isWhole;
@@ -261,7 +272,7 @@ SolveReport solveOnGrids(const GridSystem& posed, const LevelPlan& plan, const S
       steps, options.residualTolerance, options.changeTolerance, isWhole ? residualOfChange : 1, unit, scale};
   for (double before = squared;; before = squared) {
     LevelSystem level(cycle, support, r, 2 * unit, values, execution);
-    const bool settled = level.iterate(limits, before, report);
+    const bool settled = level.iterate(limits, before, tile, report);
     if (!isWhole)
       report.converged = report.converged || report.remainingChange <= changeLeftInBands;
     if (!isWhole || settled)

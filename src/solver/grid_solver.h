@@ -31,12 +31,21 @@ constexpr double changeLeftInBands = .1;
 /// The smoother's degree: the option, or the prior's.
 int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole);
 
+/// The last step as it looks from some planes of the finest grid, where a level is solved in tiles: a step is as long
+/// as the decrease of all planes over the curvature of all.
+struct TileStep {
+  int begin = 0, end = 0;             ///< planes that count
+  double decrease = 0, curvature = 0; ///< rᵀz and pᵀA p over them
+  double length = 0;                  ///< of the step that was taken: by all planes that are there; 0: none was
+};
+
 /// What is solved on grids.
 struct GridSystem {
   const std::vector<SolverGrid>& grids; ///< finest first; the coarser ones make the preconditioner
   Prior prior;
   const VoxelSet& support;                     ///< the finest grid, or in a band a superset by k voxels on all sides
   const PackedValues* rightHandSide = nullptr; ///< b, packed; none: that of the data
+  TileStep* tile = nullptr;                    ///< to be set, if the grids are a tile's
 };
 
 /// Solves (P + C) d = b on the finest grid; in a narrow band corrects d so that this holds there, while it keeps its

@@ -114,6 +114,17 @@ std::vector<SolverGrid> makeGrids(const std::vector<Lattice>& lattices, std::siz
   return grids;
 }
 
+/// Makes the samples of the lattices before one that has its own.
+void coarsenFrom(std::size_t at, LevelSamples& samples, const std::vector<Lattice>& lattices, Execution& execution)
+{
+  for (; at > 0; --at) {
+    const std::vector<PointSample>& finer = samples.beneath[at].empty() ? samples.own[at] : samples.beneath[at];
+    samples.beneath[at - 1] =
+        sortedByCells(coarsened(finer, lattices[at], lattices[at - 1], halfCell, execution), execution);
+    samples.own[at - 1] = merge(samples.beneath[at - 1], 1, execution);
+  }
+}
+
 } // namespace
 
 std::size_t addCoarserGrids(std::vector<Lattice>& lattices)
@@ -133,11 +144,20 @@ LevelSamples::LevelSamples(std::vector<PointSample> finest, const std::vector<La
     : own(lattices.size()), beneath(lattices.size())
 {
   own.back() = std::move(finest);
-  for (std::size_t at = lattices.size() - 1; at > 0; --at) {
-    const std::vector<PointSample>& finer = beneath[at].empty() ? own[at] : beneath[at];
-    beneath[at - 1] = sortedByCells(coarsened(finer, lattices[at], lattices[at - 1], halfCell, execution), execution);
-    own[at - 1] = merge(beneath[at - 1], 1, execution);
-  }
+  coarsenFrom(lattices.size() - 1, *this, lattices, execution);
+}
+
+LevelSamples LevelSamples::beneathFinest(const PointsOnLattice& seen, const std::vector<Lattice>& lattices,
+                                         Execution& execution)
+{
+  const std::size_t last = lattices.size() - 2;
+  LevelSamples samples;
+  samples.own.resize(lattices.size());
+  samples.beneath.resize(lattices.size());
+  samples.beneath[last] = sortedByCells(toCoarsenedSamples(seen, lattices[last], halfCell, execution), execution);
+  samples.own[last] = merge(samples.beneath[last], 1, execution);
+  coarsenFrom(last, samples, lattices, execution);
+  return samples;
 }
 
 VoxelSet wholeOf(const Lattice& lattice, Execution& execution)

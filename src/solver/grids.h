@@ -25,6 +25,10 @@ struct LevelSamples {
 
   /// \param finest by cells
   LevelSamples(std::vector<PointSample> finest, const std::vector<Lattice>& lattices, Execution& execution);
+
+  /// All but those of the finest of at least two lattices. \param seen on the finest
+  static LevelSamples beneathFinest(const PointsOnLattice& seen, const std::vector<Lattice>& lattices,
+                                    Execution& execution);
 };
 
 /// What a level observes: samples at points, or voxels.

@@ -77,7 +77,7 @@ public:
     const Prior prior = options.prior.kind;
     Execution serial(1);
     const Lattice lattice = latticeAround(options.multiscale.voxelSize);
-    const WholeLevel level({lattice}, toSamples(seen_, lattice, spacing, serial),
+    const WholeLevel level({lattice}, toSamples({seen_, lattice, spacing}, serial),
                            levelWeights(prior, options.observation, spacing, lattice.spacing, true), prior, serial);
     std::vector<float> values(lattice.size.count(), 0);
     level.solve(roughSolver(prior, tolerance), values, serial);

@@ -51,8 +51,8 @@ WholeLevel coarseLevel(const OrientedPoints& points, const BoundingBox& volume, 
       planLevels(volume, voxelSize, workloadOf(points.size(), spacing, options.prior), options.multiscale);
   constexpr float mergedFrom = 2; // spacings: a cell of that size holds one point
   const std::vector<PointSample> samples = voxelSize > mergedFrom * spacing
-                                               ? toMergedSamples(points, lattices.back(), spacing, .5f, execution)
-                                               : toSamples(points, lattices.back(), spacing, execution);
+                                               ? toMergedSamples({points, lattices.back(), spacing}, .5f, execution)
+                                               : toSamples({points, lattices.back(), spacing}, execution);
   const bool isFinest = !(voxelSize > options.multiscale.voxelSize);
   return WholeLevel(std::move(lattices), samples,
                     levelWeights(options.prior.kind, options.observation, spacing, voxelSize, isFinest),

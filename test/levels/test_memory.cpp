@@ -186,3 +186,12 @@ TEST(Memory, TheClassTakesWhatTheStagesTake)
   mrf.reconstruct(mesh);
   EXPECT_GT(static_cast<double>(benchmarks::heapBytes() - before), 2 * output) << "what it was asked to keep";
 }
+
+TEST(Memory, TilesTakeWhatWasPredictedAndLess)
+{
+  SphereRun run(178);
+  run.options.denseVoxels = 1 << 17;
+  const double whole = run.predicted();
+  run.options.maxMemory = static_cast<std::size_t>(.8 * whole);
+  EXPECT_NEAR(run.measured() / whole, .8, tolerance);
+}

@@ -250,7 +250,7 @@ LinearSystem sphereSystem(GridSize size, Prior prior)
   lattice.size = size;
   lattice.spacing = 3.2 / std::max({size.x, size.y, size.z});
   lattice.origin = -.5 * lattice.spacing * Eigen::Vector3d(size.x - 1, size.y - 1, size.z - 1);
-  return assembleAtPoints(size, prior, toSamples(points, lattice, 1, execution),
+  return assembleAtPoints(size, prior, toSamples({points, lattice, 1}, execution),
                           pointWeights(prior, .04, .06, lattice.spacing, .4), lattice.spacing, execution);
 }
 
@@ -298,7 +298,7 @@ TEST(PointObservation, noiseWeighsByItsInverseSquareBesideConfidences)
   Execution execution(1);
   const auto weights = [&] {
     std::vector<float> result;
-    for (const PointSample& sample : toSamples(points, lattice, 1, execution))
+    for (const PointSample& sample : toSamples({points, lattice, 1}, execution))
       result.push_back(sample.weight);
     return result;
   };

@@ -90,6 +90,7 @@ struct LevelReport {
   float maxDistance = 0;     ///< dEmax of this level
   std::int64_t observed = 0; ///< voxels with α > 0
   std::int64_t unknowns = 0; ///< voxels that were solved for: all of them, or those of a band
+  int tiles = 1;             ///< in which they were, one after the other
   double observationSeconds = 0;
   double solverSeconds = 0;
   SolveReport solve;

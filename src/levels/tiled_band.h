@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief The finest level tile by tile, where the whole of it would take too much memory.
+#pragma once
+
+#include "levels/narrow_band.h"
+
+namespace pcl {
+namespace mrf {
+
+/// Planes of the finest level around a tile that are solved with it. On six clouds, a street and Kinect frames among
+/// them, in 3 to 9 tiles, the surface is 10⁻⁵ voxels RMS from that of the whole level, .013 at most, and with 32 the
+/// same.
+constexpr int tileHalo = 16;
+
+/// The finest level of a run, and what it observes.
+struct TiledLevel {
+  const PointsOnLattice& points; ///< on the level's lattice
+  PointWeights weights;
+  Prior prior;
+  int tiles; ///< ≥ 1
+};
+
+/// Solves the finest level in a single step like solveNarrowBand, of which it needs a part of the memory.
+///
+/// A tile is a range of planes across z. Each is solved with tileHalo planes around it, and with a step of its own
+/// length; when all are known the steps are corrected to the length that the whole level would have taken. Whether the
+/// coarser level has missed a sheet, so that bands have to grow, all tiles decide together. What a step reaches beyond
+/// the halo is lost in rounding: the field is that of the level as a whole.
+/// \param coarse the field of the level before
+/// \return the support and its values only
+LevelField solveInTiles(const TiledLevel& level, const LevelField& coarse, const LevelPlan& plan,
+                        const SolverOptions& solver, LevelReport& report, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "levels/multiscale.h"
+#include "support/clouds.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+using namespace meshes;
+using namespace pcl::mrf;
+
+namespace {
+
+/// Levels of points, most of them in bands.
+class TiledRun {
+public:
+  TiledRun(const PointSet& points, float spacing)
+      : points_(shapes::oriented(points)), search_(clouds::searchOf(points)), spacing_(spacing)
+  {
+    options_.multiscale.denseVoxels = 5000;
+  }
+
+  MultiscaleResult solve(int tiles, int threads = 1)
+  {
+    Execution execution(threads);
+    return regularize({&points_, search_.get(), boundingBox(points_.positions)}, spacing_, options_, execution, tiles);
+  }
+
+private:
+  OrientedPoints points_;
+  std::unique_ptr<NeighborSearch> search_;
+  float spacing_;
+  Options options_;
+};
+
+/// Calls body(distance here, distance there), in voxels, near the zero level.
+void forNear(const DistanceField& here, const DistanceField& there, const std::function<void(double, double)>& body)
+{
+  ASSERT_EQ(here.lattice().size, there.lattice().size);
+  const GridSize size = here.lattice().size;
+  const double near = 1.5 * here.lattice().spacing;
+  for (int k = 0; k < size.z; ++k)
+    for (int j = 0; j < size.y; ++j)
+      for (int i = 0; i < size.x; ++i)
+        if (std::abs(here.distance(i, j, k)) < near)
+          body(here.distance(i, j, k) / here.lattice().spacing, there.distance(i, j, k) / here.lattice().spacing);
+}
+
+/// The field in tiles is that of the whole level.
+void expectSame(const PointSet& points, float spacing)
+{
+  TiledRun run(points, spacing);
+  const MultiscaleResult whole = run.solve(1);
+  ASSERT_EQ(whole.levels.back().tiles, 1);
+  for (const int tiles : {2, 3, 30}) {
+    const MultiscaleResult tiled = run.solve(tiles);
+    const LevelReport& finest = tiled.levels.back();
+    EXPECT_EQ(finest.tiles, tiles);
+    EXPECT_EQ(finest.unknowns, whole.levels.back().unknowns);
+    EXPECT_EQ(finest.observed, whole.levels.back().observed);
+    EXPECT_EQ(finest.solve.iterations, whole.levels.back().solve.iterations);
+    EXPECT_NEAR(finest.solve.remainingChange, whole.levels.back().solve.remainingChange, .05);
+    std::int64_t near = 0;
+    double most = 0;
+    forNear(whole.field, tiled.field, [&](double here, double there) {
+      ++near;
+      most = std::max(most, std::abs(here - there));
+    });
+    EXPECT_GT(near, 10000);
+    EXPECT_LT(most, 1e-3) << tiles << " tiles";
+  }
+}
+
+} // namespace
+
+TEST(Tiles, AreTheWholeLevel)
+{
+  expectSame(shapes::sample(shapes::torus(1, .4), 1.6, .011), .011f);
+}
+
+TEST(Tiles, MayBeNarrowerThanAHole)
+{
+  // A capsule of which 44 planes show nothing: of some tiles and their halos all.
+  const auto capsule = [](const Eigen::Vector3d& x) {
+    return (x - Eigen::Vector3d(0, 0, std::clamp(x.z(), -1., 1.))).norm() - .5;
+  };
+  const PointSet points = shapes::filter(shapes::sample(capsule, 1.6, .01),
+                                         [](const Eigen::Vector3f& p) { return std::abs(p.z()) > .44f; });
+  const DistanceField field = TiledRun(points, .01f).solve(1).field;
+  ASSERT_LT(field.sampleDistance({.2f, 0, 0}), 0);
+  ASSERT_GT(field.sampleDistance({.9f, 0, 0}), 0) << "nothing fills the hole";
+  expectSame(points, .01f);
+}
+
+TEST(Tiles, MayHaveASheetAlongACut)
+{
+  // A box whose walls across z lie in planes of the lattice: cuts of the first tile are close to one of them.
+  const auto box = [](const Eigen::Vector3d& x) {
+    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(.6, .6, .9);
+    return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
+  };
+  PointSet points = shapes::sample(box, 1.2, .012);
+  for (const float z : {-.5f, -.1f, 0.f, .3f})
+    clouds::append(points, clouds::randomSquare(8000, .55f), {0, 0, z});
+  expectSame(points, .012f);
+}
+
+TEST(Tiles, DecideTogetherWhetherASheetWasMissed)
+{
+  const auto plate = [](const Eigen::Vector3d& x) {
+    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(.5, .012, 1);
+    return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
+  };
+  PointSet points = shapes::sample(plate, 1.2, .015);
+  shapes::addNoise(points, .015);
+  TiledRun run(points, .015f);
+  ASSERT_GT(run.solve(1).levels.back().solve.iterations, 1) << "nothing was missed";
+  expectSame(points, .015f);
+}
+
+TEST(Tiles, DoNotDependOnTheNumberOfThreads)
+{
+  TiledRun run(shapes::sample(shapes::torus(1, .4), 1.6, .011), .011f);
+  const MultiscaleResult one = run.solve(3), more = run.solve(3, 3);
+  forNear(one.field, more.field, [&](double here, double there) { ASSERT_EQ(here, there); });
+}
