@@ -72,10 +72,6 @@ void checkDevice(const ToolOptions& parser, const ScanOptions& options)
   };
   refuse("--baseline", options.device == Device::depthCamera, "of --device depth-camera");
   refuse("--focal-length", options.sampling.pattern == Pattern::camera, "of --sampling camera");
-  refuse("--noise-direction",
-         options.device != Device::photogrammetry &&
-             (options.device != Device::structuredLight || options.noiseDirection == NoiseDirection::sight),
-         "set by the device: along the normal of photogrammetry, the sight of structured-light");
 }
 
 void addViewOptions(ToolOptions& parser, ScanCommand& command)
@@ -98,19 +94,14 @@ void addViewOptions(ToolOptions& parser, ScanCommand& command)
   parser.vectors("--sensor", options.sensors, "use this sensor instead of --views; may be repeated");
   parser.number("--grazing", "DEGREES", options.sampling.grazingLimit,
                 "largest angle between normal and line of sight; default 80");
-  parser.flag("--two-sided", options.sampling.isTwoSided,
-              "see the back of the surface as well, with the normal turned towards the sensor");
 }
 
 void addErrorOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Errors");
-  addLength(parser, "--noise", options.noise, "standard deviation of each point; default 0");
-  parser.choice<NoiseDirection>(
-      "--noise-direction",
-      {{"normal", NoiseDirection::normal}, {"isotropic", NoiseDirection::isotropic}, {"sight", NoiseDirection::sight}},
-      options.noiseDirection, "sight: from the sensor; default normal");
+  addLength(parser, "--noise", options.noise,
+            "standard deviation of each point, along the normal, or along the ray of a device; default 0");
   addLength(parser, "--misalign-shift", options.misalignmentShift,
             "of each view, standard deviation per axis; default 0");
   parser.number("--misalign-angle", "DEGREES", options.misalignmentAngle,
@@ -118,10 +109,8 @@ void addErrorOptions(ToolOptions& parser, ScanCommand& command)
   parser.number("--outliers", "PERCENT", options.uniformOutliers,
                 "of the output, spread in the bounding box; default 0");
   parser.number("--clusters", "PERCENT", options.clusteredOutliers,
-                "of the output, in clusters before and behind the surface like false stereo matches; default 0");
-  parser.whole("--cluster-size", options.clusterSize, 1, 1000000, "points in a cluster; default 30");
-  addLength(parser, "--cluster-radius", options.clusterRadius,
-            "standard deviation across the line of sight; default 1%");
+                "of the output, in clusters of 30 before and behind the surface like false stereo matches, 1% wide; "
+                "default 0");
 }
 
 void addHoleOptions(ToolOptions& parser, ScanCommand& command)

@@ -198,9 +198,7 @@ void addNoise(const ScanOptions& options, const Box& object, Scan& scan)
   Points& points = scan.cloud;
   for (std::size_t i = 0; i < points.size(); ++i) {
     Vector3d& position = points.positions[i];
-    if (options.noiseDirection == NoiseDirection::isotropic) {
-      position += sigma * random.normalVector();
-    } else if (options.noiseDirection == NoiseDirection::normal) {
+    if (options.device == Device::none) {
       position += sigma * random.normal() * points.normals[i];
     } else {
       const Vector3d sight = (scan.sensors[points.views[i]] - position).normalized();
@@ -292,9 +290,10 @@ void addUniform(std::int64_t count, Random& random, Scan& scan)
 }
 
 /// A false match puts a small, flat patch at a wrong depth: off the surface along the line of sight.
-void addClusters(const ScanOptions& options, std::int64_t count, Random& random, Scan& scan)
+void addClusters(std::int64_t count, Random& random, Scan& scan)
 {
-  const double radius = scan.inCloudUnit(options.clusterRadius);
+  constexpr int clusterSize = 30;
+  const double radius = .01 * scan.diagonal;
   int failures = 0;
   for (std::int64_t added = 0; added < count;) {
     const std::size_t i = random.index(scan.clean.size());
@@ -303,7 +302,7 @@ void addClusters(const ScanOptions& options, std::int64_t count, Random& random,
     const Vector3d sight = view < 0 ? scan.clean.normals[i] : Vector3d((scan.sensors[view] - surface).normalized());
     const double depth = (.02 + .13 * random.uniform()) * scan.diagonal * (random.uniform() < .5 ? -1 : 1);
     const Vector3d x = perpendicular(sight), y = sight.cross(x);
-    for (int j = 0; j < options.clusterSize && added < count; ++j) {
+    for (int j = 0; j < clusterSize && added < count; ++j) {
       int tries = 0;
       Vector3d position;
       do {
@@ -334,7 +333,7 @@ void addOutliers(const ScanOptions& options, Scan& scan)
   scan.outliers += added;
   Random random(options.seed, lying);
   addUniform(added - clustered, random, scan);
-  addClusters(options, clustered, random, scan);
+  addClusters(clustered, random, scan);
 }
 
 } // namespace pcl::mrf::scan

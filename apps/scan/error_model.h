@@ -42,8 +42,8 @@ private:
 Points applyFootprints(const Surface& surface, const std::vector<Eigen::Vector3d>& sensors, const ScanOptions& options,
                        double spacing, Execution& execution, Points& points);
 
-/// Moves each point, along its normal, its line of sight or in any direction, as its device does. \param object in the
-/// cloud's frame
+/// Moves each point along its line of sight, as its device does; along its normal without a device, and as
+/// photogrammetry does. \param object in the cloud's frame
 void addNoise(const ScanOptions& options, const Box& object, Scan& scan);
 
 /// Of the cloud, by the plane through 16 points, turned to the sensor that saw the point, or to the true side.

@@ -83,8 +83,8 @@ class Sampler {
 public:
   Sampler(const Surface& surface, const std::vector<Vector3d>& sensors, const SamplingOptions& options,
           std::uint64_t seed, Execution& execution)
-      : surface_(surface), sensors_(sensors), isTwoSided_(options.isTwoSided),
-        lowestCosine_(sinCos(options.grazingLimit / 360).cosine), random_(seed, 1), execution_(execution)
+      : surface_(surface), sensors_(sensors), lowestCosine_(sinCos(options.grazingLimit / 360).cosine),
+        random_(seed, 1), execution_(execution)
   {}
 
   /// The next batch of candidates; only those that keep the radius to the grid's points are looked at.
@@ -116,15 +116,13 @@ private:
     return {point.position, point.normal, view};
   }
 
-  /// A random one of the sensors that see the point, -1 if none does; the point's normal is turned towards it.
-  std::int32_t choose(SurfacePoint& point, std::uint64_t order) const
+  /// A random one of the sensors that see the point, -1 if none does.
+  std::int32_t choose(const SurfacePoint& point, std::uint64_t order) const
   {
     std::vector<std::int32_t> facing;
     for (std::size_t view = 0; view < sensors_.size(); ++view) {
       const Vector3d sight = sensors_[view] - point.position;
-      double cosine = point.normal.dot(sight);
-      if (isTwoSided_)
-        cosine = std::abs(cosine);
+      const double cosine = point.normal.dot(sight);
       if (cosine > 0 && cosine >= lowestCosine_ * sight.norm())
         facing.push_back(static_cast<std::int32_t>(view));
     }
@@ -132,12 +130,8 @@ private:
       order = mix(order);
       std::swap(facing[order % facing.size()], facing.back());
       const std::int32_t view = facing.back();
-      const Vector3d& sensor = sensors_[view];
-      if (!surface_.isOccluded(point, sensor)) {
-        if (point.normal.dot(sensor - point.position) < 0)
-          point.normal = -point.normal;
+      if (!surface_.isOccluded(point, sensors_[view]))
         return view;
-      }
       facing.pop_back();
     }
     return -1;
@@ -145,7 +139,6 @@ private:
 
   const Surface& surface_;
   const std::vector<Vector3d>& sensors_;
-  bool isTwoSided_;
   double lowestCosine_;
   Random random_;
   Execution& execution_;

@@ -54,7 +54,6 @@ struct SamplingOptions {
   std::int64_t points = 30000; ///< 1 to 2^31 - 1; of a scanner or camera about as many
   Pattern pattern = Pattern::even;
   double grazingLimit = 80; ///< degrees between normal and line of sight, above 0 and at most 90
-  bool isTwoSided = false;  ///< a sensor behind the surface sees it too, with the normal turned round
 
   // Of a scanner, and of a camera.
   double focalLength = 580; ///< of a camera, in pixels of an image of 640 × 480: what tells its field of view; > 0

@@ -43,7 +43,6 @@ void validate(const ScanOptions& options)
   require(isShare(options.uniformOutliers) && isShare(options.clusteredOutliers) &&
               isShare(options.uniformOutliers + options.clusteredOutliers),
           "outliers must be 0 to below 100 % of the points");
-  require(options.clusterSize >= 1 && options.clusterSize <= 1000000, "a cluster must have 1 to 1000000 points");
   require(options.holes >= 0 && options.holes <= 100000, "the number of holes must be 0 to 100000");
   for (const Vector3d& center : options.holeCenters)
     require(center.allFinite(), "the holes' centers must be finite");
@@ -54,8 +53,7 @@ void validate(const ScanOptions& options)
     require(sensor.allFinite(), "the sensors must be finite");
   require(options.baseline > 0 && std::isfinite(options.baseline), "a depth camera's baseline must be positive");
   const bool hasSensors = !options.sensors.empty() || options.views.count > 0;
-  require(hasSensors || (options.device == Device::none && options.noiseDirection != NoiseDirection::sight),
-          "devices, and noise along the line of sight, need sensors: give some");
+  require(hasSensors || options.device == Device::none, "devices need sensors: give some");
   require(options.device != Device::depthCamera || options.sampling.pattern == Pattern::camera,
           "a depth camera samples the pixels of its image: choose the sampling of a camera");
 }
@@ -172,7 +170,6 @@ void adopt(Device device, ScanOptions& options)
   }
   options.sampling.pattern = device == Device::lidar ? Pattern::scanner : Pattern::camera;
   options.noise = {device == Device::depthCamera ? 0 : .2, Length::Unit::spacings};
-  options.noiseDirection = NoiseDirection::sight;
 }
 
 double Scan::inCloudUnit(const Length& length) const

@@ -24,8 +24,6 @@ struct Length {
 /// \return false if the text is none of these, or negative
 bool parseLength(const std::string& text, Length& length);
 
-enum class NoiseDirection { normal, isotropic, sight };
-
 /// What scans, with the errors of its kind; see error_model.h.
 enum class Device {
   none,            ///< noise as it is asked for
@@ -49,18 +47,15 @@ struct ScanOptions {
   /// Degrees about x, then y, then z, of the object about the origin.
   Eigen::Vector3d rotation = Eigen::Vector3d::Zero();
 
-  Device device = Device::none;                           ///< others than none need sensors
-  double baseline = .075;                                 ///< of a depth camera, cloud's unit, > 0
-  Length noise;                                           ///< standard deviation of each point
-  NoiseDirection noiseDirection = NoiseDirection::normal; ///< isotropic: per axis; sight: needs sensors
-  double misalignmentAngle = 0;                           ///< degrees, standard deviation per axis and view, 0 to 180
-  Length misalignmentShift;                               ///< standard deviation per axis and view
+  Device device = Device::none; ///< others than none need sensors
+  double baseline = .075;       ///< of a depth camera, cloud's unit, > 0
+  Length noise;                 ///< standard deviation of each point, see addNoise
+  double misalignmentAngle = 0; ///< degrees, standard deviation per axis and view, 0 to 180
+  Length misalignmentShift;     ///< standard deviation per axis and view
 
   double uniformOutliers = 0; ///< % of all points of the cloud; both together below 100
   double clusteredOutliers = 0;
   bool areNormalsEstimated = false; ///< of the cloud, instead of exact
-  int clusterSize = 30;             ///< points in a false match, 1 to 1000000
-  Length clusterRadius{1, Length::Unit::diagonalPercent};
 
   int holes = 0;                            ///< at random points of the surface, apart from each other
   std::vector<Eigen::Vector3d> holeCenters; ///< more holes, in the cloud's frame

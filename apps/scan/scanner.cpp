@@ -186,11 +186,7 @@ private:
     SurfacePoint point;
     if (!surface_.firstHit(head.position, direction, point))
       return;
-    double cosine = -point.normal.dot(direction);
-    if (options_.isTwoSided && cosine < 0) {
-      point.normal = -point.normal;
-      cosine = -cosine;
-    }
+    const double cosine = -point.normal.dot(direction);
     if (!(cosine > 0 && cosine >= lowestCosine_))
       return;
     points.positions.push_back(point.position);
