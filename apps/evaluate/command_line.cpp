@@ -95,9 +95,8 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
   parser.group("Output");
   parser.file("--json", "FILE.json", command.json, "all figures");
   parser.file("--colored", "FILE", command.colored,
-              "MESH colored by its distance to the reference, else to the nearest known point, blue to red: "
+              "MESH colored by its distance to the reference, else to the nearest known point, blue to red at --far: "
               "ply, obj, vtk or vtp; all but obj with the field `error`");
-  parser.positive("--color-range", "LENGTH", command.colorRange, "error that becomes red; default: as --far");
   parser.flag("-q,--quiet", command.quiet, "print errors only");
 
   parser.everyday({{"--input", "points that were reconstructed"},

@@ -15,8 +15,7 @@ struct EvaluateCommand {
   std::string cloud, heldOut, clean, reference;
   std::string json, colored;
   EvaluationOptions options;
-  double noise = 0;      ///< standard deviation of the held-out points, cloud's unit; 0 = they are exact
-  double colorRange = 0; ///< error that becomes red, cloud's unit; 0 = the far limit
+  double noise = 0; ///< standard deviation of the held-out points, cloud's unit; 0 = they are exact
   int threads = 0;
   bool merge = false; ///< vertices of the mesh with equal coordinates
   bool sigma = false; ///< whether the error bars of the mesh are right

@@ -245,25 +245,15 @@ pcl::mrf::TriangleMesh toFloat(const SurfaceMesh& mesh)
   return result;
 }
 
-/// Adds one to the bin of a value; what is beyond the last counts there, and what is not finite in the first.
-template <typename Bins>
-void addToBin(double value, double step, Bins& bins)
-{
-  const auto last = static_cast<double>(bins.size() - 1);
-  const double bin = std::isfinite(value) ? std::clamp(std::floor(value / step), 0., last) : 0;
-  ++bins[static_cast<std::size_t>(bin)];
-}
-
 void check(const SurfaceMesh& mesh, Evaluation& evaluation)
 {
   const pcl::mrf::TriangleMesh plain = toFloat(mesh);
   evaluation.mesh = pcl::mrf::measure(plain);
   const double meanArea = evaluation.mesh.area / static_cast<double>(evaluation.mesh.triangles);
+  const auto last = static_cast<double>(evaluation.areas.size() - 1);
   for (std::size_t t = 0; t < plain.triangles.size(); ++t) {
-    const auto vertex = [&](int corner) { return plain.vertices[plain.triangles[t][corner]]; };
-    addToBin(pcl::mrf::triangleQuality(vertex(0), vertex(1), vertex(2)),
-             1. / static_cast<double>(evaluation.qualities.size()), evaluation.qualities);
-    addToBin(areaVector(mesh, t).norm() / meanArea, Evaluation::areaStep, evaluation.areas);
+    const double bin = areaVector(mesh, t).norm() / meanArea / Evaluation::areaStep;
+    ++evaluation.areas[static_cast<std::size_t>(std::fmin(std::fmax(bin, 0), last))]; // 0 if it is no number
   }
   evaluation.selfIntersectingTriangles = static_cast<std::int64_t>(exact::selfIntersectingTriangles(plain).size() -
                                                                    exact::degenerateTriangles(plain).size());

@@ -123,7 +123,6 @@ struct Evaluation {
 
   pcl::mrf::MeshStatistics mesh;
   std::int64_t selfIntersectingTriangles = 0; ///< exact, by CGAL; degenerate triangles are counted in `mesh`, not here
-  std::array<std::int64_t, 20> qualities{};   ///< triangles by triangleQuality, in steps of 0.05
   /// Triangles by area / mean area, in steps of areaStep; the last bin collects the larger ones.
   std::array<std::int64_t, 25> areas{};
   static constexpr double areaStep = .1;

@@ -133,7 +133,6 @@ ordered_json toJson(const Evaluation& evaluation)
     json["local"] = toJson(*evaluation.local);
   json["mesh"] = toJson(evaluation.mesh);
   json["mesh"]["selfIntersectingTriangles"] = evaluation.selfIntersectingTriangles;
-  json["mesh"]["qualities"] = evaluation.qualities;
   json["mesh"]["areaVariance"] = evaluation.areaVariance();
   json["mesh"]["areas"] = evaluation.areas;
   json["mesh"]["areaStep"] = Evaluation::areaStep;

@@ -111,7 +111,7 @@ int run(const EvaluateCommand& command)
   });
   if (!command.colored.empty()) {
     std::vector<float> errors = vertexErrors(mesh, input, execution);
-    mesh.colors = errorColors(errors, command.colorRange > 0 ? command.colorRange : evaluation.options.farLimit);
+    mesh.colors = errorColors(errors, evaluation.options.farLimit);
     mesh.scalars["error"] = std::move(errors);
     outputs.write(command.colored, [&](const std::string& path) { writeMesh(mesh, path, extension(command.colored)); });
   }

@@ -165,7 +165,7 @@ TEST_F(EvaluateTool, OptionsAndRepetition)
   EXPECT_EQ(json({"flat.off", "--reference", "above.off", "--threads", "1"}),
             json({"flat.off", "--reference", "above.off", "--threads", "4"}));
 
-  ASSERT_EQ(run({"flat.off", "--clean", "cloud.xyz", "--colored", "c.ply", "--color-range", ".1"}).status, 0);
+  ASSERT_EQ(run({"flat.off", "--clean", "cloud.xyz", "--colored", "c.ply"}).status, 0);
   EXPECT_NE(tool::readText(path("c.ply")).find("property float error"), std::string::npos);
 }
 
@@ -180,7 +180,7 @@ TEST_F(EvaluateTool, WrongUsage)
   expectFailure({"flat.off", "--json", "r.txt"}, 2, "--json");
   expectFailure({"flat.off", "--colored", "c.stl", "--input", "cloud.xyz"}, 2, "STL");
   expectFailure({"flat.off", "--colored", "c.ply"}, 2, "--reference");
-  for (const char* option : {"--diagonal", "--far", "--color-range"})
+  for (const char* option : {"--diagonal", "--far"})
     for (const char* value : {"-1", "nan", "inf", "x"})
       expectFailure({"flat.off", option, value, "--json", "r.json"}, 2, "");
   expectFailure({"flat.off", "--samples", "0"}, 2, "samples");
