@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every mesh format: what is written is read again, and what is broken is refused.
 #include "support/errors.h"
-#include "support/float_offset.h"
 #include "support/mesh_reader.h"
 #include "support/point_table.h"
 #include "support/scans.h"
@@ -152,36 +151,6 @@ TEST_F(MeshReader, inputsThatBrokeReadersBefore)
     EXPECT_THROW(readMesh((folder / name).string()), UsageError) << name;
   for (const std::string name : {"p1.pcd", "p4.pcd"})
     EXPECT_THROW(readPoints((folder / name).string()), FileError) << name;
-}
-
-TEST(PointReader, tablesOfTheField)
-{
-  SKIP_WITHOUT_SCANS();
-  const std::filesystem::path folder = std::filesystem::path(MRF_SOURCE_DIR) / ".." / "shared" / "data" / "field";
-  const auto read = [&](const std::string& name) {
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
-      if (entry.path().filename() == name)
-        return readPoints(entry.path().string());
-    throw FileError(name, "is not there");
-  };
-  // All sample one torus, whose first points these are: the second and its normal and color.
-  const Eigen::Vector3d point(-.4070, .9977, .8560);
-  const Eigen::Vector3f normal(-.0507f, .2794f, .9588f);
-  const std::array<std::uint8_t, 3> color = {109, 190, 235};
-  for (const char* name : {"cloudcompare.asc", "xyz_normal_rgb.txt"}) {
-    const PointTable table = read(name);
-    EXPECT_EQ(table.positions.at(1), point) << name;
-    EXPECT_EQ(table.normals.at(1), normal) << name;
-    EXPECT_EQ(table.colors.at(1), color) << name;
-  }
-  for (const char* name : {"pandas.csv", "index_first.csv", "scan.pts"})
-    EXPECT_EQ(read(name).positions.at(1), point) << name;
-  for (const char* name : {"scan.pts", "uint16.ply", "diffuse.ply"})
-    EXPECT_EQ(read(name).colors.at(1), color) << name;
-  const PointTable ptx = read("scan.ptx");
-  EXPECT_EQ(ptx.positions.at(0), point) << "the first cell is empty";
-  EXPECT_EQ(ptx.colors.at(0), color);
-  EXPECT_FALSE(floatOffset(read("grid.xyz").positions).isZero(0));
 }
 
 TEST_F(MeshReader, filesOfVtkAreRefusedWithTheCommandThatConvertsThem)

@@ -454,64 +454,6 @@ TEST(ScanRotation, RotatesTheSample)
   }
 }
 
-TEST(ScanErrors, OptionsAreChecked)
-{
-  const AnalyticSurface sphere = shape("sphere");
-  const auto refuses = [&](const std::function<void(ScanOptions&)>& change) {
-    ScanOptions options;
-    options.sampling.points = 100;
-    change(options);
-    EXPECT_THROW(scanOf(sphere, options), InvalidOption);
-  };
-  refuses([](ScanOptions& o) { o.sampling.points = 0; });
-  refuses([](ScanOptions& o) { o.sampling.points = std::int64_t{1} << 31; });
-  refuses([](ScanOptions& o) { o.sampling.grazingLimit = 0; });
-  refuses([](ScanOptions& o) { o.sampling.grazingLimit = 91; });
-  refuses([](ScanOptions& o) { o.views.count = -1; });
-  refuses([](ScanOptions& o) { o.views.distance = 0; });
-  refuses([](ScanOptions& o) { o.views.axis = Vector3d::Zero(); });
-  refuses([](ScanOptions& o) { o.views.forward = o.views.axis; });
-  refuses([](ScanOptions& o) { o.uniformOutliers = 100; });
-  refuses([](ScanOptions& o) { o.uniformOutliers = o.clusteredOutliers = 60; });
-  refuses([](ScanOptions& o) { o.misalignmentAngle = -1; });
-  refuses([](ScanOptions& o) { o.smallestHole = {2, Length::Unit::cloud}; });
-  refuses([](ScanOptions& o) { o.rotation.x() = NAN; });
-  const auto refusesScanner = [&](const std::function<void(ScanOptions&)>& change) {
-    refuses([&](ScanOptions& o) {
-      o.sampling.pattern = Pattern::scanner;
-      change(o);
-    });
-  };
-  refusesScanner([](ScanOptions& o) { o.views.count = 0; });
-  refusesScanner([](ScanOptions& o) { o.sampling.aspect = 0; });
-  refusesScanner([](ScanOptions& o) { o.sampling.aspect = NAN; });
-  refusesScanner([](ScanOptions& o) { o.sampling.lowestElevation = 30, o.sampling.highestElevation = 20; });
-  refusesScanner([](ScanOptions& o) { o.sampling.lowestElevation = -91; });
-  const auto refusesDevice = [&](Device device, const std::function<void(ScanOptions&)>& change) {
-    refuses([&](ScanOptions& o) {
-      adopt(device, o);
-      change(o);
-    });
-  };
-  refusesDevice(Device::depthCamera, [](ScanOptions& o) { o.baseline = 0; });
-  refusesDevice(Device::depthCamera, [](ScanOptions& o) { o.sampling.focalLength = -1; });
-  refusesDevice(Device::depthCamera, [](ScanOptions& o) { o.sampling.pattern = Pattern::even; });
-  refusesDevice(Device::depthCamera, [](ScanOptions& o) { o.views.forward.setZero(); });
-  refusesDevice(Device::lidar, [](ScanOptions& o) { o.views.count = 0; });
-  ScanOptions inside;
-  inside.sensors = {Vector3d::Zero()};
-  EXPECT_THROW(scanOf(sphere, inside), InvalidInput);
-  inside.sampling.pattern = Pattern::scanner;
-  EXPECT_THROW(scanOf(sphere, inside), InvalidInput);
-  ScanOptions upwards;
-  upwards.sampling.pattern = Pattern::scanner;
-  upwards.sensors = {{0, 0, 1.8}};
-  upwards.views.axis = {0, 0, 1};
-  upwards.views.forward = {1, 0, 0};
-  upwards.sampling.lowestElevation = 85;
-  EXPECT_THROW(scanOf(shape("street"), upwards), InvalidInput) << "there is nothing above a street";
-}
-
 TEST(ScanErrors, Lengths)
 {
   Length length;

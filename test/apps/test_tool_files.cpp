@@ -399,33 +399,6 @@ TEST_F(ToolFiles, SurfacesAreAllThereOrNone)
                 "is an input and would be overwritten");
 }
 
-TEST_F(ToolFiles, TextInWholeMetersIsNoFloats)
-{
-  // Terrain of one meter, where float has steps of half a meter.
-  std::string rows;
-  const auto height = [](double i, double j) { return 352 + 3 * std::sin(.2 * i) * std::cos(.15 * j); };
-  for (int j = 0; j < 40; ++j)
-    for (int i = 0; i < 40; ++i)
-      rows +=
-          std::to_string(512434 + i) + " " + std::to_string(5405590 + j) + " " + std::to_string(height(i, j)) + "\n";
-  write("grid.xyz", rows);
-  ASSERT_EQ(run({"grid.xyz", "out.vtk", "--sensor", "512454,5405610,1000", "--report", "r.json", "-q"}).err, "");
-  const auto mesh = readMesh<vtkPolyDataReader>(path("out.vtk"));
-  EXPECT_EQ(mesh->GetPoints()->GetDataType(), VTK_DOUBLE);
-  double sum = 0;
-  std::size_t count = 0;
-  for (vtkIdType v = 0; v < mesh->GetNumberOfPoints(); ++v) {
-    const double* const x = mesh->GetPoint(v);
-    const double i = x[0] - 512434, j = x[1] - 5405590;
-    if (std::min(i, j) < 2 || std::max(i, j) > 37)
-      continue;
-    sum += std::pow(x[2] - height(i, j), 2);
-    ++count;
-  }
-  ASSERT_GT(count, 500u);
-  EXPECT_LT(std::sqrt(sum / static_cast<double>(count)), .02) << "a fiftieth of the spacing; .1 with such steps";
-}
-
 TEST_F(ToolFiles, ReportHoldsEverything)
 {
   write("in.xyz", tool::sphereRows(2000, .75));
