@@ -15,21 +15,6 @@
 namespace mrf_apps {
 namespace {
 
-/// What the mesh stands on along an axis: how much of its area lies across it at its lower end, less that at its upper.
-double footing(const SurfaceMesh& mesh, const Eigen::AlignedBox3d& box, int axis)
-{
-  constexpr double margin = .03, across = .95;
-  double all = 0, footing = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Eigen::Vector3d &x = mesh.vertices[a], normal = (mesh.vertices[b] - x).cross(mesh.vertices[c] - x);
-    const double height = (x[axis] - box.min()[axis]) / box.sizes()[axis], area = normal.norm();
-    all += area;
-    if (std::abs(normal[axis]) > across * area)
-      footing += height < margin ? area : height > 1 - margin ? -area : 0;
-  }
-  return footing / all;
-}
-
 /// The directions of a mesh that sides are called by, in the columns: to the right, up, and to the front.
 Eigen::Matrix3d sidesOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors)
 {
@@ -39,14 +24,11 @@ Eigen::Matrix3d sidesOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector
   const Eigen::Vector3d extent = box.sizes();
   const bool isCameraFrame =
       sensors.size() == 1 && sensors.front().norm() < 1e-6 * extent.norm() && box.center().normalized().z() > .7;
-  const bool isFlat =
-      extent.z() < .5 * std::min(extent.x(), extent.y()) || extent.y() < .3 * std::min(extent.x(), extent.z());
-  const double foot = footing(mesh, box, 2);
-  const bool isStanding = foot > .05 && foot > 2 * footing(mesh, box, 1);
+  const bool isFlat = extent.z() < .5 * std::min(extent.x(), extent.y());
   Eigen::Matrix3d sides = Eigen::Matrix3d::Identity();
   if (isCameraFrame)
     sides.col(1) = -Eigen::Vector3d::UnitY();
-  else if (isFlat || isStanding)
+  else if (isFlat)
     sides.col(1) = Eigen::Vector3d::UnitZ();
   sides.col(2) = sides.col(0).cross(sides.col(1));
   return sides;
@@ -147,8 +129,9 @@ const PictureRenderer& renderer()
 
 const char* const cameraHelp =
     "where --picture looks from: a direction out of the mesh, or its front, back, left, right, top or bottom. Right is "
-    "x; top is z and front -y of what is flat along z or y or stands on a flat end along z, else y and z, in the frame "
-    "of a depth camera at the origin -y and -z. Default: a single sensor that is not amid the mesh, else across the "
+    "x; top is z and front -y of what is flat along z, else y and z, in the frame of a depth camera at the origin -y "
+    "and "
+    "-z. Default: a single sensor that is not amid the mesh, else across the "
     "flattest side, or, if nothing is flat, front";
 
 std::string wrongCamera(const std::string& camera)
