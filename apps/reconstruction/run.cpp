@@ -331,8 +331,6 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
   if ((job.outputFormat == "stl" || job.outputFormat == "3mf") && !result.report.mesh.closed())
     result.report.warnings.push_back("the surface in " + job.output +
                                      " is open: to print it, or for a volume, close it (trimming.watertight)");
-  result.report.warnings.insert(result.report.warnings.begin(), input.table.warnings.begin(),
-                                input.table.warnings.end());
   if (!result.shiftOfOutput.isZero(0))
     result.report.warnings.push_back(shiftWarning(job.output, result.shiftOfOutput));
 

@@ -4,8 +4,6 @@
 #include "point_readers.h"
 #include "text_file.h"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,7 +19,7 @@ constexpr std::array<LasFormat, 11> lasFormats = {
     {{20, 0}, {28, 0}, {26, 20}, {34, 28}, {57, 0}, {63, 28}, {30, 0}, {36, 30}, {38, 30}, {59, 0}, {67, 30}}};
 
 struct LasHeader {
-  std::size_t size = 0, records = 0, format = 0, begin = 0, stride = 0, points = 0;
+  std::size_t size = 0, format = 0, begin = 0, stride = 0, points = 0;
   std::array<double, 3> scale{}, offset{};
 
   bool hasColors() const { return lasFormats[format].red > 0; }
@@ -60,7 +58,6 @@ LasHeader parseLasHeader(const std::string& path, const std::string& text)
   header.begin = whole(96, 4);
   header.stride = whole(105, 2);
   header.size = whole(94, 2);
-  header.records = whole(100, 4);
   const std::size_t least = lasFormats[header.format].size;
   if (header.size < size || header.begin < header.size)
     throw FileError(path, "is a malformed LAS file: points from byte " + std::to_string(header.begin) +
@@ -82,40 +79,6 @@ LasHeader parseLasHeader(const std::string& path, const std::string& text)
                               std::to_string(room));
   header.points = static_cast<std::size_t>(points);
   return header;
-}
-
-/// Whether the records before the points say that x and y are degrees: as text, or as the first of GeoTIFF's keys.
-bool saysDegrees(const std::string& text, const LasHeader& header)
-{
-  constexpr std::size_t size = 54; // of a record without its data
-  constexpr double wkt = 2112, geoKeys = 34735, modelType = 1024, geographic = 2;
-  std::size_t at = header.size;
-  for (std::size_t left = header.records; left > 0 && at + size <= std::min(header.begin, text.size()); --left) {
-    const double id = numberAt(text, at + 18, 'U', 2);
-    const std::string data = text.substr(at + size, static_cast<std::size_t>(numberAt(text, at + 20, 'U', 2)));
-    const bool isProjection = text.compare(at + 2, 15, "LASF_Projection") == 0;
-    if (isProjection && id == wkt)
-      return data.find("GEOG") != std::string::npos && data.find("PROJC") == std::string::npos;
-    if (isProjection && id == geoKeys && data.size() >= 16)
-      return numberAt(data, 8, 'U', 2) == modelType && numberAt(data, 14, 'U', 2) == geographic;
-    at += size + data.size();
-  }
-  return false;
-}
-
-/// Whether x and y are degrees, as far as one can tell: the file says so, or they have finer steps than meters need and
-/// heights have coarser ones or are far larger, which those of a small object are not.
-bool areDegrees(const std::string& text, const LasHeader& header, const std::vector<Eigen::Vector3d>& positions)
-{
-  constexpr double finest = 1e-6, factor = 30;
-  const double step = std::max(std::abs(header.scale[0]), std::abs(header.scale[1]));
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& position : positions)
-    box.extend(position);
-  const Eigen::Vector3d size = box.sizes(), farthest = box.min().cwiseAbs().cwiseMax(box.max().cwiseAbs());
-  return saysDegrees(text, header) ||
-         (step <= finest && farthest.x() <= 180 && farthest.y() <= 90 &&
-          (std::abs(header.scale[2]) > factor * step || size.z() > factor * std::max(size.x(), size.y())));
 }
 
 } // namespace
@@ -163,9 +126,6 @@ PointTable parseLas(const std::string& path, const std::string& text)
   filler.finish(true);
   if (table.size() < header.points)
     table.notes.push_back(std::to_string(header.points - table.size()) + " points are marked as withheld: skipped");
-  if (!table.positions.empty() && areDegrees(text, header, table.positions))
-    table.warnings.push_back("x and y of " + path + " seem to be degrees; " +
-                             projectionHint(path, table.positions[0].x(), table.positions[0].y()));
   // Fields that every point of a format has, and nobody may have filled in.
   const std::vector<float>& intensities = table.scalars["intensity"];
   if (std::all_of(intensities.begin(), intensities.end(), [](float value) { return value == 0; }))

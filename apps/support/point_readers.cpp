@@ -3,7 +3,6 @@
 
 #include "text_file.h"
 
-#include <cmath>
 #include <cstring>
 #include <initializer_list>
 
@@ -66,15 +65,6 @@ bool VectorColumns::isCoordinate(std::size_t column) const
 {
   const std::optional<Triple>& parts = position ? position : degrees;
   return parts && std::find(parts->begin(), parts->end(), column) != parts->end();
-}
-
-std::string projectionHint(const std::string& path, double longitude, double latitude)
-{
-  const int zone = 1 + static_cast<int>((std::fmin(std::fmax(longitude, -180), 179) + 180) / 6);
-  return "project them to meters: pdal translate '" + path +
-         "' meters.las --filter filters.reprojection --filters.reprojection.in_srs=EPSG:4326"
-         " --filters.reprojection.out_srs=EPSG:" +
-         std::to_string((latitude < 0 ? 32700 : 32600) + zone);
 }
 
 void addColors(const std::vector<Eigen::Vector3f>& colors, bool areWhole, PointTable& table)

@@ -43,9 +43,6 @@ struct VectorColumns {
   bool isCoordinate(std::size_t column) const;
 };
 
-/// The end of a message about degrees: what projects them to meters. \param longitude and latitude of a point
-std::string projectionHint(const std::string& path, double longitude, double latitude);
-
 /// Colors are bytes; 16-bit numbers, up to 257 times as large, where any is above; or shares of 1 where none is above
 /// that. \param areWhole they have a type that has no shares
 void addColors(const std::vector<Eigen::Vector3f>& colors, bool areWhole, PointTable& table);

@@ -310,6 +310,16 @@ void guessNames(Rows& rows, std::vector<std::string>& notes)
     names.push_back("column" + std::to_string(names.size() + 1));
 }
 
+/// The end of a message about degrees: what projects them to meters. \param longitude and latitude of a point
+std::string projectionHint(const std::string& path, double longitude, double latitude)
+{
+  const int zone = 1 + static_cast<int>((std::fmin(std::fmax(longitude, -180), 179) + 180) / 6);
+  return "project them to meters: pdal translate '" + path +
+         "' meters.las --filter filters.reprojection --filters.reprojection.in_srs=EPSG:4326"
+         " --filters.reprojection.out_srs=EPSG:" +
+         std::to_string((latitude < 0 ? 32700 : 32600) + zone);
+}
+
 PointTable toTable(const std::string& path, Rows rows, std::vector<std::string> notes = {})
 {
   PointTable table;

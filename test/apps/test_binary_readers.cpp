@@ -143,52 +143,6 @@ TEST(LasReader, headersAreNotBelieved)
     expectRefused([&] { parsePoints("las", "a.las", good.substr(0, size)); }, "is truncated");
 }
 
-/// One of the records between the header and the points.
-std::string lasRecord(std::uint16_t id, const std::string& data)
-{
-  std::string record(54, '\0');
-  record.replace(2, 15, "LASF_Projection");
-  put(record, 18, id);
-  put(record, 20, static_cast<std::uint16_t>(data.size()));
-  return record + data;
-}
-
-TEST(LasReader, degreesAreWarnedOf)
-{
-  const auto warningOf = [](const std::string& record, double step, double stepOfHeights, double longitude) {
-    std::string bytes = lasFile(2, 0, {{{0, 0, 0}, 0, {}}, {{9000, 9000, 1000000}, 0, {}}});
-    put(bytes, 100, std::uint32_t{1});
-    put(bytes, 96, static_cast<std::uint32_t>(227 + record.size()));
-    bytes.replace(227, 7, record);
-    for (const std::size_t axis : {0, 1, 2}) {
-      put(bytes, 131 + 8 * axis, axis < 2 ? step : stepOfHeights);
-      put(bytes, 155 + 8 * axis, axis == 0 ? longitude : axis == 1 ? -33. : 500.);
-    }
-    const std::vector<std::string> warnings = parsePoints("las", "a.las", bytes).warnings;
-    return warnings.empty() ? std::string() : warnings.front();
-  };
-  const auto keys = [](std::uint16_t model) {
-    std::string data(16, '\0');
-    put(data, 8, std::uint16_t{1024});
-    put(data, 14, model);
-    return lasRecord(34735, data);
-  };
-  const std::string geographic = lasRecord(2112, "GEOGCS[\"WGS 84\"]"),
-                    projected = lasRecord(2112, "PROJCS[\"UTM\",GEOGCS[\"WGS 84\"]]");
-  const std::string expected = "x and y of a.las seem to be degrees; project them to meters: pdal translate 'a.las' "
-                               "meters.las --filter filters.reprojection --filters.reprojection.in_srs=EPSG:4326 "
-                               "--filters.reprojection.out_srs=EPSG:32719";
-  EXPECT_EQ(warningOf("none", 1e-7, .01, -70.6), expected);
-  EXPECT_EQ(warningOf("none", 1e-7, 1e-7, -70.6), expected);
-  EXPECT_EQ(warningOf(geographic, .01, .01, -70.6), expected);
-  EXPECT_EQ(warningOf(keys(2), .01, .01, -70.6), expected);
-  EXPECT_EQ(warningOf("none", .01, .01, -70.6), "") << "meters";
-  EXPECT_EQ(warningOf("none", 1e-6, 1e-9, -70.6), "") << "an object";
-  EXPECT_EQ(warningOf("none", 1e-7, .01, 431000), "");
-  EXPECT_EQ(warningOf(projected, .01, .01, 10), "");
-  EXPECT_EQ(warningOf(keys(1), .01, .01, 10), "");
-}
-
 TEST_F(BinaryReaders, whatGzipPackedIsReadLikeTheRest)
 {
   const std::string rows = tool::sphereRows(400);
