@@ -120,6 +120,8 @@ void ToolOptions::operands(std::vector<std::string>& target, std::size_t max)
   app_.add_option_function<std::vector<std::string>>("OPERANDS", [&target, max](const std::vector<std::string>& all) {
     if (all.size() > max)
       throw UsageError("'" + all[max] + "' is one argument too many");
+    if (std::find(all.begin(), all.end(), "") != all.end())
+      throw UsageError("'' is not the name of a file");
     target = all;
   });
 }

@@ -42,6 +42,7 @@ TEST_F(ToolErrors, Usage)
 {
   expectFailure({}, 2, "INPUT");
   expectFailure({"sphere.xyz"}, 2, "OUTPUT");
+  expectFailure({"sphere.xyz", "", "--output-format", "ply"}, 2, "'' is not the name of a file");
   expectFailure({"sphere.xyz", "a.ply", "b.ply"}, 2,
                 "'b.ply' is one argument too many; several inputs take "
                 "--output-directory");
