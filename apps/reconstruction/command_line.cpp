@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command_line.h"
-#include "option_parser.h"
 #include "support/errors.h"
 #include "support/option_text.h"
 #include "support/picture.h"
@@ -8,17 +7,70 @@
 #include "support/sensors.h"
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
+#include "support/tool_options.h"
 
 #include <pcl/surface/mrf/option_table.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <functional>
 #include <map>
 
 namespace mrf_apps {
 namespace {
 
+using pcl::mrf::OptionDeclaration;
 using pcl::mrf::Options;
+
+/// Registers options of the library's table, collects what the user set, and applies it to a preset.
+class OptionParser : public ToolOptions {
+public:
+  using ToolOptions::ToolOptions;
+
+  /// \param name of an option in the library's table
+  CLI::Option* declared(const std::string& name)
+  {
+    const OptionDeclaration& option = pcl::mrf::optionDeclaration(name);
+    const auto set = [this, &option](const std::string& text) {
+      Options trial;
+      const std::string wrong = setByText(trial, option, text);
+      if (wrong.empty())
+        change([&option, text](Options& options) { setByText(options, option, text); });
+      return wrong;
+    };
+    if (option.isNumber()) {
+      std::string unit = option.unit; // as the help calls a number
+      std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::toupper(c); });
+      return add(option.flag, unit, helpOf(option), set);
+    }
+    std::vector<std::string> all;
+    for (const auto& entry : option.words)
+      all.push_back(entry.first);
+    return words(option.flag, all, helpOf(option), set);
+  }
+
+  /// A switch of the library's table that is off by default, as a flag that switches it on.
+  CLI::Option* declaredFlag(const std::string& name)
+  {
+    const OptionDeclaration& option = pcl::mrf::optionDeclaration(name);
+    return flag(option.flag, option.help,
+                [this, &option] { change([&option](Options& options) { option.set(options, 1); }); });
+  }
+
+  /// Has the options changed by what the user set.
+  void change(const std::function<void(Options&)>& change) { changes_.push_back(change); }
+
+  /// Applies what the user set, in the order of the help.
+  void apply(Options& options) const
+  {
+    for (const auto& change : changes_)
+      change(options);
+  }
+
+private:
+  std::vector<std::function<void(Options&)>> changes_;
+};
 
 /// What is parsed besides the command itself.
 struct Parsed {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run.h"
+#include "command_line.h"
 #include "console.h"
 #include "support/errors.h"
 #include "support/field_file.h"
@@ -32,6 +32,9 @@
 
 namespace mrf_apps {
 namespace {
+
+constexpr const char* toolName = "pcl_mrf_reconstruction";
+constexpr const char* memoryAdvice = "choose a larger --voxel-size";
 
 volatile std::sig_atomic_t interrupted = 0;
 
@@ -433,8 +436,10 @@ int runAll(const Command& command)
   return firstFailure;
 }
 
-} // namespace
-
+/// Reads, reconstructs, writes and prints the summary, job by job. A job that fails leaves no output behind.
+/// Of several jobs a failure is told on standard error, and the others are done.
+/// \return the exit status of the first job that failed, of several, or 0
+/// \throw FileError, UsageError, pcl::mrf::Error if the only job fails, or if nothing can be done
 int run(const Command& command)
 {
   if (!command.jobs.front().picture.empty())
@@ -448,4 +453,11 @@ int run(const Command& command)
   return exitDone;
 }
 
+} // namespace
 } // namespace mrf_apps
+
+int main(int argc, char** argv)
+{
+  return mrf_apps::toolMain(mrf_apps::toolName, mrf_apps::memoryAdvice,
+                            [&] { return mrf_apps::runOrTell(mrf_apps::parseCommandLine(argc, argv), mrf_apps::run); });
+}

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
+// What VTK writes: its XML formats.
+#include "errors.h"
 #include "field_file.h"
-
+#include "poly_data.h"
+#include "surface_mesh.h"
 #include "text_file.h"
 
 #include <vtkFloatArray.h>
@@ -8,8 +11,22 @@
 #include <vtkPointData.h>
 #include <vtkSmartPointer.h>
 #include <vtkXMLImageDataWriter.h>
+#include <vtkXMLPolyDataWriter.h>
 
 namespace mrf_apps {
+namespace {
+
+template <typename Writer, typename Data>
+void writeXml(const Data& data, const std::string& path)
+{
+  auto writer = vtkSmartPointer<Writer>::New();
+  writer->SetInputData(data);
+  writer->WriteToOutputStringOn(); // VTK would not tell why a file cannot be written
+  writer->Write();
+  writeText(path, writer->GetOutputString());
+}
+
+} // namespace
 
 void writeField(const pcl::mrf::DistanceField& field, const Eigen::Vector3d& offset, const std::string& path)
 {
@@ -38,11 +55,16 @@ void writeField(const pcl::mrf::DistanceField& field, const Eigen::Vector3d& off
   image->GetPointData()->SetScalars(distances);
   if (field.hasConfidences())
     image->GetPointData()->AddArray(confidences);
-  auto writer = vtkSmartPointer<vtkXMLImageDataWriter>::New();
-  writer->SetInputData(image);
-  writer->WriteToOutputStringOn(); // VTK would not tell why a file cannot be written
-  writer->Write();
-  writeText(path, writer->GetOutputString());
+  writeXml<vtkXMLImageDataWriter>(image, path);
+}
+
+void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::string& format)
+{
+  if (writeWithoutVtk(mesh, path, format))
+    return;
+  if (format != "vtp")
+    throw UsageError("'" + path + "': mesh files end in " + meshFileExtensions);
+  writeXml<vtkXMLPolyDataWriter>(toPolyData(mesh), path);
 }
 
 } // namespace mrf_apps
