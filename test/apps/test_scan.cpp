@@ -6,7 +6,6 @@
 #include "scan/mesh_surface.h"
 #include "scan/random.h"
 #include "scan/scan.h"
-#include "support/scan_meshes.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -20,10 +19,56 @@
 
 using namespace pcl::mrf;
 using namespace pcl::mrf::scan;
-using namespace scan_meshes;
 using Eigen::Vector3d;
 
 namespace {
+
+struct Soup {
+  std::vector<Vector3d> vertices;
+  std::vector<std::array<std::int32_t, 3>> triangles;
+
+  void quad(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d)
+  {
+    const auto first = static_cast<std::int32_t>(vertices.size());
+    vertices.insert(vertices.end(), {a, b, c, d});
+    triangles.push_back({first, first + 1, first + 2});
+    triangles.push_back({first, first + 2, first + 3});
+  }
+};
+
+/// Sphere of longitudes and latitudes without common vertices.
+Soup sphereSoup(double radius, int rows)
+{
+  Soup soup;
+  const auto at = [&](int row, int column) {
+    const auto polar = shapes::sinCos(.5 * row / rows), around = shapes::sinCos(.5 * column / rows);
+    return Vector3d(radius * polar.sine * around.cosine, radius * polar.sine * around.sine, radius * polar.cosine);
+  };
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < 2 * rows; ++column)
+      soup.quad(at(row, column), at(row + 1, column), at(row + 1, column + 1), at(row, column + 1));
+  return soup;
+}
+
+AnalyticSurface shape(const std::string& description)
+{
+  return AnalyticSurface(makeShape(description));
+}
+
+Scan scanOf(const Surface& surface, const ScanOptions& options, int threads = 1)
+{
+  Execution execution(threads);
+  return simulateScan(surface, options, execution);
+}
+
+/// Of all of the surface, without sensors.
+ScanOptions unseen(std::int64_t points)
+{
+  ScanOptions options;
+  options.sampling.points = points;
+  options.views.count = 0;
+  return options;
+}
 
 MeshSurface surfaceOf(const Soup& soup)
 {
