@@ -108,7 +108,7 @@ def random_scan(seed, index):
              "tubes": f"tubes:radius={size * few(.1, .4):g},length={size * few(.5, 1.5):g},gap={size * few(.1, .6):g},"
                       f"closed={closed}",
              "primitives": f"primitives:size={.3 * size:g}",
-             "plate": f"plate:width={size:g},height={size * few(.5, 1):g},thickness={size * few(.01, .15):g}",
+             "plate": f"box:x={size:g},y={size * few(.5, 1):g},z={size * few(.01, .15):g}",
              "cheese": f"cheese:side={size:g},bubbles={random.integers(30)},radius={few(.08, .2)}",
              "cut sphere": f"cut-sphere:radius={size / 2:g},angle={few(20, 140)}",
              "plane": f"plane:width={size:g},height={size * few(.3, 1):g}"}

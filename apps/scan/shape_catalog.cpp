@@ -193,12 +193,6 @@ const std::vector<Entry>& catalog()
        "two tubes along the x axis, separated by a gap; closed=1 with end walls",
        makeTubes},
       {"primitives", {{"size", 1}}, "spheres, boxes, torus, cylinder, plate side by side", makePrimitives},
-      {"plate",
-       {{"width", 2}, {"height", 2}, {"thickness", .04}},
-       "thin plate",
-       [](const Values& v) {
-         return makeBox({.5 * v["width"], .5 * v["height"], .5 * v["thickness"]}, 0);
-       }},
       {"cheese",
        {{"side", 2},
         {"bubbles", 14, 0, 200, "a whole number, 0 to 200"},
