@@ -45,26 +45,17 @@ VectorColumns::VectorColumns(const std::vector<std::string>& names)
       color(findVector(names, {{"red", "green", "blue"},
                                {"r", "g", "b"},
                                {"rf", "gf", "bf"},
-                               {"diffuse_red", "diffuse_green", "diffuse_blue"}})),
-      degrees(position ? std::nullopt
-                       : findVector(names, {{"lat", "lon", "lon"},
-                                            {"lat", "long", "long"},
-                                            {"lat", "lng", "lng"},
-                                            {"latitude", "longitude", "longitude"}}))
+                               {"diffuse_red", "diffuse_green", "diffuse_blue"}}))
 {}
+
+bool VectorColumns::hasPart(const std::optional<Triple>& vector, std::size_t column)
+{
+  return vector && std::find(vector->begin(), vector->end(), column) != vector->end();
+}
 
 bool VectorColumns::hold(std::size_t column) const
 {
-  for (const auto& vector : {position, degrees, normal, color})
-    if (vector && std::find(vector->begin(), vector->end(), column) != vector->end())
-      return true;
-  return false;
-}
-
-bool VectorColumns::isCoordinate(std::size_t column) const
-{
-  const std::optional<Triple>& parts = position ? position : degrees;
-  return parts && std::find(parts->begin(), parts->end(), column) != parts->end();
+  return hasPart(position, column) || hasPart(normal, column) || hasPart(color, column);
 }
 
 void addColors(const std::vector<Eigen::Vector3f>& colors, bool areWhole, PointTable& table)

@@ -36,11 +36,10 @@ using Triple = std::array<std::size_t, 3>;
 /// nx ny nz or normal_x …, r g b, red … or diffuse_red …. There is a vector where all three parts are.
 struct VectorColumns {
   std::optional<Triple> position, normal, color;
-  std::optional<Triple> degrees; ///< if there is no position, latitude and twice the longitude
 
   explicit VectorColumns(const std::vector<std::string>& names);
   bool hold(std::size_t column) const; ///< whether it is part of a vector
-  bool isCoordinate(std::size_t column) const;
+  static bool hasPart(const std::optional<Triple>& vector, std::size_t column);
 };
 
 /// Colors are bytes; 16-bit numbers, up to 257 times as large, where any is above; or shares of 1 where none is above
@@ -99,7 +98,7 @@ const NumberType* numberType(char kind, std::size_t size);
 // more memory than a small multiple of what the file holds (once unpacked), whatever its header promises.
 
 /// The names of columns in a line, parted by commas, semicolons or tabs if it has any, else by blanks, and without
-/// units in brackets. It may be a comment. \return nothing unless x, y and z, or latitude and longitude, are among them
+/// units in brackets. It may be a comment. \return nothing unless x, y and z are among them
 std::vector<std::string> columnNames(std::string_view line);
 
 /// Rows of numbers; columns of text are skipped. Columns are what the line above them names; without names [number] x y

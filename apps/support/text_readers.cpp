@@ -215,7 +215,7 @@ std::vector<std::size_t> columnsOfNumbers(const std::string& path, const Rows& r
   for (std::size_t c = 0; c < rows.columns; ++c) {
     const Gaps& gaps = rows.gaps[c];
     const bool hasNumbers = gaps.count < rows.size();
-    const bool isCoordinate = areNamed ? vectors.isCoordinate(c) : hasNumbers && result.size() < 3;
+    const bool isCoordinate = areNamed ? VectorColumns::hasPart(vectors.position, c) : hasNumbers && result.size() < 3;
     const std::string column =
         "column " + std::to_string(c + 1) + (areNamed && !rows.names[c].empty() ? " '" + rows.names[c] + "'" : "");
     const std::string text = "holds '" + std::string(gaps.text.substr(0, longest)) + "', which is no number";
@@ -310,17 +310,7 @@ void guessNames(Rows& rows, std::vector<std::string>& notes)
     names.push_back("column" + std::to_string(names.size() + 1));
 }
 
-/// The end of a message about degrees: what projects them to meters. \param longitude and latitude of a point
-std::string projectionHint(const std::string& path, double longitude, double latitude)
-{
-  const int zone = 1 + static_cast<int>((std::fmin(std::fmax(longitude, -180), 179) + 180) / 6);
-  return "project them to meters: pdal translate '" + path +
-         "' meters.las --filter filters.reprojection --filters.reprojection.in_srs=EPSG:4326"
-         " --filters.reprojection.out_srs=EPSG:" +
-         std::to_string((latitude < 0 ? 32700 : 32600) + zone);
-}
-
-PointTable toTable(const std::string& path, Rows rows, std::vector<std::string> notes = {})
+PointTable toTable(Rows rows, std::vector<std::string> notes = {})
 {
   PointTable table;
   table.notes = std::move(notes);
@@ -340,10 +330,6 @@ PointTable toTable(const std::string& path, Rows rows, std::vector<std::string> 
     if (equalsIgnoringCase(name, "intensity"))
       name = "intensity";
   TableFiller filler(rows.names, rows.size(), table);
-  if (const std::optional<Triple>& degrees = filler.vectors().degrees; !filler.vectors().position)
-    throw FileError(path, "columns '" + rows.names[(*degrees)[0]] + "' and '" + rows.names[(*degrees)[1]] +
-                              "' are degrees; call them Y and X, the height Z, and " +
-                              projectionHint(path, rows.at(0, (*degrees)[1]), rows.at(0, (*degrees)[0])));
   filler.add(rows.size(), [&](std::size_t row, std::size_t column) { return rows.at(row, column); });
   filler.finish(false);
   return table;
@@ -493,7 +479,7 @@ std::vector<std::string> columnNames(std::string_view text)
   for (const auto splitNames : {splitCells, splitRow}) { // several words may be one name, or each one
     splitNames(line, words);
     std::vector<std::string> names(words.begin(), words.end());
-    if (const VectorColumns vectors(names); vectors.position || vectors.degrees)
+    if (VectorColumns(names).position)
       return names;
   }
   return {};
@@ -504,7 +490,7 @@ PointTable parseXyz(const std::string& path, const std::string& text)
   Rows rows = RowParser(path, text).parse();
   std::vector<std::string> notes;
   keepColumns(columnsOfNumbers(path, rows, notes), rows);
-  return toTable(path, std::move(rows), std::move(notes));
+  return toTable(std::move(rows), std::move(notes));
 }
 
 PointTable parsePtx(const std::string& path, const std::string& text)
@@ -548,7 +534,7 @@ PointTable parsePtx(const std::string& path, const std::string& text)
   }
   rows.names = {"x", "y", "z", "intensity", "red", "green", "blue"};
   rows.names.resize(rows.columns);
-  PointTable table = toTable(path, std::move(rows));
+  PointTable table = toTable(std::move(rows));
   if (areKnown && sensors.size() == 1)
     table.sensorOrigin = sensors.front();
   else if (areKnown) {

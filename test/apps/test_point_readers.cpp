@@ -451,7 +451,9 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
     expectRefused("csv", other, "columns, the header names");
   const std::string brackets(1 << 20, '('); // looked at once
   expectRefused("csv", brackets + "\n1,2,3\n", "nor names columns");
-  expectRefused("csv", "a,b,c\n1,2,3\n", "line 1: is not a row of numbers, nor names columns x, y and z");
+  for (const char* header : {"a,b,c", "lat,lon,alt"})
+    expectRefused("csv", header + std::string("\n1,2,3\n"),
+                  "line 1: is not a row of numbers, nor names columns x, y and z");
   expectRefused("csv", "x,y,z\n1,2,3\nx,y,z\n", "line 3: column 1 'x' holds 'x', which is no number");
   expectRefused("csv", "x,y,z\n\"0,5\",\"1,5\",\"2,5\"\n", "line 2: column 1 'x' holds '0,5', which is no number");
 }
@@ -497,20 +499,6 @@ TEST(XyzReader, emptyCellsMatterWhereTheyAreRead)
                 "line 2: column 3 holds '6.7.8', which is no number such as -0.5: correct it, or delete the line");
   expectRefused("csv", "x,y,z,nx,ny,nz\n1,2,3,0,O,1\n", "line 2: column 5 'ny' holds 'O', which is no number");
   expectRefused("csv", "1,2,3\n4,5,\n", "line 2: column 3 is empty");
-}
-
-TEST(XyzReader, degreesAreRefusedWithWhatProjectsThem)
-{
-  const std::string remedy =
-      "are degrees; call them Y and X, the height Z, and project them to meters: pdal translate "
-      "'file.csv' meters.las --filter filters.reprojection --filters.reprojection.in_srs=EPSG:4326 "
-      "--filters.reprojection.out_srs=EPSG:";
-  expectRefused("csv", "lat,lon,alt\n55.7,12.5,3\n", "'file.csv': columns 'lat' and 'lon' " + remedy + "32633");
-  expectRefused("csv", "# Longitude Latitude Height\n-70.6 -33.4 500\n",
-                "'Latitude' and 'Longitude' " + remedy + "32719");
-  expectRefused("csv", "lat,lng,alt,name\nnan,nan,3,a\n55,12,3,a\n", remedy);
-  EXPECT_EQ(parsePoints("csv", "a.csv", "x,y,z,lat,lon\n1,2,3,55,12\n").scalars.size(), 2u);
-  EXPECT_EQ(parsePoints("csv", "a.csv", "# from lat lon to meters\n1,2,3\n").size(), 1u);
 }
 
 TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
@@ -662,7 +650,6 @@ TEST(PointReader, formatsAreKnownByTheirBeginnings)
       {"12\n", "xyz"},
       {"12\n1 2 3 -7\n", "xyz"},
       {",x,y,z\n", "xyz"},
-      {"lat,lon,alt\n", "xyz"},
       {"12\n5\n0 0 0\n", "ptx"},
       {std::string("LASF\0\0", 6), "las"},
       {"", ""},
