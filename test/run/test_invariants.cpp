@@ -4,6 +4,7 @@
 //   test_invariants [SCENES [FIRST_SEED]]
 // A scene is named by its seed: SCENES = 1 runs it alone and says what it measured.
 #include "support/clouds.h"
+#include "support/random.h"
 #include "support/scans.h"
 #include "support/shapes.h"
 
@@ -18,11 +19,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
 using namespace pcl::mrf;
+using clouds::Random;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
@@ -30,44 +31,18 @@ namespace {
 
 constexpr double halfSide = 1.3, farthest = 12; // of the scenes, and of what sensors see
 
-/// Numbers that are the same with every standard library.
-class Random {
-public:
-  explicit Random(std::uint64_t seed) : engine_(seed * 7919 + 15) {}
-
-  double uniform(double lower, double upper)
-  {
-    return lower + (upper - lower) * (static_cast<double>(engine_()) / 18446744073709551616.);
-  }
-  bool oneIn(int count) { return uniform(0, count) < 1; }
-  Vector3d inCube(double half)
-  {
-    const double x = uniform(-half, half), y = uniform(-half, half);
-    return {x, y, uniform(-half, half)};
-  }
-  Vector3d direction()
-  {
-    const double z = uniform(-1, 1), r = std::sqrt(1 - z * z);
-    const shapes::SinCos around = shapes::sinCos(uniform(0, 1));
-    return {r * around.cosine, r * around.sine, z};
-  }
-
-private:
-  std::mt19937_64 engine_;
-};
-
 /// No part is thinner than three spacings: what noise makes of thinner ones is no surface.
 shapes::Sdf drawPart(Random& random)
 {
   const double size = random.uniform(.25, .6);
-  const Vector3d center = random.inCube(.5);
+  const Vector3d center = .5 * random.inCube();
   switch (static_cast<int>(random.uniform(0, 4))) {
   case 0:
     return shapes::sphere(size, center);
   case 1:
     return shapes::translate(shapes::box({size, random.uniform(.2, .6), random.uniform(.2, .6)}, .08), center);
   case 2:
-    return shapes::tube(center, random.inCube(.5), random.uniform(.2, .4));
+    return shapes::tube(center, .5 * random.inCube(), random.uniform(.2, .4));
   default:
     return shapes::translate(shapes::torus(size, random.uniform(.15, .25)), center);
   }
@@ -83,14 +58,14 @@ struct Scene {
 
   explicit Scene(std::uint64_t seed)
   {
-    Random random(seed);
+    Random random(seed * 7919 + 15);
     std::vector<shapes::Sdf> parts;
     for (int left = static_cast<int>(random.uniform(1, 4)); left > 0; --left)
       parts.push_back(drawPart(random));
     truth = shapes::unite(parts);
     spacing = random.uniform(.05, .09);
     seen = shapes::sample(truth, halfSide, spacing, static_cast<unsigned>(seed));
-    if (random.oneIn(2))
+    if (random.uniform(0, 2) < 1)
       for (int left = static_cast<int>(random.uniform(1, 4)); left > 0; --left)
         sensors.push_back(random.uniform(2, 6) * random.direction());
     if (!sensors.empty())
@@ -98,12 +73,12 @@ struct Scene {
     for (int left = static_cast<int>(random.uniform(0, 3)); left > 0 && seen.size() > 0; --left)
       cut(seen.positions[static_cast<std::size_t>(random.uniform(0, static_cast<double>(seen.size())))],
           random.uniform(2, 6) * spacing);
-    if (random.oneIn(3)) {
+    if (random.uniform(0, 3) < 1) {
       noise = random.uniform(.1, .5) * spacing;
       shapes::addNoise(seen, noise, static_cast<unsigned>(seed));
     }
-    knowsSensors = !sensors.empty() && random.oneIn(2);
-    knowsNormals = !random.oneIn(3);
+    knowsSensors = !sensors.empty() && random.uniform(0, 2) < 1;
+    knowsNormals = random.uniform(0, 3) >= 1;
   }
 
   /// How far a ray comes before it meets the surface; longest if it does not.

@@ -5,6 +5,7 @@
 // A case is named by its seed: CASES = 1 runs it alone.
 #include "mesh/self_intersection.h"
 #include "support/conversion.h"
+#include "support/random.h"
 
 #include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/report.h>
@@ -26,47 +27,15 @@
 #include <cstring>
 #include <limits>
 #include <map>
-#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
 
 using namespace pcl::mrf;
+using clouds::Random;
 using Eigen::Vector3d;
 
 namespace {
-
-/// Numbers that are the same with every standard library.
-class Random {
-public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-
-  /// In [0, count). The bias of the remainder does not matter here.
-  std::size_t index(std::size_t count) { return static_cast<std::size_t>(engine_() % count); }
-  bool oneIn(std::size_t count) { return index(count) == 0; }
-  double uniform(double lower, double upper)
-  {
-    constexpr double all = 18446744073709551616.;
-    return lower + (upper - lower) * (static_cast<double>(engine_()) / all);
-  }
-  /// 10 to a power that is uniform.
-  double decades(double lowerPower, double upperPower) { return std::pow(10., uniform(lowerPower, upperPower)); }
-  /// In [-1, 1]³.
-  Vector3d inCube()
-  {
-    const double x = uniform(-1, 1), y = uniform(-1, 1);
-    return {x, y, uniform(-1, 1)};
-  }
-  /// Uniform on the unit sphere.
-  Vector3d direction()
-  {
-    const double z = uniform(-1, 1), around = uniform(0, 2 * M_PI), r = std::sqrt(1 - z * z);
-    return {r * std::cos(around), r * std::sin(around), z};
-  }
-
-private:
-  std::mt19937_64 engine_;
-};
 
 /// What a user hands to the class.
 struct Cloud {
