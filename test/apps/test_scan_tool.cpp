@@ -49,7 +49,7 @@ TEST_F(ScanTool, AllFilesBelongTogether)
   const auto cloud = points("scan.ply"), clean = points("clean.ply"), held = points("held.pcd");
   const auto sensors = mrf_apps::readSensors(path("s.txt").string());
   const auto views = mrf_apps::readViews(path("v.txt").string());
-  const nlohmann::json report = nlohmann::json::parse(tool::readText(path("r.json")));
+  const nlohmann::json report = parsed("r.json");
   ASSERT_EQ(sensors.size(), 5u);
   ASSERT_EQ(views.size(), cloud.size());
   ASSERT_EQ(cloud.normals.size(), cloud.size());

@@ -85,7 +85,7 @@ TEST_F(ToolFiles, PcdTellsWhereItsSensorWas)
     arguments.insert(arguments.end(), options.begin(), options.end());
     const tool::Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    const json report = json::parse(tool::readText(path("report.json")));
+    const json report = parsed("report.json");
     EXPECT_EQ(report["vote"], options.empty() || options[0] == "--sensor" ? "sensor" : "outward");
     EXPECT_EQ(report["sensorOriginUsed"], options.empty());
     EXPECT_EQ(outcome.out.find("the file's own viewpoint") != std::string::npos, options.empty());
@@ -213,11 +213,7 @@ TEST_F(ToolFiles, IntensitySurvives)
 TEST_F(ToolFiles, FieldIsInTheFrameOfTheCloud)
 {
   const Eigen::Vector3d center(300, -200, 100);
-  std::ostringstream rows;
-  rows.precision(12);
-  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
-    rows << (p + center).transpose() << ' ' << p.transpose() << '\n';
-  write("in.xyz", rows.str());
+  write("in.xyz", tool::sphereRows(pointCount, 2, center));
   const tool::Outcome outcome = run({"in.xyz", "out.ply", "--field", "field.vti", "--observation", "plane"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const auto image = readField("field.vti");
@@ -240,12 +236,7 @@ TEST_F(ToolFiles, FieldIsInTheFrameOfTheCloud)
 TEST_F(ToolFiles, APieceFarAwayHasAFieldOfItsOwn)
 {
   const Eigen::Vector3d far(0, 300, 0);
-  std::ostringstream rows;
-  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
-    rows << p.transpose() << ' ' << p.transpose() << '\n';
-  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount / 2))
-    rows << (p + far).transpose() << ' ' << p.transpose() << '\n';
-  write("in.xyz", rows.str());
+  write("in.xyz", tool::sphereRows(pointCount) + tool::sphereRows(pointCount / 2, 2, far));
   const tool::Outcome outcome = run({"in.xyz", "out.ply", "--field", "field.vti"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("2 pieces far apart"), std::string::npos) << outcome.out;
@@ -296,11 +287,7 @@ TEST_F(ToolFiles, SurveyCoordinatesKeepTheirDigits)
 {
   // Float resolves .06 at a million; the sphere's radius is 1.
   const Eigen::Vector3d center(1234567.25, 7654321.5, 321);
-  std::ostringstream rows;
-  rows.precision(15);
-  for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
-    rows << (p + center).transpose() << '\n';
-  write("in.xyz", rows.str());
+  write("in.xyz", tool::sphereRows(pointCount, 2, center));
   for (const char* name : {"out.vtp", "out.obj"}) {
     const tool::Outcome outcome = run({"in.xyz", name});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -430,7 +417,7 @@ TEST_F(ToolFiles, AFailureIsReportedAsWell)
     const tool::Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, status) << outcome.err;
     EXPECT_EQ(files(), (std::vector<std::string>{"in.xyz", "r.json", "two.xyz"}));
-    const json report = json::parse(tool::readText(path("r.json")));
+    const json report = parsed("r.json");
     const std::string message = report.at("message"); // calls options as the report does
     EXPECT_NE(outcome.err.find(pcl::mrf::withOptionNames(message, pcl::mrf::OptionNaming::flags)), std::string::npos)
         << message;

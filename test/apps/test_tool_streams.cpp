@@ -283,21 +283,14 @@ TEST_F(ToolStreams, AFileThatCannotGrowSaysWhy)
 
 TEST_F(ToolStreams, FilesOfFloatsSayWhatSurveyCoordinatesAreRelativeTo)
 {
-  std::string rows;
   const Eigen::Vector3d center(431234.56, 4500123.78, 321.12);
-  for (const Eigen::Vector3d& p : tool::spherePoints(400)) {
-    const Eigen::Vector3d q = p + center;
-    for (const double value : {q.x(), q.y(), q.z()})
-      rows += std::to_string(value) + " ";
-    rows += "\n";
-  }
-  write("survey.xyz", rows);
+  write("survey.xyz", tool::sphereRows(400, 2, center));
   for (const std::string name : {"out.stl", "out.glb"}) {
     const tool::Outcome outcome = run({"survey.xyz", name, "--report", "r.json", "-q"});
     EXPECT_EQ(outcome.status, 0);
     EXPECT_NE(outcome.err.find("warning: '" + name + "' is written relative to (43123"), std::string::npos)
         << outcome.err;
-    const nlohmann::json report = nlohmann::json::parse(tool::readText(path("r.json")));
+    const nlohmann::json report = parsed("r.json");
     for (std::size_t axis = 0; axis < 3; ++axis)
       // In whole units, because the sphere is a few of them wide.
       EXPECT_NEAR(report.at("offset").at(axis), center[axis], 1.);

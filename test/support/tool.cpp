@@ -81,11 +81,12 @@ std::vector<Eigen::Vector3d> spherePoints(int count, double top)
   return points;
 }
 
-std::string sphereRows(int count, double top)
+std::string sphereRows(int count, double top, const Eigen::Vector3d& center)
 {
   std::ostringstream rows;
+  rows.precision(center.isZero() ? 6 : 15);
   for (const Eigen::Vector3d& p : spherePoints(count, top))
-    rows << p.x() << ' ' << p.y() << ' ' << p.z() << ' ' << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+    rows << (p + center).transpose() << ' ' << p.transpose() << '\n';
   return rows.str();
 }
 

@@ -33,8 +33,8 @@ void writeText(const std::filesystem::path& path, const std::string& text);
 /// Points of the unit sphere, evenly spread, without those whose z exceeds `top`: above it lies a hole.
 std::vector<Eigen::Vector3d> spherePoints(int count, double top = 2);
 
-/// Rows "x y z nx ny nz" of points of the unit sphere.
-std::string sphereRows(int count, double top = 2);
+/// Rows "x y z nx ny nz" of points of the unit sphere about the center.
+std::string sphereRows(int count, double top = 2, const Eigen::Vector3d& center = Eigen::Vector3d::Zero());
 
 std::vector<std::string> linesOf(const std::string& text);
 
