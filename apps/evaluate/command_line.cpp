@@ -37,7 +37,6 @@ void check(const EvaluateCommand& command)
           "--sigma needs something to compare with: --reference, --held-out or --clean");
   require(!(command.noise > 0) || (command.sigma && command.reference.empty() && !command.heldOut.empty()),
           "--noise is of the points of --held-out, which --sigma looks at where there is no --reference");
-  validate(command.options);
 }
 
 } // namespace

@@ -24,7 +24,6 @@ namespace mrf_apps {
 
 using pcl::mrf::Execution;
 using pcl::mrf::InvalidInput;
-using pcl::mrf::InvalidOption;
 using Points = std::vector<Eigen::Vector3d>;
 
 namespace {
@@ -261,22 +260,6 @@ void check(const SurfaceMesh& mesh, Evaluation& evaluation)
 
 } // namespace
 
-void validate(const EvaluationOptions& options)
-{
-  const auto require = [](bool condition, const char* name, const std::string& value, const char* range) {
-    if (!condition)
-      throw InvalidOption(std::string(name) + " is " + value + ", must be " + range);
-  };
-  const auto isLength = [](double value) { return std::isfinite(value) && value >= 0; };
-  require(isLength(options.diagonal), "diagonal", std::to_string(options.diagonal), "positive, or 0 for automatic");
-  require(isLength(options.farLimit), "farLimit", std::to_string(options.farLimit), "positive, or 0 for automatic");
-  require(isLength(options.farGrowth), "farGrowth", std::to_string(options.farGrowth), "finite and not negative");
-  for (const Eigen::Vector3d& sensor : options.sensors)
-    require(sensor.allFinite() && options.sensorAxis.allFinite(), "a sensor or its axis", "not finite", "finite");
-  require(options.samples >= 1 && options.samples <= 100000000, "samples", std::to_string(options.samples),
-          "from 1 to 100000000");
-}
-
 Statistics summarize(std::vector<double> values)
 {
   Statistics result;
@@ -300,7 +283,6 @@ Statistics summarize(std::vector<double> values)
 Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const EvaluationOptions& options,
                     Execution& execution)
 {
-  validate(options);
   Evaluation result;
   result.options = options;
   const SurfaceDistance toMesh(mesh);

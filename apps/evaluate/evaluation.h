@@ -37,6 +37,7 @@ struct EvaluationInput {
   std::optional<SurfaceMesh> reference; ///< the true surface
 };
 
+/// The command line checks the ranges.
 struct EvaluationOptions {
   /// That percentages refer to, cloud's unit, ≥ 0; 0 = of the bounding box of the reference's surface, else of the
   /// cloud, else of the mesh.
@@ -48,9 +49,6 @@ struct EvaluationOptions {
   std::int64_t samples = 200000;                        ///< on the mesh, and on the reference, 1..10⁸
   std::uint64_t seed = 1;                               ///< of the samples
 };
-
-/// \throw pcl::mrf::InvalidOption naming the first field that is out of range
-void validate(const EvaluationOptions& options);
 
 enum class DiagonalSource { option, reference, cloud, mesh };
 
@@ -134,7 +132,6 @@ struct Evaluation {
 /// Measures the mesh.
 /// \throw pcl::mrf::InvalidInput if mesh or reference has no triangle with an area, a cloud no finite point, or a
 ///        diagonal is zero
-/// \throw pcl::mrf::InvalidOption
 /// Cost: O(log n) per point and sample. The result does not depend on the number of threads.
 Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const EvaluationOptions& options,
                     pcl::mrf::Execution& execution);

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <string>
 
 namespace pcl::mrf::scan {
 
@@ -66,13 +65,6 @@ MeshSurface::MeshSurface(std::vector<Vector3d> vertices, std::vector<Corners> tr
   for (const Vector3d& x : vertices_)
     if (!x.allFinite())
       throw InvalidInput("the mesh has a vertex that is not finite");
-  for (const Corners& t : triangles_)
-    for (const std::int32_t corner : t)
-      if (corner < 0 || static_cast<std::size_t>(corner) >= vertices_.size())
-        throw InvalidInput("the mesh has a triangle with a corner of index " + std::to_string(corner) + ", but " +
-                           std::to_string(vertices_.size()) + " vertices");
-  if (triangles_.empty())
-    throw InvalidInput("the mesh has no triangles");
 
   double total = 0;
   std::vector<Eigen::AlignedBox3d> boxes;

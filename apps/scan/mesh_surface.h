@@ -15,7 +15,7 @@ namespace pcl::mrf::scan {
 /// Triangles are counter-clockwise seen from outside. Rays go through Eigen's tree of boxes.
 class MeshSurface : public Surface {
 public:
-  /// \throw InvalidInput if an index is out of range, a coordinate is not finite or the mesh has no area
+  /// \pre corners are vertices \throw InvalidInput if a coordinate is not finite or the mesh has no area
   MeshSurface(std::vector<Eigen::Vector3d> vertices, std::vector<std::array<std::int32_t, 3>> triangles);
 
   Triangles triangulate() const override { return {vertices_, triangles_}; }

@@ -34,24 +34,18 @@ bool parseLength(const std::string& text, Length& length)
 
 namespace {
 
+/// What the command line does not check of a single value.
 void validate(const ScanOptions& options)
 {
   const auto isShare = [](double percent) { return percent >= 0 && percent < 100; };
-  require(options.rotation.allFinite(), "the rotation must be finite");
   require(options.misalignmentAngle >= 0 && options.misalignmentAngle <= 180,
           "the misalignment's angle must be 0 to 180 degrees");
   require(isShare(options.uniformOutliers) && isShare(options.clusteredOutliers) &&
               isShare(options.uniformOutliers + options.clusteredOutliers),
           "outliers must be 0 to below 100 % of the points");
-  require(options.holes >= 0 && options.holes <= 100000, "the number of holes must be 0 to 100000");
-  for (const Vector3d& center : options.holeCenters)
-    require(center.allFinite(), "the holes' centers must be finite");
   require(options.smallestHole.unit == options.largestHole.unit &&
               options.smallestHole.value <= options.largestHole.value && options.smallestHole.value > 0,
           "the holes' radii must be positive, the smaller one first, both in one unit");
-  for (const Vector3d& sensor : options.sensors)
-    require(sensor.allFinite(), "the sensors must be finite");
-  require(options.baseline > 0 && std::isfinite(options.baseline), "a depth camera's baseline must be positive");
   const bool hasSensors = !options.sensors.empty() || options.views.count > 0;
   require(hasSensors || options.device == Device::none, "devices need sensors: give some");
   require(options.device != Device::depthCamera || options.sampling.pattern == Pattern::camera,

@@ -600,18 +600,6 @@ TEST(Evaluate, refusesWhatCannotBeMeasured)
   EXPECT_THROW(measured(sound, input), pcl::mrf::InvalidInput);
   input.cloud = {Vector3d::Zero()};
   EXPECT_THROW(measured(sound, input), pcl::mrf::InvalidInput) << "a single point has no diagonal";
-
-  EvaluationOptions options;
-  options.samples = 0;
-  EXPECT_THROW(measured(sound, {}, options), pcl::mrf::InvalidOption);
-  for (const double value : {-1., std::nan(""), std::numeric_limits<double>::infinity()}) {
-    EvaluationOptions lengths;
-    lengths.diagonal = value;
-    EXPECT_THROW(measured(sound, {}, lengths), pcl::mrf::InvalidOption);
-    lengths.diagonal = 0;
-    lengths.farLimit = value;
-    EXPECT_THROW(measured(sound, {}, lengths), pcl::mrf::InvalidOption);
-  }
 }
 
 TEST(VertexErrors, toReferenceOrNearestPoint)
