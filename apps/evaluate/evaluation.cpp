@@ -93,16 +93,14 @@ struct MeasuredPoints {
   }
 };
 
-std::optional<MeasuredPoints> pointsToMesh(const char* name, const Points& points, const SurfaceDistance& mesh,
-                                           Execution& execution, std::int64_t& notFinite)
+std::optional<MeasuredPoints> pointsToMesh(const Points& points, const SurfaceDistance& mesh, Execution& execution,
+                                           std::int64_t& notFinite)
 {
   if (points.empty())
     return std::nullopt;
   MeasuredPoints result;
   result.points = finite(points);
   notFinite += static_cast<std::int64_t>(points.size() - result.points.size());
-  if (result.points.empty())
-    throw InvalidInput(std::string("the ") + name + " has no finite point");
   result.places = mesh.closest(result.points, execution);
   return result;
 }
@@ -287,15 +285,15 @@ Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const
   result.options = options;
   const SurfaceDistance toMesh(mesh);
   resolve(mesh, input, result);
-  const auto measurePoints = [&](const char* name, const Points& points, std::optional<Statistics>& statistics) {
-    std::optional<MeasuredPoints> measured = pointsToMesh(name, points, toMesh, execution, result.pointsNotFinite);
+  const auto measurePoints = [&](const Points& points, std::optional<Statistics>& statistics) {
+    std::optional<MeasuredPoints> measured = pointsToMesh(points, toMesh, execution, result.pointsNotFinite);
     if (measured)
       statistics = measured->statistics();
     return measured;
   };
-  const std::optional<MeasuredPoints> cloud = measurePoints("input cloud", input.cloud, result.cloud);
-  measurePoints("held-out cloud", input.heldOut, result.heldOut);
-  measurePoints("noise-free cloud", input.clean, result.clean);
+  const std::optional<MeasuredPoints> cloud = measurePoints(input.cloud, result.cloud);
+  measurePoints(input.heldOut, result.heldOut);
+  measurePoints(input.clean, result.clean);
   if (cloud)
     result.local = compareLocally(mesh, input, *cloud, result.heldOut, result.options, execution);
   if (input.reference)

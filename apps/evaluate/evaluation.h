@@ -130,8 +130,7 @@ struct Evaluation {
 };
 
 /// Measures the mesh.
-/// \throw pcl::mrf::InvalidInput if mesh or reference has no triangle with an area, a cloud no finite point, or a
-///        diagonal is zero
+/// \throw pcl::mrf::InvalidInput if mesh or reference has no triangle with an area, or a diagonal is zero
 /// Cost: O(log n) per point and sample. The result does not depend on the number of threads.
 Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const EvaluationOptions& options,
                     pcl::mrf::Execution& execution);

@@ -27,7 +27,7 @@ namespace {
 
 void requireArea(const SurfaceMesh& mesh, const std::string& path)
 {
-  if (!hasArea(mesh))
+  if (!(surfaceArea(mesh) > 0))
     throw FileError(path, "has no triangle with an area");
 }
 

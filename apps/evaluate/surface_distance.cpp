@@ -27,14 +27,6 @@ Eigen::Vector3d areaVector(const SurfaceMesh& mesh, std::size_t triangle)
   return result.allFinite() ? result : Eigen::Vector3d::Zero();
 }
 
-bool hasArea(const SurfaceMesh& mesh)
-{
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (!areaVector(mesh, t).isZero(0))
-      return true;
-  return false;
-}
-
 double surfaceArea(const SurfaceMesh& mesh)
 {
   double area = 0;
@@ -134,9 +126,6 @@ double uniform(std::mt19937_64& generator)
 SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::uint64_t seed)
 {
   const double total = surfaceArea(mesh);
-  if (!(total > 0))
-    throw pcl::mrf::InvalidInput("the mesh has no triangle with an area");
-
   SurfaceSamples samples;
   samples.positions.reserve(static_cast<std::size_t>(count));
   samples.triangles.reserve(static_cast<std::size_t>(count));

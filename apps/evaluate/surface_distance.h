@@ -17,9 +17,6 @@ namespace mrf_apps {
 /// finite.
 Eigen::Vector3d areaVector(const SurfaceMesh& mesh, std::size_t triangle);
 
-/// True if a triangle has one: the others are no surface.
-bool hasArea(const SurfaceMesh& mesh);
-
 /// Sum of the triangles' areas, cloud's unit squared.
 double surfaceArea(const SurfaceMesh& mesh);
 
@@ -58,8 +55,7 @@ struct SurfaceSamples {
 
 /// Random points, uniform over the area, one in each of `count` equal strata of the area summed over the triangles in
 /// their order: shares of the area are then known to about the outline of the parts instead of to 1/√count.
-/// The same seed gives the same points.
-/// \throw pcl::mrf::InvalidInput if no triangle has an area
+/// The same seed gives the same points. \pre a triangle has an area
 SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::uint64_t seed);
 
 } // namespace mrf_apps

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "console.h"
 #include "support/report_json.h"
+#include "support/text_file.h"
 
 #include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/report.h>
@@ -50,14 +51,6 @@ std::string bytes(double count)
   return count < 1e6 ? format("%.1f kB", count / 1e3) : format("%.1f MB", count / 1e6);
 }
 
-std::string join(const std::vector<std::string>& words)
-{
-  std::string result;
-  for (const std::string& word : words)
-    result += (result.empty() ? "" : ", ") + word;
-  return result;
-}
-
 double processorSeconds()
 {
   rusage usage{};
@@ -84,7 +77,7 @@ std::string nonZero(const std::vector<std::pair<std::int64_t, std::string>>& cou
   for (const auto& [count, what] : counts)
     if (count > 0)
       words.push_back(grouped(count) + " " + what);
-  return join(words);
+  return joined(words);
 }
 
 std::string droppedPoints(const pcl::mrf::PointCounts& points)
@@ -277,7 +270,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
     return;
   const Log print{log};
   print("read", run.input + ": " + counted(static_cast<std::int64_t>(run.points), "point", "points") +
-                    (run.fields.empty() ? "" : " with " + join(run.fields)));
+                    (run.fields.empty() ? "" : " with " + joined(run.fields)));
   for (const std::string& note : run.notes)
     print("", note);
   print("used", counted(report.points.used, "point", "points") + "; " + droppedPoints(report.points));
@@ -321,7 +314,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
                        counted(report.threads, "thread", "threads") + format(", %.2f of CPU; ", processorSeconds()) +
                        "peak memory " + bytes(static_cast<double>(report.peakBytes)));
   if (!times.empty())
-    print("", join(times));
+    print("", joined(times));
   print("surface", counted(report.mesh.vertices, "vertex", "vertices") + ", " +
                        counted(report.mesh.triangles, "triangle", "triangles") + ", " + topology(report.mesh));
   const std::int64_t holes = report.trimming.holesFilled, extrapolations = report.trimming.extrapolationsDropped;
@@ -342,7 +335,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
   std::vector<std::string> files;
   for (const auto& [path, size] : run.written)
     files.push_back(path + " (" + bytes(static_cast<double>(size)) + ")");
-  print("wrote", join(files));
+  print("wrote", joined(files));
 }
 
 void printLine(const RunSummary& run, const Report& report, Verbosity verbosity)

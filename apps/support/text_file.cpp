@@ -110,6 +110,14 @@ void writeText(const std::string& path, const std::string& text)
   file.close();
 }
 
+std::string joined(const std::vector<std::string>& words, const std::string& separator)
+{
+  std::string text;
+  for (const std::string& word : words)
+    text += (text.empty() ? "" : separator) + word;
+  return text;
+}
+
 bool Lines::next(std::string_view& line)
 {
   if (text_.empty())

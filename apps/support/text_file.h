@@ -35,6 +35,9 @@ std::string readStandardInput();
 /// Writes a whole file. \throw pcl::mrf::FileError, which OutputFiles::write adds the path to
 void writeText(const std::string& path, const std::string& text);
 
+/// Words in one text.
+std::string joined(const std::vector<std::string>& words, const std::string& separator = ", ");
+
 /// Hands out the lines of a text, without their ends (LF, CRLF).
 class Lines {
 public:

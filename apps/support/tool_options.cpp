@@ -57,14 +57,6 @@ std::string longName(const std::string& name)
   return name.substr(name.rfind(',') + 1);
 }
 
-std::string join(const std::vector<std::string>& words, const std::string& separator)
-{
-  std::string text;
-  for (const std::string& word : words)
-    text += (text.empty() ? "" : separator) + word;
-  return text;
-}
-
 /// \param message of CLI11 about an option with too many or too few values; its name comes first
 std::string misplaced(const CLI::App& app, const std::string& message)
 {
@@ -143,11 +135,11 @@ CLI::Option* ToolOptions::words(const std::string& name, const std::vector<std::
 {
   const auto use = [words, set](const std::string& text) -> std::string {
     if (std::find(words.begin(), words.end(), text) == words.end())
-      return "is none of " + join(words, ", ") + didYouMean(text, words);
+      return "is none of " + joined(words) + didYouMean(text, words);
     set(text);
     return {};
   };
-  CLI::Option* option = add(name, join(words, "|"), help, use);
+  CLI::Option* option = add(name, joined(words, "|"), help, use);
   texts_.options.back().words = words;
   return option;
 }

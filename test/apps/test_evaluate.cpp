@@ -596,8 +596,6 @@ TEST(Evaluate, refusesWhatCannotBeMeasured)
     EXPECT_THROW(measured(sound, against(mesh)), pcl::mrf::InvalidInput);
   }
   EvaluationInput input;
-  input.cloud = {Vector3d::Constant(std::nan(""))};
-  EXPECT_THROW(measured(sound, input), pcl::mrf::InvalidInput);
   input.cloud = {Vector3d::Zero()};
   EXPECT_THROW(measured(sound, input), pcl::mrf::InvalidInput) << "a single point has no diagonal";
 }
