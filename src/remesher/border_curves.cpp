@@ -45,31 +45,34 @@ float squaredDistance(const Vector3f& p, const Vector3f& start, const Vector3f& 
 
 } // namespace
 
-BorderCurves::BorderCurves(HalfEdgeMesh& mesh, float maxShift, const std::function<bool(Vector3f&)>& onSurface)
+BorderCurves::BorderCurves(const std::vector<Vector3f>& positions, const std::vector<std::int32_t>& next,
+                           float maxShift, const OnSurface& onSurface, std::vector<double>& places)
 {
-  for (std::int32_t start = 0; start < mesh.vertexCount(); ++start) {
-    if (mesh.outgoing[start] < 0 || !mesh.onBoundary(start))
+  for (std::size_t start = 0; start < next.size(); ++start) {
+    if (next[start] < 0)
       continue;
-    if (mesh.places.empty())
-      mesh.places.assign(mesh.positions.size(), -1);
-    if (mesh.places[start] < 0)
-      addLoop(mesh, start, maxShift, onSurface);
+    if (places.empty())
+      places.assign(positions.size(), -1);
+    if (places[start] >= 0)
+      continue;
+    std::vector<std::int32_t> loop(1, static_cast<std::int32_t>(start));
+    while (next[loop.back()] != loop.front())
+      loop.push_back(next[loop.back()]);
+    addLoop(positions, loop, maxShift, onSurface, places);
   }
 }
 
-void BorderCurves::addLoop(HalfEdgeMesh& mesh, std::int32_t start, float maxShift,
-                           const std::function<bool(Vector3f&)>& onSurface)
+void BorderCurves::addLoop(const std::vector<Vector3f>& positions, const std::vector<std::int32_t>& loop,
+                           float maxShift, const OnSurface& onSurface, std::vector<double>& places)
 {
-  std::vector<Vector3f> positions;
-  std::vector<std::int32_t> vertices;
-  for (std::int32_t v = start; vertices.empty() || v != start; v = mesh.target(mesh.outgoing[v])) {
-    vertices.push_back(v);
-    positions.push_back(mesh.positions[v]);
-  }
-  std::vector<Vector3f> course = smoothed(positions, maxShift);
+  std::vector<Vector3f> own;
+  own.reserve(loop.size());
+  for (const std::int32_t v : loop)
+    own.push_back(positions[v]);
+  std::vector<Vector3f> course = smoothed(own, maxShift);
   for (std::size_t n = 0; n < course.size(); ++n)
     if (!onSurface(course[n]))
-      course[n] = positions[n];
+      course[n] = own[n];
   course.push_back(course.front());
 
   firstNodes_.push_back(nodes_.size());
@@ -80,8 +83,8 @@ void BorderCurves::addLoop(HalfEdgeMesh& mesh, std::int32_t start, float maxShif
       place += std::max((course[n] - course[n - 1]).norm(), 1e-3f * maxShift);
     starts_.push_back(place);
     nodes_.push_back(course[n]);
-    if (n < vertices.size())
-      mesh.places[vertices[n]] = place;
+    if (n < loop.size())
+      places[loop[n]] = place;
   }
 }
 

@@ -24,10 +24,21 @@ class BorderCurves {
 public:
   BorderCurves() = default;
 
-  /// Sets mesh.places, of vertices off the border to −1; leaves it empty if there is no border.
+  /// Moves a position to the surface; \return false if it cannot
+  using OnSurface = std::function<bool(Eigen::Vector3f&)>;
+
+  /// \param next of each vertex of the border the one that follows, −1 for the others
   /// \param maxShift of a border vertex by smoothing, cloud's unit
-  /// \param onSurface moves a position to the surface; \return false if it cannot
-  BorderCurves(HalfEdgeMesh& mesh, float maxShift, const std::function<bool(Eigen::Vector3f&)>& onSurface);
+  /// \param places set, of vertices off the border to −1; stays empty if there is no border
+  BorderCurves(const std::vector<Eigen::Vector3f>& positions, const std::vector<std::int32_t>& next, float maxShift,
+               const OnSurface& onSurface, std::vector<double>& places);
+
+  /// The same for a mesh and its places.
+  BorderCurves(HalfEdgeMesh& mesh, float maxShift, const OnSurface& onSurface)
+      : BorderCurves(mesh.positions, mesh.nextOnBorders(), maxShift, onSurface, mesh.places)
+  {}
+
+  bool empty() const { return nodes_.empty(); }
 
   Eigen::Vector3f at(double place) const;
 
@@ -45,8 +56,8 @@ private:
     std::size_t first, last; ///< nodes; the last one is where the first is
   };
 
-  void addLoop(HalfEdgeMesh& mesh, std::int32_t start, float maxShift,
-               const std::function<bool(Eigen::Vector3f&)>& onSurface);
+  void addLoop(const std::vector<Eigen::Vector3f>& positions, const std::vector<std::int32_t>& loop, float maxShift,
+               const OnSurface& onSurface, std::vector<double>& places);
   std::size_t nodeBefore(double place) const;
   Loop loopOf(double place) const;
   double lengthOn(const Loop& loop, double from, double to) const;

@@ -129,6 +129,8 @@ HalfEdgeMesh::Room HalfEdgeMesh::makeRoom(std::int32_t splits)
   grow(sizing, vertices, 1.f);
   if (!places.empty())
     grow(places, vertices, -1.);
+  if (!numbers.empty())
+    grow(numbers, vertices, -1);
   grow(regions, vertices, std::uint16_t{0});
   grow(outgoing, vertices, -1);
   grow(valence, vertices, 0);
@@ -213,6 +215,15 @@ std::int32_t HalfEdgeMesh::previousOnBorder(std::int32_t vertex) const
   std::int32_t last = -1;
   forOutgoing(vertex, [&](std::int32_t h) { last = h; });
   return opposite(last);
+}
+
+std::vector<std::int32_t> HalfEdgeMesh::nextOnBorders() const
+{
+  std::vector<std::int32_t> result(positions.size(), -1);
+  for (std::int32_t v = 0; v < vertexCount(); ++v)
+    if (outgoing[v] >= 0 && onBoundary(v))
+      result[v] = nextOnBorder(v);
+  return result;
 }
 
 void HalfEdgeMesh::collapse(std::int32_t h)
@@ -365,6 +376,8 @@ void HalfEdgeMesh::compact(Execution& execution)
   reorder(sizing, same);
   if (!places.empty())
     reorder(places, same);
+  if (!numbers.empty())
+    reorder(numbers, same);
   reorder(valence, same);
   reorder(outgoing, renumber);
   const std::int32_t vertices = regionSize(vertexCount());

@@ -38,6 +38,8 @@ struct HalfEdgeMesh {
   std::vector<double> places; ///< on the BorderCurves; empty if there are none
   /// Pieces of the surface that what changes the mesh works on concurrently, by vertex: as compact() cuts them.
   std::vector<std::uint16_t> regions;
+  /// Of a part of a mesh: numbers that vertices have there which must stay, −1 for the others. Empty: it is no part.
+  std::vector<std::int32_t> numbers;
   std::vector<std::int32_t> outgoing; ///< −1: removed, or in no triangle
   std::vector<std::int32_t> valence;  ///< edges of a vertex
   std::vector<std::int32_t> origin;   ///< −1 in removed triangles
@@ -107,6 +109,8 @@ struct HalfEdgeMesh {
   /// \pre the vertex is on the boundary
   std::int32_t nextOnBorder(std::int32_t vertex) const { return target(outgoing[vertex]); }
   std::int32_t previousOnBorder(std::int32_t vertex) const;
+  /// The next one on the border of each vertex that is there, −1 for the others.
+  std::vector<std::int32_t> nextOnBorders() const;
 
   /// Room for a vertex and two triangles, and for more after them: of one for each split to be made, as long as none is
   /// they count as removed.

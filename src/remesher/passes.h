@@ -8,6 +8,7 @@
 /// made nor removed.
 #pragma once
 
+#include "mesh/mesh_topology.h"
 #include "remesher/remeshed_surface.h"
 
 #include <pcl/surface/mrf/execution.h>
@@ -15,10 +16,14 @@
 namespace pcl {
 namespace mrf {
 
-/// Before the first round: lowers the mesh's sizing until edges aimed at get longer by a fifth of the way along the
+/// Before the first round: normals of the surface, where that has none those of the triangles.
+void setNormals(RemeshedSurface& surface, Execution& execution);
+
+/// Before the first round: lowers the sizing of a mesh until edges aimed at get longer by a fifth of the way along the
 /// surface at most, so that triangles between long and short ones stay nearly equilateral.
 /// \param targetEdge where the sizing is 1, cloud's unit, > 0
-void limitGrowth(HalfEdgeMesh& mesh, float targetEdge, Execution& execution);
+void limitGrowth(const TriangleMesh& mesh, const VertexCorners& corners, float targetEdge, EdgeSizing& sizing,
+                 Execution& execution);
 
 /// Before the first round: vertices of different parts of the border at one place, where trimming left two fans that
 /// touch, move a little into their own fans, as far as their triangles allow.

@@ -25,6 +25,12 @@ constexpr float squared(float value)
   return value * value;
 }
 
+/// True if a triangle runs against the surface's normals.
+inline bool isFold(const TriangleShape& shape)
+{
+  return !shape.isSliver() && shape.cosine < 0;
+}
+
 /// Where a vertex is, or may go to.
 struct Site {
   Corner corner;

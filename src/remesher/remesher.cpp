@@ -2,13 +2,14 @@
 #include "remesher/remesher.h"
 
 #include "base/loops.h"
-#include "base/select_values.h"
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
 #include "options/validation.h"
 #include "remesher/former_vertices.h"
 #include "remesher/intersection_watch.h"
+#include "remesher/parts.h"
 #include "remesher/passes.h"
+#include "remesher/piece.h"
 #include "remesher/relaxation.h"
 #include "remesher/remeshed_surface.h"
 #include "remesher/triangle_surface.h"
@@ -19,7 +20,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -32,105 +32,44 @@ namespace {
 using Eigen::Vector3f;
 
 constexpr std::int64_t vertexGrain = 2048;
-/// Angle by which the surface may turn along an edge: with more, ears and claws get shorter and edges of the shape
-/// blunter with every round; with less, triangles on rough clouds are less even.
-constexpr float maxAngle = .8f;
-
-float medianEdge(const RemeshedSurface& surface)
-{
-  std::vector<float> lengths;
-  for (std::int32_t h = 0; h < surface.mesh.halfEdgeCount(); ++h)
-    if (surface.mesh.represents(h))
-      lengths.push_back(surface.squaredLength(h));
-  return std::sqrt(median(std::move(lengths)));
-}
-
-/// How many equilateral triangles there would be, all edges as long as their target.
-double expectedTriangles(const RemeshedSurface& surface)
-{
-  double sum = 0;
-  for (std::int32_t h = 0; h < surface.mesh.halfEdgeCount(); h += 3) {
-    const double target = (surface.targetOf(h) + surface.targetOf(h + 1) + surface.targetOf(h + 2)) / 3;
-    sum += .5 * surface.cross(h).norm() / (.25 * std::sqrt(3.0) * target * target);
-  }
-  return sum;
-}
-
-/// Aims at shorter edges if there would be too few triangles to choose from.
-void shortenFor(std::int64_t triangles, RemeshedSurface& surface)
-{
-  constexpr double spare = 1.25;
-  const double share = expectedTriangles(surface) / (spare * static_cast<double>(triangles));
-  surface.targetEdge *= static_cast<float>(std::min(1.0, std::sqrt(share)));
-}
-
-/// A tiny target edge would ask for more half-edges than 32 bits can count.
-void checkSize(const RemeshedSurface& surface)
-{
-  const float target = surface.targetEdge;
-  const double triangles = expectedTriangles(surface);
-  const double limit = 5e8;
-  if (triangles > limit) {
-    std::ostringstream message;
-    message << "remesher.targetEdge = " << target << " would give about " << triangles << " triangles; at least "
-            << target * std::sqrt(triangles / limit) << " is needed";
-    throw ResourceLimit(message.str());
-  }
-}
-
-/// Those of the surface, where that has none those of the triangles.
-void setNormals(RemeshedSurface& surface, Execution& execution)
-{
-  HalfEdgeMesh& mesh = surface.mesh;
-  forEachPolling<std::int32_t>(execution, mesh.vertexCount(), vertexGrain, [&](std::int32_t v) {
-    Vector3f sum = Vector3f::Zero();
-    mesh.forOutgoing(v, [&](std::int32_t h) { sum += surface.cross(h); });
-    mesh.normals[v] = surface.level.normalAt(mesh.positions[v], sum.normalized());
-  });
-}
 
 /// Pins triangles that run against the surface's normals, but for slivers. Sheets are closer to each other there than
-/// the field's gradients tell apart: what the passes make of them intersects, so that rounds have to be repeated. Where
-/// most of a mesh is such triangles they are not pinned.
+/// the field's gradients tell apart: what the passes make of them intersects, so that rounds have to be repeated.
 void pinFolds(RemeshedSurface& surface)
 {
-  constexpr double mostPinned = .05;
   HalfEdgeMesh& mesh = surface.mesh;
   std::vector<std::int32_t> folds;
-  for (std::int32_t h = 0; h < mesh.halfEdgeCount(); h += 3) {
-    const TriangleShape shape = surface.shape(h);
-    if (!shape.isSliver() && shape.cosine < 0)
+  for (std::int32_t h = 0; h < mesh.halfEdgeCount(); h += 3)
+    if (isFold(surface.shape(h)))
       folds.push_back(h / 3);
-  }
-  if (3 * static_cast<double>(folds.size()) > mostPinned * mesh.halfEdgeCount())
-    return;
   for (const std::int32_t t : folds)
     for (const std::int32_t v : mesh.triangle(t))
       mesh.pinned[v] = 1;
 }
 
-/// The mesh without vertices that are in no triangle, and all that the passes read of it but for the borders' curves.
-RemeshedSurface prepared(const TriangleMesh& mesh, const ReferenceSurface& level, const EdgeSizing& sizing,
-                         const RemesherOptions& options, Execution& execution)
+/// The piece without vertices that are in no triangle, and all that the passes read of it but for the curves of a whole
+/// mesh.
+RemeshedSurface prepared(const MeshPiece& piece, const RemeshPlan& plan, const ReferenceSurface& level,
+                         Execution& execution)
 {
-  RemeshedSurface surface(mesh, level, execution);
+  RemeshedSurface surface(piece.mesh, level, execution);
   execution.poll();
-  const float median = medianEdge(surface);
-  surface.targetEdge = options.targetEdge > 0 ? options.targetEdge : median;
-  if (!sizing.empty() && options.targetEdge == 0) {
-    surface.mesh.sizing = sizing;
-    limitGrowth(surface.mesh, surface.targetEdge, execution);
+  surface.targetEdge = plan.targetEdge;
+  surface.maxTurn = plan.maxTurn;
+  HalfEdgeMesh& mesh = surface.mesh;
+  if (!piece.sizing.empty())
+    mesh.sizing = piece.sizing;
+  if (!piece.numbers.empty()) {
+    mesh.numbers = piece.numbers;
+    mesh.places = piece.places;
+    surface.curves = plan.curves;
+    std::transform(mesh.numbers.begin(), mesh.numbers.end(), mesh.pinned.begin(),
+                   [](std::int32_t number) { return static_cast<std::uint8_t>(number >= 0 ? 1 : 0); });
   }
-  // Edges that are to be longer than they are have to pass by details.
-  surface.maxTurn = squared(maxAngle * std::max(1.f, surface.targetEdge / median));
-  if (options.triangles > 0)
-    shortenFor(options.triangles, surface);
-  checkSize(surface);
-  execution.poll();
-  surface.mesh.compact(execution);
+  mesh.compact(execution);
   execution.poll();
   setNormals(surface, execution);
-  if (surface.targetEdge <= median) // small triangles must not stay among large ones
+  if (plan.pinsFolds)
     pinFolds(surface);
   return surface;
 }
@@ -139,18 +78,20 @@ RemeshedSurface prepared(const TriangleMesh& mesh, const ReferenceSurface& level
 class Remesher {
 public:
   /// \param watched where to look for intersections after each round
-  Remesher(const TriangleMesh& mesh, const ReferenceSurface& level, const EdgeSizing& sizing,
-           const RemesherOptions& options, IntersectionWatch::Place watched, Execution& execution)
-      : options_(options), execution_(execution), surface_(prepared(mesh, level, sizing, options, execution)),
+  Remesher(RemeshedSurface surface, const RemesherOptions& options, IntersectionWatch::Place watched,
+           Execution& execution)
+      : options_(options), execution_(execution), surface_(std::move(surface)),
         watch_(watched, surface_.mesh, surface_.targetEdge, execution)
   {}
 
   /// \return nothing if triangles intersect where they were not expected to
-  std::optional<RemeshResult> run()
+  std::optional<RemeshedPiece> run()
   {
-    surface_.result.intersectingBefore = watch_.countIntersecting(surface_.mesh, execution_);
-    partBorders(surface_);
-    smoothBorders();
+    if (surface_.mesh.numbers.empty()) {
+      surface_.result.intersectingBefore = watch_.countIntersecting(surface_.mesh, execution_);
+      partBorders(surface_);
+      smoothBorders();
+    }
     for (int round = 0; round < options_.rounds && runRound(); ++round)
       execution_.progress(static_cast<double>(round + 1) / options_.rounds);
     if (options_.fit)
@@ -164,13 +105,7 @@ private:
   void smoothBorders()
   {
     Poller poll(execution_);
-    surface_.curves = BorderCurves(surface_.mesh, surface_.level.maxStep(), [&](Vector3f& position) {
-      poll();
-      const std::optional<Corner> reached = surface_.level.trace(position);
-      if (reached)
-        position = reached->position;
-      return reached.has_value();
-    });
+    surface_.curves = BorderCurves(surface_.mesh, surface_.level.maxStep(), surfaceFinder(surface_.level, poll));
   }
 
   /// One round of all passes. Moves that made triangles intersect are taken back. \return false if no round can be made
@@ -246,16 +181,16 @@ private:
     });
   }
 
-  std::optional<RemeshResult> finished()
+  std::optional<RemeshedPiece> finished()
   {
-    RemeshResult result = surface_.result;
-    result.mesh = surface_.mesh.toTriangles();
-    result.targetEdge = surface_.targetEdge;
-    const std::vector<std::int32_t> intersecting = selfIntersectingTriangles(result.mesh, execution_);
-    result.intersecting = static_cast<std::int64_t>(intersecting.size());
-    const bool isExpected = watch_.place() == IntersectionWatch::Place::everywhere ||
-                            changeableCorners(surface_.mesh, intersecting).empty();
-    return isExpected ? std::optional<RemeshResult>(std::move(result)) : std::nullopt;
+    RemeshedPiece piece{{}, surface_.result, selfIntersectingTriangles(surface_.mesh.toTriangles(), execution_)};
+    piece.result.targetEdge = surface_.targetEdge;
+    piece.result.intersecting = static_cast<std::int64_t>(piece.intersecting.size());
+    if (watch_.place() == IntersectionWatch::Place::expected &&
+        !changeableCorners(surface_.mesh, piece.intersecting).empty())
+      return {};
+    piece.mesh = std::move(surface_.mesh);
+    return piece;
   }
 
   static constexpr int maxAttempts = 8;
@@ -270,12 +205,12 @@ private:
   bool hasRepeated_ = false; ///< a round: most of those that follow will have to be, too
 };
 
-RemeshResult remeshOn(const ReferenceSurface& level, const TriangleMesh& mesh, const EdgeSizing& sizing,
-                      const RemesherOptions& options, Execution& execution)
+RemeshResult remeshWhole(const TriangleMesh& mesh, const RemeshPlan& plan, const ReferenceSurface& level,
+                         const RemesherOptions& options, Execution& execution)
 {
-  using Place = IntersectionWatch::Place;
-  std::optional<RemeshResult> result = Remesher(mesh, level, sizing, options, Place::expected, execution).run();
-  return result ? *std::move(result) : *Remesher(mesh, level, sizing, options, Place::everywhere, execution).run();
+  RemeshedPiece piece = remeshPiece({mesh, plan.sizing, {}, {}}, plan, level, options, execution);
+  piece.result.mesh = piece.mesh.toTriangles();
+  return std::move(piece.result);
 }
 
 /// What no rounds leave.
@@ -298,8 +233,28 @@ void requireSizing(const EdgeSizing& sizing, const TriangleMesh& mesh)
 
 } // namespace
 
+void setNormals(RemeshedSurface& surface, Execution& execution)
+{
+  HalfEdgeMesh& mesh = surface.mesh;
+  forEachPolling<std::int32_t>(execution, mesh.vertexCount(), vertexGrain, [&](std::int32_t v) {
+    Vector3f sum = Vector3f::Zero();
+    mesh.forOutgoing(v, [&](std::int32_t h) { sum += surface.cross(h); });
+    mesh.normals[v] = surface.level.normalAt(mesh.positions[v], sum.normalized());
+  });
+}
+
+RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const ReferenceSurface& level,
+                          const RemesherOptions& options, Execution& execution)
+{
+  const auto runWatching = [&](IntersectionWatch::Place place) {
+    return Remesher(prepared(piece, plan, level, execution), options, place, execution).run();
+  };
+  std::optional<RemeshedPiece> result = runWatching(IntersectionWatch::Place::expected);
+  return result ? *std::move(result) : *runWatching(IntersectionWatch::Place::everywhere);
+}
+
 RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
-                    const RemesherOptions& options, Execution& execution)
+                    const RemesherOptions& options, Execution& execution, const RemeshParts& parts)
 {
   validate(options);
   requireSizing(sizing, mesh);
@@ -307,8 +262,27 @@ RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const 
     return unchanged(mesh);
   if (field.empty())
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
-  return remeshOn(ZeroLevel(field, .5f * static_cast<float>(field.lattice().spacing)), mesh, sizing, options,
-                  execution);
+  const ZeroLevel level(field, .5f * static_cast<float>(field.lattice().spacing));
+  RemeshPlan plan = planFor(mesh, level, sizing, options, execution);
+  const bool isWhole =
+      parts.triangles <= 0 || options.rounds == 0 ||
+      std::max(plan.triangles, static_cast<double>(mesh.triangles.size())) <= static_cast<double>(parts.triangles);
+  if (isWhole)
+    return remeshWhole(mesh, plan, level, options, execution);
+  RemesherOptions ofRounds = options, ofDecimation = options;
+  ofRounds.triangles = 0;
+  RemeshResult result = remeshInParts(mesh, plan, level, ofRounds, parts, execution);
+  if (options.triangles == 0)
+    return result;
+  // Which collapses cost least is only known for all of the mesh.
+  ofDecimation.rounds = 0;
+  ofDecimation.fit = false;
+  plan.sizing.clear();
+  RemeshResult decimated = remeshWhole(result.mesh, plan, level, ofDecimation, execution);
+  result.add(decimated);
+  result.mesh = std::move(decimated.mesh);
+  result.intersecting = decimated.intersecting;
+  return result;
 }
 
 RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
@@ -323,7 +297,8 @@ RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Ex
   if (!options.runs() || mesh.triangles.empty())
     return unchanged(mesh);
   const float edge = std::max(medianEdge(mesh), options.targetEdge);
-  return remeshOn(TriangleSurface(mesh, .5f * edge), mesh, {}, options, execution);
+  const TriangleSurface level(mesh, .5f * edge);
+  return remeshWhole(mesh, planFor(mesh, level, {}, options, execution), level, options, execution);
 }
 
 } // namespace mrf

@@ -19,6 +19,21 @@ struct RemeshResult : RemeshSummary {
   std::int64_t intersecting = 0;       ///< those of the result, all of them
 
   const RemeshSummary& summary() const { return *this; }
+
+  /// Adds what was done to another mesh.
+  void add(const RemeshSummary& other)
+  {
+    splits += other.splits;
+    collapses += other.collapses;
+    flips += other.flips;
+    refusedOperations += other.refusedOperations;
+  }
+};
+
+/// A large mesh may be remeshed part after part: that takes 120 bytes for each of its vertices and 150 for each
+/// triangle of a part beside it, and the whole at a time 300 for each of its vertices.
+struct RemeshParts {
+  std::int64_t triangles = 0; ///< of a part, about; 0, or as many as the mesh has and gets: it stays whole
 };
 
 /// Makes triangles nearly equilateral and of one size, on the zero level: rounds of splits, collapses, flips and
@@ -47,9 +62,11 @@ RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Ex
 /// The same with edges of other lengths around other vertices; these do not differ by more than a fifth of the way
 /// between them along the surface. RemesherOptions::targetEdge, if it is given, goes for all edges nevertheless.
 /// \param sizing relative to the target edge, from 1 on, per vertex of the mesh; empty: 1 everywhere
+/// \param parts the same surface and topology in however many parts; triangles differ. With RemesherOptions::triangles
+/// the rounds are made in parts, and the collapses after them on the whole mesh
 /// \throw std::invalid_argument if it has another length, or a size below 1 or not finite
 RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
-                    const RemesherOptions& options, Execution& execution);
+                    const RemesherOptions& options, Execution& execution, const RemeshParts& parts = {});
 
 /// Traces a position to the zero level along the (not unit-length) gradient: fourth-order Runge–Kutta, straight for the
 /// last quarter of a voxel.

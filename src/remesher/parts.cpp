@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/parts.h"
+
+#include "base/loops.h"
+#include "base/spatial_sort.h"
+#include "mesh/mesh_topology.h"
+#include "remesher/intersection_watch.h"
+#include "remesher/passes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+using Eigen::Vector3f;
+
+/// As often as a whole mesh's rounds are repeated; then a part stays as it was.
+constexpr int maxAttempts = 8;
+
+/// The numbers of an extract's vertices in the whole, after splitFans() has given some of them copies.
+std::vector<std::int32_t> numbersAfterSplitting(MeshExtract& extract)
+{
+  const std::vector<Triangle> triangles = extract.mesh.triangles;
+  splitFans(extract.mesh);
+  std::vector<std::int32_t> numbers(extract.mesh.vertices.size(), -1);
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (std::size_t i = 0; i < 3; ++i)
+      numbers[extract.mesh.triangles[t][i]] = extract.vertices[triangles[t][i]];
+  return numbers;
+}
+
+template <typename Value>
+std::vector<Value> selected(const std::vector<Value>& values, const std::vector<std::int32_t>& indices)
+{
+  std::vector<Value> result;
+  for (std::size_t n = 0; n < indices.size() && !values.empty(); ++n)
+    result.push_back(values[indices[n]]);
+  return result;
+}
+
+/// All parts of a mesh, once. What they become is added to the mesh; what it replaces stays until all is well.
+class PartsRun {
+public:
+  PartsRun(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ReferenceSurface& level,
+           const RemesherOptions& options, Execution& execution)
+      : all_(mesh), parts_(parts), plan_(plan), level_(level), options_(options), execution_(execution),
+        formerTriangles_(mesh.mesh.triangles.size()), free_(parts),
+        counts_(static_cast<std::size_t>(std::max(-1, *std::max_element(parts.begin(), parts.end())) + 1))
+  {
+    for (const Triangle& t : all_.mesh.triangles)
+      if (parts_[t[0]] != parts_[t[1]] || parts_[t[1]] != parts_[t[2]])
+        for (const std::int32_t v : t)
+          free_[v] = -1;
+    if (all_.seams.empty())
+      all_.seams = parts_;
+    for (std::size_t v = 0; v < free_.size(); ++v)
+      if (free_[v] >= 0)
+        all_.seams[v] = -1;
+  }
+
+  void run(RemeshResult& result)
+  {
+    std::vector<std::uint8_t> isToDo(counts_.size(), 1);
+    float radius = .5f * plan_.targetEdge;
+    int attempt = 0;
+    do {
+      remeshParts(isToDo);
+      isToDo = pinWhatIntersects(attempt < maxAttempts ? radius : 0);
+      radius *= 2;
+      ++attempt;
+    } while (std::count(isToDo.begin(), isToDo.end(), 1) > 0);
+    for (const RemeshSummary& own : counts_)
+      result.add(own);
+    dropWhatIsReplaced();
+  }
+
+private:
+  bool stays(const Triangle& t) const
+  {
+    return std::all_of(t.begin(), t.end(), [this](std::int32_t v) { return free_[v] < 0; });
+  }
+
+  void remeshParts(const std::vector<std::uint8_t>& isToDo)
+  {
+    for (std::int32_t& group : groups_)
+      if (group >= 0 && isToDo[group])
+        group = replaced;
+    groups_.resize(all_.mesh.triangles.size(), replaced);
+    for (std::size_t t = 0; t < formerTriangles_; ++t)
+      groups_[t] = stays(all_.mesh.triangles[t]) ? -1 : replaced;
+    std::vector<std::vector<std::int32_t>> triangles = trianglesOfParts(isToDo);
+    MeshExtractor extract(all_.mesh);
+    for (std::size_t part = 0; part < counts_.size(); ++part)
+      if (isToDo[part]) {
+        counts_[part] = RemeshSummary();
+        if (!triangles[part].empty())
+          remesh(static_cast<std::int32_t>(part), extract(std::exchange(triangles[part], {})));
+      }
+  }
+
+  /// Those around what is free, and one ring more: at no seam there is a border.
+  std::vector<std::vector<std::int32_t>> trianglesOfParts(const std::vector<std::uint8_t>& isToDo) const
+  {
+    std::vector<std::uint8_t> isNearFree(free_.size(), 0);
+    const auto forFormer = [&](const auto& body) {
+      for (std::size_t t = 0; t < formerTriangles_; ++t)
+        body(static_cast<std::int32_t>(t), all_.mesh.triangles[t]);
+    };
+    forFormer([&](std::int32_t, const Triangle& triangle) {
+      if (!stays(triangle))
+        for (const std::int32_t v : triangle)
+          isNearFree[v] = 1;
+    });
+    std::vector<std::vector<std::int32_t>> result(counts_.size());
+    forFormer([&](std::int32_t t, const Triangle& triangle) {
+      for (const std::int32_t v : triangle) {
+        const std::int32_t part = isNearFree[v] ? parts_[v] : -1;
+        if (part >= 0 && isToDo[part] && (result[part].empty() || result[part].back() != t))
+          result[part].push_back(t);
+      }
+    });
+    return result;
+  }
+
+  void remesh(std::int32_t part, MeshExtract extract)
+  {
+    std::vector<std::int32_t> numbers = numbersAfterSplitting(extract);
+    MeshPiece piece{extract.mesh, selected(all_.sizing, numbers), {}, selected(all_.places, numbers)};
+    for (std::int32_t& v : numbers)
+      v = free_[v] == part ? -1 : v;
+    piece.numbers = std::move(numbers);
+    const RemeshedPiece result = remeshPiece(piece, plan_, level_, options_, execution_);
+    counts_[part] = result.result;
+    add(result, part);
+  }
+
+  /// Adds what is new of a part.
+  void add(const RemeshedPiece& piece, std::int32_t part)
+  {
+    const HalfEdgeMesh& mesh = piece.mesh;
+    std::vector<std::int32_t> numbers = mesh.numbers;
+    for (std::size_t v = 0; v < numbers.size(); ++v) {
+      if (numbers[v] >= 0)
+        continue;
+      numbers[v] = static_cast<std::int32_t>(all_.mesh.vertices.size());
+      all_.mesh.vertices.push_back(mesh.positions[v]);
+      all_.seams.push_back(-1);
+      if (!all_.sizing.empty())
+        all_.sizing.push_back(mesh.sizing[v]);
+      if (!all_.places.empty())
+        all_.places.push_back(mesh.places[v]);
+    }
+    for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t) {
+      const Triangle own = mesh.triangle(t);
+      if (std::all_of(own.begin(), own.end(), [&](std::int32_t v) { return mesh.numbers[v] >= 0; }))
+        continue;
+      if (std::binary_search(piece.intersecting.begin(), piece.intersecting.end(), t))
+        known_.push_back(static_cast<std::int32_t>(groups_.size()));
+      groups_.push_back(part);
+      all_.mesh.triangles.push_back({numbers[own[0]], numbers[own[1]], numbers[own[2]]});
+    }
+  }
+
+  /// Takes vertices around triangles of a part that intersect what the part does not know of from what is free.
+  /// \param radius 0: all of the part's \return which parts are to be made once more
+  std::vector<std::uint8_t> pinWhatIntersects(float radius)
+  {
+    std::vector<Vector3f> centers;
+    std::vector<std::uint8_t> isToDo(counts_.size(), 0);
+    for (const std::int32_t t : intersectingInGroups(all_.mesh, groups_, Pairs::acrossGroups, execution_)) {
+      if (groups_[t] < 0 || std::binary_search(known_.begin(), known_.end(), t))
+        continue;
+      isToDo[groups_[t]] = 1;
+      for (const std::int32_t v : all_.mesh.triangles[t])
+        centers.push_back(all_.mesh.vertices[v]);
+    }
+    if (centers.empty())
+      return isToDo;
+    std::vector<std::uint8_t> isPinned(all_.mesh.vertices.size(), 0);
+    if (radius > 0)
+      pinAround(centers, radius, all_.mesh.vertices, isPinned);
+    const std::vector<std::uint8_t> isConcerned = isToDo;
+    for (std::size_t v = 0; v < free_.size(); ++v)
+      if (free_[v] >= 0 && (isPinned[v] || (radius == 0 && isConcerned[free_[v]]))) {
+        isToDo[free_[v]] = 1;
+        free_[v] = -1;
+      }
+    return isToDo;
+  }
+
+  void dropWhatIsReplaced()
+  {
+    std::vector<Triangle>& triangles = all_.mesh.triangles;
+    std::vector<std::int32_t> number(all_.mesh.vertices.size(), -1);
+    std::size_t count = 0;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      if (groups_[t] != replaced) {
+        triangles[count++] = triangles[t];
+        for (const std::int32_t v : triangles[t])
+          number[v] = 0;
+      }
+    triangles.resize(count);
+    count = 0;
+    for (std::size_t v = 0; v < number.size(); ++v)
+      if (number[v] == 0)
+        number[v] = static_cast<std::int32_t>(count++);
+    const auto drop = [&](auto& values) {
+      for (std::size_t v = 0; v < values.size(); ++v)
+        if (number[v] >= 0)
+          values[number[v]] = values[v];
+      values.resize(std::min(count, values.size()));
+    };
+    drop(all_.mesh.vertices);
+    drop(all_.sizing);
+    drop(all_.places);
+    drop(all_.seams);
+    for (Triangle& t : triangles)
+      for (std::int32_t& v : t)
+        v = number[v];
+  }
+
+  static constexpr std::int32_t replaced = noGroup;
+
+  PartedMesh& all_;
+  const PartNumbers& parts_;
+  const RemeshPlan& plan_;
+  const ReferenceSurface& level_;
+  const RemesherOptions& options_;
+  Execution& execution_;
+  const std::size_t formerTriangles_;
+  PartNumbers free_;                 ///< parts of the vertices that may move
+  std::vector<std::int32_t> groups_; ///< parts of the triangles; −1: they stay
+  std::vector<std::int32_t> known_;  ///< triangles that intersect within their part, ascending
+  std::vector<RemeshSummary> counts_;
+};
+
+/// partBorders() for a whole mesh, by what is around the vertices that it is about.
+void partBordersOf(TriangleMesh& mesh, const RemeshPlan& plan, const ReferenceSurface& level, Execution& execution)
+{
+  const auto isBefore = [&](std::int32_t v, std::int32_t w) {
+    const Vector3f &p = mesh.vertices[v], &q = mesh.vertices[w];
+    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+  };
+  std::vector<std::int32_t> border;
+  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+    if (plan.nextOnBorder[v] >= 0)
+      border.push_back(static_cast<std::int32_t>(v));
+  std::sort(border.begin(), border.end(), isBefore);
+  std::vector<std::uint8_t> isShared(mesh.vertices.size(), 0);
+  for (std::size_t n = 1; n < border.size(); ++n)
+    if (!isBefore(border[n - 1], border[n]))
+      isShared[border[n - 1]] = isShared[border[n]] = 1;
+  std::vector<std::int32_t> triangles;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (std::any_of(mesh.triangles[t].begin(), mesh.triangles[t].end(), [&](std::int32_t v) { return isShared[v]; }))
+      triangles.push_back(static_cast<std::int32_t>(t));
+  if (triangles.empty())
+    return;
+  MeshExtract around = MeshExtractor(mesh)(triangles);
+  const std::vector<std::int32_t> numbers = numbersAfterSplitting(around);
+  RemeshedSurface surface(around.mesh, level, execution);
+  setNormals(surface, execution);
+  partBorders(surface);
+  for (std::size_t v = 0; v < numbers.size(); ++v)
+    if (isShared[numbers[v]])
+      mesh.vertices[numbers[v]] = surface.mesh.positions[v];
+}
+
+/// Vertices along a space-filling curve, triangles by the first of theirs.
+TriangleMesh alongCurve(const TriangleMesh& mesh, Execution& execution)
+{
+  const std::vector<std::uint32_t> order =
+      spatialOrder(mesh.vertices, std::vector<std::uint8_t>(mesh.vertices.size(), 1), execution);
+  std::vector<std::int32_t> number(order.size());
+  for (std::size_t n = 0; n < order.size(); ++n)
+    number[order[n]] = static_cast<std::int32_t>(n);
+  TriangleMesh result;
+  result.vertices.reserve(order.size());
+  for (const std::uint32_t v : order)
+    result.vertices.push_back(mesh.vertices[v]);
+  const auto firstOf = [&](const Triangle& t) { return std::min({number[t[0]], number[t[1]], number[t[2]]}); };
+  std::vector<std::int32_t> place(order.size() + 1, 0);
+  for (const Triangle& t : mesh.triangles)
+    ++place[firstOf(t) + 1];
+  for (std::size_t n = 0; n < order.size(); ++n)
+    place[n + 1] += place[n];
+  result.triangles.resize(mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    result.triangles[place[firstOf(t)]++] = {number[t[0]], number[t[1]], number[t[2]]};
+  return result;
+}
+
+} // namespace
+
+void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ReferenceSurface& level,
+                 const RemesherOptions& options, RemeshResult& result, Execution& execution)
+{
+  PartsRun(mesh, parts, plan, level, options, execution).run(result);
+}
+
+RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const ReferenceSurface& level,
+                           const RemesherOptions& options, const RemeshParts& parts, Execution& execution)
+{
+  const auto triangles = static_cast<double>(mesh.triangles.size()), partSize = static_cast<double>(parts.triangles);
+  // A triangle takes half a vertex.
+  const auto largest = [](double count) { return std::max<std::int64_t>(static_cast<std::int64_t>(count / 2), 1); };
+  PartedMesh now{{mesh.vertices, mesh.triangles, {}, {}, {}, {}}, std::move(plan.sizing), {}, {}};
+  for (Vector3f& p : now.mesh.vertices)
+    if (!p.allFinite())
+      p.setZero(); // in no triangle; what is no number cannot be sorted
+  const PartNumbers boxes =
+      cutIntoBoxes(now.mesh.vertices, largest(partSize * std::min(1., triangles / plan.triangles)));
+  const auto countIntersecting = [&](const TriangleMesh& whole, const auto& groupOf) {
+    std::vector<std::int32_t> groups(whole.triangles.size());
+    for (std::size_t t = 0; t < groups.size(); ++t)
+      groups[t] = groupOf(t);
+    return static_cast<std::int64_t>(intersectingInGroups(whole, groups, Pairs::all, execution).size());
+  };
+  RemeshResult result;
+  result.targetEdge = plan.targetEdge;
+  result.intersectingBefore = countIntersecting(mesh, [&](std::size_t t) { return boxes[mesh.triangles[t][0]]; });
+
+  partBordersOf(now.mesh, plan, level, execution);
+  Poller poll(execution);
+  plan.curves =
+      BorderCurves(now.mesh.vertices, plan.nextOnBorder, level.maxStep(), surfaceFinder(level, poll), now.places);
+  now.mesh.vertices.reserve(now.mesh.vertices.size() + static_cast<std::size_t>(.55 * plan.triangles));
+  now.mesh.triangles.reserve(now.mesh.triangles.size() + static_cast<std::size_t>(1.1 * plan.triangles));
+  const auto remeshAll = [&](const PartNumbers& numbers) {
+    remeshParts(now, numbers, plan, level, options, result, execution);
+  };
+  execution.beginStep(0, .7); // what strips take, about
+  remeshAll(boxes);
+  for (double done = .7; *std::max_element(now.seams.begin(), now.seams.end()) >= 0; done += .5 * (1 - done)) {
+    execution.beginStep(done, .5 * (1 + done));
+    remeshAll(stripsAlong(now.seams, now.mesh.triangles, largest(partSize)));
+  }
+  result.mesh = alongCurve(std::exchange(now, {}).mesh, execution);
+  result.intersecting = countIntersecting(result.mesh, [&](std::size_t t) {
+    return static_cast<std::int32_t>(t / static_cast<std::size_t>(parts.triangles));
+  });
+  return result;
+}
+
+} // namespace mrf
+} // namespace pcl

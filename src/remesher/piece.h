@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief Remeshing a whole mesh, or a part of it with what is around that.
+#pragma once
+
+#include "base/loops.h"
+#include "remesher/half_edge_mesh.h"
+#include "remesher/plan.h"
+#include "remesher/remesher.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// A mesh, and what is known of its vertices; all empty: nothing.
+struct MeshPiece {
+  const TriangleMesh& mesh;
+  EdgeSizing sizing;
+  /// Of a part, \see HalfEdgeMesh::numbers. Vertices that may move have all their neighbors, and those that are joined
+  /// to them all their triangles.
+  std::vector<std::int32_t> numbers;
+  std::vector<double> places; ///< of a part, on the plan's curves
+};
+
+struct RemeshedPiece {
+  HalfEdgeMesh mesh;                      ///< without gaps
+  RemeshResult result;                    ///< without mesh
+  std::vector<std::int32_t> intersecting; ///< triangles, ascending
+};
+
+/// Moves positions to the surface, if it is near.
+inline BorderCurves::OnSurface surfaceFinder(const ReferenceSurface& level, Poller& poll)
+{
+  return [&](Eigen::Vector3f& position) {
+    poll();
+    const std::optional<Corner> reached = level.trace(position);
+    if (reached)
+      position = reached->position;
+    return reached.has_value();
+  };
+}
+
+/// Runs all passes. A part comes out with the vertices that have numbers where they were, and the triangles between
+/// these.
+RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const ReferenceSurface& level,
+                          const RemesherOptions& options, Execution& execution);
+
+} // namespace mrf
+} // namespace pcl
