@@ -99,6 +99,7 @@ private:
         counts_[part] = RemeshSummary();
         if (!triangles[part].empty())
           remesh(static_cast<std::int32_t>(part), extract(std::exchange(triangles[part], {})));
+        execution_.progress(static_cast<double>(part + 1) / static_cast<double>(counts_.size()));
       }
   }
 

@@ -93,7 +93,8 @@ public:
       smoothBorders();
     }
     for (int round = 0; round < options_.rounds && runRound(); ++round)
-      execution_.progress(static_cast<double>(round + 1) / options_.rounds);
+      if (surface_.mesh.numbers.empty()) // a part is itself a share of what there is to do
+        execution_.progress(static_cast<double>(round + 1) / options_.rounds);
     if (options_.fit)
       fit();
     if (options_.triangles > 0)

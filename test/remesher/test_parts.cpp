@@ -18,6 +18,7 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -314,6 +315,18 @@ TEST(RemeshParts, StopsWhereverItAsks)
   RemesherOptions options;
   options.rounds = 2;
   expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, {}, options, execution, {400}); });
+}
+
+TEST(RemeshParts, ProgressRisesPartByPart)
+{
+  const DistanceField field = shapes::field(shapes::torus(.6, .25), halfSide, voxels);
+  std::set<double> fractions;
+  Execution execution(1, [&](const std::string&, double fraction) {
+    fractions.insert(fraction);
+    return true;
+  });
+  remesh(zeroLevel(field), field, {}, {}, execution, {500});
+  EXPECT_GT(std::distance(fractions.begin(), fractions.lower_bound(.69)), 8) << "of ten parts and more";
 }
 
 TEST(RemeshParts, RefusesBadMeshes)
