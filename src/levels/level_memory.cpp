@@ -38,9 +38,6 @@ constexpr double bytesPerRow = 40;
 /// What tiles keep of each unknown: what it was changed by, and then the field.
 constexpr double bytesPerUnknownOfTiles = 16;
 
-/// Of each point while those of a cell are merged before there are samples of each: the order of the points by cells.
-constexpr double bytesPerMergedPoint = 24;
-
 /// Bytes per observed voxel of a band: the observation, packed weights and targets of all grids, confidences.
 constexpr double bytesPerObservedInBand = 53;
 
@@ -199,8 +196,7 @@ double tiledBytes(const GridSize& lattice, double side, const Workload& workload
   before.points = std::min(workload.points, mergedPerFace * faces / 4);
   const double finest = finestBandBytes(unknowns, workload.points, size.z, mostTiles(size.z)) + sweep +
                         bytesPerRow * size.y * size.z + sizeof(PointSample) * before.points;
-  return std::max({finest, bytesPerMergedPoint * workload.points + sizeof(PointSample) * before.points,
-                   bandBytes(lattice.coarsened(), 2 * side, before, bands - 1, threads)});
+  return std::max(finest, bandBytes(lattice.coarsened(), 2 * side, before, bands - 1, threads));
 }
 
 } // namespace

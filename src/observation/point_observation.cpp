@@ -211,6 +211,24 @@ private:
   Eigen::Array3f last_;
 };
 
+/// The samples of a coarser lattice. Those of a large cloud are merged piece by piece first: the points' order takes as
+/// much memory as they do.
+template <typename SampleAt>
+std::vector<PointSample> mergedInPieces(std::size_t count, const SampleAt& sampleAt, float side, Execution& execution)
+{
+  constexpr std::size_t pieceSize = std::size_t{1} << 22;
+  if (count <= pieceSize)
+    return mergedSamples(count, sampleAt, side, execution);
+  std::vector<PointSample> parts;
+  for (std::size_t begin = 0; begin < count; begin += pieceSize) {
+    const std::vector<PointSample> piece = mergedSamples(
+        std::min(pieceSize, count - begin), [&](std::size_t s) -> PointSample { return sampleAt(begin + s); }, side,
+        execution);
+    parts.insert(parts.end(), piece.begin(), piece.end());
+  }
+  return mergedSamples(parts.size(), placeIn(parts), side, execution);
+}
+
 } // namespace
 
 std::vector<PointSample> toSamples(const PointsOnLattice& seen, Execution& execution)
@@ -228,7 +246,7 @@ std::vector<PointSample> toSamplesByCells(const PointsOnLattice& seen, Execution
 
 std::vector<PointSample> toMergedSamples(const PointsOnLattice& seen, float side, Execution& execution)
 {
-  return mergedSamples(seen.size(), SampleMaker(seen), side, execution);
+  return mergedInPieces(seen.size(), SampleMaker(seen), side, execution);
 }
 
 std::vector<PointSample> samplesOfFinest(const PointsOnLattice& seen, Execution& execution)
@@ -251,7 +269,7 @@ std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, cons
 std::vector<PointSample> toCoarsenedSamples(const PointsOnLattice& seen, const Lattice& coarse, float side,
                                             Execution& execution)
 {
-  return mergedSamples(seen.size(), OnCoarser(SampleMaker(seen), seen.lattice, coarse), side, execution);
+  return mergedInPieces(seen.size(), OnCoarser(SampleMaker(seen), seen.lattice, coarse), side, execution);
 }
 
 std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, Execution& execution)

@@ -270,6 +270,19 @@ void trimMesh(Reconstruction& result, const Support& support, float diagonal, co
   report.meshBeforeRemeshing = report.mesh;
 }
 
+/// Parts that take no more than the limit, if the mesh as a whole would take more. (Measured, see src/method.md.)
+RemeshParts partsWithin(double limit, const TriangleMesh& mesh)
+{
+  constexpr double bytesPerVertex = 300, bytesPerVertexInParts = 120, bytesPerTriangleOfPart = 150;
+  constexpr double least = 50000; // with less most of a part is its seams
+  const auto vertices = static_cast<double>(mesh.vertices.size());
+  RemeshParts parts;
+  if (bytesPerVertex * vertices > limit)
+    parts.triangles =
+        static_cast<std::int64_t>(std::max(least, (limit - bytesPerVertexInParts * vertices) / bytesPerTriangleOfPart));
+  return parts;
+}
+
 /// Remeshes if it was asked for, and counts triangles that intersect others.
 void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOptions& options, Execution& execution)
 {
@@ -277,7 +290,8 @@ void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOp
   if (options.remesher.runs()) {
     const StageTimer timer("remesher", report, execution);
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
-    RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution);
+    const RemeshParts parts = partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh);
+    RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution, parts);
     result.mesh = std::move(remeshed.mesh);
     setVertexFields(result, true, support, options, execution);
     report.remesher = remeshed.summary();

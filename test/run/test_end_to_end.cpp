@@ -364,6 +364,27 @@ TEST(Invariance, CoarseInputIsWarnedOf)
   EXPECT_EQ(run.report.mesh.components, 1);
 }
 
+TEST(Invariance, ShortMemory)
+{
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .014);
+  pcl::mrf::Options options;
+  options.multiscale.voxelSize = .014f;
+  options.multiscale.denseVoxels = 1 << 15;
+  const Outcome whole = reconstruct(points, options);
+  ASSERT_EQ(whole.report.levels.back().tiles, 1);
+  options.multiscale.maxMemory = static_cast<std::size_t>(.8 * static_cast<double>(whole.report.predictedBytes));
+  const Outcome tiled = reconstruct(points, options);
+  EXPECT_GT(tiled.report.levels.back().tiles, 1);
+  EXPECT_TRUE(tiled.report.mesh.closed());
+  EXPECT_EQ(tiled.report.mesh.eulerCharacteristic, whole.report.mesh.eulerCharacteristic);
+  EXPECT_EQ(tiled.report.mesh.components, 1);
+  EXPECT_EQ(tiled.report.intersecting, 0);
+  // Remeshed in parts, which ends with other vertices.
+  EXPECT_NE(tiled.mesh.vertices.size(), whole.mesh.vertices.size());
+  EXPECT_LT(hausdorff(tiled.mesh, whole.mesh), .1 * .014);
+  EXPECT_NEAR(tiled.report.mesh.meanQuality, whole.report.mesh.meanQuality, .01);
+}
+
 TEST(Invariance, Scale)
 {
   const TriangleMesh& expected = lopsidedRun().mesh;

@@ -199,7 +199,7 @@ struct MultiscaleOptions {
   float voxelSize = 0;       ///< voxel side of the finest level h, cloud's unit; 0 = by the quality
   int padding = 0;           ///< voxels of the finest level around the points' box, 2..100; 0 = the least, 6, around a
                              ///< box with room beside openings, see volume.h
-  std::size_t maxMemory = 0; ///< bytes the levels may take, in tiles if need be; 0 = 80 % of what is free
+  std::size_t maxMemory = 0; ///< bytes the levels, and then the remesher, may take; 0 = 80 % of what is free
   /// Levels of more voxels than this are solved in a band around the zero level that the coarser one predicts, the
   /// others everywhere; ≥ 0, 0 = 2^22, or 350 per point where that is less, but at least 2^18. Other solvers than
   /// multigrid, and Energy::paper, always solve everywhere.
