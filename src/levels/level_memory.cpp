@@ -225,7 +225,7 @@ Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior
 
 bool mayBeTiled(const Workload& workload, int bands)
 {
-  return bands > 1 && workload.reach == 0;
+  return bands > 1 && workload.reach == 0 && workload.solver.maxIterations <= 1;
 }
 
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,

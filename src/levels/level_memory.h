@@ -20,7 +20,8 @@ int mostTiles(int planes);
 /// That of a cloud observed at its points, with the solver to be set. \param spacing l̄, cloud's unit
 Workload workloadOf(std::size_t points, float spacing, const PriorOptions& prior);
 
-/// Whether a finest level can be solved in tiles. \param bands up to it
+/// Whether a finest level can be solved in tiles: points are observed, and a single step is taken.
+/// \param bands up to it, of which it is not the first
 bool mayBeTiled(const Workload& workload, int bands);
 
 /// Peak bytes of solving a box with voxels of this side at the finest level, beside what is held before; infinite if it

@@ -516,8 +516,11 @@ private:
 
   int mostTilesOfFinest() const
   {
-    const bool mayBe = options_.observation.atPoints() && lattices_.size() - denseLevels_ > 1;
-    return mayBe ? mostTiles(lattices_.back().size.z) : 1;
+    Workload workload;
+    workload.solver = options_.solver;
+    workload.reach = options_.observation.atPoints() ? 0 : maxDistance_;
+    const auto bands = static_cast<int>(lattices_.size() - denseLevels_);
+    return mayBeTiled(workload, bands) ? mostTiles(lattices_.back().size.z) : 1;
   }
 
   /// \throw ResourceLimit if what a level's unknowns foretell of the finest one's is too much

@@ -46,7 +46,6 @@ PackedValues cut(const VoxelSet& set, const PackedValues& values, int first, int
 /// Where a tile is. Grids have a margin around their lattice: plane z of the tile's grid is plane z + the first of its
 /// lattice on the whole grid.
 struct TilePlace {
-  Planes ownCoarse;    ///< of the coarser lattice
   Planes coarse, fine; ///< of both lattices, with the halo
   Planes own;          ///< of the tile's grid on the finest level
 };
@@ -153,7 +152,6 @@ private:
   TilePlace placeOf(const Planes& own) const
   {
     TilePlace place;
-    place.ownCoarse = own;
     place.coarse = {std::max(own.begin - tileHalo / 2, 0), std::min(own.end + tileHalo / 2, coarse_.lattice.size.z)};
     place.fine = {firstChild(place.coarse.begin), firstChild(place.coarse.end)};
     // The margin belongs to the tiles at the ends.

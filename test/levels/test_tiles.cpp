@@ -32,6 +32,8 @@ public:
     return regularize({&points_, search_.get(), boundingBox(points_.positions)}, spacing_, options_, execution, tiles);
   }
 
+  void setSteps(int steps) { options_.solver.maxIterations = steps; }
+
 private:
   OrientedPoints points_;
   std::unique_ptr<NeighborSearch> search_;
@@ -129,4 +131,12 @@ TEST(Tiles, DoNotDependOnTheNumberOfThreads)
   TiledRun run(shapes::sample(shapes::torus(1, .4), 1.6, .016), .016f);
   const MultiscaleResult one = run.solve(3), more = run.solve(3, 3);
   forNear(one.field, more.field, [&](double here, double there) { ASSERT_EQ(here, there); });
+}
+
+TEST(Tiles, AreForASingleStep)
+{
+  TiledRun run(shapes::sample(shapes::torus(1, .4), 1.6, .03), .03f);
+  EXPECT_EQ(run.solve(2).levels.back().tiles, 2);
+  run.setSteps(2);
+  EXPECT_EQ(run.solve(2).levels.back().tiles, 1);
 }
