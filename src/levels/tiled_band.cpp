@@ -120,7 +120,7 @@ private:
   /// The fields of the tiles' own planes. \return whether the coarser level has missed a sheet
   bool continueTiles(std::vector<TileValues>& fields)
   {
-    RimCounts rim;
+    RimCounts counts;
     std::vector<TileVoxels> found;
     for (std::size_t n = 0; n < places_.size(); ++n) {
       const TilePlace& place = places_[n];
@@ -130,13 +130,13 @@ private:
           {ownPlanes(place, field.support), cut(field.support, field.values, place.own.begin, place.own.count())});
       const VoxelSet solved = zeroLevelAtData(field, place.own.begin, place.own.end, execution_);
       const RimCounts own = rimCounts(field.unknowns, solved, execution_);
-      rim.zeroLevel += own.zeroLevel;
-      rim.touching += own.touching;
-      rim.beyond += own.beyond;
+      counts.zeroLevel += own.zeroLevel;
+      counts.touching += own.touching;
+      counts.beyond += own.beyond;
       found.push_back(ownPlanes(place, united(foundBefore(place), solved, execution_)));
     }
     found_ = std::move(found);
-    return rim.missSheet();
+    return counts.missSheet();
   }
 
   const Lattice& fine() const { return level_.points.lattice; }

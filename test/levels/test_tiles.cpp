@@ -55,12 +55,12 @@ void forNear(const DistanceField& here, const DistanceField& there, const std::f
 }
 
 /// The field in tiles is that of the whole level.
-void expectSame(const PointSet& points, float spacing)
+void expectSame(const PointSet& points, float spacing, int most = 7)
 {
   TiledRun run(points, spacing);
   const MultiscaleResult whole = run.solve(1);
   ASSERT_EQ(whole.levels.back().tiles, 1);
-  for (const int tiles : {2, 30}) {
+  for (const int tiles : {2, most}) {
     const MultiscaleResult tiled = run.solve(tiles);
     const LevelReport& finest = tiled.levels.back();
     EXPECT_EQ(finest.tiles, tiles);
@@ -69,13 +69,13 @@ void expectSame(const PointSet& points, float spacing)
     EXPECT_EQ(finest.solve.iterations, whole.levels.back().solve.iterations);
     EXPECT_NEAR(finest.solve.remainingChange, whole.levels.back().solve.remainingChange, .05);
     std::int64_t near = 0;
-    double most = 0;
+    double largest = 0;
     forNear(whole.field, tiled.field, [&](double here, double there) {
       ++near;
-      most = std::max(most, std::abs(here - there));
+      largest = std::max(largest, std::abs(here - there));
     });
     EXPECT_GT(near, 10000);
-    EXPECT_LT(most, 1e-3) << tiles << " tiles";
+    EXPECT_LT(largest, 1e-3) << tiles << " tiles";
   }
 }
 
@@ -88,21 +88,21 @@ TEST(Tiles, AreTheWholeLevel)
 
 TEST(Tiles, MayBeNarrowerThanAHole)
 {
-  // A capsule of which 44 planes show nothing: of some tiles and their halos all.
+  // A capsule of which 40 planes show nothing: of some tiles and their halos all.
   const auto capsule = [](const Eigen::Vector3d& x) {
     return (x - Eigen::Vector3d(0, 0, std::clamp(x.z(), -1., 1.))).norm() - .5;
   };
-  const PointSet points = shapes::filter(shapes::sample(capsule, 1.6, .01),
-                                         [](const Eigen::Vector3f& p) { return std::abs(p.z()) > .44f; });
-  const DistanceField field = TiledRun(points, .01f).solve(1).field;
+  const PointSet points = shapes::filter(shapes::sample(capsule, 1.6, .0125),
+                                         [](const Eigen::Vector3f& p) { return std::abs(p.z()) > .5f; });
+  const DistanceField field = TiledRun(points, .0125f).solve(1).field;
   ASSERT_LT(field.sampleDistance({.2f, 0, 0}), 0);
   ASSERT_GT(field.sampleDistance({.9f, 0, 0}), 0) << "nothing fills the hole";
-  expectSame(points, .01f);
+  expectSame(points, .0125f, 30);
 }
 
 TEST(Tiles, MayHaveASheetAlongACut)
 {
-  // A box whose walls across z lie in planes of the lattice: cuts of the first tile are close to one of them.
+  // Sheets across z, one of them in a plane of the lattice.
   const auto box = [](const Eigen::Vector3d& x) {
     const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(.6, .6, .9);
     return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
