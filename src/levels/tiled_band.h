@@ -8,9 +8,8 @@
 namespace pcl {
 namespace mrf {
 
-/// Planes of the finest level around a tile that are solved with it. On six clouds, a street and Kinect frames among
-/// them, in 3 to 9 tiles, the surface is 10⁻⁵ voxels RMS from that of the whole level, .013 at most, and with 32 the
-/// same.
+/// Planes of the finest level around a tile that are solved with it. On seven clouds in 3 to 9 tiles the surface is
+/// less than 10⁻⁵ voxels RMS from that of the whole level, .0002 at most; on two of them 32 were no better.
 constexpr int tileHalo = 16;
 
 /// The finest level of a run, and what it observes.
