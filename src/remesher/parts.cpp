@@ -321,6 +321,7 @@ RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const Refe
       groups[t] = groupOf(t);
     return static_cast<std::int64_t>(intersectingInGroups(whole, groups, Pairs::all, execution).size());
   };
+  plan.pinsFolds = plan.pinsFolds && hasFewFolds(mesh, level, execution);
   RemeshResult result;
   result.targetEdge = plan.targetEdge;
   result.intersectingBefore = countIntersecting(mesh, [&](std::size_t t) { return boxes[mesh.triangles[t][0]]; });

@@ -107,11 +107,11 @@ void checkSize(const RemeshPlan& plan)
   }
 }
 
-/// Where most of a mesh is triangles that run against the surface's normals these are not pinned.
-bool hasFewFolds(const TriangleMesh& mesh, const VertexCorners& corners, const ReferenceSurface& level,
-                 Execution& execution)
+} // namespace
+
+bool hasFewFolds(const TriangleMesh& mesh, const ReferenceSurface& level, Execution& execution)
 {
-  constexpr double mostPinned = .05;
+  const VertexCorners corners = groupCorners(mesh);
   std::vector<Vector3f> normals(mesh.vertices.size(), Vector3f::Zero());
   forEachPolling<std::int32_t>(execution, mesh.vertices.size(), planGrainOfVertices, [&](std::int32_t v) {
     Vector3f sum = Vector3f::Zero();
@@ -133,13 +133,11 @@ bool hasFewFolds(const TriangleMesh& mesh, const VertexCorners& corners, const R
                               }
                             });
   const auto count = static_cast<double>(std::accumulate(folds.begin(), folds.end(), std::int64_t{0}));
-  return count <= mostPinned * static_cast<double>(mesh.triangles.size());
+  return count <= mostFolds * static_cast<double>(mesh.triangles.size());
 }
 
-} // namespace
-
-RemeshPlan planFor(const TriangleMesh& mesh, const ReferenceSurface& level, const EdgeSizing& sizing,
-                   const RemesherOptions& options, Execution& execution)
+RemeshPlan planFor(const TriangleMesh& mesh, const EdgeSizing& sizing, const RemesherOptions& options,
+                   Execution& execution)
 {
   RemeshPlan plan;
   const VertexCorners corners = groupCorners(mesh);
@@ -160,7 +158,7 @@ RemeshPlan planFor(const TriangleMesh& mesh, const ReferenceSurface& level, cons
   checkSize(plan);
   execution.poll();
   // Small triangles must not stay among large ones.
-  plan.pinsFolds = plan.targetEdge <= median && hasFewFolds(mesh, corners, level, execution);
+  plan.pinsFolds = plan.targetEdge <= median;
   return plan;
 }
 

@@ -21,17 +21,23 @@ struct RemeshPlan {
   float targetEdge = 0;   ///< where the sizing is 1, cloud's unit
   float maxTurn = 0;      ///< for triangles to be made \see TriangleShape::turn
   double triangles = 0;   ///< equilateral ones that there would be, all edges as long as their target
-  bool pinsFolds = false; ///< whether triangles that run against the surface's normals stay
+  bool pinsFolds = false; ///< whether triangles that run against the surface's normals stay, if they are few
   EdgeSizing sizing;      ///< of the mesh's vertices; empty: 1 everywhere
   /// Of each vertex on the border the one that follows, −1 for the others.
   std::vector<std::int32_t> nextOnBorder;
   BorderCurves curves; ///< for parts only: a whole mesh has its own
 };
 
+/// Share of triangles that run against the surface's normals above which they are not pinned.
+constexpr double mostFolds = .05;
+
+/// Whether they are no more.
+bool hasFewFolds(const TriangleMesh& mesh, const ReferenceSurface& level, Execution& execution);
+
 /// \throw InvalidInput if the mesh is not oriented and manifold
 /// \throw ResourceLimit if the target edge asks for more triangles than can be indexed
-RemeshPlan planFor(const TriangleMesh& mesh, const ReferenceSurface& level, const EdgeSizing& sizing,
-                   const RemesherOptions& options, Execution& execution);
+RemeshPlan planFor(const TriangleMesh& mesh, const EdgeSizing& sizing, const RemesherOptions& options,
+                   Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

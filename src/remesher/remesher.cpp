@@ -42,6 +42,9 @@ void pinFolds(RemeshedSurface& surface)
   for (std::int32_t h = 0; h < mesh.halfEdgeCount(); h += 3)
     if (isFold(surface.shape(h)))
       folds.push_back(h / 3);
+  const bool isWhole = mesh.numbers.empty(); // for parts the plan tells
+  if (isWhole && 3 * static_cast<double>(folds.size()) > mostFolds * mesh.halfEdgeCount())
+    return;
   for (const std::int32_t t : folds)
     for (const std::int32_t v : mesh.triangle(t))
       mesh.pinned[v] = 1;
@@ -264,7 +267,7 @@ RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const 
   if (field.empty())
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
   const ZeroLevel level(field, .5f * static_cast<float>(field.lattice().spacing));
-  RemeshPlan plan = planFor(mesh, level, sizing, options, execution);
+  RemeshPlan plan = planFor(mesh, sizing, options, execution);
   const bool isWhole =
       parts.triangles <= 0 || options.rounds == 0 ||
       std::max(plan.triangles, static_cast<double>(mesh.triangles.size())) <= static_cast<double>(parts.triangles);
@@ -299,7 +302,7 @@ RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Ex
     return unchanged(mesh);
   const float edge = std::max(medianEdge(mesh), options.targetEdge);
   const TriangleSurface level(mesh, .5f * edge);
-  return remeshWhole(mesh, planFor(mesh, level, {}, options, execution), level, options, execution);
+  return remeshWhole(mesh, planFor(mesh, {}, options, execution), level, options, execution);
 }
 
 } // namespace mrf
