@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Installs library, headers, tools, the CMake package and the pkg-config file, as components: library, development, tools,
-# experiments and python, which are Python, and what is under the GPL: cholesky by CHOLMOD, evaluation by the CGAL packages in
-# its tool.
+# experiments and python, which are Python, mpi, which needs MPI, and what is under the GPL: cholesky by CHOLMOD, evaluation by
+# the CGAL packages in its tool.
 include(CMakePackageConfigHelpers)
 
 set(MRF_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pcl_mrf_reconstruction)
@@ -10,9 +10,11 @@ install(TARGETS pcl_mrf EXPORT pcl_mrf_reconstruction
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT library)
-if(TARGET mrf_cholesky) # where the library finds it: beside itself
-  install(TARGETS mrf_cholesky LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT cholesky)
-endif()
+foreach(module cholesky mpi) # where the library finds them: beside itself
+  if(TARGET mrf_${module})
+    install(TARGETS mrf_${module} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${module})
+  endif()
+endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development
   FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
 # The tools find the library beside them, wherever the tree is moved; in the system's own place it is found anyway.
@@ -34,12 +36,12 @@ endif()
 
 # What a static library leaves to its users to link; a shared one has it inside.
 get_target_property(MRF_LIBRARY_TYPE pcl_mrf TYPE)
-set(MRF_NEEDS_THREADS OFF)
+set(MRF_IS_STATIC OFF)
 set(MRF_PKG_CONFIG_LIBS)
 if(MRF_LIBRARY_TYPE STREQUAL "STATIC_LIBRARY")
-  set(MRF_NEEDS_THREADS ON)
+  set(MRF_IS_STATIC ON)
   string(APPEND MRF_PKG_CONFIG_LIBS " -pthread")
-  foreach(library ${CMAKE_DL_LIBS})
+  foreach(library boost_serialization ${CMAKE_DL_LIBS})
     string(APPEND MRF_PKG_CONFIG_LIBS " -l${library}")
   endforeach()
 endif()

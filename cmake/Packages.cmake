@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # The target package: Debian packages of the components; see packages.sh, which configures for it.
-if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr" OR NOT BUILD_SHARED_LIBS OR NOT MRF_BUILD_APPS OR NOT MRF_BUILD_CHOLESKY)
+if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr" OR NOT BUILD_SHARED_LIBS OR NOT MRF_BUILD_APPS OR NOT MRF_BUILD_CHOLESKY
+   OR NOT MRF_BUILD_MPI)
   return() # the packages are of a build whose files belong there
 endif()
 
@@ -22,7 +23,7 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS # whatever the umask says
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
-set(CPACK_COMPONENTS_ALL library cholesky development tools evaluation experiments)
+set(CPACK_COMPONENTS_ALL library cholesky mpi development tools evaluation experiments)
 if(MRF_BUILD_PYTHON) # whose module is of one version of Python
   list(APPEND CPACK_COMPONENTS_ALL python)
   math(EXPR MRF_NEXT_PYTHON "${Python3_VERSION_MINOR} + 1")
@@ -46,6 +47,8 @@ field with a Markov random field (Paulsen, Baerentzen, Larsen 2010).")
 set(MRF_DESCRIPTION_library "This package has the shared library.")
 set(MRF_DESCRIPTION_cholesky "This package has CHOLMOD for the solver cholesky, which the library loads when it
 is asked for. It is under the GPL, which the library is not.")
+set(MRF_DESCRIPTION_mpi "This package has message passing by MPI, which the library loads where mpirun has
+started several processes.")
 set(MRF_DESCRIPTION_development "This package has headers, a CMake package and a pkg-config file.")
 set(MRF_DESCRIPTION_tools "This package has the programs that reconstruct a scan and that simulate one.")
 set(MRF_DESCRIPTION_evaluation "This package has the program that measures meshes. It is built with CGAL, and so
@@ -54,6 +57,7 @@ set(MRF_DESCRIPTION_experiments "This package has the experiments of the paper, 
 set(MRF_DESCRIPTION_python "This package has the module pcl_mrf for Python and numpy.")
 set(MRF_SECTION_library libs)
 set(MRF_SECTION_cholesky libs)
+set(MRF_SECTION_mpi libs)
 set(MRF_SECTION_development libdevel)
 set(MRF_SECTION_tools graphics)
 set(MRF_SECTION_evaluation graphics)
@@ -62,7 +66,8 @@ set(MRF_SECTION_python python)
 # With the reference BLAS it takes twelve times as long.
 set(CPACK_DEBIAN_CHOLESKY_PACKAGE_DEPENDS libopenblas0)
 set(CPACK_DEBIAN_CHOLESKY_PACKAGE_ENHANCES ${MRF_PACKAGE_library})
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS ${MRF_PACKAGE_cholesky})
+set(CPACK_DEBIAN_MPI_PACKAGE_ENHANCES ${MRF_PACKAGE_library})
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS "${MRF_PACKAGE_cholesky}, ${MRF_PACKAGE_mpi}")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "${MRF_PACKAGE_library} (= ${PROJECT_VERSION}), libpcl-dev, libeigen3-dev")
 set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_DEPENDS "python3, python3-numpy, python3-scipy, python3-matplotlib")

@@ -35,11 +35,12 @@ for other in $(needed "$library"); do
   libpcl_common.so* | libpcl_kdtree.so* | libpcl_search.so*) ;;
   libpcl_features.so*) # .03 s of every start: where there is OpenMP, PCL's normals are compiled in
     ! needed "$library" | grep -q libgomp || fail "$library needs $other" ;;
+  libboost_serialization.so*) ;;
   libstdc++.so* | libc++.so* | libm.so* | libgcc_s.so* | libc.so* | libdl.so* | libgomp.so* | ld-linux*) ;;
   *) fail "$library needs $other" ;;
   esac
 done
-if ldd "$library" | grep -iE 'cholmod|suitesparse|cgal|gmp|mpfr|vtk'; then
+if ldd "$library" | grep -iE 'cholmod|suitesparse|cgal|gmp|mpfr|vtk|libmpi'; then
   fail "$library loads these"
 fi
 

@@ -215,6 +215,11 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
   });
   parser.group("Run");
   parser.declared("threads");
+  CLI::Option* const work = parser.file(
+      "--work-directory", "FOLDER", command.workDirectory,
+      "keep there what parts of a large run have come to until it is done, for --resume; started by mpirun, "
+      "the run shares these parts with all ranks");
+  parser.flag("--resume", command.isResumed, "go on with the run whose results are in --work-directory")->needs(work);
   parser.flag("--progress", command.hasProgress, "tell the progress also where standard error is no terminal");
   CLI::Option* verbose = parser.flag("-v,--verbose", parsed.isVerbose, "print all there is to know");
   parser.flag("-q,--quiet", parsed.isQuiet, "print errors and warnings only")->excludes(verbose);

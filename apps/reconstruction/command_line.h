@@ -3,6 +3,7 @@
 /// \brief The command line of pcl_mrf_reconstruction.
 #pragma once
 
+#include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/options.h>
 
 #include <Eigen/Core>
@@ -31,8 +32,12 @@ struct Command {
   std::string sensorsFile, viewsFile;
   std::string camera; ///< of pictures, as wrongCamera accepts it; empty: the default
   Verbosity verbosity = Verbosity::normal;
-  bool hasProgress = false; ///< to be told also where standard error is no terminal
-  std::string information;  ///< text of --help or its like; if set, the rest is not
+  std::string workDirectory; ///< of results of parts of the run; empty: none are kept
+  bool isResumed = false;
+  pcl::mrf::TaskRunner* ranks = nullptr;      ///< that mpirun has started
+  pcl::mrf::TaskDirectory* results = nullptr; ///< in the work directory
+  bool hasProgress = false;                   ///< to be told also where standard error is no terminal
+  std::string information;                    ///< text of --help or its like; if set, the rest is not
 };
 
 /// Parses and checks everything that can be checked without opening a file. \throw UsageError

@@ -24,6 +24,7 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <functional>
@@ -150,6 +151,7 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
                    pcl::mrf::Report& report)
 {
   pcl::mrf::Execution execution(command.options.threads, progress);
+  execution.setTasks(command.results ? command.results : command.ranks);
   const bool isExact = !input.cloud.offset.isZero(0);
   const auto search = pcl::mrf::makeSearch(command.options.search);
   pcl::mrf::Reconstruction reconstruction;
@@ -330,6 +332,10 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
       },
       report);
   releaseFreedMemory();
+  if (command.isResumed)
+    summary.notes.push_back(std::to_string(command.results->found()) + " of " +
+                            std::to_string(command.results->found() + command.results->made()) +
+                            " parts of the run were there");
   result.shiftOfOutput = offsetOfFloats(result.mesh, job.outputFormat);
   if ((job.outputFormat == "stl" || job.outputFormat == "3mf") && !result.report.mesh.closed())
     result.report.warnings.push_back("the surface in " + job.output +
@@ -436,21 +442,55 @@ int runAll(const Command& command)
   return firstFailure;
 }
 
+/// In the work directory, if there is to be one. \throw FileError
+std::unique_ptr<pcl::mrf::TaskDirectory> keptResults(const Command& command)
+{
+  if (command.workDirectory.empty())
+    return {};
+  try {
+    return std::make_unique<pcl::mrf::TaskDirectory>(command.workDirectory, command.isResumed, command.ranks);
+  } catch (const pcl::mrf::FileError& error) {
+    throw FileError(error.what());
+  }
+}
+
 /// Reads, reconstructs, writes and prints the summary, job by job. A job that fails leaves no output behind.
 /// Of several jobs a failure is told on standard error, and the others are done.
 /// \return the exit status of the first job that failed, of several, or 0
 /// \throw FileError, UsageError, pcl::mrf::Error if the only job fails, or if nothing can be done
-int run(const Command& command)
+int run(const Command& given, pcl::mrf::TaskRunner* ranks)
 {
+  Command command = given;
+  command.ranks = ranks;
+  const std::unique_ptr<pcl::mrf::TaskDirectory> results = keptResults(command);
+  command.results = results.get();
   if (!command.jobs.front().picture.empty())
     requireDisplay();
   // From here on there are temporary files to remove.
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
-  if (!command.outputDirectory.empty())
-    return runAll(command);
-  runAlone(command);
-  return exitDone;
+  int status = exitDone;
+  if (command.outputDirectory.empty())
+    runAlone(command);
+  else
+    status = runAll(command);
+  if (results && status == exitDone)
+    results->remove();
+  return status;
+}
+
+/// Whether mpirun has started this process.
+bool isRank()
+{
+  return std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr;
+}
+
+int runRank(int argc, char** argv)
+{
+  std::unique_ptr<pcl::mrf::TaskRunner> ranks;
+  if (isRank() && !(ranks = pcl::mrf::tasksOfRanks()))
+    return exitDone; // another rank has run
+  return runOrTell(parseCommandLine(argc, argv), [&](const Command& command) { return run(command, ranks.get()); });
 }
 
 } // namespace
@@ -458,6 +498,5 @@ int run(const Command& command)
 
 int main(int argc, char** argv)
 {
-  return mrf_apps::toolMain(mrf_apps::toolName, mrf_apps::memoryAdvice,
-                            [&] { return mrf_apps::runOrTell(mrf_apps::parseCommandLine(argc, argv), mrf_apps::run); });
+  return mrf_apps::toolMain(mrf_apps::toolName, mrf_apps::memoryAdvice, [&] { return mrf_apps::runRank(argc, argv); });
 }

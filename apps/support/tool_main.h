@@ -17,8 +17,8 @@ namespace mrf_apps {
 int toolMain(const std::string& name, const std::string& memoryAdvice, const std::function<int()>& tool);
 
 /// Runs a command, or prints what was asked for instead, such as a help. \return the exit status
-template <typename Command>
-int runOrTell(const Command& command, int (*run)(const Command&))
+template <typename Command, typename Run>
+int runOrTell(const Command& command, const Run& run)
 {
   if (command.information.empty())
     return run(command);

@@ -207,6 +207,13 @@ public:
 
   std::size_t bytes() const;
 
+  /// For Boost's archives.
+  template <typename Archive>
+  void serialize(Archive& archive, unsigned)
+  {
+    (void)(archive & size_ & runs_ & rowBegin_ & planeFirst_ & likeFirst_ & largestPlane_ & bottom_ & top_);
+  }
+
 private:
   /// \param pieceSize planes that one fill gets
   void build(GridSize size, const std::function<Fill()>& makeFill, int roundUpTo, int pieceSize, Execution& execution);

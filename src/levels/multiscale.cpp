@@ -17,6 +17,7 @@
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
 #include "solver/linear_system.h"
+#include "tiles/do_task.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -245,6 +246,7 @@ public:
     // The coarsest level is always dense.
     while (denseLevels_ > firstLevel_ + 1 && lattices_[denseLevels_ - 1].size.count() > options_.multiscale.denseVoxels)
       --denseLevels_;
+    isTiled_ = isTiled_ || (execution_.tasks() && static_cast<double>(points_->size()) > unknownsPerTask);
     isTiled_ = mostTilesOfFinest() > 1 && (tiles_ > 0 ? tiles_ > 1 : isTiled_);
     if (options_.observation.atPoints())
       takeSamples();
@@ -531,12 +533,15 @@ private:
                  lattices_.back().spacing, limit());
   }
 
-  /// As few tiles as fit into the memory; if it is more than one, the finest level's samples are made tile by tile.
+  /// As few tiles as fit into the memory, or as suit tasks; if it is more than one, the finest level's samples are made
+  /// tile by tile.
   int tilesOfFinest()
   {
     const double unknowns = finestUnknowns(next_ - 1, static_cast<double>(band_.unknowns.count()));
     const int most = mostTilesOfFinest();
     int tiles = isTiled_ ? std::max(tiles_, 2) : 1;
+    if (isTiled_ && tiles_ == 0 && execution_.tasks())
+      tiles = std::clamp(static_cast<int>(std::ceil(unknowns / unknownsPerTask)), tiles, most);
     while (tiles_ == 0 && tiles < most && finestBytes(unknowns, tiles) > limit())
       ++tiles;
     if (tiles > 1)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "levels/tiled_band.h"
 
+#include "levels/tile_task.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -28,14 +30,6 @@ Lattice cut(const Lattice& lattice, const Planes& planes)
   result.size.z = planes.count();
   result.origin.z() += lattice.spacing * planes.begin;
   return result;
-}
-
-/// Planes of a set, on a grid that begins with plane `first` of the set's.
-VoxelSet cut(const VoxelSet& set, int first, int count, Execution& execution)
-{
-  const GridSize size{set.size().x, set.size().y, count};
-  return VoxelSet(
-      size, [&](int z, MaskPlane& mask) { set.rasterize(z + first, mask); }, 0, execution);
 }
 
 PackedValues cut(const VoxelSet& set, const PackedValues& values, int first, int count)
@@ -100,10 +94,14 @@ private:
     changes_.clear();
     observed_.clear();
     report_.observed = 0;
-    for (const TilePlace& place : places_) {
-      solveTile(place);
-      execution_.progress(.8 * static_cast<double>(changes_.size()) / static_cast<double>(places_.size()));
-    }
+    const auto count = static_cast<int>(places_.size());
+    pcl::mrf::solveTiles(
+        count, [this](int n) { return inputOf(places_[static_cast<std::size_t>(n)]); },
+        [&](int n, TileResult result) {
+          keep(places_[static_cast<std::size_t>(n)], std::move(result));
+          execution_.progress(.8 * (n + 1) / count);
+        },
+        execution_);
     report_.solve.iterations += sums_.iterations;
   }
 
@@ -184,10 +182,10 @@ private:
     const int first = place.coarse.begin, count = place.coarse.count() + 2 * gridMargin;
     LevelField field;
     field.lattice = cut(coarse_.lattice, place.coarse);
-    field.unknowns = cut(coarse_.unknowns, first, count, execution_);
-    field.support = cut(coarse_.support, first, count, execution_);
+    field.unknowns = cutPlanes(coarse_.unknowns, first, count, execution_);
+    field.support = cutPlanes(coarse_.support, first, count, execution_);
     field.values = cut(coarse_.support, coarse_.values, first, count);
-    field.observed = cut(coarse_.observed, first, count, execution_);
+    field.observed = cutPlanes(coarse_.observed, first, count, execution_);
     return field;
   }
 
@@ -208,61 +206,42 @@ private:
 
   VoxelSet foundBefore(const TilePlace& place) const { return gathered(place, {0, gridOf(place).z}, found_); }
 
-  void solveTile(const TilePlace& place)
+  TileInput inputOf(const TilePlace& place) const
   {
-    const std::vector<Lattice> lattices = {cut(coarse_.lattice, place.coarse), cut(fine(), place.fine)};
-    const LevelField coarse = coarseOf(place);
+    TileInput input;
+    input.lattices = {cut(coarse_.lattice, place.coarse), cut(fine(), place.fine)};
+    input.coarse = coarseOf(place);
     const std::vector<std::uint32_t> chosen = pointsOf(place);
     PointsOnLattice seen = level_.points;
     seen.chosen = &chosen;
     seen.firstPlane = place.fine.begin;
-    const LevelSamples samples(samplesOfFinest(seen, execution_), lattices, execution_);
-    LevelObservation observation;
-    observation.samples = &samples;
-    observation.weights = level_.weights;
-    BandTile tile{place.fine.begin > 0, place.fine.end < fine().size.z, foundBefore(place), {}};
-    tile.step.begin = place.own.begin;
-    tile.step.end = place.own.end;
-    LevelReport report;
-    LevelField field =
-        solveNarrowBand({lattices, 1, observation, level_.prior, &tile}, coarse, plan_, solver_, report, execution_);
-    keepChange(place, coarse, field);
-    lengths_.push_back(tile.step.length);
-    add(tile.step, report.solve, field, place.own);
-    observed_.push_back(std::move(field.observed));
+    input.samples = samplesOfFinest(seen, execution_);
+    input.weights = level_.weights;
+    input.prior = level_.prior;
+    input.plan = plan_;
+    input.solver = solver_;
+    input.isCutBelow = place.fine.begin > 0;
+    input.isCutAbove = place.fine.end < fine().size.z;
+    input.found = foundBefore(place);
+    input.begin = place.own.begin;
+    input.end = place.own.end;
+    return input;
   }
 
-  /// Keeps what a tile's own planes have been changed by.
-  void keepChange(const TilePlace& place, const LevelField& coarse, const LevelField& field)
+  void keep(const TilePlace& place, TileResult result)
   {
-    const Planes& own = place.own;
-    TileValues change{ownPlanes(place, field.unknowns), {}};
-    change.values.resize(static_cast<std::size_t>(change.voxels.count()));
-    const PackedValues guess = interpolated(coarse, field.lattice, field.unknowns, execution_);
-    const std::int64_t before = field.unknowns.planeFirst(own.begin);
-    for (int z = own.begin; z < own.end; ++z)
-      forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
-        for (std::int64_t i = 0; i < count; ++i)
-          change.values[static_cast<std::size_t>(inner - before + i)] =
-              field.values[static_cast<std::size_t>(outer + i)] - guess[static_cast<std::size_t>(inner + i)];
-      });
-    changes_.push_back(std::move(change));
-  }
-
-  void add(const TileStep& step, const SolveReport& solve, const LevelField& field, const Planes& own)
-  {
-    const auto count = [&](const VoxelSet& set) {
-      return static_cast<double>(set.planeFirst(own.end) - set.planeFirst(own.begin));
-    };
-    const double unknowns = count(field.unknowns);
-    report_.observed += static_cast<std::int64_t>(count(field.observed));
+    changes_.push_back({{std::move(result.changed), place.fine.begin + place.own.begin}, std::move(result.change)});
+    observed_.push_back(std::move(result.observed));
+    lengths_.push_back(result.step.length);
+    report_.observed += static_cast<std::int64_t>(result.observedOf);
+    const SolveReport& solve = result.solve;
     sums_.iterations = std::max(sums_.iterations, solve.iterations);
-    sums_.decrease += step.decrease;
-    sums_.curvature += step.curvature;
-    sums_.unknowns += unknowns;
-    sums_.squaredResidual += unknowns * std::pow(solve.relativeResidual, 2);
-    sums_.squaredChange += unknowns * std::pow(solve.remainingChange, 2);
-    sums_.squaredChangeOfFillings += unknowns * std::pow(solve.remainingChangeOfFillings, 2);
+    sums_.decrease += result.step.decrease;
+    sums_.curvature += result.step.curvature;
+    sums_.unknowns += result.unknowns;
+    sums_.squaredResidual += result.unknowns * std::pow(solve.relativeResidual, 2);
+    sums_.squaredChange += result.unknowns * std::pow(solve.remainingChange, 2);
+    sums_.squaredChangeOfFillings += result.unknowns * std::pow(solve.remainingChangeOfFillings, 2);
   }
 
   void summarize()
@@ -285,7 +264,7 @@ private:
   /// Of a set on a tile's grid.
   TileVoxels ownPlanes(const TilePlace& place, const VoxelSet& set) const
   {
-    return {cut(set, place.own.begin, place.own.count(), execution_), place.fine.begin + place.own.begin};
+    return {cutPlanes(set, place.own.begin, place.own.count(), execution_), place.fine.begin + place.own.begin};
   }
 
   /// The voxels of all tiles on some planes of a tile's grid.

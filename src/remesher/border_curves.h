@@ -51,6 +51,13 @@ public:
   /// True if the curve's nodes between two places of a loop, the second one ahead, are within a distance of a segment.
   bool isNear(double from, double to, const Eigen::Vector3f& start, const Eigen::Vector3f& end, float distance) const;
 
+  /// For Boost's archives.
+  template <typename Archive>
+  void serialize(Archive& archive, unsigned)
+  {
+    (void)(archive & firstNodes_ & nodes_ & starts_);
+  }
+
 private:
   struct Loop {
     std::size_t first, last; ///< nodes; the last one is where the first is

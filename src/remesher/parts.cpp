@@ -5,6 +5,7 @@
 #include "base/spatial_sort.h"
 #include "mesh/mesh_topology.h"
 #include "remesher/intersection_watch.h"
+#include "remesher/part_task.h"
 #include "remesher/passes.h"
 
 #include <algorithm>
@@ -45,7 +46,7 @@ std::vector<Value> selected(const std::vector<Value>& values, const std::vector<
 /// All parts of a mesh, once. What they become is added to the mesh; what it replaces stays until all is well.
 class PartsRun {
 public:
-  PartsRun(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ReferenceSurface& level,
+  PartsRun(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ZeroLevel& level,
            const RemesherOptions& options, Execution& execution)
       : all_(mesh), parts_(parts), plan_(plan), level_(level), options_(options), execution_(execution),
         formerTriangles_(mesh.mesh.triangles.size()), free_(parts),
@@ -94,13 +95,24 @@ private:
       groups_[t] = stays(all_.mesh.triangles[t]) ? -1 : replaced;
     std::vector<std::vector<std::int32_t>> triangles = trianglesOfParts(isToDo);
     MeshExtractor extract(all_.mesh);
+    std::vector<std::size_t> toDo;
     for (std::size_t part = 0; part < counts_.size(); ++part)
       if (isToDo[part]) {
         counts_[part] = RemeshSummary();
         if (!triangles[part].empty())
-          remesh(static_cast<std::int32_t>(part), extract(std::exchange(triangles[part], {})));
-        execution_.progress(static_cast<double>(part + 1) / static_cast<double>(counts_.size()));
+          toDo.push_back(part);
       }
+    remeshEach(
+        static_cast<int>(toDo.size()),
+        [&](int n) {
+          const std::size_t part = toDo[static_cast<std::size_t>(n)];
+          return inputOf(static_cast<std::int32_t>(part), extract(std::exchange(triangles[part], {})));
+        },
+        [&](int n, const PartResult& result) {
+          add(result, static_cast<std::int32_t>(toDo[static_cast<std::size_t>(n)]));
+          execution_.progress((n + 1.) / static_cast<double>(toDo.size()));
+        },
+        execution_);
   }
 
   /// Those around what is free, and one ring more: at no seam there is a border.
@@ -127,39 +139,44 @@ private:
     return result;
   }
 
-  void remesh(std::int32_t part, MeshExtract extract)
+  PartInput inputOf(std::int32_t part, MeshExtract extract) const
   {
     std::vector<std::int32_t> numbers = numbersAfterSplitting(extract);
-    MeshPiece piece{extract.mesh, selected(all_.sizing, numbers), {}, selected(all_.places, numbers)};
+    PartInput input;
+    input.mesh = std::move(extract.mesh);
+    input.sizing = selected(all_.sizing, numbers);
+    input.places = selected(all_.places, numbers);
     for (std::int32_t& v : numbers)
       v = free_[v] == part ? -1 : v;
-    piece.numbers = std::move(numbers);
-    const RemeshedPiece result = remeshPiece(piece, plan_, level_, options_, execution_);
-    counts_[part] = result.result;
-    add(result, part);
+    input.numbers = std::move(numbers);
+    input.plan = plan_;
+    input.maxStep = level_.maxStep();
+    input.options = options_;
+    input.field = level_.field();
+    return input;
   }
 
   /// Adds what is new of a part.
-  void add(const RemeshedPiece& piece, std::int32_t part)
+  void add(const PartResult& result, std::int32_t part)
   {
-    const HalfEdgeMesh& mesh = piece.mesh;
-    std::vector<std::int32_t> numbers = mesh.numbers;
+    counts_[part] = result.summary;
+    std::vector<std::int32_t> numbers = result.numbers;
     for (std::size_t v = 0; v < numbers.size(); ++v) {
       if (numbers[v] >= 0)
         continue;
       numbers[v] = static_cast<std::int32_t>(all_.mesh.vertices.size());
-      all_.mesh.vertices.push_back(mesh.positions[v]);
+      all_.mesh.vertices.push_back(result.positions[v]);
       all_.seams.push_back(-1);
       if (!all_.sizing.empty())
-        all_.sizing.push_back(mesh.sizing[v]);
+        all_.sizing.push_back(result.sizing[v]);
       if (!all_.places.empty())
-        all_.places.push_back(mesh.places[v]);
+        all_.places.push_back(result.places[v]);
     }
-    for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t) {
-      const Triangle own = mesh.triangle(t);
-      if (std::all_of(own.begin(), own.end(), [&](std::int32_t v) { return mesh.numbers[v] >= 0; }))
+    for (std::size_t t = 0; t < result.triangles.size(); ++t) {
+      const Triangle& own = result.triangles[t];
+      if (std::all_of(own.begin(), own.end(), [&](std::int32_t v) { return result.numbers[v] >= 0; }))
         continue;
-      if (std::binary_search(piece.intersecting.begin(), piece.intersecting.end(), t))
+      if (std::binary_search(result.intersecting.begin(), result.intersecting.end(), static_cast<std::int32_t>(t)))
         known_.push_back(static_cast<std::int32_t>(groups_.size()));
       groups_.push_back(part);
       all_.mesh.triangles.push_back({numbers[own[0]], numbers[own[1]], numbers[own[2]]});
@@ -229,7 +246,7 @@ private:
   PartedMesh& all_;
   const PartNumbers& parts_;
   const RemeshPlan& plan_;
-  const ReferenceSurface& level_;
+  const ZeroLevel& level_;
   const RemesherOptions& options_;
   Execution& execution_;
   const std::size_t formerTriangles_;
@@ -297,13 +314,13 @@ TriangleMesh alongCurve(const TriangleMesh& mesh, Execution& execution)
 
 } // namespace
 
-void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ReferenceSurface& level,
+void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ZeroLevel& level,
                  const RemesherOptions& options, RemeshResult& result, Execution& execution)
 {
   PartsRun(mesh, parts, plan, level, options, execution).run(result);
 }
 
-RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const ReferenceSurface& level,
+RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const ZeroLevel& level,
                            const RemesherOptions& options, const RemeshParts& parts, Execution& execution)
 {
   const auto triangles = static_cast<double>(mesh.triangles.size()), partSize = static_cast<double>(parts.triangles);
@@ -330,6 +347,7 @@ RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const Refe
   Poller poll(execution);
   plan.curves =
       BorderCurves(now.mesh.vertices, plan.nextOnBorder, level.maxStep(), surfaceFinder(level, poll), now.places);
+  plan.nextOnBorder = std::vector<std::int32_t>(); // each part has a copy of the plan
   now.mesh.vertices.reserve(now.mesh.vertices.size() + static_cast<std::size_t>(.55 * plan.triangles));
   now.mesh.triangles.reserve(now.mesh.triangles.size() + static_cast<std::size_t>(1.1 * plan.triangles));
   const auto remeshAll = [&](const PartNumbers& numbers) {

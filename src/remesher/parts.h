@@ -5,6 +5,7 @@
 
 #include "remesher/part_cutting.h"
 #include "remesher/piece.h"
+#include "remesher/zero_level.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
@@ -26,12 +27,12 @@ struct PartedMesh {
 /// Remeshes each part with all else left as it is: what is joined to vertices of other parts, or of none, stays. So
 /// parts are joined by the vertices and triangles that stay, bit by bit. A part that comes to intersect another one is
 /// made once more, with what is around left as it was. \param result gets what was done added
-void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ReferenceSurface& level,
+void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& plan, const ZeroLevel& level,
                  const RemesherOptions& options, RemeshResult& result, Execution& execution);
 
 /// Remeshes in parts, then strips along their seams until no vertex is left that could not move.
 /// \param options without triangles to end with
-RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const ReferenceSurface& level,
+RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const ZeroLevel& level,
                            const RemesherOptions& options, const RemeshParts& parts, Execution& execution);
 
 } // namespace mrf

@@ -19,6 +19,8 @@ class ZeroLevel : public ReferenceSurface {
 public:
   ZeroLevel(const DistanceField& field, float maxStep) : ReferenceSurface(maxStep), field_(field) {}
 
+  const DistanceField& field() const { return field_; }
+
   /// Unit normal of the field, or the fallback where its gradient vanishes.
   Eigen::Vector3f normalAt(const Eigen::Vector3f& position, const Eigen::Vector3f& fallback) const override;
 

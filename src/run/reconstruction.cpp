@@ -22,6 +22,7 @@
 #include "run/option_resolver.h"
 #include "run/run_plan.h"
 #include "run/warnings.h"
+#include "tiles/do_task.h"
 #include "trimming/error_limit.h"
 #include "trimming/trimming.h"
 #include "trimming/watertight.h"
@@ -270,8 +271,9 @@ void trimMesh(Reconstruction& result, const Support& support, float diagonal, co
   report.meshBeforeRemeshing = report.mesh;
 }
 
-/// Parts that take no more than the limit, if the mesh as a whole would take more. (Measured, see src/method.md.)
-RemeshParts partsWithin(double limit, const TriangleMesh& mesh)
+/// Parts that take no more than the limit, if the mesh as a whole would take more (measured, see src/method.md); or
+/// such as suit tasks.
+RemeshParts partsWithin(double limit, const TriangleMesh& mesh, bool areTasks)
 {
   constexpr double bytesPerVertex = 300, bytesPerVertexInParts = 120, bytesPerTriangleOfPart = 150;
   constexpr double least = 50000; // with less most of a part is its seams
@@ -280,6 +282,8 @@ RemeshParts partsWithin(double limit, const TriangleMesh& mesh)
   if (bytesPerVertex * vertices > limit)
     parts.triangles =
         static_cast<std::int64_t>(std::max(least, (limit - bytesPerVertexInParts * vertices) / bytesPerTriangleOfPart));
+  if (areTasks && !(static_cast<double>(parts.triangles) < trianglesPerTask && parts.triangles > 0))
+    parts.triangles = static_cast<std::int64_t>(trianglesPerTask);
   return parts;
 }
 
@@ -290,7 +294,8 @@ void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOp
   if (options.remesher.runs()) {
     const StageTimer timer("remesher", report, execution);
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
-    const RemeshParts parts = partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh);
+    const RemeshParts parts =
+        partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh, execution.tasks() != nullptr);
     RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution, parts);
     result.mesh = std::move(remeshed.mesh);
     setVertexFields(result, true, support, options, execution);

@@ -3,14 +3,13 @@
 
 #include "base/arrays.h"
 #include "base/memory.h"
+#include "base/module.h"
 #include "field/prior.h"
 #include "solver/cholesky_module.h"
 #include "solver/nested_dissection.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/report.h>
-
-#include <dlfcn.h>
 
 #include <cmath>
 #include <string>
@@ -21,20 +20,11 @@ namespace {
 
 constexpr double flopsPerSecond = 2.5e10;
 
-/// The module's function: of the module beside the library, or the program it is a part of, else of one where the
-/// system looks for libraries. It stays loaded.
+/// The module's function.
 CholeskySolve* moduleFunction()
 {
   static CholeskySolve* const loaded = [] {
-    void* module = nullptr;
-    Dl_info self;
-    if (dladdr(choleskySymbol, &self) != 0) {
-      const std::string path = self.dli_fname;
-      module = dlopen((path.substr(0, path.rfind('/') + 1) + MRF_CHOLESKY_MODULE).c_str(), RTLD_NOW | RTLD_LOCAL);
-    }
-    if (module == nullptr)
-      module = dlopen(MRF_CHOLESKY_MODULE, RTLD_NOW | RTLD_LOCAL);
-    void* const found = module == nullptr ? nullptr : dlsym(module, choleskySymbol);
+    void* const found = shownByModule(MRF_CHOLESKY_MODULE, choleskySymbol);
     if (found == nullptr)
       throw SolverFailure(std::string("the solver cholesky needs ") + MRF_CHOLESKY_MODULE +
                           ", of the package " MRF_CHOLESKY_PACKAGE ", which cannot be loaded: " + dlerror() +

@@ -83,7 +83,8 @@ public:
   std::size_t bytes() const;
 
 private:
-  friend class FieldSampler; // inside the library: many reads close to each other
+  friend class FieldSampler;   // inside the library: many reads close to each other
+  friend struct FieldContents; // likewise: a field for another process
   struct OtherPieces;
 
   const DistanceField& pieceAt(const Eigen::Vector3f& position) const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Threads, progress and cancellation: the one object every stage is handed besides its input and its options.
+/// \brief Threads, progress, cancellation and tasks: the one object every stage is handed besides its input and
+/// options.
 #pragma once
 
 #include <pcl/surface/mrf/export.h>
@@ -9,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,60 @@ struct ExpectedStage {
   double seconds = 0;
 };
 
+class Execution;
+
+/// Does tasks: parts of a run that are functions of bytes to bytes, so that other processes can do them, and their
+/// results be kept. \see storedTasks, tasksOfRanks
+class PCL_MRF_EXPORT TaskRunner {
+public:
+  /// Makes the input of a task, when it is about to be done, in ascending order. None: it need not be.
+  using MakeInput = std::function<std::optional<std::string>(int task)>;
+  /// Takes a result, in ascending order; an empty one where there was no input.
+  using UseResult = std::function<void(int task, std::string result)>;
+
+  virtual ~TaskRunner() = default;
+
+  /// Does tasks of a kind. \throw what a task throws; Cancelled; ResourceLimit
+  virtual void run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
+                   Execution& execution) = 0;
+};
+
+/// Keeps results of tasks in the files of a directory: a run that was ended can go on from there. A file is named for
+/// the checksum of its task's input, and has one of its own; what does not match is done again. The files go with the
+/// runner if the run is done, \see TaskDirectory::remove.
+/// \param inner does the tasks; none: this process does, one after the other
+/// \throw FileError if the directory cannot be made, or has results of an earlier run and `resume` is not set
+class PCL_MRF_EXPORT TaskDirectory : public TaskRunner {
+public:
+  TaskDirectory(std::string directory, bool resume, TaskRunner* inner = nullptr);
+  ~TaskDirectory() override;
+
+  /// \throw ResourceLimit if a result cannot be written, or changes meanwhile
+  void run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
+           Execution& execution) override;
+
+  /// Results that were found, and that were made.
+  int found() const { return found_; }
+  int made() const { return made_; }
+
+  /// Removes the results, as nobody is going to need them any more.
+  void remove();
+
+private:
+  void note(const std::string& line);
+
+  std::string directory_;
+  TaskRunner* inner_;
+  int journal_ = -1; ///< a file, locked
+  int found_ = 0, made_ = 0;
+};
+
+/// The processes that mpirun has started: rank 0 runs, and gives tasks to all ranks.
+/// On the others the function does tasks until rank 0's runner has gone, and returns none. Ranks share the threads of
+/// rank 0's Execution with those of the same machine.
+/// \throw ResourceLimit if libpcl_mrf_mpi cannot be loaded
+PCL_MRF_EXPORT std::unique_ptr<TaskRunner> tasksOfRanks();
+
 /// A fixed set of worker threads, a progress callback and a cancellation flag.
 ///
 /// Work is cut into chunks whose bounds depend on the problem alone, never on the number of threads, and partial sums
@@ -44,6 +100,12 @@ public:
   Execution& operator=(const Execution&) = delete;
 
   int threads() const { return threads_; }
+
+  /// Has parts of a run done as tasks: the finest level in tiles, the remesher's parts. They are cut by the cloud
+  /// alone, so that results are the same bytes whoever does them. \param tasks outlives this; none: all is done here,
+  /// at once
+  void setTasks(TaskRunner* tasks) { tasks_ = tasks; }
+  TaskRunner* tasks() const { return tasks_; }
 
   /// Calls body(begin, end) on consecutive ranges of at most `grain` indices that cover [0, count).
   /// Ranges run concurrently; an exception thrown by one of them is rethrown here after all have stopped.
@@ -91,6 +153,7 @@ private:
   std::chrono::steady_clock::time_point lastCall_;
   std::unique_ptr<Run> run_; ///< none: stages are called alone
   std::unique_ptr<Workers> workers_;
+  TaskRunner* tasks_ = nullptr;
 };
 
 } // namespace mrf

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief What a distance field is made of, around a part of it, to be sent elsewhere.
+#pragma once
+
+#include "field/voxel_set.h"
+
+#include <pcl/surface/mrf/distance_field.h>
+#include <pcl/surface/mrf/execution.h>
+
+#include <Eigen/Geometry>
+
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+
+/// One piece of a field. Dense values are whole, and bands have the voxels of some rows and planes.
+struct FieldContents {
+  Lattice lattice; ///< as it is stored; that of the background is another one
+  AxisOrder axes;
+  std::vector<float> distances; ///< dense, or the background's
+  bool isBanded = false;
+  Lattice ofBackground;
+  VoxelSet band;
+  PackedValues values; ///< packed on the band
+
+  /// Those of all pieces. \param box of the recentered frame, around which they are bit by bit what they are
+  static std::vector<FieldContents> of(const DistanceField& field, const Eigen::AlignedBox3d& box,
+                                       Execution& execution);
+
+  /// A field that reads the same in the box, without confidences.
+  static DistanceField toField(std::vector<FieldContents> pieces);
+};
+
+} // namespace mrf
+} // namespace pcl

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "levels/tile_task.h"
+
+#include "tiles/tasks.h"
+
+#include <utility>
+
+BOOST_IS_BITWISE_SERIALIZABLE(pcl::mrf::PointSample)
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// What the tile's own planes have been changed by.
+void setChange(const TileInput& tile, const LevelField& field, TileResult& result, Execution& execution)
+{
+  result.changed = cutPlanes(field.unknowns, tile.begin, tile.end - tile.begin, execution);
+  result.change.resize(static_cast<std::size_t>(result.changed.count()));
+  const PackedValues guess = interpolated(tile.coarse, field.lattice, field.unknowns, execution);
+  const std::int64_t before = field.unknowns.planeFirst(tile.begin);
+  for (int z = tile.begin; z < tile.end; ++z)
+    forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
+      for (std::int64_t i = 0; i < count; ++i)
+        result.change[static_cast<std::size_t>(inner - before + i)] =
+            field.values[static_cast<std::size_t>(outer + i)] - guess[static_cast<std::size_t>(inner + i)];
+    });
+}
+
+TileResult solve(TileInput input, Execution& execution)
+{
+  if (input.plan.threads == 0)
+    input.plan.threads = execution.threads();
+  const LevelSamples samples(std::move(input.samples), input.lattices, execution);
+  LevelObservation observation;
+  observation.samples = &samples;
+  observation.weights = input.weights;
+  BandTile tile{input.isCutBelow, input.isCutAbove, std::move(input.found), {}};
+  tile.step.begin = input.begin;
+  tile.step.end = input.end;
+  LevelReport report;
+  LevelField field = solveNarrowBand({input.lattices, 1, observation, input.prior, &tile}, input.coarse, input.plan,
+                                     input.solver, report, execution);
+  const auto countOwn = [&](const VoxelSet& set) {
+    return static_cast<double>(set.planeFirst(input.end) - set.planeFirst(input.begin));
+  };
+  TileResult result;
+  setChange(input, field, result, execution);
+  result.step = tile.step;
+  result.unknowns = countOwn(field.unknowns);
+  result.observedOf = countOwn(field.observed);
+  result.observed = std::move(field.observed);
+  result.solve = std::move(report.solve);
+  return result;
+}
+
+} // namespace
+
+template <typename Archive>
+void serialize(Archive& archive, LevelField& field, unsigned)
+{
+  serializeAll(archive, field.lattice, field.unknowns, field.support, field.values, field.observed);
+}
+
+template <typename Archive>
+void serialize(Archive& archive, PointWeights& weights, unsigned)
+{
+  serializeAll(archive, weights.value, weights.gradient);
+}
+
+/// Without the threads, which are another process's own.
+template <typename Archive>
+void serialize(Archive& archive, LevelPlan& plan, unsigned)
+{
+  serializeAll(archive, plan.steps, plan.coarseGrids);
+}
+
+template <typename Archive>
+void serialize(Archive& archive, SolverOptions& options, unsigned)
+{
+  serializeAll(archive, options.method, options.maxIterations, options.changeTolerance, options.seed,
+               options.residualTolerance, options.smootherDegree, options.choleskyOnCoarsest);
+}
+
+template <typename Archive>
+void serialize(Archive& archive, TileStep& step, unsigned)
+{
+  serializeAll(archive, step.begin, step.end, step.decrease, step.curvature, step.length);
+}
+
+template <typename Archive>
+void serialize(Archive& archive, SolveReport& report, unsigned)
+{
+  serializeAll(archive, report.method, report.iterations, report.relativeResidual, report.remainingChange,
+               report.remainingChangeOfFillings, report.converged);
+}
+
+template <typename Archive>
+void serialize(Archive& archive, TileInput& tile, unsigned)
+{
+  serializeAll(archive, tile.lattices, tile.coarse, tile.samples, tile.weights, tile.prior, tile.plan, tile.solver,
+               tile.isCutBelow, tile.isCutAbove, tile.found, tile.begin, tile.end);
+}
+
+template <typename Archive>
+void serialize(Archive& archive, TileResult& result, unsigned)
+{
+  serializeAll(archive, result.changed, result.change, result.observed, result.step, result.solve, result.unknowns,
+               result.observedOf);
+}
+
+VoxelSet cutPlanes(const VoxelSet& set, int first, int count, Execution& execution)
+{
+  const GridSize size{set.size().x, set.size().y, count};
+  return VoxelSet(
+      size, [&](int z, MaskPlane& mask) { set.rasterize(z + first, mask); }, 0, execution);
+}
+
+void solveTiles(int count, const std::function<TileInput(int n)>& makeInput,
+                const std::function<void(int n, TileResult result)>& use, Execution& execution)
+{
+  forTasks<TileInput, TileResult>(tileKind, solve, count, makeInput, use, execution);
+}
+
+std::string solveTile(std::string input, Execution& execution)
+{
+  return doneAsBytes<TileInput, TileResult>(solve, std::move(input), execution);
+}
+
+} // namespace mrf
+} // namespace pcl

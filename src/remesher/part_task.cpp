@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "remesher/part_task.h"
+
+#include "field/field_contents.h"
+#include "remesher/zero_level.h"
+#include "tiles/tasks.h"
+
+#include <utility>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+/// The field is read near the surface, and vertices stay within their part: so far around it they may go astray.
+constexpr double voxelsAroundPart = 8;
+
+Eigen::AlignedBox3d boxAround(const PartInput& part)
+{
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3f& vertex : part.mesh.vertices)
+    box.extend(vertex.cast<double>());
+  const Eigen::Vector3d around = Eigen::Vector3d::Constant(voxelsAroundPart * part.field.lattice().spacing);
+  return {box.min() - around, box.max() + around};
+}
+
+PartResult remesh(PartInput input, Execution& execution)
+{
+  const ZeroLevel level(input.field, input.maxStep);
+  const MeshPiece piece{input.mesh, std::move(input.sizing), std::move(input.numbers), std::move(input.places)};
+  RemeshedPiece remeshed = remeshPiece(piece, input.plan, level, input.options, execution);
+  HalfEdgeMesh& mesh = remeshed.mesh;
+  PartResult result;
+  result.triangles.reserve(mesh.origin.size() / 3);
+  for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t)
+    result.triangles.push_back(mesh.triangle(t));
+  result.positions = std::move(mesh.positions);
+  result.numbers = std::move(mesh.numbers);
+  result.sizing = std::move(mesh.sizing);
+  result.places = std::move(mesh.places);
+  result.intersecting = std::move(remeshed.intersecting);
+  result.summary = remeshed.result;
+  return result;
+}
+
+} // namespace
+
+template <typename Archive>
+void serialize(Archive& archive, FieldContents& field, unsigned)
+{
+  serializeAll(archive, field.lattice, field.axes, field.distances, field.isBanded, field.ofBackground, field.band,
+               field.values);
+}
+
+template <typename Archive>
+void serialize(Archive& archive, RemesherOptions& options, unsigned)
+{
+  serializeAll(archive, options.rounds, options.targetEdge, options.triangles, options.fit);
+}
+
+/// What parts need of it.
+template <typename Archive>
+void serialize(Archive& archive, RemeshPlan& plan, unsigned)
+{
+  serializeAll(archive, plan.targetEdge, plan.maxTurn, plan.pinsFolds, plan.curves);
+}
+
+template <typename Archive>
+void serializeBesideField(Archive& archive, PartInput& part)
+{
+  serializeAll(archive, part.mesh.vertices, part.mesh.triangles, part.sizing, part.numbers, part.places, part.plan,
+               part.maxStep, part.options);
+}
+
+template <typename Archive>
+void save(Archive& archive, const PartInput& part, unsigned)
+{
+  Execution serial(1);
+  serializeBesideField(archive, const_cast<PartInput&>(part)); // NOLINT: the same code reads and writes
+  const std::vector<FieldContents> field = FieldContents::of(part.field, boxAround(part), serial);
+  archive << field;
+}
+
+template <typename Archive>
+void load(Archive& archive, PartInput& part, unsigned)
+{
+  serializeBesideField(archive, part);
+  std::vector<FieldContents> field;
+  archive >> field;
+  part.field = FieldContents::toField(std::move(field));
+}
+
+template <typename Archive>
+void serialize(Archive& archive, PartInput& part, unsigned version)
+{
+  boost::serialization::split_free(archive, part, version);
+}
+
+template <typename Archive>
+void serialize(Archive& archive, RemeshSummary& summary, unsigned)
+{
+  serializeAll(archive, summary.splits, summary.collapses, summary.flips, summary.refusedOperations,
+               summary.targetEdge);
+}
+
+template <typename Archive>
+void serialize(Archive& archive, PartResult& part, unsigned)
+{
+  serializeAll(archive, part.positions, part.numbers, part.sizing, part.places, part.triangles, part.intersecting,
+               part.summary);
+}
+
+void remeshEach(int count, const std::function<PartInput(int n)>& makeInput,
+                const std::function<void(int n, PartResult result)>& use, Execution& execution)
+{
+  forTasks<PartInput, PartResult>(partKind, remesh, count, makeInput, use, execution);
+}
+
+std::string remeshPart(std::string input, Execution& execution)
+{
+  return doneAsBytes<PartInput, PartResult>(remesh, std::move(input), execution);
+}
+
+} // namespace mrf
+} // namespace pcl

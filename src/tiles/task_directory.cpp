@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "base/byte_writer.h"
+#include "tiles/one_process.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+#include <pcl/surface/mrf/execution.h>
+
+#include <boost/crc.hpp>
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace pcl {
+namespace mrf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* journalName = "journal.txt";
+constexpr const char* extension = ".result";
+
+/// CRC-64 of ECMA-182, as xz has it.
+std::uint64_t checksum(const std::string& bytes)
+{
+  constexpr std::uint64_t polynomial = 0x42F0E1EBA9EA3693, ones = ~std::uint64_t{0};
+  boost::crc_optimal<64, polynomial, ones, ones, true, true> crc;
+  crc.process_bytes(bytes.data(), bytes.size());
+  return crc.checksum();
+}
+
+std::string hexadecimal(std::uint64_t number)
+{
+  std::array<char, 17> digits;
+  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(number));
+  return digits.data();
+}
+
+/// A result as it was written, behind its checksum. \return nothing if there is no file, or another one
+std::optional<std::string> readResult(const fs::path& path)
+{
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : 0;
+  std::uint64_t expected = 0;
+  if (size < static_cast<std::streamoff>(sizeof(expected)))
+    return {};
+  file.seekg(0);
+  file.read(reinterpret_cast<char*>(&expected), sizeof(expected));
+  std::string bytes(static_cast<std::size_t>(size) - sizeof(expected), '\0');
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) || checksum(bytes) != expected)
+    return {};
+  return bytes;
+}
+
+/// Under a temporary name first: a file is whole, or is not there.
+void writeResult(const fs::path& path, const std::string& bytes)
+{
+  fs::path temporary = path;
+  temporary += ".part";
+  try {
+    ByteWriter writer(temporary.string());
+    writer.value(checksum(bytes));
+    writer.text(bytes);
+    writer.close();
+    fs::rename(temporary, path);
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    throw ResourceLimit("the result " + path.string() + " " + error.what() +
+                        "; those before it are kept: make room and go on with --resume");
+  }
+}
+
+} // namespace
+
+TaskDirectory::TaskDirectory(std::string directory, bool resume, TaskRunner* inner)
+    : directory_(std::move(directory)), inner_(inner)
+{
+  const fs::path journal = fs::path(directory_) / journalName;
+  std::error_code error;
+  fs::create_directories(directory_, error);
+  if (fs::exists(journal) && !resume)
+    throw FileError("the work directory " + directory_ +
+                    " has results of an earlier run: go on with it (--resume), or give another directory");
+  journal_ = open(journal.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (journal_ < 0)
+    throw FileError("the work directory " + directory_ + " cannot be written to: " + std::strerror(errno));
+  if (flock(journal_, LOCK_EX | LOCK_NB) != 0) {
+    close(journal_);
+    throw FileError("the work directory " + directory_ + " is in use by another run");
+  }
+}
+
+TaskDirectory::~TaskDirectory()
+{
+  if (lseek(journal_, 0, SEEK_END) == 0)
+    remove(); // nothing to go on from
+  close(journal_);
+}
+
+void TaskDirectory::note(const std::string& line)
+{
+  const std::string text = line + "\n";
+  if (write(journal_, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
+    throw ResourceLimit("the journal of the work directory " + directory_ +
+                        " cannot be written: " + std::strerror(errno));
+}
+
+void TaskDirectory::run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
+                        Execution& execution)
+{
+  std::vector<fs::path> files(static_cast<std::size_t>(count));
+  const auto makeMissing = [&](int n) -> std::optional<std::string> {
+    std::optional<std::string> input = makeInput(n);
+    if (!input)
+      return input;
+    const std::string name = hexadecimal(checksum(MRF_VERSION + kind + *input)) + "-" + std::to_string(input->size());
+    fs::path& file = files[static_cast<std::size_t>(n)];
+    file = fs::path(directory_) / (kind + "-" + name + extension);
+    if (!readResult(file))
+      return input;
+    ++found_;
+    return {};
+  };
+  const auto keep = [&](int n, std::string result) {
+    const fs::path& file = files[static_cast<std::size_t>(n)];
+    if (!result.empty()) {
+      writeResult(file, result);
+      note(file.filename().string() + " " + std::to_string(result.size()));
+      ++made_;
+    } else if (!file.empty()) {
+      std::optional<std::string> read = readResult(file);
+      if (!read)
+        throw ResourceLimit("the result " + file.string() + " has changed while it was used; go on with --resume");
+      result = *std::move(read);
+    }
+    useResult(n, std::move(result));
+  };
+  OneProcess here;
+  (inner_ ? *inner_ : here).run(kind, count, makeMissing, keep, execution);
+}
+
+void TaskDirectory::remove()
+{
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory_, ignored))
+    if (const std::string extensionOf = entry.path().extension().string();
+        extensionOf == extension || entry.path().filename() == journalName)
+      fs::remove(entry.path(), ignored);
+  fs::remove(directory_, ignored); // if it is empty
+}
+
+} // namespace mrf
+} // namespace pcl

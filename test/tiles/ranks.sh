@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: BSD-3-Clause
+# The tool by mpirun and with a work directory, killed and resumed: the same bytes. Run by ctest.
+#   ranks.sh RECONSTRUCTION SCAN MPIRUN SCRATCH
+set -euo pipefail
+
+reconstruction=$1 scan=$2 mpirun=$3 scratch=$4
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 # in a container root may be all there is
+rm -rf "$scratch"
+mkdir -p "$scratch"
+cd "$scratch"
+fail() {
+  echo "ranks: $*" >&2
+  exit 1
+}
+
+"$scan" torus cloud.ply --points 60000 --quiet
+# So little memory that the finest level is in tiles, and the mesh in parts.
+options=(--quality fine --dense-voxels 60000 --max-memory 35 --report)
+expected=
+for ranks in 1 2 5; do
+  "$mpirun" --oversubscribe -n $ranks "$reconstruction" cloud.ply mesh$ranks.ply "${options[@]}" report$ranks.json
+  sum=$(sha256sum <mesh$ranks.ply)
+  [ "${expected:=$sum}" = "$sum" ] || fail "$ranks ranks make other bytes than 1"
+done
+grep -q '"tiles": [2-9]' report5.json || fail "the finest level was not in tiles"
+
+# Killed as soon as there is a result, by ranks and without; then to its end.
+for command in "$mpirun --oversubscribe -n 2" ""; do
+  $command "$reconstruction" cloud.ply resumed.ply "${options[@]}" resumed.json --work-directory work &
+  run=$!
+  while kill -0 $run 2>/dev/null && ! ls work/*.result >/dev/null 2>&1; do sleep .02; done
+  pkill -9 -f -- "cloud.ply resumed.ply" || fail "it was done before it could be killed"
+  wait $run && fail "it was not killed"
+  [ ! -e resumed.ply ] || fail "a killed run leaves a mesh"
+  "$reconstruction" cloud.ply resumed.ply "${options[@]}" resumed.json --work-directory work &&
+    fail "results of an earlier run are taken without being asked for"
+  $command "$reconstruction" cloud.ply resumed.ply "${options[@]}" resumed.json --work-directory work --resume |
+    tee resumed.txt
+  grep -qE '^ +[1-9][0-9]* of [0-9]+ parts of the run were there' resumed.txt || fail "nothing was resumed"
+  [ "$(sha256sum <resumed.ply)" = "$expected" ] || fail "a resumed run makes other bytes"
+  [ ! -e work ] || fail "the work directory is left behind"
+  rm resumed.ply
+done
+echo "ranks: same bytes of 1, 2 and 5, and after a kill"

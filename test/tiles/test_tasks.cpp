@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "levels/multiscale.h"
+#include "remesher/remesher.h"
+#include "support/clouds.h"
+#include "support/meshes.h"
+#include "support/shapes.h"
+#include "tiles/do_task.h"
+#include "tiles/one_process.h"
+#include "tiles/ranks.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstring>
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace meshes;
+using namespace pcl::mrf;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Levels of a torus, the finest in tiles, and its mesh remeshed in parts: what tasks are there for.
+struct Outcome {
+  std::vector<float> distances;
+  TriangleMesh mesh;
+  int tiles = 0;
+};
+
+Outcome outcome(TaskRunner* tasks, int threads = 1)
+{
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .03);
+  const OrientedPoints oriented = shapes::oriented(points);
+  const auto search = clouds::searchOf(points);
+  Options options;
+  options.multiscale.denseVoxels = 5000;
+  Execution execution(threads);
+  execution.setTasks(tasks);
+  MultiscaleResult levels =
+      regularize({&oriented, search.get(), boundingBox(oriented.positions)}, .03f, options, execution, 4);
+  const TriangleMesh raw = polygonize(levels.field, execution);
+  Outcome result;
+  result.tiles = levels.levels.back().tiles;
+  for (const Eigen::Vector3f& vertex : raw.vertices)
+    result.distances.push_back(levels.field.sampleDistance(1.01f * vertex));
+  result.mesh = remesh(raw, levels.field, {}, options.remesher, execution, {4000}).mesh;
+  return result;
+}
+
+void expectSame(const Outcome& here, const Outcome& there)
+{
+  EXPECT_EQ(here.tiles, there.tiles);
+  EXPECT_EQ(here.distances, there.distances);
+  EXPECT_EQ(here.mesh.vertices, there.mesh.vertices);
+  EXPECT_EQ(here.mesh.triangles, there.mesh.triangles);
+}
+
+const Outcome& atOnce()
+{
+  static const Outcome result = outcome(nullptr);
+  return result;
+}
+
+/// A directory of a test's own.
+class Directory {
+public:
+  Directory() { fs::remove_all(path()); }
+  ~Directory() { fs::remove_all(path()); }
+
+  std::string path() const
+  {
+    return testing::TempDir() + "tasks-" + testing::UnitTest::GetInstance()->current_test_info()->name();
+  }
+  std::vector<fs::path> results() const
+  {
+    std::vector<fs::path> all;
+    for (const auto& entry : fs::directory_iterator(path()))
+      if (entry.path().extension() == ".result")
+        all.push_back(entry.path());
+    return all;
+  }
+};
+
+/// Messages between threads, each of which is a rank.
+namespace mail {
+
+struct Letter {
+  int from, tag;
+  std::string bytes;
+};
+constexpr int ranks = 3;
+std::mutex mutex;
+std::deque<Letter> boxes[ranks];
+int finished = 0;
+thread_local int rank = 0;
+
+void send(std::int32_t to, std::int32_t tag, const void* bytes, std::uint64_t count)
+{
+  const std::lock_guard<std::mutex> lock(mutex);
+  boxes[to].push_back({rank, tag, std::string(static_cast<const char*>(bytes), count)});
+}
+
+std::int32_t probe(Message* message)
+{
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (boxes[rank].empty())
+    return 0;
+  const Letter& letter = boxes[rank].front();
+  *message = {letter.from, letter.tag, letter.bytes.size()};
+  return 1;
+}
+
+void receive(const Message* message, void* bytes)
+{
+  const std::lock_guard<std::mutex> lock(mutex);
+  std::memcpy(bytes, boxes[rank].front().bytes.data(), message->bytes);
+  boxes[rank].pop_front();
+}
+
+void finish()
+{
+  const std::lock_guard<std::mutex> lock(mutex);
+  ++finished;
+}
+
+} // namespace mail
+
+/// Calls body(runner of rank 0) with all ranks at work.
+template <typename Body>
+void withRanks(const Body& body)
+{
+  const auto passingOf = [](int rank) {
+    return MessagePassing{rank, mail::ranks, mail::ranks, mail::send, mail::probe, mail::receive, mail::finish};
+  };
+  mail::finished = 0;
+  std::vector<std::thread> others;
+  for (int rank = 1; rank < mail::ranks; ++rank)
+    others.emplace_back([&passingOf, rank] {
+      mail::rank = rank;
+      serveRanks(passingOf(rank));
+    });
+  {
+    const MessagePassing own = passingOf(0);
+    Ranks ranks(own);
+    body(ranks);
+  }
+  for (std::thread& other : others)
+    other.join();
+  EXPECT_EQ(mail::finished, mail::ranks);
+  for (const auto& box : mail::boxes)
+    EXPECT_TRUE(box.empty());
+}
+
+} // namespace
+
+TEST(Tasks, AreTheSameFromBytesToBytes)
+{
+  OneProcess here;
+  EXPECT_EQ(atOnce().tiles, 4);
+  expectSame(outcome(&here), atOnce());
+}
+
+TEST(Tasks, AreTheSameOnThreeRanksOfAnyThreads)
+{
+  withRanks([](Ranks& ranks) {
+    expectSame(outcome(&ranks), atOnce());
+    expectSame(outcome(&ranks, 2 * mail::ranks), atOnce());
+  });
+}
+
+TEST(Tasks, FailWithTheErrorOfAnyRank)
+{
+  withRanks([](Ranks& ranks) {
+    Execution execution(1);
+    // Rank 0 does one of them and waits for none: who is the first to fail does not matter.
+    EXPECT_THROW(ranks.run(
+                     "none", 5, [](int) { return std::string("input"); },
+                     [](int, const std::string&) { FAIL() << "a result of a task that nobody can do"; }, execution),
+                 std::exception);
+    expectSame(outcome(&ranks), atOnce()); // what was under way is not in the way
+  });
+}
+
+TEST(Tasks, OfRanksMayBeCancelled)
+{
+  withRanks([](Ranks& ranks) {
+    int calls = 0;
+    Execution execution(1, [&](const std::string&, double) { return ++calls < 3; });
+    EXPECT_THROW(ranks.run(
+                     "tile", 5, [](int) { return std::string("no tile"); }, [](int, const std::string&) {}, execution),
+                 std::exception);
+  });
+}
+
+TEST(TaskDirectory, GoesOnFromWhatIsThere)
+{
+  const Directory directory;
+  int all = 0;
+  {
+    TaskDirectory tasks(directory.path(), false);
+    expectSame(outcome(&tasks), atOnce());
+    EXPECT_EQ(tasks.found(), 0);
+    all = tasks.made();
+    EXPECT_GT(all, 8);
+  }
+  // Some are lost, one is cut off, one has another byte in it.
+  std::vector<fs::path> results = directory.results();
+  ASSERT_EQ(results.size(), static_cast<std::size_t>(all));
+  fs::remove(results[0]);
+  fs::resize_file(results[1], fs::file_size(results[1]) - 1);
+  {
+    std::fstream file(results[2], std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(100);
+    file.put('?');
+  }
+  TaskDirectory tasks(directory.path(), true);
+  expectSame(outcome(&tasks), atOnce());
+  EXPECT_EQ(tasks.made(), 3);
+  EXPECT_EQ(tasks.found(), all - 3);
+  tasks.remove();
+  EXPECT_FALSE(fs::exists(directory.path()));
+}
+
+TEST(TaskDirectory, IsOfOneRun)
+{
+  const Directory directory;
+  {
+    TaskDirectory first(directory.path(), false);
+    try {
+      const TaskDirectory second(directory.path(), true);
+      FAIL() << "two runs in one directory";
+    } catch (const FileError& error) {
+      EXPECT_NE(std::string(error.what()).find("in use by another run"), std::string::npos) << error.what();
+    }
+  }
+  EXPECT_FALSE(fs::exists(directory.path())) << "without results";
+  {
+    TaskDirectory first(directory.path(), false);
+    outcome(&first);
+  }
+  try {
+    const TaskDirectory second(directory.path(), false);
+    FAIL() << "results of another run";
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("go on with it (--resume)"), std::string::npos) << error.what();
+  }
+  const TaskDirectory second(directory.path(), true);
+}
+
+TEST(TaskDirectory, WithoutRoomKeepsWhatWasWritten)
+{
+  const Directory directory;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto former = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit small = before;
+  {
+    TaskDirectory tasks(directory.path(), false);
+    outcome(&tasks);
+    std::string name;
+    std::size_t first = 0, largest = 0, size = 0;
+    for (std::ifstream journal(directory.path() + "/journal.txt"); journal >> name >> size;) {
+      first = first == 0 ? size : first;
+      largest = std::max(largest, size);
+    }
+    ASSERT_LT(first + 8, largest);
+    small.rlim_cur = first + 8; // with its checksum
+    tasks.remove();
+  }
+  {
+    TaskDirectory tasks(directory.path(), false);
+    setrlimit(RLIMIT_FSIZE, &small);
+    try {
+      outcome(&tasks);
+      FAIL() << "wrote more than there is room for";
+    } catch (const ResourceLimit& error) {
+      EXPECT_NE(error.message().find("make room and go on"), std::string::npos) << error.message();
+    }
+    setrlimit(RLIMIT_FSIZE, &before);
+  }
+  std::signal(SIGXFSZ, former);
+  for (const auto& entry : fs::directory_iterator(directory.path()))
+    EXPECT_NE(entry.path().extension(), ".part") << "half a file";
+  TaskDirectory tasks(directory.path(), true);
+  expectSame(outcome(&tasks), atOnce());
+  EXPECT_GT(tasks.found(), 0);
+}
+
+TEST(TaskDirectory, TellsWhereItCannotBe)
+{
+  const Directory directory;
+  std::ofstream(directory.path()) << "a file";
+  try {
+    const TaskDirectory tasks(directory.path(), false);
+    FAIL() << "a directory in a file's place";
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find(directory.path() + " cannot be written to"), std::string::npos);
+  }
+}
