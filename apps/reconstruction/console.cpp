@@ -217,6 +217,16 @@ void printDetails(const Report& report, const Log& print)
   }
 }
 
+/// The time that remains as the time so far foretells it; nothing while that is guessing.
+std::string timeLeft(double seconds, double fraction)
+{
+  constexpr double soonest = 5, least = .05;
+  if (seconds < soonest || fraction < least || fraction >= 1)
+    return {};
+  const double left = seconds * (1 - fraction) / fraction;
+  return left < 60 ? format(", %.0f s left", left) : format(", %.0f min left", std::ceil(left / 60));
+}
+
 } // namespace
 
 ProgressDisplay::ProgressDisplay(const Command& command, std::size_t jobs)
@@ -232,6 +242,7 @@ void ProgressDisplay::show(std::size_t job, const std::string& stage, double fra
   const auto now = std::chrono::steady_clock::now();
   const double whole = (static_cast<double>(job) + std::clamp(fraction, 0., 1.)) / static_cast<double>(jobs_);
   const int percent = static_cast<int>(100 * whole);
+  const double seconds = std::chrono::duration<double>(now - start_).count();
   const std::string title = (jobs_ > 1 ? std::to_string(job + 1) + " of " + std::to_string(jobs_) + ", " : "") + stage;
   const bool isNew = title != title_;
   title_ = title;
@@ -240,8 +251,7 @@ void ProgressDisplay::show(std::size_t job, const std::string& stage, double fra
     if (!isNew && percent < toldPercent_ + step)
       return;
     toldPercent_ = percent;
-    std::fprintf(stderr, "%3d %%  %7.2f s  %s\n", percent, std::chrono::duration<double>(now - start_).count(),
-                 title.c_str());
+    std::fprintf(stderr, "%3d %%  %7.2f s  %s%s\n", percent, seconds, title.c_str(), timeLeft(seconds, whole).c_str());
     return;
   }
   if (!isNew && now - last_ < std::chrono::milliseconds(50))
@@ -249,8 +259,8 @@ void ProgressDisplay::show(std::size_t job, const std::string& stage, double fra
   last_ = now;
   constexpr int width = 30;
   const auto filled = static_cast<std::size_t>(width * whole);
-  std::fprintf(stderr, "\r\033[K[%s%s] %5.1f %%  %s", std::string(filled, '#').c_str(),
-               std::string(width - filled, ' ').c_str(), 100 * whole, title.c_str());
+  std::fprintf(stderr, "\r\033[K[%s%s] %5.1f %%  %s%s", std::string(filled, '#').c_str(),
+               std::string(width - filled, ' ').c_str(), 100 * whole, title.c_str(), timeLeft(seconds, whole).c_str());
   std::fflush(stderr);
   isDrawn_ = true;
 }
