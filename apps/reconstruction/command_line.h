@@ -16,7 +16,8 @@ enum class Verbosity { quiet, normal, verbose };
 
 /// One reconstruction. Empty paths: not asked for. "-" is standard input or output.
 struct Job {
-  std::string input, output;
+  std::vector<std::string> inputs; ///< of one cloud
+  std::string output;
   std::string report, field, picture;
   std::string outputFormat; ///< extension of a mesh file, lower case
 };

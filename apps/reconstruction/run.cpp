@@ -4,6 +4,7 @@
 #include "support/errors.h"
 #include "support/field_file.h"
 #include "support/float_offset.h"
+#include "support/mesh_reader.h"
 #include "support/output_files.h"
 #include "support/picture.h"
 #include "support/point_table.h"
@@ -73,26 +74,59 @@ std::string scalarNames(const PointTable& table)
   return result.empty() ? "none" : result;
 }
 
-/// Values of a field of the input; none without a name. \param option that names it
-std::vector<float> fieldOf(const Job& job, const PointTable& table, const std::string& option, const std::string& name)
+/// The input in a message.
+std::string inputName(const Job& job)
 {
-  if (name.empty())
-    return {};
-  const auto found = table.scalars.find(name);
-  if (found == table.scalars.end())
-    throw UsageError(option + ": '" + job.input + "' has no field '" + name +
+  const std::string& first = job.inputs.front();
+  const std::size_t others = job.inputs.size() - 1;
+  return (first == "-" ? "standard input" : first) +
+         (others == 0 ? "" : " and " + std::to_string(others) + (others == 1 ? " other file" : " other files"));
+}
+
+/// All files that are read.
+std::vector<std::string> filesRead(const Job& job, const Command& command)
+{
+  std::vector<std::string> files = job.inputs;
+  files.insert(files.end(), {command.sensorsFile, command.viewsFile});
+  return files;
+}
+
+/// \param name of a field that each file has to have; none if empty \param option that names it
+void requireField(const std::string& path, const PointTable& table, const std::string& option, const std::string& name)
+{
+  if (!name.empty() && table.scalars.count(name) == 0)
+    throw UsageError(option + ": '" + path + "' has no field '" + name +
                      "'; its scalar fields are: " + scalarNames(table));
-  return found->second;
+}
+
+/// A file of the input, without sensors if the command has others or does not want it to name any.
+PointTable readFile(const std::string& path, const Command& command)
+{
+  PointTable table = readPoints(path, command.inputFormat);
+  requireField(path, table, "--confidence-field", command.options.confidenceField);
+  requireField(path, table, "--noise-field", command.options.noiseField);
+  const pcl::mrf::NormalSource source = command.options.normals.source;
+  if (table.normals.empty() && (source == pcl::mrf::NormalSource::use || source == pcl::mrf::NormalSource::reference))
+    throw UsageError("--normals " + nameOf(source) + ": '" + path + "' has no normals; have them estimated (auto)");
+  if (!command.sensors.empty() || !command.sensorsFile.empty() || !command.options.orientation.sensorOrigin) {
+    table.sensorOrigin.reset();
+    table.sensors.clear();
+    table.views.clear();
+  }
+  return table;
 }
 
 /// The confidences, noise, sensors and views of the command.
-void addSensors(const Job& job, const Command& command, Input& input)
+void addSensors(const Command& command, Input& input)
 {
-  input.cloud.confidences = fieldOf(job, input.table, "--confidence-field", command.options.confidenceField);
-  input.cloud.deviations = fieldOf(job, input.table, "--noise-field", command.options.noiseField);
+  const auto fieldOf = [&](const std::string& name) {
+    return name.empty() ? std::vector<float>() : input.table.scalars.at(name);
+  };
+  input.cloud.confidences = fieldOf(command.options.confidenceField);
+  input.cloud.deviations = fieldOf(command.options.noiseField);
   input.cloud.sensors = command.sensorsFile.empty() ? command.sensors : readSensors(command.sensorsFile);
   input.cloud.sensorOrigin = input.table.sensorOrigin;
-  if (input.cloud.sensors.empty() && command.options.orientation.sensorOrigin) {
+  if (input.cloud.sensors.empty()) {
     input.cloud.sensors = std::move(input.table.sensors);
     input.cloud.views = std::move(input.table.views);
   }
@@ -131,16 +165,23 @@ pcl::mrf::PointAttributes attributesOf(const PointTable& table)
 /// where it is
 void readInput(const Job& job, const Command& command, Input& input)
 {
+  std::vector<PointTable> tables;
+  float resolution = 0;
+  for (const std::string& path : job.inputs) {
+    tables.push_back(readFile(path, command));
+    if (tables.back().areFloats)
+      resolution = std::max(resolution, floatRounding(tables.back().positions));
+  }
   PointTable& table = input.table;
-  table = readPoints(job.input, command.inputFormat);
+  table = joinPoints(std::move(tables), job.inputs);
   input.cloud.offset = floatOffset(table.positions);
-  if (table.areFloats && !input.cloud.offset.isZero(0))
-    input.cloud.resolution = floatRounding(table.positions);
+  if (!input.cloud.offset.isZero(0))
+    input.cloud.resolution = resolution;
   input.cloud.positions = toFloat(table.positions, input.cloud.offset);
   table.positions = std::vector<Eigen::Vector3d>(); // {} would keep their memory
   input.cloud.normals = std::move(table.normals);
   input.cloud.attributes = attributesOf(table);
-  addSensors(job, command, input);
+  addSensors(command, input);
   input.sensors = sensorsOf(input.cloud, command.options);
 }
 
@@ -220,8 +261,10 @@ void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfO
   nlohmann::ordered_json json = {{"schema", reportSchema},
                                  {"tool", "pcl_mrf_reconstruction"},
                                  {"version", MRF_VERSION},
-                                 {"input", job.input},
+                                 {"input", job.inputs},
                                  {"output", job.output}};
+  if (job.inputs.size() == 1)
+    json["input"] = job.inputs.front();
   if (!shiftOfOutput.isZero(0))
     json["offset"] = {shiftOfOutput.x(), shiftOfOutput.y(), shiftOfOutput.z()};
   json.update(toJson(report));
@@ -261,7 +304,7 @@ void writeFailure(pcl::mrf::Report& report, const Job& job)
 RunSummary summarize(const Input& input, const Job& job)
 {
   RunSummary summary;
-  summary.input = job.input == "-" ? "standard input" : job.input;
+  summary.input = inputName(job);
   summary.points = input.cloud.positions.size();
   if (!input.cloud.normals.empty())
     summary.fields.emplace_back("normals");
@@ -299,7 +342,7 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
   if (!job.field.empty())
     for (std::size_t n = 0; n < result.field.otherPieces().size(); ++n) {
       const std::string file = fieldFile(job.field, n + 1);
-      refuseInputAsOutput({job.input, command.sensorsFile, command.viewsFile}, {file});
+      refuseInputAsOutput(filesRead(job, command), {file});
       outputs.add(file);
       write(file,
             [&](const std::string& path) { writeField(result.field.otherPieces()[n], result.fieldOffset, path); });
@@ -330,6 +373,8 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
       },
       report);
   releaseFreedMemory();
+  std::vector<std::string>& warnings = result.report.warnings;
+  warnings.insert(warnings.begin(), input.table.warnings.begin(), input.table.warnings.end());
   result.shiftOfOutput = offsetOfFloats(result.mesh, job.outputFormat);
   if ((job.outputFormat == "stl" || job.outputFormat == "3mf") && !result.report.mesh.closed())
     result.report.warnings.push_back("the surface in " + job.output +
@@ -348,13 +393,30 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
   return summary;
 }
 
+/// Of several inputs the last one may have been meant as an input as well, such as that of scans/*.ply.
+/// \throw UsageError if it is there and no mesh
+void refuseScanAsOutput(const Job& job)
+{
+  const std::vector<std::string>& known = pointFormats();
+  if (job.inputs.size() == 1 || !std::filesystem::exists(job.output) ||
+      std::find(known.begin(), known.end(), unpackedExtension(job.output)) == known.end())
+    return;
+  try {
+    readMesh(job.output);
+  } catch (const std::runtime_error&) {
+    throw UsageError("OUTPUT '" + job.output +
+                     "' is there and holds no mesh: if it is an INPUT, name OUTPUT behind it, else delete it");
+  }
+}
+
 /// A job from its declared outputs to its summary. \param report of what was done, also if that throws
 RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& report,
                   const pcl::mrf::ProgressCallback& progress)
 {
   std::vector<std::string> files = sampleFiles(job, command);
   files.insert(files.begin(), {job.output, job.report, job.field, job.picture});
-  refuseInputAsOutput({job.input, command.sensorsFile, command.viewsFile}, files);
+  refuseInputAsOutput(filesRead(job, command), files);
+  refuseScanAsOutput(job);
   auto outputs = std::make_unique<OutputFiles>();
   for (const std::string& path : files)
     if (!path.empty())
@@ -377,7 +439,7 @@ RunSummary runNamed(const Job& job, const Command& command, pcl::mrf::Report& re
   try {
     return runJob(job, command, report, progress);
   } catch (const pcl::mrf::InvalidInput& error) {
-    throw FileError(job.input == "-" ? "standard input" : job.input, error.message());
+    throw FileError(inputName(job), error.message());
   }
 }
 
@@ -413,7 +475,7 @@ int runAll(const Command& command)
   for (std::size_t n = 0; n < command.jobs.size() && interrupted == 0; ++n) {
     const Job& job = command.jobs[n];
     pcl::mrf::Report report;
-    const int status = guarded(toolName, job.input, memoryAdvice, [&] {
+    const int status = guarded(toolName, inputName(job), memoryAdvice, [&] {
       try {
         const RunSummary summary = runNamed(job, command, report, [&](const std::string& stage, double fraction) {
           display.show(n, stage, fraction);

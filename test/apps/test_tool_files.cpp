@@ -96,6 +96,77 @@ TEST_F(ToolFiles, PcdTellsWhereItsSensorWas)
   volume("9", {"--sensor-origin", "off"});
 }
 
+TEST_F(ToolFiles, AScanInSeveralFilesIsThatScan)
+{
+  // A sphere from within, in coordinates that float does not hold, and of which a part alone would have another offset.
+  const auto pcd = [&](const std::string& name, double from, double to) {
+    std::ostringstream rows;
+    rows.precision(17);
+    int count = 0;
+    for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
+      if (p.z() > from && p.z() <= to && ++count > 0)
+        rows << (p + Eigen::Vector3d(1234567, 7654321, 99)).transpose() << '\n';
+    write(name + ".xyz", rows.str());
+    write(name + ".pcd", "FIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nVIEWPOINT 1234567 7654321 99 1 0 0 0\nPOINTS " +
+                             std::to_string(count) + "\nDATA ascii\n" + rows.str());
+  };
+  pcd("whole", -2, .9);
+  pcd("lower", -2, -.3);
+  pcd("middle", -.3, .3);
+  pcd("upper", .3, .9);
+  reportOf({"whole.pcd", "whole.ply"});
+  const json report = reportOf({"upper.pcd", "lower.pcd", "middle.pcd", "joined.ply"});
+  EXPECT_EQ(report.at("input"), json({"upper.pcd", "lower.pcd", "middle.pcd"}));
+  EXPECT_EQ(report.at("vote"), "sensor");
+  EXPECT_EQ(tool::readText(path("joined.ply")), tool::readText(path("whole.ply")));
+  reportOf({"whole.xyz", "whole.ply"});
+  const json mixed = reportOf({"upper.xyz", "lower.pcd", "middle.xyz", "joined.ply", "--sensor-origin", "off"});
+  EXPECT_EQ(mixed.at("vote"), "outward");
+  EXPECT_EQ(tool::readText(path("joined.ply")), tool::readText(path("whole.ply"))) << "an earlier mesh is replaced";
+}
+
+TEST_F(ToolFiles, EachFileHasItsOwnSensor)
+{
+  // Caps side by side. The sensor of the second one is nearer to the first as well, and below it.
+  const auto cap = [&](const std::string& name, double x, const std::string& viewpoint) {
+    std::string rows;
+    int count = 0;
+    for (const Eigen::Vector3d& p : tool::spherePoints(1000))
+      if (p.z() > .3 && ++count > 0)
+        rows += std::to_string(p.x() + x) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+    write(name, "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n" + viewpoint + "POINTS " + std::to_string(count) +
+                    "\nDATA ascii\n" + rows);
+  };
+  cap("first.pcd", 0, "VIEWPOINT 0 0 30 1 0 0 0\n");
+  cap("second.pcd", 4, "VIEWPOINT 3 0 -4 1 0 0 0\n");
+  const auto upwardShare = [&](double x) { // of the normals of a cap
+    pcl::PointCloud<pcl::PointNormal> mesh;
+    EXPECT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), mesh), 0);
+    int upward = 0, all = 0;
+    for (const pcl::PointNormal& vertex : mesh)
+      if (std::abs(vertex.x - x) < 1.5 && ++all > 0)
+        upward += vertex.normal_z > 0;
+    return upward / (all + 1e-9);
+  };
+  const tool::Outcome outcome = run({"first.pcd", "second.pcd", "out.ply"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("first.pcd and 1 other file: "), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("2 sensors, one known for each point"), std::string::npos) << outcome.out;
+  EXPECT_GT(upwardShare(0), .95);
+  EXPECT_LT(upwardShare(4), .05);
+
+  cap("third.pcd", 8, "");
+  const tool::Outcome partly = run({"first.pcd", "third.pcd", "out.ply", "--report", "report.json"});
+  ASSERT_EQ(partly.status, 0) << partly.err;
+  const std::string warning = "'third.pcd' has no sensor position: those of the other files are left out; name all by "
+                              "--sensors and --views";
+  EXPECT_NE(partly.err.find("warning: " + warning), std::string::npos) << partly.err;
+  EXPECT_EQ(parsed("report.json").at("/warnings/0"_json_pointer), warning);
+  EXPECT_EQ(parsed("report.json").at("vote"), "outward");
+  const tool::Outcome given = run({"first.pcd", "third.pcd", "out.ply", "--sensor", "4,0,30"});
+  EXPECT_EQ(given.err, "") << "what the file says is not asked for";
+}
+
 TEST_F(ToolFiles, WhatPclWrites)
 {
   const auto cloud = coloredSphere();
