@@ -77,7 +77,7 @@ private:
 struct Parsed {
   std::vector<std::string> operands;
   pcl::mrf::Preset preset = pcl::mrf::Preset::standard;
-  std::string confidenceField, noiseField, outputFormat, report, field, picture;
+  std::string confidenceField, noiseField, outputFormat, report, field, picture, tiles;
   bool isQuiet = false, isVerbose = false;
 };
 
@@ -203,9 +203,15 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
   parser.words("--output-format", meshFormats(),
                "format of OUTPUT, whatever its name ends in; default: by its name, in a folder ply",
                [&parsed](const std::string& word) { parsed.outputFormat = word; });
+  parser.file(
+      "--output-tiles", "FOLDER", parsed.tiles,
+      "the mesh also in tiles that join exactly, tile_0000.ply ..., and index.json, which lists them; the folder "
+      "is made if it is not there, else has to be empty");
+  parser.whole("--tile-triangles", command.tileTriangles, 1, 0x1p31,
+               "largest number of triangles in a tile; default 1000000");
   parser.file("--report", "FILE.json", parsed.report,
               "all parameters, counts, times and statistics; with --output-directory it stands for NAME-FILE.json "
-              "beside the mesh of input NAME, and so do --field and --picture");
+              "beside the mesh of input NAME, and so do --output-tiles, --field and --picture");
   parser.file("--field", "FILE.vti", parsed.field,
               "the distance field, and the confidence of observed voxels; of a cloud in pieces far apart also "
               "FILE.2.vti, FILE.3.vti ...");
@@ -272,6 +278,7 @@ Job singleJob(const Parsed& parsed)
   job.report = parsed.report;
   job.field = parsed.field;
   job.picture = parsed.picture;
+  job.tiles = parsed.tiles;
   return job;
 }
 
@@ -299,6 +306,7 @@ std::vector<Job> jobsInto(const std::string& folder, const Parsed& parsed)
     job.report = beside("--report", parsed.report);
     job.field = beside("--field", parsed.field);
     job.picture = beside("--picture", parsed.picture);
+    job.tiles = beside("--output-tiles", parsed.tiles);
     const auto [other, isNew] = inputs.try_emplace(job.output, input);
     if (!isNew)
       throw UsageError("'" + other->second + "' and '" + input + "' would both become '" + job.output + "'");
@@ -381,6 +389,8 @@ Command parseCommandLine(int argc, const char* const* argv)
   resolveFormats(command, parsed.outputFormat);
   if (!command.camera.empty() && command.jobs.front().picture.empty())
     throw UsageError("--camera: '" + command.camera + "' has no picture to be for; say --picture FILE.png");
+  if (parser.isGiven("--tile-triangles") && parsed.tiles.empty())
+    throw UsageError("--tile-triangles: there are no tiles for it; say --output-tiles FOLDER");
   requireMeaning(command.options, [&parser](const std::string& name) { return parser.isGiven(name); });
   if (command.options.uncertainty.surfaces > 0 && command.jobs.front().output == "-")
     throw UsageError("--write-samples: standard output holds one mesh; give OUTPUT a name for the others to be like");

@@ -19,6 +19,7 @@ struct Job {
   std::vector<std::string> inputs; ///< of one cloud
   std::string output;
   std::string report, field, picture;
+  std::string tiles;        ///< folder of the mesh in tiles
   std::string outputFormat; ///< extension of a mesh file, lower case
 };
 
@@ -30,7 +31,8 @@ struct Command {
   pcl::mrf::Options options;   ///< the preset with the explicit options on top
   std::vector<Eigen::Vector3d> sensors;
   std::string sensorsFile, viewsFile;
-  std::string camera; ///< of pictures, as wrongCamera accepts it; empty: the default
+  std::size_t tileTriangles = 1000000; ///< of each tile, at most
+  std::string camera;                  ///< of pictures, as wrongCamera accepts it; empty: the default
   Verbosity verbosity = Verbosity::normal;
   bool hasProgress = false; ///< to be told also where standard error is no terminal
   std::string information;  ///< text of --help or its like; if set, the rest is not

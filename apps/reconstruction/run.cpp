@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command_line.h"
 #include "console.h"
+#include "mesh_tiles.h"
 #include "support/errors.h"
 #include "support/field_file.h"
 #include "support/float_offset.h"
@@ -325,7 +326,8 @@ constexpr double readingShare = .03, writingShare = .03;
 
 /// Writes what was asked for to the declared outputs. \return paths and bytes
 std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& result, const Input& input, const Job& job,
-                                                               const Command& command, OutputFiles& outputs)
+                                                               const Command& command, const TileFolder& tiles,
+                                                               OutputFiles& outputs)
 {
   std::vector<std::pair<std::string, std::int64_t>> written;
   const auto write = [&](const std::string& path, const std::function<void(const std::string&)>& writer) {
@@ -333,6 +335,8 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
       written.emplace_back(path == "-" ? "standard output" : path, outputs.write(path, writer));
   };
   write(job.output, [&](const std::string& path) { writeMesh(result.mesh, path, job.outputFormat); });
+  if (!job.tiles.empty())
+    written.push_back(tiles.write(result.mesh, command.tileTriangles, outputs));
   const std::vector<std::string> samples = sampleFiles(job, command);
   for (std::size_t n = 0; n < samples.size(); ++n)
     write(samples[n], [&](const std::string& path) {
@@ -356,8 +360,8 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
 
 /// Reads, reconstructs, and publishes the declared outputs. \param report has what was done also if that throws
 /// \param progress is told of the whole job
-RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs, pcl::mrf::Report& report,
-                   const pcl::mrf::ProgressCallback& progress)
+RunSummary produce(const Job& job, const Command& command, const TileFolder& tiles, OutputFiles& outputs,
+                   pcl::mrf::Report& report, const pcl::mrf::ProgressCallback& progress)
 {
   const auto start = std::chrono::steady_clock::now();
   progress("reading", 0);
@@ -384,7 +388,7 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
 
   const auto writingStart = std::chrono::steady_clock::now();
   progress("writing", 1 - writingShare);
-  summary.written = writeOutputs(result, input, job, command, outputs);
+  summary.written = writeOutputs(result, input, job, command, tiles, outputs);
   if (interrupted != 0)
     throw pcl::mrf::Cancelled("interrupted");
   outputs.publish();
@@ -417,13 +421,15 @@ RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& repo
   files.insert(files.begin(), {job.output, job.report, job.field, job.picture});
   refuseInputAsOutput(filesRead(job, command), files);
   refuseScanAsOutput(job);
+  const TileFolder tiles(job.tiles, files);
+  files.push_back(tiles.firstFile());
   auto outputs = std::make_unique<OutputFiles>();
   for (const std::string& path : files)
     if (!path.empty())
       outputs->add(path);
   report.options = command.options;
   try {
-    return produce(job, command, *outputs, report, progress);
+    return produce(job, command, tiles, *outputs, report, progress);
   } catch (...) {
     outputs.reset();
     if (interrupted == 0 && !job.report.empty()) // who interrupts wants nothing
@@ -456,14 +462,6 @@ void runAlone(const Command& command)
   });
   display.clear();
   printSummary(summary, report, command.verbosity, job.output == "-" ? stderr : stdout);
-}
-
-void makeFolder(const std::string& folder)
-{
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (!std::filesystem::is_directory(folder))
-    throw FileError(folder, error ? "cannot be made: " + error.message() : "is not a folder");
 }
 
 /// Runs the jobs one after the other. \return the exit status of the first one that failed

@@ -23,9 +23,11 @@
 #include <assimp/Importer.hpp>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <set>
 #include <sstream>
 
 namespace {
@@ -507,6 +509,103 @@ TEST_F(ToolFiles, AFailureIsReportedAsWell)
   EXPECT_EQ(reported({"absent.xyz", "out.ply", "--max-hole", ".5"}, 1).at("/options/trimming/maxHole"_json_pointer),
             .5);
   EXPECT_EQ(reported({"two.xyz", "out.ply", "--normals", "use"}, 2).at("status"), "invalid option");
+}
+
+/// A mesh by the bytes of its vertices, with all that they have.
+struct MeshBytes {
+  std::vector<std::string> vertices, triangles;
+  Eigen::AlignedBox3d box;
+
+  explicit MeshBytes(const std::filesystem::path& file)
+  {
+    pcl::PolygonMesh mesh;
+    EXPECT_EQ(pcl::io::loadPLYFile(file.string(), mesh), 0);
+    const bool areDoubles = mesh.cloud.fields.at(0).datatype == pcl::PCLPointField::FLOAT64;
+    for (std::size_t at = 0; at < mesh.cloud.data.size(); at += mesh.cloud.point_step) {
+      const auto* const bytes = reinterpret_cast<const char*>(&mesh.cloud.data[at]);
+      vertices.emplace_back(bytes, mesh.cloud.point_step);
+      Eigen::Vector3f single;
+      Eigen::Vector3d position;
+      std::memcpy(single.data(), bytes, sizeof(single));
+      std::memcpy(position.data(), bytes, sizeof(position));
+      box.extend(areDoubles ? position : single.cast<double>().eval());
+    }
+    for (const pcl::Vertices& polygon : mesh.polygons) {
+      triangles.emplace_back();
+      for (const auto vertex : polygon.vertices)
+        triangles.back() += vertices.at(vertex);
+    }
+  }
+};
+
+TEST_F(ToolFiles, TilesJoinToTheMesh)
+{
+  pcl::io::savePCDFileBinary(path("colored.pcd").string(), coloredSphere());
+  write("survey.xyz", tool::sphereRows(pointCount, 2, {1234567.25, 7654321.5, 321}));
+  for (const std::string name : {"colored.pcd", "survey.xyz"}) {
+    SCOPED_TRACE(name);
+    const std::string folder = "new/" + name;
+    const json report =
+        reportOf({name, "out.ply", "--uncertainty", "--output-tiles", folder, "--tile-triangles", "70"});
+    const json index = parsed(folder + "/index.json"), tiles = index.at("tiles");
+    EXPECT_EQ(index.at("tool"), "pcl_mrf_reconstruction");
+    const int all = report.at("/mesh/triangles"_json_pointer);
+    ASSERT_EQ(static_cast<int>(tiles.size()), (all + 69) / 70);
+    ASSERT_GT(tiles.size(), 5u);
+
+    MeshBytes mesh(path("out.ply"));
+    const std::set<std::string> known(mesh.vertices.begin(), mesh.vertices.end());
+    std::vector<std::string> joined;
+    for (std::size_t n = 0; n < tiles.size(); ++n) {
+      const std::string file = tiles[n].at("file");
+      SCOPED_TRACE(file);
+      EXPECT_EQ(file, "tile_" + std::string(n < 10 ? "000" : "00") + std::to_string(n) + ".ply");
+      const MeshBytes tile(path(folder) / file);
+      EXPECT_EQ(tiles[n].at("vertices"), tile.vertices.size());
+      EXPECT_EQ(tiles[n].at("triangles"), tile.triangles.size());
+      EXPECT_NEAR(static_cast<double>(tile.triangles.size()), all / static_cast<double>(tiles.size()), 3);
+      EXPECT_LE(tile.triangles.size(), 70u);
+      for (const std::string& vertex : tile.vertices)
+        ASSERT_EQ(known.count(vertex), 1u) << "not a vertex of the mesh with all it has";
+      EXPECT_EQ(std::set<std::string>(tile.vertices.begin(), tile.vertices.end()).size(), tile.vertices.size());
+      joined.insert(joined.end(), tile.triangles.begin(), tile.triangles.end());
+
+      for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_EQ(tiles[n].at("lower").at(axis), tile.box.min()[axis]);
+        EXPECT_EQ(tiles[n].at("upper").at(axis), tile.box.max()[axis]);
+      }
+      EXPECT_LT(tile.box.diagonal().norm(), 2) << "of a sphere of radius 1 in so many tiles";
+    }
+    std::sort(mesh.triangles.begin(), mesh.triangles.end());
+    std::sort(joined.begin(), joined.end());
+    EXPECT_TRUE(joined == mesh.triangles) << "each triangle in one tile";
+    std::size_t written = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(path(folder)))
+      written += entry.path().extension() == ".ply" ? 1 : 0;
+    EXPECT_EQ(written, tiles.size());
+  }
+  ASSERT_EQ(run({"colored.pcd", "--output-directory", "meshes", "--output-tiles", "tiles", "-q"}).status, 0);
+  EXPECT_EQ(parsed("meshes/colored-tiles/index.json").at("tiles").size(), 1u);
+}
+
+TEST_F(ToolFiles, TilesComeIntoAnEmptyFolder)
+{
+  write("in.xyz", tool::sphereRows(pointCount));
+  write("two.xyz", "0 0 0\n1 0 0\n");
+  expectFailure({"in.xyz", "out.ply", "--output-tiles", "in.xyz"}, 1, "'in.xyz': cannot be made: Not a directory");
+  expectFailure({"in.xyz", "out.ply", "--tile-triangles", "9"}, 2,
+                "--tile-triangles: there are no tiles for it; say --o");
+  expectFailure({"in.xyz", "out.ply", "--output-tiles", "t", "--tile-triangles", "0"}, 2, "range [1, 2147483648]");
+  expectFailure({"two.xyz", "out.ply", "--output-tiles", "made"}, 1, "two.xyz"); // leaves no folder behind
+  expectFailure({"in.xyz", "made/out.ply", "--output-tiles", "made"}, 2, "'made/out.ply' is in the folder of tiles");
+  std::filesystem::create_directory(path("tiles"));
+  expectFailure({"two.xyz", "out.ply", "--output-tiles", "tiles"}, 1, "two.xyz");
+  EXPECT_TRUE(std::filesystem::is_empty(path("tiles")));
+  const tool::Outcome outcome = run({"in.xyz", "out.ply", "--output-tiles", "tiles"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("), tiles, 1 tile ("), std::string::npos) << outcome.out;
+  expectFailure({"in.xyz", "out.ply", "--output-tiles", "tiles"}, 1,
+                "'tiles': holds files, of an earlier run maybe; delete them, or name another folder");
 }
 
 TEST_F(ToolFiles, OnlyTheFilesAskedForAppear)

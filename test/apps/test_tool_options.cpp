@@ -90,10 +90,10 @@ const std::vector<Case> cases = {
 const std::set<std::string> testedBelow = {"--help",  "--verbose", "--quiet",      "--report",
                                            "--field", "--picture", "--noise-field"};
 
-// Those that test_tool_help, test_tool_streams and test_tool_pictures see at work.
-const std::set<std::string> testedElsewhere = {"--help-all",      "--manual",           "--bash-completion",
-                                               "--version",       "--output-directory", "--input-format",
-                                               "--output-format", "--progress",         "--camera"};
+// Those that test_tool_files, test_tool_help, test_tool_streams and test_tool_pictures see at work.
+const std::set<std::string> testedElsewhere = {
+    "--output-tiles",     "--tile-triangles", "--help-all",      "--manual",   "--bash-completion", "--version",
+    "--output-directory", "--input-format",   "--output-format", "--progress", "--camera"};
 
 class ToolOptions : public tool::Test {
 protected:
