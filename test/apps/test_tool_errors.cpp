@@ -199,8 +199,9 @@ TEST_F(ToolErrors, SeveralInputs)
   for (const char* source : {"use", "reference"})
     expectFailure({"sphere.xyz", "bare.xyz", "out.ply", "--normals", source}, 2, "'bare.xyz' has no normals");
   write("trust.xyz", "0 0 0 .5\n1 0 0 .5\n0 1 0 .5\n");
-  expectFailure({"trust.xyz", "sphere.xyz", "out.ply", "--confidence-field", "intensity"}, 2,
-                "--confidence-field: 'sphere.xyz' has no field 'intensity'");
+  for (const std::string option : {"--confidence-field", "--noise-field"})
+    expectFailure({"trust.xyz", "sphere.xyz", "out.ply", option, "intensity"}, 2,
+                  option + ": 'sphere.xyz' has no field 'intensity'");
   expectFailure({"bare.xyz", "trust.xyz", "out.ply"}, 1, "'bare.xyz and 1 other file': ");
 }
 

@@ -541,7 +541,10 @@ struct MeshBytes {
 TEST_F(ToolFiles, TilesJoinToTheMesh)
 {
   pcl::io::savePCDFileBinary(path("colored.pcd").string(), coloredSphere());
-  write("survey.xyz", tool::sphereRows(pointCount, 2, {1234567.25, 7654321.5, 321}));
+  std::string survey = "x y z nx ny nz intensity\n";
+  for (const std::string& row : tool::linesOf(tool::sphereRows(pointCount, 2, {1234567.25, 7654321.5, 321})))
+    survey += row + " " + std::to_string(survey.size()) + "\n";
+  write("survey.xyz", survey);
   for (const std::string name : {"colored.pcd", "survey.xyz"}) {
     SCOPED_TRACE(name);
     const std::string folder = "new/" + name;
