@@ -197,6 +197,7 @@ TEST_F(PointReaders, gridsInSurveyCoordinatesKeepTheirHeights)
       }
     write("grid.xyz", rows(points));
     write("grid.ply", bytes);
+    write(step < 1 ? "halves.ply" : "whole.ply", bytes);
     for (const char* name : {"grid.xyz", "grid.ply"}) {
       SCOPED_TRACE(name + std::string(" in steps of ") + std::to_string(step));
       const tool::Outcome outcome = run({name, "mesh.ply", "-q"});
@@ -217,6 +218,8 @@ TEST_F(PointReaders, gridsInSurveyCoordinatesKeepTheirHeights)
       EXPECT_LT(halves, mesh.vertices.size() / 20);
     }
   }
+  const tool::Outcome joined = run({"halves.ply", "whole.ply", "mesh.ply", "-q"});
+  EXPECT_NE(joined.err.find("resolved to 0.5 only"), std::string::npos) << joined.err << "the coarsest file counts";
 }
 
 TEST(PointReader, colorsOfAnyValueAreBytes)
