@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <set>
 
 namespace mrf_apps {
 namespace {
@@ -76,7 +77,7 @@ private:
 struct Parsed {
   std::vector<std::string> operands;
   pcl::mrf::Preset preset = pcl::mrf::Preset::standard;
-  std::string confidenceField, noiseField, outputFormat, report, field, picture;
+  std::string confidenceField, noiseField, outputFormat, report, field, picture, tiles;
   bool isQuiet = false, isVerbose = false;
 };
 
@@ -202,9 +203,15 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
   parser.words("--output-format", meshFormats(),
                "format of OUTPUT, whatever its name ends in; default: by its name, in a folder ply",
                [&parsed](const std::string& word) { parsed.outputFormat = word; });
+  parser.file(
+      "--output-tiles", "FOLDER", parsed.tiles,
+      "the mesh also in tiles that join exactly, tile_0000.ply ..., and index.json, which lists them; the folder "
+      "is made if it is not there, else has to be empty");
+  parser.whole("--tile-triangles", command.tileTriangles, 1, 0x1p31,
+               "largest number of triangles in a tile; default 1000000");
   parser.file("--report", "FILE.json", parsed.report,
               "all parameters, counts, times and statistics; with --output-directory it stands for NAME-FILE.json "
-              "beside the mesh of input NAME, and so do --field and --picture");
+              "beside the mesh of input NAME, and so do --output-tiles, --field and --picture");
   parser.file("--field", "FILE.vti", parsed.field,
               "the distance field, and the confidence of observed voxels; of a cloud in pieces far apart also "
               "FILE.2.vti, FILE.3.vti ...");
@@ -242,7 +249,8 @@ void addEverydayOptions(ToolOptions& parser)
                    {"--picture", "a rendering; needs an X display (xvfb-run)"},
                    {"--threads", "default: all"},
                    {"--help-all", "all options"}});
-  parser.examples({"scan.ply mesh.ply", "lidar.pcd mesh.vtk --quality fine --color confidence",
+  parser.examples({"scan.ply mesh.ply", "front.pcd left.ply right.xyz mesh.ply",
+                   "lidar.pcd mesh.vtk --quality fine --color confidence",
                    "scans/*.ply --output-directory meshes --trim none"});
   const char* const behind = "OUTPUT comes behind INPUT";
   parser.hints({{"-o", behind},
@@ -262,15 +270,20 @@ Job singleJob(const Parsed& parsed)
   if (words.empty())
     throw UsageError("INPUT and OUTPUT are missing");
   if (words.size() == 1)
-    throw UsageError("OUTPUT is missing; several inputs take --output-directory instead");
-  if (words.size() > 2)
-    throw UsageError("'" + words[2] + "' is one argument too many; several inputs take --output-directory");
+    throw UsageError("OUTPUT is missing; it comes last, or --output-directory makes a mesh of each INPUT");
   Job job;
-  job.input = words[0];
-  job.output = words[1];
+  job.inputs.assign(words.begin(), words.end() - 1);
+  job.output = words.back();
+  std::set<std::filesystem::path> files;
+  for (const std::string& input : job.inputs) {
+    std::error_code error; // what cannot be found is told by whoever reads it
+    if (!files.insert(std::filesystem::weakly_canonical(input, error)).second && !error)
+      throw UsageError("INPUT '" + input + "' is given twice");
+  }
   job.report = parsed.report;
   job.field = parsed.field;
   job.picture = parsed.picture;
+  job.tiles = parsed.tiles;
   return job;
 }
 
@@ -288,7 +301,7 @@ std::vector<Job> jobsInto(const std::string& folder, const Parsed& parsed)
     const std::string name =
         fs::path(extension(input) == "gz" ? fs::path(input).stem() : fs::path(input)).stem().string();
     Job job;
-    job.input = input;
+    job.inputs = {input};
     job.output = (fs::path(folder) / (name + "." + format)).string();
     const auto beside = [&](const std::string& option, const std::string& file) {
       if (fs::path(file).has_parent_path())
@@ -298,6 +311,7 @@ std::vector<Job> jobsInto(const std::string& folder, const Parsed& parsed)
     job.report = beside("--report", parsed.report);
     job.field = beside("--field", parsed.field);
     job.picture = beside("--picture", parsed.picture);
+    job.tiles = beside("--output-tiles", parsed.tiles);
     const auto [other, isNew] = inputs.try_emplace(job.output, input);
     if (!isNew)
       throw UsageError("'" + other->second + "' and '" + input + "' would both become '" + job.output + "'");
@@ -306,19 +320,26 @@ std::vector<Job> jobsInto(const std::string& folder, const Parsed& parsed)
   return jobs;
 }
 
+/// \throw UsageError if the name of an input does not tell its format
+void requirePointFormat(const std::string& input)
+{
+  const std::vector<std::string>& known = pointFormats();
+  if (input == "-" || std::find(known.begin(), known.end(), unpackedExtension(input)) != known.end())
+    return;
+  const std::string hint = conversionHint(input);
+  throw UsageError(
+      "INPUT '" + input + "' " +
+      (std::filesystem::is_directory(input)
+           ? "is a folder; name its files, and where meshes go: " + input + "/*.ply --output-directory meshes"
+           : std::string("does not end in ") + pointFileExtensions + (hint.empty() ? "; say --input-format" : hint)));
+}
+
 /// \throw UsageError if the formats of the files are not known
 void resolveFormats(Command& command, const std::string& outputFormat)
 {
-  const std::vector<std::string> known = pointFormats();
   for (Job& job : command.jobs) {
-    const std::string input = unpackedExtension(job.input), hint = conversionHint(job.input);
-    if (command.inputFormat.empty() && job.input != "-" && std::find(known.begin(), known.end(), input) == known.end())
-      throw UsageError(
-          "INPUT '" + job.input + "' " +
-          (std::filesystem::is_directory(job.input)
-               ? "is a folder; name its files, and where meshes go: " + job.input + "/*.ply --output-directory meshes"
-               : std::string("does not end in ") + pointFileExtensions +
-                     (hint.empty() ? "; say --input-format" : hint)));
+    if (command.inputFormat.empty())
+      std::for_each(job.inputs.begin(), job.inputs.end(), requirePointFormat);
     if (job.output == "-" && outputFormat.empty())
       throw UsageError("OUTPUT is standard output, which has no name to tell the format; say --output-format");
     job.outputFormat = outputFormat.empty() ? extension(job.output) : outputFormat;
@@ -335,7 +356,7 @@ Command parseCommandLine(int argc, const char* const* argv)
   Parsed parsed;
   OptionParser parser("pcl_mrf_reconstruction", MRF_VERSION,
                       "Reconstructs a surface from points by a Markov random field of signed distances.");
-  parser.usage("[OPTIONS] INPUT OUTPUT");
+  parser.usage("[OPTIONS] INPUT... OUTPUT");
   parser.usage("[OPTIONS] INPUT... --output-directory FOLDER");
   parser.operands(parsed.operands, std::string::npos);
   parser.operand("INPUT", std::string("points: ") + pointFileExtensions + "; -: standard input");
@@ -353,6 +374,8 @@ Command parseCommandLine(int argc, const char* const* argv)
   parser.note("The method is that of Paulsen, Baerentzen and Larsen, Markov Random Field Surface Reconstruction, 2010. "
               "s is the sampling distance of the points, see --unit. Lengths are in the unit of INPUT; auto, or 0, "
               "stands for the automatic value of those that have one.");
+  parser.note("Several INPUTs before OUTPUT are one cloud. Sensors of their own, normals, colors and intensities count "
+              "if all files have them; options that name a field hold for all files.");
   parser.note("Exit status: 0 done, 1 a file cannot be read or written or holds nothing to reconstruct, 2 wrong usage, "
               "3 the method failed; of several inputs that of the first one that failed.");
 
@@ -371,6 +394,8 @@ Command parseCommandLine(int argc, const char* const* argv)
   resolveFormats(command, parsed.outputFormat);
   if (!command.camera.empty() && command.jobs.front().picture.empty())
     throw UsageError("--camera: '" + command.camera + "' has no picture to be for; say --picture FILE.png");
+  if (parser.isGiven("--tile-triangles") && parsed.tiles.empty())
+    throw UsageError("--tile-triangles: there are no tiles for it; say --output-tiles FOLDER");
   requireMeaning(command.options, [&parser](const std::string& name) { return parser.isGiven(name); });
   if (command.options.uncertainty.surfaces > 0 && command.jobs.front().output == "-")
     throw UsageError("--write-samples: standard output holds one mesh; give OUTPUT a name for the others to be like");

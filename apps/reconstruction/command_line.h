@@ -17,8 +17,10 @@ enum class Verbosity { quiet, normal, verbose };
 
 /// One reconstruction. Empty paths: not asked for. "-" is standard input or output.
 struct Job {
-  std::string input, output;
+  std::vector<std::string> inputs; ///< of one cloud
+  std::string output;
   std::string report, field, picture;
+  std::string tiles;        ///< folder of the mesh in tiles
   std::string outputFormat; ///< extension of a mesh file, lower case
 };
 
@@ -30,7 +32,8 @@ struct Command {
   pcl::mrf::Options options;   ///< the preset with the explicit options on top
   std::vector<Eigen::Vector3d> sensors;
   std::string sensorsFile, viewsFile;
-  std::string camera; ///< of pictures, as wrongCamera accepts it; empty: the default
+  std::size_t tileTriangles = 1000000; ///< of each tile, at most
+  std::string camera;                  ///< of pictures, as wrongCamera accepts it; empty: the default
   Verbosity verbosity = Verbosity::normal;
   std::string workDirectory; ///< of results of parts of the run; empty: none are kept
   bool isResumed = false;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "command_line.h"
 #include "console.h"
+#include "mesh_tiles.h"
 #include "support/errors.h"
 #include "support/field_file.h"
 #include "support/float_offset.h"
+#include "support/mesh_reader.h"
 #include "support/output_files.h"
 #include "support/picture.h"
 #include "support/point_table.h"
@@ -74,26 +76,59 @@ std::string scalarNames(const PointTable& table)
   return result.empty() ? "none" : result;
 }
 
-/// Values of a field of the input; none without a name. \param option that names it
-std::vector<float> fieldOf(const Job& job, const PointTable& table, const std::string& option, const std::string& name)
+/// The input in a message.
+std::string inputName(const Job& job)
 {
-  if (name.empty())
-    return {};
-  const auto found = table.scalars.find(name);
-  if (found == table.scalars.end())
-    throw UsageError(option + ": '" + job.input + "' has no field '" + name +
+  const std::string& first = job.inputs.front();
+  const std::size_t others = job.inputs.size() - 1;
+  return (first == "-" ? "standard input" : first) +
+         (others == 0 ? "" : " and " + std::to_string(others) + (others == 1 ? " other file" : " other files"));
+}
+
+/// All files that are read.
+std::vector<std::string> filesRead(const Job& job, const Command& command)
+{
+  std::vector<std::string> files = job.inputs;
+  files.insert(files.end(), {command.sensorsFile, command.viewsFile});
+  return files;
+}
+
+/// \param name of a field that each file has to have; none if empty \param option that names it
+void requireField(const std::string& path, const PointTable& table, const std::string& option, const std::string& name)
+{
+  if (!name.empty() && table.scalars.count(name) == 0)
+    throw UsageError(option + ": '" + path + "' has no field '" + name +
                      "'; its scalar fields are: " + scalarNames(table));
-  return found->second;
+}
+
+/// A file of the input, without sensors if the command has others or does not want it to name any.
+PointTable readFile(const std::string& path, const Command& command)
+{
+  PointTable table = readPoints(path, command.inputFormat);
+  requireField(path, table, "--confidence-field", command.options.confidenceField);
+  requireField(path, table, "--noise-field", command.options.noiseField);
+  const pcl::mrf::NormalSource source = command.options.normals.source;
+  if (table.normals.empty() && (source == pcl::mrf::NormalSource::use || source == pcl::mrf::NormalSource::reference))
+    throw UsageError("--normals " + nameOf(source) + ": '" + path + "' has no normals; have them estimated (auto)");
+  if (!command.sensors.empty() || !command.sensorsFile.empty() || !command.options.orientation.sensorOrigin) {
+    table.sensorOrigin.reset();
+    table.sensors.clear();
+    table.views.clear();
+  }
+  return table;
 }
 
 /// The confidences, noise, sensors and views of the command.
-void addSensors(const Job& job, const Command& command, Input& input)
+void addSensors(const Command& command, Input& input)
 {
-  input.cloud.confidences = fieldOf(job, input.table, "--confidence-field", command.options.confidenceField);
-  input.cloud.deviations = fieldOf(job, input.table, "--noise-field", command.options.noiseField);
+  const auto fieldOf = [&](const std::string& name) {
+    return name.empty() ? std::vector<float>() : input.table.scalars.at(name);
+  };
+  input.cloud.confidences = fieldOf(command.options.confidenceField);
+  input.cloud.deviations = fieldOf(command.options.noiseField);
   input.cloud.sensors = command.sensorsFile.empty() ? command.sensors : readSensors(command.sensorsFile);
   input.cloud.sensorOrigin = input.table.sensorOrigin;
-  if (input.cloud.sensors.empty() && command.options.orientation.sensorOrigin) {
+  if (input.cloud.sensors.empty()) {
     input.cloud.sensors = std::move(input.table.sensors);
     input.cloud.views = std::move(input.table.views);
   }
@@ -132,16 +167,23 @@ pcl::mrf::PointAttributes attributesOf(const PointTable& table)
 /// where it is
 void readInput(const Job& job, const Command& command, Input& input)
 {
+  std::vector<PointTable> tables;
+  float resolution = 0;
+  for (const std::string& path : job.inputs) {
+    tables.push_back(readFile(path, command));
+    if (tables.back().areFloats)
+      resolution = std::max(resolution, floatRounding(tables.back().positions));
+  }
   PointTable& table = input.table;
-  table = readPoints(job.input, command.inputFormat);
+  table = joinPoints(std::move(tables), job.inputs);
   input.cloud.offset = floatOffset(table.positions);
-  if (table.areFloats && !input.cloud.offset.isZero(0))
-    input.cloud.resolution = floatRounding(table.positions);
+  if (!input.cloud.offset.isZero(0))
+    input.cloud.resolution = resolution;
   input.cloud.positions = toFloat(table.positions, input.cloud.offset);
   table.positions = std::vector<Eigen::Vector3d>(); // {} would keep their memory
   input.cloud.normals = std::move(table.normals);
   input.cloud.attributes = attributesOf(table);
-  addSensors(job, command, input);
+  addSensors(command, input);
   input.sensors = sensorsOf(input.cloud, command.options);
 }
 
@@ -222,8 +264,10 @@ void writeReport(const pcl::mrf::Report& report, const Eigen::Vector3d& shiftOfO
   nlohmann::ordered_json json = {{"schema", reportSchema},
                                  {"tool", "pcl_mrf_reconstruction"},
                                  {"version", MRF_VERSION},
-                                 {"input", job.input},
+                                 {"input", job.inputs},
                                  {"output", job.output}};
+  if (job.inputs.size() == 1)
+    json["input"] = job.inputs.front();
   if (!shiftOfOutput.isZero(0))
     json["offset"] = {shiftOfOutput.x(), shiftOfOutput.y(), shiftOfOutput.z()};
   json.update(toJson(report));
@@ -263,7 +307,7 @@ void writeFailure(pcl::mrf::Report& report, const Job& job)
 RunSummary summarize(const Input& input, const Job& job)
 {
   RunSummary summary;
-  summary.input = job.input == "-" ? "standard input" : job.input;
+  summary.input = inputName(job);
   summary.points = input.cloud.positions.size();
   if (!input.cloud.normals.empty())
     summary.fields.emplace_back("normals");
@@ -284,7 +328,8 @@ constexpr double readingShare = .03, writingShare = .03;
 
 /// Writes what was asked for to the declared outputs. \return paths and bytes
 std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& result, const Input& input, const Job& job,
-                                                               const Command& command, OutputFiles& outputs)
+                                                               const Command& command, const TileFolder& tiles,
+                                                               OutputFiles& outputs)
 {
   std::vector<std::pair<std::string, std::int64_t>> written;
   const auto write = [&](const std::string& path, const std::function<void(const std::string&)>& writer) {
@@ -292,6 +337,8 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
       written.emplace_back(path == "-" ? "standard output" : path, outputs.write(path, writer));
   };
   write(job.output, [&](const std::string& path) { writeMesh(result.mesh, path, job.outputFormat); });
+  if (!job.tiles.empty())
+    written.push_back(tiles.write(result.mesh, command.tileTriangles, outputs));
   const std::vector<std::string> samples = sampleFiles(job, command);
   for (std::size_t n = 0; n < samples.size(); ++n)
     write(samples[n], [&](const std::string& path) {
@@ -301,7 +348,7 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
   if (!job.field.empty())
     for (std::size_t n = 0; n < result.field.otherPieces().size(); ++n) {
       const std::string file = fieldFile(job.field, n + 1);
-      refuseInputAsOutput({job.input, command.sensorsFile, command.viewsFile}, {file});
+      refuseInputAsOutput(filesRead(job, command), {file});
       outputs.add(file);
       write(file,
             [&](const std::string& path) { writeField(result.field.otherPieces()[n], result.fieldOffset, path); });
@@ -315,8 +362,8 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
 
 /// Reads, reconstructs, and publishes the declared outputs. \param report has what was done also if that throws
 /// \param progress is told of the whole job
-RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs, pcl::mrf::Report& report,
-                   const pcl::mrf::ProgressCallback& progress)
+RunSummary produce(const Job& job, const Command& command, const TileFolder& tiles, OutputFiles& outputs,
+                   pcl::mrf::Report& report, const pcl::mrf::ProgressCallback& progress)
 {
   const auto start = std::chrono::steady_clock::now();
   progress("reading", 0);
@@ -336,6 +383,8 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
     summary.notes.push_back(std::to_string(command.results->found()) + " of " +
                             std::to_string(command.results->found() + command.results->made()) +
                             " parts of the run were there");
+  std::vector<std::string>& warnings = result.report.warnings;
+  warnings.insert(warnings.begin(), input.table.warnings.begin(), input.table.warnings.end());
   result.shiftOfOutput = offsetOfFloats(result.mesh, job.outputFormat);
   if ((job.outputFormat == "stl" || job.outputFormat == "3mf") && !result.report.mesh.closed())
     result.report.warnings.push_back("the surface in " + job.output +
@@ -345,7 +394,7 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
 
   const auto writingStart = std::chrono::steady_clock::now();
   progress("writing", 1 - writingShare);
-  summary.written = writeOutputs(result, input, job, command, outputs);
+  summary.written = writeOutputs(result, input, job, command, tiles, outputs);
   if (interrupted != 0)
     throw pcl::mrf::Cancelled("interrupted");
   outputs.publish();
@@ -354,20 +403,39 @@ RunSummary produce(const Job& job, const Command& command, OutputFiles& outputs,
   return summary;
 }
 
+/// Of several inputs the last one may have been meant as an input as well, such as that of scans/*.ply.
+/// \throw UsageError if it is there and no mesh
+void refuseScanAsOutput(const Job& job)
+{
+  const std::vector<std::string>& known = pointFormats();
+  if (job.inputs.size() == 1 || !std::filesystem::exists(job.output) ||
+      std::find(known.begin(), known.end(), unpackedExtension(job.output)) == known.end())
+    return;
+  try {
+    readMesh(job.output);
+  } catch (const std::runtime_error&) {
+    throw UsageError("OUTPUT '" + job.output +
+                     "' is there and holds no mesh: if it is an INPUT, name OUTPUT behind it, else delete it");
+  }
+}
+
 /// A job from its declared outputs to its summary. \param report of what was done, also if that throws
 RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& report,
                   const pcl::mrf::ProgressCallback& progress)
 {
   std::vector<std::string> files = sampleFiles(job, command);
   files.insert(files.begin(), {job.output, job.report, job.field, job.picture});
-  refuseInputAsOutput({job.input, command.sensorsFile, command.viewsFile}, files);
+  refuseInputAsOutput(filesRead(job, command), files);
+  refuseScanAsOutput(job);
+  const TileFolder tiles(job.tiles, files);
+  files.push_back(tiles.firstFile());
   auto outputs = std::make_unique<OutputFiles>();
   for (const std::string& path : files)
     if (!path.empty())
       outputs->add(path);
   report.options = command.options;
   try {
-    return produce(job, command, *outputs, report, progress);
+    return produce(job, command, tiles, *outputs, report, progress);
   } catch (...) {
     outputs.reset();
     if (interrupted == 0 && !job.report.empty()) // who interrupts wants nothing
@@ -383,7 +451,7 @@ RunSummary runNamed(const Job& job, const Command& command, pcl::mrf::Report& re
   try {
     return runJob(job, command, report, progress);
   } catch (const pcl::mrf::InvalidInput& error) {
-    throw FileError(job.input == "-" ? "standard input" : job.input, error.message());
+    throw FileError(inputName(job), error.message());
   }
 }
 
@@ -402,14 +470,6 @@ void runAlone(const Command& command)
   printSummary(summary, report, command.verbosity, job.output == "-" ? stderr : stdout);
 }
 
-void makeFolder(const std::string& folder)
-{
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (!std::filesystem::is_directory(folder))
-    throw FileError(folder, error ? "cannot be made: " + error.message() : "is not a folder");
-}
-
 /// Runs the jobs one after the other. \return the exit status of the first one that failed
 int runAll(const Command& command)
 {
@@ -419,7 +479,7 @@ int runAll(const Command& command)
   for (std::size_t n = 0; n < command.jobs.size() && interrupted == 0; ++n) {
     const Job& job = command.jobs[n];
     pcl::mrf::Report report;
-    const int status = guarded(toolName, job.input, memoryAdvice, [&] {
+    const int status = guarded(toolName, inputName(job), memoryAdvice, [&] {
       try {
         const RunSummary summary = runNamed(job, command, report, [&](const std::string& stage, double fraction) {
           display.show(n, stage, fraction);

@@ -141,6 +141,14 @@ void OutputFiles::publish()
   files_.clear();
 }
 
+void makeFolder(const std::string& folder)
+{
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!fs::is_directory(folder))
+    throw FileError(folder, error ? "cannot be made: " + error.message() : "is not a folder");
+}
+
 void refuseInputAsOutput(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs)
 {
   std::error_code error;

@@ -46,6 +46,9 @@ private:
   std::vector<File> files_;
 };
 
+/// Makes a folder, and those that it is in, unless it is there. \throw FileError
+void makeFolder(const std::string& folder);
+
 /// \throw UsageError if an output is one of the inputs and would overwrite it; empty paths are none, nor is "-"
 void refuseInputAsOutput(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
 

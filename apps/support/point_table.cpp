@@ -86,4 +86,73 @@ PointTable readPoints(const std::string& path, const std::string& format)
   return parsePoints(type, path, readWholeFile(path));
 }
 
+namespace {
+
+/// Moves values to the end of others, and frees their memory.
+template <typename Value>
+void append(std::vector<Value>& more, std::vector<Value>& values)
+{
+  values.insert(values.end(), more.begin(), more.end());
+  more = std::vector<Value>();
+}
+
+void appendSensors(PointTable& more, PointTable& table)
+{
+  if (more.sensorOrigin) {
+    more.sensors = {*more.sensorOrigin};
+    more.views.assign(more.size(), 0);
+  }
+  std::vector<std::int32_t> numbers; // in the table
+  for (const Eigen::Vector3d& sensor : more.sensors) {
+    const auto known = std::find(table.sensors.begin(), table.sensors.end(), sensor);
+    numbers.push_back(static_cast<std::int32_t>(known - table.sensors.begin()));
+    if (known == table.sensors.end())
+      table.sensors.push_back(sensor);
+  }
+  for (const std::int32_t view : more.views)
+    table.views.push_back(numbers[static_cast<std::size_t>(view)]);
+}
+
+} // namespace
+
+PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::string>& paths)
+{
+  if (tables.size() == 1)
+    return std::move(tables.front());
+  PointTable whole;
+  const auto doAllHave = [&](const std::string& what, bool (*has)(const PointTable&), const char* remedy = "") {
+    const auto without = std::find_if_not(tables.begin(), tables.end(), has);
+    if (without != tables.end() && std::any_of(tables.begin(), tables.end(), has))
+      whole.warnings.push_back("'" + paths[static_cast<std::size_t>(without - tables.begin())] + "' has no " + what +
+                               ": those of the other files are left out" + remedy);
+    return without == tables.end();
+  };
+  const bool haveNormals = doAllHave("normals", [](const PointTable& table) { return !table.normals.empty(); });
+  const bool haveColors = doAllHave("colors", [](const PointTable& table) { return !table.colors.empty(); });
+  doAllHave("intensities", [](const PointTable& table) { return table.hasIntensity(); });
+  const bool haveSensors = doAllHave(
+      "sensor position", [](const PointTable& table) { return table.sensorOrigin || !table.sensors.empty(); },
+      "; name all by --sensors and --views");
+  whole.scalars = std::move(tables.front().scalars);
+  for (std::size_t n = 0; n < tables.size(); ++n) {
+    PointTable& more = tables[n];
+    for (auto scalar = whole.scalars.begin(); n > 0 && scalar != whole.scalars.end();) {
+      const auto same = more.scalars.find(scalar->first);
+      if (same != more.scalars.end())
+        append(same->second, scalar->second);
+      scalar = same == more.scalars.end() ? whole.scalars.erase(scalar) : std::next(scalar);
+    }
+    if (haveNormals)
+      append(more.normals, whole.normals);
+    if (haveColors)
+      append(more.colors, whole.colors);
+    if (haveSensors)
+      appendSensors(more, whole);
+    append(more.positions, whole.positions);
+    for (const std::string& note : more.notes)
+      whole.notes.push_back(paths[n] + ": " + note);
+  }
+  return whole;
+}
+
 } // namespace mrf_apps

@@ -26,6 +26,7 @@ struct PointTable {
   std::vector<Eigen::Vector3d> sensors;              ///< of a file of several scans instead
   std::vector<std::int32_t> views;                   ///< the sensor of each point, from 0, if there are `sensors`
   std::vector<std::string> notes;                    ///< what the user should know about how the file was understood
+  std::vector<std::string> warnings;                 ///< what was left out of joined files
 
   std::size_t size() const { return positions.size(); }
   bool hasIntensity() const { return scalars.count("intensity") != 0; }
@@ -40,6 +41,11 @@ PointTable readPoints(const std::string& path, const std::string& format = {});
 
 /// The same for the bytes of a file. \param format one of pointFormats() \param path for messages
 PointTable parsePoints(const std::string& format, const std::string& path, const std::string& text);
+
+/// The points of several files as one cloud. What not all files have is left out, normals as well: some would decide
+/// about the side of others that are far away. Equal sensors become one.
+/// \param paths of the tables, for messages
+PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::string>& paths);
 
 /// What the bytes of a file look like, as one of pointFormats(). \return empty if like none
 std::string pointFormatOf(std::string_view text);

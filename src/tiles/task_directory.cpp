@@ -19,6 +19,7 @@
 #include <fstream>
 #include <iterator>
 #include <optional>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -30,6 +31,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* journalName = "journal.txt";
 constexpr const char* extension = ".result";
+
+/// Bytes of a result to those of its input, at most: of tiles .15, of parts .26.
+constexpr double resultOfInput = .3;
 
 /// CRC-64 of ECMA-182, as xz has it.
 std::uint64_t checksum(const std::string& bytes)
@@ -117,6 +121,19 @@ void TaskDirectory::note(const std::string& line)
                         " cannot be written: " + std::strerror(errno));
 }
 
+void TaskDirectory::requireRoom(double bytes) const
+{
+  std::error_code error;
+  const auto free = static_cast<double>(fs::space(directory_, error).available);
+  if (error || free >= bytes)
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "results in the work directory " << directory_ << " would take some " << bytes / 1e9 << " GB, of which "
+       << free / 1e9 << " are free; those before them are kept: make room and go on with --resume";
+  throw ResourceLimit(text.str());
+}
+
 void TaskDirectory::run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
                         Execution& execution)
 {
@@ -125,6 +142,8 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
     std::optional<std::string> input = makeInput(n);
     if (!input)
       return input;
+    if (n == 0)
+      requireRoom(resultOfInput * count * static_cast<double>(input->size()));
     const std::string name = hexadecimal(checksum(MRF_VERSION + kind + *input)) + "-" + std::to_string(input->size());
     fs::path& file = files[static_cast<std::size_t>(n)];
     file = fs::path(directory_) / (kind + "-" + name + extension);

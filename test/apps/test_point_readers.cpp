@@ -197,6 +197,7 @@ TEST_F(PointReaders, gridsInSurveyCoordinatesKeepTheirHeights)
       }
     write("grid.xyz", rows(points));
     write("grid.ply", bytes);
+    write(step < 1 ? "halves.ply" : "whole.ply", bytes);
     for (const char* name : {"grid.xyz", "grid.ply"}) {
       SCOPED_TRACE(name + std::string(" in steps of ") + std::to_string(step));
       const tool::Outcome outcome = run({name, "mesh.ply", "-q"});
@@ -217,6 +218,8 @@ TEST_F(PointReaders, gridsInSurveyCoordinatesKeepTheirHeights)
       EXPECT_LT(halves, mesh.vertices.size() / 20);
     }
   }
+  const tool::Outcome joined = run({"halves.ply", "whole.ply", "mesh.ply", "-q"});
+  EXPECT_NE(joined.err.find("resolved to 0.5 only"), std::string::npos) << joined.err << "the coarsest file counts";
 }
 
 TEST(PointReader, colorsOfAnyValueAreBytes)
@@ -780,6 +783,51 @@ TEST(LasReader, headersAreNotBelieved)
   refused(171, std::nan(""), "is a malformed LAS file: a scale or an offset is no number");
   for (const std::size_t size : {4, 226, 227, 374, 375, 400})
     expectRefused("las", good.substr(0, size), "is truncated");
+}
+
+TEST(PointReader, joinsWhatAllFilesHave)
+{
+  const auto table = [](int points) {
+    PointTable result;
+    result.positions.assign(static_cast<std::size_t>(points), Eigen::Vector3d(points, 4.5e6 + .01, 0));
+    return result;
+  };
+  PointTable full = table(2), plain = table(1), scans = table(2);
+  full.normals.assign(2, Eigen::Vector3f::UnitX());
+  full.colors.assign(2, {1, 2, 3});
+  full.scalars = {{"intensity", {1, 2}}, {"quality", {3, 4}}, {"time", {5, 6}}};
+  full.sensorOrigin = Eigen::Vector3d(0, 0, 9);
+  full.notes = {"column 1 numbers the points: skipped"};
+  plain.scalars = {{"quality", {7}}};
+  plain.sensorOrigin = Eigen::Vector3d(0, 0, 5);
+  scans.scalars = {{"quality", {8, 9}}, {"time", {8, 9}}};
+  scans.sensors = {Eigen::Vector3d(0, 0, 7), Eigen::Vector3d(0, 0, 9)};
+  scans.views = {1, 0};
+
+  const PointTable alone = joinPoints({full}, {"full.xyz"});
+  EXPECT_EQ(alone.scalars, full.scalars);
+  EXPECT_EQ(alone.notes, full.notes);
+  EXPECT_EQ(alone.sensorOrigin, full.sensorOrigin);
+
+  const PointTable whole = joinPoints({full, plain, scans}, {"full.xyz", "plain.pcd", "scans.ptx"});
+  std::vector<Eigen::Vector3d> positions = full.positions;
+  for (const PointTable* more : {&plain, &scans})
+    positions.insert(positions.end(), more->positions.begin(), more->positions.end());
+  EXPECT_EQ(whole.positions, positions);
+  EXPECT_TRUE(whole.normals.empty());
+  EXPECT_TRUE(whole.colors.empty());
+  EXPECT_EQ(whole.scalars, (decltype(whole.scalars){{"quality", {3, 4, 7, 8, 9}}}));
+  EXPECT_EQ(whole.sensors, (std::vector<Eigen::Vector3d>{{0, 0, 9}, {0, 0, 5}, {0, 0, 7}}));
+  EXPECT_EQ(whole.views, (std::vector<std::int32_t>{0, 0, 1, 0, 2}));
+  EXPECT_EQ(whole.notes, (std::vector<std::string>{"full.xyz: column 1 numbers the points: skipped"}));
+  EXPECT_EQ(whole.warnings,
+            (std::vector<std::string>{"'plain.pcd' has no normals: those of the other files are left out",
+                                      "'plain.pcd' has no colors: those of the other files are left out",
+                                      "'plain.pcd' has no intensities: those of the other files are left out"}));
+  const PointTable colored = joinPoints({full, full}, {"a.xyz", "b.xyz"});
+  EXPECT_EQ(colored.normals.size(), 4u);
+  EXPECT_EQ(colored.colors.size(), 4u);
+  EXPECT_TRUE(colored.warnings.empty());
 }
 
 TEST_F(PointReaders, whatGzipPackedIsReadLikeTheRest)

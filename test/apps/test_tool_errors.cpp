@@ -43,9 +43,6 @@ TEST_F(ToolErrors, Usage)
   expectFailure({}, 2, "INPUT");
   expectFailure({"sphere.xyz"}, 2, "OUTPUT");
   expectFailure({"sphere.xyz", "", "--output-format", "ply"}, 2, "'' is not the name of a file");
-  expectFailure({"sphere.xyz", "a.ply", "b.ply"}, 2,
-                "'b.ply' is one argument too many; several inputs take "
-                "--output-directory");
   expectFailure({"sphere.xyz", "out.ply", "--nonsense"}, 2, "'--nonsense' is not an option");
   expectFailure({"sphere.xyz", "out.ply", "--nonsense", "3"}, 2, "'--nonsense' is not an option");
   expectFailure({"sphere.xyz", "out.ply", "--beta"}, 2, "--beta needs a value");
@@ -194,6 +191,33 @@ TEST_F(ToolErrors, WorkDirectories)
   expectFailure({"sphere.xyz", "other.ply", "--work-directory", "work"}, 1, "go on with it (--resume)");
   EXPECT_FALSE(std::filesystem::exists(path("other.ply")));
   EXPECT_EQ(run({"sphere.xyz", "other.ply", "--work-directory", "work", "--resume"}).status, 0);
+}
+
+TEST_F(ToolErrors, SeveralInputs)
+{
+  write("other.xyz", tool::sphereRows(400, 2, {3, 0, 0}));
+  std::filesystem::create_symlink("other.xyz", path("link.xyz"));
+  expectFailure({"sphere.xyz", "other.xyz", "./sphere.xyz", "out.ply"}, 2, "INPUT './sphere.xyz' is given twice");
+  expectFailure({"other.xyz", "link.xyz", "out.ply"}, 2, "INPUT 'link.xyz' is given twice");
+  expectFailure({"-", "-", "out.ply"}, 2, "INPUT '-' is given twice");
+  expectFailure({"sphere.xyz", "absent.xyz", "out.ply"}, 1, "'absent.xyz': No such file or directory");
+  expectFailure({"sphere.xyz", "other.doc", "out.ply"}, 2, "INPUT 'other.doc' does not end in pcd");
+  // scans/*.ply without an OUTPUT: the last scan is not overwritten.
+  write("scan.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                    "end_header\n0 0 0\n");
+  expectFailure(
+      {"sphere.xyz", "other.xyz", "scan.ply"}, 2,
+      "OUTPUT 'scan.ply' is there and holds no mesh: if it is an INPUT, name OUTPUT behind it, else delete it");
+  expectFailure({"sphere.xyz", "link.xyz", "other.xyz", "--output-format", "ply"}, 2, "would be overwritten");
+  write("bare.xyz", "0 0 0\n1 0 0\n0 1 0\n");
+  expectFailure({"sphere.xyz", "other.xyz", "bare.xyz", "--output-format", "ply"}, 2, "OUTPUT 'bare.xyz' is there");
+  for (const char* source : {"use", "reference"})
+    expectFailure({"sphere.xyz", "bare.xyz", "out.ply", "--normals", source}, 2, "'bare.xyz' has no normals");
+  write("trust.xyz", "0 0 0 .5\n1 0 0 .5\n0 1 0 .5\n");
+  for (const std::string option : {"--confidence-field", "--noise-field"})
+    expectFailure({"trust.xyz", "sphere.xyz", "out.ply", option, "intensity"}, 2,
+                  option + ": 'sphere.xyz' has no field 'intensity'");
+  expectFailure({"bare.xyz", "trust.xyz", "out.ply"}, 1, "'bare.xyz and 1 other file': ");
 }
 
 TEST_F(ToolErrors, PictureNeedsADisplay)

@@ -23,9 +23,11 @@
 #include <assimp/Importer.hpp>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <set>
 #include <sstream>
 
 namespace {
@@ -94,6 +96,77 @@ TEST_F(ToolFiles, PcdTellsWhereItsSensorWas)
   EXPECT_LT(volume("9") * volume(".4"), 0) << "seen from outside and from inside";
   EXPECT_GT(volume("9") * volume(".4", {"--sensor", "0,4500000,9"}), 0) << "a given one wins";
   volume("9", {"--sensor-origin", "off"});
+}
+
+TEST_F(ToolFiles, AScanInSeveralFilesIsThatScan)
+{
+  // A sphere from within, in coordinates that float does not hold, and of which a part alone would have another offset.
+  const auto pcd = [&](const std::string& name, double from, double to) {
+    std::ostringstream rows;
+    rows.precision(17);
+    int count = 0;
+    for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
+      if (p.z() > from && p.z() <= to && ++count > 0)
+        rows << (p + Eigen::Vector3d(1234567, 7654321, 99)).transpose() << '\n';
+    write(name + ".xyz", rows.str());
+    write(name + ".pcd", "FIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nVIEWPOINT 1234567 7654321 99 1 0 0 0\nPOINTS " +
+                             std::to_string(count) + "\nDATA ascii\n" + rows.str());
+  };
+  pcd("whole", -2, .9);
+  pcd("lower", -2, -.3);
+  pcd("middle", -.3, .3);
+  pcd("upper", .3, .9);
+  reportOf({"whole.pcd", "whole.ply"});
+  const json report = reportOf({"upper.pcd", "lower.pcd", "middle.pcd", "joined.ply"});
+  EXPECT_EQ(report.at("input"), json({"upper.pcd", "lower.pcd", "middle.pcd"}));
+  EXPECT_EQ(report.at("vote"), "sensor");
+  EXPECT_EQ(tool::readText(path("joined.ply")), tool::readText(path("whole.ply")));
+  reportOf({"whole.xyz", "whole.ply"});
+  const json mixed = reportOf({"upper.xyz", "lower.pcd", "middle.xyz", "joined.ply", "--sensor-origin", "off"});
+  EXPECT_EQ(mixed.at("vote"), "outward");
+  EXPECT_EQ(tool::readText(path("joined.ply")), tool::readText(path("whole.ply"))) << "an earlier mesh is replaced";
+}
+
+TEST_F(ToolFiles, EachFileHasItsOwnSensor)
+{
+  // Caps side by side. The sensor of the second one is nearer to the first as well, and below it.
+  const auto cap = [&](const std::string& name, double x, const std::string& viewpoint) {
+    std::string rows;
+    int count = 0;
+    for (const Eigen::Vector3d& p : tool::spherePoints(1000))
+      if (p.z() > .3 && ++count > 0)
+        rows += std::to_string(p.x() + x) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
+    write(name, "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n" + viewpoint + "POINTS " + std::to_string(count) +
+                    "\nDATA ascii\n" + rows);
+  };
+  cap("first.pcd", 0, "VIEWPOINT 0 0 30 1 0 0 0\n");
+  cap("second.pcd", 4, "VIEWPOINT 3 0 -4 1 0 0 0\n");
+  const auto upwardShare = [&](double x) { // of the normals of a cap
+    pcl::PointCloud<pcl::PointNormal> mesh;
+    EXPECT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), mesh), 0);
+    int upward = 0, all = 0;
+    for (const pcl::PointNormal& vertex : mesh)
+      if (std::abs(vertex.x - x) < 1.5 && ++all > 0)
+        upward += vertex.normal_z > 0;
+    return upward / (all + 1e-9);
+  };
+  const tool::Outcome outcome = run({"first.pcd", "second.pcd", "out.ply"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("first.pcd and 1 other file: "), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("2 sensors, one known for each point"), std::string::npos) << outcome.out;
+  EXPECT_GT(upwardShare(0), .95);
+  EXPECT_LT(upwardShare(4), .05);
+
+  cap("third.pcd", 8, "");
+  const tool::Outcome partly = run({"first.pcd", "third.pcd", "out.ply", "--report", "report.json"});
+  ASSERT_EQ(partly.status, 0) << partly.err;
+  const std::string warning = "'third.pcd' has no sensor position: those of the other files are left out; name all by "
+                              "--sensors and --views";
+  EXPECT_NE(partly.err.find("warning: " + warning), std::string::npos) << partly.err;
+  EXPECT_EQ(parsed("report.json").at("/warnings/0"_json_pointer), warning);
+  EXPECT_EQ(parsed("report.json").at("vote"), "outward");
+  const tool::Outcome given = run({"first.pcd", "third.pcd", "out.ply", "--sensor", "4,0,30"});
+  EXPECT_EQ(given.err, "") << "what the file says is not asked for";
 }
 
 TEST_F(ToolFiles, WhatPclWrites)
@@ -436,6 +509,106 @@ TEST_F(ToolFiles, AFailureIsReportedAsWell)
   EXPECT_EQ(reported({"absent.xyz", "out.ply", "--max-hole", ".5"}, 1).at("/options/trimming/maxHole"_json_pointer),
             .5);
   EXPECT_EQ(reported({"two.xyz", "out.ply", "--normals", "use"}, 2).at("status"), "invalid option");
+}
+
+/// A mesh by the bytes of its vertices, with all that they have.
+struct MeshBytes {
+  std::vector<std::string> vertices, triangles;
+  Eigen::AlignedBox3d box;
+
+  explicit MeshBytes(const std::filesystem::path& file)
+  {
+    pcl::PolygonMesh mesh;
+    EXPECT_EQ(pcl::io::loadPLYFile(file.string(), mesh), 0);
+    const bool areDoubles = mesh.cloud.fields.at(0).datatype == pcl::PCLPointField::FLOAT64;
+    for (std::size_t at = 0; at < mesh.cloud.data.size(); at += mesh.cloud.point_step) {
+      const auto* const bytes = reinterpret_cast<const char*>(&mesh.cloud.data[at]);
+      vertices.emplace_back(bytes, mesh.cloud.point_step);
+      Eigen::Vector3f single;
+      Eigen::Vector3d position;
+      std::memcpy(single.data(), bytes, sizeof(single));
+      std::memcpy(position.data(), bytes, sizeof(position));
+      box.extend(areDoubles ? position : single.cast<double>().eval());
+    }
+    for (const pcl::Vertices& polygon : mesh.polygons) {
+      triangles.emplace_back();
+      for (const auto vertex : polygon.vertices)
+        triangles.back() += vertices.at(vertex);
+    }
+  }
+};
+
+TEST_F(ToolFiles, TilesJoinToTheMesh)
+{
+  pcl::io::savePCDFileBinary(path("colored.pcd").string(), coloredSphere());
+  std::string survey = "x y z nx ny nz intensity\n";
+  for (const std::string& row : tool::linesOf(tool::sphereRows(pointCount, 2, {1234567.25, 7654321.5, 321})))
+    survey += row + " " + std::to_string(survey.size()) + "\n";
+  write("survey.xyz", survey);
+  for (const std::string name : {"colored.pcd", "survey.xyz"}) {
+    SCOPED_TRACE(name);
+    const std::string folder = "new/" + name;
+    const json report =
+        reportOf({name, "out.ply", "--uncertainty", "--output-tiles", folder, "--tile-triangles", "70"});
+    const json index = parsed(folder + "/index.json"), tiles = index.at("tiles");
+    EXPECT_EQ(index.at("tool"), "pcl_mrf_reconstruction");
+    const int all = report.at("/mesh/triangles"_json_pointer);
+    ASSERT_EQ(static_cast<int>(tiles.size()), (all + 69) / 70);
+    ASSERT_GT(tiles.size(), 5u);
+
+    MeshBytes mesh(path("out.ply"));
+    const std::set<std::string> known(mesh.vertices.begin(), mesh.vertices.end());
+    std::vector<std::string> joined;
+    for (std::size_t n = 0; n < tiles.size(); ++n) {
+      const std::string file = tiles[n].at("file");
+      SCOPED_TRACE(file);
+      EXPECT_EQ(file, "tile_" + std::string(n < 10 ? "000" : "00") + std::to_string(n) + ".ply");
+      const MeshBytes tile(path(folder) / file);
+      EXPECT_EQ(tiles[n].at("vertices"), tile.vertices.size());
+      EXPECT_EQ(tiles[n].at("triangles"), tile.triangles.size());
+      EXPECT_NEAR(static_cast<double>(tile.triangles.size()), all / static_cast<double>(tiles.size()), 3);
+      EXPECT_LE(tile.triangles.size(), 70u);
+      for (const std::string& vertex : tile.vertices)
+        ASSERT_EQ(known.count(vertex), 1u) << "not a vertex of the mesh with all it has";
+      EXPECT_EQ(std::set<std::string>(tile.vertices.begin(), tile.vertices.end()).size(), tile.vertices.size());
+      joined.insert(joined.end(), tile.triangles.begin(), tile.triangles.end());
+
+      for (int axis = 0; axis < 3; ++axis) {
+        EXPECT_EQ(tiles[n].at("lower").at(axis), tile.box.min()[axis]);
+        EXPECT_EQ(tiles[n].at("upper").at(axis), tile.box.max()[axis]);
+      }
+      EXPECT_LT(tile.box.diagonal().norm(), 2) << "of a sphere of radius 1 in so many tiles";
+    }
+    std::sort(mesh.triangles.begin(), mesh.triangles.end());
+    std::sort(joined.begin(), joined.end());
+    EXPECT_TRUE(joined == mesh.triangles) << "each triangle in one tile";
+    std::size_t written = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(path(folder)))
+      written += entry.path().extension() == ".ply" ? 1 : 0;
+    EXPECT_EQ(written, tiles.size());
+  }
+  ASSERT_EQ(run({"colored.pcd", "--output-directory", "meshes", "--output-tiles", "tiles", "-q"}).status, 0);
+  EXPECT_EQ(parsed("meshes/colored-tiles/index.json").at("tiles").size(), 1u);
+}
+
+TEST_F(ToolFiles, TilesComeIntoAnEmptyFolder)
+{
+  write("in.xyz", tool::sphereRows(pointCount));
+  write("two.xyz", "0 0 0\n1 0 0\n");
+  expectFailure({"in.xyz", "out.ply", "--output-tiles", "in.xyz"}, 1, "'in.xyz': cannot be made: Not a directory");
+  expectFailure({"in.xyz", "out.ply", "--tile-triangles", "9"}, 2,
+                "--tile-triangles: there are no tiles for it; say --o");
+  expectFailure({"in.xyz", "out.ply", "--output-tiles", "t", "--tile-triangles", "0"}, 2, "range [1, 2147483648]");
+  expectFailure({"two.xyz", "out.ply", "--output-tiles", "made"}, 1, "two.xyz"); // leaves no folder behind
+  expectFailure({"in.xyz", "made/out.ply", "--output-tiles", "made"}, 2, "'made/out.ply' is in the folder of tiles");
+  std::filesystem::create_directory(path("tiles"));
+  expectFailure({"two.xyz", "out.ply", "--output-tiles", "tiles"}, 1, "two.xyz");
+  EXPECT_TRUE(std::filesystem::is_empty(path("tiles")));
+  const tool::Outcome outcome = run({"in.xyz", "out.ply", "--output-tiles", "tiles"});
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("), tiles, 1 tile ("), std::string::npos) << outcome.out;
+  expectFailure({"in.xyz", "out.ply", "--output-tiles", "tiles"}, 1,
+                "'tiles': holds files, of an earlier run maybe; delete them, or name another folder");
 }
 
 TEST_F(ToolFiles, OnlyTheFilesAskedForAppear)

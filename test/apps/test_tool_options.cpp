@@ -90,11 +90,11 @@ const std::vector<Case> cases = {
 const std::set<std::string> testedBelow = {"--help",  "--verbose", "--quiet",      "--report",
                                            "--field", "--picture", "--noise-field"};
 
-// Those that test_tool_help, test_tool_streams, test_tool_pictures and ranks.sh see at work.
+// Those that test_tool_files, test_tool_help, test_tool_streams, test_tool_pictures and ranks.sh see at work.
 const std::set<std::string> testedElsewhere = {
-    "--help-all",         "--manual",         "--bash-completion", "--version",
-    "--output-directory", "--input-format",   "--output-format",   "--progress",
-    "--camera",           "--work-directory", "--resume"};
+    "--output-tiles", "--tile-triangles",   "--help-all",     "--manual",        "--bash-completion",
+    "--version",      "--output-directory", "--input-format", "--output-format", "--progress",
+    "--camera",       "--work-directory",   "--resume"};
 
 class ToolOptions : public tool::Test {
 protected:

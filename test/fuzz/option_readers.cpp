@@ -95,7 +95,7 @@ void readReconstructionCommand(const std::string& lines)
     return;
   require(!command.jobs.empty(), "a command without a job");
   for (const mrf_apps::Job& job : command.jobs)
-    require(!job.input.empty() && !job.output.empty(), "a job without its files");
+    require(!job.inputs.empty() && !job.output.empty(), "a job without its files");
   try {
     validate(command.options);
   } catch (const InvalidOption& error) {

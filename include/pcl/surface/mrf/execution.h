@@ -57,7 +57,7 @@ public:
   TaskDirectory(std::string directory, bool resume, TaskRunner* inner = nullptr);
   ~TaskDirectory() override;
 
-  /// \throw ResourceLimit if a result cannot be written, or changes meanwhile
+  /// \throw ResourceLimit if results are going to find no room or cannot be written, or change meanwhile
   void run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
            Execution& execution) override;
 
@@ -69,6 +69,7 @@ public:
   void remove();
 
 private:
+  void requireRoom(double bytes) const;
   void note(const std::string& line);
 
   std::string directory_;
