@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace mrf_apps {
 
@@ -18,6 +19,22 @@ const char* const noiseModelHelp =
     "kinect:D,F "
     "(D z^2 / F, with disparities off by D pixels and F focal length times baseline; kinect alone: .088 and 43.5 m); "
     "default automatic";
+
+namespace {
+
+/// "8G", also "8GiB", as a number of MiB; what ends in none of these as it is.
+std::string inMebibytes(const std::string& text)
+{
+  const std::size_t end = text.find_last_of("0123456789.") + 1;
+  const std::string suffix = text.substr(end);
+  for (const auto& [unit, factor] : {std::pair<char, double>{'M', 1}, {'G', 1 << 10}, {'T', 1 << 20}})
+    if (double value = 0;
+        (suffix == std::string{unit} || suffix == std::string{unit} + "iB") && toNumber(text.substr(0, end), value))
+      return pcl::mrf::decimalText(factor * value);
+  return text;
+}
+
+} // namespace
 
 std::string helpOf(const OptionDeclaration& option)
 {
@@ -38,7 +55,7 @@ std::string setByText(Options& options, const OptionDeclaration& option, const s
       return "is " + option.refusal();
     value = word->second;
   } else if (text != "auto" || option.automatic.empty()) {
-    if (!toNumber(text, value))
+    if (!toNumber(option.unit == "MiB" ? inMebibytes(text) : text, value))
       return "is not a number" + std::string(option.automatic.empty() ? "" : " or auto") + "; its range is " +
              option.range.text();
     if (option.isWhole && value != std::floor(value))

@@ -317,7 +317,7 @@ void declareMultiscale(Table& table)
       .automatic = "6, more beside openings";
   table
       .number("maxMemory", "--max-memory", "MiB", notNegative, field(stage, &MultiscaleOptions::maxMemory),
-              "memory the levels, and then the remesher, may take", mebibyte)
+              "memory the levels, and then the remesher, may take, also as 8G", mebibyte)
       .automatic = "80 % of what is free";
   table
       .number("denseVoxels", "--dense-voxels", "n", notNegative, field(stage, &MultiscaleOptions::denseVoxels),

@@ -17,9 +17,11 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
 #include <optional>
 #include <sstream>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -35,12 +37,13 @@ constexpr const char* extension = ".result";
 /// Bytes of a result to those of its input, at most: of tiles .15, of parts .26.
 constexpr double resultOfInput = .3;
 
-/// CRC-64 of ECMA-182, as xz has it.
-std::uint64_t checksum(const std::string& bytes)
+/// CRC-64 of ECMA-182, as xz has it, of some texts one after the other.
+std::uint64_t checksum(std::initializer_list<std::string_view> texts)
 {
   constexpr std::uint64_t polynomial = 0x42F0E1EBA9EA3693, ones = ~std::uint64_t{0};
   boost::crc_optimal<64, polynomial, ones, ones, true, true> crc;
-  crc.process_bytes(bytes.data(), bytes.size());
+  for (const std::string_view text : texts)
+    crc.process_bytes(text.data(), text.size());
   return crc.checksum();
 }
 
@@ -62,7 +65,7 @@ std::optional<std::string> readResult(const fs::path& path)
   file.seekg(0);
   file.read(reinterpret_cast<char*>(&expected), sizeof(expected));
   std::string bytes(static_cast<std::size_t>(size) - sizeof(expected), '\0');
-  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) || checksum(bytes) != expected)
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) || checksum({bytes}) != expected)
     return {};
   return bytes;
 }
@@ -74,7 +77,7 @@ void writeResult(const fs::path& path, const std::string& bytes)
   temporary += ".part";
   try {
     ByteWriter writer(temporary.string());
-    writer.value(checksum(bytes));
+    writer.value(checksum({bytes}));
     writer.text(bytes);
     writer.close();
     fs::rename(temporary, path);
@@ -144,7 +147,7 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
       return input;
     if (n == 0)
       requireRoom(resultOfInput * count * static_cast<double>(input->size()));
-    const std::string name = hexadecimal(checksum(MRF_VERSION + kind + *input)) + "-" + std::to_string(input->size());
+    const std::string name = hexadecimal(checksum({MRF_VERSION, kind, *input})) + "-" + std::to_string(input->size());
     fs::path& file = files[static_cast<std::size_t>(n)];
     file = fs::path(directory_) / (kind + "-" + name + extension);
     if (!readResult(file))

@@ -90,6 +90,8 @@ TEST_F(ToolErrors, BadValues)
                                       {"--beta", ".999999999"},
                                       {"--orientation-angle", "1e-50"},
                                       {"--smoothing", "1e39"},
+                                      {"--max-memory", "8X"},
+                                      {"--max-memory", "G"},
                                       {"--max-memory", "1e30"}})
     expectFailure({"sphere.xyz", "out.ply", option, value}, 2, std::string(option) + ": '" + value + "'");
   expectFailure({"sphere.xyz", "out.ply", "--prior", "flat"}, 2, "membrane, thin-plate, triharmonic");

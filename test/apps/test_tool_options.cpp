@@ -53,6 +53,8 @@ const std::vector<Case> cases = {
     {{"--voxel-size", "0.125"}, "/options/multiscale/voxelSize", .125},
     {{"--padding", "4"}, "/options/multiscale/padding", 4},
     {{"--max-memory", "512"}, "/options/multiscale/maxMemory", 512 << 20},
+    {{"--max-memory", "2G"}, "/options/multiscale/maxMemory", std::int64_t{2} << 30},
+    {{"--max-memory", "0.5GiB"}, "/options/multiscale/maxMemory", 512 << 20},
     {{"--dense-voxels", "1000"}, "/options/multiscale/denseVoxels", 1000},
     {{"--search", "kdtree"}, "/options/search", "kdtree"},
     {{"--solver", "icm", "--prior", "membrane"}, "/options/solver/method", "icm"},
