@@ -297,6 +297,26 @@ TEST(Interface, TheGivenSearchObjectIsLeftAsItWas)
   EXPECT_EQ(fresh->getInputCloud(), mrf.getInputCloud()) << "as PCL's own classes leave it";
 }
 
+TEST(Interface, TheGivenRunnerDoesTilesAndParts)
+{
+  struct Refusing : pcl::mrf::TaskRunner {
+    void run(const std::string& kind, int count, const MakeInput&, const UseResult&, pcl::mrf::Execution&) override
+    {
+      throw pcl::mrf::ResourceLimit("refused: " + kind + " of " + std::to_string(count));
+    }
+  } refusing;
+  pcl::mrf::Options options;
+  options.multiscale.voxelSize = .014f;
+  options.multiscale.denseVoxels = 1 << 15;
+  options.multiscale.maxMemory = 30 << 20;
+  OnSphere mrf;
+  mrf.setInputCloud(conversion::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, .014)));
+  mrf.setOptions(options);
+  mrf.setTaskRunner(&refusing);
+  EXPECT_EQ(mrf.getTaskRunner(), &refusing);
+  EXPECT_EQ(expectFailure(mrf, Status::resourceLimit).find("refused: tile of "), 0u);
+}
+
 TEST(Interface, TwoObjectsRunInTwoThreads)
 {
   const auto torus = conversion::make<pcl::PointNormal>(shapes::sample(shapes::torus(1, .4), 1.6, spacing));

@@ -187,6 +187,11 @@ public:
   void setProgressCallback(const mrf::ProgressCallback& callback) { callback_ = callback; }
   const mrf::ProgressCallback& getProgressCallback() const { return callback_; }
 
+  /// Does the tiles and parts of large clouds, such as mrf::TaskDirectory or mrf::tasksOfRanks(); none: reconstruct does.
+  /// \param tasks outlives the call of reconstruct
+  void setTaskRunner(mrf::TaskRunner* tasks) { tasks_ = tasks; }
+  mrf::TaskRunner* getTaskRunner() const { return tasks_; }
+
   /// True: reconstruct rethrows what was thrown (pcl::mrf::Error, std::bad_alloc, or an exception of the user's own
   /// callback or search object) after clearing the output.
   void setThrowing(bool throwing) { throwing_ = throwing; }
@@ -280,6 +285,7 @@ private:
   std::vector<Eigen::Vector3d> sensors_;
   std::vector<std::int32_t> views_;
   mrf::ProgressCallback callback_;
+  mrf::TaskRunner* tasks_ = nullptr;
   bool throwing_ = false;
   bool keepResult_ = false;
   mrf::Reconstruction result_;

@@ -293,6 +293,7 @@ void MRFReconstruction<PointNT>::gatherAndRun()
   mrf::validate(options_);
   checkInput();
   mrf::Execution execution(options_.threads, callback_);
+  execution.setTasks(tasks_);
   std::unique_ptr<mrf::NeighborSearch> search;
   // PCL's choice for organized clouds searches images, as which the points that are left would have to be kept.
   if (tree_ && !dynamic_cast<const pcl::search::OrganizedNeighbor<PointNT>*>(tree_.get()))
