@@ -7,7 +7,6 @@
 
 #include <pcl/surface/mrf/execution.h>
 
-#include <deque>
 #include <string>
 #include <vector>
 
