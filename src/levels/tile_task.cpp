@@ -58,7 +58,7 @@ TileResult solve(TileInput input, Execution& execution)
 template <typename Archive>
 void serialize(Archive& archive, LevelField& field, unsigned)
 {
-  serializeAll(archive, field.lattice, field.unknowns, field.support, field.values, field.observed);
+  serializeAll(archive, field.lattice, field.unknowns, field.support, field.values);
 }
 
 template <typename Archive>

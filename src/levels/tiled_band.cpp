@@ -177,6 +177,7 @@ private:
     return places;
   }
 
+  /// But for what the level before has observed, which the finest does not ask for.
   LevelField coarseOf(const TilePlace& place) const
   {
     const int first = place.coarse.begin, count = place.coarse.count() + 2 * gridMargin;
@@ -185,7 +186,6 @@ private:
     field.unknowns = cutPlanes(coarse_.unknowns, first, count, execution_);
     field.support = cutPlanes(coarse_.support, first, count, execution_);
     field.values = cut(coarse_.support, coarse_.values, first, count);
-    field.observed = cutPlanes(coarse_.observed, first, count, execution_);
     return field;
   }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "levels/multiscale.h"
+#include "mesh/mesh_topology.h"
 #include "remesher/remesher.h"
 #include "support/clouds.h"
 #include "support/meshes.h"
@@ -33,36 +34,69 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Levels of a torus, the finest in tiles, and its mesh remeshed in parts: what tasks are there for.
+/// Levels, the finest in tiles, and a mesh remeshed in parts: what tasks are there for.
 struct Outcome {
   std::vector<float> distances;
   TriangleMesh mesh;
-  int tiles = 0;
+  int tiles = 0, iterations = 0;
 };
 
-Outcome outcome(TaskRunner* tasks, int threads = 1)
+void reconstruct(const PointSet& points, float spacing, const EdgeSizing& sizes, Execution& execution, Outcome& result)
 {
-  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .03);
   const OrientedPoints oriented = shapes::oriented(points);
   const auto search = clouds::searchOf(points);
   Options options;
   options.multiscale.denseVoxels = 5000;
-  Execution execution(threads);
-  execution.setTasks(tasks);
+  options.solver.smootherDegree = sizes.empty() ? 0 : 3;
   MultiscaleResult levels =
-      regularize({&oriented, search.get(), boundingBox(oriented.positions)}, .03f, options, execution, 4);
-  const TriangleMesh raw = polygonize(levels.field, execution);
-  Outcome result;
+      regularize({&oriented, search.get(), boundingBox(oriented.positions)}, spacing, options, execution, 4);
+  TriangleMesh raw = polygonize(levels.field, execution);
   result.tiles = levels.levels.back().tiles;
+  result.iterations = levels.levels.back().solve.iterations;
   for (const Eigen::Vector3f& vertex : raw.vertices)
     result.distances.push_back(levels.field.sampleDistance(1.01f * vertex));
-  result.mesh = remesh(raw, levels.field, {}, options.remesher, execution, {4000}).mesh;
+  EdgeSizing sizing;
+  if (!sizes.empty()) { // of an open mesh
+    std::vector<std::uint8_t> keep;
+    for (const Triangle& t : raw.triangles)
+      keep.push_back(raw.vertices[t[0]].x() < .25f ? 1 : 0);
+    raw = select(raw, keep);
+    splitFans(raw);
+    for (const Eigen::Vector3f& vertex : raw.vertices)
+      sizing.push_back(vertex.z() > 0 ? 1 + sizes.front() * vertex.z() : 1);
+  }
+  result.mesh = remesh(raw, levels.field, sizing, options.remesher, execution, {4000}).mesh;
+}
+
+Outcome outcome(TaskRunner* tasks, int threads = 1)
+{
+  Execution execution(threads);
+  execution.setTasks(tasks);
+  Outcome result;
+  reconstruct(shapes::sample(shapes::torus(1, .4), 1.6, .03), .03f, {}, execution, result);
+  return result;
+}
+
+/// With all that tasks may depend on: a sheet that was missed at first, borders, edges of several lengths.
+Outcome outcomeOfPlate(TaskRunner* tasks)
+{
+  const auto plate = [](const Eigen::Vector3d& x) {
+    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(.5, .012, 1);
+    return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
+  };
+  PointSet points = shapes::sample(plate, 1.2, .015);
+  shapes::addNoise(points, .015);
+  Execution execution(1);
+  execution.setTasks(tasks);
+  Outcome result;
+  reconstruct(points, .015f, {.5f}, execution, result);
   return result;
 }
 
 void expectSame(const Outcome& here, const Outcome& there)
 {
   EXPECT_EQ(here.tiles, there.tiles);
+  EXPECT_EQ(here.iterations, there.iterations);
   EXPECT_EQ(here.distances, there.distances);
   EXPECT_EQ(here.mesh.vertices, there.mesh.vertices);
   EXPECT_EQ(here.mesh.triangles, there.mesh.triangles);
@@ -171,6 +205,9 @@ TEST(Tasks, AreTheSameFromBytesToBytes)
   OneProcess here;
   EXPECT_EQ(atOnce().tiles, 4);
   expectSame(outcome(&here), atOnce());
+  const Outcome plate = outcomeOfPlate(nullptr);
+  EXPECT_GT(plate.iterations, 1) << "no sheet was missed";
+  expectSame(outcomeOfPlate(&here), plate);
 }
 
 TEST(Tasks, AreTheSameOnThreeRanksOfAnyThreads)
