@@ -75,7 +75,7 @@ void rejectByField(OrientedPoints& points, NeighborSearch& search, const Options
   report.points.used -= report.points.outliersByField;
   if (report.points.outliersByField == 0)
     return;
-  points = select(points, keep);
+  points = select(std::move(points), keep);
   search.dropPoints(points.positions, keep, execution);
 }
 
