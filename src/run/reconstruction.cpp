@@ -168,21 +168,25 @@ void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionRe
   resolver.followNoise(noise);
 }
 
-/// The fields of all pieces; the report gets their levels.
-DistanceField solveLevels(const CloudPieces& pieces, const ResolvedOptions& options, Report& report,
-                          Execution& execution)
+/// The fields of all pieces; the report gets their levels. \param search of all points
+DistanceField solveLevels(const CloudPieces& pieces, const OrientedPoints& points, NeighborSearch& search,
+                          const ResolvedOptions& options, Report& report, Execution& execution)
 {
   const StageTimer timer("regularization", report, execution);
   const float spacing = report.density.spacing, diagonal = pieces.largestDiagonal();
   std::vector<DistanceField> fields;
   for (const SolvedPiece& piece : pieces.all()) {
     const std::unique_ptr<Levels> levels = beginLevels(piece, spacing, options, execution);
-    for (; !levels->done(); levels->solveNext())
+    for (; !levels->done(); levels->solveNext()) {
       if (options.trimming.kind != Trimming::none && levels->mayLeaveOut()) {
+        search.wake(points.positions, execution);
         const float reach = std::max(options.observation.maxDistance, 1.5f * levels->voxelSize());
         const Support support = supportOf(*piece.points, *piece.search, reach, spacing, options);
         levels->refineOnly(trimmedGenerously(levels->zeroLevel(), support, diagonal, options, execution));
       }
+      if (levels->needsRoom())
+        search.rest();
+    }
     MultiscaleResult result = levels->result();
     report.predictedBytes = std::max(report.predictedBytes, result.predictedBytes);
     if (fields.empty())
@@ -191,6 +195,7 @@ DistanceField solveLevels(const CloudPieces& pieces, const ResolvedOptions& opti
       report.otherPieces.push_back({static_cast<std::int64_t>(piece.points->size()), std::move(result.levels)});
     fields.push_back(std::move(result.field));
   }
+  search.wake(points.positions, execution);
   return DistanceField::ofPieces(std::move(fields));
 }
 
@@ -284,15 +289,19 @@ RemeshParts partsWithin(double limit, const TriangleMesh& mesh)
 }
 
 /// Remeshes if it was asked for, and counts triangles that intersect others.
-void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOptions& options, Execution& execution)
+void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& search, const ResolvedOptions& options,
+                Execution& execution)
 {
   Report& report = result.report;
   if (options.remesher.runs()) {
     const StageTimer timer("remesher", report, execution);
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
     const RemeshParts parts = partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh);
+    if (parts.triangles > 0)
+      search.rest();
     RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution, parts);
     result.mesh = std::move(remeshed.mesh);
+    search.wake(result.points.positions, execution);
     setVertexFields(result, true, support, options, execution);
     report.remesher = remeshed.summary();
     report.intersectingBeforeRemeshing = remeshed.intersectingBefore;
@@ -381,20 +390,19 @@ double smoothingLengthOf(const ResolvedOptions& options)
 
 /// From the field to the mesh with all it carries. \param resolution of the coordinates, cloud's unit
 void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, double resolution,
-                 const NeighborSearch& search, const ResolvedOptions& options, Execution& execution,
-                 Reconstruction& result)
+                 NeighborSearch& search, const ResolvedOptions& options, Execution& execution, Reconstruction& result)
 {
   Report& report = result.report;
   report.options = options;
   report.smoothingLength = smoothingLengthOf(options);
   warnOfCoarseInput(resolution, options.multiscale.voxelSize, report);
-  result.field = solveLevels(pieces, options, report, execution);
+  result.field = solveLevels(pieces, result.points, search, options, report, execution);
   warnOfUnsolvedLevels(report);
   cutZeroLevel(result, options, execution);
   const Support support =
       supportOf(result.points, search, options.observation.maxDistance, report.density.spacing, options);
   trimMesh(result, support, pieces.largestDiagonal(), options, execution);
-  remeshMesh(result, support, options, execution);
+  remeshMesh(result, support, search, options, execution);
   addUncertainty(result, pieces, options, execution);
   addAttributes(attributes, search, options, execution, result);
 }
