@@ -297,6 +297,7 @@ void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& 
     const StageTimer timer("remesher", report, execution);
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
     const RemeshParts parts = partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh);
+    result.mesh.confidences = std::vector<float>(); // those of the new vertices follow
     if (parts.triangles > 0)
       search.rest();
     RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution, parts);
@@ -315,12 +316,18 @@ void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& 
   }
 }
 
+/// Of the attributes that the options ask for.
+std::size_t channelsOf(const PointAttributes& attributes, const Options& options)
+{
+  return options.colors == ColorMode::input ? (attributes.colors ? 3 : 0) + (attributes.intensities ? 1 : 0) : 0;
+}
+
 /// Attributes of the cloud at the vertices, if the options ask for them.
 void addAttributes(const PointAttributes& attributes, const NeighborSearch& search, const ResolvedOptions& options,
                    Execution& execution, Reconstruction& result)
 {
-  const std::size_t ofColor = attributes.colors ? 3 : 0, channels = ofColor + (attributes.intensities ? 1 : 0);
-  if (channels == 0 || options.colors != ColorMode::input)
+  const std::size_t ofColor = attributes.colors ? 3 : 0, channels = channelsOf(attributes, options);
+  if (channels == 0)
     return;
   const StageTimer timer("attributes", result.report, execution);
   const std::vector<float> values = interpolateAttributes(
@@ -388,20 +395,21 @@ double smoothingLengthOf(const ResolvedOptions& options)
   return options.prior.beta > 0 ? smoothingLength(options.prior, options.multiscale.voxelSize) : 0;
 }
 
-/// From the field to the mesh with all it carries. \param resolution of the coordinates, cloud's unit
-void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, double resolution,
-                 NeighborSearch& search, const ResolvedOptions& options, Execution& execution, Reconstruction& result)
+/// From the field to the mesh with all it carries. \param keepsPoints or drops what is not needed any more
+void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, bool keepsPoints, NeighborSearch& search,
+                 const ResolvedOptions& options, Execution& execution, Reconstruction& result)
 {
   Report& report = result.report;
   report.options = options;
   report.smoothingLength = smoothingLengthOf(options);
-  warnOfCoarseInput(resolution, options.multiscale.voxelSize, report);
   result.field = solveLevels(pieces, result.points, search, options, report, execution);
   warnOfUnsolvedLevels(report);
   cutZeroLevel(result, options, execution);
   const Support support =
       supportOf(result.points, search, options.observation.maxDistance, report.density.spacing, options);
   trimMesh(result, support, pieces.largestDiagonal(), options, execution);
+  if (!keepsPoints && !wantsUncertainty(options))
+    result.points.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
   remeshMesh(result, support, search, options, execution);
   addUncertainty(result, pieces, options, execution);
   addAttributes(attributes, search, options, execution, result);
@@ -410,7 +418,7 @@ void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, d
 } // namespace
 
 void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search, Execution& execution,
-                 Reconstruction& result)
+                 Reconstruction& result, bool keepsPoints)
 {
   result = Reconstruction();
   Report& report = result.report;
@@ -424,6 +432,8 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
   execution.beginRun(expectedStages(cloud.positions.size(), options));
   const PointAttributes attributes = std::move(cloud.attributes);
   PointSet points = gatherPoints(std::move(cloud), options, report, execution);
+  if (!keepsPoints && channelsOf(attributes, options) == 0)
+    points.origins = std::vector<std::uint32_t>();
   const double resolution = points.resolution;
   PreparedPoints prepared = preprocess(std::move(points), options, search, report, execution);
   warnOfNoSurface(prepared.points, growthOfNeighbors(prepared.points.positions, search, execution), report);
@@ -439,7 +449,13 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
   resolver.limitTrimming(pieces.largestDiagonal());
   pieces.growVolumes(resolver.soFar(), report, execution);
 
-  makeSurface(pieces, attributes, resolution, search, resolver.resolved(), execution, result);
+  warnOfCoarseInput(resolution, resolver.resolved().multiscale.voxelSize, report);
+  makeSurface(pieces, attributes, keepsPoints, search, resolver.resolved(), execution, result);
+  if (!keepsPoints) {
+    OrientedPoints none;
+    none.offset = result.points.offset;
+    result.points = std::move(none);
+  }
   execution.endRun();
   report.status = Status::ok;
   report.message = "ok";
