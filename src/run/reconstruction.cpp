@@ -168,6 +168,20 @@ void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionRe
   resolver.followNoise(noise);
 }
 
+/// Does what asks nothing of the search of the points; where memory is short it rests meanwhile.
+template <typename Work>
+void withoutSearch(bool isShort, NeighborSearch& search, const OrientedPoints& points, Execution& execution,
+                   const Work& work)
+{
+  if (!isShort)
+    return work();
+  search.rest();
+  releaseFreedMemory(); // which is in pieces too small for much of what comes, here and for the search
+  work();
+  releaseFreedMemory();
+  search.wake(points.positions, execution);
+}
+
 /// The fields of all pieces; the report gets their levels. \param search of all points
 DistanceField solveLevels(const CloudPieces& pieces, const OrientedPoints& points, NeighborSearch& search,
                           const ResolvedOptions& options, Report& report, Execution& execution)
@@ -177,15 +191,13 @@ DistanceField solveLevels(const CloudPieces& pieces, const OrientedPoints& point
   std::vector<DistanceField> fields;
   for (const SolvedPiece& piece : pieces.all()) {
     const std::unique_ptr<Levels> levels = beginLevels(piece, spacing, options, execution);
-    for (; !levels->done(); levels->solveNext()) {
+    while (!levels->done()) {
       if (options.trimming.kind != Trimming::none && levels->mayLeaveOut()) {
-        search.wake(points.positions, execution);
         const float reach = std::max(options.observation.maxDistance, 1.5f * levels->voxelSize());
         const Support support = supportOf(*piece.points, *piece.search, reach, spacing, options);
         levels->refineOnly(trimmedGenerously(levels->zeroLevel(), support, diagonal, options, execution));
       }
-      if (levels->needsRoom())
-        search.rest();
+      withoutSearch(levels->needsRoom(), search, points, execution, [&] { levels->solveNext(); });
     }
     MultiscaleResult result = levels->result();
     report.predictedBytes = std::max(report.predictedBytes, result.predictedBytes);
@@ -195,7 +207,6 @@ DistanceField solveLevels(const CloudPieces& pieces, const OrientedPoints& point
       report.otherPieces.push_back({static_cast<std::int64_t>(piece.points->size()), std::move(result.levels)});
     fields.push_back(std::move(result.field));
   }
-  search.wake(points.positions, execution);
   return DistanceField::ofPieces(std::move(fields));
 }
 
@@ -298,11 +309,11 @@ void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& 
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
     const RemeshParts parts = partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh);
     result.mesh.confidences = std::vector<float>(); // those of the new vertices follow
-    if (parts.triangles > 0)
-      search.rest();
-    RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution, parts);
-    result.mesh = std::move(remeshed.mesh);
-    search.wake(result.points.positions, execution);
+    RemeshResult remeshed;
+    withoutSearch(parts.triangles > 0, search, result.points, execution, [&] {
+      remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution, parts);
+      result.mesh = std::move(remeshed.mesh);
+    });
     setVertexFields(result, true, support, options, execution);
     report.remesher = remeshed.summary();
     report.intersectingBeforeRemeshing = remeshed.intersectingBefore;
