@@ -198,7 +198,7 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
   const auto search = pcl::mrf::makeSearch(command.options.search);
   pcl::mrf::Reconstruction reconstruction;
   try {
-    pcl::mrf::reconstruct(std::move(input.cloud), command.options, *search, execution, reconstruction);
+    pcl::mrf::reconstruct(std::move(input.cloud), command.options, *search, execution, reconstruction, false);
   } catch (...) {
     report = std::move(reconstruction.report);
     throw;

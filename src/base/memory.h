@@ -16,6 +16,9 @@ std::size_t availableMemory();
 /// Peak resident bytes of this process so far.
 std::size_t peakMemory();
 
+/// Gives back to the system what has been freed and the allocator keeps.
+void releaseFreedMemory();
+
 /// Bytes that a run may take: the option, or 80 % of what is free if it is 0.
 inline double memoryLimit(std::size_t maxMemory)
 {

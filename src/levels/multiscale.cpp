@@ -268,6 +268,8 @@ public:
     execution_.progress(1);
   }
 
+  bool needsRoom() const override { return isTiled_ && next_ + 2 >= lattices_.size(); }
+
   bool mayLeaveOut() const override
   {
     if (done() || next_ < denseLevels_)

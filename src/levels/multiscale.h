@@ -97,6 +97,9 @@ public:
   /// of voxels that are out of proportion to the points: thousands of each
   virtual void solveNext() = 0;
 
+  /// Whether the next level takes so much that a search had better rest meanwhile.
+  virtual bool needsRoom() const = 0;
+
   /// Whether refineOnly pays before the next level is solved.
   virtual bool mayLeaveOut() const = 0;
   /// Of the last level, which tells where the finer ones' will be. \pre mayLeaveOut()

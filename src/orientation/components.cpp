@@ -109,7 +109,6 @@ private:
   OrientationResult result()
   {
     OrientationResult result;
-    result.normals = normals_;
     result.keep.assign(points_.size(), 0);
     const auto sizes = joined_.sizes(execution_);
     const double smallest = options_.minComponentShare * static_cast<double>(points_.wholeSize());
@@ -141,7 +140,9 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
                                  const NeighborSearch& search, const Reach& reach, float minCosine,
                                  const OrientationOptions& options, Execution& execution)
 {
-  return ComponentFinder(points, normals, search, reach, minCosine, options, execution).run();
+  OrientationResult result = ComponentFinder(points, normals, search, reach, minCosine, options, execution).run();
+  result.normals = normals; // with the finder's sets out of memory
+  return result;
 }
 
 } // namespace mrf

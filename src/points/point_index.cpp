@@ -12,14 +12,13 @@
 
 namespace pcl {
 namespace mrf {
+namespace {
 
 /// A point, and its number in the order it was given in.
 struct IndexedPoint {
   Eigen::Vector3f position;
   std::uint32_t index;
 };
-
-namespace {
 
 constexpr float infinite = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t noIndex = std::numeric_limits<std::uint32_t>::max();
@@ -213,24 +212,31 @@ void PointIndex::setPoints(const std::vector<Eigen::Vector3f>& positions)
 
 void PointIndex::setPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
 {
-  std::vector<IndexedPoint> points(positions.size());
-  for (std::uint32_t i = 0; i < positions.size(); ++i)
-    points[i] = {positions[i], i};
-  // Halves, quarters, ... until there is work for all threads.
-  std::vector<std::pair<Points, Points>> parts{{points.begin(), points.end()}};
-  while (parts.front().second - parts.front().first > pointGrain) {
-    std::vector<std::pair<Points, Points>> halves(2 * parts.size());
-    execution.forRange(parts.size(), 1, [&](std::size_t n, std::size_t) {
-      const auto [begin, end] = parts[n];
-      const auto middle = split(begin, end, leafSize);
-      halves[2 * n] = {begin, middle};
-      halves[2 * n + 1] = {middle, end};
-    });
-    parts.swap(halves);
+  clear();
+  order_.clear();
+  {
+    std::vector<IndexedPoint> points(positions.size());
+    for (std::uint32_t i = 0; i < positions.size(); ++i)
+      points[i] = {positions[i], i};
+    // Halves, quarters, ... until there is work for all threads.
+    std::vector<std::pair<Points, Points>> parts{{points.begin(), points.end()}};
+    while (parts.front().second - parts.front().first > pointGrain) {
+      std::vector<std::pair<Points, Points>> halves(2 * parts.size());
+      execution.forRange(parts.size(), 1, [&](std::size_t n, std::size_t) {
+        const auto [begin, end] = parts[n];
+        const auto middle = split(begin, end, leafSize);
+        halves[2 * n] = {begin, middle};
+        halves[2 * n + 1] = {middle, end};
+      });
+      parts.swap(halves);
+    }
+    execution.forRange(parts.size(), 1,
+                       [&](std::size_t n, std::size_t) { arrange(parts[n].first, parts[n].second, leafSize); });
+    order_.reserve(points.size());
+    for (const IndexedPoint& point : points)
+      order_.push_back(point.index);
   }
-  execution.forRange(parts.size(), 1,
-                     [&](std::size_t n, std::size_t) { arrange(parts[n].first, parts[n].second, leafSize); });
-  build(points, execution);
+  wake(positions, execution);
 }
 
 void PointIndex::dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
@@ -242,24 +248,40 @@ void PointIndex::dropPoints(const std::vector<Eigen::Vector3f>& left, const std:
     setPoints(left, execution);
     return;
   }
+  rest();
   std::vector<std::uint32_t> numbers(keep.size());
   std::uint32_t next = 0;
   for (std::size_t i = 0; i < keep.size(); ++i)
     numbers[i] = keep[i] ? next++ : noIndex;
-  std::vector<IndexedPoint> points;
-  points.reserve(left.size());
-  for (const Leaf& leaf : leaves_)
-    for (std::size_t n = 0; n < leaf.size(); ++n)
-      if (numbers[leaf.index[n]] != noIndex)
-        points.push_back({leaf.position(n), numbers[leaf.index[n]]});
-  build(points, execution);
+  for (std::uint32_t& index : order_)
+    index = numbers[index];
+  order_.erase(std::remove(order_.begin(), order_.end(), noIndex), order_.end());
+  wake(left, execution);
 }
 
-void PointIndex::build(const std::vector<IndexedPoint>& points, Execution& execution)
+void PointIndex::clear()
 {
-  size_ = points.size();
-  leaves_ = std::vector<Leaf>((size_ + leafSize - 1) / leafSize);
+  size_ = 0;
+  leaves_ = std::vector<Leaf>(); // {} would keep their memory
   levels_.clear();
+}
+
+void PointIndex::rest()
+{
+  if (leaves_.empty())
+    return;
+  order_.reserve(size_);
+  for (const Leaf& leaf : leaves_)
+    order_.insert(order_.end(), leaf.index.begin(), leaf.index.begin() + leaf.size());
+  clear();
+}
+
+void PointIndex::wake(const std::vector<Eigen::Vector3f>& positions, Execution& execution)
+{
+  if (order_.empty())
+    return;
+  size_ = order_.size();
+  leaves_ = std::vector<Leaf>((size_ + leafSize - 1) / leafSize);
   const auto parentsOf = [](std::size_t children) { return (children + fanOut - 1) / fanOut; };
   std::vector<Node> nodes(parentsOf(leaves_.size()));
   execution.forRange(nodes.size(), leafGrain, [&](std::size_t begin, std::size_t end) {
@@ -268,15 +290,17 @@ void PointIndex::build(const std::vector<IndexedPoint>& points, Execution& execu
       Box box;
       for (std::size_t p = leaf * leafSize; p < std::min((leaf + 1) * leafSize, size_); ++p) {
         const std::size_t n = p % leafSize;
-        own.x[n] = points[p].position.x();
-        own.y[n] = points[p].position.y();
-        own.z[n] = points[p].position.z();
-        own.index[n] = points[p].index;
-        box.extend(points[p].position);
+        const Eigen::Vector3f& position = positions[order_[p]];
+        own.x[n] = position.x();
+        own.y[n] = position.y();
+        own.z[n] = position.z();
+        own.index[n] = order_[p];
+        box.extend(position);
       }
       nodes[leaf / fanOut].set(leaf % fanOut, box, *std::min_element(own.index.begin(), own.index.end()));
     }
   });
+  order_ = std::vector<std::uint32_t>();
   while (nodes.size() > 1) {
     std::vector<Node> parents(parentsOf(nodes.size()));
     for (std::size_t n = 0; n < nodes.size(); ++n)
@@ -285,8 +309,7 @@ void PointIndex::build(const std::vector<IndexedPoint>& points, Execution& execu
     levels_.push_back(std::move(nodes));
     nodes = std::move(parents);
   }
-  if (size_ > 0)
-    levels_.push_back(std::move(nodes));
+  levels_.push_back(std::move(nodes));
 }
 
 /// Calls visit(leaf) for leaves that may hold what is looked for, of those that are siblings the nearest first.

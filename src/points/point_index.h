@@ -25,8 +25,6 @@
 namespace pcl {
 namespace mrf {
 
-struct IndexedPoint;
-
 /// The k smallest of the ranks it is shown, ascending. A rank is a squared distance and an index in one number, of
 /// which the smallest takes no branch to find: distances are not negative, so that their bits are ordered as they are.
 class Nearest {
@@ -110,6 +108,8 @@ public:
   void setPoints(const std::vector<Eigen::Vector3f>& positions, Execution& execution) override;
   void dropPoints(const std::vector<Eigen::Vector3f>& left, const std::vector<std::uint8_t>& keep,
                   Execution& execution) override;
+  void rest() override;
+  void wake(const std::vector<Eigen::Vector3f>& positions, Execution& execution) override;
 
   int nearest(const Eigen::Vector3f& query, int k, Neighbors& result) const override;
   int within(const Eigen::Vector3f& query, float radius, Neighbors& result) const override;
@@ -127,7 +127,7 @@ private:
   struct Node;
   struct Group;
 
-  void build(const std::vector<IndexedPoint>& points, Execution& execution);
+  void clear();
 
   template <typename Admits, typename Visit>
   void descend(const Box& query, const Admits& admits, const Visit& visit) const;
@@ -142,6 +142,7 @@ private:
   std::size_t size_ = 0; ///< number of points
   std::vector<Leaf> leaves_;
   std::vector<std::vector<Node>> levels_; ///< the parents of the leaves first
+  std::vector<std::uint32_t> order_;      ///< of the points in the leaves, while there are none
 };
 
 } // namespace mrf

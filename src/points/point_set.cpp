@@ -6,11 +6,13 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
+#include <utility>
+
 namespace pcl {
 namespace mrf {
 namespace {
 
-/// What points have with and without an orientation. \param which flags or indices
+/// What points have with and without an orientation. \param which flags or indices \param selected may be the points
 template <typename Points, typename Which>
 void selectCommon(const Points& points, const Which& which, Points& selected)
 {
@@ -27,15 +29,11 @@ void selectCommon(const Points& points, const Which& which, Points& selected)
 
 } // namespace
 
-PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep)
+PointSet select(PointSet points, const std::vector<std::uint8_t>& keep)
 {
-  PointSet kept;
-  selectCommon(points, keep, kept);
-  kept.gathered = points.wholeSize();
-  kept.resolution = points.resolution;
-  kept.hasSensorOrigin = points.hasSensorOrigin;
-  kept.hadOnlyZeroNormals = points.hadOnlyZeroNormals;
-  return kept;
+  points.gathered = points.wholeSize();
+  selectCommon(points, keep, points);
+  return points;
 }
 
 OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep)
@@ -44,6 +42,12 @@ OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8
   selectCommon(points, keep, kept);
   kept.typicalDeviation = points.typicalDeviation;
   return kept;
+}
+
+OrientedPoints select(OrientedPoints&& points, const std::vector<std::uint8_t>& keep)
+{
+  selectCommon(points, keep, points);
+  return std::move(points);
 }
 
 OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint32_t>& indices)

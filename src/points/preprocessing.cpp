@@ -130,7 +130,7 @@ bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighborSea
 {
   if (std::find(keep.begin(), keep.end(), std::uint8_t{0}) == keep.end())
     return false;
-  points = select(points, keep);
+  points = select(std::move(points), keep);
   if (points.size() > 0)
     search.dropPoints(points.positions, keep, execution);
   return true;

@@ -289,7 +289,7 @@ void partBordersOf(TriangleMesh& mesh, const RemeshPlan& plan, const ReferenceSu
 }
 
 /// Vertices along a space-filling curve, triangles by the first of theirs.
-TriangleMesh alongCurve(const TriangleMesh& mesh, Execution& execution)
+TriangleMesh alongCurve(TriangleMesh mesh, Execution& execution)
 {
   const std::vector<std::uint32_t> order =
       spatialOrder(mesh.vertices, std::vector<std::uint8_t>(mesh.vertices.size(), 1), execution);
@@ -300,6 +300,7 @@ TriangleMesh alongCurve(const TriangleMesh& mesh, Execution& execution)
   result.vertices.reserve(order.size());
   for (const std::uint32_t v : order)
     result.vertices.push_back(mesh.vertices[v]);
+  mesh.vertices = std::vector<Vector3f>();
   const auto firstOf = [&](const Triangle& t) { return std::min({number[t[0]], number[t[1]], number[t[2]]}); };
   std::vector<std::int32_t> place(order.size() + 1, 0);
   for (const Triangle& t : mesh.triangles)
@@ -320,13 +321,13 @@ void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& p
   PartsRun(mesh, parts, plan, level, options, execution).run(result);
 }
 
-RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const ZeroLevel& level,
-                           const RemesherOptions& options, const RemeshParts& parts, Execution& execution)
+RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& level, const RemesherOptions& options,
+                           const RemeshParts& parts, Execution& execution)
 {
   const auto triangles = static_cast<double>(mesh.triangles.size()), partSize = static_cast<double>(parts.triangles);
   // A triangle takes half a vertex.
   const auto largest = [](double count) { return std::max<std::int64_t>(static_cast<std::int64_t>(count / 2), 1); };
-  PartedMesh now{{mesh.vertices, mesh.triangles, {}, {}, {}, {}}, std::move(plan.sizing), {}, {}};
+  PartedMesh now{{std::move(mesh.vertices), std::move(mesh.triangles), {}, {}, {}, {}}, std::move(plan.sizing), {}, {}};
   for (Vector3f& p : now.mesh.vertices)
     if (!p.allFinite())
       p.setZero(); // in no triangle; what is no number cannot be sorted
@@ -338,10 +339,11 @@ RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const Zero
       groups[t] = groupOf(t);
     return static_cast<std::int64_t>(intersectingInGroups(whole, groups, Pairs::all, execution).size());
   };
-  plan.pinsFolds = plan.pinsFolds && hasFewFolds(mesh, level, execution);
+  plan.pinsFolds = plan.pinsFolds && hasFewFolds(now.mesh, level, execution);
   RemeshResult result;
   result.targetEdge = plan.targetEdge;
-  result.intersectingBefore = countIntersecting(mesh, [&](std::size_t t) { return boxes[mesh.triangles[t][0]]; });
+  result.intersectingBefore =
+      countIntersecting(now.mesh, [&](std::size_t t) { return boxes[now.mesh.triangles[t][0]]; });
 
   partBordersOf(now.mesh, plan, level, execution);
   Poller poll(execution);

@@ -32,8 +32,8 @@ void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& p
 
 /// Remeshes in parts, then strips along their seams until no vertex is left that could not move.
 /// \param options without triangles to end with
-RemeshResult remeshInParts(const TriangleMesh& mesh, RemeshPlan plan, const ZeroLevel& level,
-                           const RemesherOptions& options, const RemeshParts& parts, Execution& execution);
+RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& level, const RemesherOptions& options,
+                           const RemeshParts& parts, Execution& execution);
 
 } // namespace mrf
 } // namespace pcl

@@ -257,7 +257,7 @@ RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const 
   return result ? *std::move(result) : *runWatching(IntersectionWatch::Place::everywhere);
 }
 
-RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
+RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSizing& sizing,
                     const RemesherOptions& options, Execution& execution, const RemeshParts& parts)
 {
   validate(options);
@@ -275,7 +275,8 @@ RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const 
     return remeshWhole(mesh, plan, level, options, execution);
   RemesherOptions ofRounds = options, ofDecimation = options;
   ofRounds.triangles = 0;
-  RemeshResult result = remeshInParts(mesh, plan, level, ofRounds, parts, execution);
+  RemeshPlan ofParts = options.triangles == 0 ? std::move(plan) : plan;
+  RemeshResult result = remeshInParts(std::move(mesh), std::move(ofParts), level, ofRounds, parts, execution);
   if (options.triangles == 0)
     return result;
   // Which collapses cost least is only known for all of the mesh.

@@ -65,7 +65,7 @@ RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Ex
 /// \param parts the same surface and topology in however many parts; triangles differ. With RemesherOptions::triangles
 /// the rounds are made in parts, and the collapses after them on the whole mesh
 /// \throw std::invalid_argument if it has another length, or a size below 1 or not finite
-RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
+RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSizing& sizing,
                     const RemesherOptions& options, Execution& execution, const RemeshParts& parts = {});
 
 /// Traces a position to the zero level along the (not unit-length) gradient: fourth-order Runge–Kutta, straight for the

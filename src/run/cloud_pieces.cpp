@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace pcl {
 namespace mrf {
@@ -22,7 +23,7 @@ void dropAlone(const std::vector<std::uint32_t>& alone, OrientedPoints& points, 
   std::vector<std::uint8_t> keep(points.size(), 1);
   for (const std::uint32_t i : alone)
     keep[i] = 0;
-  points = select(points, keep);
+  points = select(std::move(points), keep);
   search.dropPoints(points.positions, keep, execution);
   report.points.alone = static_cast<std::int64_t>(alone.size());
   report.points.used -= report.points.alone;

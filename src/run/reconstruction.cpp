@@ -76,7 +76,7 @@ void rejectByField(OrientedPoints& points, NeighborSearch& search, const Options
   report.points.used -= report.points.outliersByField;
   if (report.points.outliersByField == 0)
     return;
-  points = select(points, keep);
+  points = select(std::move(points), keep);
   search.dropPoints(points.positions, keep, execution);
 }
 
@@ -169,21 +169,37 @@ void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionRe
   resolver.followNoise(noise);
 }
 
-/// The fields of all pieces; the report gets their levels.
-DistanceField solveLevels(const CloudPieces& pieces, const ResolvedOptions& options, Report& report,
-                          Execution& execution)
+/// Does what asks nothing of the search of the points; where memory is short it rests meanwhile.
+template <typename Work>
+void withoutSearch(bool isShort, NeighborSearch& search, const OrientedPoints& points, Execution& execution,
+                   const Work& work)
+{
+  if (!isShort)
+    return work();
+  search.rest();
+  releaseFreedMemory(); // which is in pieces too small for much of what comes, here and for the search
+  work();
+  releaseFreedMemory();
+  search.wake(points.positions, execution);
+}
+
+/// The fields of all pieces; the report gets their levels. \param search of all points
+DistanceField solveLevels(const CloudPieces& pieces, const OrientedPoints& points, NeighborSearch& search,
+                          const ResolvedOptions& options, Report& report, Execution& execution)
 {
   const StageTimer timer("regularization", report, execution);
   const float spacing = report.density.spacing, diagonal = pieces.largestDiagonal();
   std::vector<DistanceField> fields;
   for (const SolvedPiece& piece : pieces.all()) {
     const std::unique_ptr<Levels> levels = beginLevels(piece, spacing, options, execution);
-    for (; !levels->done(); levels->solveNext())
+    while (!levels->done()) {
       if (options.trimming.kind != Trimming::none && levels->mayLeaveOut()) {
         const float reach = std::max(options.observation.maxDistance, 1.5f * levels->voxelSize());
         const Support support = supportOf(*piece.points, *piece.search, reach, spacing, options);
         levels->refineOnly(trimmedGenerously(levels->zeroLevel(), support, diagonal, options, execution));
       }
+      withoutSearch(levels->needsRoom(), search, points, execution, [&] { levels->solveNext(); });
+    }
     MultiscaleResult result = levels->result();
     report.predictedBytes = std::max(report.predictedBytes, result.predictedBytes);
     if (fields.empty())
@@ -288,7 +304,8 @@ RemeshParts partsWithin(double limit, const TriangleMesh& mesh, bool areTasks)
 }
 
 /// Remeshes if it was asked for, and counts triangles that intersect others.
-void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOptions& options, Execution& execution)
+void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& search, const ResolvedOptions& options,
+                Execution& execution)
 {
   Report& report = result.report;
   if (options.remesher.runs()) {
@@ -296,8 +313,12 @@ void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOp
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
     const RemeshParts parts =
         partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh, execution.tasks() != nullptr);
-    RemeshResult remeshed = remesh(result.mesh, result.field, sizing, options.remesher, execution, parts);
-    result.mesh = std::move(remeshed.mesh);
+    result.mesh.confidences = std::vector<float>(); // those of the new vertices follow
+    RemeshResult remeshed;
+    withoutSearch(parts.triangles > 0, search, result.points, execution, [&] {
+      remeshed = remesh(std::move(result.mesh), result.field, sizing, options.remesher, execution, parts);
+      result.mesh = std::move(remeshed.mesh);
+    });
     setVertexFields(result, true, support, options, execution);
     report.remesher = remeshed.summary();
     report.intersectingBeforeRemeshing = remeshed.intersectingBefore;
@@ -311,12 +332,18 @@ void remeshMesh(Reconstruction& result, const Support& support, const ResolvedOp
   }
 }
 
+/// Of the attributes that the options ask for.
+std::size_t channelsOf(const PointAttributes& attributes, const Options& options)
+{
+  return options.colors == ColorMode::input ? (attributes.colors ? 3 : 0) + (attributes.intensities ? 1 : 0) : 0;
+}
+
 /// Attributes of the cloud at the vertices, if the options ask for them.
 void addAttributes(const PointAttributes& attributes, const NeighborSearch& search, const ResolvedOptions& options,
                    Execution& execution, Reconstruction& result)
 {
-  const std::size_t ofColor = attributes.colors ? 3 : 0, channels = ofColor + (attributes.intensities ? 1 : 0);
-  if (channels == 0 || options.colors != ColorMode::input)
+  const std::size_t ofColor = attributes.colors ? 3 : 0, channels = channelsOf(attributes, options);
+  if (channels == 0)
     return;
   const StageTimer timer("attributes", result.report, execution);
   const std::vector<float> values = interpolateAttributes(
@@ -384,22 +411,22 @@ double smoothingLengthOf(const ResolvedOptions& options)
   return options.prior.beta > 0 ? smoothingLength(options.prior, options.multiscale.voxelSize) : 0;
 }
 
-/// From the field to the mesh with all it carries. \param resolution of the coordinates, cloud's unit
-void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, double resolution,
-                 const NeighborSearch& search, const ResolvedOptions& options, Execution& execution,
-                 Reconstruction& result)
+/// From the field to the mesh with all it carries. \param keepsPoints or drops what is not needed any more
+void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, bool keepsPoints, NeighborSearch& search,
+                 const ResolvedOptions& options, Execution& execution, Reconstruction& result)
 {
   Report& report = result.report;
   report.options = options;
   report.smoothingLength = smoothingLengthOf(options);
-  warnOfCoarseInput(resolution, options.multiscale.voxelSize, report);
-  result.field = solveLevels(pieces, options, report, execution);
+  result.field = solveLevels(pieces, result.points, search, options, report, execution);
   warnOfUnsolvedLevels(report);
   cutZeroLevel(result, options, execution);
   const Support support =
       supportOf(result.points, search, options.observation.maxDistance, report.density.spacing, options);
   trimMesh(result, support, pieces.largestDiagonal(), options, execution);
-  remeshMesh(result, support, options, execution);
+  if (!keepsPoints && !wantsUncertainty(options))
+    result.points.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
+  remeshMesh(result, support, search, options, execution);
   addUncertainty(result, pieces, options, execution);
   addAttributes(attributes, search, options, execution, result);
 }
@@ -407,7 +434,7 @@ void makeSurface(const CloudPieces& pieces, const PointAttributes& attributes, d
 } // namespace
 
 void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search, Execution& execution,
-                 Reconstruction& result)
+                 Reconstruction& result, bool keepsPoints)
 {
   result = Reconstruction();
   Report& report = result.report;
@@ -421,6 +448,8 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
   execution.beginRun(expectedStages(cloud.positions.size(), options));
   const PointAttributes attributes = std::move(cloud.attributes);
   PointSet points = gatherPoints(std::move(cloud), options, report, execution);
+  if (!keepsPoints && channelsOf(attributes, options) == 0)
+    points.origins = std::vector<std::uint32_t>();
   const double resolution = points.resolution;
   PreparedPoints prepared = preprocess(std::move(points), options, search, report, execution);
   warnOfNoSurface(prepared.points, growthOfNeighbors(prepared.points.positions, search, execution), report);
@@ -436,7 +465,13 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
   resolver.limitTrimming(pieces.largestDiagonal());
   pieces.growVolumes(resolver.soFar(), report, execution);
 
-  makeSurface(pieces, attributes, resolution, search, resolver.resolved(), execution, result);
+  warnOfCoarseInput(resolution, resolver.resolved().multiscale.voxelSize, report);
+  makeSurface(pieces, attributes, keepsPoints, search, resolver.resolved(), execution, result);
+  if (!keepsPoints) {
+    OrientedPoints none;
+    none.offset = result.points.offset;
+    result.points = std::move(none);
+  }
   execution.endRun();
   report.status = Status::ok;
   report.message = "ok";

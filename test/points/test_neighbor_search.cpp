@@ -273,6 +273,30 @@ TEST_P(HardClouds, WhatIsLeftAfterDroppingPoints)
   }
 }
 
+TEST_P(HardClouds, AnswersAreTheSameAfterARest)
+{
+  const Positions positions = GetParam().make();
+  const auto bins = makePointBins();
+  Execution execution(2);
+  bins->setPoints(positions, execution);
+  const auto answers = [&] {
+    std::vector<std::vector<int>> all;
+    for (const Eigen::Vector3f& query : queriesFor(positions)) {
+      Neighbors found;
+      bins->nearest(query, 9, found);
+      all.push_back(found.indices);
+    }
+    return all;
+  };
+  const auto before = answers();
+  for (const int rests : {0, 1, 2}) { // waking what is awake changes nothing, nor does a second rest
+    for (int n = 0; n < rests; ++n)
+      bins->rest();
+    bins->wake(positions, execution);
+    EXPECT_EQ(answers(), before) << rests << " rests";
+  }
+}
+
 TEST(NeighborSearch, CellsAndBricksMayLoseAllTheirPoints)
 {
   // A small ball beside a large one: a few per cent of the points, and all of some bricks.

@@ -379,6 +379,8 @@ TEST(Invariance, ShortMemory)
   EXPECT_EQ(tiled.report.mesh.eulerCharacteristic, whole.report.mesh.eulerCharacteristic);
   EXPECT_EQ(tiled.report.mesh.components, 1);
   EXPECT_EQ(tiled.report.intersecting, 0);
+  EXPECT_GT(*std::min_element(tiled.mesh.confidences.begin(), tiled.mesh.confidences.end()), 0)
+      << "told by the search, which rested before";
   // Remeshed in parts, which ends with other vertices.
   EXPECT_NE(tiled.mesh.vertices.size(), whole.mesh.vertices.size());
   EXPECT_LT(hausdorff(tiled.mesh, whole.mesh), .1 * .014);

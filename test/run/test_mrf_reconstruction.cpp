@@ -416,7 +416,10 @@ TEST(Interface, KeepsTheResultOnRequestOnly)
   ASSERT_EQ(mrf.getResult().surfaces.size(), 2u);
   EXPECT_EQ(mrf.getResult().surfaces[1].size(), mesh.vertices.size());
   EXPECT_EQ(mrf.getResult().mesh.triangles, mesh.triangles);
-  EXPECT_EQ(mrf.getResult().points.size(), sphere().size());
+  const pcl::mrf::OrientedPoints& points = mrf.getResult().points;
+  EXPECT_EQ(points.size(), sphere().size());
+  EXPECT_EQ(points.normals.size(), points.size());
+  EXPECT_EQ(points.origins.size(), points.size());
   EXPECT_FALSE(mrf.getDistanceField().empty());
   mrf.releaseResult();
   EXPECT_TRUE(mrf.getDistanceField().empty());

@@ -300,7 +300,7 @@ void MRFReconstruction<PointNT>::gatherAndRun()
     search = std::make_unique<mrf::detail::UserSearch<PointNT>>(tree_, input_);
   else
     search = mrf::makeSearch(options_.search);
-  mrf::reconstruct(rawCloud(), options_, *search, execution, result_);
+  mrf::reconstruct(rawCloud(), options_, *search, execution, result_, keepResult_);
 }
 
 template <typename PointNT>

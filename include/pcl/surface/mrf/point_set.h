@@ -39,9 +39,9 @@ struct PointSet {
   std::size_t wholeSize() const { return gathered > 0 ? gathered : size(); }
 };
 
-/// The points of `points` whose flag in `keep` is set, in their order; all per-point arrays follow, the rest is copied.
-/// \pre keep.size() == points.size()
-PCL_MRF_EXPORT PointSet select(const PointSet& points, const std::vector<std::uint8_t>& keep);
+/// The points of `points` whose flag in `keep` is set, in their order; all per-point arrays follow, one after the
+/// other, the rest stays. \pre keep.size() == points.size()
+PCL_MRF_EXPORT PointSet select(PointSet points, const std::vector<std::uint8_t>& keep);
 
 /// Points with a unit normal each: what the observation stage reads.
 struct OrientedPoints {
@@ -63,8 +63,9 @@ struct OrientedPoints {
   float deviation(std::size_t i) const { return deviations.empty() ? 0 : deviations[i]; }
 };
 
-/// The same for oriented points.
+/// The same for oriented points; of those that are handed over each array is freed before the next one is made.
 PCL_MRF_EXPORT OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep);
+PCL_MRF_EXPORT OrientedPoints select(OrientedPoints&& points, const std::vector<std::uint8_t>& keep);
 
 /// The points with these indices, in that order.
 PCL_MRF_EXPORT OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint32_t>& indices);

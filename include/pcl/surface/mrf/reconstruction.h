@@ -38,12 +38,14 @@ PCL_MRF_EXPORT std::vector<Rgb> vertexColors(const Reconstruction& result);
 /// \param cloud moved in, so that its arrays are freed as soon as the stages have read them
 /// \param search is used for all queries but those of parts far apart, which have searches of Options::search
 /// \param result replaced; after an error its report has what was done so far and the rest is empty or partial
+/// \param keepsPoints whether the result has the points; if not, only their offset, and what of them is not needed any
+/// more is freed on the way: 4 bytes per point from the beginning, 16 while the mesh is remeshed
 /// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled; CallerError for what the progress
 /// callback or the reader of attributes throw; whatever the search throws
 /// Points nearer than 1e-8 to each other on average, or in a box with a diagonal above 1e9, are refused as
 /// InvalidInput. The result is the same bytes for any number of threads.
 PCL_MRF_EXPORT void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search, Execution& execution,
-                                Reconstruction& result);
+                                Reconstruction& result, bool keepsPoints = true);
 
 /// The same by the library's own search, for whoever needs no report of a failure.
 PCL_MRF_EXPORT Reconstruction reconstruct(RawCloud cloud, const Options& options, Execution& execution);
