@@ -187,8 +187,8 @@ public:
   void setProgressCallback(const mrf::ProgressCallback& callback) { callback_ = callback; }
   const mrf::ProgressCallback& getProgressCallback() const { return callback_; }
 
-  /// Does the tiles and parts of large clouds, such as mrf::TaskDirectory or mrf::tasksOfRanks(); none: reconstruct does.
-  /// \param tasks outlives the call of reconstruct
+  /// Does the tiles and parts of large clouds, such as mrf::TaskDirectory or mrf::tasksOfRanks(); none: reconstruct
+  /// does. \param tasks outlives the call of reconstruct
   void setTaskRunner(mrf::TaskRunner* tasks) { tasks_ = tasks; }
   mrf::TaskRunner* getTaskRunner() const { return tasks_; }
 
