@@ -18,8 +18,8 @@ SOURCE = Path(__file__).resolve().parents[2]
 class ByCMake(build_ext):
     def build_extension(self, extension):
         options = dict(CMAKE_BUILD_TYPE="Release", CMAKE_UNITY_BUILD="ON", BUILD_SHARED_LIBS="OFF",
-                       MRF_BUILD_PYTHON="ON", MRF_BUILD_APPS="OFF", MRF_BUILD_TESTS="OFF", MRF_BUILD_CHOLESKY="OFF", MRF_BUILD_MPI="OFF",
-                       MRF_INSTALL="OFF",
+                       MRF_BUILD_PYTHON="ON", MRF_BUILD_APPS="OFF", MRF_BUILD_TESTS="OFF", MRF_BUILD_CHOLESKY="OFF",
+                       MRF_BUILD_MPI="OFF", MRF_INSTALL="OFF",
                        CMAKE_CXX_FLAGS="-DPCL_ONLY_CORE_POINT_TYPES", Python3_EXECUTABLE=sys.executable)
         if importlib.util.find_spec("pybind11"):
             import pybind11

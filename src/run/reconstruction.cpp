@@ -298,7 +298,8 @@ RemeshParts partsWithin(double limit, const TriangleMesh& mesh, bool areTasks)
   if (bytesPerVertex * vertices > limit)
     parts.triangles =
         static_cast<std::int64_t>(std::max(least, (limit - bytesPerVertexInParts * vertices) / bytesPerTriangleOfPart));
-  if (areTasks && !(static_cast<double>(parts.triangles) < trianglesPerTask && parts.triangles > 0))
+  const bool isSmall = parts.triangles > 0 && static_cast<double>(parts.triangles) < trianglesPerTask;
+  if (areTasks && !isSmall && static_cast<double>(mesh.triangles.size()) > trianglesPerTask)
     parts.triangles = static_cast<std::int64_t>(trianglesPerTask);
   return parts;
 }
