@@ -124,6 +124,9 @@ TileFolder::TileFolder(const std::string& path, const std::vector<std::string>& 
       throw UsageError("'" + other + "' is in the folder of tiles; name another folder for it");
   isNew_ = !fs::exists(path, error);
   makeFolder(path);
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, error))
+    if (entry.path().filename().string().rfind(".tile_", 0) == 0)
+      fs::remove(entry.path(), error); // of a run that was killed
   if (!fs::is_empty(path, error))
     throw FileError(path, error ? "cannot be read: " + error.message()
                                 : "holds files, of an earlier run maybe; delete them, or name another folder");

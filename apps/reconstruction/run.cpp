@@ -379,12 +379,15 @@ RunSummary produce(const Job& job, const Command& command, const TileFolder& til
       },
       report);
   releaseFreedMemory();
-  if (command.isResumed)
-    summary.notes.push_back(std::to_string(command.results->found()) + " of " +
-                            std::to_string(command.results->found() + command.results->made()) +
-                            " parts of the run were there");
   std::vector<std::string>& warnings = result.report.warnings;
   warnings.insert(warnings.begin(), input.table.warnings.begin(), input.table.warnings.end());
+  if (command.isResumed) {
+    const int found = command.results->found(), all = found + command.results->made();
+    summary.notes.push_back(std::to_string(found) + " of " + std::to_string(all) + " parts of the run were there");
+    if (found == 0 && all > 0)
+      warnings.push_back("none of the results in '" + command.workDirectory +
+                         "' is of this run, of other input or options maybe; they are left there");
+  }
   result.shiftOfOutput = offsetOfFloats(result.mesh, job.outputFormat);
   if ((job.outputFormat == "stl" || job.outputFormat == "3mf") && !result.report.mesh.closed())
     result.report.warnings.push_back("the surface in " + job.output +
@@ -459,7 +462,7 @@ void runAlone(const Command& command)
 {
   const Job& job = command.jobs.front();
   if (job.output == "-" && job.outputFormat != "obj" && isatty(STDOUT_FILENO) != 0)
-    throw UsageError("OUTPUT: standard output is a terminal, and " + job.outputFormat + " is no text");
+    throw UsageError("OUTPUT: standard output is a terminal, and " + job.outputFormat + " is no text; name a file");
   ProgressDisplay display(command, 1);
   pcl::mrf::Report report;
   const RunSummary summary = runNamed(job, command, report, [&](const std::string& stage, double fraction) {

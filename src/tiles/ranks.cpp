@@ -3,11 +3,13 @@
 
 #include "base/module.h"
 #include "tiles/do_task.h"
+#include "tiles/one_process.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <map>
 #include <optional>
 #include <thread>
@@ -86,21 +88,12 @@ public:
         })
   {
     own_.beginRun({}); // so that it calls back while it is in a loop
-    for (const int rank : ranks_.idle_) {
-      send(passing_, rank, threadsTag, std::to_string(own_.threads()));
-      send(passing_, rank, kindTag, kind);
-    }
   }
 
-  /// What is still under way is waited for, and forgotten.
   ~Run()
   {
-    while (!busy_.empty())
-      if (Message message; passing_.probe(&message) != 0) {
-        received(passing_, message);
-        setIdle(message.from);
-      } else
-        std::this_thread::sleep_for(pause);
+    for (const auto& entry : busy_)
+      ranks_.forgotten_.insert(entry.first);
   }
 
   void run()
@@ -123,18 +116,15 @@ public:
   }
 
 private:
-  void setIdle(int rank)
-  {
-    busy_.erase(rank);
-    ranks_.idle_.push_back(rank);
-  }
-
   void lookAfterOthers()
   {
     for (Message message; passing_.probe(&message) != 0;) {
       std::string answer = received(passing_, message);
+      ranks_.idle_.push_back(message.from);
+      if (ranks_.forgotten_.erase(message.from) > 0)
+        continue;
       const int task = busy_.at(message.from);
-      setIdle(message.from);
+      busy_.erase(message.from);
       if (message.tag == errorTag)
         throwMessage(answer);
       results_[task] = std::move(answer);
@@ -149,6 +139,8 @@ private:
       const int rank = ranks_.idle_.back();
       ranks_.idle_.pop_back();
       busy_[rank] = task;
+      send(passing_, rank, threadsTag, std::to_string(own_.threads()));
+      send(passing_, rank, kindTag, kind_);
       send(passing_, rank, inputTag, *input);
     }
   }
@@ -174,6 +166,8 @@ Ranks::Ranks(const MessagePassing& passing) : passing_(passing)
 
 Ranks::~Ranks()
 {
+  if (!forgotten_.empty())
+    return;
   for (int rank = 1; rank < passing_.ranks; ++rank)
     send(passing_, rank, endTag, {});
   passing_.finish();
@@ -211,6 +205,9 @@ void serveRanks(const MessagePassing& passing)
 
 std::unique_ptr<TaskRunner> tasksOfRanks()
 {
+  const char* const ranks = std::getenv("OMPI_COMM_WORLD_SIZE");
+  if (ranks != nullptr && std::string(ranks) == "1")
+    return std::make_unique<OneProcess>(); // what follows a run in a script can begin MPI no second time
   void* const found = shownByModule(MRF_MPI_MODULE, messagePassingSymbol, RTLD_GLOBAL);
   if (found == nullptr)
     throw ResourceLimit(std::string("several processes need ") + MRF_MPI_MODULE +

@@ -7,6 +7,7 @@
 
 #include <pcl/surface/mrf/execution.h>
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,8 @@ class Ranks : public TaskRunner {
 public:
   /// \param passing outlives this
   explicit Ranks(const MessagePassing& passing);
-  ~Ranks() override; ///< lets the other ranks end
+  /// Lets the other ranks end. After an error some may be at work still: then it leaves them to mpirun.
+  ~Ranks() override;
 
   void run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
            Execution& execution) override;
@@ -28,7 +30,8 @@ private:
   class Run;
 
   const MessagePassing& passing_;
-  std::vector<int> idle_; ///< ranks
+  std::vector<int> idle_;   ///< ranks
+  std::set<int> forgotten_; ///< ranks that do tasks which nobody waits for any more
 };
 
 /// What ranks above 0 do, until rank 0's runner has gone.

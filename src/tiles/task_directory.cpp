@@ -31,11 +31,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* journalName = "journal.txt";
+constexpr const char* journalName = "pcl_mrf_journal.txt";
 constexpr const char* extension = ".result";
+/// The journal's first line if the directory was made for it; it goes with the results then.
+constexpr const char* ofOwn = "directory 0";
 
-/// Bytes of a result to those of its input, at most: of tiles .15, of parts .26.
-constexpr double resultOfInput = .3;
+/// Bytes of a result to those of its input, about: less would end runs that could go on, more lets them begin in vain.
+constexpr double resultOfInput = .15;
 
 /// CRC-64 of ECMA-182, as xz has it, of some texts one after the other.
 std::uint64_t checksum(std::initializer_list<std::string_view> texts)
@@ -54,18 +56,18 @@ std::string hexadecimal(std::uint64_t number)
   return digits.data();
 }
 
-/// A result as it was written, behind its checksum. \return nothing if there is no file, or another one
+/// A result as it was written, behind the checksum of its file's name and bytes. \return nothing if it is not there
 std::optional<std::string> readResult(const fs::path& path)
 {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : 0;
+  std::error_code error;
   std::uint64_t expected = 0;
-  if (size < static_cast<std::streamoff>(sizeof(expected)))
+  const std::uintmax_t size = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
+  std::ifstream file(path, std::ios::binary);
+  if (error || size < sizeof(expected) || !file.read(reinterpret_cast<char*>(&expected), sizeof(expected)))
     return {};
-  file.seekg(0);
-  file.read(reinterpret_cast<char*>(&expected), sizeof(expected));
-  std::string bytes(static_cast<std::size_t>(size) - sizeof(expected), '\0');
-  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) || checksum({bytes}) != expected)
+  std::string bytes(size - sizeof(expected), '\0');
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())) ||
+      checksum({path.filename().string(), bytes}) != expected)
     return {};
   return bytes;
 }
@@ -77,14 +79,14 @@ void writeResult(const fs::path& path, const std::string& bytes)
   temporary += ".part";
   try {
     ByteWriter writer(temporary.string());
-    writer.value(checksum({bytes}));
+    writer.value(checksum({path.filename().string(), bytes}));
     writer.text(bytes);
     writer.close();
     fs::rename(temporary, path);
   } catch (const std::exception& error) {
     std::error_code ignored;
     fs::remove(temporary, ignored);
-    throw ResourceLimit("the result " + path.string() + " " + error.what() +
+    throw ResourceLimit("the result '" + path.string() + "' " + error.what() +
                         "; those before it are kept: make room and go on with --resume");
   }
 }
@@ -94,19 +96,23 @@ void writeResult(const fs::path& path, const std::string& bytes)
 TaskDirectory::TaskDirectory(std::string directory, bool resume, TaskRunner* inner)
     : directory_(std::move(directory)), inner_(inner)
 {
-  const fs::path journal = fs::path(directory_) / journalName;
   std::error_code error;
-  fs::create_directories(directory_, error);
-  if (fs::exists(journal) && !resume)
-    throw FileError("the work directory " + directory_ +
-                    " has results of an earlier run: go on with it (--resume), or give another directory");
-  journal_ = open(journal.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  isOwn_ = fs::create_directories(directory_, error);
+  journal_ = open((fs::path(directory_) / journalName).c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  const auto refuse = [this](const std::string& why) {
+    if (journal_ >= 0)
+      close(journal_);
+    throw FileError("the work directory '" + directory_ + "' " + why);
+  };
   if (journal_ < 0)
-    throw FileError("the work directory " + directory_ + " cannot be written to: " + std::strerror(errno));
-  if (flock(journal_, LOCK_EX | LOCK_NB) != 0) {
-    close(journal_);
-    throw FileError("the work directory " + directory_ + " is in use by another run");
-  }
+    refuse("cannot be written to: " + std::string(std::strerror(errno)) + "; give another one");
+  if (flock(journal_, LOCK_EX | LOCK_NB) != 0)
+    refuse("is in use by another run");
+  std::string first;
+  std::getline(std::ifstream(fs::path(directory_) / journalName), first);
+  isOwn_ = isOwn_ || first == ofOwn;
+  if (lseek(journal_, 0, SEEK_END) > 0 && !resume)
+    refuse("has results of an earlier run: go on with it (--resume), or give another one");
 }
 
 TaskDirectory::~TaskDirectory()
@@ -118,22 +124,26 @@ TaskDirectory::~TaskDirectory()
 
 void TaskDirectory::note(const std::string& line)
 {
-  const std::string text = line + "\n";
+  const bool isFirst = lseek(journal_, 0, SEEK_END) == 0;
+  const std::string text = (isFirst && isOwn_ ? std::string(ofOwn) + "\n" : "") + line + "\n";
   if (write(journal_, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
-    throw ResourceLimit("the journal of the work directory " + directory_ +
-                        " cannot be written: " + std::strerror(errno));
+    throw ResourceLimit("the journal of the work directory '" + directory_ +
+                        "' cannot be written: " + std::strerror(errno));
 }
 
-void TaskDirectory::requireRoom(double bytes) const
+void TaskDirectory::requireRoom(const std::string& kind, double bytes) const
 {
   std::error_code error;
   const auto free = static_cast<double>(fs::space(directory_, error).available);
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory_, error))
+    if (entry.path().filename().string().rfind(kind + "-", 0) == 0)
+      bytes -= static_cast<double>(entry.file_size(error)); // which may be found
   if (error || free >= bytes)
     return;
   std::ostringstream text;
   text.precision(3);
-  text << "results in the work directory " << directory_ << " would take some " << bytes / 1e9 << " GB, of which "
-       << free / 1e9 << " are free; those before them are kept: make room and go on with --resume";
+  text << "results in the work directory '" << directory_ << "' would take some " << bytes / 1e9 << " GB more, and "
+       << free / 1e9 << " are free; what is there is kept: make room and go on with --resume";
   throw ResourceLimit(text.str());
 }
 
@@ -146,25 +156,27 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
     if (!input)
       return input;
     if (n == 0)
-      requireRoom(resultOfInput * count * static_cast<double>(input->size()));
+      requireRoom(kind, resultOfInput * count * static_cast<double>(input->size()));
     const std::string name = hexadecimal(checksum({MRF_VERSION, kind, *input})) + "-" + std::to_string(input->size());
     fs::path& file = files[static_cast<std::size_t>(n)];
     file = fs::path(directory_) / (kind + "-" + name + extension);
     if (!readResult(file))
       return input;
     ++found_;
+    used_.push_back(file.string());
     return {};
   };
   const auto keep = [&](int n, std::string result) {
     const fs::path& file = files[static_cast<std::size_t>(n)];
     if (!result.empty()) {
       writeResult(file, result);
+      used_.push_back(file.string());
       note(file.filename().string() + " " + std::to_string(result.size()));
       ++made_;
     } else if (!file.empty()) {
       std::optional<std::string> read = readResult(file);
       if (!read)
-        throw ResourceLimit("the result " + file.string() + " has changed while it was used; go on with --resume");
+        throw ResourceLimit("the result '" + file.string() + "' has changed while it was used; go on with --resume");
       result = *std::move(read);
     }
     useResult(n, std::move(result));
@@ -176,11 +188,15 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
 void TaskDirectory::remove()
 {
   std::error_code ignored;
+  for (const std::string& file : used_)
+    fs::remove(file, ignored);
+  used_.clear();
   for (const fs::directory_entry& entry : fs::directory_iterator(directory_, ignored))
-    if (const std::string extensionOf = entry.path().extension().string();
-        extensionOf == extension || entry.path().filename() == journalName)
-      fs::remove(entry.path(), ignored);
-  fs::remove(directory_, ignored); // if it is empty
+    if (entry.path().extension() == extension)
+      return; // of another run
+  fs::remove(fs::path(directory_) / journalName, ignored);
+  if (isOwn_)
+    fs::remove(directory_, ignored); // if it is empty
 }
 
 } // namespace mrf

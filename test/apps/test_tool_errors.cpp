@@ -185,11 +185,11 @@ TEST_F(ToolErrors, WorkDirectories)
   expectFailure({"sphere.xyz", "out.ply", "--resume"}, 2, "--work-directory");
   write("file", "");
   expectFailure({"sphere.xyz", "out.ply", "--work-directory", "file"}, 1,
-                "the work directory file cannot be written to");
+                "the work directory 'file' cannot be written to");
   EXPECT_EQ(run({"sphere.xyz", "out.ply", "--work-directory", "work"}).status, 0);
   EXPECT_FALSE(std::filesystem::exists(path("work"))) << "left behind";
   std::filesystem::create_directory(path("work"));
-  write("work/journal.txt", "a result of a run that was ended\n");
+  write("work/pcl_mrf_journal.txt", "a result of a run that was ended\n");
   expectFailure({"sphere.xyz", "other.ply", "--work-directory", "work"}, 1, "go on with it (--resume)");
   EXPECT_FALSE(std::filesystem::exists(path("other.ply")));
   EXPECT_EQ(run({"sphere.xyz", "other.ply", "--work-directory", "work", "--resume"}).status, 0);

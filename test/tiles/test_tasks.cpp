@@ -239,6 +239,7 @@ TEST(Tasks, OfRanksMayBeCancelled)
     EXPECT_THROW(ranks.run(
                      "tile", 5, [](int) { return std::string("no tile"); }, [](int, const std::string&) {}, execution),
                  std::exception);
+    expectSame(outcome(&ranks), atOnce());
   });
 }
 
@@ -263,12 +264,47 @@ TEST(TaskDirectory, GoesOnFromWhatIsThere)
     file.seekp(100);
     file.put('?');
   }
+  // One has another one's place, one is no file.
+  fs::copy_file(results[4], results[3], fs::copy_options::overwrite_existing);
+  fs::remove(results[5]);
+  fs::create_directory(results[5]);
+  {
+    TaskDirectory tasks(directory.path(), true);
+    try {
+      outcome(&tasks);
+      FAIL() << "a folder is a result";
+    } catch (const ResourceLimit& error) {
+      EXPECT_NE(error.message().find("those before it are kept"), std::string::npos) << error.message();
+    }
+  }
+  fs::remove(results[5]);
   TaskDirectory tasks(directory.path(), true);
   expectSame(outcome(&tasks), atOnce());
-  EXPECT_EQ(tasks.made(), 3);
-  EXPECT_EQ(tasks.found(), all - 3);
+  EXPECT_GE(tasks.made(), 1);
+  EXPECT_EQ(tasks.found() + tasks.made(), all);
   tasks.remove();
   EXPECT_FALSE(fs::exists(directory.path()));
+}
+
+TEST(TaskDirectory, RemovesNothingElse)
+{
+  const Directory directory;
+  fs::create_directory(directory.path());
+  const std::string other = directory.path() + "/tile-0123456789abcdef-1.result", notes = directory.path() + "/notes";
+  std::ofstream(notes) << "of someone";
+  {
+    TaskDirectory tasks(directory.path(), false);
+    outcome(&tasks);
+    std::ofstream(other) << "of another run";
+    tasks.remove();
+    EXPECT_EQ(directory.results(), std::vector<fs::path>{other});
+  }
+  fs::remove(other);
+  TaskDirectory tasks(directory.path(), true);
+  tasks.remove();
+  EXPECT_EQ(fs::file_size(notes), 10u);
+  fs::remove(notes);
+  EXPECT_TRUE(fs::is_empty(directory.path())) << "which was there before";
 }
 
 TEST(TaskDirectory, IsOfOneRun)
@@ -309,7 +345,7 @@ TEST(TaskDirectory, WithoutRoomKeepsWhatWasWritten)
     outcome(&tasks);
     std::string name;
     std::size_t first = 0, largest = 0, size = 0;
-    for (std::ifstream journal(directory.path() + "/journal.txt"); journal >> name >> size;) {
+    for (std::ifstream journal(directory.path() + "/pcl_mrf_journal.txt"); journal >> name >> size;) {
       first = first == 0 ? size : first;
       largest = std::max(largest, size);
     }
@@ -344,6 +380,6 @@ TEST(TaskDirectory, TellsWhereItCannotBe)
     const TaskDirectory tasks(directory.path(), false);
     FAIL() << "a directory in a file's place";
   } catch (const FileError& error) {
-    EXPECT_NE(std::string(error.what()).find(directory.path() + " cannot be written to"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find(directory.path() + "' cannot be written to"), std::string::npos);
   }
 }

@@ -48,8 +48,7 @@ public:
 };
 
 /// Keeps results of tasks in the files of a directory: a run that was ended can go on from there. A file is named for
-/// the checksum of its task's input, and has one of its own; what does not match is done again. The files go with the
-/// runner if the run is done, \see TaskDirectory::remove.
+/// the checksum of its task's input, and has one of its own; what does not match is done again.
 /// \param inner does the tasks; none: this process does, one after the other
 /// \throw FileError if the directory cannot be made, or has results of an earlier run and `resume` is not set
 class PCL_MRF_EXPORT TaskDirectory : public TaskRunner {
@@ -65,16 +64,19 @@ public:
   int found() const { return found_; }
   int made() const { return made_; }
 
-  /// Removes the results, as nobody is going to need them any more.
+  /// Removes the results of this run, as nobody is going to need them any more, and the directory if it was made for
+  /// it.
   void remove();
 
 private:
-  void requireRoom(double bytes) const;
+  void requireRoom(const std::string& kind, double bytes) const;
   void note(const std::string& line);
 
   std::string directory_;
   TaskRunner* inner_;
-  int journal_ = -1; ///< a file, locked
+  bool isOwn_ = false;            ///< it was made for the results
+  int journal_ = -1;              ///< a file, locked
+  std::vector<std::string> used_; ///< files of results
   int found_ = 0, made_ = 0;
 };
 
