@@ -533,10 +533,16 @@ int run(const Command& given, pcl::mrf::TaskRunner* ranks)
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
   int status = exitDone;
-  if (command.outputDirectory.empty())
-    runAlone(command);
-  else
-    status = runAll(command);
+  try {
+    if (command.outputDirectory.empty())
+      runAlone(command);
+    else
+      status = runAll(command);
+  } catch (const pcl::mrf::Cancelled& error) {
+    if (results && results->made() > 0)
+      throw pcl::mrf::Cancelled(error.message() + "; what was done is kept: go on with --resume");
+    throw;
+  }
   if (results && status == exitDone)
     results->remove();
   return status;

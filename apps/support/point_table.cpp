@@ -5,7 +5,12 @@
 #include "point_readers.h"
 #include "text_file.h"
 
+#include <pcl/surface/mrf/option_table.h>
+
+#include <Eigen/Geometry>
+
 #include <algorithm>
+#include <cmath>
 
 namespace mrf_apps {
 
@@ -115,11 +120,38 @@ void appendSensors(PointTable& more, PointTable& table)
 
 } // namespace
 
+namespace {
+
+/// A warning of files that are so far from those before them that they may be of another frame.
+std::vector<std::string> farApart(const std::vector<PointTable>& tables, const std::vector<std::string>& paths)
+{
+  constexpr double wide = 100; // times the extent of all others
+  std::vector<std::string> warnings;
+  Eigen::AlignedBox3d before;
+  for (std::size_t n = 0; n < tables.size(); ++n) {
+    Eigen::AlignedBox3d box;
+    for (const Eigen::Vector3d& position : tables[n].positions)
+      if (position.allFinite())
+        box.extend(position);
+    const bool areBoth = !before.isEmpty() && !box.isEmpty();
+    const double extent = areBoth ? std::max(before.diagonal().norm(), box.diagonal().norm()) : 0;
+    if (extent > 0 && before.exteriorDistance(box) > wide * extent)
+      warnings.push_back("'" + paths[n] + "' is " + pcl::mrf::decimalText(std::round(before.exteriorDistance(box))) +
+                         " away from the files before it, each of which is less than a hundredth of that wide: are "
+                         "they in one frame?");
+    before.extend(box);
+  }
+  return warnings;
+}
+
+} // namespace
+
 PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::string>& paths)
 {
   if (tables.size() == 1)
     return std::move(tables.front());
   PointTable whole;
+  whole.warnings = farApart(tables, paths);
   const auto doAllHave = [&](const std::string& what, bool (*has)(const PointTable&), const char* remedy = "") {
     const auto without = std::find_if_not(tables.begin(), tables.end(), has);
     if (without != tables.end() && std::any_of(tables.begin(), tables.end(), has))

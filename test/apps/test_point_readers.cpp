@@ -785,6 +785,20 @@ TEST(LasReader, headersAreNotBelieved)
     expectRefused("las", good.substr(0, size), "is truncated");
 }
 
+TEST(PointReader, warnsOfFilesFarApart)
+{
+  const auto table = [](double x) {
+    PointTable result;
+    result.positions = {{x, 0, 0}, {x + 1, 1, 0}};
+    return result;
+  };
+  EXPECT_TRUE(joinPoints({table(0), table(50)}, {"a.ply", "b.ply"}).warnings.empty());
+  const std::vector<std::string> warnings =
+      joinPoints({table(0), table(1), table(4.5e6)}, {"a.ply", "b.ply", "c.ply"}).warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings.front().find("'c.ply' is 4499998 away from the files before it"), 0u) << warnings.front();
+}
+
 TEST(PointReader, joinsWhatAllFilesHave)
 {
   const auto table = [](int points) {
