@@ -85,6 +85,14 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
     throw std::invalid_argument("trim: needs one confidence per vertex");
 
   const std::vector<std::uint8_t> supported = findSupported(mesh, execution);
+  const auto isSet = [](std::uint8_t flag) { return flag != 0; };
+  if (std::all_of(supported.begin(), supported.end(), isSet)) {
+    result.statistics = measure(mesh, execution);
+    if (isOnePiece(*result.statistics)) { // as most large ones are: the rest would ask for memory, and find nothing
+      result.mesh = std::move(mesh);
+      return result;
+    }
+  }
   const std::vector<double> areas = findAreas(mesh, execution);
   HoleFinder holes(mesh, supported, areas, points, search, execution);
   std::vector<std::uint8_t> keep(supported);
@@ -93,8 +101,8 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
     keep = holes.keepFillings({resolvedMaxHole(options, diagonal), resolvedMaxGap(options, diagonal), !isAutomatic});
   }
   bool isTorn = false;
-  const bool keepsAll = std::all_of(keep.begin(), keep.end(), [](std::uint8_t flag) { return flag != 0; });
-  if (keepsAll)
+  const bool keepsAll = std::all_of(keep.begin(), keep.end(), isSet);
+  if (keepsAll && !result.statistics)
     result.statistics = measure(mesh, execution);
   if (!keepsAll || !isOnePiece(*result.statistics))
     result.componentsDropped =
