@@ -81,7 +81,7 @@ public:
       Execution& execution)
       : ranks_(ranks), passing_(ranks.passing_), kind_(kind), count_(count), makeInput_(makeInput),
         useResult_(useResult), execution_(execution),
-        own_(std::max(1, execution.threads() / passing_.ranksOfMachine), [this](auto&&...) {
+        own_(std::max(1, execution.threads() / std::min(passing_.ranksOfMachine, count)), [this](auto&&...) {
           lookAfterOthers();
           execution_.poll();
           return true;
@@ -176,7 +176,8 @@ Ranks::~Ranks()
 void Ranks::run(const std::string& kind, int count, const MakeInput& makeInput, const UseResult& useResult,
                 Execution& execution)
 {
-  Run(*this, kind, count, makeInput, useResult, execution).run();
+  if (count > 0)
+    Run(*this, kind, count, makeInput, useResult, execution).run();
 }
 
 void serveRanks(const MessagePassing& passing)
