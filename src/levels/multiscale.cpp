@@ -543,7 +543,7 @@ private:
     const int most = mostTilesOfFinest();
     int tiles = isTiled_ ? std::max(tiles_, 2) : 1;
     if (isTiled_ && tiles_ == 0 && execution_.tasks())
-      tiles = std::clamp(static_cast<int>(std::ceil(unknowns / unknownsPerTask)), tiles, std::max(tiles, most / 4));
+      tiles = std::clamp(static_cast<int>(std::ceil(unknowns / unknownsPerTask)), tiles, std::max(tiles, most / 3));
     while (tiles_ == 0 && tiles < most && finestBytes(unknowns, tiles) > limit())
       ++tiles;
     if (tiles > 1)

@@ -132,6 +132,9 @@ private:
       counts.touching += own.touching;
       counts.beyond += own.beyond;
       found.push_back(ownPlanes(place, united(foundBefore(place), solved, execution_)));
+      for (std::size_t next = n + 1, done = 0; next < changes_.size() && done <= n; ++done)
+        if (changes_[done].first + changes_[done].voxels.size().z <= changes_[next].first - continuedFrom)
+          changes_[done].values = PackedValues(); // nothing is carried on from them any more
     }
     found_ = std::move(found);
     return counts.missSheet();
