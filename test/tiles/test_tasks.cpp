@@ -205,6 +205,11 @@ TEST(Tasks, AreTheSameFromBytesToBytes)
   OneProcess here;
   EXPECT_EQ(atOnce().tiles, 4);
   expectSame(outcome(&here), atOnce());
+}
+
+TEST(Tasks, DependOnWhatTheyAreGivenOnly)
+{
+  OneProcess here;
   const Outcome plate = outcomeOfPlate(nullptr);
   EXPECT_GT(plate.iterations, 1) << "no sheet was missed";
   expectSame(outcomeOfPlate(&here), plate);
