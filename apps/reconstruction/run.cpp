@@ -505,6 +505,12 @@ int runAll(const Command& command)
   return firstFailure;
 }
 
+/// Whether mpirun has started this process.
+bool isRank()
+{
+  return std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr;
+}
+
 /// In the work directory, if there is to be one. \throw FileError
 std::unique_ptr<pcl::mrf::TaskDirectory> keptResults(const Command& command)
 {
@@ -530,8 +536,9 @@ int run(const Command& given, pcl::mrf::TaskRunner* ranks)
   if (!command.jobs.front().picture.empty())
     requireDisplay();
   // From here on there are temporary files to remove.
-  std::signal(SIGINT, interrupt);
-  std::signal(SIGTERM, interrupt);
+  const auto handler = isRank() ? endBySignal : interrupt; // mpirun kills its ranks some milliseconds later
+  std::signal(SIGINT, handler);
+  std::signal(SIGTERM, handler);
   int status = exitDone;
   try {
     if (command.outputDirectory.empty())
@@ -546,12 +553,6 @@ int run(const Command& given, pcl::mrf::TaskRunner* ranks)
   if (results && status == exitDone)
     results->remove();
   return status;
-}
-
-/// Whether mpirun has started this process.
-bool isRank()
-{
-  return std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr;
 }
 
 int runRank(int argc, char** argv)
