@@ -40,14 +40,9 @@ TileResult solve(TileInput input, Execution& execution)
   LevelReport report;
   LevelField field = solveNarrowBand({input.lattices, 1, observation, input.prior, &tile}, input.coarse, input.plan,
                                      input.solver, report, execution);
-  const auto countOwn = [&](const VoxelSet& set) {
-    return static_cast<double>(set.planeFirst(input.end) - set.planeFirst(input.begin));
-  };
   TileResult result;
   setChange(input, field, result, execution);
   result.step = tile.step;
-  result.unknowns = countOwn(field.unknowns);
-  result.observedOf = countOwn(field.observed);
   result.observed = std::move(field.observed);
   result.solve = std::move(report.solve);
   return result;
@@ -104,8 +99,7 @@ void serialize(Archive& archive, TileInput& tile, unsigned)
 template <typename Archive>
 void serialize(Archive& archive, TileResult& result, unsigned)
 {
-  serializeAll(archive, result.changed, result.change, result.observed, result.step, result.solve, result.unknowns,
-               result.observedOf);
+  serializeAll(archive, result.changed, result.change, result.observed, result.step, result.solve);
 }
 
 VoxelSet cutPlanes(const VoxelSet& set, int first, int count, Execution& execution)

@@ -28,13 +28,11 @@ struct TileInput {
 };
 
 struct TileResult {
-  VoxelSet changed;      ///< unknowns of the tile's own planes, on a grid of these alone
-  PackedValues change;   ///< of them, packed
-  VoxelSet observed;     ///< on the tile's grid
-  TileStep step;         ///< of the own planes
-  SolveReport solve;     ///< without history
-  double unknowns = 0;   ///< of the own planes
-  double observedOf = 0; ///< voxels of them
+  VoxelSet changed;    ///< unknowns of the tile's own planes, on a grid of these alone
+  PackedValues change; ///< of them, packed
+  VoxelSet observed;   ///< on the tile's grid
+  TileStep step;       ///< of the own planes
+  SolveReport solve;   ///< without history
 };
 
 /// Some planes of a set, on a grid that begins with plane `first` of the set's.

@@ -233,18 +233,19 @@ private:
 
   void keep(const TilePlace& place, TileResult result)
   {
+    const auto unknowns = static_cast<double>(result.changed.count());
+    report_.observed += result.observed.planeFirst(place.own.end) - result.observed.planeFirst(place.own.begin);
     changes_.push_back({{std::move(result.changed), place.fine.begin + place.own.begin}, std::move(result.change)});
     observed_.push_back(std::move(result.observed));
     lengths_.push_back(result.step.length);
-    report_.observed += static_cast<std::int64_t>(result.observedOf);
     const SolveReport& solve = result.solve;
     sums_.iterations = std::max(sums_.iterations, solve.iterations);
     sums_.decrease += result.step.decrease;
     sums_.curvature += result.step.curvature;
-    sums_.unknowns += result.unknowns;
-    sums_.squaredResidual += result.unknowns * std::pow(solve.relativeResidual, 2);
-    sums_.squaredChange += result.unknowns * std::pow(solve.remainingChange, 2);
-    sums_.squaredChangeOfFillings += result.unknowns * std::pow(solve.remainingChangeOfFillings, 2);
+    sums_.unknowns += unknowns;
+    sums_.squaredResidual += unknowns * std::pow(solve.relativeResidual, 2);
+    sums_.squaredChange += unknowns * std::pow(solve.remainingChange, 2);
+    sums_.squaredChangeOfFillings += unknowns * std::pow(solve.remainingChangeOfFillings, 2);
   }
 
   void summarize()

@@ -11,7 +11,8 @@ namespace pcl {
 namespace mrf {
 namespace {
 
-/// The field is read near the surface, and vertices stay within their part: so far around it they may go astray.
+/// The field is read near the surface, and vertices stay within their part. Farther off it is read now and then, on the
+/// way of a step that comes to nothing: there it may be the background's, for all who do the task alike.
 constexpr double voxelsAroundPart = 8;
 
 Eigen::AlignedBox3d boxAround(const PartInput& part)
@@ -30,10 +31,7 @@ PartResult remesh(PartInput input, Execution& execution)
   RemeshedPiece remeshed = remeshPiece(piece, input.plan, level, input.options, execution);
   HalfEdgeMesh& mesh = remeshed.mesh;
   PartResult result;
-  result.triangles.reserve(mesh.origin.size() / 3);
-  for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t)
-    result.triangles.push_back(mesh.triangle(t));
-  result.positions = std::move(mesh.positions);
+  result.mesh = mesh.toTriangles();
   result.numbers = std::move(mesh.numbers);
   result.sizing = std::move(mesh.sizing);
   result.places = std::move(mesh.places);
@@ -105,8 +103,8 @@ void serialize(Archive& archive, RemeshSummary& summary, unsigned)
 template <typename Archive>
 void serialize(Archive& archive, PartResult& part, unsigned)
 {
-  serializeAll(archive, part.positions, part.numbers, part.sizing, part.places, part.triangles, part.intersecting,
-               part.summary);
+  serializeAll(archive, part.mesh.vertices, part.mesh.triangles, part.numbers, part.sizing, part.places,
+               part.intersecting, part.summary);
 }
 
 void remeshEach(int count, const std::function<PartInput(int n)>& makeInput,

@@ -31,11 +31,10 @@ struct PartInput {
 
 /// What a part becomes. \see RemeshedPiece
 struct PartResult {
-  std::vector<Eigen::Vector3f> positions;
+  TriangleMesh mesh; ///< vertices and triangles
   std::vector<std::int32_t> numbers;
   EdgeSizing sizing;
   std::vector<double> places;
-  std::vector<Triangle> triangles;
   std::vector<std::int32_t> intersecting; ///< triangles, ascending
   RemeshSummary summary;
 };

@@ -165,15 +165,15 @@ private:
       if (numbers[v] >= 0)
         continue;
       numbers[v] = static_cast<std::int32_t>(all_.mesh.vertices.size());
-      all_.mesh.vertices.push_back(result.positions[v]);
+      all_.mesh.vertices.push_back(result.mesh.vertices[v]);
       all_.seams.push_back(-1);
       if (!all_.sizing.empty())
         all_.sizing.push_back(result.sizing[v]);
       if (!all_.places.empty())
         all_.places.push_back(result.places[v]);
     }
-    for (std::size_t t = 0; t < result.triangles.size(); ++t) {
-      const Triangle& own = result.triangles[t];
+    for (std::size_t t = 0; t < result.mesh.triangles.size(); ++t) {
+      const Triangle& own = result.mesh.triangles[t];
       if (std::all_of(own.begin(), own.end(), [&](std::int32_t v) { return result.numbers[v] >= 0; }))
         continue;
       if (std::binary_search(result.intersecting.begin(), result.intersecting.end(), static_cast<std::int32_t>(t)))

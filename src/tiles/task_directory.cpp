@@ -40,7 +40,8 @@ constexpr const char* ofOwn = "directory 0";
 /// Bytes of a result to those of its input, about: less would end runs that could go on, more lets them begin in vain.
 constexpr double resultOfInput = .15;
 
-/// Of some texts one after the other, word by word: ten times as fast as a CRC, byte by byte.
+/// Of some texts one after the other, word by word: a CRC of Boost's, byte by byte, took 4 % of a
+/// run of three million points without remeshing.
 std::uint64_t checksum(std::initializer_list<std::string_view> texts)
 {
   std::size_t sum = 0;
@@ -166,7 +167,7 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
     const std::string name = hexadecimal(checksum({MRF_VERSION, kind, *input})) + "-" + std::to_string(input->size());
     fs::path& file = files[static_cast<std::size_t>(n)];
     file = fs::path(directory_) / (kind + "-" + name + extension);
-    if (!readResult(file))
+    if (!readResult(file)) // and again when it is its turn: ranks ask for many in advance
       return input;
     ++found_;
     used_.push_back(file.string());
