@@ -40,8 +40,8 @@ constexpr const char* ofOwn = "directory 0";
 /// Bytes of a result to those of its input, about: less would end runs that could go on, more lets them begin in vain.
 constexpr double resultOfInput = .15;
 
-/// Of some texts one after the other, word by word: a CRC of Boost's, byte by byte, took 4 % of a
-/// run of three million points without remeshing.
+/// Of some texts one after the other, word by word: a CRC of Boost's, byte by byte, took 4 % of a run of
+/// three million points without remeshing.
 std::uint64_t checksum(std::initializer_list<std::string_view> texts)
 {
   std::size_t sum = 0;
