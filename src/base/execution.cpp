@@ -219,9 +219,7 @@ double Execution::sum(std::int64_t count, std::int64_t grain,
 {
   grain = std::max<std::int64_t>(grain, 1);
   std::vector<double> partial(static_cast<std::size_t>((count + grain - 1) / grain));
-  forRange(count, grain, [&](std::int64_t begin, std::int64_t end) {
-    partial[static_cast<std::size_t>(begin / grain)] = body(begin, end);
-  });
+  forRange(count, grain, [&](std::int64_t begin, std::int64_t end) { partial[begin / grain] = body(begin, end); });
   double total = 0;
   for (const double value : partial)
     total += value;

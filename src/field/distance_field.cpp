@@ -89,7 +89,7 @@ private:
   float& at(const Eigen::Array3i& voxel)
   {
     const Eigen::Array3i offset = voxel - cell_ + 1;
-    return values_[static_cast<std::size_t>(offset.x() + side * (offset.y() + side * offset.z()))];
+    return values_[offset.x() + side * (offset.y() + side * offset.z())];
   }
 
   Eigen::Array3i cell_, lower_, upper_; ///< lower_ up to, and without, upper_
@@ -189,9 +189,9 @@ std::int64_t DistanceField::packedIndex(int i, int j, int k) const
 float DistanceField::confidence(int i, int j, int k) const
 {
   if (!banded_)
-    return confidences_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
+    return confidences_[lattice_.size.index(i, j, k)];
   const std::int64_t at = packedIndex(i, j, k);
-  return at < 0 ? 0 : banded_->confidences[static_cast<std::size_t>(at)];
+  return at < 0 ? 0 : banded_->confidences[at];
 }
 
 float DistanceField::bandedDistance(int i, int j, int k) const
@@ -203,10 +203,9 @@ float DistanceField::bandedDistance(int i, int j, int k) const
 float DistanceField::storedDistance(int i, int j, int k) const
 {
   if (!banded_)
-    return distances_[static_cast<std::size_t>(stored_.size.index(i, j, k))];
+    return distances_[stored_.size.index(i, j, k)];
   const std::int64_t at = banded_->band.find(i + gridMargin, j + gridMargin, k + gridMargin);
-  return at < 0 ? banded_->background.sampleDistance(stored_.position(i, j, k))
-                : banded_->values[static_cast<std::size_t>(at)];
+  return at < 0 ? banded_->background.sampleDistance(stored_.position(i, j, k)) : banded_->values[at];
 }
 
 bool DistanceField::bandHasCell(int i, int j, int k) const
@@ -232,7 +231,7 @@ void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const
     bool isNegative = distance(0, j, k) < 0;
     for (int i = 0; i < count; ++i) {
       if (const std::int64_t at = packedIndex(i, j, k); at >= 0)
-        isNegative = banded_->values[static_cast<std::size_t>(at)] < 0;
+        isNegative = banded_->values[at] < 0;
       if (isNegative)
         setBits(words, i, i + 1);
     }
@@ -291,8 +290,7 @@ float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
   const Cell cell(piece.stored_, piece.axes_.toStored(position));
   std::array<float, 8> values;
   for (int n = 0; n < 8; ++n)
-    values[static_cast<std::size_t>(n)] =
-        piece.storedDistance(cell.voxel.x() + n % 2, cell.voxel.y() + n / 2 % 2, cell.voxel.z() + n / 4);
+    values[n] = piece.storedDistance(cell.voxel.x() + n % 2, cell.voxel.y() + n / 2 % 2, cell.voxel.z() + n / 4);
   return cell.interpolate(values);
 }
 
@@ -327,8 +325,7 @@ void FieldSampler::enter(const DistanceField& piece, const Eigen::Array3i& cell)
   surroundings.readRows([&](int i, int j, int k, int count, float* out) { piece.distancesOfRow(i, j, k, count, out); });
   const auto inverse = static_cast<float>(1 / piece.stored_.spacing);
   for (int n = 0; n < 8; ++n)
-    corners_[static_cast<std::size_t>(n)] =
-        surroundings.sample(cell + Eigen::Array3i(n % 2, n / 2 % 2, n / 4), inverse);
+    corners_[n] = surroundings.sample(cell + Eigen::Array3i(n % 2, n / 2 % 2, n / 4), inverse);
 }
 
 } // namespace mrf

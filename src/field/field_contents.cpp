@@ -62,7 +62,7 @@ std::vector<FieldContents> FieldContents::of(const DistanceField& field, const E
       contents.distances = banded.background.distances_;
       contents.band =
           rowsOf(banded.band, rangeOf(piece.stored_, stored, 1), rangeOf(piece.stored_, stored, 2), execution);
-      contents.values.reserve(static_cast<std::size_t>(contents.band.count()));
+      contents.values.reserve(contents.band.count());
       for (int z = contents.band.bottom(); z < contents.band.top(); ++z)
         forEachPair(contents.band, banded.band, z, [&](std::int64_t, std::int64_t first, std::int64_t count) {
           const auto values = banded.values.begin() + first;

@@ -95,7 +95,7 @@ public:
   ~CombinedPlanes()
   {
     for (int n = 0; n < used_; ++n)
-      kernels::clear(band_.plane(planes_[static_cast<std::size_t>(n)]), window_);
+      kernels::clear(band_.plane(planes_[n]), window_);
   }
   CombinedPlanes(const CombinedPlanes&) = delete;
   CombinedPlanes& operator=(const CombinedPlanes&) = delete;
@@ -105,7 +105,7 @@ public:
     if (band_.planeCount(z) == 0)
       return;
     kernels::addToWindow(band_.plane(z), weight, values_ + band_.planeFirst(z), window_);
-    planes_[static_cast<std::size_t>(used_++)] = z;
+    planes_[used_++] = z;
   }
 
   /// The row of the window, from voxel x on; rows outside of the grid are zero.
@@ -136,7 +136,7 @@ void CubicInterpolation::evaluatePlane(const VoxelSet& fine, int z, float* out, 
   CombinedPlanes planes(coarse_, scratch.window);
   const int parentZ = refinement_.parent(z, 2), sideZ = refinement_.isSecond(z, 2) ? 1 : -1;
   for (int tap = 0; tap < 4; ++tap)
-    planes.add(parentZ + sideZ * (tap - 1), cubicWeights[static_cast<std::size_t>(tap)]);
+    planes.add(parentZ + sideZ * (tap - 1), cubicWeights[tap]);
   prepare(scratch.rows, static_cast<std::size_t>(coarse_.voxels.size().x) + 16);
   for (int y = 0; y < fine.size().y; ++y) {
     const int parentY = refinement_.parent(y, 1), sideY = refinement_.isSecond(y, 1) ? 1 : -1;
@@ -144,7 +144,7 @@ void CubicInterpolation::evaluatePlane(const VoxelSet& fine, int z, float* out, 
       const int x = fine.xOf(run, y);
       const int begin = refinement_.parent(x, 0) - 2, end = refinement_.parent(x + run.count - 1, 0) + 3;
       const auto row = [&](int tap) {
-        return WeightedRow{planes.row(begin, parentY + sideY * (tap - 1)), cubicWeights[static_cast<std::size_t>(tap)]};
+        return WeightedRow{planes.row(begin, parentY + sideY * (tap - 1)), cubicWeights[tap]};
       };
       combineFour(end - begin, row(0), row(1), row(2), row(3), scratch.rows.data());
       cubicRow(run.count, refinement_.isSecond(x, 0), scratch.rows.data() + 2, out + run.first);

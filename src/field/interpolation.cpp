@@ -21,7 +21,7 @@ struct Taps {
       const int side = position > parent ? 1 : -1;
       std::array<int, 4> index{};
       for (int tap = 0; tap < 4; ++tap)
-        index[static_cast<std::size_t>(tap)] = std::clamp(parent + side * (tap - 1), 0, coarseCount - 1);
+        index[tap] = std::clamp(parent + side * (tap - 1), 0, coarseCount - 1);
       indices.push_back(index);
     }
   }
@@ -54,13 +54,13 @@ std::vector<float> interpolate(const std::array<float, 4>& weights, const std::v
         const float* row = values.data() + from.index(0, y, z);
         float* out = rows.data() + std::int64_t{to.x} * y;
         for (int x = 0; x < to.x; ++x) {
-          const auto& index = alongX.indices[static_cast<std::size_t>(x)];
+          const auto& index = alongX.indices[x];
           out[x] = weights[0] * row[index[0]] + weights[1] * row[index[1]] + weights[2] * row[index[2]] +
                    weights[3] * row[index[3]];
         }
       }
       for (int y = 0; y < to.y; ++y) {
-        const auto& index = alongY.indices[static_cast<std::size_t>(y)];
+        const auto& index = alongY.indices[y];
         std::array<const float*, 4> sources{};
         for (std::size_t tap = 0; tap < 4; ++tap)
           sources[tap] = rows.data() + std::int64_t{to.x} * index[tap];
@@ -72,7 +72,7 @@ std::vector<float> interpolate(const std::array<float, 4>& weights, const std::v
   std::vector<float> result(static_cast<std::size_t>(to.count()));
   execution.forRange(to.z, 1, [&](std::int64_t begin, std::int64_t end) {
     for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
-      const auto& index = alongZ.indices[static_cast<std::size_t>(z)];
+      const auto& index = alongZ.indices[z];
       for (int y = 0; y < to.y; ++y) {
         std::array<const float*, 4> sources{};
         for (std::size_t tap = 0; tap < 4; ++tap)

@@ -37,7 +37,7 @@ inline PriorConstants priorConstants(Prior prior)
       {2, 5, 4, .35, 1, 1, 1},
       {3, 10, 5, .25, .7, .4, .25},
   }};
-  return table[static_cast<std::size_t>(order(prior) - 1)];
+  return table[order(prior) - 1];
 }
 
 } // namespace mrf

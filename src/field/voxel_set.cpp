@@ -294,7 +294,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
     for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
       mask.clear();
       fill(z, mask);
-      std::vector<Run>& runs = planes[static_cast<std::size_t>(z)];
+      std::vector<Run>& runs = planes[z];
       std::int64_t values = 0;
       for (int y = 0; y < size.y; ++y) {
         const std::size_t before = runs.size();
@@ -329,8 +329,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
     --top_;
   likeFirst_.resize(planes.size());
   for (int z = 0; z < size.z; ++z)
-    likeFirst_[static_cast<std::size_t>(z)] =
-        z > 0 && haveSameRuns(plane(z - 1), plane(z)) ? likeFirst_[static_cast<std::size_t>(z - 1)] : z;
+    likeFirst_[z] = z > 0 && haveSameRuns(plane(z - 1), plane(z)) ? likeFirst_[z - 1] : z;
 }
 
 void VoxelSet::rasterize(int z, MaskPlane& mask) const
@@ -376,7 +375,7 @@ PackedValues degrees(const VoxelSet& band, Execution& execution)
     // Windows of ones, by z modulo 3.
     std::array<std::vector<float>, 3> windows;
     windows.fill(std::vector<float>(band.windowCount(), 0));
-    const auto window = [&](int z) { return windows[static_cast<std::size_t>((z + 3) % 3)].data(); };
+    const auto window = [&](int z) { return windows[(z + 3) % 3].data(); };
     const auto first = static_cast<int>(begin), last = static_cast<int>(end);
     for (int z = first - 1; z <= last; ++z) {
       if (z - 3 >= first - 1)

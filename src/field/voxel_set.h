@@ -161,10 +161,7 @@ public:
   }
 
   /// Packed values of plane z are [planeFirst(z), planeFirst(z + 1)). Planes outside of the grid are empty.
-  std::int64_t planeFirst(int z) const
-  {
-    return planeFirst_[static_cast<std::size_t>(z < 0 ? 0 : z > size_.z ? size_.z : z)];
-  }
+  std::int64_t planeFirst(int z) const { return planeFirst_[z < 0 ? 0 : z > size_.z ? size_.z : z]; }
   std::int64_t planeCount(int z) const { return planeFirst(z + 1) - planeFirst(z); }
   std::int64_t largestPlane() const { return largestPlane_; }
 
@@ -182,8 +179,7 @@ public:
   bool areAlike(int z, int other) const
   {
     const auto isInGrid = [this](int plane) { return plane >= 0 && plane < size_.z; };
-    return isInGrid(z) && isInGrid(other) &&
-           likeFirst_[static_cast<std::size_t>(z)] == likeFirst_[static_cast<std::size_t>(other)];
+    return isInGrid(z) && isInGrid(other) && likeFirst_[z] == likeFirst_[other];
   }
   Runs plane(int z) const
   {

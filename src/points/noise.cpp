@@ -46,10 +46,10 @@ using Axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>;
 Eigen::Matrix3Xd relativeTo(const std::vector<Eigen::Vector3f>& positions, const int* neighbors, std::size_t count,
                             double radius)
 {
-  const Eigen::Vector3d origin = positions[static_cast<std::size_t>(neighbors[0])].cast<double>();
+  const Eigen::Vector3d origin = positions[neighbors[0]].cast<double>();
   Eigen::Matrix3Xd relative(3, static_cast<Eigen::Index>(count));
   for (Eigen::Index n = 0; n < relative.cols(); ++n)
-    relative.col(n) = (positions[static_cast<std::size_t>(neighbors[n])].cast<double>() - origin) / radius;
+    relative.col(n) = (positions[neighbors[n]].cast<double>() - origin) / radius;
   return relative;
 }
 
@@ -93,7 +93,7 @@ double nearestResidual(const Eigen::Matrix3Xd& relative, const Axes& axes)
   const double radius = std::sqrt(byDistance[neighborhoods.front() - 1].first);
   Eigen::Matrix3Xd nearest(3, static_cast<Eigen::Index>(neighborhoods.front()));
   for (Eigen::Index n = 0; n < nearest.cols(); ++n)
-    nearest.col(n) = relative.col(byDistance[static_cast<std::size_t>(n)].second) / radius;
+    nearest.col(n) = relative.col(byDistance[n].second) / radius;
   const Eigen::Matrix2Xd along = axes.eigenvectors().rightCols<2>().transpose() * nearest,
                          centered = along.colwise() - along.rowwise().mean();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread(centered * centered.transpose());
@@ -111,7 +111,7 @@ void findAround(const OrientedPoints& points, const NeighborSearch& search, std:
   search.nearest(points.positions[point], static_cast<int>(mayFaceAway ? 2 * wanted : wanted), found);
   std::size_t kept = 0;
   for (std::size_t n = 0; n < found.indices.size() && kept < wanted; ++n)
-    if (!mayFaceAway || points.normals[point].dot(points.normals[static_cast<std::size_t>(found.indices[n])]) > 0) {
+    if (!mayFaceAway || points.normals[point].dot(points.normals[found.indices[n]]) > 0) {
       found.indices[kept] = found.indices[n];
       found.squaredDistances[kept++] = found.squaredDistances[n];
     }

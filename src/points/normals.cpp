@@ -91,7 +91,7 @@ double distanceFromMean(const PointSet& points, const NeighborSearch& search, st
   search.within(points.positions[i], radius, found);
   double sum = 0;
   for (const int neighbor : found.indices)
-    sum += normal.dot((points.positions[static_cast<std::size_t>(neighbor)] - points.positions[i]).cast<double>());
+    sum += normal.dot((points.positions[neighbor] - points.positions[i]).cast<double>());
   return std::abs(sum) / static_cast<double>(found.indices.size());
 }
 

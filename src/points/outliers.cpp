@@ -109,9 +109,7 @@ bool isOnSurface(const PointSet& points, const NeighborSearch& search, std::uint
       return false;
     Eigen::Matrix3Xd relative(3, scale);
     for (int n = 0; n < scale; ++n) // the nearest is the point itself, or lies where it does
-      relative.col(n) =
-          (points.positions[static_cast<std::size_t>(around.indices[static_cast<std::size_t>(n) + 1])] - position)
-              .cast<double>();
+      relative.col(n) = (points.positions[around.indices[static_cast<std::size_t>(n) + 1]] - position).cast<double>();
     const Eigen::Vector3d middle = relative.rowwise().mean();
     relative.colwise() -= middle;
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(relative * relative.transpose() / scale);
@@ -161,7 +159,7 @@ std::vector<FarPoint> findFar(const PointSet& points, const std::vector<float>& 
       around.clear();
       for (const int j : found.indices)
         if (static_cast<std::uint32_t>(j) != i)
-          around.push_back(means[static_cast<std::size_t>(j)]);
+          around.push_back(means[j]);
       if (!around.empty() && (means[i] > everywhere || means[i] > factor * median(around)))
         here.push_back({i, coherence.coherent(i, found.indices), isOnSurface(points, search, i, found)});
     }
@@ -205,7 +203,7 @@ std::vector<std::uint8_t> keptByStatistics(const PointSet& points)
 
   std::vector<std::uint8_t> keep(points.size(), 0);
   for (const index_t index : kept)
-    keep[static_cast<std::size_t>(index)] = 1;
+    keep[index] = 1;
   return keep;
 }
 

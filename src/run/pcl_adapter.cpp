@@ -140,8 +140,8 @@ int checkedAnswer(int found, int max, std::size_t positions, Neighbors& answer)
   if (found < 0 || found > max || static_cast<std::size_t>(found) > answer.indices.size() ||
       static_cast<std::size_t>(found) > answer.squaredDistances.size())
     failAnswer(std::to_string(found) + " neighbors, and holds " + std::to_string(answer.indices.size()));
-  answer.indices.resize(static_cast<std::size_t>(found));
-  answer.squaredDistances.resize(static_cast<std::size_t>(found));
+  answer.indices.resize(found);
+  answer.squaredDistances.resize(found);
   for (const auto index : answer.indices)
     if (index < 0 || static_cast<std::size_t>(index) >= positions)
       failAnswer("index " + std::to_string(index) + ", and has " + std::to_string(positions) + " points");

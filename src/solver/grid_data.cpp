@@ -212,7 +212,7 @@ private:
   SampleLayer layerAt(int z) const
   {
     const bool isInside = z >= 0 && z < voxels_.size().z;
-    const PointSample* begin = isInside ? samples_.data() + layerBegin_[static_cast<std::size_t>(z)] : nullptr;
+    const PointSample* begin = isInside ? samples_.data() + layerBegin_[z] : nullptr;
     const PointSample* end = isInside ? samples_.data() + layerBegin_[static_cast<std::size_t>(z) + 1] : nullptr;
     return {begin, end, static_cast<float>(z - gridMargin), voxels_.windowStride(),
             voxels_.windowIndex(gridMargin, gridMargin)};
@@ -294,7 +294,7 @@ public:
         }
         for (int j = 0; j < 8; ++j)
           for (int i = 0; i < 8; ++i)
-            blocks_.back().columns[static_cast<std::size_t>(j)][static_cast<std::size_t>(i)] += matrix(i, j);
+            blocks_.back().columns[j][i] += matrix(i, j);
       });
     }
     blockBegin_.push_back(blocks_.size());
@@ -333,7 +333,7 @@ public:
 
 private:
   bool isInside(int z) const { return z >= 0 && z + 1 < static_cast<int>(blockBegin_.size()); }
-  const CellBlock* begin(int z) const { return blocks_.data() + blockBegin_[static_cast<std::size_t>(z)]; }
+  const CellBlock* begin(int z) const { return blocks_.data() + blockBegin_[z]; }
 
   PointData perSample_;
   std::int64_t stride_;
@@ -364,7 +364,7 @@ public:
     for (const Run& run : voxels_.plane(z)) {
       const std::int64_t first = voxels_.planeFirst(z) + run.first;
       for (std::int32_t i = 0; i < run.count; ++i)
-        y[run.at + i] += weights_[static_cast<std::size_t>(first + i)] * targets_[static_cast<std::size_t>(first + i)];
+        y[run.at + i] += weights_[first + i] * targets_[first + i];
     }
   }
 
@@ -373,7 +373,7 @@ public:
     for (const Run& run : voxels_.plane(z)) {
       const std::int64_t first = voxels_.planeFirst(z) + run.first;
       for (std::int32_t i = 0; i < run.count; ++i)
-        if (const float weight = weights_[static_cast<std::size_t>(first + i)]; weight > 0)
+        if (const float weight = weights_[first + i]; weight > 0)
           y[run.at + i] +=
               std::sqrt(weight) * draws.pair(NormalDraws::Kind::samples, static_cast<std::uint64_t>(first + i))[0];
     }
@@ -409,8 +409,7 @@ VoxelSet observedVoxels(const std::vector<PointSample>& samples, const GridSize&
       [&](int z, MaskPlane& mask) {
         // The cells first, by their lowest voxels.
         for (int layer = std::max(z - 1, 0); layer <= z; ++layer)
-          for (std::size_t s = layerBegin[static_cast<std::size_t>(layer)];
-               s < layerBegin[static_cast<std::size_t>(layer) + 1]; ++s)
+          for (std::size_t s = layerBegin[layer]; s < layerBegin[static_cast<std::size_t>(layer) + 1]; ++s)
             mask.set(floorOf(samples[s].position.x()) + gridMargin, floorOf(samples[s].position.y()) + gridMargin);
         mask.growUpwards();
       },

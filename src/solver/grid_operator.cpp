@@ -54,7 +54,7 @@ PackedValues degreesOfWhole(const VoxelSet& voxels, Execution& execution)
 template <typename Layer>
 void sumLayers(const VoxelSet& voxels, const Layer& layer, PackedValues& result, Execution& execution)
 {
-  result.resize(static_cast<std::size_t>(voxels.count()));
+  result.resize(voxels.count());
   execution.forRange(voxels.size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
     WindowRing ring;
     ring.reset(voxels, 2);
@@ -79,7 +79,7 @@ void WindowRing::reset(const VoxelSet& voxels, int planes)
     values_ = {}; // not both at once
     values_ = ZeroedFloats(needed);
   }
-  held_.assign(static_cast<std::size_t>(planes), noPlane);
+  held_.assign(planes, noPlane);
 }
 
 float* WindowRing::enter(int z)
@@ -145,7 +145,7 @@ void GridOperator::connect(const VoxelSet& coarse, Execution& execution)
   if (!grid_.isWhole)
     return;
   const PackedValues ones(static_cast<std::size_t>(coarse.count()), 1.f);
-  shares_.resize(static_cast<std::size_t>(voxels().count()));
+  shares_.resize(voxels().count());
   execution.forRange(voxels().size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
     TransferScratch scratch;
     std::vector<float> window(voxels().windowCount(), 0);
@@ -181,7 +181,7 @@ void GridOperator::smooth(Sweep sweep, int degree, std::vector<SweepScratch>& sc
     sweep.last = std::min(degree, sweep.first + each - 1);
     // Slabs read planes of their neighbors, so a sweep never writes the array it reads.
     sweep.out = (sweeps - 1 - n) % 2 == 0 ? out : iterate_.data();
-    sweep.directionOut = isLast ? nullptr : directions_[static_cast<std::size_t>(n % 2)].data();
+    sweep.directionOut = isLast ? nullptr : directions_[n % 2].data();
     sweep.product = isLast ? product : nullptr;
     run(sweep, voxels(), scratch, execution);
   }
@@ -208,7 +208,7 @@ void GridOperator::restrictTo(const float* fine, const VoxelSet& coarse, float* 
     const auto to = static_cast<int>(coarse.size().z * (slab + 1) / slabs);
     for (int z = from; z < to; ++z)
       restrictPlane({voxels(), fine}, grid_.refinement, scale, coarse, z, out + coarse.planeFirst(z),
-                    scratch[static_cast<std::size_t>(slab)].transfer);
+                    scratch[slab].transfer);
   });
 }
 
@@ -245,7 +245,7 @@ public:
     scratch.powers.resize(std::max(scratch.powers.size(), products));
     scratch.products.resize(std::max(scratch.products.size(), products));
     for (std::size_t n = 0; n < products; ++n) {
-      scratch.powers[n].resize(static_cast<std::size_t>(order_ - 1));
+      scratch.powers[n].resize(order_ - 1);
       for (WindowRing& power : scratch.powers[n])
         power.reset(support, wavefront_.powerPlanes());
       scratch.products[n].reset(unknowns_, wavefront_.productPlanes());
@@ -386,11 +386,10 @@ private:
 
   WindowRing& powerOf(int step, int power)
   {
-    return power == 0 ? scratch_.iterate
-                      : scratch_.powers[static_cast<std::size_t>(step - 1)][static_cast<std::size_t>(power - 1)];
+    return power == 0 ? scratch_.iterate : scratch_.powers[step - 1][power - 1];
   }
 
-  WindowRing& productOf(int step) { return scratch_.products[static_cast<std::size_t>(step - 1)]; }
+  WindowRing& productOf(int step) { return scratch_.products[step - 1]; }
 
   /// What the sweep leaves of a plane.
   void keep(int z)

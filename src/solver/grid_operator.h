@@ -98,7 +98,7 @@ public:
   GridOperator(const SolverGrid& grid, const PriorConstants& prior, double tautness, Execution& execution);
 
   const VoxelSet& voxels() const { return grid_.voxels; }
-  bool isObserved(std::int64_t voxel) const { return inverseD_[static_cast<std::size_t>(voxel)] < unobserved_; }
+  bool isObserved(std::int64_t voxel) const { return inverseD_[voxel] < unobserved_; }
 
   void rightHandSide(PackedValues& b, Execution& execution) const;
 

@@ -49,7 +49,7 @@ void clearNearRim(const GridOperator& system, int order, PackedValues& r, Execut
               ++next;
             const std::int64_t voxel = band.planeFirst(z) + run.first + (at - run.at);
             if ((next == inner.ends || next->at > at) && !system.isObserved(voxel))
-              r[static_cast<std::size_t>(voxel)] = 0;
+              r[voxel] = 0;
           }
       }
   });
@@ -185,7 +185,7 @@ private:
     const auto factor = static_cast<float>(length);
     execution_.forRange(voxels_.size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
       for (int plane = static_cast<int>(begin); plane < static_cast<int>(end); ++plane)
-        parts_[static_cast<std::size_t>(plane)] = stepOnPlane(factor, plane);
+        parts_[plane] = stepOnPlane(factor, plane);
     });
     StepSums total;
     for (const StepSums& part : parts_) {

@@ -34,9 +34,9 @@ std::vector<float> packedWeights(const LevelObservation& observation, const Voxe
     const std::int64_t at = unknowns.find(voxel.x(), voxel.y(), voxel.z());
     if (at < 0)
       continue;
-    weights[static_cast<std::size_t>(at)] = static_cast<float>(
-        dataWeight(observed.confidences[n], observation.prior.beta) * centerCoefficient(observation.prior.kind));
-    targets[static_cast<std::size_t>(at)] = observed.distances[n];
+    weights[at] = static_cast<float>(dataWeight(observed.confidences[n], observation.prior.beta) *
+                                     centerCoefficient(observation.prior.kind));
+    targets[at] = observed.distances[n];
   }
   return weights;
 }
@@ -50,11 +50,10 @@ std::vector<float> coarsenedWeights(const VoxelSet& fine, const std::vector<floa
     for (int y = 0; y < fine.size().y; ++y)
       for (const Run& run : fine.row(y, z))
         for (int i = 0; i < run.count; ++i) {
-          const float weight = weights[static_cast<std::size_t>(fine.planeFirst(z) + run.first + i)];
+          const float weight = weights[fine.planeFirst(z) + run.first + i];
           if (weight > 0)
-            result[static_cast<std::size_t>(coarse.find(refinement.parent(fine.xOf(run, y) + i, 0),
-                                                        refinement.parent(y, 1), refinement.parent(z, 2)))] +=
-                scale / static_cast<float>(refinement.children) * weight;
+            result[coarse.find(refinement.parent(fine.xOf(run, y) + i, 0), refinement.parent(y, 1),
+                               refinement.parent(z, 2))] += scale / static_cast<float>(refinement.children) * weight;
         }
   return result;
 }

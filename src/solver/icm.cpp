@@ -27,7 +27,7 @@ struct Coloring {
   explicit Coloring(int radius)
   {
     constexpr std::array<std::array<int, 3>, 3> table = {{{2, 1, 1}, {7, 2, 3}, {12, 3, 5}}};
-    const auto& row = table[static_cast<std::size_t>(radius - 1)];
+    const auto& row = table[radius - 1];
     count = row[0];
     b = row[1];
     c = row[2];

@@ -164,7 +164,7 @@ public:
 private:
   double share(const Eigen::Array3i& voxel) const
   {
-    return shares_[static_cast<std::size_t>(neighbors_.size().index(voxel.x(), voxel.y(), voxel.z()))];
+    return shares_[neighbors_.size().index(voxel.x(), voxel.y(), voxel.z())];
   }
 
   /// A row of K M.
@@ -303,10 +303,9 @@ void addSample(const GridSize& size, const PointSample& sample, const PointWeigh
     for (int other = 0; other < 8; ++other)
       if (cell.has(other)) {
         const auto step = [&](int axis) { return (other >> axis & 1) - (corner >> axis & 1); };
-        row[static_cast<std::size_t>(neighborIndex(step(0), step(1), step(2)))] +=
-            value * cell.value(other) + gradient.dot(cell.gradient(other));
+        row[neighborIndex(step(0), step(1), step(2))] += value * cell.value(other) + gradient.dot(cell.gradient(other));
       }
-    b[static_cast<std::size_t>(voxel)] += unit * gradient.dot(sample.normal.cast<double>());
+    b[voxel] += unit * gradient.dot(sample.normal.cast<double>());
   }
 }
 
@@ -322,7 +321,7 @@ double entriesPerVoxel(Prior prior, bool pointwise)
 {
   // All voxels within k steps, for points with the corners of the cells around.
   constexpr std::array<double, 3> ofPrior{7, 25, 63}, withCells{27, 33, 63};
-  return (pointwise ? withCells : ofPrior)[static_cast<std::size_t>(order(prior) - 1)];
+  return (pointwise ? withCells : ofPrior)[order(prior) - 1];
 }
 
 LinearSystem assemble(const Observation& observation, const PriorOptions& options, Execution& execution)
@@ -357,7 +356,7 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
         size,
         [&](std::int64_t voxel, Row& row) {
           prior.add(row);
-          row.add(row.center(), weights[static_cast<std::size_t>(voxel)]);
+          row.add(row.center(), weights[voxel]);
         },
         execution);
   };
@@ -375,17 +374,17 @@ LinearSystem assembleAtPoints(const GridSize& size, Prior prior, const std::vect
   system.size = size;
   system.coupling = {order(prior), true};
   system.isObserved = !samples.empty();
-  system.rightHandSide.assign(static_cast<std::size_t>(size.count()), 0);
+  system.rightHandSide.assign(size.count(), 0);
   constexpr std::int32_t none = -1;
   std::vector<std::int32_t> rowOf(static_cast<std::size_t>(size.count()), none);
   std::vector<DataRow> rows;
   const auto rowAt = [&](std::int64_t voxel) -> DataRow& {
-    std::int32_t& index = rowOf[static_cast<std::size_t>(voxel)];
+    std::int32_t& index = rowOf[voxel];
     if (index == none) {
       index = static_cast<std::int32_t>(rows.size());
       rows.push_back({});
     }
-    return rows[static_cast<std::size_t>(index)];
+    return rows[index];
   };
   constexpr std::size_t polled = 1 << 16;
   for (std::size_t s = 0; s < samples.size(); ++s) {
@@ -398,14 +397,14 @@ LinearSystem assembleAtPoints(const GridSize& size, Prior prior, const std::vect
       size,
       [&](std::int64_t voxel, Row& row) {
         powers.add(row);
-        const std::int32_t index = rowOf[static_cast<std::size_t>(voxel)];
+        const std::int32_t index = rowOf[voxel];
         if (index == none)
           return;
-        const DataRow& data = rows[static_cast<std::size_t>(index)];
+        const DataRow& data = rows[index];
         for (int z = -1; z <= 1; ++z)
           for (int y = -1; y <= 1; ++y)
             for (int x = -1; x <= 1; ++x)
-              row.add(row.center() + Eigen::Array3i(x, y, z), data[static_cast<std::size_t>(neighborIndex(x, y, z))]);
+              row.add(row.center() + Eigen::Array3i(x, y, z), data[neighborIndex(x, y, z)]);
       },
       execution);
   return system;
@@ -415,7 +414,7 @@ void multiply(const LinearSystem& system, const std::vector<double>& x, std::vec
 {
   execution.forRange(system.size.count(), rowGrain, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i)
-      y[static_cast<std::size_t>(i)] = rowTimes(system.matrix, i, x);
+      y[i] = rowTimes(system.matrix, i, x);
   });
 }
 

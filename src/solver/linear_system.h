@@ -54,7 +54,7 @@ inline double rowTimes(const SystemMatrix& matrix, std::int64_t row, const std::
 {
   double sum = 0;
   for (int at = matrix.outerIndexPtr()[row]; at < matrix.outerIndexPtr()[row + 1]; ++at)
-    sum += matrix.valuePtr()[at] * x[static_cast<std::size_t>(matrix.innerIndexPtr()[at])];
+    sum += matrix.valuePtr()[at] * x[matrix.innerIndexPtr()[at]];
   return sum;
 }
 

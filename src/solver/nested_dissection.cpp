@@ -59,7 +59,7 @@ void dissect(const GridSize& size, const Coupling& coupling, const std::function
 std::vector<std::int64_t> dissectionOrder(const GridSize& size, const Coupling& coupling)
 {
   std::vector<std::int64_t> voxels;
-  voxels.reserve(static_cast<std::size_t>(size.count()));
+  voxels.reserve(size.count());
   dissect(size, coupling, [&](const Front& front) {
     const VoxelBox& own = front.own;
     for (int z = own.lower[2]; z < own.upper[2]; ++z)

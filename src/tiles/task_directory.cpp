@@ -165,7 +165,7 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
     if (n == 0)
       requireRoom(kind, resultOfInput * count * static_cast<double>(input->size()));
     const std::string name = hexadecimal(checksum({MRF_VERSION, kind, *input})) + "-" + std::to_string(input->size());
-    fs::path& file = files[static_cast<std::size_t>(n)];
+    fs::path& file = files[n];
     file = fs::path(directory_) / (kind + "-" + name + extension);
     if (!readResult(file)) // and again when it is its turn: ranks ask for many in advance
       return input;
@@ -174,7 +174,7 @@ void TaskDirectory::run(const std::string& kind, int count, const MakeInput& mak
     return {};
   };
   const auto keep = [&](int n, std::string result) {
-    const fs::path& file = files[static_cast<std::size_t>(n)];
+    const fs::path& file = files[n];
     if (!result.empty()) {
       writeResult(file, result);
       used_.push_back(file.string());

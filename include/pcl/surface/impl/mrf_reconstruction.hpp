@@ -201,15 +201,15 @@ std::vector<float> readField(const PointCloud<PointNT>& cloud, const Indices& in
 {
   std::vector<PCLPointField> fields;
   const int number = getFieldIndex<PointNT>(name, fields);
-  if (number < 0 || fields[static_cast<std::size_t>(number)].datatype != PCLPointField::FLOAT32)
+  if (number < 0 || fields[number].datatype != PCLPointField::FLOAT32)
     throw InvalidOption(option + " = '" + name +
                         "' is not a float field of the point type; it has: " + getFieldsList(cloud));
-  const std::size_t offset = fields[static_cast<std::size_t>(number)].offset;
+  const std::size_t offset = fields[number].offset;
   std::vector<float> values;
   values.reserve(indices.size());
   for (const auto index : indices) {
     float value;
-    std::memcpy(&value, reinterpret_cast<const char*>(&cloud[static_cast<std::size_t>(index)]) + offset, sizeof(float));
+    std::memcpy(&value, reinterpret_cast<const char*>(&cloud[index]) + offset, sizeof(float));
     values.push_back(value);
   }
   return values;
@@ -246,12 +246,12 @@ mrf::RawCloud MRFReconstruction<PointNT>::rawCloud() const
   cloud.normals.reserve(hasNormals ? indices_->size() : 0);
   cloud.views.reserve(views_.empty() ? 0 : indices_->size());
   for (const auto index : *indices_) {
-    const PointNT& point = (*input_)[static_cast<std::size_t>(index)];
+    const PointNT& point = (*input_)[index];
     cloud.positions.push_back(mrf::detail::positionOf(point));
     if constexpr (hasNormals)
       cloud.normals.emplace_back(point.normal_x, point.normal_y, point.normal_z);
     if (!views_.empty())
-      cloud.views.push_back(views_[static_cast<std::size_t>(index)]);
+      cloud.views.push_back(views_[index]);
   }
   if (!options_.confidenceField.empty())
     cloud.confidences = mrf::detail::readField(*input_, *indices_, "confidenceField", options_.confidenceField);
@@ -262,7 +262,7 @@ mrf::RawCloud MRFReconstruction<PointNT>::rawCloud() const
   cloud.attributes.colors = Attributes::hasRgb;
   cloud.attributes.intensities = Attributes::hasIntensity;
   cloud.attributes.read = [this](std::size_t point, float* values) {
-    Attributes::read((*input_)[static_cast<std::size_t>((*indices_)[point])], values);
+    Attributes::read((*input_)[(*indices_)[point]], values);
   };
   return cloud;
 }

@@ -51,7 +51,7 @@ public:
   /// Signed distance at a voxel. \pre the voxel is inside the lattice
   float distance(int i, int j, int k) const
   {
-    return banded_ ? bandedDistance(i, j, k) : distances_[static_cast<std::size_t>(lattice_.size.index(i, j, k))];
+    return banded_ ? bandedDistance(i, j, k) : distances_[lattice_.size.index(i, j, k)];
   }
 
   bool hasConfidences() const;
