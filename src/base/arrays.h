@@ -10,8 +10,7 @@
 #include <new>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Leaves new elements uninitialized: clearing a large array first would cost one thread as much as filling it costs
 /// all of them.
@@ -63,5 +62,4 @@ private:
   std::size_t size_ = 0;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -12,8 +12,7 @@
 #include <fstream>
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 enum class ByteOrder { little, big };
 
@@ -80,5 +79,4 @@ private:
   ByteOrder order_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

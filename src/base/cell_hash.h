@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Numbers cells in the order in which they are first added: a hash table with open addressing.
 class CellHash {
@@ -96,5 +95,4 @@ private:
   std::vector<std::uint64_t> keys_;  ///< by number
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

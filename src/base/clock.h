@@ -5,8 +5,7 @@
 
 #include <chrono>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 using Clock = std::chrono::steady_clock;
 
@@ -15,5 +14,4 @@ inline double secondsSince(Clock::time_point start)
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

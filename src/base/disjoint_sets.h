@@ -13,8 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Disjoint sets that may be joined concurrently. A set's root is its smallest element, so the result does not depend
 /// on the order of the joins.
@@ -116,5 +115,4 @@ struct Partition {
   }
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

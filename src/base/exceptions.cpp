@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/exceptions.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 const char* toString(Status status)
 {
@@ -41,5 +40,4 @@ void throwCallerError(const char* what)
   throw CallerError(std::string(what) + " failed: " + text);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -11,8 +11,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// A report of the whole does not mean that the stage ends.
@@ -282,5 +281,4 @@ void Execution::tick()
     poll();
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

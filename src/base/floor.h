@@ -3,8 +3,7 @@
 /// \brief The floor of a coordinate without a call.
 #pragma once
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// ⌊coordinate⌋; std::floor is a call on the baseline processor. \pre it fits an int
 inline int floorOf(float coordinate)
@@ -13,5 +12,4 @@ inline int floorOf(float coordinate)
   return truncated - (coordinate < static_cast<float>(truncated) ? 1 : 0);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

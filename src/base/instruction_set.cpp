@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 InstructionSet ofProcessor()
@@ -44,5 +43,4 @@ void setInstructionSet(InstructionSet set)
   instructionSetInUse = set;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

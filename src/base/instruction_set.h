@@ -10,8 +10,7 @@
 #define MRF_HAS_MULTIVERSIONING
 #endif
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Those that the loops are compiled for, each with all of the ones before it.
 enum class InstructionSet { baseline, avx2, avx512 };
@@ -33,5 +32,4 @@ inline InstructionSet instructionSet()
 /// For tests, which compare them: not while a reconstruction runs. \pre the processor has it
 void setInstructionSet(InstructionSet set);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

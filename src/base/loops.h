@@ -11,8 +11,7 @@
 #include <functional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Of a loop on one thread, whose items take some microseconds each.
 constexpr std::int64_t serialItemsPerPoll = 4096;
@@ -113,5 +112,4 @@ double sumOver(Execution& execution, std::int64_t count, std::int64_t grain, con
   });
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -13,8 +13,7 @@
 #include <malloc.h>
 #endif
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
@@ -111,5 +110,4 @@ void releaseFreedMemory()
 #endif
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

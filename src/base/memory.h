@@ -5,8 +5,7 @@
 
 #include <cstddef>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Bytes that this process can allocate without swapping: what the machine has (the physical memory where the system
 /// does not tell), the limit of addresses leaves and the limits of control groups (version 1 and 2) leave, whichever is
@@ -25,5 +24,4 @@ inline double memoryLimit(std::size_t maxMemory)
   return static_cast<double>(maxMemory > 0 ? maxMemory : availableMemory() / 10 * 8);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

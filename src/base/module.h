@@ -7,8 +7,7 @@
 
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// What a module shows under a name: the one beside the library, or the program it is a part of, else one where the
 /// system looks for libraries. It stays loaded. \param name a constant of the library \param visibility RTLD_LOCAL, or
@@ -26,5 +25,4 @@ inline void* shownByModule(const std::string& file, const char* name, int visibi
   return module == nullptr ? nullptr : dlsym(module, name);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 #include <limits>
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// \throw ResourceLimit for more points than the indices of searches and of PCL count, 2³¹ − 1
 inline void requireCountable(std::size_t points)
@@ -22,5 +21,4 @@ inline void requireCountable(std::size_t points)
                         " can be numbered; thin it out, or reconstruct it in parts");
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

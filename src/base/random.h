@@ -8,8 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// One index in so many, scattered: Knuth's multiplicative hash, 0..65535.
 inline std::uint32_t indexHash(std::size_t index)
@@ -50,5 +49,4 @@ private:
   std::uint64_t key_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -3,8 +3,7 @@
 
 #include <cstring>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 float median(const std::vector<float>& values, Execution& execution)
 {
@@ -41,5 +40,4 @@ float median(const std::vector<float>& values, Execution& execution)
   return *middle;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -11,8 +11,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The flagged values, in their order; nothing of an empty array. \pre as many flags as values, unless there are none
 template <typename Value>
@@ -86,5 +85,4 @@ std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects, 
   return static_cast<std::int64_t>(dropped);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

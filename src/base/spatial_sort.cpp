@@ -9,8 +9,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr int digitBits = 11;
@@ -136,5 +135,4 @@ std::vector<std::uint32_t> spatialOrder(const std::vector<Eigen::Vector3f>& posi
   return order;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Every third bit: the lowest 21 bits of the argument, two zeros between each.
 constexpr std::uint64_t spreadBits(std::uint64_t value)
@@ -47,5 +46,4 @@ void sortByUpperHalf(std::vector<std::uint64_t>& values, Execution& execution);
 std::vector<std::uint32_t> spatialOrder(const std::vector<Eigen::Vector3f>& positions,
                                         const std::vector<std::uint8_t>& keep, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

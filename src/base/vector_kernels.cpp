@@ -3,9 +3,7 @@
 
 #include "base/multiversioning.h"
 
-namespace pcl {
-namespace mrf {
-namespace kernels {
+namespace pcl::mrf::kernels {
 namespace {
 
 template <typename Real>
@@ -81,6 +79,4 @@ MRF_MULTIVERSION(void, addScaled, (std::int64_t count, double a, const double* x
     y[i] += a * x[i];
 }
 
-} // namespace kernels
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::kernels

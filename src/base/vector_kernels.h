@@ -7,8 +7,7 @@
 
 #include <cstdint>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Values per partial sum; fewer are added before another thread is awake.
 constexpr std::int64_t sumGrain = 1 << 18;
@@ -50,5 +49,4 @@ inline void addScaled(double a, const std::vector<double>& x, std::vector<double
   });
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 struct BandedDistances {
   VoxelSet band;                  ///< on the bands' grid, gridMargin voxels around the lattice
@@ -19,5 +18,4 @@ struct BandedDistances {
   DistanceField background;       ///< dense, on a coarser lattice that covers the field's
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

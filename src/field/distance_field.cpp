@@ -13,8 +13,7 @@
 #include <iterator>
 #include <stdexcept>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// What is traced along a field may leave its lattice by a little.
@@ -328,5 +327,4 @@ void FieldSampler::enter(const DistanceField& piece, const Eigen::Array3i& cell)
     corners_[n] = surroundings.sample(cell + Eigen::Array3i(n % 2, n / 2 % 2, n / 4), inverse);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 #include <memory>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Voxels of the band's grid along an axis, [first, last].
@@ -96,5 +95,4 @@ DistanceField FieldContents::toField(std::vector<FieldContents> pieces)
   return DistanceField::ofPieces(std::move(fields));
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -12,8 +12,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// One piece of a field. Dense values are whole, and bands have the voxels of some rows and planes.
 struct FieldContents {
@@ -33,5 +32,4 @@ struct FieldContents {
   static DistanceField toField(std::vector<FieldContents> pieces);
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

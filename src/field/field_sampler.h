@@ -9,8 +9,7 @@
 
 #include <array>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Distances and gradients as the field itself gives them, bit by bit. It keeps what it has read for the cell of the
 /// last position: two in three positions on the way to the zero level are in the cell of the one before, and looking up
@@ -32,5 +31,4 @@ private:
   std::array<Eigen::Array4f, 8> corners_; ///< gradient and distance at the cell's voxels, stored x first
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

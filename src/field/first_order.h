@@ -7,8 +7,7 @@
 
 #include <algorithm>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// What |∇d| is taken for at least and at most. It is 1 but for noise and creases: where noise has flattened the field
 /// its values are small, where the field follows the noise its slope is large, and neither may pass for a small
@@ -26,5 +25,4 @@ inline float slopeWithin(const SlopeLimits& limits, const Eigen::Vector3f& gradi
   return std::clamp(gradient.norm(), limits.min, limits.max);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 #include <array>
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 struct WeightedRow {
@@ -221,5 +220,4 @@ VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinemen
       roundUpTo, execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

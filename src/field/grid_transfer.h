@@ -9,8 +9,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Voxels around a level's lattice that its bands have beside it: sheets run into the border, and their stencils and
 /// interpolation reach over it.
@@ -73,5 +72,4 @@ void restrictPlane(const PackedField& fine, const Refinement& refinement, float 
 VoxelSet coarsened(const VoxelSet& fine, const GridSize& coarse, const Refinement& refinement, int roundUpTo,
                    Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

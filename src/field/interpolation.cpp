@@ -5,8 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Four coarse indices for each fine index along one axis.
@@ -98,5 +97,4 @@ std::vector<float> interpolateLinear(const std::vector<float>& values, const Lat
   return interpolate({0, .75f, .25f, 0}, values, coarse, fine, execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 #include <array>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Weights of the coarse voxels parent − side, parent, parent + side and parent + 2 side for a child on that side of
 /// its parent, along one axis.
@@ -27,5 +26,4 @@ std::vector<float> interpolateCubic(const std::vector<float>& values, const Latt
 std::vector<float> interpolateLinear(const std::vector<float>& values, const Lattice& coarse, const Lattice& fine,
                                      Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -3,8 +3,7 @@
 
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 double smoothingLength(const PriorOptions& options, double voxelSize)
 {
@@ -18,5 +17,4 @@ double smoothingLength(const PriorOptions& options, double voxelSize)
   return voxelSize * std::pow(coefficient * beta / (1 - beta), -.5 / power);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -5,8 +5,7 @@
 
 #include <pcl/surface/mrf/options.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Order k of a prior: 1, 2 or 3.
 inline int order(Prior prior)
@@ -28,5 +27,4 @@ inline int centerCoefficient(Prior prior)
 /// < 1
 double smoothingLength(const PriorOptions& options, double voxelSize);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 
 #include <array>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// All that a prior of another order needs beside the order k itself: its operator is L^k.
 struct PriorConstants {
@@ -40,5 +39,4 @@ inline PriorConstants priorConstants(Prior prior)
   return table[order(prior) - 1];
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

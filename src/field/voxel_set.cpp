@@ -14,8 +14,7 @@
 #include <limits>
 #include <sstream>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Runs are lengthened to multiples of this many voxels, which one vector holds. (Half of it saves 3 % of the memory
@@ -599,5 +598,4 @@ MRF_MULTIVERSION(void, addWeighted, (Runs runs, const float* w, const float* x, 
 }
 
 } // namespace kernels
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

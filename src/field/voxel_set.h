@@ -19,8 +19,7 @@
 #include <functional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Voxels of the widest vectors, which fill a cache line: a window's row has a whole number of them.
 constexpr int vectorUnit = 16;
@@ -297,5 +296,4 @@ void addWeighted(Runs runs, const float* w, const float* x, float* product);
 } // namespace kernels
 /// @}
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

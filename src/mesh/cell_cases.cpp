@@ -5,8 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Loop = std::vector<std::uint8_t>;
@@ -191,5 +190,4 @@ const CellTable& cubeTable()
   return table;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

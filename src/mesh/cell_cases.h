@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A segment of the lattice that can carry a vertex. Corners of a cell are numbered by bits (x = 1, y = 2, z = 4); the
 /// edge leads from `corner` to `corner | direction`.
@@ -37,5 +36,4 @@ struct CellTable {
 /// and the edge would have four triangles. All loops (3 to 7 vertices) can be triangulated so.
 const CellTable& cubeTable();
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

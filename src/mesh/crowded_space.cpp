@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <array>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -71,5 +70,4 @@ bool CrowdedSpace::isCrowdedAround(const CellHash::Cell& place) const
                       [&](const Cell* cell) { return cell->cosine >= minCosine && cell->axis.dot(axis) >= minCosine; });
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

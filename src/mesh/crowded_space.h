@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Cells of a grid around which the normals of a surface differ much.
 ///
@@ -42,5 +41,4 @@ private:
   std::vector<Cell> cells_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -16,8 +16,7 @@
 
 #include <unistd.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -337,5 +336,4 @@ int saveVTK(const std::string& path, const pcl::PolygonMesh& mesh)
   return save("saveVTK", path, mesh, &writeVTK);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

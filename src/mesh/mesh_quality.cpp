@@ -11,8 +11,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr double degenerateQuality = 1e-6;
@@ -292,5 +291,4 @@ std::int32_t connectedComponents(const TriangleMesh& mesh, std::vector<std::int3
   return groupTriangles(mesh, {}, serial, componentOfTriangle, isTorn);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,13 +10,11 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Component of each triangle, connected over shared edges; components are numbered by their first triangle;
 /// −1 for triangles with a repeated vertex or an index out of range.
 /// \return number of components
 std::int32_t connectedComponents(const TriangleMesh& mesh, std::vector<std::int32_t>& componentOfTriangle);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -12,8 +12,7 @@
 #include <string>
 #include <type_traits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr std::int64_t vertexGrain = 8192, triangleGrain = 16384;
@@ -267,5 +266,4 @@ void splitFans(TriangleMesh& mesh)
   }
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

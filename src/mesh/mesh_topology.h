@@ -15,8 +15,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// True if the three indices name three different vertices of the mesh.
 inline bool hasValidIndices(const TriangleMesh& mesh, std::size_t triangle)
@@ -140,5 +139,4 @@ std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uin
 /// first triangle keeps the vertex; copies, with all per-vertex arrays, are appended.
 void splitFans(TriangleMesh& mesh);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

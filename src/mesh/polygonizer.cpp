@@ -12,8 +12,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Word = std::uint64_t;
@@ -377,5 +376,4 @@ TriangleMesh polygonize(const DistanceField& field, Execution& execution)
   return mesh;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -8,8 +8,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Extracts the zero level.
 ///
@@ -21,5 +20,4 @@ namespace mrf {
 /// Cost: linear in the number of cells. The result does not depend on the number of threads.
 TriangleMesh polygonize(const DistanceField& field, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

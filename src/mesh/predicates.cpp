@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Bound on the relative rounding error of the double evaluations, against the sum of the terms' magnitudes: seven
@@ -101,5 +100,4 @@ int orientation(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen:
   return sum.sign();
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -5,8 +5,7 @@
 
 #include <Eigen/Core>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// +1 if d is above the plane through a, b, c seen counter-clockwise from above, −1 if below, 0 if in it.
 ///
@@ -17,5 +16,4 @@ int orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen:
 /// +1 if a, b, c turn left, −1 if right, 0 if they are collinear. Exact like the one above.
 int orientation(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -11,8 +11,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector2d;
@@ -496,5 +495,4 @@ std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh)
   return selfIntersectingTriangles(mesh, serial);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Indices, ascending, of the triangles that intersect another triangle without sharing a vertex with it, or that
 /// intersect a triangle sharing a vertex in more than what they share.
@@ -26,5 +25,4 @@ std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Ex
 /// The same on the calling thread.
 std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

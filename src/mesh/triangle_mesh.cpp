@@ -3,8 +3,7 @@
 
 #include "base/select_values.h"
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 TriangleMesh select(const TriangleMesh& mesh, const std::vector<std::uint8_t>& keep)
 {
@@ -38,5 +37,4 @@ TriangleMesh displaced(TriangleMesh mesh, const std::vector<float>& distances)
   return mesh;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -8,8 +8,7 @@
 
 #include <algorithm>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A vertex of the remesher: position and unit normal of the field.
 struct Corner {
@@ -83,5 +82,4 @@ private:
   }
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -13,8 +13,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr std::int64_t fieldGrain = 1024;
@@ -213,5 +212,4 @@ Rgb confidenceColor(float confidence)
   return color;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -15,8 +15,7 @@
 #include <functional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Sets the normals: the normalized gradient of the field; the mean triangle normal where it vanishes.
 void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution);
@@ -85,5 +84,4 @@ std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& ver
 /// Interpolated channels 0..255 as a color, rounded. \param channels three values
 Rgb toRgb(const float* channels);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

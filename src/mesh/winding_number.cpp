@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr std::int32_t trianglesOfLeaf = 4;
@@ -92,5 +91,4 @@ double WindingNumber::at(const Eigen::Vector3f& place) const
   return angle / static_cast<double>(4 * EIGEN_PI);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

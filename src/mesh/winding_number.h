@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The generalized winding number (Jacobson, Kavan and Sorkine-Hornung 2013): the signed solid angle that a mesh takes
 /// up in the view from a place, over 4π. Inside of a closed mesh it is 1, outside 0. That of an open mesh has a step of
@@ -44,5 +43,4 @@ private:
   std::vector<Node> nodes_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -13,8 +13,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Planes of the lattice that are handled as one piece of work.
@@ -253,5 +252,4 @@ Observation observe(const OrientedPoints& points, const NeighborSearch& search, 
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// dEmax of the finest level, cloud's unit: the option, or its automatic value.
 float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize);
@@ -44,5 +43,4 @@ struct Observation {
 Observation observe(const OrientedPoints& points, const NeighborSearch& search, const Lattice& lattice, float spacing,
                     float maxDistance, const ObservationOptions& options, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

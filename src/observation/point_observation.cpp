@@ -17,8 +17,7 @@
 #include <numeric>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// The weighted mean of samples.
@@ -307,5 +306,4 @@ double smoothingForNoise(double noise, double spacing)
   return std::max(shortestSmoothing(spacing), 1.5 * spacing * std::pow(noise / spacing, .4));
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

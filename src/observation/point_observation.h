@@ -21,8 +21,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A point, or the mean of several that the grid does not tell apart.
 struct PointSample {
@@ -125,5 +124,4 @@ double shortestSmoothing(double spacing);
 /// The exponent is that of the balance between τ ∝ ℓ^(2k−1) and σ² for k = 3; the factor is measured.
 double smoothingForNoise(double noise, double spacing);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -7,8 +7,7 @@
 
 #include <algorithm>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// α at a distance from the nearest point. \param share d_E / dEmax, ≥ 0 \return 0..1
 inline float confidenceAt(float share, ConfidenceShape shape)
@@ -17,5 +16,4 @@ inline float confidenceAt(float share, ConfidenceShape shape)
   return shape == ConfidenceShape::linear ? 1 - t : 1 - t * t;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -8,8 +8,7 @@
 #include <cmath>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// A PrimeSense-like camera: disparities off by .08 pixels and rounded to eighths, focal length times baseline.
@@ -89,5 +88,4 @@ double constantNoise(const ObservationOptions& options)
   return law && !law->isByRange() ? law->constant : 0;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

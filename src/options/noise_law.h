@@ -8,8 +8,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// σ at a range z from the sensor: constant + linear z + quadratic z².
 struct NoiseLaw {
@@ -28,5 +27,4 @@ std::optional<NoiseLaw> noiseLaw(const std::string& model);
 /// What is known of all points alike: ObservationOptions::noise, or the S of "constant:S"; 0 = nothing.
 double constantNoise(const ObservationOptions& options);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

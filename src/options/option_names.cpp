@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/option_table.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 template <>
 const Names<LengthUnit>& names()
@@ -106,5 +105,4 @@ const Names<Preset>& names()
   return all;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -13,8 +13,7 @@
 #include <stdexcept>
 #include <type_traits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 std::string decimalText(double value)
 {
@@ -534,5 +533,4 @@ std::string withOptionNames(const std::string& message, OptionNaming naming)
   return text;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

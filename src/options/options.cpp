@@ -9,8 +9,7 @@
 #include <optional>
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 template <typename Stage>
@@ -166,5 +165,4 @@ void validate(const Options& options)
         "observe is made of the same points again and again");
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -7,8 +7,7 @@
 
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Options of which no length is left automatic that follows from the cloud, and nothing that cross-validation chooses.
 /// Only an OptionResolver makes them: a function that takes them cannot get a request by mistake.
@@ -27,5 +26,4 @@ private:
   Options requested_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -11,8 +11,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Names the running stage and adds it to the report, with its wall-clock time when it goes out of scope.
 class StageTimer {
@@ -49,5 +48,4 @@ private:
   Clock::time_point start_ = Clock::now();
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

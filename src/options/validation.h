@@ -7,8 +7,7 @@
 
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Checks every declared option, or those of one stage. \param stage such as "outliers"; empty: all
 /// \throw InvalidOption naming the first one that is out of range, its value and the range
@@ -25,5 +24,4 @@ void validate(const TrimmingOptions& options);
 void validate(const RemesherOptions& options);
 void validate(const UncertaintyOptions& options);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -11,8 +11,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Points per piece of parallel work.
@@ -145,5 +144,4 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

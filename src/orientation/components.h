@@ -8,8 +8,7 @@
 
 #include <pcl/surface/mrf/options.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The components of points whose signs are known: no edge has to be sorted, or kept. Normals stay as they are.
 /// \param minCosine of the angle that the paper allows between neighbors
@@ -18,5 +17,4 @@ OrientationResult findComponents(const PointSet& points, const std::vector<Eigen
                                  const NeighborSearch& search, const Reach& reach, float minCosine,
                                  const OrientationOptions& options, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Trees of less than this share are no sides.
@@ -139,5 +138,4 @@ void FacingSides::join(const OrientationGraph& graph, const std::vector<float>& 
     trees.join(edge.a, edge.b, edge.opposite);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Trees of at least a tenth of the points, the sides, are joined last: first two whose sheets lie behind or before
 /// each other, so that both face apart, then by the best edges. Around the sharp rim of a thin object edges lead along
@@ -58,5 +57,4 @@ private:
   std::vector<Edge> between_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

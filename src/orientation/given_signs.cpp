@@ -11,8 +11,7 @@
 #include <sstream>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Of smooth neighbors that are opposed: .11 on a street seen by a lidar, up to .01 on fifteen other scans.
@@ -136,5 +135,4 @@ bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search,
   return true;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

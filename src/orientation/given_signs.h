@@ -14,8 +14,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// True, with a warning, if the signs of the given normals are errors: a quarter of the neighbors on smooth surface are
 /// opposed, as an estimation leaves those that nobody has oriented; or the points enclose a volume, no sensor is known,
@@ -32,5 +31,4 @@ bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search,
 bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
                       const Eigen::Vector3d& offset, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

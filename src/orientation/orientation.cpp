@@ -20,8 +20,7 @@
 #include <sstream>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Points that edges of at least this quality connect form a piece of smooth surface. Edges to an opposite sheet reach
@@ -341,5 +340,4 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
   return NormalOrienter(points, normals, search, reach, vote, options, execution).run();
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

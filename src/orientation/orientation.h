@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The option, or its automatic value, cloud's unit; of local distances the median.
 float resolvedNeighborDistance(const OrientationOptions& options, const SamplingDensity& density);
@@ -39,5 +38,4 @@ OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen:
                                 const NeighborSearch& search, const SamplingDensity& density, OrientationVote vote,
                                 const OrientationOptions& options, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -12,8 +12,7 @@
 #include <cstring>
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Points per piece of parallel work.
@@ -263,5 +262,4 @@ SignedForest OrientationGraph::bestTree(const std::function<bool(const Edge&, Si
   return forest;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

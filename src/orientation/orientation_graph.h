@@ -19,8 +19,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// An edge this close to both normals (cosine) leads from one sheet to another, not along a surface.
 constexpr float alongNormals = .9f;
@@ -129,5 +128,4 @@ private:
   std::vector<float> areas_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

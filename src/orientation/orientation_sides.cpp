@@ -9,8 +9,7 @@
 #include <cmath>
 #include <unordered_map>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Components of fewer points are too small to tell what they enclose.
@@ -410,5 +409,4 @@ Sides chooseSides(const PointSet& points, const OutwardVotes& votes, const Reach
   return Chooser(points, votes, reach).choose(search, execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

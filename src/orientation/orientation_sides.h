@@ -14,8 +14,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// |Σ A n| / Σ A above which a component is open. Objects with holes
 /// of 15 % of their diagonal stay below .08, of 22 % below .17; half a sphere has .5, a room without a ceiling .2.
@@ -40,5 +39,4 @@ struct OutwardVotes {
 Sides chooseSides(const PointSet& points, const OutwardVotes& votes, const Reach& reach, const NeighborSearch& search,
                   Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -14,8 +14,7 @@
 #include <sstream>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 OrientationVote chooseVote(const PointSet& points, const Options& options, const Report& report)
@@ -114,5 +113,4 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

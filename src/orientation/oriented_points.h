@@ -5,8 +5,7 @@
 
 #include "points/preprocessing.h"
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Orients the normals, by sensors or reference normals if there are any, and drops small components. The report gets
 /// the vote, what it came to, and warnings. \param search holds the points, and in the end those that are left
@@ -14,5 +13,4 @@ namespace mrf {
 OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, NeighborSearch& search, Report& report,
                             Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

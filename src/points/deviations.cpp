@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 const Eigen::Vector3f& sensorOf(const std::vector<Eigen::Vector3f>& positions, const std::vector<std::int32_t>& views,
                                 const std::vector<Eigen::Vector3f>& sensors, std::size_t point)
@@ -36,5 +35,4 @@ std::vector<float> deviationsByLaw(const NoiseLaw& law, const std::vector<Eigen:
   return deviations;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

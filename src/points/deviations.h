@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The sensor that saw a point: of its view, or the nearest one where the view is not known.
 /// \param views index into sensors per point, or empty \pre there are sensors
@@ -25,5 +24,4 @@ std::vector<float> deviationsByLaw(const NoiseLaw& law, const std::vector<Eigen:
                                    const std::vector<std::int32_t>& views, const std::vector<Eigen::Vector3f>& sensors,
                                    Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -15,8 +15,7 @@
 #include <limits>
 #include <sstream>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 bool isUsable(const Eigen::Vector3f& normal)
@@ -206,5 +205,4 @@ PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Exe
   return points;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

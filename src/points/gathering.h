@@ -7,8 +7,7 @@
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Builds the gathered points: the part of a cloud the stages can use.
 /// \param cloud its arrays are freed one after the other, as soon as they have been read
@@ -21,5 +20,4 @@ namespace mrf {
 /// positions nor their order depend on the order they came in
 PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

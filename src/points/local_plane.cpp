@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 Plane PlaneMoments::plane() const
 {
@@ -42,5 +41,4 @@ Plane PlaneMoments::plane() const
   return plane;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

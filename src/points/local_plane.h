@@ -8,8 +8,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Points nearest to a point, itself included, that tell its normal where nothing speaks for more.
 constexpr int nearestNeighbors = 13;
@@ -68,5 +67,4 @@ Plane fitPlane(const std::vector<Eigen::Vector3f>& positions, const Index* neigh
   return moments.plane();
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

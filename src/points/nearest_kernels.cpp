@@ -6,9 +6,7 @@
 #include <cstring>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
-namespace kernels {
+namespace pcl::mrf::kernels {
 namespace {
 
 using Lanes4 = float __attribute__((vector_size(16)));
@@ -99,6 +97,4 @@ MRF_MULTIVERSION(void, distances,
   }
 }
 
-} // namespace kernels
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::kernels

@@ -5,9 +5,7 @@
 
 #include <cstddef>
 
-namespace pcl {
-namespace mrf {
-namespace kernels {
+namespace pcl::mrf::kernels {
 
 /// Queries that are answered together: the lanes of the widest vectors.
 constexpr std::size_t queryLanes = 16;
@@ -28,6 +26,4 @@ void nearestDistances(std::size_t count, Coordinates candidates, Coordinates que
 /// Squared distances from one query, at three numbers, to the candidates.
 void distances(std::size_t count, Coordinates candidates, const float* query, float* __restrict result);
 
-} // namespace kernels
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::kernels

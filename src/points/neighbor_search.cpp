@@ -8,8 +8,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Where memory runs out during a query FLANN ends the process: it allocates inside of a parallel loop of its own.
@@ -140,5 +139,4 @@ void SearchForPcl::rethrow() const
     std::rethrow_exception(error_);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -13,8 +13,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Neighborhoods, by the number of their points; each is about 1.4 times as wide as the one before.
@@ -390,5 +389,4 @@ void setDeviations(OrientedPoints& points, const NoiseModel& model, Execution& e
   points.deviations = std::move(deviations);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

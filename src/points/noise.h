@@ -20,8 +20,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// What the points of one range, or of one spacing, tell.
 struct NoiseGroup {
@@ -67,5 +66,4 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
 /// \pre as that of deviationAt
 void setDeviations(OrientedPoints& points, const NoiseModel& model, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

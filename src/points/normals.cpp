@@ -20,8 +20,7 @@
 #include <numeric>
 #include <sstream>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Points with too few others inside a radius for a plane have that of so many nearest ones, themselves included.
@@ -257,5 +256,4 @@ NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& se
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

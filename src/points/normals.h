@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// One entry per point.
 struct NormalEstimates {
@@ -42,5 +41,4 @@ float resolvedRadius(const NormalOptions& options, float spacing);
 NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& search, float spacing,
                                 const NormalOptions& options, Execution& execution, float noise = 0);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

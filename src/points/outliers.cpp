@@ -24,8 +24,7 @@
 #include <numeric>
 #include <sstream>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// A point is far if it is so many times as far from its neighbors as they are from theirs; 2 drops 1 to 3 % of real
@@ -245,5 +244,4 @@ OutlierResult findOutliers(const PointSet& points, const NeighborDistances& dist
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -13,8 +13,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 struct OutlierResult {
   std::vector<std::uint8_t> keep; ///< one flag per point
@@ -42,5 +41,4 @@ OutlierResult findOutliers(const PointSet& points, const NeighborSearch& search,
 OutlierResult findOutliers(const PointSet& points, const NeighborDistances& distances, const NeighborSearch& search,
                            const OutlierOptions& options, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

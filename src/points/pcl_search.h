@@ -13,8 +13,7 @@
 #include <exception>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 PointCloud<PointXYZ>::Ptr toPclCloud(const std::vector<Eigen::Vector3f>& positions);
 
@@ -46,5 +45,4 @@ private:
   mutable std::exception_ptr error_; ///< of the one that set hasFailed_
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

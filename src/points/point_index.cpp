@@ -10,8 +10,7 @@
 #include <iterator>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// A point, and its number in the order it was given in.
@@ -528,5 +527,4 @@ std::unique_ptr<NeighborSearch> makePointBins()
   return std::make_unique<PointIndex>();
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -22,8 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The k smallest of the ranks it is shown, ascending. A rank is a squared distance and an index in one number, of
 /// which the smallest takes no branch to find: distances are not negative, so that their bits are ordered as they are.
@@ -145,5 +144,4 @@ private:
   std::vector<std::uint32_t> order_;      ///< of the points in the leaves, while there are none
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -8,8 +8,7 @@
 
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// What points have with and without an orientation. \param which flags or indices \param selected may be the points
@@ -82,5 +81,4 @@ BoundingBox boundingBox(const std::vector<Eigen::Vector3f>& positions)
   return box;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -17,8 +17,7 @@
 #include <sstream>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Between these lengths a cloud scaled by a power of two gives the same bytes, scaled. Outside of them areas and their
@@ -175,5 +174,4 @@ PreparedPoints preprocess(PointSet points, const Options& options, NeighborSearc
   return prepared;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -12,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Fewer points than a plane's neighborhood cannot tell a surface.
 constexpr std::size_t minPointsOfSurface = 4;
@@ -36,5 +35,4 @@ struct PreparedPoints {
 PreparedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search, Report& report,
                           Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

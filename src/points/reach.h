@@ -7,8 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// How far each point looks for neighbors: two of them are neighbors if each is within the other's reach.
 class Reach {
@@ -37,5 +36,4 @@ private:
   std::vector<float> distances_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -11,8 +11,7 @@
 #include <cmath>
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Points per piece of parallel work.
@@ -158,5 +157,4 @@ double growthOfNeighbors(const std::vector<Eigen::Vector3f>& positions, const Ne
   return median(std::move(growths));
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Nearest others of each point that NeighborDistances tell of.
 constexpr int measuredNeighbors = 8;
@@ -61,5 +60,4 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDi
 double growthOfNeighbors(const std::vector<Eigen::Vector3f>& positions, const NeighborSearch& search,
                          Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -11,8 +11,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 void dropAlone(const std::vector<std::uint32_t>& alone, OrientedPoints& points, NeighborSearch& search, Report& report,
@@ -70,5 +69,4 @@ void CloudPieces::growVolumes(const Options& options, Report& report, Execution&
     piece.volume = chooseVolume(*piece.points, *piece.search, report.density.spacing, options, maxHole, execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

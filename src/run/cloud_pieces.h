@@ -14,8 +14,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A cloud whose parts cannot see each other in parts, any other as a whole.
 class CloudPieces {
@@ -43,5 +42,4 @@ private:
   std::vector<SolvedPiece> pieces_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

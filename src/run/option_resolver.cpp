@@ -18,8 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// ℓ in voxels, at least, where it is automatic: positions that pull harder bend the field within a cell, which the
@@ -156,5 +155,4 @@ ResolvedOptions OptionResolver::resolved() const
   return ResolvedOptions(options, requested_);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

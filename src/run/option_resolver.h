@@ -10,8 +10,7 @@
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Whether ℓ, and whether the voxel size, is left to hold-out cross-validation.
 bool choosesSmoothing(const Options& options);
@@ -52,5 +51,4 @@ private:
   float spacing_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -14,9 +14,7 @@
 #include <tuple>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
-namespace detail {
+namespace pcl::mrf::detail {
 namespace {
 
 /// Adds a float32 field to a layout that is being built.
@@ -152,6 +150,4 @@ int checkedAnswer(int found, int max, std::size_t positions, Neighbors& answer)
   return found;
 }
 
-} // namespace detail
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf::detail

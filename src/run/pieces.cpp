@@ -11,8 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Cells along the longest axis are less than this, at first.
@@ -141,5 +140,4 @@ Pieces findPieces(const std::vector<Eigen::Vector3f>& positions, float minGap)
   }
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

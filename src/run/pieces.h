@@ -8,8 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 struct Pieces {
   /// Indices into the points, ascending, of each piece; pieces by falling number of points. Empty: all are one piece.
@@ -30,5 +29,4 @@ struct Pieces {
 /// several pieces.
 Pieces findPieces(const std::vector<Eigen::Vector3f>& positions, float minGap);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

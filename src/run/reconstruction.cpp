@@ -40,8 +40,7 @@
 #include <sstream>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// A lattice whose voxels hold the whole cloud observes one place: the system has no unique solution.
@@ -526,5 +525,4 @@ void setFailure(const std::exception_ptr& error, Report& report) noexcept
   }
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

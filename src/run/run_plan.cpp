@@ -3,8 +3,7 @@
 
 #include "run/option_resolver.h"
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& options)
 {
@@ -30,5 +29,4 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"attributes", .2 * millions}};
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

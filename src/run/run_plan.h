@@ -9,12 +9,10 @@
 #include <cstddef>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The stages of reconstruct() in their order, with rough times: on two threads of an ordinary processor, of scans
 /// whose surface has as many holes as most have. What they are wrong by, the progress corrects as it goes.
 std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& options);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

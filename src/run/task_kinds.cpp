@@ -6,8 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 std::string doTask(const std::string& kind, std::string input, Execution& execution)
 {
@@ -18,5 +17,4 @@ std::string doTask(const std::string& kind, std::string input, Execution& execut
   throw std::logic_error("doTask: there is no kind " + kind);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

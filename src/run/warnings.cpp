@@ -12,8 +12,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 void warnOfNoSurface(const PointSet& points, double growth, Report& report)
 {
@@ -163,5 +162,4 @@ void warnOfUncertainSurface(Report& report)
   report.warnings.push_back(text.str());
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Says so if the points fill a volume, lie on lines or in one plane. \param growth see growthOfNeighbors
 void warnOfNoSurface(const PointSet& points, double growth, Report& report);
@@ -36,5 +35,4 @@ void warnOfTriangles(Report& report);
 /// Says how much of the surface went because it may be too far off. \pre the mesh's statistics are those of before
 void warnOfUncertainSurface(Report& report);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

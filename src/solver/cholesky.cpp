@@ -14,8 +14,7 @@
 #include <cmath>
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr double flopsPerSecond = 2.5e10;
@@ -122,5 +121,4 @@ SolveReport solveCholesky(const LinearSystem& system, std::vector<double>& d, Ex
   return report;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

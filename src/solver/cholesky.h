@@ -7,8 +7,7 @@
 
 #include <pcl/surface/mrf/report.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Bytes that the factorization of a system on a grid of this size takes, beside the system.
 /// \param pointwise the data couple the voxels of a cell, as observations at points do
@@ -33,5 +32,4 @@ void requireCholesky();
 /// \throw ResourceLimit if it takes more memory than is free, or longer than maxCholeskySeconds
 SolveReport solveCholesky(const LinearSystem& system, std::vector<double>& d, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

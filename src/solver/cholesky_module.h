@@ -8,8 +8,7 @@
 
 #include <cstdint>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A x = b, A symmetric positive definite.
 struct CholeskyProblem {
@@ -44,5 +43,4 @@ using CholeskySolve = void(const CholeskyProblem* problem, CholeskyResult* resul
 /// The module's only name, a CholeskySolve; it changes with what is above.
 constexpr const char* choleskySymbol = "pcl_mrf_cholesky_1";
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
                                     Execution& execution)
@@ -65,5 +64,4 @@ SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOpti
   return report;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

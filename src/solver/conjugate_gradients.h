@@ -7,13 +7,11 @@
 
 #include <pcl/surface/mrf/report.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Minimizes the energy along conjugate directions without a preconditioner. The energy is quadratic, so the line
 /// search is exact and the method is linear conjugate gradients. Stops on SolverOptions::residualTolerance.
 SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
                                     Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

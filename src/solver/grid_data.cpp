@@ -9,8 +9,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// One lane per edge of the cell along x: (y, z) = (0, 0), (1, 0), (0, 1), (1, 1).
@@ -416,5 +415,4 @@ VoxelSet observedVoxels(const std::vector<PointSample>& samples, const GridSize&
       0, execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

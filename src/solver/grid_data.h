@@ -11,8 +11,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// C and b of a system on a band, assembled on the fly from layers: layer z couples the planes z and z + 1.
 class GridData {
@@ -48,5 +47,4 @@ VoxelSet observedVoxels(const std::vector<PointSample>& samples, const GridSize&
 /// Weights and targets of observed voxels. \param weights, targets packed; no targets: 0
 std::unique_ptr<GridData> makeVoxelData(const VoxelSet& voxels, std::vector<float> weights, std::vector<float> targets);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

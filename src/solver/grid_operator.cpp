@@ -9,8 +9,7 @@
 #include <iterator>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// What the windows of one sweep may take of the last-level cache, counting the voxels in runs of a mean plane: that a
@@ -430,5 +429,4 @@ void GridOperator::run(const Sweep& sweep, const VoxelSet& support, std::vector<
   execution.poll(); // a V-cycle of millions of voxels takes seconds
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

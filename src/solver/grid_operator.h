@@ -14,8 +14,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Voxels below which the overhead of waking threads exceeds what they gain.
 constexpr std::int64_t serialVoxels = 100000;
@@ -137,5 +136,4 @@ private:
   std::array<PackedValues, 2> directions_; ///< likewise
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

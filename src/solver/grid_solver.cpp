@@ -11,8 +11,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Planes per piece of the passes without stencils.
@@ -297,5 +296,4 @@ SolveReport solveWholeGrids(const std::vector<SolverGrid>& grids, Prior prior, c
   return solveOnGrids({grids, prior, grids.front().voxels}, plan, options, unit, values.data(), execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

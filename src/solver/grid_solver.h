@@ -9,8 +9,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// How far a level is solved.
 struct LevelPlan {
@@ -68,5 +67,4 @@ SolveReport solveOnGrids(const GridSystem& system, const LevelPlan& plan, const 
 SolveReport solveWholeGrids(const std::vector<SolverGrid>& grids, Prior prior, const SolverOptions& options,
                             double unit, std::vector<float>& values, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

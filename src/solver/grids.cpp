@@ -10,8 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Voxels of a grid that needs no coarser one.
@@ -203,5 +202,4 @@ std::vector<SolverGrid> bandGrids(const std::vector<Lattice>& lattices, std::siz
                    });
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

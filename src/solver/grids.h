@@ -11,8 +11,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The points as each of the nested lattices sees them, coarsest first, by layers of cells.
 struct LevelSamples {
@@ -56,5 +55,4 @@ std::vector<SolverGrid> bandGrids(const std::vector<Lattice>& lattices, std::siz
                                   const LevelObservation& observation, Prior prior, std::size_t coarseGrids,
                                   Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

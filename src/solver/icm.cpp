@@ -12,8 +12,7 @@
 #include <numeric>
 #include <random>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Voxels between two chances to cancel.
@@ -117,5 +116,4 @@ SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, d
   return report;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

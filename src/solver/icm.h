@@ -7,8 +7,7 @@
 
 #include <pcl/surface/mrf/report.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Minimizes the energy over one voxel at a time given the others. Stops on SolverOptions::changeTolerance.
 ///
@@ -19,5 +18,4 @@ namespace mrf {
 SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                      Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -18,8 +18,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Rows of a matrix per piece of work.
@@ -441,5 +440,4 @@ double relativeResidual(const LinearSystem& system, const std::vector<double>& d
   return norm > 0 ? std::sqrt(squared) / norm : std::sqrt(squared);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -16,8 +16,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 using SystemMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -86,5 +85,4 @@ double energy(const LinearSystem& system, const std::vector<double>& d, Executio
 /// ‖b − A d‖ / ‖b‖.
 double relativeResidual(const LinearSystem& system, const std::vector<double>& d, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/nested_dissection.h"
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Boxes of at most this many voxels are not cut any further.
@@ -84,5 +83,4 @@ FactorCost factorCost(const GridSize& size, const Coupling& coupling)
   return cost;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 #include <functional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Which voxels a system couples: those at most `steps` edges of the lattice apart, and with `corners` those that share
 /// a corner.
@@ -56,5 +55,4 @@ struct FactorCost {
 /// Known before anything is allocated.
 FactorCost factorCost(const GridSize& size, const Coupling& coupling);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

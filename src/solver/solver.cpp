@@ -12,8 +12,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 void checkSizes(const LinearSystem& system, const std::vector<double>& d)
@@ -56,5 +55,4 @@ SolveReport solve(const LinearSystem& system, const SolverOptions& options, doub
   return report;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -5,8 +5,7 @@
 
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Unknowns of which a dense factor is made, column by column: a fraction of a millisecond.
@@ -100,5 +99,4 @@ const PackedValues& VCycle::cycle(std::size_t index, const float* b, Execution& 
   return level.after;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Steps of the smoother in a V-cycle.
 struct SmootherDegrees {
@@ -56,5 +55,4 @@ private:
   Eigen::LLT<Eigen::MatrixXd> coarsest_; ///< empty: too large
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

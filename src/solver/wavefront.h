@@ -5,8 +5,7 @@
 
 #include <algorithm>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Each step of a smoother needs products with L^k, which reach k planes to either side. In a wavefront step s follows
 /// a few planes behind step s − 1, so that all of them are taken while the planes are in the cache:
@@ -86,5 +85,4 @@ private:
   int order_, delay_, steps_, products_, begin_, end_, bottom_, top_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -7,8 +7,7 @@
 
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 WholeLevel::WholeLevel(std::vector<Lattice> lattices, const std::vector<PointSample>& samples,
                        const PointWeights& weights, Prior prior, Execution& execution)
@@ -36,5 +35,4 @@ SolverOptions roughSolver(Prior prior, double tolerance)
   return options;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Points on a lattice that is solved everywhere, with all grids beneath it.
 class WholeLevel {
@@ -43,5 +42,4 @@ private:
 /// A solver for a few digits on a small grid. \param tolerance SolverOptions::changeTolerance
 SolverOptions roughSolver(Prior prior, double tolerance);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

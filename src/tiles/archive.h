@@ -42,8 +42,7 @@ void serialize(Archive& archive, Vector3d& vector, unsigned)
 }
 } // namespace Eigen
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Some values, one after the other.
 template <typename Archive, typename... Values>
@@ -91,5 +90,4 @@ Value fromBytes(const std::string& bytes)
   return value;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

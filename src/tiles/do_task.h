@@ -7,8 +7,7 @@
 
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Unknowns of a tile, and triangles of a part of the mesh, that tasks have if there is a TaskRunner. More would leave
 /// processes idle while the last ones are at work, and of less too much is done twice.
@@ -17,5 +16,4 @@ constexpr double unknownsPerTask = 7e5, trianglesPerTask = 2.5e5;
 /// Does a task as forTasks has it done, from bytes to bytes. \throw what the task throws
 std::string doTask(const std::string& kind, std::string input, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -7,8 +7,7 @@
 
 #include <cstdint>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A message that has come and is to be received.
 struct Message {
@@ -32,5 +31,4 @@ using BeginMessagePassing = const MessagePassing*();
 /// The module's only name, a BeginMessagePassing; it changes with what is above.
 constexpr const char* messagePassingSymbol = "pcl_mrf_mpi_1";
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -6,8 +6,7 @@
 
 #include <algorithm>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// MPI counts bytes by 32-bit numbers: a message is a head and blocks of at most so many.
@@ -62,8 +61,7 @@ void finish()
 }
 
 } // namespace
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf
 
 extern "C" __attribute__((visibility("default"))) const pcl::mrf::MessagePassing* pcl_mrf_mpi_1()
 {

@@ -11,8 +11,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 class OneProcess : public TaskRunner {
 public:
@@ -26,5 +25,4 @@ public:
   }
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

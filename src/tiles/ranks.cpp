@@ -15,8 +15,7 @@
 #include <thread>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 enum Tag { kindTag = 1, threadsTag, inputTag, endTag, resultTag, errorTag };
@@ -223,5 +222,4 @@ std::unique_ptr<TaskRunner> tasksOfRanks()
   return nullptr;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

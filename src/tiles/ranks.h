@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Rank 0's runner. It gives each rank a task, does one itself, and looks after the others in between; results depend
 /// neither on how many ranks there are nor on which is the fastest.
@@ -37,5 +36,4 @@ private:
 /// What ranks above 0 do, until rank 0's runner has gone.
 void serveRanks(const MessagePassing& passing);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -26,8 +26,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 namespace fs = std::filesystem;
@@ -206,5 +205,4 @@ void TaskDirectory::remove()
     fs::remove(directory_, ignored); // if it is empty
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

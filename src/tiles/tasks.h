@@ -10,8 +10,7 @@
 #include <string>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// What a kind of task does. \tparam Input, Output have serialize()
 template <typename Input, typename Output>
@@ -41,5 +40,4 @@ std::string doneAsBytes(Task<Input, Output>* task, std::string input, Execution&
   return toBytes(task(std::move(value), execution));
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -17,8 +17,7 @@
 #include <random>
 #include <set>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr std::size_t maxBalls = 24;
@@ -157,5 +156,4 @@ std::vector<HeldOutPair> holdOutPairs(const OrientedPoints& points, const Neighb
   return pairs;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -12,8 +12,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Two points next to each other that were left out, and how far the field is from each, along its gradient, signed.
 /// The scanner's noise is another one at each; what they share is the field's error.
@@ -31,5 +30,4 @@ struct HeldOutPair {
 std::vector<HeldOutPair> holdOutPairs(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                                       const ResolvedOptions& options, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

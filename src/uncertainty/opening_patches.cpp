@@ -6,8 +6,7 @@
 #include <memory>
 #include <random>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Radii of the discs, in that of the widest opening.
@@ -82,5 +81,4 @@ std::vector<Patch> choosePatches(const OrientedPoints& points, const NeighborSea
   return patches;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Points of a cloud that are left out, all of one sheet.
 struct Patch {
@@ -36,5 +35,4 @@ struct Openings {
 std::vector<Patch> choosePatches(const OrientedPoints& points, const NeighborSearch& search, const Openings& openings,
                                  float narrowest, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -12,8 +12,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr std::int64_t surfaceGrain = 8192;
@@ -224,5 +223,4 @@ std::vector<std::vector<float>> samplePlausibleSurfaces(const std::vector<PieceD
   return surfaces;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

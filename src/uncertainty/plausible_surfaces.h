@@ -20,8 +20,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// How many draws are made.
 inline int numberOfDraws(const UncertaintyOptions& options)
@@ -63,5 +62,4 @@ std::vector<std::vector<float>> samplePlausibleSurfaces(const std::vector<PieceD
                                                         const SampledMesh& sampled, int kept, SampledShape& shape,
                                                         Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 
 #include <algorithm>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Voxels, or numbers, per piece.
@@ -118,5 +117,4 @@ std::vector<float> drawOfPosterior(const std::vector<SolverGrid>& grids, const G
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -16,8 +16,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// η ~ N(0, L^k + C), packed. \param grid whole \param size of its lattice
 /// The result does not depend on the number of threads.
@@ -30,5 +29,4 @@ PackedValues drawOfTerms(const SolverGrid& grid, const GridSize& size, Prior pri
 std::vector<float> drawOfPosterior(const std::vector<SolverGrid>& grids, const GridSize& size, Prior prior,
                                    const NormalDraws& draws, int steps, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -14,8 +14,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// What was learnt on simulated scans, see SigmaModel.
@@ -387,5 +386,4 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
   return report;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -28,8 +28,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Draws from the posterior, piece by piece; those of one number belong together.
 struct PieceDraws {
@@ -48,5 +47,4 @@ UncertaintyReport estimateUncertainty(const std::vector<SolvedPiece>& pieces, co
 /// Sets what the report says of the sigmas of a mesh.
 void describeSigmas(const TriangleMesh& mesh, UncertaintyReport& report);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

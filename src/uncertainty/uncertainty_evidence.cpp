@@ -17,8 +17,7 @@
 #include <memory>
 #include <numeric>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Voxels of the grid that draws are made on: so many for each point, within limits. Eight draws and a solution then
@@ -291,5 +290,4 @@ PieceEvidence gatherEvidence(const MeshedPiece& meshed, float spacing, const Res
   return Gathering(meshed, spacing, options, seed, execution).run(evidence);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -13,8 +13,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Points that a place is compared with: the mean has a quarter of the variance of their noise.
 constexpr int nearestPoints = 4;
@@ -62,5 +61,4 @@ struct MeshedPiece {
 PieceEvidence gatherEvidence(const MeshedPiece& meshed, float spacing, const ResolvedOptions& options,
                              std::uint64_t seed, std::vector<Evidence>& evidence, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

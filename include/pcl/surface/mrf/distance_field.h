@@ -12,8 +12,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 struct BandedDistances;
 
@@ -108,5 +107,4 @@ private:
   std::shared_ptr<const OtherPieces> others_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 #include <new>
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// How a reconstruction ended, if there was one. What went wrong comes with a message that names the value and the
 /// remedy.
@@ -108,5 +107,4 @@ private:
   std::string message_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -14,8 +14,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Called with the running stage's name and the fraction of the whole run that is done, 0..1, which never falls;
 /// returning false cancels the run. Always called from the thread that runs the reconstruction, also while the others
@@ -159,5 +158,4 @@ private:
   TaskRunner* tasks_ = nullptr;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Number of voxels along each axis.
 struct GridSize {
@@ -101,5 +100,4 @@ inline Lattice AxisOrder::fromStored(const Lattice& lattice) const
   return {fromStored(lattice.size), fromStored(lattice.origin), lattice.spacing};
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -15,8 +15,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The answer to one query: indices into the positions, and squared distances, nearest first, equals by index.
 struct Neighbors {
@@ -84,5 +83,4 @@ PCL_MRF_EXPORT std::unique_ptr<NeighborSearch> makeKdTree();
 /// What Options::search asks for.
 PCL_MRF_EXPORT std::unique_ptr<NeighborSearch> makeSearch(SearchKind kind);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

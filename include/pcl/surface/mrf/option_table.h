@@ -14,8 +14,7 @@
 #include <variant>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Numbers that an option takes.
 struct PCL_MRF_EXPORT OptionRange {
@@ -123,5 +122,4 @@ std::string nameOf(Enum value)
 }
 /// @}
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -9,8 +9,7 @@
 #include <cstdint>
 #include <string>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// What automatic lengths are multiples of.
 enum class LengthUnit {
@@ -319,5 +318,4 @@ PCL_MRF_EXPORT Options presetOptions(Preset preset);
 /// \throw InvalidOption naming the first value that is out of range, its range and the remedy
 PCL_MRF_EXPORT void validate(const Options& options);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -14,8 +14,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The gathered input: finite points relative to `offset`, so that float arithmetic is accurate for any survey frame.
 /// Optional per-point arrays are either empty or as long as `positions`.
@@ -111,5 +110,4 @@ PCL_MRF_EXPORT std::vector<Eigen::Vector3d> sensorsOf(const RawCloud& cloud, con
 /// \throw InvalidInput if an array is too short or too long, or a view names no sensor
 PCL_MRF_EXPORT void validate(const RawCloud& cloud);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -16,8 +16,7 @@
 #include <exception>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 struct Reconstruction {
   TriangleMesh mesh;              ///< with normals and confidences, in the recentered frame (add points.offset)
@@ -54,5 +53,4 @@ PCL_MRF_EXPORT Reconstruction reconstruct(RawCloud cloud, const Options& options
 /// resource limit, all others as internal errors.
 PCL_MRF_EXPORT void setFailure(const std::exception_ptr& error, Report& report) noexcept;
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Lengths in the cloud's unit.
 struct SamplingDensity {
@@ -295,5 +294,4 @@ struct Report {
   int threads = 1;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf
