@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "options/validation.h"
-
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
 
@@ -456,17 +454,6 @@ const OptionDeclaration& optionDeclaration(const std::string& name)
     if (option.name == name)
       return option;
   throw std::out_of_range("there is no option " + name);
-}
-
-void requireDeclared(const Options& options, const std::string& stage)
-{
-  for (const OptionDeclaration& option : optionDeclarations()) {
-    if (option.name.compare(0, stage.size(), stage) != 0)
-      continue;
-    const double value = option.get(options);
-    if (!option.accepts(value))
-      throw InvalidOption(option.name + " = " + decimalText(value) + " is " + option.refusal());
-  }
 }
 
 namespace {

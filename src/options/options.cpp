@@ -12,14 +12,6 @@
 namespace pcl::mrf {
 namespace {
 
-template <typename Stage>
-void requireStage(Stage Options::*member, const Stage& stage, const std::string& name)
-{
-  Options options;
-  options.*member = stage;
-  requireDeclared(options, name + ".");
-}
-
 /// Of the members that are no options of tools.
 void requireRange(const char* name, double value, const OptionRange& range)
 {
@@ -91,67 +83,25 @@ Options presetOptions(Preset preset)
   return preset == Preset::paper ? paperPreset() : defaultPreset();
 }
 
-void validate(const NormalOptions& options)
+void requireRanges(const Options& options)
 {
-  requireStage(&Options::normals, options, "normals");
-}
-
-void validate(const OrientationOptions& options)
-{
-  requireStage(&Options::orientation, options, "orientation");
-  requireRange("orientation.neighborDistance", options.neighborDistance, {});
-  requireRange("orientation.minComponentShare", options.minComponentShare, {0, 1, false, true});
-}
-
-void validate(const ObservationOptions& options)
-{
-  requireStage(&Options::observation, options, "observation");
-  requireOneOf("observation.confidenceShape", options.confidenceShape,
+  for (const OptionDeclaration& option : optionDeclarations())
+    if (const double value = option.get(options); !option.accepts(value))
+      throw InvalidOption(option.name + " = " + decimalText(value) + " is " + option.refusal());
+  requireRange("orientation.neighborDistance", options.orientation.neighborDistance, {});
+  requireRange("orientation.minComponentShare", options.orientation.minComponentShare, {0, 1, false, true});
+  requireOneOf("observation.confidenceShape", options.observation.confidenceShape,
                {{"linear", ConfidenceShape::linear}, {"quadratic", ConfidenceShape::quadratic}});
-  noiseLaw(options.noiseModel);
-}
-
-void validate(const TrimmingOptions& options)
-{
-  requireStage(&Options::trimming, options, "trimming");
-}
-
-void validate(const RemesherOptions& options)
-{
-  requireStage(&Options::remesher, options, "remesher");
-}
-
-void validate(const PriorOptions& options)
-{
-  requireStage(&Options::prior, options, "prior");
-}
-
-void validate(const SolverOptions& options)
-{
-  requireStage(&Options::solver, options, "solver");
-  requireRange("solver.residualTolerance", options.residualTolerance, {0, 1, true, true});
-  requireRange("solver.smootherDegree", options.smootherDegree, {0, 50});
-}
-
-void validate(const MultiscaleOptions& options)
-{
-  requireStage(&Options::multiscale, options, "multiscale");
-  requireOneOf("multiscale.interpolation", options.interpolation,
+  noiseLaw(options.observation.noiseModel);
+  requireRange("solver.residualTolerance", options.solver.residualTolerance, {0, 1, true, true});
+  requireRange("solver.smootherDegree", options.solver.smootherDegree, {0, 50});
+  requireOneOf("multiscale.interpolation", options.multiscale.interpolation,
                {{"cubic", Interpolation::cubic}, {"linear", Interpolation::linear}});
-}
-
-void validate(const UncertaintyOptions& options)
-{
-  requireStage(&Options::uncertainty, options, "uncertainty");
 }
 
 void validate(const Options& options)
 {
-  requireDeclared(options);
-  validate(options.orientation);
-  validate(options.observation);
-  validate(options.solver);
-  validate(options.multiscale);
+  requireRanges(options);
   requireOneNoise(options.observation);
   if (options.trimming.watertight && options.uncertainty.maxError > 0)
     throw InvalidOption("trimming.watertight closes what uncertainty.maxError = " +

@@ -5,23 +5,22 @@
 
 #include <pcl/surface/mrf/options.h>
 
-#include <string>
+#include <tuple>
 
 namespace pcl::mrf {
 
-/// Checks every declared option, or those of one stage. \param stage such as "outliers"; empty: all
+/// Checks the range of each member, but not what several say together.
 /// \throw InvalidOption naming the first one that is out of range, its value and the range
-void requireDeclared(const Options& options, const std::string& stage = {});
+void requireRanges(const Options& options);
 
-/// Checks the options of one stage. \throw InvalidOption naming the first field that is out of range
-void validate(const NormalOptions& options);
-void validate(const OrientationOptions& options);
-void validate(const ObservationOptions& options);
-void validate(const PriorOptions& options);
-void validate(const SolverOptions& options);
-void validate(const MultiscaleOptions& options);
-void validate(const TrimmingOptions& options);
-void validate(const RemesherOptions& options);
-void validate(const UncertaintyOptions& options);
+/// Checks the options of one stage. \throw InvalidOption likewise
+template <typename Stage>
+void validate(const Stage& stage)
+{
+  Options all;
+  std::get<Stage&>(std::tie(all.normals, all.orientation, all.observation, all.prior, all.solver, all.multiscale,
+                            all.trimming, all.remesher, all.uncertainty)) = stage;
+  requireRanges(all);
+}
 
 } // namespace pcl::mrf

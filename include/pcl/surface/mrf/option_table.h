@@ -10,6 +10,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -83,34 +84,17 @@ PCL_MRF_EXPORT std::string decimalText(double value);
 template <typename Enum>
 using Names = std::vector<std::pair<std::string, Enum>>;
 
+using NamesOfAll = std::tuple<Names<LengthUnit>, Names<SearchKind>, Names<Prior>, Names<Energy>, Names<ObservationKind>,
+                              Names<Quality>, Names<SolverMethod>, Names<NormalSource>, Names<OrientationVote>,
+                              Names<Trimming>, Names<ColorMode>, Names<Preset>>;
+PCL_MRF_EXPORT const NamesOfAll& namesOfAll();
+
 /// All values of an enumeration with their names, in the order of the help.
 template <typename Enum>
-const Names<Enum>& names();
-
-template <>
-PCL_MRF_EXPORT const Names<LengthUnit>& names();
-template <>
-PCL_MRF_EXPORT const Names<SearchKind>& names();
-template <>
-PCL_MRF_EXPORT const Names<Prior>& names();
-template <>
-PCL_MRF_EXPORT const Names<Energy>& names();
-template <>
-PCL_MRF_EXPORT const Names<ObservationKind>& names();
-template <>
-PCL_MRF_EXPORT const Names<Quality>& names();
-template <>
-PCL_MRF_EXPORT const Names<SolverMethod>& names();
-template <>
-PCL_MRF_EXPORT const Names<NormalSource>& names();
-template <>
-PCL_MRF_EXPORT const Names<OrientationVote>& names();
-template <>
-PCL_MRF_EXPORT const Names<Trimming>& names();
-template <>
-PCL_MRF_EXPORT const Names<ColorMode>& names();
-template <>
-PCL_MRF_EXPORT const Names<Preset>& names();
+const Names<Enum>& names()
+{
+  return std::get<Names<Enum>>(namesOfAll());
+}
 
 template <typename Enum>
 std::string nameOf(Enum value)
