@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "base/instruction_set.h"
+#include "base/multiversioning.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -36,11 +36,6 @@ InstructionSet widestInstructionSet(const std::string& limit)
 }
 
 // Until this is initialized it is zero, the baseline.
-InstructionSet instructionSetInUse = ofEnvironment();
-
-void setInstructionSet(InstructionSet set)
-{
-  instructionSetInUse = set;
-}
+InstructionSet instructionSet = ofEnvironment();
 
 } // namespace pcl::mrf

@@ -1,9 +1,29 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief The hot loops for several instruction sets.
+/// \brief The hot loops for several instruction sets, and which of them is used.
 #pragma once
 
-#include "base/instruction_set.h"
+#include <string>
+
+/// Other processors and compilers, and builds with sanitizers, have the plain loops only.
+#if !defined(MRF_NO_MULTIVERSIONING) && defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define MRF_HAS_MULTIVERSIONING
+#endif
+
+namespace pcl::mrf {
+
+/// Those that the loops are compiled for, each with all of the ones before it.
+enum class InstructionSet { baseline, avx2, avx512 };
+
+/// The widest instruction set that this build and this processor have, up to the one that is named: "baseline", "avx2",
+/// "avx512"; any other word: without a limit.
+InstructionSet widestInstructionSet(const std::string& limit);
+
+/// What the loops use: when the library is loaded the widest, up to what the environment variable MRF_SIMD names. The
+/// results are the same bytes with each. Only tests, which compare them, set it.
+extern InstructionSet instructionSet;
+
+} // namespace pcl::mrf
 
 /// For the bodies that the versions of a function share; the second one for lambdas.
 #if defined(__GNUC__)
@@ -32,7 +52,7 @@
   }                                                                                                                    \
   Result name parameters                                                                                               \
   {                                                                                                                    \
-    switch (instructionSet()) {                                                                                        \
+    switch (instructionSet) {                                                                                          \
     case InstructionSet::avx512:                                                                                       \
       return name##Avx512 arguments;                                                                                   \
     case InstructionSet::avx2:                                                                                         \

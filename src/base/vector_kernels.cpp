@@ -30,46 +30,26 @@ MRF_ALWAYS_INLINE void scaleAndAddBody(std::int64_t count, Real a, const Real* x
     y[i] = x[i] + a * y[i];
 }
 
-MRF_MULTIVERSION(double, dotOfSingles, (std::int64_t count, const float* x, const float* y), (count, x, y))
-{
-  return dotBody(count, x, y);
-}
-
-MRF_MULTIVERSION(double, dotOfDoubles, (std::int64_t count, const double* x, const double* y), (count, x, y))
-{
-  return dotBody(count, x, y);
-}
-
-MRF_MULTIVERSION(void, scaleAndAddSingles, (std::int64_t count, float a, const float* x, float* y), (count, a, x, y))
-{
-  scaleAndAddBody(count, a, x, y);
-}
-
-MRF_MULTIVERSION(void, scaleAndAddDoubles, (std::int64_t count, double a, const double* x, double* y), (count, a, x, y))
-{
-  scaleAndAddBody(count, a, x, y);
-}
-
 } // namespace
 
-double dot(std::int64_t count, const float* x, const float* y)
+MRF_MULTIVERSION(double, dot, (std::int64_t count, const float* x, const float* y), (count, x, y))
 {
-  return dotOfSingles(count, x, y);
+  return dotBody(count, x, y);
 }
 
-double dot(std::int64_t count, const double* x, const double* y)
+MRF_MULTIVERSION(double, dot, (std::int64_t count, const double* x, const double* y), (count, x, y))
 {
-  return dotOfDoubles(count, x, y);
+  return dotBody(count, x, y);
 }
 
-void scaleAndAdd(std::int64_t count, float a, const float* x, float* y)
+MRF_MULTIVERSION(void, scaleAndAdd, (std::int64_t count, float a, const float* x, float* y), (count, a, x, y))
 {
-  scaleAndAddSingles(count, a, x, y);
+  scaleAndAddBody(count, a, x, y);
 }
 
-void scaleAndAdd(std::int64_t count, double a, const double* x, double* y)
+MRF_MULTIVERSION(void, scaleAndAdd, (std::int64_t count, double a, const double* x, double* y), (count, a, x, y))
 {
-  scaleAndAddDoubles(count, a, x, y);
+  scaleAndAddBody(count, a, x, y);
 }
 
 MRF_MULTIVERSION(void, addScaled, (std::int64_t count, double a, const double* x, double* __restrict y),

@@ -4,8 +4,6 @@
 #include "base/multiversioning.h"
 #include "field/interpolation.h"
 
-#include <pcl/surface/mrf/options.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -2,7 +2,6 @@
 #include "field/interpolation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace pcl::mrf {

@@ -3,11 +3,9 @@
 
 #include "base/disjoint_sets.h"
 #include "base/multiversioning.h"
-#include "base/point_count.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>

@@ -10,30 +10,13 @@ namespace {
 
 using Loop = std::vector<std::uint8_t>;
 
-std::uint8_t toByte(int value)
-{
-  return static_cast<std::uint8_t>(value);
-}
-
-/// All edges of the given directions, ordered by direction and corner.
-CellTable makeEdges(const std::vector<std::uint8_t>& directions)
-{
-  CellTable table;
-  table.directions = directions;
-  for (const std::uint8_t direction : directions)
-    for (int corner = 0; corner < 8; ++corner)
-      if ((corner & direction) == 0)
-        table.edges.push_back({toByte(corner), direction});
-  return table;
-}
-
 std::uint8_t edgeBetween(const CellTable& table, int cornerA, int cornerB)
 {
   const int lower = cornerA & cornerB, direction = cornerA ^ cornerB;
-  for (std::size_t e = 0; e < table.edges.size(); ++e)
-    if (table.edges[e].corner == lower && table.edges[e].direction == direction)
-      return toByte(static_cast<int>(e));
-  throw std::logic_error("no such edge in the cell");
+  const auto found = std::find_if(table.edges.begin(), table.edges.end(), [&](const CellEdge& edge) {
+    return edge.corner == lower && 1 << edge.axis == direction;
+  });
+  return static_cast<std::uint8_t>(found - table.edges.begin());
 }
 
 /// Twice the midpoint of an edge, exact.
@@ -41,7 +24,7 @@ std::array<int, 3> doubledMidpoint(const CellEdge& edge)
 {
   std::array<int, 3> middle{};
   for (int axis = 0; axis < 3; ++axis)
-    middle[axis] = 2 * (edge.corner >> axis & 1) + (edge.direction >> axis & 1);
+    middle[axis] = 2 * (edge.corner >> axis & 1) + (edge.axis == axis ? 1 : 0);
   return middle;
 }
 
@@ -58,7 +41,7 @@ int facesOf(const CellEdge& edge)
 {
   int faces = 0;
   for (int axis = 0; axis < 3; ++axis)
-    if ((edge.direction >> axis & 1) == 0)
+    if (edge.axis != axis)
       faces |= 1 << (2 * axis + (edge.corner >> axis & 1));
   return faces;
 }
@@ -168,7 +151,11 @@ std::vector<Loop> traceLoops(const CellTable& table, int signs)
 
 CellTable makeCubeTable()
 {
-  CellTable table = makeEdges({1, 2, 4});
+  CellTable table;
+  for (std::uint8_t axis = 0; axis < 3; ++axis)
+    for (std::uint8_t corner = 0; corner < 8; ++corner)
+      if ((corner >> axis & 1) == 0)
+        table.edges.push_back({corner, axis});
   for (int signs = 0; signs < 256; ++signs) {
     CellCase& cell = table.cases[signs];
     for (const Loop& loop : traceLoops(table, signs)) {

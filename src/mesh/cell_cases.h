@@ -9,11 +9,9 @@
 
 namespace pcl::mrf {
 
-/// A segment of the lattice that can carry a vertex. Corners of a cell are numbered by bits (x = 1, y = 2, z = 4); the
-/// edge leads from `corner` to `corner | direction`.
+/// An edge of a cell: from a corner along an axis to the next. Corners are numbered by bits (x = 1, y = 2, z = 4).
 struct CellEdge {
-  std::uint8_t corner;
-  std::uint8_t direction;
+  std::uint8_t corner, axis;
 };
 
 /// Polygons of one sign pattern: indices into CellTable::edges, counter-clockwise seen from the positive side.
@@ -24,8 +22,7 @@ struct CellCase {
 
 /// All cases. Bit c of a case is set if corner c is negative.
 struct CellTable {
-  std::vector<CellEdge> edges;
-  std::vector<std::uint8_t> directions; ///< the distinct directions of the edges, ascending
+  std::vector<CellEdge> edges; ///< by axes, then by corners
   std::array<CellCase, 256> cases;
 };
 

@@ -9,7 +9,6 @@
 
 #include <Eigen/Core>
 
-#include <cstdint>
 #include <vector>
 
 namespace pcl::mrf {

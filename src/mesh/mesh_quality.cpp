@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mesh/mesh_quality.h"
-
 #include "base/disjoint_sets.h"
 #include "base/loops.h"
 #include "mesh/mesh_topology.h"
@@ -282,13 +280,6 @@ MeshStatistics measure(const TriangleMesh& mesh, Execution& execution)
                                    [](std::int32_t component) { return component >= 0; });
   statistics.eulerCharacteristic = statistics.vertices - statistics.unusedVertices - statistics.edges + faces;
   return statistics;
-}
-
-std::int32_t connectedComponents(const TriangleMesh& mesh, std::vector<std::int32_t>& componentOfTriangle)
-{
-  Execution serial(1);
-  bool isTorn;
-  return groupTriangles(mesh, {}, serial, componentOfTriangle, isTorn);
 }
 
 } // namespace pcl::mrf

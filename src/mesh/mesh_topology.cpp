@@ -2,11 +2,9 @@
 #include "mesh/mesh_topology.h"
 
 #include "base/disjoint_sets.h"
-#include "base/loops.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <algorithm>
 #include <limits>
 #include <numeric>
 #include <string>

@@ -10,9 +10,7 @@
 
 #include <Eigen/Geometry>
 
-#include <algorithm>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 namespace pcl::mrf {

@@ -18,15 +18,6 @@ namespace {
 using Word = std::uint64_t;
 constexpr int wordBits = 64;
 
-int countBits(Word word)
-{
-  return __builtin_popcountll(word);
-}
-int lowestBit(Word word)
-{
-  return __builtin_ctzll(word);
-}
-
 /// Consecutive planes of a lattice.
 struct PlaneRange {
   int begin = 0, end = 0;
@@ -100,51 +91,44 @@ struct CellWord {
   }
 };
 
-/// Numbers the cut edges that start in some planes: one bit per voxel and direction, and the number of the first edge
-/// of each word. An edge's number is found by counting bits, so that no table of one index per edge is needed.
+/// Numbers the cut edges that start in some planes: one bit per voxel and axis, and the number of the first edge of
+/// each word. An edge's number is found by counting bits, so that no table of one index per edge is needed.
 class CutEdges {
 public:
   /// \pre signs cover one plane more than these, if the lattice has it
-  CutEdges(const SignBits& signs, const CellTable& table, GridSize size, PlaneRange planes)
-      : signs_(signs), directions_(table.directions), size_(size), slots_(table.directions.size())
-  {
-    slotOf_.fill(0);
-    for (std::size_t slot = 0; slot < slots_; ++slot)
-      slotOf_[directions_[slot]] = slot;
-    const std::size_t words = signs.index(0, 0, planes.end) * slots_;
-    cut_.assign(words, 0);
-    first_.assign(words, 0);
-  }
+  CutEdges(const SignBits& signs, GridSize size, PlaneRange planes)
+      : signs_(signs), size_(size), cut_(3 * signs.index(0, 0, planes.end), 0), first_(cut_.size(), 0)
+  {}
 
   /// Marks the edges that start in plane k. \return how many
   std::int64_t markPlane(int k)
   {
     std::int64_t count = 0;
-    forEachWord(k, [&](int w, int j, std::size_t slot, std::size_t at) {
-      const int dx = directions_[slot] & 1, dy = directions_[slot] >> 1 & 1, dz = directions_[slot] >> 2 & 1;
+    forEachWord(k, [&](int w, int j, int axis, std::size_t at) {
+      const int dx = axis == 0, dy = axis == 1, dz = axis == 2;
       if (j + dy < size_.y && k + dz < size_.z)
         cut_[at] = (signs_.shifted(w, 0, j, k) ^ signs_.shifted(w, dx, j + dy, k + dz)) & signs_.inRow(w, dx);
-      count += countBits(cut_[at]);
+      count += __builtin_popcountll(cut_[at]);
     });
     return count;
   }
 
-  /// Numbers the marked edges of plane k from `number` on and calls visit(number, i, j, k, direction) for each.
+  /// Numbers the marked edges of plane k from `number` on and calls visit(number, i, j, k, axis) for each.
   template <typename Visit>
   void numberPlane(int k, std::int32_t number, const Visit& visit)
   {
-    forEachWord(k, [&](int w, int j, std::size_t slot, std::size_t at) {
+    forEachWord(k, [&](int w, int j, int axis, std::size_t at) {
       first_[at] = number;
       for (Word bits = cut_[at]; bits != 0; bits &= bits - 1)
-        visit(number++, w * wordBits + lowestBit(bits), j, k, directions_[slot]);
+        visit(number++, w * wordBits + __builtin_ctzll(bits), j, k, axis);
     });
   }
 
   /// Number of the edge that starts at voxel (i, j, k). \pre it is cut
-  std::int32_t number(int i, int j, int k, std::uint8_t direction) const
+  std::int32_t number(int i, int j, int k, int axis) const
   {
-    const std::size_t at = signs_.index(i / wordBits, j, k) * slots_ + slotOf_[direction];
-    return first_[at] + countBits(cut_[at] & ((Word{1} << (i % wordBits)) - 1));
+    const std::size_t at = 3 * signs_.index(i / wordBits, j, k) + axis;
+    return first_[at] + __builtin_popcountll(cut_[at] & ((Word{1} << (i % wordBits)) - 1));
   }
 
 private:
@@ -153,15 +137,12 @@ private:
   {
     for (int j = 0; j < size_.y; ++j)
       for (int w = 0; w < signs_.wordsPerRow(); ++w)
-        for (std::size_t slot = 0; slot < slots_; ++slot)
-          body(w, j, slot, signs_.index(w, j, k) * slots_ + slot);
+        for (int axis = 0; axis < 3; ++axis)
+          body(w, j, axis, 3 * signs_.index(w, j, k) + axis);
   }
 
   const SignBits& signs_;
-  const std::vector<std::uint8_t>& directions_;
   GridSize size_;
-  std::size_t slots_;
-  std::array<std::size_t, 8> slotOf_;
   std::vector<Word> cut_;
   std::vector<std::int32_t> first_;
 };
@@ -184,9 +165,8 @@ std::int64_t accumulate(std::vector<std::int64_t>& counts, const char* what)
 
 class Polygonizer {
 public:
-  Polygonizer(const DistanceField& field, const CellTable& table, Execution& execution)
-      : field_(field), table_(table), execution_(execution), size_(field.lattice().size),
-        margin_(crossingMargin(field.lattice()))
+  Polygonizer(const DistanceField& field, Execution& execution)
+      : field_(field), execution_(execution), size_(field.lattice().size), margin_(crossingMargin(field.lattice()))
   {}
 
   TriangleMesh run()
@@ -196,7 +176,7 @@ public:
     std::vector<std::int64_t> firstTriangle(firstVertex_);
     forPieces([&](PlaneRange planes) {
       const SignBits signs(field_, {planes.begin, std::min(planes.end + 1, size_.z)});
-      CutEdges edges(signs, table_, size_, planes);
+      CutEdges edges(signs, size_, planes);
       for (int k = planes.begin; k < planes.end; ++k) {
         firstVertex_[k] = edges.markPlane(k);
         if (k + 1 < size_.z)
@@ -208,17 +188,17 @@ public:
 
     forPieces([&](PlaneRange planes) {
       const SignBits signs(field_, {planes.begin, std::min(planes.end + 1, size_.z)});
-      CutEdges edges(signs, table_, size_, planes);
-      number(edges, planes, [&](std::int32_t number, int i, int j, int k, std::uint8_t direction) {
-        mesh_.vertices[number] = crossing(i, j, k, direction);
+      CutEdges edges(signs, size_, planes);
+      number(edges, planes, [&](std::int32_t number, int i, int j, int k, int axis) {
+        mesh_.vertices[number] = crossing(i, j, k, axis);
       });
     });
     forPieces([&](PlaneRange planes) {
       // The cells above the last plane have edges in the next one.
       const PlaneRange ofEdges{planes.begin, std::min(planes.end + 1, size_.z)};
       const SignBits signs(field_, {planes.begin, std::min(planes.end + 2, size_.z)});
-      CutEdges edges(signs, table_, size_, ofEdges);
-      number(edges, ofEdges, [](std::int32_t, int, int, int, std::uint8_t) {});
+      CutEdges edges(signs, size_, ofEdges);
+      number(edges, ofEdges, [](std::int32_t, int, int, int, int) {});
       for (int k = planes.begin; k < std::min(planes.end, size_.z - 1); ++k)
         writeTriangles(signs, edges, k, mesh_.triangles.data() + firstTriangle[k]);
     });
@@ -265,9 +245,9 @@ private:
     return std::min(1. / 512 + 8 * rounding, .25);
   }
 
-  Eigen::Vector3f crossing(int i, int j, int k, std::uint8_t direction) const
+  Eigen::Vector3f crossing(int i, int j, int k, int axis) const
   {
-    const Eigen::Vector3i step(direction & 1, direction >> 1 & 1, direction >> 2 & 1);
+    const Eigen::Vector3i step = Eigen::Vector3i::Unit(axis);
     const double start = field_.distance(i, j, k);
     const double end = field_.distance(i + step.x(), j + step.y(), k + step.z());
     const double share = start / (start - end);
@@ -286,7 +266,7 @@ private:
       for (int w = 0; w < signs.wordsPerRow(); ++w) {
         const CellWord cells(signs, w, j, k);
         for (Word cut = cells.cut; cut != 0; cut &= cut - 1) {
-          const int bit = lowestBit(cut), i = w * wordBits + bit;
+          const int bit = __builtin_ctzll(cut), i = w * wordBits + bit;
           if (field_.hasCell(i, j, k))
             visit(table_.cases[cells.caseOf(bit)], i, j);
           else
@@ -308,8 +288,7 @@ private:
     forEachCutCell(signs, k, [&](const CellCase& cell, int i, int j) {
       const auto vertex = [&](std::uint8_t e) {
         const CellEdge edge = table_.edges[e];
-        return edges.number(i + (edge.corner & 1), j + (edge.corner >> 1 & 1), k + (edge.corner >> 2 & 1),
-                            edge.direction);
+        return edges.number(i + (edge.corner & 1), j + (edge.corner >> 1 & 1), k + (edge.corner >> 2 & 1), edge.axis);
       };
       for (const auto& quad : cell.quads) {
         const std::int32_t a = vertex(quad[0]), b = vertex(quad[1]), c = vertex(quad[2]), d = vertex(quad[3]);
@@ -328,7 +307,7 @@ private:
   }
 
   const DistanceField& field_;
-  const CellTable& table_;
+  const CellTable& table_ = cubeTable();
   Execution& execution_;
   GridSize size_;
   double margin_;
@@ -337,12 +316,12 @@ private:
   TriangleMesh mesh_;
 };
 
-TriangleMesh polygonizePiece(const DistanceField& field, const CellTable& table, Execution& execution)
+TriangleMesh polygonizePiece(const DistanceField& field, Execution& execution)
 {
   const AxisOrder axes = field.axes();
   if (axes.isNatural())
-    return Polygonizer(field, table, execution).run();
-  TriangleMesh mesh = Polygonizer(field.inStoredAxes(), table, execution).run();
+    return Polygonizer(field, execution).run();
+  TriangleMesh mesh = Polygonizer(field.inStoredAxes(), execution).run();
   for (Eigen::Vector3f& vertex : mesh.vertices)
     vertex = axes.fromStored(vertex);
   if (axes.isMirrored())
@@ -369,10 +348,9 @@ TriangleMesh polygonize(const DistanceField& field, Execution& execution)
 {
   if (field.empty())
     return {};
-  const CellTable& table = cubeTable();
-  TriangleMesh mesh = polygonizePiece(field, table, execution);
+  TriangleMesh mesh = polygonizePiece(field, execution);
   for (const DistanceField& piece : field.otherPieces())
-    append(mesh, polygonizePiece(piece, table, execution));
+    append(mesh, polygonizePiece(piece, execution));
   return mesh;
 }
 

@@ -10,9 +10,6 @@
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
-#include <array>
-#include <cstdint>
-#include <functional>
 #include <vector>
 
 namespace pcl::mrf {

@@ -7,13 +7,9 @@
 #include "field/prior.h"
 #include "observation/observation.h"
 
-#include <pcl/surface/mrf/options.h>
+#include <Eigen/Geometry>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -75,29 +71,17 @@ private:
   const PointsOnLattice& seen_;
 };
 
-struct CubeBounds {
-  Eigen::Array3i lower = Eigen::Array3i::Constant(std::numeric_limits<int>::max()), upper = -lower;
-
-  void include(const CubeBounds& other)
-  {
-    lower = lower.min(other.lower);
-    upper = upper.max(other.upper);
-  }
-};
-
 /// Of the cubes that samples lie in.
 template <typename SampleAt>
-CubeBounds bounds(std::size_t count, const SampleAt& sampleAt, float side, Execution& execution)
+Eigen::AlignedBox3i bounds(std::size_t count, const SampleAt& sampleAt, float side, Execution& execution)
 {
-  CubeBounds result;
-  for (const CubeBounds& piece :
-       partsOf<CubeBounds>(execution, count, sampleGrain, [&](CubeBounds&own, std::size_t begin, std::size_t end) {
-         for (std::size_t s = begin; s < end; ++s) {
-           const Eigen::Array3i cube = cubeOf(sampleAt(s), side);
-           own.include({cube, cube});
-         }
+  using Box = Eigen::AlignedBox3i;
+  Box result;
+  for (const Box& piece : partsOf<Box>(execution, count, sampleGrain, [&](Box&own, std::size_t begin, std::size_t end) {
+         for (std::size_t s = begin; s < end; ++s)
+           own.extend(cubeOf(sampleAt(s), side).matrix());
        }))
-    result.include(piece);
+    result.extend(piece);
   return result;
 }
 
@@ -111,10 +95,10 @@ struct CubeOrder {
   {
     if (count == 0)
       return;
-    const CubeBounds range = bounds(count, sampleAt, side, execution);
-    const Eigen::Array<std::uint64_t, 3, 1> size = (range.upper - range.lower + 1).cast<std::uint64_t>();
+    const Eigen::AlignedBox3i range = bounds(count, sampleAt, side, execution);
+    const Eigen::Array<std::uint64_t, 3, 1> size = (range.sizes().array() + 1).cast<std::uint64_t>();
     forEach(execution, count, sampleGrain, [&](std::size_t s) {
-      const Eigen::Array3i own = cubeOf(sampleAt(s), side) - range.lower;
+      const Eigen::Array3i own = cubeOf(sampleAt(s), side) - range.min().array();
       const Eigen::Array<std::uint64_t, 3, 1> cube = own.cast<std::uint64_t>();
       keys[s] = cube.x() + size.x() * (cube.y() + size.y() * cube.z());
       order[s] = static_cast<std::uint32_t>(s);

@@ -7,7 +7,6 @@
 #include <pcl/surface/mrf/options.h>
 
 #include <optional>
-#include <string>
 
 namespace pcl::mrf {
 namespace {

@@ -3,9 +3,6 @@
 
 #include "base/disjoint_sets.h"
 #include "base/loops.h"
-#include "orientation/orientation.h"
-
-#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,6 @@
 #include "orientation/orientation_graph.h"
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 

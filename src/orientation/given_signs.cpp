@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
-#include <vector>
 
 namespace pcl::mrf {
 namespace {

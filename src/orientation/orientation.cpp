@@ -7,7 +7,7 @@
 #include "orientation/facing_sides.h"
 #include "orientation/orientation_graph.h"
 #include "orientation/orientation_sides.h"
-#include "points/deviations.h"
+#include "points/noise.h"
 #include "points/sampling_density.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -16,8 +16,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <sstream>
 #include <utility>
 
 namespace pcl::mrf {
@@ -98,7 +96,7 @@ private:
   /// By the cosine: a surface seen at a grazing angle hardly tells which side it shows.
   Vote towardsSensor(std::size_t i) const
   {
-    const Eigen::Vector3f sight = sensorOf(points_.positions, points_.views, points_.sensors, i) - points_.positions[i];
+    const Eigen::Vector3f sight = sensorOf(points_, i) - points_.positions[i];
     const double length = sight.norm();
     const double cosine = length > 0 ? normals_[i].dot(sight) / length : 0;
     return {cosine, std::abs(cosine)};

@@ -6,7 +6,6 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>

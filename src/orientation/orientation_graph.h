@@ -10,7 +10,6 @@
 #include "base/disjoint_sets.h"
 #include "points/reach.h"
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>

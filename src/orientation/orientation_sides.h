@@ -9,9 +9,7 @@
 
 #include "orientation/orientation_graph.h"
 
-#include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 namespace pcl::mrf {

@@ -6,7 +6,7 @@
 #include "options/stage_timer.h"
 #include "orientation/given_signs.h"
 #include "orientation/orientation.h"
-#include "points/deviations.h"
+#include "points/noise.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -62,7 +62,7 @@ std::vector<float> knownByRange(const NoiseLaw& law, const OrientedPoints& point
     throw InvalidOption("observation.noiseModel = " + options.observation.noiseModel +
                         " tells the noise by the range, and nothing tells where the sensor was; give its position "
                         "(RawCloud::sensors), or constant:S");
-  return deviationsByLaw(law, points.positions, {}, points.sensors, execution);
+  return deviationsByLaw(law, points, execution);
 }
 
 } // namespace
@@ -95,15 +95,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
   report.points.used = static_cast<std::int64_t>(points.size());
 
   OrientedPoints result;
-  result.positions = std::move(points.positions);
-  result.normals = std::move(points.normals);
-  result.confidences = std::move(points.confidences);
-  result.deviations = std::move(points.deviations);
-  result.views = std::move(points.views);
-  result.spacings = std::move(points.spacings);
-  result.origins = std::move(points.origins);
-  result.sensors = std::move(points.sensors);
-  result.offset = points.offset;
+  static_cast<PointArrays&>(result) = std::move(points);
   report.sensorSupposed = options.orientation.sensorOrigin && result.sensors.empty() &&
                           isSeenFromOrigin(result.positions, result.normals, result.offset, execution);
   if (report.sensorSupposed)

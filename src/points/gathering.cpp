@@ -5,7 +5,7 @@
 #include "base/select_values.h"
 #include "base/spatial_sort.h"
 #include "options/noise_law.h"
-#include "points/deviations.h"
+#include "points/noise.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
@@ -18,6 +18,9 @@
 namespace pcl::mrf {
 namespace {
 
+/// Points per piece of parallel work.
+constexpr std::int64_t gatheringGrain = 1 << 14;
+
 bool isUsable(const Eigen::Vector3f& normal)
 {
   return normal.allFinite() && normal.cast<double>().norm() > 1e-6;
@@ -27,9 +30,8 @@ bool isUsable(const Eigen::Vector3f& normal)
 bool hasUsableNormals(const std::vector<Eigen::Vector3f>& normals, const std::vector<std::uint8_t>& keep,
                       Execution& execution)
 {
-  constexpr std::int64_t grain = 1 << 14;
-  return execution.sum(static_cast<std::int64_t>(normals.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+  return execution.sum(normals.size(), gatheringGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
       if (keep[i] && isUsable(normals[i]))
         return 1.;
     return 0.;
@@ -97,12 +99,8 @@ template <typename Value, typename Change>
 std::vector<Value> ordered(std::vector<Value>& values, const std::vector<std::uint32_t>& origins, Execution& execution,
                            const Change& change)
 {
-  constexpr std::int64_t grain = 1 << 14;
   std::vector<Value> result(values.empty() ? 0 : origins.size());
-  execution.forRange(static_cast<std::int64_t>(result.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
-      result[n] = change(values[origins[n]]);
-  });
+  forEach(execution, result.size(), gatheringGrain, [&](std::size_t n) { result[n] = change(values[origins[n]]); });
   values = std::vector<Value>();
   return result;
 }
@@ -189,11 +187,8 @@ PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Exe
   const BoundingBox box = boundingBox(points.positions);
   points.resolution = std::max(resolutionOf(box), cloud.resolution);
   const Eigen::Vector3d center = .5 * (box.lower.cast<double>() + box.upper.cast<double>());
-  constexpr std::int64_t grain = 1 << 14;
-  execution.forRange(static_cast<std::int64_t>(points.size()), grain, [&](std::int64_t begin, std::int64_t end) {
-    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n)
-      points.positions[n] = (points.positions[n].cast<double>() - center).cast<float>();
-  });
+  forEach(execution, points.size(), gatheringGrain,
+          [&](std::size_t n) { points.positions[n] = (points.positions[n].cast<double>() - center).cast<float>(); });
   points.offset = cloud.offset + center;
   for (const Eigen::Vector3d& sensor : sensorsOf(cloud, options)) {
     requireSensor(sensor - points.offset, points.sensors.size());
@@ -201,7 +196,7 @@ PointSet gather(RawCloud cloud, const Options& options, PointCounts& counts, Exe
   }
   points.hasSensorOrigin = points.sensors.size() > cloud.sensors.size();
   if (const auto law = noiseLaw(options.observation.noiseModel))
-    points.deviations = deviationsByLaw(*law, points.positions, points.views, points.sensors, execution);
+    points.deviations = deviationsByLaw(*law, points, execution);
   return points;
 }
 

@@ -62,9 +62,9 @@ template <std::size_t k>
 void nearest(std::size_t count, Coordinates candidates, Coordinates queries, float* result)
 {
 #ifdef MRF_HAS_MULTIVERSIONING
-  if (instructionSet() == InstructionSet::avx512)
+  if (instructionSet == InstructionSet::avx512)
     return nearestAvx512<k>(count, candidates, queries, result);
-  if (instructionSet() == InstructionSet::avx2)
+  if (instructionSet == InstructionSet::avx2)
     return nearestAvx2<k>(count, candidates, queries, result);
 #endif
   nearestBody<Lanes4, k>(count, candidates, queries, result);

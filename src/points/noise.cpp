@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "points/noise.h"
 
+#include "base/loops.h"
 #include "base/select_values.h"
 
 #include <Eigen/Cholesky>
@@ -304,9 +305,9 @@ void measureGroups(const OrientedPoints& points, const NeighborSearch& search, d
 {
   const std::size_t count = std::min(points.size(), most);
   std::vector<Sample> samples(count);
-  execution.forRange(static_cast<std::int64_t>(count), 64, [&](std::int64_t begin, std::int64_t end) {
+  execution.forRange(count, 64, [&](std::size_t begin, std::size_t end) {
     Neighbors found;
-    for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
+    for (std::size_t n = begin; n < end; ++n) {
       const std::size_t point = n * points.size() / count;
       samples[n] = measure(points, search, point, found);
       samples[n].key = keyOf(model, points, point);
@@ -382,11 +383,35 @@ void setDeviations(OrientedPoints& points, const NoiseModel& model, Execution& e
   if (!points.deviations.empty())
     return;
   std::vector<float> deviations(points.size());
-  execution.forRange(static_cast<std::int64_t>(points.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      deviations[i] = static_cast<float>(model.deviationAt(points, i));
-  });
+  forEach(execution, points.size(), 4096,
+          [&](std::size_t i) { deviations[i] = static_cast<float>(model.deviationAt(points, i)); });
   points.deviations = std::move(deviations);
+}
+
+const Eigen::Vector3f& sensorOf(const PointArrays& points, std::size_t point)
+{
+  const std::vector<Eigen::Vector3f>& sensors = points.sensors;
+  if (!points.views.empty() && points.views[point] >= 0 &&
+      static_cast<std::size_t>(points.views[point]) < sensors.size())
+    return sensors[points.views[point]];
+  const auto distance = [&](const Eigen::Vector3f& sensor) { return (sensor - points.positions[point]).squaredNorm(); };
+  return *std::min_element(sensors.begin(), sensors.end(), [&](const Eigen::Vector3f& s, const Eigen::Vector3f& t) {
+    return distance(s) < distance(t);
+  });
+}
+
+std::vector<float> deviationsByLaw(const NoiseLaw& law, const PointArrays& points, Execution& execution)
+{
+  std::vector<float> deviations;
+  if (points.sensors.empty() || !law.isByRange())
+    return deviations;
+  deviations.resize(points.size());
+  forEach(execution, deviations.size(), 1 << 14, [&](std::size_t i) {
+    const double range = (points.positions[i] - sensorOf(points, i)).norm();
+    // A point at its sensor has a range of 0, where a law without a constant knows no noise.
+    deviations[i] = std::max(static_cast<float>(law.deviation(range)), std::numeric_limits<float>::min());
+  });
+  return deviations;
 }
 
 } // namespace pcl::mrf

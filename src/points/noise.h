@@ -14,6 +14,8 @@
 /// of equal spacing where no sensor is known, in groups of which each has numbers of its own.
 #pragma once
 
+#include "options/noise_law.h"
+
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
@@ -65,5 +67,11 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
 /// Sets the deviations of the points, unless they are known, and that of the median point, by which they weigh.
 /// \pre as that of deviationAt
 void setDeviations(OrientedPoints& points, const NoiseModel& model, Execution& execution);
+
+/// The sensor that saw a point: of its view, or the nearest one where the view is not known. \pre there are sensors
+const Eigen::Vector3f& sensorOf(const PointArrays& points, std::size_t point);
+
+/// σ of each point, cloud's unit; none if there are no sensors, or the law is none of the range.
+std::vector<float> deviationsByLaw(const NoiseLaw& law, const PointArrays& points, Execution& execution);
 
 } // namespace pcl::mrf

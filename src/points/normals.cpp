@@ -18,7 +18,6 @@
 #include <cmath>
 #include <memory>
 #include <numeric>
-#include <sstream>
 
 namespace pcl::mrf {
 namespace {
@@ -113,25 +112,24 @@ void fitWithin(const PointSet& points, const NeighborSearch& search, float radiu
     PointCloud<Normal> normals;
     estimation.compute(normals);
     lent->rethrow();
-    execution.forRange(
-        static_cast<std::int64_t>(normals.size()), normalGrain, [&](std::int64_t begin, std::int64_t end) {
-          Neighbors found;
-          for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-            const std::size_t i = first + n;
-            const Eigen::Vector3f& position = points.positions[i];
-            Plane plane;
-            if (isFinite(normals[n])) {
-              plane.normal = normals[n].getNormalVector3fMap().cast<double>();
-              plane.thirdShare = normals[n].curvature;
-              if (options.noiseCriteria) // PCL's keeps the plane's distance from the origin to itself
-                plane.distance = distanceFromMean(points, search, i, radius, plane.normal, found);
-            } else if (!options.noiseCriteria) {
-              const auto number = static_cast<std::size_t>(search.nearest(position, minNeighbors, found));
-              plane = fitPlane(points.positions, found.indices.data(), number, position);
-            }
-            estimates.set(i, plane);
-          }
-        });
+    execution.forRange(normals.size(), normalGrain, [&](std::size_t begin, std::size_t end) {
+      Neighbors found;
+      for (std::size_t n = begin; n < end; ++n) {
+        const std::size_t i = first + n;
+        const Eigen::Vector3f& position = points.positions[i];
+        Plane plane;
+        if (isFinite(normals[n])) {
+          plane.normal = normals[n].getNormalVector3fMap().cast<double>();
+          plane.thirdShare = normals[n].curvature;
+          if (options.noiseCriteria) // PCL's keeps the plane's distance from the origin to itself
+            plane.distance = distanceFromMean(points, search, i, radius, plane.normal, found);
+        } else if (!options.noiseCriteria) {
+          const auto number = static_cast<std::size_t>(search.nearest(position, minNeighbors, found));
+          plane = fitPlane(points.positions, found.indices.data(), number, position);
+        }
+        estimates.set(i, plane);
+      }
+    });
     execution.poll();
   }
 }
@@ -204,23 +202,22 @@ void grow(const PointSet& points, const NeighborSearch& search, float noise, std
     }
     const std::vector<Eigen::Vector3f>& positions = share > 1 ? thinned : points.positions;
     const NeighborSearch& own = share > 1 ? *thinnedSearch : search;
-    execution.forRange(
-        static_cast<std::int64_t>(growing.size()), normalGrain, [&](std::int64_t begin, std::int64_t end) {
-          Neighbors found;
-          for (auto n = static_cast<std::size_t>(begin); n < static_cast<std::size_t>(end); ++n) {
-            Growing& now = growing[n];
-            const Eigen::Vector3f& position = points.positions[now.point];
-            for (; now.size <= share * max && !now.best.isSound(); now.size *= 2) {
-              const auto number =
-                  static_cast<std::size_t>(own.nearest(position, static_cast<int>(now.size / share), found));
-              const Plane plane = fitPlane(positions, found.indices.data(), number, position);
-              if (plane.secondToFirst > now.best.secondToFirst)
-                now.best = plane;
-              if (now.size >= widest)
-                break;
-            }
-          }
-        });
+    execution.forRange(growing.size(), normalGrain, [&](std::size_t begin, std::size_t end) {
+      Neighbors found;
+      for (std::size_t n = begin; n < end; ++n) {
+        Growing& now = growing[n];
+        const Eigen::Vector3f& position = points.positions[now.point];
+        for (; now.size <= share * max && !now.best.isSound(); now.size *= 2) {
+          const auto number =
+              static_cast<std::size_t>(own.nearest(position, static_cast<int>(now.size / share), found));
+          const Plane plane = fitPlane(positions, found.indices.data(), number, position);
+          if (plane.secondToFirst > now.best.secondToFirst)
+            now.best = plane;
+          if (now.size >= widest)
+            break;
+        }
+      }
+    });
     execution.poll();
     const auto isDone = [&](const Growing& now) {
       if (!now.best.isSound() && now.size < widest)

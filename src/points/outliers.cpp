@@ -5,7 +5,6 @@
 #include "base/select_values.h"
 #include "points/local_plane.h"
 #include "points/pcl_search.h"
-#include "points/sampling_density.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -22,7 +21,6 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
-#include <sstream>
 
 namespace pcl::mrf {
 namespace {
@@ -119,14 +117,6 @@ bool isOnSurface(const PointSet& points, const NeighborSearch& search, std::uint
   });
 }
 
-/// The quantile of values that are not negative.
-float quantile(std::vector<float> values, double share)
-{
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 /// A point far from its neighbors, and those of them that a surface goes through with it.
 struct FarPoint {
   std::uint32_t index;
@@ -146,12 +136,12 @@ std::vector<FarPoint> findFar(const PointSet& points, const std::vector<float>& 
   // A point closer to its neighbors than this is not far beside anything: no others are looked at.
   const float closest = factor * quantile(means, .05);
   std::mutex mutex;
-  forRangePolling(execution, static_cast<std::int64_t>(means.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+  forRangePolling(execution, means.size(), 4096, [&](std::uint32_t begin, std::uint32_t end) {
     Neighbors found;
     std::vector<float> around;
     std::vector<FarPoint> here;
     Coherence coherence(points, search);
-    for (auto i = static_cast<std::uint32_t>(begin); i < static_cast<std::uint32_t>(end); ++i) {
+    for (std::uint32_t i = begin; i < end; ++i) {
       if (!(means[i] > closest))
         continue;
       search.nearest(points.positions[i], measuredNeighbors + 1, found);
@@ -206,27 +196,7 @@ std::vector<std::uint8_t> keptByStatistics(const PointSet& points)
   return keep;
 }
 
-/// Clears the flags that another criterion has cleared. \return how many
-std::int64_t intersect(std::vector<std::uint8_t>& keep, const std::vector<std::uint8_t>& other)
-{
-  std::int64_t dropped = 0;
-  for (std::size_t i = 0; i < keep.size(); ++i)
-    if (keep[i] && !other[i]) {
-      keep[i] = 0;
-      ++dropped;
-    }
-  return dropped;
-}
-
 } // namespace
-
-OutlierResult findOutliers(const PointSet& points, const NeighborSearch& search, const OutlierOptions& options,
-                           Execution& execution)
-{
-  return findOutliers(
-      points, options.alone && points.size() > 1 ? measureNeighbors(points, search, execution) : NeighborDistances(),
-      search, options, execution);
-}
 
 OutlierResult findOutliers(const PointSet& points, const NeighborDistances& distances, const NeighborSearch& search,
                            const OutlierOptions& options, Execution& execution)
@@ -235,12 +205,15 @@ OutlierResult findOutliers(const PointSet& points, const NeighborDistances& dist
   result.keep.assign(points.size(), 1);
   if (points.size() < 2)
     return result;
+  const auto dropOthers = [&](const std::vector<std::uint8_t>& kept) {
+    return dropWhere(
+        result.keep, [&](std::size_t i) { return !kept[i]; }, execution);
+  };
   if (options.alone)
-    result.droppedAlone =
-        intersect(result.keep, keptByNeighbors(points, distances.mean, search, aloneFactor, execution));
+    result.droppedAlone = dropOthers(keptByNeighbors(points, distances.mean, search, aloneFactor, execution));
   execution.poll();
   if (options.statistical)
-    result.droppedByStatistics = intersect(result.keep, keptByStatistics(points));
+    result.droppedByStatistics = dropOthers(keptByStatistics(points));
   return result;
 }
 

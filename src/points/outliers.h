@@ -34,10 +34,6 @@ struct OutlierResult {
 /// PCL's criterion is not robust: a few far outliers inflate its standard deviation until nothing is dropped.
 /// Duplicates count as neighbors at distance 0.
 /// \param search holds exactly points.positions
-OutlierResult findOutliers(const PointSet& points, const NeighborSearch& search, const OutlierOptions& options,
-                           Execution& execution);
-
-/// The same from distances that have been measured, or none, if no point is to be alone.
 OutlierResult findOutliers(const PointSet& points, const NeighborDistances& distances, const NeighborSearch& search,
                            const OutlierOptions& options, Execution& execution);
 

@@ -3,12 +3,8 @@
 
 #include "points/nearest_kernels.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
-#include <iterator>
-#include <utility>
 
 namespace pcl::mrf {
 namespace {

@@ -1,19 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/point_set.h>
 
-#include "base/point_count.h"
 #include "base/select_values.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <utility>
-
 namespace pcl::mrf {
 namespace {
 
-/// What points have with and without an orientation. \param which flags or indices \param selected may be the points
-template <typename Points, typename Which>
-void selectCommon(const Points& points, const Which& which, Points& selected)
+/// \param which flags or indices \param selected may be the points
+template <typename Which>
+void selectArrays(const PointArrays& points, const Which& which, PointArrays& selected)
 {
   selected.positions = selectValues(points.positions, which);
   selected.normals = selectValues(points.normals, which);
@@ -31,28 +28,20 @@ void selectCommon(const Points& points, const Which& which, Points& selected)
 PointSet select(PointSet points, const std::vector<std::uint8_t>& keep)
 {
   points.gathered = points.wholeSize();
-  selectCommon(points, keep, points);
+  selectArrays(points, keep, points);
   return points;
 }
 
-OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep)
+OrientedPoints select(OrientedPoints points, const std::vector<std::uint8_t>& keep)
 {
-  OrientedPoints kept;
-  selectCommon(points, keep, kept);
-  kept.typicalDeviation = points.typicalDeviation;
-  return kept;
-}
-
-OrientedPoints select(OrientedPoints&& points, const std::vector<std::uint8_t>& keep)
-{
-  selectCommon(points, keep, points);
-  return std::move(points);
+  selectArrays(points, keep, points);
+  return points;
 }
 
 OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint32_t>& indices)
 {
   OrientedPoints selected;
-  selectCommon(points, indices, selected);
+  selectArrays(points, indices, selected);
   selected.typicalDeviation = points.typicalDeviation;
   return selected;
 }

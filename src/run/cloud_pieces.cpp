@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/cloud_pieces.h"
 
-#include "levels/multiscale.h"
 #include "options/stage_timer.h"
 #include "pilot/volume.h"
 #include "run/pieces.h"

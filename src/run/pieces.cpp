@@ -5,11 +5,11 @@
 #include "base/disjoint_sets.h"
 #include "points/preprocessing.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
-#include <utility>
 
 namespace pcl::mrf {
 namespace {
@@ -26,21 +26,19 @@ constexpr double gapPerDiagonal = 4;
 
 struct Group {
   std::int64_t points = 0;
-  Eigen::Array3f lower = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity()), upper = -lower;
+  Eigen::AlignedBox3f box;
 
   void add(const Eigen::Vector3f& position)
   {
     ++points;
-    lower = lower.min(position.array());
-    upper = upper.max(position.array());
+    box.extend(position);
   }
   void add(const Group& other)
   {
     points += other.points;
-    lower = lower.min(other.lower);
-    upper = upper.max(other.upper);
+    box.extend(other.box);
   }
-  double diagonal() const { return (upper - lower).cast<double>().matrix().norm(); }
+  double diagonal() const { return box.sizes().cast<double>().norm(); }
 };
 
 /// The occupied cells of a grid, and what is in each.

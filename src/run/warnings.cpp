@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <sstream>
 #include <utility>
-#include <vector>
 
 namespace pcl::mrf {
 

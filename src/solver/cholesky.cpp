@@ -9,7 +9,6 @@
 #include "solver/nested_dissection.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/report.h>
 
 #include <cmath>
 #include <string>

@@ -6,7 +6,6 @@
 #include <suitesparse/cholmod.h>
 
 #include <algorithm>
-#include <memory>
 
 extern "C" {
 // Of OpenBLAS, if that is the system's BLAS.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "solver/conjugate_gradients.h"
+#include "solver/linear_system.h"
 
 #include "base/vector_kernels.h"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/grid_operator.h"
 
+#include "base/loops.h"
 #include "solver/wavefront.h"
 
 #include <algorithm>
@@ -122,11 +123,8 @@ GridOperator::GridOperator(const SolverGrid& grid, const PriorConstants& prior, 
   const auto largest = static_cast<float>(1.01 * (std::pow(12.0, prior.order) + 12 * tension_));
   sumLayers(
       voxels(), [this](int z, float* y, float* yAbove) { grid_.data->addRowSums(z, y, yAbove); }, inverseD_, execution);
-  execution.forRange(static_cast<std::int64_t>(inverseD_.size()), grainValues,
-                     [&](std::int64_t begin, std::int64_t end) {
-                       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-                         inverseD_[i] = 1 / (largest + inverseD_[i]);
-                     });
+  forEach(execution, inverseD_.size(), grainValues,
+          [&](std::size_t i) { inverseD_[i] = 1 / (largest + inverseD_[i]); });
   unobserved_ = 1 / largest * .9999f;
   // The membrane's correction in a band is held at zero around it.
   if (prior.order > 1 || grid.isWhole)

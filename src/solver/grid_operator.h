@@ -5,7 +5,7 @@
 
 #include "base/arrays.h"
 #include "field/grid_transfer.h"
-#include "field/prior_constants.h"
+#include "field/prior.h"
 #include "field/voxel_set.h"
 #include "solver/grid_data.h"
 

@@ -6,7 +6,6 @@
 #include "solver/v_cycle.h"
 
 #include <pcl/surface/mrf/exceptions.h>
-#include <pcl/surface/mrf/report.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,10 +2,7 @@
 #include "solver/grids.h"
 
 #include "field/prior.h"
-#include "observation/observation.h"
 #include "solver/linear_system.h"
-
-#include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>

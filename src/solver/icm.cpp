@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "solver/icm.h"
+#include "solver/linear_system.h"
 
 #include "field/prior.h"
 #include "solver/grid_operator.h"
 
 #include <pcl/surface/mrf/report.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numeric>

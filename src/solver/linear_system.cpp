@@ -4,7 +4,6 @@
 #include "base/floor.h"
 #include "base/vector_kernels.h"
 #include "field/prior.h"
-#include "observation/observation.h"
 #include "options/validation.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -16,7 +15,6 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <utility>
 
 namespace pcl::mrf {
 namespace {

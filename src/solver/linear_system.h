@@ -79,6 +79,22 @@ inline bool solvesPlainly(const SolverOptions& solver, const PriorOptions& prior
 SolveReport solve(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                   Execution& execution);
 
+/// Iterated conditional modes (paper Sec. 3.4): minimizes the energy over one voxel at a time given the others. Stops
+/// on SolverOptions::changeTolerance.
+///
+/// SolverMethod::icm visits the voxels in an order that is drawn anew for every sweep, one after the other, as the
+/// paper does. SolverMethod::icmColors cuts them into classes of voxels that do not interact and draws the order of the
+/// classes: the members of one are updated together, the same as in any order among them. Both depend on the seed, not
+/// on the number of threads.
+SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
+                     Execution& execution);
+
+/// Fletcher–Reeves conjugate gradients (paper Sec. 3.4): minimizes the energy along conjugate directions without a
+/// preconditioner. The energy is quadratic, so the line search is exact and the method is linear conjugate gradients.
+/// Stops on SolverOptions::residualTolerance.
+SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
+                                    Execution& execution);
+
 /// ½ dᵀA d − bᵀd per voxel: what every solver lowers.
 double energy(const LinearSystem& system, const std::vector<double>& d, Execution& execution);
 

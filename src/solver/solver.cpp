@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "options/validation.h"
 #include "solver/cholesky.h"
-#include "solver/conjugate_gradients.h"
-#include "solver/icm.h"
 #include "solver/linear_system.h"
 
 #include <pcl/surface/mrf/exceptions.h>

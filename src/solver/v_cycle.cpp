@@ -3,8 +3,6 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <cmath>
-
 namespace pcl::mrf {
 namespace {
 

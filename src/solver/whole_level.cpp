@@ -3,8 +3,6 @@
 
 #include "solver/grid_solver.h"
 
-#include <pcl/surface/mrf/report.h>
-
 #include <utility>
 
 namespace pcl::mrf {

@@ -3,7 +3,6 @@
 
 #include "base/module.h"
 #include "tiles/do_task.h"
-#include "tiles/one_process.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/byte_writer.h"
-#include "tiles/one_process.h"
+#include "tiles/do_task.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/execution.h>
@@ -19,7 +19,6 @@
 #include <filesystem>
 #include <fstream>
 #include <initializer_list>
-#include <iterator>
 #include <optional>
 #include <sstream>
 #include <string_view>

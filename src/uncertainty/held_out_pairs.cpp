@@ -7,12 +7,10 @@
 #include "solver/whole_level.h"
 
 #include <pcl/surface/mrf/distance_field.h>
-#include <pcl/surface/mrf/options.h>
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <random>
 #include <set>

@@ -3,8 +3,6 @@
 
 #include "base/loops.h"
 
-#include <pcl/surface/mrf/report.h>
-
 #include <boost/math/distributions/students_t.hpp>
 #include <Eigen/Geometry>
 

@@ -5,8 +5,6 @@
 #include "field/prior.h"
 #include "solver/grid_solver.h"
 
-#include <pcl/surface/mrf/options.h>
-
 #include <algorithm>
 
 namespace pcl::mrf {

@@ -5,8 +5,6 @@
 #include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/uncertainty_evidence.h"
 
-#include <pcl/surface/mrf/report.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

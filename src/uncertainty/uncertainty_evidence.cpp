@@ -9,13 +9,11 @@
 #include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/posterior_draws.h"
 
-#include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 
 namespace pcl::mrf {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The hot loops exist for several instruction sets: each gives the same bytes, loop by loop and as a whole mesh.
-#include "base/instruction_set.h"
+#include "base/multiversioning.h"
 #include "base/vector_kernels.h"
 #include "solver/grid_solver.h"
 #include "support/contract.h"
@@ -27,10 +27,10 @@ std::vector<InstructionSet> available()
 /// Leaves the set as it was.
 class InstructionSets : public testing::Test {
 protected:
-  void TearDown() override { setInstructionSet(before_); }
+  void TearDown() override { pcl::mrf::instructionSet = before_; }
 
 private:
-  InstructionSet before_ = pcl::mrf::instructionSet();
+  InstructionSet before_ = pcl::mrf::instructionSet;
 };
 
 template <typename Real>
@@ -83,7 +83,7 @@ void expectSameMesh(bool levelsInBands, const pcl::mrf::Options& given)
     options.multiscale.denseVoxels = 1000;
   pcl::mrf::TriangleMesh first;
   for (const InstructionSet set : available()) {
-    setInstructionSet(set);
+    pcl::mrf::instructionSet = set;
     contract::Mrf mrf;
     mrf.setOptions(options);
     mrf.setInputCloud(contract::sphereCloud());
@@ -104,16 +104,16 @@ TEST_F(InstructionSets, EnvironmentLimitsThem)
   EXPECT_LE(widestInstructionSet("avx2"), InstructionSet::avx2);
   EXPECT_EQ(widestInstructionSet("avx512"), widestInstructionSet(""));
   const char* limit = std::getenv("MRF_SIMD");
-  EXPECT_EQ(pcl::mrf::instructionSet(), widestInstructionSet(limit != nullptr ? limit : ""));
+  EXPECT_EQ(pcl::mrf::instructionSet, widestInstructionSet(limit != nullptr ? limit : ""));
 }
 
 TEST_F(InstructionSets, LoopsOfTheSolverGiveTheSameBytes)
 {
-  setInstructionSet(InstructionSet::baseline);
+  pcl::mrf::instructionSet = InstructionSet::baseline;
   const std::vector<float> singles = vectorResults<float>(), field = gridResults();
   const std::vector<double> doubles = vectorResults<double>();
   for (const InstructionSet set : available()) {
-    setInstructionSet(set);
+    pcl::mrf::instructionSet = set;
     EXPECT_TRUE(sameBytes(vectorResults<float>(), singles)) << static_cast<int>(set);
     EXPECT_TRUE(sameBytes(vectorResults<double>(), doubles)) << static_cast<int>(set);
     EXPECT_TRUE(sameBytes(gridResults(), field)) << static_cast<int>(set);

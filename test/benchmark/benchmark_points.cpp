@@ -58,7 +58,10 @@ void outliers(benchmark::State& state)
 {
   const Cloud& cloud = inputOf<Cloud>(state.range(0));
   OutlierResult result;
-  runOnPoints(state, [&](Execution& execution) { result = findOutliers(cloud.points, *cloud.search, {}, execution); });
+  runOnPoints(state, [&](Execution& execution) {
+    result = findOutliers(cloud.points, measureNeighbors(cloud.points, *cloud.search, execution), *cloud.search, {},
+                          execution);
+  });
   state.counters["error"] = static_cast<double>(result.droppedAlone); // there are none
 }
 

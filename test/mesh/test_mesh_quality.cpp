@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "mesh/mesh_quality.h"
+#include "mesh/mesh_topology.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
 
@@ -225,7 +225,9 @@ TEST(MeshQuality, anyIndicesAndPositionsAreSurvived)
   EXPECT_TRUE(s.manifold() && s.closed());
   EXPECT_NEAR(s.volume, 1. / 6, 1e-12);
   std::vector<std::int32_t> component;
-  EXPECT_EQ(connectedComponents(mesh, component), 1);
+  Execution serial(1);
+  bool isTorn;
+  EXPECT_EQ(groupTriangles(mesh, {}, serial, component, isTorn), 1);
   EXPECT_EQ(component, (std::vector<std::int32_t>{0, 0, 0, 0, -1, -1, -1, -1}));
 
   mesh.triangles.push_back({0, 1, 4}); // a vertex that is not finite
@@ -291,7 +293,9 @@ TEST(MeshQuality, componentsAreNumberedByTheirFirstTriangle)
       interleaved.push_back(mesh.triangles[first + n]);
   mesh.triangles = interleaved;
   std::vector<std::int32_t> component;
-  EXPECT_EQ(connectedComponents(mesh, component), 3);
+  Execution serial(1);
+  bool isTorn;
+  EXPECT_EQ(groupTriangles(mesh, {}, serial, component, isTorn), 3);
   EXPECT_EQ(component, (std::vector<std::int32_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
 }
 

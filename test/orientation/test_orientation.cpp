@@ -671,7 +671,9 @@ TEST(OrientationOfScans, WithAndWithoutSensors)
     std::fill(keep.begin() + std::min<std::ptrdiff_t>(30000, static_cast<std::ptrdiff_t>(keep.size())), keep.end(), 0);
     points = select(points, keep);
     Execution execution;
-    points = select(points, findOutliers(points, *clouds::searchOf(points), {}, execution).keep);
+    const auto search = clouds::searchOf(points);
+    const NeighborDistances distances = measureNeighbors(points, *search, execution);
+    points = select(points, findOutliers(points, distances, *search, {}, execution).keep);
 
     const std::vector<Vector3f> normals = estimated(points);
     EXPECT_GE(shareRight(points, orient(points, normals, OrientationVote::outward)), .99) << name;

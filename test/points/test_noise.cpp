@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "points/deviations.h"
 #include "points/noise.h"
 
 #include "points/sampling_density.h"
@@ -169,7 +168,7 @@ TEST(Noise, ThatIsKnownIsTaken)
 {
   OrientedPoints points = depthImage([](float depth) { return .004f * depth * depth; }, 2);
   Execution execution(1);
-  points.deviations = deviationsByLaw(*noiseLaw("quadratic:.5,.25"), points.positions, {}, points.sensors, execution);
+  points.deviations = deviationsByLaw(*noiseLaw("quadratic:.5,.25"), points, execution);
   const NoiseModel model = modelOf(points);
   EXPECT_TRUE(model.isCorrelated) << "as the cloud shows";
   for (std::size_t i = 0; i < points.size(); i += 97) {
@@ -185,16 +184,19 @@ TEST(Noise, ThatIsKnownIsTaken)
 
 TEST(Deviations, AreThoseOfTheSensorThatSaw)
 {
-  const std::vector<Eigen::Vector3f> positions = {{0, 0, 1}, {0, 0, 9}, {0, 0, 0}}, sensors = {{0, 0, 0}, {0, 0, 10}};
+  PointSet points;
+  points.positions = {{0, 0, 1}, {0, 0, 9}, {0, 0, 0}};
   Execution execution(1);
   const NoiseLaw law = *noiseLaw("tof:.5,.25");
   using Values = std::vector<float>;
-  EXPECT_EQ(deviationsByLaw(law, positions, {}, sensors, execution), (Values{.75f, .75f, .5f})) << "the nearest";
-  EXPECT_EQ(deviationsByLaw(law, positions, {1, 1, 0}, sensors, execution), (Values{2.75f, .75f, .5f}));
-  EXPECT_TRUE(deviationsByLaw(law, positions, {}, {}, execution).empty());
-  EXPECT_TRUE(deviationsByLaw(*noiseLaw("constant:1"), positions, {}, sensors, execution).empty());
+  EXPECT_TRUE(deviationsByLaw(law, points, execution).empty());
+  points.sensors = {{0, 0, 0}, {0, 0, 10}};
+  EXPECT_EQ(deviationsByLaw(law, points, execution), (Values{.75f, .75f, .5f})) << "the nearest";
+  EXPECT_TRUE(deviationsByLaw(*noiseLaw("constant:1"), points, execution).empty());
   // Where there is no noise, one point still has no endless weight.
-  EXPECT_GT(deviationsByLaw(*noiseLaw("kinect"), positions, {}, sensors, execution)[2], 0);
+  EXPECT_GT(deviationsByLaw(*noiseLaw("kinect"), points, execution)[2], 0);
+  points.views = {1, 1, 0};
+  EXPECT_EQ(deviationsByLaw(law, points, execution), (Values{2.75f, .75f, .5f}));
 }
 
 TEST(Noise, OfFewPointsIsUnknown)

@@ -21,7 +21,8 @@ namespace {
 OutlierResult outliersOf(const PointSet& points, const OutlierOptions& options = {}, int threads = 1)
 {
   Execution execution(threads);
-  return findOutliers(points, *clouds::searchOf(points), options, execution);
+  const auto search = clouds::searchOf(points);
+  return findOutliers(points, measureNeighbors(points, *search, execution), *search, options, execution);
 }
 
 OutlierOptions statisticalOnly()
@@ -213,7 +214,7 @@ TEST(Outliers, FewerPointsThanNeighbors)
     EXPECT_EQ(std::count(result.keep.begin(), result.keep.end(), 1), number);
   }
   Execution execution;
-  EXPECT_TRUE(findOutliers({}, *makeKdTree(), options, execution).keep.empty());
+  EXPECT_TRUE(findOutliers({}, {}, *makeKdTree(), options, execution).keep.empty());
 }
 
 TEST(Outliers, DoNotDependOnThreadsOrderOrScale)

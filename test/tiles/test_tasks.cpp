@@ -6,7 +6,6 @@
 #include "support/meshes.h"
 #include "support/shapes.h"
 #include "tiles/do_task.h"
-#include "tiles/one_process.h"
 #include "tiles/ranks.h"
 
 #include <pcl/surface/mrf/exceptions.h>

@@ -149,8 +149,8 @@ struct PriorOptions {
 
 enum class SolverMethod {
   multigrid, ///< conjugate gradients preconditioned by one multigrid V-cycle; see grid_solver.h
-  icm,       ///< the paper's iterated conditional modes, voxel by voxel in a random order; see icm.h
-  cg,        ///< Fletcher–Reeves conjugate gradients on the energy; see conjugate_gradients.h
+  icm,       ///< the paper's iterated conditional modes, voxel by voxel in a random order; see solveIcm
+  cg,        ///< Fletcher–Reeves conjugate gradients on the energy
   cholesky,  ///< sparse Cholesky factorization by CHOLMOD, in double precision; needs the module libpcl_mrf_cholesky,
              ///< which is a package of its own, and is refused where it would take longer than some 16 s
   icmColors  ///< iterated conditional modes by classes of voxels that do not interact, in parallel

@@ -16,55 +16,47 @@
 
 namespace pcl::mrf {
 
-/// The gathered input: finite points relative to `offset`, so that float arithmetic is accurate for any survey frame.
-/// Optional per-point arrays are either empty or as long as `positions`.
-struct PointSet {
+/// What is known of each point, in a frame relative to `offset`, so that float arithmetic is accurate for any survey
+/// frame. Optional per-point arrays are either empty or as long as `positions`.
+struct PointArrays {
   std::vector<Eigen::Vector3f> positions;
-  std::vector<Eigen::Vector3f> normals; ///< from the cloud, unit length; empty: the cloud has none or they are ignored
+  std::vector<Eigen::Vector3f> normals; ///< unit length, or zero where there is none; empty: the cloud has none
   std::vector<float> confidences;       ///< the scanner's, 0..1; empty: 1 everywhere
   std::vector<float> deviations;        ///< σ of the noise, as it is known; empty: unknown, or the same everywhere
   std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
   std::vector<float> spacings;          ///< local sampling distance, see localSpacings; empty: not measured
   std::vector<std::uint32_t> origins;   ///< index of each point in the cloud it came from
-  std::vector<Eigen::Vector3f> sensors; ///< sensor positions, in the same recentered frame; empty: unknown
+  std::vector<Eigen::Vector3f> sensors; ///< sensor positions, in the same frame; empty: unknown
   Eigen::Vector3d offset = Eigen::Vector3d::Zero(); ///< add it to a position to be back in the cloud's frame
+
+  std::size_t size() const { return positions.size(); }
+};
+
+/// The gathered input: finite points.
+struct PointSet : PointArrays {
   std::size_t gathered = 0;        ///< points of the cloud that could be used, before any was dropped; 0: these
   float resolution = 0;            ///< steps of the largest coordinate as it came in single precision, cloud's unit
   bool hasSensorOrigin = false;    ///< the one sensor is the cloud's own origin, which nobody gave explicitly
   bool hadOnlyZeroNormals = false; ///< the cloud's normals, all zero or not finite, were left out
 
-  std::size_t size() const { return positions.size(); }
   /// Number of points that shares of a cloud are meant of.
   std::size_t wholeSize() const { return gathered > 0 ? gathered : size(); }
 };
 
-/// The points of `points` whose flag in `keep` is set, in their order; all per-point arrays follow, one after the
-/// other, the rest stays. \pre keep.size() == points.size()
-PCL_MRF_EXPORT PointSet select(PointSet points, const std::vector<std::uint8_t>& keep);
-
-/// Points with a unit normal each: what the observation stage reads.
-struct OrientedPoints {
-  std::vector<Eigen::Vector3f> positions;
-  std::vector<Eigen::Vector3f> normals; ///< unit length, pointing out of the object; same length as positions
-  std::vector<float> confidences;       ///< 0..1; empty: 1 everywhere
-  std::vector<float> deviations;        ///< σ of the noise, as it is known; empty: unknown, or the same everywhere
-  std::vector<std::int32_t> views;      ///< index into `sensors` per point; empty: unknown
-  std::vector<float> spacings;          ///< local sampling distance, see localSpacings; empty: the same everywhere
-  std::vector<std::uint32_t> origins;   ///< index of each point in the input cloud
-  /// Where the points were seen from, in the recentered frame; empty: unknown. Nobody need have named them, see trim.
-  std::vector<Eigen::Vector3f> sensors;
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();
+/// Points with a unit normal each, which points out of the object: what the observation stage reads. Nobody need have
+/// named their sensors, see trim.
+struct OrientedPoints : PointArrays {
   float typicalDeviation = 0; ///< σ of the median point, cloud's unit; 0: points weigh the same whatever their σ
 
-  std::size_t size() const { return positions.size(); }
   float confidence(std::size_t i) const { return confidences.empty() ? 1.0f : confidences[i]; }
   /// How far a point is known to be off, cloud's unit; 0: unknown.
   float deviation(std::size_t i) const { return deviations.empty() ? 0 : deviations[i]; }
 };
 
-/// The same for oriented points; of those that are handed over each array is freed before the next one is made.
-PCL_MRF_EXPORT OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint8_t>& keep);
-PCL_MRF_EXPORT OrientedPoints select(OrientedPoints&& points, const std::vector<std::uint8_t>& keep);
+/// The points whose flag in `keep` is set, in their order; each array of what is handed over is freed before the next
+/// one is made. \pre keep.size() == points.size()
+PCL_MRF_EXPORT PointSet select(PointSet points, const std::vector<std::uint8_t>& keep);
+PCL_MRF_EXPORT OrientedPoints select(OrientedPoints points, const std::vector<std::uint8_t>& keep);
 
 /// The points with these indices, in that order.
 PCL_MRF_EXPORT OrientedPoints select(const OrientedPoints& points, const std::vector<std::uint32_t>& indices);

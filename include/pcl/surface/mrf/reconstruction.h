@@ -12,7 +12,6 @@
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
-#include <cstdint>
 #include <exception>
 #include <vector>
 
