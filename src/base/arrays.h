@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Large arrays that are not set when they are made, or zero and aligned.
+/// Large arrays that are not set when they are made, or zero and aligned.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Files written as bytes, block by block: neither the whole file in memory nor a call for each number.
+/// Files written as bytes, block by block: neither the whole file in memory nor a call for each number.
 #pragma once
 
 #include <pcl/surface/mrf/exceptions.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The occupied cells of a uniform grid.
+/// The occupied cells of a uniform grid.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Connected components, found by all threads at once if need be.
+/// Connected components, found by all threads at once if need be.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The floor of a coordinate without a call.
+/// The floor of a coordinate without a call.
 #pragma once
 
 namespace pcl::mrf {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Loops over indices on all threads, and chances to cancel during long ones.
+/// Loops over indices on all threads, and chances to cancel during long ones.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

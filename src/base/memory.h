@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What the process may still have and what it has taken.
+/// What the process may still have and what it has taken.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Modules that the library loads while it runs.
+/// Modules that the library loads while it runs.
 #pragma once
 
 #include <dlfcn.h>

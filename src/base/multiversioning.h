@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The hot loops for several instruction sets, and which of them is used.
+/// The hot loops for several instruction sets, and which of them is used.
 #pragma once
 
 #include <string>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief How many points the indices can count.
+/// How many points the indices can count.
 #pragma once
 
 #include <pcl/surface/mrf/exceptions.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Random numbers that are looked up instead of drawn one after the other.
+/// Random numbers that are looked up instead of drawn one after the other.
 #pragma once
 
 #include <array>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Arrays: some of their entries, the one in the middle.
+/// Arrays: some of their entries, the one in the middle.
 #pragma once
 
 #include "base/loops.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Sorting positions so that neighbors in space are neighbors in memory.
+/// Sorting positions so that neighbors in space are neighbors in memory.
 #pragma once
 
 #include "base/arrays.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Sums and products of whole vectors, in single or double precision.
+/// Sums and products of whole vectors, in single or double precision.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "field/banded_distances.h"
+#include "field/field_contents.h"
 #include "field/field_sampler.h"
 #include "field/grid_transfer.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/field_contents.h"
 
-#include "field/banded_distances.h"
 #include "field/grid_transfer.h"
 
 #include <algorithm>

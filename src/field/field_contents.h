@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What a distance field is made of, around a part of it, to be sent elsewhere.
+/// What a distance field is made of: in a band, and around a part of it, to be sent elsewhere.
 #pragma once
 
 #include "field/voxel_set.h"
@@ -13,6 +12,14 @@
 #include <vector>
 
 namespace pcl::mrf {
+
+/// What a DistanceField in a band holds.
+struct BandedDistances {
+  VoxelSet band;                  ///< on the bands' grid, gridMargin voxels around the lattice
+  PackedValues values;            ///< packed on the band
+  std::vector<float> confidences; ///< likewise; may be empty
+  DistanceField background;       ///< dense, on a coarser lattice that covers the field's
+};
 
 /// One piece of a field. Dense values are whole, and bands have the voxels of some rows and planes.
 struct FieldContents {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Transfers between a band and the one on the next coarser lattice.
+/// Transfers between a band and the one on the next coarser lattice.
 #pragma once
 
 #include "field/voxel_set.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Interpolation of a field from one level of the multiscale scheme to the next finer one.
+/// Interpolation of a field from one level of the multiscale scheme to the next finer one.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The priors (paper Sec. 3.3.1) as powers of the graph Laplacian on a voxel lattice, and what the
+/// The priors (paper Sec. 3.3.1) as powers of the graph Laplacian on a voxel lattice, and what the
 /// solver takes for each.
 #pragma once
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Sparse sets of voxels around a surface: runs of voxels along x, stored by rows and planes.
+/// Sparse sets of voxels around a surface: runs of voxels along x, stored by rows and planes.
 ///
 /// A grid's level in a band keeps one value per voxel of its runs, plane after plane, in plain arrays ("packed"). The
 /// stencils work on windows: dense planes, zero outside the runs, of which only the few that a sweep has in flight

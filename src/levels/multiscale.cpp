@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "levels/multiscale.h"
 
-#include "base/clock.h"
 #include "base/memory.h"
 #include "base/point_count.h"
-#include "field/banded_distances.h"
+#include "field/field_contents.h"
 #include "field/interpolation.h"
 #include "levels/level_memory.h"
 #include "levels/narrow_band.h"
@@ -12,6 +11,7 @@
 #include "mesh/polygonizer.h"
 #include "observation/observation.h"
 #include "observation/point_observation.h"
+#include "options/stage_timer.h"
 #include "options/validation.h"
 #include "solver/cholesky.h"
 #include "solver/grid_solver.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief How the zero level passes through one cell, for each of the 256 sign patterns of its corners.
+/// How the zero level passes through one cell, for each of the 256 sign patterns of its corners.
 #pragma once
 
 #include <array>

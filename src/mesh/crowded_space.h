@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Where sheets of a surface are so close to each other, or one so folded, that its triangles may meet.
+/// Where sheets of a surface are so close to each other, or one so folded, that its triangles may meet.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

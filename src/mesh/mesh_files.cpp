@@ -37,14 +37,18 @@ std::uint8_t writtenType(const VertexField& field, bool inSinglePrecision)
   }
 }
 
-/// Calls visit(value) with the value of a vertex, in the field's own type.
-template <typename Visit>
-void visitValue(const VertexField& field, std::size_t vertex, const Visit& visit)
+void writeValue(const VertexField& field, std::size_t vertex, bool inSinglePrecision, ByteWriter& file)
 {
   const char* const place = static_cast<const char*>(field.values) + vertex * field.stride;
   const auto as = [&](auto number) {
+    using Number = decltype(number);
     std::memcpy(&number, place, sizeof(number));
-    visit(number);
+    if constexpr (std::is_integral_v<Number> && sizeof(Number) == 8)
+      file.value(static_cast<double>(number));
+    else if (std::is_same_v<Number, double> && inSinglePrecision)
+      file.value(static_cast<float>(number));
+    else
+      file.value(number);
   };
   switch (field.type) {
   case PCLPointField::INT8:
@@ -71,22 +75,6 @@ void visitValue(const VertexField& field, std::size_t vertex, const Visit& visit
   default: // which nameOf has refused
     return;
   }
-}
-
-void writeValue(const VertexField& field, std::size_t vertex, bool inSinglePrecision, ByteWriter& file)
-{
-  visitValue(field, vertex, [&](auto number) {
-    using Number = decltype(number);
-    if constexpr (std::is_integral_v<Number> && sizeof(Number) == 8)
-      file.value(static_cast<double>(number));
-    else if constexpr (std::is_same_v<Number, double>) {
-      if (inSinglePrecision)
-        file.value(static_cast<float>(number));
-      else
-        file.value(number);
-    } else
-      file.value(number);
-  });
 }
 
 /// The corners of all polygons, one polygon after the other: visit(corners).

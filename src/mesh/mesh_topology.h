@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Adjacency of triangle meshes: which triangles share an edge, which corners form one fan.
+/// Adjacency of triangle meshes: which triangles share an edge, which corners form one fan.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Zero level of a distance field as a closed, oriented, manifold triangle mesh (paper Sec. 3.5, after
+/// Zero level of a distance field as a closed, oriented, manifold triangle mesh (paper Sec. 3.5, after
 /// Bloomenthal).
 #pragma once
 

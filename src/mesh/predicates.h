@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Exact signs of the determinants that geometric decisions hang on.
+/// Exact signs of the determinants that geometric decisions hang on.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Self-intersections of a triangle mesh.
+/// Self-intersections of a triangle mesh.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

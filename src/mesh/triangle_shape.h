@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What decides whether the remesher may replace a triangle by another one.
+/// What decides whether the remesher may replace a triangle by another one.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Per-vertex fields of the output: normals, confidence, attributes of the input, colors.
+/// Per-vertex fields of the output: normals, confidence, attributes of the input, colors.
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief How often a surface, which may be open, winds around a place.
+/// How often a surface, which may be open, winds around a place.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

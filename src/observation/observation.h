@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Observed signed distance and local confidence per voxel (paper Sec. 3.2 and 3.3.3).
+/// Observed signed distance and local confidence per voxel (paper Sec. 3.2 and 3.3.3).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

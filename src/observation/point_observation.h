@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Observing the field at the points themselves: its value and its gradient (ours, beside the paper's Sec. 3.2).
+/// Observing the field at the points themselves: its value and its gradient (ours, beside the paper's Sec. 3.2).
 ///
 /// The energy of a field d, in units of the voxel side h, is
 ///

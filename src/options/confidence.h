@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief How the confidence falls with the distance to the points (paper Sec. 3.3.3).
+/// How the confidence falls with the distance to the points (paper Sec. 3.3.3).
 #pragma once
 
 #include <pcl/surface/mrf/options.h>

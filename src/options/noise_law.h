@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What users know of the scanner's noise, by name and numbers.
+/// What users know of the scanner's noise, by name and numbers.
 #pragma once
 
 #include <pcl/surface/mrf/options.h>

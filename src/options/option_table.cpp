@@ -77,16 +77,6 @@ const OptionRange zeroToOne{0, 1};
 const OptionRange zeroToBelowOne{0, 1, false, true};
 const OptionRange aboveOne{1, infinity, true};
 
-OptionRange upTo(double upper)
-{
-  return {0, upper};
-}
-
-OptionRange between(double lower, double upper)
-{
-  return {lower, upper};
-}
-
 /// A member of Options, as a function to it.
 template <typename Value>
 auto field(Value Options::*member)
@@ -255,11 +245,11 @@ void declareObservation(Table& table)
               "standard deviation of the scanner's noise; sets the smoothing")
       .automatic = "unknown";
   table
-      .number("gradientWeight", "--gradient-weight", "ratio", upTo(100),
+      .number("gradientWeight", "--gradient-weight", "ratio", {0, 100},
               field(stage, &ObservationOptions::gradientWeight),
               "weight of the normals beside the positions, in squared smoothing lengths")
       .automatic = ".4, or 4 if the data of a noisy cloud with normals say so";
-  table.number("neighbors", "--neighbors", "n", between(1, 100), field(stage, &ObservationOptions::neighbors),
+  table.number("neighbors", "--neighbors", "n", {1, 100}, field(stage, &ObservationOptions::neighbors),
                "points observed per voxel");
   table
       .number("maxDistance", "--max-distance", "length", notNegative, field(stage, &ObservationOptions::maxDistance),
@@ -308,7 +298,7 @@ void declareMultiscale(Table& table)
               "side of the finest voxels")
       .automatic = "by the quality";
   table
-      .number("padding", "--padding", "voxels", between(2, 100), field(stage, &MultiscaleOptions::padding),
+      .number("padding", "--padding", "voxels", {2, 100}, field(stage, &MultiscaleOptions::padding),
               "voxels of the finest level around the points")
       .automatic = "6, more beside openings";
   table
@@ -325,12 +315,12 @@ void declareMesh(Table& table)
 {
   table.stage("remesher");
   const auto remesher = &Options::remesher;
-  table.number("rounds", "--remesh", "n", upTo(1000), field(remesher, &RemesherOptions::rounds), "rounds of remeshing");
+  table.number("rounds", "--remesh", "n", {0, 1000}, field(remesher, &RemesherOptions::rounds), "rounds of remeshing");
   table
       .number("targetEdge", "--target-edge", "length", notNegative, field(remesher, &RemesherOptions::targetEdge),
               "edge that the remesher aims at, everywhere")
       .automatic = "median edge before, longer where points are sparse";
-  table.number("triangles", "--triangles", "n", upTo(1e8), field(remesher, &RemesherOptions::triangles),
+  table.number("triangles", "--triangles", "n", {0, 1e8}, field(remesher, &RemesherOptions::triangles),
                "triangles to end with; 0: as many as the edges ask for");
   table.stage("trimming");
   const auto trimming = &Options::trimming;
@@ -346,7 +336,7 @@ void declareMesh(Table& table)
       .automatic = "--max-hole if given, or 24 % of the diagonal, but 28 local spacings behind steps in depth, "
                    "and nothing where a sensor saw through";
   table.number(
-      "minComponentPoints", "--trim-points", "n", upTo(1000000), field(trimming, &TrimmingOptions::minComponentPoints),
+      "minComponentPoints", "--trim-points", "n", {0, 1000000}, field(trimming, &TrimmingOptions::minComponentPoints),
       "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "
       "near), but never the largest; not with --trim none");
   table.onOff(
@@ -362,9 +352,9 @@ void declareUncertainty(Table& table)
       "compute", "--uncertainty", field(stage, &UncertaintyOptions::compute),
       "fields sigma, the standard deviation of the surface along its normal as a length, and sigma_calibrated, 0 "
       "where it is an extrapolation");
-  table.number("samples", "--samples", "n", between(2, 1000), field(stage, &UncertaintyOptions::samples),
+  table.number("samples", "--samples", "n", {2, 1000}, field(stage, &UncertaintyOptions::samples),
                "draws from the posterior that --uncertainty makes, see --seed");
-  table.number("surfaces", "--write-samples", "n", upTo(1000), field(stage, &UncertaintyOptions::surfaces),
+  table.number("surfaces", "--write-samples", "n", {0, 1000}, field(stage, &UncertaintyOptions::surfaces),
                "surfaces that sigma allows for, beside OUTPUT as OUTPUT.sample-1, .sample-2 ...: for intervals of "
                "whatever is measured on them; as many draws at least, and --uncertainty, come with it");
   table
@@ -387,7 +377,7 @@ void declareOthers(Table& table)
       "colors of the mesh: blue where interpolated and skin where observed, by sigma as --uncertainty computes it from "
       "blue to red, the input's, or none");
   table
-      .number("threads", "--threads", "n", upTo(1024), field(&Options::threads),
+      .number("threads", "--threads", "n", {0, 1024}, field(&Options::threads),
               "threads to run on; the result does not depend on it")
       .automatic = "one per hardware thread";
 }

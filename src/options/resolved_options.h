@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Options as the stages that make the surface take them: with numbers in place of what was automatic.
+/// Options as the stages that make the surface take them: with numbers in place of what was automatic.
 #pragma once
 
 #include <pcl/surface/mrf/options.h>

@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What a run and its stages take.
+/// What a run and its stages take.
 #pragma once
 
-#include "base/clock.h"
 #include "base/memory.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/report.h>
 
+#include <chrono>
 #include <vector>
 
 namespace pcl::mrf {
+
+using Clock = std::chrono::steady_clock;
+
+inline double secondsSince(Clock::time_point start)
+{
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// Names the running stage and adds it to the report, with its wall-clock time when it goes out of scope.
 class StageTimer {

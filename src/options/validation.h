@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What a stage asks of its options.
+/// What a stage asks of its options.
 #pragma once
 
 #include <pcl/surface/mrf/options.h>

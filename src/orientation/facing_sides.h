@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The relative signs of the large parts of a graph, by the sheets that lie behind each other (ours).
+/// The relative signs of the large parts of a graph, by the sheets that lie behind each other (ours).
 #pragma once
 
 #include "orientation/orientation_graph.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Whether the signs of normals that came with a cloud can be meant (ours).
+/// Whether the signs of normals that came with a cloud can be meant (ours).
 #pragma once
 
 #include "points/preprocessing.h"

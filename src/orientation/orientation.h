@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Connected components of a point set and consistent orientation of its normals (paper Sec. 3.1).
+/// Connected components of a point set and consistent orientation of its normals (paper Sec. 3.1).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The graph that normals are oriented along, and the tree of its best edges.
+/// The graph that normals are oriented along, and the tree of its best edges.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

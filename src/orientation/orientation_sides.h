@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Which side of a surface is its outside, when nobody says so.
+/// Which side of a surface is its outside, when nobody says so.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

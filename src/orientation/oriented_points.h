@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The last step to oriented points: who votes on the normals' signs, and what is said about it.
+/// The last step to oriented points: who votes on the normals' signs, and what is said about it.
 #pragma once
 
 #include "points/preprocessing.h"

@@ -4,7 +4,7 @@
 #include "base/loops.h"
 #include "base/random.h"
 #include "base/select_values.h"
-#include "field/first_order.h"
+#include "field/field_sampler.h"
 #include "observation/observation.h"
 #include "observation/point_observation.h"
 #include "points/local_plane.h"

@@ -4,7 +4,7 @@
 #include "base/disjoint_sets.h"
 #include "base/loops.h"
 #include "base/select_values.h"
-#include "field/first_order.h"
+#include "field/field_sampler.h"
 #include "levels/multiscale.h"
 #include "observation/point_observation.h"
 #include "points/reach.h"

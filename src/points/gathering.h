@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief From a raw cloud to the points that the stages can use.
+/// From a raw cloud to the points that the stages can use.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The plane of the points around a point (Section 3.1).
+/// The plane of the points around a point (Section 3.1).
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Distances from a few queries to many candidates at once.
+/// Distances from a few queries to many candidates at once.
 #pragma once
 
 #include <cstddef>

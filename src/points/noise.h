@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief How far the points lie off the surface, told from the cloud alone (the sensor's properties of Sec. 3.3.2;
+/// How far the points lie off the surface, told from the cloud alone (the sensor's properties of Sec. 3.3.2;
 /// ours).
 ///
 /// What a quadric through the points around a point leaves is noise and shape. Both grow with the neighborhood's radius
@@ -19,22 +18,16 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 #include <pcl/surface/mrf/point_set.h>
+#include <pcl/surface/mrf/report.h>
 
 #include <vector>
 
 namespace pcl::mrf {
 
 /// What the points of one range, or of one spacing, tell.
-struct NoiseGroup {
-  double key = 0;       ///< their median range from the sensor or, without one, spacing; cloud's unit
-  double spacing = 0;   ///< median local spacing, cloud's unit
-  double deviation = 0; ///< σ, cloud's unit
-  /// What the 12 points closest along the surface show of it, which they do not share, or, where a quantised range
-  /// leaves them in sheets, those closest in space; cloud's unit.
-  double white = 0;
-  double correlation = 0; ///< c, cloud's unit
-  double side = 0;        ///< a, of the square that a point stands for, measured wider than noise spreads points
-  double known = 0;       ///< median σ, where it is known; else 0
+struct NoiseGroup : NoiseByKey {
+  double side = 0;  ///< a, of the square that a point stands for, measured wider than noise spreads points
+  double known = 0; ///< median σ, where it is known; else 0
 
   bool isNoticeable() const; ///< noise that counts beside the spacing
   bool isCorrelated() const; ///< it does, and neighbors share most of it

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Normals by principal component analysis, and the paper's noise criteria on it (paper Sec. 3.1).
+/// Normals by principal component analysis, and the paper's noise criteria on it (paper Sec. 3.1).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Outlier removal before anything is estimated from the points.
+/// Outlier removal before anything is estimated from the points.
 #pragma once
 
 #include "points/sampling_density.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The search of a run, lent to PCL's own algorithms.
+/// The search of a run, lent to PCL's own algorithms.
 #pragma once
 
 #include <pcl/surface/mrf/neighbor_search.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Neighbor search by a tree of boxes over points that are sorted in space.
+/// Neighbor search by a tree of boxes over points that are sorted in space.
 ///
 /// CPU seconds on one thread of a busy machine to build it, and to find the 9 nearest of every point, of a sphere's
 /// random points in spatial order (`benchmark_points --benchmark_filter=nearest`), beside pcl::KdTreeFLANN:

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief From gathered points to points with normals that are yet to be oriented (paper Sec. 3.1).
+/// From gathered points to points with normals that are yet to be oriented (paper Sec. 3.1).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief How far points may be apart to belong together.
+/// How far points may be apart to belong together.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Sampling density of a point set (paper Sec. 3.1): the length every automatic length is derived from.
+/// Sampling density of a point set (paper Sec. 3.1): the length every automatic length is derived from.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

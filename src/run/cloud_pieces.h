@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The parts of a cloud that are solved on their own, each with its points, its search and its volume.
+/// The parts of a cloud that are solved on their own, each with its points, its search and its volume.
 #pragma once
 
 #include "levels/multiscale.h"

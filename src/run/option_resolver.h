@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief From what was asked for to the numbers that a run takes.
+/// From what was asked for to the numbers that a run takes.
 #pragma once
 
 #include "options/resolved_options.h"

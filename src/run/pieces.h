@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Parts of a cloud that are too far apart to say anything about each other (ours).
+/// Parts of a cloud that are too far apart to say anything about each other (ours).
 #pragma once
 
 #include <pcl/surface/mrf/point_set.h>

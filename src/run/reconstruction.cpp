@@ -130,8 +130,7 @@ NoiseReport describe(const NoiseModel& model)
   report.medianKey = model.medianKey;
   report.deviation = model.deviation;
   report.exponent = model.exponent;
-  for (const NoiseGroup& group : model.groups)
-    report.groups.push_back({group.key, group.spacing, group.deviation, group.white, group.correlation});
+  report.groups.assign(model.groups.begin(), model.groups.end());
   return report;
 }
 

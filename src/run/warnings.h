@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What a run has to say about a cloud or its options without failing.
+/// What a run has to say about a cloud or its options without failing.
 #pragma once
 
 #include <pcl/surface/mrf/options.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Sparse Cholesky factorization (paper Sec. 3.4.3), by CHOLMOD.
+/// Sparse Cholesky factorization (paper Sec. 3.4.3), by CHOLMOD.
 #pragma once
 
 #include "solver/linear_system.h"

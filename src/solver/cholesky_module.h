@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What the library asks of libpcl_mrf_cholesky, the module that stands between it and CHOLMOD.
+/// What the library asks of libpcl_mrf_cholesky, the module that stands between it and CHOLMOD.
 ///
 /// Debian's CHOLMOD is under the GPL. The library loads the module while it runs and links to nothing of it, so that
 /// programs without it are bound by nothing. Only types of C cross the border.

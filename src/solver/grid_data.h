@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The observation models on a band: points by layers of cells, or weights of voxels.
+/// The observation models on a band: points by layers of cells, or weights of voxels.
 #pragma once
 
 #include "base/random.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The operator P + C on one grid: products, Chebyshev smoothing, and the transfers to the next coarser grid.
+/// The operator P + C on one grid: products, Chebyshev smoothing, and the transfers to the next coarser grid.
 #pragma once
 
 #include "base/arrays.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Multigrid-preconditioned conjugate gradients on a level: whole, or the correction of a field in a band.
+/// Multigrid-preconditioned conjugate gradients on a level: whole, or the correction of a field in a band.
 #pragma once
 
 #include "solver/grid_operator.h"

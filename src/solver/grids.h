@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The grids of a level's solver: the level's own and the coarser ones of its preconditioner.
+/// The grids of a level's solver: the level's own and the coarser ones of its preconditioner.
 #pragma once
 
 #include "observation/observation.h"

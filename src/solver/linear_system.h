@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The system of one level in its plain form, a sparse matrix in double precision: what ICM, conjugate gradients
+/// The system of one level in its plain form, a sparse matrix in double precision: what ICM, conjugate gradients
 /// and Cholesky solve, and what the grids of the multigrid solver are tested against.
 #pragma once
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The order in which a sparse factorization eliminates the voxels of a grid, and what its factor takes.
+/// The order in which a sparse factorization eliminates the voxels of a grid, and what its factor takes.
 #pragma once
 
 #include <pcl/surface/mrf/lattice.h>

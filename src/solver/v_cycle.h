@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief One multigrid V-cycle as a preconditioner.
+/// One multigrid V-cycle as a preconditioner.
 #pragma once
 
 #include "solver/grid_operator.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The order in which a sweep that takes several steps at once visits the planes of a slab.
+/// The order in which a sweep that takes several steps at once visits the planes of a slab.
 #pragma once
 
 #include <algorithm>

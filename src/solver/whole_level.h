@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief A cloud on one lattice, solved everywhere: what pilot runs and draws are made on.
+/// A cloud on one lattice, solved everywhere: what pilot runs and draws are made on.
 #pragma once
 
 #include "observation/observation.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What tasks take and give, as bytes: by Boost's archives, of this machine's kind.
+/// What tasks take and give, as bytes: by Boost's archives, of this machine's kind.
 ///
 /// A type has its serialize(archive, value, version) beside it. Members are named one by one where a type has gaps: its
 /// bytes, whose checksum names a task, would not be the same from run to run.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Tasks by the name of their kind, how large they are, and done by one process.
+/// Tasks by the name of their kind, how large they are, and done by one process.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What the library asks of libpcl_mrf_mpi, the module that stands between it and MPI.
+/// What the library asks of libpcl_mrf_mpi, the module that stands between it and MPI.
 ///
 /// The library loads the module while it runs, and does without it on one machine. Only types of C cross the border.
 #pragma once

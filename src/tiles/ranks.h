@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Tasks done by several processes that pass messages.
+/// Tasks done by several processes that pass messages.
 #pragma once
 
 #include "tiles/message_passing.h"

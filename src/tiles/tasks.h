@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Parts of a run as tasks, done at once or by a TaskRunner.
+/// Parts of a run as tasks, done at once or by a TaskRunner.
 #pragma once
 
 #include "tiles/archive.h"

@@ -3,7 +3,7 @@
 
 #include "base/cell_hash.h"
 #include "base/loops.h"
-#include "field/banded_distances.h"
+#include "field/field_contents.h"
 #include "field/grid_transfer.h"
 #include "mesh/mesh_topology.h"
 #include "mesh/winding_number.h"

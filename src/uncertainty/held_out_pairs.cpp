@@ -3,7 +3,7 @@
 
 #include "base/loops.h"
 #include "base/random.h"
-#include "field/first_order.h"
+#include "field/field_sampler.h"
 #include "solver/whole_level.h"
 
 #include <pcl/surface/mrf/distance_field.h>

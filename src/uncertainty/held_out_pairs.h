@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What pairs of points that a field has not seen say about it, and about the scanner.
+/// What pairs of points that a field has not seen say about it, and about the scanner.
 #pragma once
 
 #include "options/resolved_options.h"

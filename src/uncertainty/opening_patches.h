@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Discs of points that are left out to learn how well openings of the same sizes are filled.
+/// Discs of points that are left out to learn how well openings of the same sizes are filled.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

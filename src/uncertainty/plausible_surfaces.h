@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Surfaces that sigma allows for: the mesh, moved by draws from the posterior.
+/// Surfaces that sigma allows for: the mesh, moved by draws from the posterior.
 ///
 /// A draw e moves the zero level by −e / |∇d| along the normal. Over the draws that would give each vertex the
 /// deviation that the model has of it; times sigma over that it is sigma. What the draws keep is which vertices move

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Draws from the posterior of a level that is solved everywhere (ours).
+/// Draws from the posterior of a level that is solved everywhere (ours).
 ///
 /// The energy's minimizer solves A d = b, A = L^k + C; up to the variance of the data, A⁻¹ is the covariance of the
 /// posterior. A solution of A e = η with η ~ N(0, A) has just that covariance (perturb and MAP, Papandreou and Yuille

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Sigma at the vertices of a mesh: posterior draws on a coarse grid, calibrated by what the cloud withholds.
+/// Sigma at the vertices of a mesh: posterior draws on a coarse grid, calibrated by what the cloud withholds.
 ///
 /// The draws give the posterior's variance V at a place for data of variance 1 (posterior_draws.h). The model is
 /// over-sure where there are points: what is left there is shape that the grid does not resolve, not noise. So what V

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/uncertainty_evidence.h"
 
-#include "field/first_order.h"
+#include "field/field_sampler.h"
 #include "levels/level_memory.h"
 #include "levels/multiscale.h"
 #include "mesh/vertex_fields.h"

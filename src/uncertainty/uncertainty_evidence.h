@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What a part of a cloud says about how far its surface may be off: draws, and points that were left out.
+/// What a part of a cloud says about how far its surface may be off: draws, and points that were left out.
 #pragma once
 
 #include "uncertainty/held_out_pairs.h"

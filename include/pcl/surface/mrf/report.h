@@ -230,8 +230,8 @@ struct NoiseByKey {
   double key = 0;         ///< median range from the sensor, or spacing
   double spacing = 0;     ///< median distance to the nearest point, as if the points were random
   double deviation = 0;   ///< σ
-  double white = 0;       ///< the part of it that neighbors do not share
-  double correlation = 0; ///< length within which they share the rest
+  double white = 0;       ///< the part of it that neighbors do not share: what the 12 closest along the surface show
+  double correlation = 0; ///< length c within which they share the rest
 };
 
 /// What is known of the noise, or the cloud tells about it.
