@@ -1,31 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <pcl/surface/mrf/exceptions.h>
 
+#include <array>
+
 namespace pcl::mrf {
 
 const char* toString(Status status)
 {
-  switch (status) {
-  case Status::notRun:
-    return "not run";
-  case Status::ok:
-    return "ok";
-  case Status::invalidInput:
-    return "invalid input";
-  case Status::invalidOption:
-    return "invalid option";
-  case Status::resourceLimit:
-    return "resource limit";
-  case Status::solverFailure:
-    return "solver failure";
-  case Status::cancelled:
-    return "cancelled";
-  case Status::callerError:
-    return "error of the caller";
-  case Status::internalError:
-    return "internal error";
-  }
-  return "unknown";
+  static constexpr std::array<const char*, 9> words = {
+      "not run",        "ok",        "invalid input",       "invalid option", "resource limit",
+      "solver failure", "cancelled", "error of the caller", "internal error"};
+  return words[static_cast<std::size_t>(status)];
 }
 
 void throwCallerError(const char* what)

@@ -67,9 +67,6 @@ Value quantile(std::vector<Value> values, double share)
 /// Standard deviations of a Gaussian in the median of its absolute value.
 constexpr double deviationPerMedian = 1.4826;
 
-/// The same without a copy, for many values. \pre not negative, not NaN
-float median(const std::vector<float>& values, Execution& execution);
-
 /// Clears flags by a criterion. \return how many it cleared
 template <typename Rejects>
 std::int64_t dropWhere(std::vector<std::uint8_t>& keep, const Rejects& rejects, Execution& execution)

@@ -13,10 +13,7 @@
 namespace pcl::mrf {
 
 /// Distances and gradients as the field itself gives them, bit by bit. It keeps what it has read for the cell of the
-/// last position: two in three positions on the way to the zero level are in the cell of the one before, and looking up
-/// the 32 voxels around it in a band costs several times as much as the interpolation.
-///
-/// For one thread, and as long as the field.
+/// last position, which two in three positions on the way to the zero level share. For one thread.
 class FieldSampler {
 public:
   explicit FieldSampler(const DistanceField& field) : field_(field) {}

@@ -22,12 +22,7 @@ inline int centerCoefficient(Prior prior)
   return prior == Prior::membrane ? 6 : prior == Prior::thinPlate ? 42 : 324;
 }
 
-/// Length over which the prior smooths observed data, cloud's unit.
-///
-/// In the continuum h^(2k) Δ^k balances c w, c being c_k, or 3 or 18 (Energy::paper); the transfer function of a wave
-/// of number q is 1/(1 + (hq)^(2k)/(c w)) and falls to one half at wavelength 2πℓ with ℓ = h (c w)^(−1/(2k)). It holds
-/// for fully observed voxels (α = 1); it depends on h, which is why β has another meaning on every grid. \pre 0 < beta
-/// < 1
+/// Length over which the prior smooths fully observed data, cloud's unit, see src/method.md. \pre 0 < beta < 1
 inline double smoothingLength(const PriorOptions& options, double voxelSize)
 {
   int power = order(options.kind);
@@ -46,18 +41,15 @@ struct PriorConstants {
   int degree;     ///< of the smoother before and after the coarse correction, on whole levels
   int bandDegree; ///< the same in narrow bands
   /// Where nothing is observed, a correction in a band of longer waves than 2π over this many voxels spreads like a
-  /// membrane. A band that is held at one end only would swing under L^k, which continues slopes and curvatures. For
-  /// k = 2 the value that comes closest to the dense solution on three scans; for k = 3 .25 fills holes better than .35
-  /// or .5 do.
+  /// membrane: a band that is held at one end only would swing under L^k, which continues slopes and curvatures.
   double tautness;
-  /// Share of the coarse correction that is taken, with observations at points and at voxels. The rediscretized L³
-  /// overcorrects: measured on a head of 1.2 million voxels, .3 to .5 needs half the iterations of 1; with observations
-  /// at points, which come with weaker coarse weights, .6 to .8 does. Lower orders want all of it.
+  /// Share of the coarse correction that is taken, with observations at points and at voxels: the rediscretized L³
+  /// overcorrects.
   double pointDamping, voxelDamping;
   double coarseShare; ///< of the weights of points, from grid to coarser grid, beside the 4^k/8 of the scale
 };
 
-/// Degrees for k = 3 measured on grids of 0.2 to 1.6 million voxels: 10 takes a third less work to 1e-4 than 8.
+/// Measured, see src/method.md.
 inline PriorConstants priorConstants(Prior prior)
 {
   constexpr std::array<PriorConstants, 3> table = {{

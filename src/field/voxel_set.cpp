@@ -90,32 +90,9 @@ void MaskPlane::setRange(int begin, int end, int y)
   setBits(row(y), std::max(begin, 0), std::min(end, size_.x));
 }
 
-void MaskPlane::clear()
-{
-  std::fill(bits_.begin(), bits_.end(), std::uint64_t{0});
-}
-
 bool MaskPlane::empty() const
 {
   return std::all_of(bits_.begin(), bits_.end(), [](std::uint64_t word) { return word == 0; });
-}
-
-void MaskPlane::unite(const MaskPlane& other)
-{
-  for (std::size_t w = 0; w < bits_.size(); ++w)
-    bits_[w] |= other.bits_[w];
-}
-
-void MaskPlane::intersect(const MaskPlane& other)
-{
-  for (std::size_t w = 0; w < bits_.size(); ++w)
-    bits_[w] &= other.bits_[w];
-}
-
-void MaskPlane::subtract(const MaskPlane& other)
-{
-  for (std::size_t w = 0; w < bits_.size(); ++w)
-    bits_[w] &= ~other.bits_[w];
 }
 
 std::uint64_t MaskPlane::lastWord() const

@@ -7,7 +7,6 @@
 #pragma once
 
 #include "base/arrays.h"
-#include "base/point_count.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/lattice.h>
@@ -55,11 +54,14 @@ public:
   void set(int x, int y) { row(y)[x / wordBits] |= std::uint64_t{1} << (x % wordBits); }
   bool has(int x, int y) const { return row(y)[x / wordBits] >> (x % wordBits) & 1; }
   void setRange(int begin, int end, int y); ///< x in [begin, end), clipped to the row
-  void clear();
+  void clear() { std::fill(bits_.begin(), bits_.end(), std::uint64_t{0}); }
   bool empty() const;
-  void unite(const MaskPlane& other);
-  void intersect(const MaskPlane& other);
-  void subtract(const MaskPlane& other);
+  void unite(const MaskPlane& other) { combine(other, std::bit_or<>()); }
+  void intersect(const MaskPlane& other) { combine(other, std::bit_and<>()); }
+  void subtract(const MaskPlane& other)
+  {
+    combine(other, [](std::uint64_t own, std::uint64_t others) { return own & ~others; });
+  }
   void growAlongX(int steps); ///< to both sides
   void growAlongY(int steps);
   void growUpwards();     ///< by the next voxel along x, along y, and along both: from the lowest ones of cells to all
@@ -67,6 +69,12 @@ public:
   void shrinkCrosswise(); ///< to those whose four neighbors in the plane are set
 
 private:
+  template <typename Operation>
+  void combine(const MaskPlane& other, const Operation& operation)
+  {
+    std::transform(bits_.begin(), bits_.end(), other.bits_.begin(), bits_.begin(), operation);
+  }
+
   std::uint64_t lastWord() const; ///< the bits of a row's last word that are voxels
 
   GridSize size_;

@@ -2,7 +2,6 @@
 #include "levels/multiscale.h"
 
 #include "base/memory.h"
-#include "base/point_count.h"
 #include "field/field_contents.h"
 #include "field/interpolation.h"
 #include "levels/level_memory.h"

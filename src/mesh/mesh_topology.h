@@ -45,7 +45,6 @@ struct VertexCorners {
 };
 
 /// Groups the corners of the triangles that have valid indices and, unless the flags are empty, a flag that is set.
-/// Cost: linear; memory: 4 bytes per corner and per vertex.
 /// \throw ResourceLimit if the mesh has too many triangles for 32-bit corner numbers
 VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember = {});
 

@@ -10,14 +10,11 @@
 
 namespace pcl::mrf {
 
-/// Indices, ascending, of the triangles that intersect another triangle without sharing a vertex with it, or that
-/// intersect a triangle sharing a vertex in more than what they share.
-///
-/// Triangles are closed sets, so that touching counts; the decisions are exact. A pair with a common edge intersects
-/// only if it is folded flat. A degenerate triangle counts as its edges and is not compared with another degenerate
-/// one; a triangle with a vertex that is not finite is left out. Cost: uniform bins, about linear for meshes of even
-/// triangle size. The result does not depend on the number of threads.
+/// Indices, ascending, of the triangles that intersect another one in more than the vertices they share. Triangles are
+/// closed sets, so that touching counts; the decisions are exact. A degenerate triangle counts as its edges and is not
+/// compared with another degenerate one; a triangle with a vertex that is not finite is left out.
 /// \param marked flags of triangles: only pairs of which one is marked count; empty: all do
+/// Cost: about linear for meshes of even triangle size. The result does not depend on the number of threads.
 std::vector<std::int32_t> selfIntersectingTriangles(const TriangleMesh& mesh, Execution& execution,
                                                     const std::vector<std::uint8_t>& marked = {});
 

@@ -33,6 +33,14 @@ std::vector<Eigen::Vector3d> triangleNormals(const TriangleMesh& mesh)
   return normals;
 }
 
+Rgb between(const std::array<float, 3>& first, const std::array<float, 3>& second, float share)
+{
+  Rgb color;
+  for (std::size_t c = 0; c < 3; ++c)
+    color[c] = static_cast<std::uint8_t>(std::lround(first[c] + share * (second[c] - first[c])));
+  return color;
+}
+
 } // namespace
 
 void setNormals(TriangleMesh& mesh, const DistanceField& field, Execution& execution)
@@ -118,9 +126,7 @@ void setConfidences(TriangleMesh& mesh, const Support& support, ConfidenceShape 
 
 EdgeSizing edgeSizing(const TriangleMesh& mesh, const Support& support, Execution& execution)
 {
-  // A point at a rim seems 1.4 times as sparse as those in the middle. From 1.25 to 2 times the edges of a single range
-  // scan, sparse where it looks along the surface, would be a tenth fewer, and its points a tenth farther from the
-  // mesh.
+  // A point at a rim seems 1.4 times as sparse as those in the middle.
   constexpr float sparse = 1.75f, full = 2.5f;
   if (support.largestSparseness() <= sparse)
     return {};
@@ -196,20 +202,14 @@ Rgb sigmaColor(float sigma, float largest)
   const float position = share * static_cast<float>(steps.size() - 1);
   const auto below = std::min(static_cast<std::size_t>(position), steps.size() - 2);
   const float part = position - static_cast<float>(below);
-  Rgb color;
-  for (std::size_t c = 0; c < 3; ++c)
-    color[c] = static_cast<std::uint8_t>(std::lround(steps[below][c] + part * (steps[below + 1][c] - steps[below][c])));
-  return color;
+  return between(steps[below], steps[below + 1], part);
 }
 
 Rgb confidenceColor(float confidence)
 {
   constexpr std::array<float, 3> blue{58, 92, 190}, skin{232, 190, 165};
   const float share = confidence > 0 ? std::min(confidence, 1.f) : 0; // NaN is no confidence
-  Rgb color;
-  for (std::size_t c = 0; c < 3; ++c)
-    color[c] = static_cast<std::uint8_t>(std::lround(blue[c] + share * (skin[c] - blue[c])));
-  return color;
+  return between(blue, skin, share);
 }
 
 } // namespace pcl::mrf

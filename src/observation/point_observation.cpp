@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "observation/point_observation.h"
 
-#include "base/floor.h"
 #include "base/loops.h"
 #include "base/spatial_sort.h"
 #include "field/prior.h"
@@ -11,7 +10,6 @@
 
 #include <cmath>
 #include <numeric>
-#include <utility>
 
 namespace pcl::mrf {
 namespace {
@@ -52,24 +50,18 @@ Eigen::Array3i cubeOf(const PointSample& sample, float side)
 constexpr float fromBorder = 1e-3f;
 
 /// Makes samples of points one by one: all of a large cloud at once take more memory than the points.
-class SampleMaker {
-public:
-  explicit SampleMaker(const PointsOnLattice& seen) : seen_(seen) {}
-
-  PointSample operator()(std::size_t n) const
-  {
-    const auto& [points, lattice, spacing, axes, chosen, firstPlane] = seen_;
+auto samplesOf(const PointsOnLattice& seen)
+{
+  return [&seen](std::size_t n) -> PointSample {
+    const auto& [points, lattice, spacing, axes, chosen, firstPlane] = seen;
     const std::size_t i = chosen ? (*chosen)[n] : n;
     const float mass = points.confidence(i) * relativePrecision(points.deviation(i), points.typicalDeviation) *
                        (points.spacings.empty() ? 1 : relativeArea(points.spacings[i], spacing));
     Eigen::Vector3f position = lattice.toVoxels(axes.toStored(points.positions[i])).cast<float>();
     position.z() -= static_cast<float>(firstPlane);
     return {position, axes.toStored(points.normals[i]), mass};
-  }
-
-private:
-  const PointsOnLattice& seen_;
-};
+  };
+}
 
 /// Of the cubes that samples lie in.
 template <typename SampleAt>
@@ -170,29 +162,18 @@ auto placeIn(const std::vector<PointSample>& samples)
 
 /// Samples of a lattice as a coarser one sees them, one by one.
 template <typename SampleAt>
-class OnCoarser {
-public:
-  OnCoarser(SampleAt sampleAt, const Lattice& fine, const Lattice& coarse)
-      : sampleAt_(std::move(sampleAt)), ratio_(static_cast<float>(fine.spacing / coarse.spacing)),
-        shift_(((fine.origin - coarse.origin) / coarse.spacing).cast<float>()),
-        last_(Eigen::Array3f(static_cast<float>(coarse.size.x), static_cast<float>(coarse.size.y),
-                             static_cast<float>(coarse.size.z)) -
-              (1 + fromBorder))
-  {}
-
-  PointSample operator()(std::size_t s) const
-  {
-    const PointSample& sample = sampleAt_(s);
-    const Eigen::Vector3f position = (ratio_ * sample.position + shift_).array().min(last_).max(0).matrix();
+auto onCoarser(const SampleAt& sampleAt, const Lattice& fine, const Lattice& coarse)
+{
+  const auto ratio = static_cast<float>(fine.spacing / coarse.spacing);
+  const Eigen::Vector3f shift = ((fine.origin - coarse.origin) / coarse.spacing).cast<float>();
+  const Eigen::Array3f last =
+      Eigen::Array3i(coarse.size.x, coarse.size.y, coarse.size.z).cast<float>() - (1 + fromBorder);
+  return [=](std::size_t s) -> PointSample {
+    const PointSample& sample = sampleAt(s);
+    const Eigen::Vector3f position = (ratio * sample.position + shift).array().min(last).max(0).matrix();
     return {position, sample.normal, sample.weight};
-  }
-
-private:
-  SampleAt sampleAt_;
-  float ratio_;
-  Eigen::Vector3f shift_;
-  Eigen::Array3f last_;
-};
+  };
+}
 
 /// The samples of a coarser lattice. Those of a large cloud are merged piece by piece first: the points' order takes as
 /// much memory as they do.
@@ -216,7 +197,7 @@ std::vector<PointSample> mergedInPieces(std::size_t count, const SampleAt& sampl
 
 std::vector<PointSample> toSamples(const PointsOnLattice& seen, Execution& execution)
 {
-  const SampleMaker sampleAt(seen);
+  const auto sampleAt = samplesOf(seen);
   std::vector<PointSample> samples(seen.size());
   forEach(execution, samples.size(), sampleGrain, [&](std::size_t n) { samples[n] = sampleAt(n); });
   return samples;
@@ -224,12 +205,12 @@ std::vector<PointSample> toSamples(const PointsOnLattice& seen, Execution& execu
 
 std::vector<PointSample> toSamplesByCells(const PointsOnLattice& seen, Execution& execution)
 {
-  return samplesByCells(seen.size(), SampleMaker(seen), execution);
+  return samplesByCells(seen.size(), samplesOf(seen), execution);
 }
 
 std::vector<PointSample> toMergedSamples(const PointsOnLattice& seen, float side, Execution& execution)
 {
-  return mergedInPieces(seen.size(), SampleMaker(seen), side, execution);
+  return mergedInPieces(seen.size(), samplesOf(seen), side, execution);
 }
 
 std::vector<PointSample> samplesOfFinest(const PointsOnLattice& seen, Execution& execution)
@@ -246,13 +227,13 @@ std::vector<PointSample> merge(const std::vector<PointSample>& samples, float si
 std::vector<PointSample> coarsened(const std::vector<PointSample>& samples, const Lattice& fine, const Lattice& coarse,
                                    float side, Execution& execution)
 {
-  return mergedSamples(samples.size(), OnCoarser(placeIn(samples), fine, coarse), side, execution);
+  return mergedSamples(samples.size(), onCoarser(placeIn(samples), fine, coarse), side, execution);
 }
 
 std::vector<PointSample> toCoarsenedSamples(const PointsOnLattice& seen, const Lattice& coarse, float side,
                                             Execution& execution)
 {
-  return mergedInPieces(seen.size(), OnCoarser(SampleMaker(seen), seen.lattice, coarse), side, execution);
+  return mergedInPieces(seen.size(), onCoarser(samplesOf(seen), seen.lattice, coarse), side, execution);
 }
 
 std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, Execution& execution)

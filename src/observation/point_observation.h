@@ -22,6 +22,13 @@
 
 namespace pcl::mrf {
 
+/// ⌊coordinate⌋; std::floor is a call on the baseline processor. \pre it fits an int
+inline int floorOf(float coordinate)
+{
+  const auto truncated = static_cast<int>(coordinate);
+  return truncated - (coordinate < static_cast<float>(truncated) ? 1 : 0);
+}
+
 /// A point, or the mean of several that the grid does not tell apart.
 struct PointSample {
   Eigen::Vector3f position; ///< in voxels, relative to the center of voxel (0, 0, 0)
@@ -35,8 +42,7 @@ struct PointSample {
 };
 
 /// The area that each point stands for beside that of a typical one, 1/16..16: the sum over the points is the integral
-/// over the surface, however unevenly it was sampled. Measured on four real clouds: withheld points 5 to 13 % nearer
-/// than with one weight for all.
+/// over the surface, however unevenly it was sampled.
 /// \param localSpacing, spacing of the points around it and of a typical one, one unit, > 0
 inline float relativeArea(float localSpacing, float spacing)
 {
@@ -95,8 +101,7 @@ std::vector<PointSample> toCoarsenedSamples(const PointsOnLattice& seen, const L
 /// Orders samples by the cells of the lattice they lie in: z, then y, then x.
 std::vector<PointSample> sortedByCells(const std::vector<PointSample>& samples, Execution& execution);
 
-/// The least ℓ/h of a coarse level: less leaves sheets between the points, and slows the solver; .36 gave better
-/// guesses in holes than .3.
+/// The least ℓ/h of a coarse level: less leaves sheets between the points.
 constexpr float minSmoothing = .36f;
 
 struct PointWeights {

@@ -72,30 +72,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double mebibyte = 1024. * 1024.;
 const OptionRange notNegative{0, infinity};
-const OptionRange positive{0, infinity, true};
-const OptionRange zeroToOne{0, 1};
 const OptionRange zeroToBelowOne{0, 1, false, true};
-const OptionRange aboveOne{1, infinity, true};
-
-/// A member of Options, as a function to it.
-template <typename Value>
-auto field(Value Options::*member)
-{
-  return [member](auto& options) -> auto&
-  {
-    return options.*member;
-  };
-}
-
-/// A member of one of its structs.
-template <typename Stage, typename Value>
-auto field(Stage Options::*stage, Value Stage::*member)
-{
-  return [ stage, member ](auto& options) -> auto&
-  {
-    return options.*stage.*member;
-  };
-}
 
 /// A number as the largest type of its kind.
 template <typename Value>
@@ -109,18 +86,21 @@ OptionValue widened(Value value)
     return static_cast<std::uint64_t>(value);
 }
 
-/// Rows of the table, in the order in which they are added.
-class Table {
+/// Adds rows to the table, of members of one struct. \tparam Stage the struct; Options: of its own members
+template <typename Stage>
+class Rows {
 public:
-  /// Names of the rows that follow begin with it. \param name empty: they are members of Options itself
-  void stage(const std::string& name) { prefix_ = name.empty() ? "" : name + "."; }
+  /// \param prefix of the names of its options
+  Rows(std::vector<OptionDeclaration>& rows, const char* prefix, Stage Options::*stage = nullptr)
+      : rows_(rows), prefix_(prefix), stage_(stage)
+  {}
 
   /// \param factor the member's unit in the option's
-  template <typename Member>
+  template <typename Value>
   OptionDeclaration& number(const char* name, const char* flag, const char* unit, const OptionRange& range,
-                            const Member& member, const char* help, double factor = 1)
+                            Value Stage::*field, const char* help, double factor = 1)
   {
-    using Value = std::decay_t<decltype(member(std::declval<Options&>()))>;
+    const auto member = accessTo(field);
     OptionDeclaration& row = add(name, flag, help);
     row.unit = unit;
     row.range = range;
@@ -143,10 +123,10 @@ public:
     return row;
   }
 
-  template <typename Member>
-  OptionDeclaration& choice(const char* name, const char* flag, const Member& member, const char* help)
+  template <typename Value>
+  OptionDeclaration& choice(const char* name, const char* flag, Value Stage::*field, const char* help)
   {
-    using Value = std::decay_t<decltype(member(std::declval<Options&>()))>;
+    const auto member = accessTo(field);
     OptionDeclaration& row = add(name, flag, help);
     for (const auto& [word, value] : names<Value>())
       row.words.emplace_back(word, static_cast<double>(static_cast<std::underlying_type_t<Value>>(value)));
@@ -162,9 +142,9 @@ public:
     return row;
   }
 
-  template <typename Member>
-  void onOff(const char* name, const char* flag, const Member& member, const char* help)
+  void onOff(const char* name, const char* flag, bool Stage::*field, const char* help)
   {
+    const auto member = accessTo(field);
     OptionDeclaration& row = add(name, flag, help);
     row.words = {{"on", 1}, {"off", 0}};
     row.get = [member](const Options& options) { return member(options) ? 1. : 0.; };
@@ -175,209 +155,206 @@ public:
     };
   }
 
-  std::vector<OptionDeclaration> rows;
-
 private:
-  OptionDeclaration& add(const char* name, const char* flag, const char* help)
+  template <typename Value>
+  auto accessTo(Value Stage::*field) const
   {
-    OptionDeclaration row;
-    row.name = prefix_ + name;
-    row.flag = flag;
-    row.help = help;
-    rows.push_back(std::move(row));
-    return rows.back();
+    return [stage = stage_, field](auto& options) -> decltype(auto) {
+      if constexpr (std::is_same_v<Stage, Options>)
+        return (options.*field);
+      else
+        return (options.*stage.*field);
+    };
   }
 
-  std::string prefix_;
+  OptionDeclaration& add(const char* name, const char* flag, const char* help)
+  {
+    OptionDeclaration& row = rows_.emplace_back();
+    row.name = std::string(prefix_) + name;
+    row.flag = flag;
+    row.help = help;
+    return row;
+  }
+
+  std::vector<OptionDeclaration>& rows_;
+  const char* prefix_;
+  Stage Options::*stage_;
 };
 
-void declareOutliers(Table& table)
+void declareOutliers(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("outliers");
-  const auto stage = &Options::outliers;
-  table.onOff("alone", "--alone-filter", field(stage, &OutlierOptions::alone),
+  Rows<OutlierOptions> table(rows, "outliers.", &Options::outliers);
+  table.onOff("alone", "--alone-filter", &OutlierOptions::alone,
               "drop points that are far from their neighbors and on no surface with them");
-  table.onOff("statistical", "--statistical-filter", field(stage, &OutlierOptions::statistical),
+  table.onOff("statistical", "--statistical-filter", &OutlierOptions::statistical,
               "PCL's statistical outlier removal: 8 neighbors, 3 standard deviations");
-  table.onOff("robust", "--robust", field(stage, &OutlierOptions::robust),
+  table.onOff("robust", "--robust", &OutlierOptions::robust,
               "drop points that a robust coarse field cannot agree with: for clusters of false matches");
 }
 
-void declareNormals(Table& table)
+void declareNormals(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("normals");
-  const auto stage = &Options::normals;
-  table.choice("source", "--normals", field(stage, &NormalOptions::source),
+  Rows<NormalOptions> table(rows, "normals.", &Options::normals);
+  table.choice("source", "--normals", &NormalOptions::source,
                "normals of the input: use them if there are any, use, take as reference for the orientation, or "
                "estimate anew");
   table
-      .number("radius", "--normal-radius", "length", notNegative, field(stage, &NormalOptions::radius),
+      .number("radius", "--normal-radius", "length", notNegative, &NormalOptions::radius,
               "neighborhood of the plane fit")
       .automatic = "the 13 nearest points, more where they are rough or lie on a line, or by --noise";
-  table.onOff("noiseCriteria", "--noise-criteria", field(stage, &NormalOptions::noiseCriteria),
+  table.onOff("noiseCriteria", "--noise-criteria", &NormalOptions::noiseCriteria,
               "drop points off the plane fitted for their normal, as the paper does");
 }
 
-void declareOrientation(Table& table)
+void declareOrientation(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("orientation");
-  const auto stage = &Options::orientation;
-  table.number("maxAngle", "--orientation-angle", "degrees", {0, 90, true}, field(stage, &OrientationOptions::maxAngle),
+  Rows<OrientationOptions> table(rows, "orientation.", &Options::orientation);
+  table.number("maxAngle", "--orientation-angle", "degrees", {0, 90, true}, &OrientationOptions::maxAngle,
                "neighbors belong together if their normals are within this angle");
-  table.onOff("sensorOrigin", "--sensor-origin", field(stage, &OrientationOptions::sensorOrigin),
+  table.onOff("sensorOrigin", "--sensor-origin", &OrientationOptions::sensorOrigin,
               "if no sensor is given, the VIEWPOINT of a PCD file is the sensor, if it is not zero or the "
               "cloud is organized, and the scanners of a PTX file are; to tell what was seen through, so is the origin "
               "if all normals look there");
 }
 
-void declareObservation(Table& table)
+void declareObservation(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("observation");
-  const auto stage = &Options::observation;
-  table.choice("kind", "--observation", field(stage, &ObservationOptions::kind),
+  Rows<ObservationOptions> table(rows, "observation.", &Options::observation);
+  table.choice("kind", "--observation", &ObservationOptions::kind,
                "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
   table
-      .number("smoothing", "--smoothing", "length", notNegative, field(stage, &ObservationOptions::smoothing),
+      .number("smoothing", "--smoothing", "length", notNegative, &ObservationOptions::smoothing,
               "details smaller than this are smoothed away")
       .automatic = "chosen by the data";
   table
-      .number("noise", "--noise", "sigma", notNegative, field(stage, &ObservationOptions::noise),
+      .number("noise", "--noise", "sigma", notNegative, &ObservationOptions::noise,
               "standard deviation of the scanner's noise; sets the smoothing")
       .automatic = "unknown";
   table
-      .number("gradientWeight", "--gradient-weight", "ratio", {0, 100},
-              field(stage, &ObservationOptions::gradientWeight),
+      .number("gradientWeight", "--gradient-weight", "ratio", {0, 100}, &ObservationOptions::gradientWeight,
               "weight of the normals beside the positions, in squared smoothing lengths")
       .automatic = ".4, or 4 if the data of a noisy cloud with normals say so";
-  table.number("neighbors", "--neighbors", "n", {1, 100}, field(stage, &ObservationOptions::neighbors),
-               "points observed per voxel");
+  table.number("neighbors", "--neighbors", "n", {1, 100}, &ObservationOptions::neighbors, "points observed per voxel");
   table
-      .number("maxDistance", "--max-distance", "length", notNegative, field(stage, &ObservationOptions::maxDistance),
+      .number("maxDistance", "--max-distance", "length", notNegative, &ObservationOptions::maxDistance,
               "distance from the points at which the confidence reaches 0")
       .automatic = "3.25 s; 3 s with median, mean and nearest";
 }
 
-void declarePrior(Table& table)
+void declarePrior(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("prior");
-  const auto stage = &Options::prior;
-  table.choice("kind", "--prior", field(stage, &PriorOptions::kind),
+  Rows<PriorOptions> table(rows, "prior.", &Options::prior);
+  table.choice("kind", "--prior", &PriorOptions::kind,
                "what a surface without data looks like; the first is the flattest and fastest");
-  table.number("beta", "--beta", "weight", zeroToBelowOne, field(stage, &PriorOptions::beta),
+  table.number("beta", "--beta", "weight", zeroToBelowOne, &PriorOptions::beta,
                "weight of the data observed at voxels; lower it for noisy data");
-  table.choice("energy", "--energy", field(stage, &PriorOptions::energy),
+  table.choice("energy", "--energy", &PriorOptions::energy,
                "joint: Eq. 9 of the paper, and its program; paper: Eq. 10-11 as they are written, for --solver cg");
 }
 
-void declareSolver(Table& table)
+void declareSolver(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("solver");
-  const auto stage = &Options::solver;
-  table.choice("method", "--solver", field(stage, &SolverOptions::method),
+  Rows<SolverOptions> table(rows, "solver.", &Options::solver);
+  table.choice("method", "--solver", &SolverOptions::method,
                "how the linear system is solved; icm-colors visits voxels in parallel that icm visits in random order");
   table
-      .number("maxIterations", "--max-iterations", "n", notNegative, field(stage, &SolverOptions::maxIterations),
+      .number("maxIterations", "--max-iterations", "n", notNegative, &SolverOptions::maxIterations,
               "iterations or sweeps per level")
       .automatic = "100 (multigrid; near the surface only 4, 2, 1), 1000 (icm), 10000 (cg)";
-  table.number("changeTolerance", "--change-tolerance", "voxels", notNegative,
-               field(stage, &SolverOptions::changeTolerance),
+  table.number("changeTolerance", "--change-tolerance", "voxels", notNegative, &SolverOptions::changeTolerance,
                "icm and multigrid stop when a step changes less (RMS), 4 times that where points are observed; "
                "0 = never");
-  table.number("seed", "--seed", "n", notNegative, field(stage, &SolverOptions::seed),
+  table.number("seed", "--seed", "n", notNegative, &SolverOptions::seed,
                "seed of icm's visiting order and of the draws of --uncertainty");
 }
 
-void declareMultiscale(Table& table)
+void declareMultiscale(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("multiscale");
-  const auto stage = &Options::multiscale;
-  table.choice("quality", "--quality", field(stage, &MultiscaleOptions::quality),
+  Rows<MultiscaleOptions> table(rows, "multiscale.", &Options::multiscale);
+  table.choice("quality", "--quality", &MultiscaleOptions::quality,
                "voxel side of the finest level: 3, 2 or 1.5 times s, see --unit");
   table
-      .number("voxelSize", "--voxel-size", "length", notNegative, field(stage, &MultiscaleOptions::voxelSize),
+      .number("voxelSize", "--voxel-size", "length", notNegative, &MultiscaleOptions::voxelSize,
               "side of the finest voxels")
       .automatic = "by the quality";
   table
-      .number("padding", "--padding", "voxels", {2, 100}, field(stage, &MultiscaleOptions::padding),
+      .number("padding", "--padding", "voxels", {2, 100}, &MultiscaleOptions::padding,
               "voxels of the finest level around the points")
       .automatic = "6, more beside openings";
   table
-      .number("maxMemory", "--max-memory", "MiB", notNegative, field(stage, &MultiscaleOptions::maxMemory),
+      .number("maxMemory", "--max-memory", "MiB", notNegative, &MultiscaleOptions::maxMemory,
               "memory the levels, and then the remesher, may take, also as 8G", mebibyte)
       .automatic = "80 % of what is free";
   table
-      .number("denseVoxels", "--dense-voxels", "n", notNegative, field(stage, &MultiscaleOptions::denseVoxels),
+      .number("denseVoxels", "--dense-voxels", "n", notNegative, &MultiscaleOptions::denseVoxels,
               "levels of more voxels are solved near the surface only")
       .automatic = "4194304, less for few points";
 }
 
-void declareMesh(Table& table)
+void declareMesh(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("remesher");
-  const auto remesher = &Options::remesher;
-  table.number("rounds", "--remesh", "n", {0, 1000}, field(remesher, &RemesherOptions::rounds), "rounds of remeshing");
-  table
-      .number("targetEdge", "--target-edge", "length", notNegative, field(remesher, &RemesherOptions::targetEdge),
+  Rows<RemesherOptions> remesher(rows, "remesher.", &Options::remesher);
+  remesher.number("rounds", "--remesh", "n", {0, 1000}, &RemesherOptions::rounds, "rounds of remeshing");
+  remesher
+      .number("targetEdge", "--target-edge", "length", notNegative, &RemesherOptions::targetEdge,
               "edge that the remesher aims at, everywhere")
       .automatic = "median edge before, longer where points are sparse";
-  table.number("triangles", "--triangles", "n", {0, 1e8}, field(remesher, &RemesherOptions::triangles),
-               "triangles to end with; 0: as many as the edges ask for");
-  table.stage("trimming");
-  const auto trimming = &Options::trimming;
-  table.choice("kind", "--trim", field(trimming, &TrimmingOptions::kind),
-               "invented surface: keep all, keep only fillings of holes, or keep none");
-  table
-      .number("maxHole", "--max-hole", "length", notNegative, field(trimming, &TrimmingOptions::maxHole),
+  remesher.number("triangles", "--triangles", "n", {0, 1e8}, &RemesherOptions::triangles,
+                  "triangles to end with; 0: as many as the edges ask for");
+  Rows<TrimmingOptions> trimming(rows, "trimming.", &Options::trimming);
+  trimming.choice("kind", "--trim", &TrimmingOptions::kind,
+                  "invented surface: keep all, keep only fillings of holes, or keep none");
+  trimming
+      .number("maxHole", "--max-hole", "length", notNegative, &TrimmingOptions::maxHole,
               "largest diameter of a hole that is filled")
       .automatic = "half the bounding box's diagonal";
-  table
-      .number("maxGap", "--max-gap", "length", notNegative, field(trimming, &TrimmingOptions::maxGap),
+  trimming
+      .number("maxGap", "--max-gap", "length", notNegative, &TrimmingOptions::maxGap,
               "largest diameter of a hole or bay that is filled where the surface is open elsewhere")
       .automatic = "--max-hole if given, or 24 % of the diagonal, but 28 local spacings behind steps in depth, "
                    "and nothing where a sensor saw through";
-  table.number(
-      "minComponentPoints", "--trim-points", "n", {0, 1000000}, field(trimming, &TrimmingOptions::minComponentPoints),
+  trimming.number(
+      "minComponentPoints", "--trim-points", "n", {0, 1000000}, &TrimmingOptions::minComponentPoints,
       "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "
       "near), but never the largest; not with --trim none");
-  table.onOff(
-      "watertight", "--watertight", field(trimming, &TrimmingOptions::watertight),
+  trimming.onOff(
+      "watertight", "--watertight", &TrimmingOptions::watertight,
       "close what is left, however wide its openings are, as flat as they allow: for printing, and for volumes");
 }
 
-void declareUncertainty(Table& table)
+void declareUncertainty(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("uncertainty");
-  const auto stage = &Options::uncertainty;
+  Rows<UncertaintyOptions> table(rows, "uncertainty.", &Options::uncertainty);
   table.onOff(
-      "compute", "--uncertainty", field(stage, &UncertaintyOptions::compute),
+      "compute", "--uncertainty", &UncertaintyOptions::compute,
       "fields sigma, the standard deviation of the surface along its normal as a length, and sigma_calibrated, 0 "
       "where it is an extrapolation");
-  table.number("samples", "--samples", "n", {2, 1000}, field(stage, &UncertaintyOptions::samples),
+  table.number("samples", "--samples", "n", {2, 1000}, &UncertaintyOptions::samples,
                "draws from the posterior that --uncertainty makes, see --seed");
-  table.number("surfaces", "--write-samples", "n", {0, 1000}, field(stage, &UncertaintyOptions::surfaces),
+  table.number("surfaces", "--write-samples", "n", {0, 1000}, &UncertaintyOptions::surfaces,
                "surfaces that sigma allows for, beside OUTPUT as OUTPUT.sample-1, .sample-2 ...: for intervals of "
                "whatever is measured on them; as many draws at least, and --uncertainty, come with it");
   table
-      .number("maxError", "--max-error", "length", notNegative, field(stage, &UncertaintyOptions::maxError),
+      .number("maxError", "--max-error", "length", notNegative, &UncertaintyOptions::maxError,
               "drop surface that is farther off than this in more than 5 of 100 cases, as sigma says, on top of what "
               "--trim drops; --uncertainty comes with it")
       .automatic = "none is dropped";
 }
 
-void declareOthers(Table& table)
+void declareOthers(std::vector<OptionDeclaration>& rows)
 {
-  table.stage("");
-  table.choice("unit", "--unit", field(&Options::unit),
+  Rows<Options> table(rows, "");
+  table.choice("unit", "--unit", &Options::unit,
                "s, the unit of automatic lengths: half the side of the square that a point stands for, or the mean "
                "distance to the nearest point (the paper's)");
-  table.choice("search", "--search", field(&Options::search),
+  table.choice("search", "--search", &Options::search,
                "what finds nearest points: sorted bins, or PCL's kd-tree (FLANN), which takes longer for the same");
   table.choice(
-      "colors", "--color", field(&Options::colors),
+      "colors", "--color", &Options::colors,
       "colors of the mesh: blue where interpolated and skin where observed, by sigma as --uncertainty computes it from "
       "blue to red, the input's, or none");
   table
-      .number("threads", "--threads", "n", {0, 1024}, field(&Options::threads),
+      .number("threads", "--threads", "n", {0, 1024}, &Options::threads,
               "threads to run on; the result does not depend on it")
       .automatic = "one per hardware thread";
 }
@@ -414,19 +391,19 @@ void nameSetters(std::vector<OptionDeclaration>& rows)
 
 std::vector<OptionDeclaration> declareAll()
 {
-  Table table;
-  declareOutliers(table);
-  declareNormals(table);
-  declareOrientation(table);
-  declareObservation(table);
-  declarePrior(table);
-  declareSolver(table);
-  declareMultiscale(table);
-  declareMesh(table);
-  declareUncertainty(table);
-  declareOthers(table);
-  nameSetters(table.rows);
-  return std::move(table.rows);
+  std::vector<OptionDeclaration> rows;
+  declareOutliers(rows);
+  declareNormals(rows);
+  declareOrientation(rows);
+  declareObservation(rows);
+  declarePrior(rows);
+  declareSolver(rows);
+  declareMultiscale(rows);
+  declareMesh(rows);
+  declareUncertainty(rows);
+  declareOthers(rows);
+  nameSetters(rows);
+  return rows;
 }
 
 } // namespace

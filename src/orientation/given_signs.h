@@ -16,17 +16,13 @@
 namespace pcl::mrf {
 
 /// True, with a warning, if the signs of the given normals are errors: a quarter of the neighbors on smooth surface are
-/// opposed, as an estimation leaves those that nobody has oriented; or the points enclose a volume, no sensor is known,
-/// and more than a tenth of the normals look into it. Those are turned to a viewpoint that saw but a part of the
-/// object, mostly the origin that PCL's NormalEstimation supposes, or all inward. A surface that is seen whole from the
-/// origin, inside of it, is a room.
-/// \param search holds the points. Cost: some thousand queries; where there are doubts, an orientation.
+/// opposed; or the points enclose a volume, no sensor is known, and more than a tenth of the normals look into it. See
+/// src/method.md. \param search holds the points. Cost: some thousand queries; where there are doubts, an orientation.
 bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options, Report& report,
                    Execution& execution);
 
-/// Nobody named a sensor, but normals that look at the origin of the coordinates tell one: most depth cameras and
-/// lidars measure from there, and of a surface that encloses something, half of the normals would look away. The origin
-/// of a survey's coordinates is too far for that. \param offset of the positions from it
+/// Whether normals tell that a sensor was at the origin, which nobody named: of a surface that encloses something, half
+/// of them would look away. The origin of a survey's coordinates is too far for that. \param offset of the positions
 bool isSeenFromOrigin(const std::vector<Eigen::Vector3f>& positions, const std::vector<Eigen::Vector3f>& normals,
                       const Eigen::Vector3d& offset, Execution& execution);
 

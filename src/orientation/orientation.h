@@ -22,17 +22,14 @@ struct OrientationResult : OrientationSummary {
   const OrientationSummary& summary() const { return *this; }
 };
 
-/// Makes normals consistent inside each connected component and decides the sign of each component by a vote.
-///
-/// Edges join points closer than the neighbor distance, best first: the more parallel two normals are after reflection
-/// at the edge's bisector plane, and the less the edge leaves the tangent planes, the better. Creases come late, edges
-/// along both normals last. Without a vote no sign is changed. Opposite sheets closer than about twice l̄ cannot be told
-/// apart by their points. How each vote decides, and where we differ from the paper: src/method.md.
+/// Makes normals consistent inside each connected component, along edges between close points, best first, and decides
+/// the sign of each component by a vote; without one no sign is changed. How, and where we differ from the paper:
+/// src/method.md. Opposite sheets closer than about twice l̄ cannot be told apart by their points.
 /// \param normals unit length, one per point, as estimated or as they came; a zero normal joins nothing and is dropped
 /// \param vote OrientationVote::sensor needs points.sensors, reference needs points.normals
 /// \throw InvalidOption as validate does; InvalidInput if what the vote needs is missing
 /// Cost: one 13-neighbor query per point, and sorting about 7 edges per point; without a vote one 5-neighbor query.
-/// The result does not depend on the number of threads or, up to ties, on the order of the points.
+/// The result does not depend on the order of the points, up to ties.
 OrientationResult orientNormals(const PointSet& points, const std::vector<Eigen::Vector3f>& normals,
                                 const NeighborSearch& search, const SamplingDensity& density, OrientationVote vote,
                                 const OrientationOptions& options, Execution& execution);

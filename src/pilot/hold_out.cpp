@@ -8,7 +8,7 @@
 #include "observation/observation.h"
 #include "observation/point_observation.h"
 #include "points/local_plane.h"
-#include "solver/whole_level.h"
+#include "solver/grids.h"
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/report.h>

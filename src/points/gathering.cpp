@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "points/gathering.h"
 
-#include "base/point_count.h"
 #include "base/select_values.h"
 #include "base/spatial_sort.h"
 #include "options/noise_law.h"
 #include "points/noise.h"
 
-#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 namespace pcl::mrf {

@@ -2,11 +2,25 @@
 /// From a raw cloud to the points that the stages can use.
 #pragma once
 
+#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/point_set.h>
 #include <pcl/surface/mrf/report.h>
 
+#include <cstdint>
+#include <limits>
+#include <string>
+
 namespace pcl::mrf {
+
+/// \throw ResourceLimit for more points than the indices of searches and of PCL count, 2³¹ − 1
+inline void requireCountable(std::size_t points)
+{
+  constexpr std::size_t max = std::numeric_limits<std::int32_t>::max();
+  if (points > max)
+    throw ResourceLimit("the cloud has " + std::to_string(points) + " points, at most " + std::to_string(max) +
+                        " can be numbered; thin it out, or reconstruct it in parts");
+}
 
 /// Builds the gathered points: the part of a cloud the stages can use.
 /// \param cloud its arrays are freed one after the other, as soon as they have been read

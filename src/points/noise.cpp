@@ -243,9 +243,7 @@ NoiseGroup describe(const std::vector<Sample>& samples)
   return group;
 }
 
-/// ℓ that a group's noise asks for, in distances a between points at σ c = a² (σ c/a² is the deviation of the mean of
-/// the points in a square of side a). Noise leaves a variance of (σ c/ℓ)² and a field of order 3 is off by ℓ³, so that
-/// ℓ goes with the fourth root of σ c. The factor is what suits six depth frames.
+/// ℓ that a group's noise asks for, see src/method.md; the factor is what suits six depth frames.
 double smoothingFor(const NoiseGroup& group)
 {
   constexpr double factor = 1.75;

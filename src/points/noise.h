@@ -1,16 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// How far the points lie off the surface, told from the cloud alone (the sensor's properties of Sec. 3.3.2;
-/// ours).
-///
-/// What a quadric through the points around a point leaves is noise and shape. Both grow with the neighborhood's radius
-/// R, but differently: white noise is seen in full by the smallest one, noise that neighbors share only by those wider
-/// than what shares it, and the shape, smooth but for creases, goes on growing as R^1.5. So three numbers are fitted to
-/// what is left within several radii:
-///
-///     r²(R) = σ² (1 − exp(−R²/c²)) + (s R^1.5)²
-///
-/// Detail only ever adds to the residuals. So their first quartile counts, of points of equal range from the sensor, or
-/// of equal spacing where no sensor is known, in groups of which each has numbers of its own.
+/// How far the points lie off the surface, told from the cloud alone (the sensor's properties of Sec. 3.3.2; ours):
+/// what a quadric through the points around a point leaves, see src/method.md, "Noise".
 #pragma once
 
 #include "options/noise_law.h"

@@ -23,20 +23,13 @@ struct NormalEstimates {
 /// The radius for all points, cloud's unit; 0 = each has its own.
 float resolvedRadius(const NormalOptions& options, float spacing);
 
-/// Fits a plane to the neighbors of each point, as pcl::NormalEstimation does and with PCL's closed form of the
-/// eigenvalues, but in double precision.
-///
-/// Automatic neighborhoods are the 13 nearest points, and grow where these are rough, nearly on a line, or noisy (see
-/// src/method.md). With a radius it is pcl::NormalEstimationOMP that fits them, in single precision. Points with fewer
-/// than two others inside it have the plane of their 12 nearest, or, with noiseCriteria, none, as in the paper.
-/// \param spacing l̄, for the paper's automatic lengths
-/// \param search holds exactly points.positions
+/// Fits a plane to the neighbors of each point: its 13 nearest, and more where these are rough, nearly on a line, or
+/// noisy, in double precision; with a radius by pcl::NormalEstimationOMP. See src/method.md.
+/// \param spacing l̄, for the paper's automatic lengths \param search holds exactly points.positions
 /// \param noise standard deviation of points from the surface that have none of their own, cloud's unit; 0 = unknown.
 /// Not used with a radius
-/// \throw InvalidOption as validate does
 /// Cost: one or two neighbor queries per point, up to a dozen where a neighborhood has to grow. The result does not
-/// depend on the number of threads; where neighborhoods grow, it depends on the order of the points, which gather
-/// fixes.
+/// depend on the number of threads; where neighborhoods grow, it depends on the order of the points.
 NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& search, float spacing,
                                 const NormalOptions& options, Execution& execution, float noise = 0);
 

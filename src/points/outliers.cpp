@@ -34,14 +34,11 @@ constexpr int statisticalNeighbors = 8;
 constexpr double statisticalDeviations = 3;
 
 /// Neighbors of which so many have to agree with a point, and so many of them have to stay: outliers amid outliers lie
-/// on a plane with some of them by chance. (Of 3,950 far from noisy scans 24 agree with five, and 4 have three that
-/// stay; a Kinect frame's sparse points would be dropped one after the other if all five had to.)
+/// on a plane with some of them by chance.
 constexpr std::size_t minCoherent = 5;
 constexpr std::ptrdiff_t minStaying = 3;
 
 /// Cosines between normals, and sines between an edge and the tangent planes at its ends, of one surface.
-/// Looser ones keep distant outliers, whose estimated normals resemble those of the others they were estimated from: 22
-/// of 276 on a noisy head with a sine of .5, 13 with this; tighter ones drop lone points of range scans.
 constexpr float coherentCosine = .7f, maxSine = .35f;
 
 /// Tells which neighbors a surface goes through with a point.
@@ -130,7 +127,7 @@ std::vector<FarPoint> findFar(const PointSet& points, const std::vector<float>& 
                               float factor, Execution& execution)
 {
   std::vector<FarPoint> far;
-  const float everywhere = factor * median(means, execution);
+  const float everywhere = factor * median(means);
   if (!(everywhere > 0)) // most points coincide with others: it measures nothing
     return far;
   // A point closer to its neighbors than this is not far beside anything: no others are looked at.

@@ -1,12 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// Neighbor search by a tree of boxes over points that are sorted in space.
-///
-/// CPU seconds on one thread of a busy machine to build it, and to find the 9 nearest of every point, of a sphere's
-/// random points in spatial order (`benchmark_points --benchmark_filter=nearest`), beside pcl::KdTreeFLANN:
-///
-///     points    this         FLANN
-///     35,000    .008 .007    .007 .083
-///     10⁶       .27  .25     .32  2.7
 #pragma once
 
 #include <pcl/surface/mrf/neighbor_search.h>

@@ -129,7 +129,7 @@ SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborDi
   density.nearestMean = static_cast<float>(mean);
   density.nearestDeviation = static_cast<float>(std::sqrt(variance));
   if (count > measuredNeighbors)
-    density.eighthMedian = median(distances.eighth, execution);
+    density.eighthMedian = median(distances.eighth);
   const bool isByDensity = unit == LengthUnit::density && density.eighthMedian > 0;
   density.spacing = isByDensity ? nearestToEighth * density.eighthMedian : density.nearestMean;
   if (!(density.spacing > 0) || !std::isfinite(density.spacing))

@@ -14,8 +14,7 @@ namespace pcl::mrf {
 /// Nearest others of each point that NeighborDistances tell of.
 constexpr int measuredNeighbors = 8;
 
-/// The mean nearest distance of random points of density ρ, .5/√ρ, in distances to the 8th neighbor: .320 of its
-/// median where the points are random, .354 on a square lattice; scans are spread a little more evenly than at random.
+/// The mean nearest distance of random points of density ρ, .5/√ρ, in distances to the 8th neighbor.
 constexpr float nearestToEighth = .323f;
 
 /// Distances from each point to its nearest others, cloud's unit: what the sampling density and the outlier filter are
@@ -31,19 +30,13 @@ struct NeighborDistances {
 /// Cost: one 9-neighbor query per point.
 NeighborDistances measureNeighbors(const PointSet& points, const NeighborSearch& search, Execution& execution);
 
-/// Local sampling distances: .323 times the distance to the 8th neighbor, the mean nearest distance of random points
-/// of that density, averaged over what lies close by in memory as well as in space. Range data thin out with distance
-/// and angle, by factors of five in one Kinect frame. \return one per point, cloud's unit; empty if there are too few
-/// points to tell
+/// Local sampling distances: .323 times the distance to the 8th neighbor, averaged over what lies close by in memory as
+/// well as in space. \return one per point, cloud's unit; empty if there are too few points to tell
 std::vector<float> localSpacings(const PointSet& points, const NeighborDistances& distances, Execution& execution);
 
-/// Estimates the sampling density.
-///
-/// The mean nearest distance tells of pairs, not of density: evenly spread points have twice that of random ones, and
-/// overlapping scans almost none. The distance to the 8th neighbor is about √(8/πρ) in all of them, hence the unit
-/// .323 times its median (not in the paper). Fewer than nine points have their mean nearest distance.
-/// \param points at least 2 distinct positions; coincident ones count once
-/// \param search holds exactly points.positions
+/// Estimates the sampling density: .323 times the median distance to the 8th neighbor, which tells of density where the
+/// mean nearest distance tells of pairs (not in the paper); fewer than nine points have their mean nearest distance.
+/// \param points at least 2 distinct positions; coincident ones count once \param search holds exactly points.positions
 /// \throw InvalidInput if fewer than two positions are distinct
 /// Cost: one 9-neighbor query per point. The result does not depend on the number of threads.
 SamplingDensity estimateSamplingDensity(const PointSet& points, const NeighborSearch& search, Execution& execution,

@@ -21,10 +21,7 @@
 namespace pcl::mrf {
 namespace {
 
-/// ℓ in voxels, at least, where it is automatic: positions that pull harder bend the field within a cell, which the
-/// grid cannot follow, and the solver takes twice as long or gives up (streets around a lidar). With it scans of
-/// 300,000 and a million points that bear voxels of 4 spacings and more are 1 to 9 % more accurate. With .25, finer
-/// ones lose 6 %. The voxels are chosen before ℓ is raised.
+/// ℓ in voxels, at least, where it is automatic: positions that pull harder bend the field within a cell.
 constexpr float minSmoothingOfFinest = .15f;
 
 /// Under noise that neighbors share, voxels and edges in ℓ of the median point. Where points are close, weights make ℓ
@@ -32,8 +29,7 @@ constexpr float minSmoothingOfFinest = .15f;
 constexpr double voxelsUnderNoise = .6;
 constexpr float edgesUnderNoise = 1.1f;
 
-/// Levels of more voxels are then solved near the surface only. Of two depth frames, levels of three million voxels
-/// take 11 and 9 s instead of 2.7 and 3.3, and where there are no points the surface is no better for it.
+/// Levels of more voxels are then solved near the surface only: without points it is no better for more.
 constexpr std::int64_t denseUnderNoise = 800000;
 
 void derive(float& length, float automatic)

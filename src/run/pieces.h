@@ -16,16 +16,12 @@ struct Pieces {
   std::vector<std::uint32_t> alone;
 };
 
-/// Splits a cloud where every gap is wide beside everything on either side of it.
-///
-/// Points are grouped by cubic cells of side c; cells that touch belong together, so that groups are more than c apart.
-/// The smallest c of `minGap`, 2 minGap, 4 minGap … for which c ≥ 4 D + minGap, D the diagonal of the largest group's
-/// box, makes the pieces: boxes that grow by up to D / 2 + minGap / 8 on each side then stay apart. Gaps wider than
-/// about fourteen times that always split, narrower ones than 4 D never do. There are no pieces but one where more than
-/// a tenth of the points is in groups of fewer than twelve: what is spread as thinly as that is no set of objects.
-/// \param minGap > 0, cloud's unit
-/// Cost: linear in the number of points, and n log n in that of the cells; some bytes per point only if there are
-/// several pieces.
+/// Splits a cloud where every gap is wide beside everything on either side of it: between groups of points in cubic
+/// cells of side c that touch, for the smallest c of `minGap`, 2 minGap, 4 minGap … with c ≥ 4 D + minGap, D the
+/// diagonal of the largest group's box. Boxes that grow by up to D / 2 + minGap / 8 on each side then stay apart. There
+/// are no pieces but one where more than a tenth of the points is in groups of fewer than twelve: what is spread as
+/// thinly as that is no set of objects. \param minGap > 0, cloud's unit Cost: linear in the number of points, and n log
+/// n in that of the cells.
 Pieces findPieces(const std::vector<Eigen::Vector3f>& positions, float minGap);
 
 } // namespace pcl::mrf

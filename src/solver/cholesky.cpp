@@ -32,29 +32,6 @@ CholeskySolve* moduleFunction()
   return loaded;
 }
 
-/// The lower triangle of a symmetric matrix, by columns.
-struct Triangle {
-  std::vector<std::int64_t> columns, rows;
-  std::vector<double> values;
-
-  explicit Triangle(const SystemMatrix& matrix)
-  {
-    const auto entries = static_cast<std::size_t>((matrix.nonZeros() + matrix.rows()) / 2);
-    columns.reserve(static_cast<std::size_t>(matrix.rows()) + 1);
-    rows.reserve(entries);
-    values.reserve(entries);
-    for (int voxel = 0; voxel < matrix.rows(); ++voxel) {
-      columns.push_back(static_cast<std::int64_t>(rows.size()));
-      for (SystemMatrix::InnerIterator entry(matrix, voxel); entry; ++entry)
-        if (entry.col() >= voxel) {
-          rows.push_back(entry.col());
-          values.push_back(entry.value());
-        }
-    }
-    columns.push_back(static_cast<std::int64_t>(rows.size()));
-  }
-};
-
 } // namespace
 
 double choleskyBytes(const GridSize& size, Prior prior, bool pointwise)
@@ -78,14 +55,16 @@ void requireCholesky()
 SolveReport solveCholesky(const LinearSystem& system, std::vector<double>& d, Execution& execution)
 {
   CholeskySolve* const solve = moduleFunction();
-  const Triangle triangle(system.matrix);
+  // By rows the upper triangle of a symmetric matrix is what the lower one is by columns.
+  const Eigen::SparseMatrix<double, Eigen::RowMajor, std::int64_t> triangle =
+      system.matrix.triangularView<Eigen::Upper>();
   execution.poll();
   const std::vector<std::int64_t> order = dissectionOrder(system.size, system.coupling);
   CholeskyProblem problem;
   problem.unknowns = system.size.count();
-  problem.columns = triangle.columns.data();
-  problem.rows = triangle.rows.data();
-  problem.values = triangle.values.data();
+  problem.columns = triangle.outerIndexPtr();
+  problem.rows = triangle.innerIndexPtr();
+  problem.values = triangle.valuePtr();
   problem.order = order.data();
   problem.rightHandSide = system.rightHandSide.data();
   problem.solution = d.data();

@@ -21,12 +21,8 @@ constexpr double maxCholeskySeconds = 16;
 /// \throw SolverFailure if the module libpcl_mrf_cholesky cannot be loaded
 void requireCholesky();
 
-/// Factorizes the system in double precision and solves it; the guess in d is not used.
-///
-/// CHOLMOD is given the order of elimination, by nested dissection of the grid: its own, by METIS, leaves two thirds of
-/// the numbers, but takes as long to be found as it saves (48³ voxels, k = 1: analysis 1.3 s and .1, factorization 3.8
-/// and 4.6; 32³, k = 2: .56 and .05, 2.1 and 2.6), and would not be known while a run is planned.
-/// The result does not depend on the number of threads: it takes one.
+/// Factorizes the system in double precision and solves it; the guess in d is not used. CHOLMOD is given the order of
+/// elimination, by nested dissection of the grid, see src/method.md. It takes one thread.
 /// \throw SolverFailure if the module cannot be loaded, or the matrix is not positive definite
 /// \throw ResourceLimit if it takes more memory than is free, or longer than maxCholeskySeconds
 SolveReport solveCholesky(const LinearSystem& system, std::vector<double>& d, Execution& execution);

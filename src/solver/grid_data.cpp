@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/grid_data.h"
 
-#include "base/floor.h"
 #include "base/multiversioning.h"
 
 #include <algorithm>

@@ -87,8 +87,7 @@ void drawOfData(const SolverGrid& grid, const NormalDraws& draws, PackedValues& 
 /// memory in one sweep, or in several if that many planes in flight would not fit into the cache.
 ///
 /// From grid to grid (¾, ¼) interpolates along each axis. Where coarse voxels are missing around a whole level, those
-/// that are there share the whole weight: constants stay constants up to the border, and conjugate gradients need half
-/// the steps. In a band they count as zero; sharing there makes thin plates and the gaps between shells waver.
+/// that are there share the whole weight; in a band they count as zero.
 class GridOperator {
 public:
   /// \param tautness wave number, per voxel, below which a correction in a band is a membrane

@@ -21,9 +21,7 @@ constexpr int grainPlanes = 4;
 constexpr double restartGain = .25;
 
 /// Several steps of conjugate gradients want the same before and after, and the coarsest grid solved well. After a
-/// single one everything is left as the smoother leaves it: fewer steps before, and on the one coarse grid, leave
-/// points and holes of a million points 1 % closer to the truth than as many as after, with ten products instead of
-/// twelve.
+/// single one everything is left as the smoother leaves it.
 SmootherDegrees degreesOf(int degree, int cycles)
 {
   const int half = (degree + 1) / 2;

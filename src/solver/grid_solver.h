@@ -50,12 +50,9 @@ struct GridSystem {
 /// values outside.
 ///
 /// The correction solves (L_B^k + C) e = b − (L^k + C) d, L_B being the Laplacian of the band's own graph, missing
-/// neighbors dropped: the change of the surface is carried on across the band, as in the whole space, and coarser
-/// bands see the same.
-///
+/// neighbors dropped: the change of the surface is carried on across the band, as in the whole space.
 /// \param values on the support; in: the guess, out: the solution \param unit length of a voxel side in the unit of the
-/// field
-/// \throw SolverFailure if values are not finite
+/// field \throw SolverFailure if values are not finite
 SolveReport solveOnGrids(const GridSystem& system, const LevelPlan& plan, const SolverOptions& options, double unit,
                          float* values, Execution& execution);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "solver/linear_system.h"
 
-#include "base/floor.h"
 #include "base/vector_kernels.h"
 #include "field/prior.h"
 #include "options/validation.h"

@@ -88,9 +88,8 @@ SolveReport solve(const LinearSystem& system, const SolverOptions& options, doub
 SolveReport solveIcm(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                      Execution& execution);
 
-/// Fletcher–Reeves conjugate gradients (paper Sec. 3.4): minimizes the energy along conjugate directions without a
-/// preconditioner. The energy is quadratic, so the line search is exact and the method is linear conjugate gradients.
-/// Stops on SolverOptions::residualTolerance.
+/// Fletcher–Reeves conjugate gradients (paper Sec. 3.4) without a preconditioner; the energy is quadratic, so the line
+/// search is exact. Stops on SolverOptions::residualTolerance.
 SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
                                     Execution& execution);
 

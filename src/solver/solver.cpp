@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "base/vector_kernels.h"
 #include "options/validation.h"
 #include "solver/cholesky.h"
 #include "solver/linear_system.h"
@@ -11,23 +12,67 @@
 #include <stdexcept>
 
 namespace pcl::mrf {
-namespace {
-
-void checkSizes(const LinearSystem& system, const std::vector<double>& d)
+SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
+                                    Execution& execution)
 {
-  const auto count = static_cast<std::size_t>(system.size.count());
-  if (system.matrix.rows() != system.size.count() || system.rightHandSide.size() != count || d.size() != count ||
-      count == 0)
-    throw std::invalid_argument("solve: the matrix, the right-hand side and the field differ in size");
-}
+  SolveReport report;
+  report.method = SolverMethod::cg;
+  const std::vector<double>& b = system.rightHandSide;
+  const int maxIterations = options.maxIterations > 0 ? options.maxIterations : 10000;
+  const double norm = std::sqrt(dotProduct(b, b, execution));
+  if (norm == 0) {
+    std::fill(d.begin(), d.end(), 0.);
+    report.converged = true;
+    return report;
+  }
+  const double target = options.residualTolerance * norm;
 
-} // namespace
+  // r is the downhill gradient of the energy, p the direction conjugate to all before.
+  std::vector<double> r(d.size()), product(d.size());
+  double squared = residual(system, d, r, execution);
+  double restarted = squared;
+  std::vector<double> p = r;
+  while (std::sqrt(squared) > target && report.iterations < maxIterations) {
+    multiply(system, p, product, execution);
+    const double curvature = dotProduct(p, product, execution);
+    if (!std::isfinite(curvature) || !std::isfinite(squared))
+      throw SolverFailure("cg: the iteration broke down with values that are not finite");
+    if (!(curvature > 0))
+      break; // nothing but rounding is left
+    const double step = squared / curvature;
+    addScaled(step, p, d, execution);
+    addScaled(-step, product, r, execution);
+    const double next = dotProduct(r, r, execution);
+    double beta = next / squared; // Fletcher–Reeves
+    squared = next;
+    ++report.iterations;
+    bool stalled = false;
+    if (std::sqrt(squared) <= target) {
+      // The recursion drifts from the residual by rounding: what counts is the residual itself.
+      squared = residual(system, d, r, execution);
+      stalled = std::sqrt(squared) > target && squared > .25 * restarted;
+      restarted = squared;
+      beta = 0;
+    }
+    scaleAndAdd(beta, r, p, execution);
+    report.history.push_back(std::sqrt(squared) / norm);
+    execution.progress(static_cast<double>(report.iterations) / maxIterations);
+    if (stalled)
+      break;
+  }
+  report.relativeResidual = std::sqrt(residual(system, d, r, execution)) / norm;
+  report.converged = report.relativeResidual <= options.residualTolerance;
+  return report;
+}
 
 SolveReport solve(const LinearSystem& system, const SolverOptions& options, double unit, std::vector<double>& d,
                   Execution& execution)
 {
   validate(options);
-  checkSizes(system, d);
+  const auto count = static_cast<std::size_t>(system.size.count());
+  if (system.matrix.rows() != system.size.count() || system.rightHandSide.size() != count || d.size() != count ||
+      count == 0)
+    throw std::invalid_argument("solve: the matrix, the right-hand side and the field differ in size");
   if (!(unit > 0 && std::isfinite(unit)))
     throw std::invalid_argument("solve: the unit must be positive and finite");
   if (!system.isObserved)

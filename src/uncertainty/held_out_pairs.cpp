@@ -4,7 +4,7 @@
 #include "base/loops.h"
 #include "base/random.h"
 #include "field/field_sampler.h"
-#include "solver/whole_level.h"
+#include "solver/grids.h"
 
 #include <pcl/surface/mrf/distance_field.h>
 

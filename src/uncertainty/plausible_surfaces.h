@@ -1,10 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Surfaces that sigma allows for: the mesh, moved by draws from the posterior.
-///
-/// A draw e moves the zero level by −e / |∇d| along the normal. Over the draws that would give each vertex the
-/// deviation that the model has of it; times sigma over that it is sigma. What the draws keep is which vertices move
-/// together, and that is what the error of a volume or of a cross section depends on. What the voxels themselves do to
-/// the whole surface is in no draw; it is added to all of one to one side, of the next to the other.
+/// Surfaces that sigma allows for: the mesh, moved by draws from the posterior, see src/method.md, "Error bars".
 #pragma once
 
 #include "uncertainty/uncertainty.h"

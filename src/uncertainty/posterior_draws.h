@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Draws from the posterior of a level that is solved everywhere (ours).
-///
-/// The energy's minimizer solves A d = b, A = L^k + C; up to the variance of the data, A⁻¹ is the covariance of the
-/// posterior. A solution of A e = η with η ~ N(0, A) has just that covariance (perturb and MAP, Papandreou and Yuille
-/// 2010), and η is drawn term by term: √w ξ through each row of the data, and a factor of L^k. With D the differences
-/// along the lattice's edges, L = DᵀD, the factor is L^(k/2) for an even k and L^((k−1)/2) Dᵀ for an odd one.
+/// Draws from the posterior of a level that is solved everywhere (ours): solutions of A e = η with η ~ N(0, A), A = L^k
+/// + C, drawn term by term: √w ξ through each row of the data, and a factor of L^k (perturb and MAP, Papandreou and
+/// Yuille 2010). With D the differences along the lattice's edges, L = DᵀD, that is L^(k/2) for an even k, L^((k−1)/2)
+/// Dᵀ else.
 #pragma once
 
 #include "base/arrays.h"

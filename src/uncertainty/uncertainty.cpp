@@ -56,23 +56,13 @@ double cappedMean(const std::vector<float>& values)
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-/// σ² of both kinds of places, all lengths in the cloud's unit:
+/// σ² of both kinds of places, all lengths in the cloud's unit; what the letters are is in src/method.md, "Error bars":
 ///
 ///     amid data     σ² = K a √(V / Ṽ) (1 + B min(δ²/δ₇₅², 64)) + s β²
 ///     in fillings   σ² = t² f² V + K
 ///
 /// and from the one to the other, evenly in ln σ, where the nearest point is at half to all of the distance that it
-/// supports. a is the area that each of the points around stands for, over l̄²: few points average little noise, which V
-/// on a coarse grid does not tell. Ṽ is the median of V, δ₇₅ the upper quartile of δ, both amid data, β² the squared
-/// mean distance to the nearest points, s half the share of it that is more than their noise, and t what Student's
-/// intervals of 95 % are wider by than a Gaussian's. The surface is not where the field is at the points: it is cut
-/// along the edges of trilinear voxels, which pushes it outward where it is curved; the vertices of fitted triangles
-/// stand off it as well (RemesherOptions::fit).
-///
-/// Where neighbors share their noise, pairs of them cannot tell it from the surface's error. Then K is a share of the
-/// median point's variance, and that of the points around over it stands for a √(V / Ṽ).
-///
-/// The form and the learnt factors come from simulated scans with and without noise; see method.md.
+/// supports.
 class SigmaModel {
 public:
   /// \param evidence of the mesh's vertices \param run density and noise of the points

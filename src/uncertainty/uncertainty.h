@@ -1,19 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// Sigma at the vertices of a mesh: posterior draws on a coarse grid, calibrated by what the cloud withholds.
-///
-/// The draws give the posterior's variance V at a place for data of variance 1 (posterior_draws.h). The model is
-/// over-sure where there are points: what is left there is shape that the grid does not resolve, not noise. So what V
-/// is multiplied with is learnt from points that are left out:
-///
-/// - In fillings by discs as wide as the openings (opening_patches.h), filled on the coarse grid: σ² = f² V + K.
-/// - Amid the data by what pairs of points next to each other share (held_out_pairs.h): the surface's error, not the
-///   scanner's. It is spread over the surface by V and by δ, the distance between the surface and that of the coarse
-///   grid: where refining has changed much, more is left to change. Where neighbors share their noise (points/noise.h),
-///   pairs do as well, and the error is a share of that noise, which varies as it does.
-///
-/// Discs and pairs are few on some clouds, so that all factors are drawn towards those that were learnt on simulated
-/// scans; see SigmaModel. What no point tells of is not in sigma: views that are misplaced against each other, normals
-/// that point to the wrong side, sheets that noise has joined.
+/// Sigma at the vertices of a mesh: posterior draws on a coarse grid, calibrated by what the cloud withholds; see
+/// src/method.md, "Error bars".
 #pragma once
 
 #include "levels/multiscale.h"

@@ -5,7 +5,7 @@
 #include "levels/level_memory.h"
 #include "levels/multiscale.h"
 #include "mesh/vertex_fields.h"
-#include "solver/whole_level.h"
+#include "solver/grids.h"
 #include "uncertainty/plausible_surfaces.h"
 #include "uncertainty/posterior_draws.h"
 
@@ -22,8 +22,7 @@ namespace {
 /// take a third of what the rest of a run takes.
 constexpr double voxelsPerPoint = 4, minVoxels = 1 << 15, maxVoxels = 1 << 18;
 
-/// Steps of conjugate gradients for a draw. Three leave the standard deviation a little too small in the middle of
-/// holes; discs are filled by the same three steps, so that the factor makes up for it.
+/// Steps of conjugate gradients for a draw, and so for the fillings of discs.
 constexpr int stepsOfDraw = 3;
 
 constexpr std::int64_t evidenceGrain = 1024;

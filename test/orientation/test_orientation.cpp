@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "base/point_count.h"
 #include "orientation/orientation.h"
 #include "orientation/orientation_graph.h"
+#include "points/gathering.h"
 #include "points/normals.h"
 #include "points/outliers.h"
 #include "points/sampling_density.h"

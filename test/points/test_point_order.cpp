@@ -174,23 +174,6 @@ TEST(DisjointSets, JoinedByManyThreadsAsByOne)
   }
 }
 
-TEST(Median, IsTheSameWithAndWithoutBuckets)
-{
-  std::mt19937 random(3);
-  std::lognormal_distribution<float> anything(0, 4);
-  for (const std::size_t count : {1u, 2u, 3u, 1000u, 600000u}) { // the last: several pieces of work
-    std::vector<float> values(count);
-    for (float& value : values)
-      value = anything(random);
-    for (const int threads : {1, 3}) {
-      Execution execution(threads);
-      EXPECT_EQ(median(values, execution), median(values));
-    }
-  }
-  Execution execution;
-  EXPECT_EQ(median(std::vector<float>{0, 0, 1, std::numeric_limits<float>::infinity()}, execution), 1);
-}
-
 TEST(CellHash, NumbersCellsAsAMapDoes)
 {
   std::mt19937 random(5);

@@ -31,28 +31,24 @@ namespace pcl {
 ///   ...
 /// \endcode
 ///
-/// Every length left at 0 is derived from the sampling density of the cloud. Setters only store; `reconstruct`
-/// validates everything once, so their order does not matter, but for setPreset and setOptions, which replace all
-/// options.
-///
-/// On failure the output is cleared but for its header and fields, one PCL_ERROR is logged, and the report has status
-/// and message; nothing is thrown, whatever a callback or a search object throw (Status::callerError, with its text);
-/// see setThrowing. Each warning of the report is logged as a PCL_WARN. The mesh's cloud carries x y z, normal_x
-/// normal_y normal_z, confidence (α, 0..1), and rgb and intensity where the input had them (mean of the 4 nearest
-/// points, weights 1/d²). A cloud that is filled has the input's sensor_origin_ and sensor_orientation_ as well. The
+/// Lengths left at 0 are derived from the sampling density of the cloud. Setters only store; `reconstruct` validates
+/// everything once, so their order does not matter, but for setPreset and setOptions, which replace all options. The
 /// result does not depend on the number of threads.
 ///
-/// The search object of setSearchMethod is handed clouds in a recentered frame, and in the end its own cloud again, or
-/// the input cloud if it had none. An answer with indices that are none of the cloud's, or with distances that are
-/// none, ends the run as invalid input. Without one, and in place of a pcl::search::OrganizedNeighbor, which finds
-/// nothing in points that are no image any more, the library searches by itself: Options::search.
+/// On failure the output is cleared but for its header and fields, one PCL_ERROR is logged, and the report has status
+/// and message; nothing is thrown, see setThrowing. Warnings are logged as PCL_WARN. The mesh's cloud carries x y z,
+/// normal_x normal_y normal_z, confidence (α, 0..1), and rgb and intensity where the input had them (mean of the 4
+/// nearest points, weights 1/d²). A cloud that is filled has the input's sensor_origin_ and sensor_orientation_ as
+/// well.
 ///
-/// Objects share nothing: two of them may run in two threads. One object is for one thread at a time.
+/// The search object of setSearchMethod is handed clouds in a recentered frame, and in the end its own cloud again, or
+/// the input cloud if it had none; answers that are none end the run as invalid input. Without one, and in place of a
+/// pcl::search::OrganizedNeighbor, which finds nothing in points that are no image any more, Options::search counts.
 ///
 /// Compiled for all of PCL's point types with x y z. For a type of your own (floats x y z, registered with
 /// POINT_CLOUD_REGISTER_POINT_STRUCT; normal_x normal_y normal_z, rgb or rgba, intensity and confidence are used if it
 /// has them) include pcl/surface/impl/mrf_reconstruction.hpp, as apps/examples/own_points.cpp does, or define
-/// PCL_NO_PRECOMPILE before the first header of PCL's, as for its own classes.
+/// PCL_NO_PRECOMPILE before the first header of PCL's. One object is for one thread at a time.
 template <typename PointNT>
 class PCL_MRF_EXPORT MRFReconstruction : public SurfaceReconstruction<PointNT> {
 public:
@@ -90,8 +86,7 @@ public:
   void setNoise(float deviation) { options_.observation.noise = deviation; }
   float getNoise() const { return options_.observation.noise; }
 
-  /// What the noise is like: "automatic", "none", or a law by name and numbers, such as "quadratic:.001,.002"; see
-  /// mrf::ObservationOptions::noiseModel. A law of the range needs sensors.
+  /// mrf::ObservationOptions::noiseModel, such as "quadratic:.001,.002". A law of the range needs sensors.
   void setNoiseModel(const std::string& model) { options_.observation.noiseModel = model; }
   const std::string& getNoiseModel() const { return options_.observation.noiseModel; }
 
@@ -106,8 +101,7 @@ public:
   /// One sensor for the whole cloud, in the cloud's frame: normals are turned towards it.
   void setSensorPosition(const Eigen::Vector3d& position) { setSensorPositions({position}, {}); }
 
-  /// The same for positions of PCL's, such as a cloud's sensor_origin_: the fourth coordinate of an Eigen::Vector4f
-  /// says nothing.
+  /// The same for positions of PCL's, such as a cloud's sensor_origin_, whose fourth coordinate says nothing.
   template <typename Derived>
   void setSensorPosition(const Eigen::MatrixBase<Derived>& position)
   {
@@ -125,13 +119,11 @@ public:
   const std::vector<Eigen::Vector3d>& getSensorPositions() const { return sensors_; }
   const std::vector<std::int32_t>& getSensorViews() const { return views_; }
 
-  /// Name of a float field of the points with the confidence of each, 0..1; larger ones count as 1, with a warning;
-  /// empty: all count the same.
+  /// Name of a float field of the points with the confidence of each, 0..1; empty: all count the same.
   void setConfidenceField(const std::string& name) { options_.confidenceField = name; }
   const std::string& getConfidenceField() const { return options_.confidenceField; }
 
-  /// Name of a float field of the points with the standard deviation of the noise of each, cloud's unit, > 0, instead
-  /// of setNoise and setNoiseModel; empty: none.
+  /// Likewise with the standard deviation of the noise of each, > 0, instead of setNoise and setNoiseModel.
   void setNoiseField(const std::string& name) { options_.noiseField = name; }
   const std::string& getNoiseField() const { return options_.noiseField; }
 
@@ -155,27 +147,23 @@ public:
   void setTargetEdge(float length) { options_.remesher.targetEdge = length; }
   float getTargetEdge() const { return options_.remesher.targetEdge; }
 
-  /// How many triangles the mesh has, within 2 % or with a warning: long ones where it is flat, short ones where it
-  /// curves; 0 (default) = as many as the voxels ask for.
+  /// How many triangles the mesh has, within 2 % or with a warning; 0 = as many as the voxels ask for.
   void setTargetTriangles(std::int64_t triangles) { options_.remesher.triangles = triangles; }
   std::int64_t getTargetTriangles() const { return options_.remesher.triangles; }
 
   void setColorMode(mrf::ColorMode mode) { options_.colors = mode; }
   mrf::ColorMode getColorMode() const { return options_.colors; }
 
-  /// Whether each vertex gets a sigma, the standard deviation of the surface along its normal, cloud's unit, and a flag
-  /// that is 0 where it is an extrapolation (off by default); see mrf::UncertaintyOptions. Needs observations at
-  /// points.
+  /// Whether each vertex gets a sigma, see mrf::UncertaintyOptions, and a flag that is 0 where it is an extrapolation.
   void setComputeUncertainty(bool compute) { options_.uncertainty.compute = compute; }
   bool getComputeUncertainty() const { return options_.uncertainty.compute; }
 
-  /// How many surfaces that sigma allows for come with the result, for intervals of what is measured on them (0 by
-  /// default): getResult().surfaces, with setKeepResult(true), and mrf::displaced. With them sigma is computed.
+  /// How many surfaces that sigma allows for come with the result: getResult().surfaces, with setKeepResult(true), and
+  /// mrf::displaced.
   void setNumberOfSurfaces(int surfaces) { options_.uncertainty.surfaces = surfaces; }
   int getNumberOfSurfaces() const { return options_.uncertainty.surfaces; }
 
-  /// Drops surface that is farther off than this, cloud's unit, in more than 5 of 100 cases; 0 = none. With it sigma is
-  /// computed.
+  /// Drops surface that is farther off than this, cloud's unit, in more than 5 of 100 cases; 0 = none.
   void setMaxError(float error) { options_.uncertainty.maxError = error; }
   float getMaxError() const { return options_.uncertainty.maxError; }
 
@@ -192,8 +180,7 @@ public:
   void setTaskRunner(mrf::TaskRunner* tasks) { tasks_ = tasks; }
   mrf::TaskRunner* getTaskRunner() const { return tasks_; }
 
-  /// True: reconstruct rethrows what was thrown (pcl::mrf::Error, std::bad_alloc, or an exception of the user's own
-  /// callback or search object) after clearing the output.
+  /// True: reconstruct rethrows what was thrown, also by a callback or search object, after clearing the output.
   void setThrowing(bool throwing) { throwing_ = throwing; }
   bool getThrowing() const { return throwing_; }
 
@@ -214,16 +201,15 @@ public:
   void setObservation(mrf::ObservationKind observation) { options_.observation.kind = observation; }
   mrf::ObservationKind getObservation() const { return options_.observation.kind; }
 
-  /// Global weight β of data that are observed at voxels, [0, 1). Observations at points, the default, have no such
-  /// weight: setSmoothing says how far to trust them, and a warning is given if β was changed.
+  /// Global weight β of data that are observed at voxels, [0, 1). How far to trust points says setSmoothing.
   void setBeta(float beta) { options_.prior.beta = beta; }
   float getBeta() const { return options_.prior.beta; }
 
   void setSolver(mrf::SolverMethod method) { options_.solver.method = method; }
   mrf::SolverMethod getSolver() const { return options_.solver.method; }
 
-  /// Whether the cloud's sensor_origin_ is its sensor (on by default) if setSensorPositions names none: an origin that
-  /// is not zero, or any of an organized cloud (height > 1). It votes on the signs of estimated normals only.
+  /// Whether the cloud's sensor_origin_ is its sensor if setSensorPositions names none: an origin that is not zero, or
+  /// any of an organized cloud. It votes on the signs of estimated normals only.
   void setUseSensorOrigin(bool use) { options_.orientation.sensorOrigin = use; }
   bool getUseSensorOrigin() const { return options_.orientation.sensorOrigin; }
 
@@ -245,8 +231,7 @@ public:
   const mrf::Reconstruction& getResult() const { return result_; }
 
   /// The regularized field of the last successful run; empty without setKeepResult(true). Its frame is the cloud's
-  /// minus getOffset(). If the cloud is in pieces far apart it is that of the one with most points, with the others as
-  /// its otherPieces(); sampling it finds the right one.
+  /// minus getOffset(). Of a cloud in pieces it is the largest one's, with otherPieces(), and samples find their own.
   const mrf::DistanceField& getDistanceField() const { return result_.field; }
 
   /// Add to positions of the result's frame to be in the cloud's.
@@ -273,8 +258,6 @@ private:
   void run(const Fill& fill, const Clear& clear);
   void checkInput();
   mrf::RawCloud rawCloud() const;
-  bool isColored() const;
-  bool isIntense() const;
   void write(PointCloud& points, std::vector<pcl::Vertices>& polygons) const;
 
   /// What the output does not need.

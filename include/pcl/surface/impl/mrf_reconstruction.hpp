@@ -368,9 +368,11 @@ void MRFReconstruction<PointNT>::reconstruct(PointCloud& points, std::vector<pcl
 template <typename PointNT>
 void MRFReconstruction<PointNT>::performReconstruction(pcl::PolygonMesh& output)
 {
+  using Attributes = mrf::detail::Attributes<PointNT>;
+  const bool ofInput = options_.colors == mrf::ColorMode::input;
   mrf::detail::VertexFields fields;
-  fields.rgb = isColored();
-  fields.intensity = isIntense();
+  fields.rgb = ofInput ? Attributes::hasRgb : options_.colors != mrf::ColorMode::none;
+  fields.intensity = ofInput && Attributes::hasIntensity;
   fields.sigma = wantsUncertainty(options_);
   const PCLHeader none; // not to copy the other: there may be no memory for its name
   run([&] { mrf::detail::write(result_, output); },
@@ -390,19 +392,6 @@ void MRFReconstruction<PointNT>::performReconstruction(PointCloud& points, std::
     points.sensor_orientation_ = input_->sensor_orientation_;
   };
   run([&] { write(points, polygons); }, clear);
-}
-
-template <typename PointNT>
-bool MRFReconstruction<PointNT>::isColored() const
-{
-  return options_.colors == mrf::ColorMode::confidence || options_.colors == mrf::ColorMode::sigma ||
-         (mrf::detail::Attributes<PointNT>::hasRgb && options_.colors == mrf::ColorMode::input);
-}
-
-template <typename PointNT>
-bool MRFReconstruction<PointNT>::isIntense() const
-{
-  return mrf::detail::Attributes<PointNT>::hasIntensity && options_.colors == mrf::ColorMode::input;
 }
 
 template <typename PointNT>

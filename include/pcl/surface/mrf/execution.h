@@ -16,10 +16,9 @@
 
 namespace pcl::mrf {
 
-/// Called with the running stage's name and the fraction of the whole run that is done, 0..1, which never falls;
-/// returning false cancels the run. Always called from the thread that runs the reconstruction, also while the others
-/// are at work; several times a second, so that the fraction, part of which is estimated from the time, moves steadily.
-/// Of a stage that is called alone the fraction is that of the stage.
+/// Called with the running stage's name and the fraction of the whole run that is done, 0..1, which never falls (of a
+/// stage that is called alone, of the stage); returning false cancels the run. Always called from the thread that runs
+/// the reconstruction, several times a second.
 using ProgressCallback = std::function<bool(const std::string& stage, double fraction)>;
 
 /// A stage of a run and the seconds that it is expected to take. Only their ratios count, but for the first stage's.
@@ -79,19 +78,16 @@ private:
   int found_ = 0, made_ = 0;
 };
 
-/// The processes that mpirun has started: rank 0 runs, and gives tasks to all ranks.
-/// On the others the function does tasks until rank 0's runner has gone, and returns none. Ranks share the threads of
-/// rank 0's Execution with those of the same machine.
-/// \throw ResourceLimit if libpcl_mrf_mpi cannot be loaded
+/// The processes that mpirun has started: rank 0 runs, and gives tasks to all ranks, which share the threads of its
+/// Execution with those of the same machine. On the others the function does tasks until rank 0's runner has gone, and
+/// returns none. \throw ResourceLimit if libpcl_mrf_mpi cannot be loaded
 PCL_MRF_EXPORT std::unique_ptr<TaskRunner> tasksOfRanks();
 
-/// A fixed set of worker threads, a progress callback and a cancellation flag.
+/// A fixed set of worker threads, which sleep while there is nothing to do, a progress callback and a cancellation
+/// flag.
 ///
-/// Work is cut into chunks whose bounds depend on the problem alone, never on the number of threads, and partial sums
-/// are added in the order of the chunks: results are the same bytes for any number of threads.
-/// The workers sleep while there is nothing to do (no spinning).
-///
-/// An Execution runs one parallel loop at a time; loops must not be nested.
+/// Work is cut into chunks whose bounds depend on the problem alone, and partial sums are added in their order: results
+/// are the same bytes for any number of threads. One parallel loop runs at a time; loops must not be nested.
 class PCL_MRF_EXPORT Execution {
 public:
   /// \param threads number of threads, the calling one included; 0 = one per hardware thread. Where the system does not
@@ -103,9 +99,8 @@ public:
 
   int threads() const { return threads_; }
 
-  /// Has parts of a run done as tasks: the finest level in tiles, the remesher's parts. They are cut by the cloud
-  /// alone, so that results are the same bytes whoever does them. \param tasks outlives this; none: all is done here,
-  /// at once
+  /// Has parts of a run done as tasks: the finest level in tiles, the remesher's parts. Results are the same bytes
+  /// whoever does them. \param tasks outlives this; none: all is done here, at once
   void setTasks(TaskRunner* tasks) { tasks_ = tasks; }
   TaskRunner* tasks() const { return tasks_; }
 

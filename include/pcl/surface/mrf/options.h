@@ -59,9 +59,7 @@ struct OrientationOptions {
   bool localDistance = true;     ///< the automatic distance is five local spacings of each of the two points; false:
                                  ///< the paper's, max(l̄ + 6 σ_l, 2.5 l̄) for all
   bool joinAcrossCreases = true; ///< join components over edges that fail the angle, most parallel first
-  /// Drop components with a smaller share of the points as they were gathered, [0, 1); the paper: 1 %, which costs what
-  /// few points reach: pockets, ends of limbs, small objects.
-  float minComponentShare = 0;
+  float minComponentShare = 0;   ///< drop components with a smaller share of the points, [0, 1); the paper: .01
   /// @}
 };
 
@@ -105,16 +103,13 @@ struct ObservationOptions {
   /// (σ = D z²/F, disparities off by D pixels, focal length times baseline F pixels; kinect alone: .088, 43.5 m).
   std::string noiseModel = "automatic";
   float gradientWeight = 0; ///< g²/ℓ²: weight of the normals beside that of the positions, ..100; 0 = chosen by the
-                            ///< data, or .4 where the smoothing is given or the normals are estimated. Coarse levels
-                            ///< take ten times as much where bands of order 3 refine them to voxels of at most 2.4
-                            ///< spacings
+                            ///< data, or .4 where the smoothing is given or the normals are estimated
 
   // Of observations at the voxels.
   int neighbors = 5; ///< points per voxel, 1..100
 
   // Of the confidence: of voxels, and of the surface in colors and trimming.
-  float maxDistance =
-      0; ///< dEmax, cloud's unit; 0 = 3 l̄ (the paper's), 3.25 l̄ for points, plane and trapezoid (measured)
+  float maxDistance = 0; ///< dEmax, cloud's unit; 0 = 3 l̄ (the paper's), 3.25 l̄ for points, plane and trapezoid
   ConfidenceShape confidenceShape = ConfidenceShape::quadratic; ///< no option of tools
 
   bool atPoints() const { return kind == ObservationKind::points; }
@@ -127,14 +122,8 @@ enum class Prior {
   triharmonic = 3 ///< the exact minimizer of the sum of Eq. 6 over all voxels
 };
 
-/// Which energy is minimized; a = αβ, w = a/(1−a).
-///
-/// joint is what the paper's program does: it moves a voxel to a d° + (1−a) d̄, d̄ being the value that the prior alone
-/// asks for given the neighbors. paper is what its text writes, where every edge is met from both of its ends: U of a
-/// voxel i with n neighbors j is Σ (d_i − d_j)²/n for k = 1 (Eq. 5), and Σ (l_i − l_j)² of l = d − (mean of the
-/// neighbors) for k = 2 and 3 (Eq. 6). The derivative of the sum of Eq. 6 is of the order of L³ whatever k is: k = 2
-/// is the fixed point of ICM and minimizes no energy of this form. Where a is constant and no border near, paper is
-/// L d + 3 w (d − d°) = 0 or L³ d + 18 w (d − d°) = 0, so that a β of .9 smooths as one of .82 or .33 with joint.
+/// Which energy is minimized; a = αβ, w = a/(1−a): as the paper's program does it, or as its text writes it, see
+/// src/method.md. With paper a β of .9 smooths as one of .82 (k = 1) or .33 with joint.
 enum class Energy {
   joint, ///< Eq. 9 / 13: L^k d + c_k W (d − d°) = 0
   paper ///< Eq. 10–11: the minimum of Σ (1−a_i) U(d_i) + a_i (d_i − d°_i)², by every solver but multigrid, which
@@ -151,8 +140,7 @@ enum class SolverMethod {
   multigrid, ///< conjugate gradients preconditioned by one multigrid V-cycle; see grid_solver.h
   icm,       ///< the paper's iterated conditional modes, voxel by voxel in a random order; see solveIcm
   cg,        ///< Fletcher–Reeves conjugate gradients on the energy
-  cholesky,  ///< sparse Cholesky factorization by CHOLMOD, in double precision; needs the module libpcl_mrf_cholesky,
-             ///< which is a package of its own, and is refused where it would take longer than some 16 s
+  cholesky,  ///< sparse Cholesky factorization by CHOLMOD, of the module libpcl_mrf_cholesky; refused above some 16 s
   icmColors  ///< iterated conditional modes by classes of voxels that do not interact, in parallel
 };
 
@@ -166,9 +154,8 @@ struct SolverOptions {
   SolverMethod method = SolverMethod::multigrid;
   int maxIterations = 0;         ///< iterations or sweeps, ≥ 0; 0 = 100 (multigrid; on levels in bands 4, 2, 1),
                                  ///< 1000 (icm), 10000 (cg)
-  double changeTolerance = 5e-4; ///< icm and multigrid stop when a step changes d by less, RMS in voxel sides
-                                 ///< (icm: over all voxels; multigrid: over the observed ones near the zero level, and
-                                 ///< by 4 times as much where points are observed); 0 = never
+  double changeTolerance = 5e-4; ///< icm and multigrid stop when a step changes d by less, RMS in voxel sides, 4 times
+                                 ///< that where points are observed; 0 = never
   std::uint64_t seed = 1;        ///< of icm's visiting order, and of the draws of UncertaintyOptions
 
   /// \name Of the solvers' inside; no options of tools
@@ -249,12 +236,11 @@ struct RemesherOptions {
 struct UncertaintyOptions {
   bool compute = false; ///< sigma per vertex, and the report's part; needs observations at points
   int samples = 8;      ///< draws from the posterior, 2..1000; their seed is that of the solver
-  /// Surfaces that sigma allows for, which come with the result, 0..1000; sigma is computed for them. Each is one of
-  /// the draws, of which there are at least as many. Where they are wider than the object is thin, they may intersect.
+  /// Surfaces that sigma allows for, which come with the result, 0..1000; sigma is computed for them. Where they are
+  /// wider than the object is thin, they may intersect.
   int surfaces = 0;
-  /// Surface is dropped, after trimming and remeshing, whose 95 % half-width exceeds this, cloud's unit, and with it
-  /// what hangs on by single triangles; 0: none. Sigma is computed for it. It comes on top of what TrimmingOptions
-  /// drop: with Trimming::none it alone decides.
+  /// Surface is dropped, on top of what TrimmingOptions drop, whose 95 % half-width exceeds this, cloud's unit, and
+  /// with it what hangs on by single triangles; 0: none. Sigma is computed for it.
   float maxError = 0;
 };
 
@@ -296,14 +282,8 @@ inline bool wantsUncertainty(const Options& options)
 /// The settings that our measurements recommend; the same as Options().
 PCL_MRF_EXPORT Options defaultPreset();
 
-/// The paper's own settings: lengths in its l̄, normals estimated anew, its PCA noise criteria, components of at least
-/// 1 % of the points, the median of 5 planes, linear α over dEmax = 3 l̄, h = 2 l̄, the Laplacian prior (k = 2), its ICM
-/// after a Cholesky factorization of the coarsest level (which needs the module libpcl_mrf_cholesky), each from the
-/// linear interpolation of the coarser one, ten rounds of remeshing with vertices on the zero level, no trimming.
-/// β = .9 is the paper's value (its text at Fig. 4). The 1 % count the points as they were gathered, before any was
-/// dropped. PCL's own classes run where the paper's steps are theirs: pcl::search::KdTree for every query,
-/// pcl::NormalEstimationOMP with a radius of 2.5 l̄, and pcl::StatisticalOutlierRemoval if it is asked for.
-/// All in which it still differs from the paper is listed in src/method.md, "The preset paper".
+/// The paper's own settings; what they are, and in what they still differ from the paper, is in src/method.md. Needs
+/// the module libpcl_mrf_cholesky. PCL's own classes run where the paper's steps are theirs.
 PCL_MRF_EXPORT Options paperPreset();
 
 /// The presets by name.

@@ -40,8 +40,7 @@ PCL_MRF_EXPORT std::vector<Rgb> vertexColors(const Reconstruction& result);
 /// more is freed on the way: 4 bytes per point from the beginning, 16 while the mesh is remeshed
 /// \throw InvalidInput, InvalidOption, ResourceLimit, SolverFailure, Cancelled; CallerError for what the progress
 /// callback or the reader of attributes throw; whatever the search throws
-/// Points nearer than 1e-8 to each other on average, or in a box with a diagonal above 1e9, are refused as
-/// InvalidInput. The result is the same bytes for any number of threads.
+/// Points nearer than 1e-8 on average, or in a box with a diagonal above 1e9, are refused as InvalidInput.
 PCL_MRF_EXPORT void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search, Execution& execution,
                                 Reconstruction& result, bool keepsPoints = true);
 

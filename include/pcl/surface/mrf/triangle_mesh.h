@@ -47,13 +47,9 @@ PCL_MRF_EXPORT TriangleMesh displaced(TriangleMesh mesh, const std::vector<float
 /// 2 · inradius / circumradius of a triangle: 1 for equilateral, 0 for degenerate.
 PCL_MRF_EXPORT double triangleQuality(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c);
 
-/// Computes all statistics, of any mesh.
-///
-/// Triangles with a repeated vertex or an index out of range count as degenerate and are left out of the topology
-/// (edges, components, Euler characteristic); areas, volumes and lengths that are not finite are left out of the sums.
-/// \throw ResourceLimit for more than 2³¹/3 triangles
-/// Cost: linear in the number of triangles for bounded valences.
-/// The result does not depend on the number of threads.
+/// Computes all statistics, of any mesh. Triangles with a repeated vertex or an index out of range count as degenerate
+/// and are left out of the topology (edges, components, Euler characteristic); areas, volumes and lengths that are not
+/// finite are left out of the sums. \throw ResourceLimit for more than 2³¹/3 triangles
 PCL_MRF_EXPORT MeshStatistics measure(const TriangleMesh& mesh, Execution& execution);
 
 /// The same on the calling thread.
