@@ -2,6 +2,7 @@
 #include "field/voxel_set.h"
 
 #include "base/disjoint_sets.h"
+#include "base/loops.h"
 #include "base/multiversioning.h"
 
 #include <pcl/surface/mrf/exceptions.h>
@@ -67,6 +68,48 @@ bool haveSameRuns(const Runs& a, const Runs& b)
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
                     [](const Run& run, const Run& other) { return run.at == other.at && run.count == other.count; });
 }
+
+/// Shrinks the planes of a band in turn. Each step trails the one before it by a plane: to shrink a plane once more it
+/// takes the two beside it as the step before has left them.
+class PlaneEroder {
+public:
+  PlaneEroder(const VoxelSet& band, int steps)
+      : band_(&band), planes_(static_cast<std::size_t>(steps) + 1, std::vector<MaskPlane>(3, MaskPlane(band.size())))
+  {}
+
+  void operator()(int z, MaskPlane& mask)
+  {
+    const int steps = static_cast<int>(planes_.size()) - 1;
+    for (int at = z == next_ ? z : z - 2 * steps; at <= z; ++at)
+      advance(at);
+    next_ = z + 1;
+    mask = planes_.back().back();
+  }
+
+private:
+  void advance(int z)
+  {
+    int newest = z + static_cast<int>(planes_.size()) - 1;
+    for (std::size_t step = 0; step < planes_.size(); ++step, --newest) {
+      std::rotate(planes_[step].begin(), planes_[step].begin() + 1, planes_[step].end());
+      MaskPlane& plane = planes_[step].back();
+      if (step == 0) {
+        plane.clear();
+        band_->rasterize(newest, plane);
+      } else {
+        const std::vector<MaskPlane>& before = planes_[step - 1];
+        plane = before[1];
+        plane.shrinkCrosswise();
+        plane.intersect(before[0]);
+        plane.intersect(before[2]);
+      }
+    }
+  }
+
+  const VoxelSet* band_;
+  std::vector<std::vector<MaskPlane>> planes_; ///< the last three after each step
+  int next_ = std::numeric_limits<int>::min();
+};
 
 } // namespace
 
@@ -167,52 +210,6 @@ void MaskPlane::shrinkCrosswise()
   }
 }
 
-namespace {
-
-/// Shrinks the planes of a band in turn. Each step trails the one before it by a plane: to shrink a plane once more it
-/// takes the two beside it as the step before has left them.
-class PlaneEroder {
-public:
-  PlaneEroder(const VoxelSet& band, int steps)
-      : band_(&band), planes_(static_cast<std::size_t>(steps) + 1, std::vector<MaskPlane>(3, MaskPlane(band.size())))
-  {}
-
-  void operator()(int z, MaskPlane& mask)
-  {
-    const int steps = static_cast<int>(planes_.size()) - 1;
-    for (int at = z == next_ ? z : z - 2 * steps; at <= z; ++at)
-      advance(at);
-    next_ = z + 1;
-    mask = planes_.back().back();
-  }
-
-private:
-  void advance(int z)
-  {
-    int newest = z + static_cast<int>(planes_.size()) - 1;
-    for (std::size_t step = 0; step < planes_.size(); ++step, --newest) {
-      std::rotate(planes_[step].begin(), planes_[step].begin() + 1, planes_[step].end());
-      MaskPlane& plane = planes_[step].back();
-      if (step == 0) {
-        plane.clear();
-        band_->rasterize(newest, plane);
-      } else {
-        const std::vector<MaskPlane>& before = planes_[step - 1];
-        plane = before[1];
-        plane.shrinkCrosswise();
-        plane.intersect(before[0]);
-        plane.intersect(before[2]);
-      }
-    }
-  }
-
-  const VoxelSet* band_;
-  std::vector<std::vector<MaskPlane>> planes_; ///< the last three after each step
-  int next_ = std::numeric_limits<int>::min();
-};
-
-} // namespace
-
 VoxelSet::VoxelSet(GridSize size, const Fill& fill, int roundUpTo, Execution& execution)
 {
   build(
@@ -289,11 +286,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
   if (total > maxNumbers)
     throw ResourceLimit("a band of " + std::to_string(planeFirst_.back()) + " voxels has " + std::to_string(total) +
                         " runs, more than 32-bit numbers count; choose a larger voxel size");
-  runs_.reserve(total);
-  for (std::vector<Run>& plane : planes) {
-    runs_.insert(runs_.end(), plane.begin(), plane.end());
-    plane = std::vector<Run>();
-  }
+  runs_ = joined(std::move(planes));
   rowBegin_.assign(rows + 1, 0);
   for (std::size_t r = 0; r < rows; ++r)
     rowBegin_[r + 1] = rowBegin_[r] + runsInRow[r];
@@ -301,7 +294,7 @@ void VoxelSet::build(GridSize size, const std::function<Fill()>& makeFill, int r
     ++bottom_;
   for (top_ = size.z; top_ > bottom_ && planeCount(top_ - 1) == 0;)
     --top_;
-  likeFirst_.resize(planes.size());
+  likeFirst_.resize(size.z);
   for (int z = 0; z < size.z; ++z)
     likeFirst_[z] = z > 0 && haveSameRuns(plane(z - 1), plane(z)) ? likeFirst_[z - 1] : z;
 }

@@ -12,6 +12,42 @@
 
 namespace pcl::mrf {
 
+const NamesOfAll& namesOfAll()
+{
+  static const NamesOfAll all(
+      {{"density", LengthUnit::density}, {"nearest", LengthUnit::nearest}},
+      {{"bins", SearchKind::bins}, {"kdtree", SearchKind::kdTree}},
+      {{"membrane", Prior::membrane}, {"thin-plate", Prior::thinPlate}, {"triharmonic", Prior::triharmonic}},
+      {{"joint", Energy::joint}, {"paper", Energy::paper}},
+      {{"points", ObservationKind::points},
+       {"median", ObservationKind::median},
+       {"mean", ObservationKind::mean},
+       {"nearest", ObservationKind::nearest},
+       {"plane", ObservationKind::plane},
+       {"trapezoid", ObservationKind::trapezoid}},
+      {{"draft", Quality::draft}, {"normal", Quality::normal}, {"fine", Quality::fine}},
+      {{"multigrid", SolverMethod::multigrid},
+       {"icm", SolverMethod::icm},
+       {"icm-colors", SolverMethod::icmColors},
+       {"cg", SolverMethod::cg},
+       {"cholesky", SolverMethod::cholesky}},
+      {{"auto", NormalSource::automatic},
+       {"use", NormalSource::use},
+       {"reference", NormalSource::reference},
+       {"estimate", NormalSource::estimate}},
+      {{"none", OrientationVote::none},
+       {"reference", OrientationVote::reference},
+       {"sensor", OrientationVote::sensor},
+       {"outward", OrientationVote::outward}},
+      {{"none", Trimming::none}, {"holes", Trimming::holes}, {"supported", Trimming::supported}},
+      {{"confidence", ColorMode::confidence},
+       {"sigma", ColorMode::sigma},
+       {"input", ColorMode::input},
+       {"none", ColorMode::none}},
+      {{"default", Preset::standard}, {"paper", Preset::paper}});
+  return all;
+}
+
 std::string decimalText(double value)
 {
   std::array<char, 32> digits;
@@ -159,12 +195,10 @@ private:
   template <typename Value>
   auto accessTo(Value Stage::*field) const
   {
-    return [stage = stage_, field](auto& options) -> decltype(auto) {
-      if constexpr (std::is_same_v<Stage, Options>)
-        return (options.*field);
-      else
-        return (options.*stage.*field);
-    };
+    if constexpr (std::is_same_v<Stage, Options>)
+      return [field](auto& options) -> decltype(auto) { return (options.*field); };
+    else
+      return [stage = stage_, field](auto& options) -> decltype(auto) { return (options.*stage.*field); };
   }
 
   OptionDeclaration& add(const char* name, const char* flag, const char* help)
@@ -406,24 +440,6 @@ std::vector<OptionDeclaration> declareAll()
   return rows;
 }
 
-} // namespace
-
-const std::vector<OptionDeclaration>& optionDeclarations()
-{
-  static const std::vector<OptionDeclaration> all = declareAll();
-  return all;
-}
-
-const OptionDeclaration& optionDeclaration(const std::string& name)
-{
-  for (const OptionDeclaration& option : optionDeclarations())
-    if (option.name == name)
-      return option;
-  throw std::out_of_range("there is no option " + name);
-}
-
-namespace {
-
 /// A name in a message, and the value that is said of it: "prior.beta = 2".
 struct NamedOption {
   std::string name, value;
@@ -470,6 +486,20 @@ std::string renamed(const NamedOption& option, const std::string& text, OptionNa
 }
 
 } // namespace
+
+const std::vector<OptionDeclaration>& optionDeclarations()
+{
+  static const std::vector<OptionDeclaration> all = declareAll();
+  return all;
+}
+
+const OptionDeclaration& optionDeclaration(const std::string& name)
+{
+  for (const OptionDeclaration& option : optionDeclarations())
+    if (option.name == name)
+      return option;
+  throw std::out_of_range("there is no option " + name);
+}
 
 std::string withOptionNames(const std::string& message, OptionNaming naming)
 {

@@ -117,15 +117,268 @@ private:
     return sides_.isTurned[components_.set[i]] ? Eigen::Vector3f(-normals_[i]) : normals_[i];
   }
 
-  void turnCavities();
-  double windingNumber(const std::vector<std::uint32_t>& shell, std::size_t stride, const Eigen::Vector3f& at) const;
-  void alignOpenOnes();
-  Eigen::Vector3d commonAxis() const;
-  bool isHeightField(const Eigen::Vector3d& axis) const;
-  double sideOfScanner(const Eigen::Vector3d& axis) const;
-  double outside() const;
-  double sideOfThings(const Eigen::Vector3d& axis) const;
-  void followNeighbors(const NeighborSearch& search, Execution& execution);
+  /// How often a closed shell of outward normals surrounds a place, from every stride-th of its points.
+  double windingNumber(const std::vector<std::uint32_t>& shell, std::size_t stride, const Eigen::Vector3f& at) const
+  {
+    // π times areas_ is the area: of the disc that reaches to the m-th neighbor, a point has the m-th part.
+    double solidAngle = 0;
+    for (std::size_t n = 0; n < shell.size(); n += stride) {
+      const Eigen::Vector3d r = (points_.positions[shell[n]] - at).cast<double>();
+      const double distance = r.norm();
+      if (distance > 0)
+        solidAngle +=
+            double{areas_[shell[n]]} * normal(shell[n]).cast<double>().dot(r) / (distance * distance * distance);
+    }
+    return static_cast<double>(stride) * solidAngle / 4;
+  }
+
+  /// A closed component inside an odd number of others bounds a cavity: its outside is within it.
+  void turnCavities()
+  {
+    std::vector<std::uint32_t> closed;
+    for (std::uint32_t c = 0; c < extents_.size(); ++c)
+      if (isTelling(c) && !extents_[c].isOpen())
+        closed.push_back(c);
+    // The largest ones, which many small ones would make slow.
+    std::stable_sort(closed.begin(), closed.end(),
+                     [&](std::uint32_t c, std::uint32_t d) { return extents_[c].points > extents_[d].points; });
+    closed.resize(std::min(closed.size(), maxShells));
+    if (closed.size() < 2)
+      return;
+    std::vector<std::vector<std::uint32_t>> members(extents_.size());
+    for (std::uint32_t i = 0; i < points_.size(); ++i)
+      if (std::find(closed.begin(), closed.end(), components_.set[i]) != closed.end())
+        members[components_.set[i]].push_back(i);
+    const auto isInside = [&](std::uint32_t c, std::uint32_t shell) {
+      if (c == shell || !extents_[shell].box.contains(extents_[c].box))
+        return false;
+      const std::size_t stride = members[shell].size() / shellSample + 1;
+      int inside = 0;
+      for (std::size_t n = 0; n < cavityProbes; ++n) {
+        const std::uint32_t probe = members[c][n * members[c].size() / cavityProbes];
+        inside += windingNumber(members[shell], stride, points_.positions[probe]) > .5 ? 1 : -1;
+      }
+      return inside > 0;
+    };
+    std::vector<std::uint32_t> cavities;
+    for (const std::uint32_t c : closed)
+      if (std::count_if(closed.begin(), closed.end(), [&](std::uint32_t d) { return isInside(c, d); }) % 2 == 1)
+        cavities.push_back(c);
+    for (const std::uint32_t c : cavities)
+      sides_.isTurned[c] ^= 1;
+  }
+
+  /// The direction that the open components, each turned to it, face with the largest area: the view of a single
+  /// scanner.
+  Eigen::Vector3d commonAxis() const
+  {
+    std::vector<Eigen::Vector3d> areas;
+    for (std::size_t c = 0; c < extents_.size(); ++c)
+      if (isTelling(c) && extents_[c].isOpen())
+        areas.push_back(extents_[c].vectorArea);
+    std::vector<Eigen::Vector3d> starts = areas;
+    const std::size_t tried = std::min(starts.size(), maxStarts);
+    std::partial_sort(starts.begin(), starts.begin() + tried, starts.end(),
+                      [](const auto& a, const auto& b) { return a.squaredNorm() > b.squaredNorm(); });
+    starts.resize(tried);
+    for (int axis = 0; axis < 3; ++axis)
+      starts.emplace_back(Eigen::Vector3d::Unit(axis));
+    Eigen::Vector3d best = Eigen::Vector3d::Zero();
+    for (Eigen::Vector3d sum : starts)
+      for (double previous = -1; sum.norm() > previous;) {
+        previous = sum.norm();
+        const Eigen::Vector3d along = sum;
+        sum.setZero();
+        for (const Eigen::Vector3d& area : areas)
+          sum += area.dot(along) < 0 ? Eigen::Vector3d(-area) : area;
+        if (sum.norm() > best.norm())
+          best = sum;
+      }
+    return best.normalized();
+  }
+
+  /// Whether most lines along the axis meet the open components at one depth only.
+  bool isHeightField(const Eigen::Vector3d& axis) const
+  {
+    std::vector<float> reaches;
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (isOpenPoint(i))
+        reaches.push_back(reach_.of(i));
+    const double side = median(std::move(reaches));
+    if (!(side > 0))
+      return false;
+    const Eigen::Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
+    struct Depths {
+      double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
+    };
+    std::unordered_map<std::uint64_t, Depths> cells;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (!isOpenPoint(i))
+        continue;
+      const Eigen::Vector3d p = points_.positions[i].cast<double>();
+      // Half of the key each; what is farther than 2³¹ cells may share one.
+      const auto cell = [&](const Eigen::Vector3d& along) {
+        return static_cast<std::uint32_t>(
+            static_cast<std::int64_t>(std::clamp(std::floor(p.dot(along) / side), -2147483648.0, 2147483647.0)));
+      };
+      Depths& depths = cells[std::uint64_t{cell(u)} << 32 | cell(v)];
+      depths.nearest = std::min(depths.nearest, p.dot(axis));
+      depths.farthest = std::max(depths.farthest, p.dot(axis));
+    }
+    std::size_t deep = 0;
+    for (const auto& [key, depths] : cells)
+      deep += depths.farthest - depths.nearest > steepest * side;
+    return 2 * deep < cells.size();
+  }
+
+  /// > 0 if the scanner was on the axis' side, < 0 on the other one, by what its constant angle between rays does to
+  /// the spacing of points: it grows with the distance, and with the tilt of the surface. 0 if that does not show.
+  double sideOfScanner(const Eigen::Vector3d& axis) const
+  {
+    if (!reach_.isLocal())
+      return 0;
+    // Of depth, tilt and spacing.
+    double count = 0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const double cosine = std::abs(normals_[i].cast<double>().dot(axis));
+      // A grazing view tells of the angle's error, not of the distance.
+      if (!isOpenPoint(i) || cosine < .2 || !(reach_.of(i) > 0))
+        continue;
+      const Eigen::Vector3d values(points_.positions[i].cast<double>().dot(axis), std::log(cosine),
+                                   std::log(double{reach_.of(i)}));
+      ++count;
+      sum += values;
+      products += values * values.transpose();
+    }
+    if (!(count > 0))
+      return 0;
+    // Partial correlation of depth and spacing: what is left of both when the tilt has explained its part.
+    const Eigen::Matrix3d covariance = products / count - sum * sum.transpose() / (count * count);
+    const double tilt = covariance(1, 1) > 0 ? 1 / covariance(1, 1) : 0;
+    const auto left = [&](int i, int j) { return covariance(i, j) - tilt * covariance(i, 1) * covariance(j, 1); };
+    const double variances = left(0, 0) * left(2, 2);
+    const double correlation = variances > 0 ? left(0, 2) / std::sqrt(variances) : 0;
+    return std::abs(correlation) > decisiveCorrelation ? -correlation : 0;
+  }
+
+  /// > 0 if the open components, taken as one, face away from their middle, < 0 if towards it; 0 if they hardly do
+  /// either.
+  double outside() const
+  {
+    Eigen::Vector4d moment = Eigen::Vector4d::Zero();
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      if (isOpenPoint(i))
+        moment += double{areas_[i]} * points_.positions[i].cast<double>().homogeneous();
+    if (!(moment.w() > 0))
+      return 0;
+    double balance = 0, total = 0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (!isOpenPoint(i))
+        continue;
+      const Eigen::Vector3d arm = points_.positions[i].cast<double>() - moment.hnormalized();
+      const double value = areas_[i] * normal(i).cast<double>().dot(arm);
+      balance += value;
+      total += std::max(std::abs(value), .01 * areas_[i] * arm.norm());
+    }
+    return std::abs(balance) >= .5 * total ? balance : 0;
+  }
+
+  /// > 0 if what rises from the bulk of the surface does so along an axis, as a house from its plot, < 0 against it; 0
+  /// if it does not show: the skewness of heights.
+  double sideOfThings(const Eigen::Vector3d& axis) const
+  {
+    double area = 0, sum = 0, squares = 0, cubes = 0;
+    const auto forHeights = [&](const auto& visit) {
+      for (std::size_t i = 0; i < points_.size(); ++i)
+        if (isOpenPoint(i))
+          visit(double{areas_[i]}, points_.positions[i].cast<double>().dot(axis));
+    };
+    forHeights([&](double weight, double height) {
+      area += weight;
+      sum += weight * height;
+    });
+    forHeights([&](double weight, double height) {
+      const double above = height - sum / area;
+      squares += weight * above * above;
+      cubes += weight * above * above * above;
+    });
+    const double skewness = cubes / area / std::pow(squares / area, 1.5);
+    return std::abs(skewness) > decisiveSkewness ? skewness : 0;
+  }
+
+  /// Turns the open components of a height field to one side of it.
+  void alignOpenOnes()
+  {
+    const Eigen::Vector3d axis = commonAxis();
+    if (!isHeightField(axis))
+      return;
+    axis_ = axis;
+    const auto turnTo = [&](const Eigen::Vector3d& side) {
+      for (std::size_t c = 0; c < extents_.size(); ++c)
+        if (isTelling(c) && extents_[c].isOpen())
+          sides_.isTurned[c] = extents_[c].vectorArea.dot(side) < 0 ? 1 : 0;
+    };
+    turnTo(axis_);
+    double side = sideOfScanner(axis_);
+    if (side == 0)
+      side = outside();
+    if (side == 0)
+      side = sideOfThings(axis_);
+    if (side == 0) {
+      int longest = 0;
+      axis_.cwiseAbs().maxCoeff(&longest);
+      side = axis_[longest];
+    }
+    if (side < 0) {
+      axis_ = -axis_;
+      turnTo(axis_);
+    }
+  }
+
+  /// Turns small components as the nearest point of a larger one says, where that is close.
+  void followNeighbors(const NeighborSearch& search, Execution& execution)
+  {
+    std::vector<std::uint32_t> small;
+    for (std::uint32_t i = 0; i < points_.size(); ++i)
+      if (!isTelling(components_.set[i]) && !normals_[i].isZero())
+        small.push_back(i);
+    struct Neighbor {
+      float squaredDistance = std::numeric_limits<float>::infinity();
+      std::uint32_t point = 0;
+    };
+    std::vector<Neighbor> nearest(small.size());
+    execution.forRange(small.size(), sidesGrain, [&](std::size_t begin, std::size_t end) {
+      Neighbors found;
+      for (std::size_t n = begin; n < end; ++n) {
+        const int number = search.nearest(points_.positions[small[n]], neighborsAsked, found);
+        for (std::size_t m = 0; m < static_cast<std::size_t>(number); ++m) {
+          const auto j = static_cast<std::uint32_t>(found.indices[m]);
+          if (!isTelling(components_.set[j]) || normals_[j].isZero())
+            continue;
+          const float close = closeInReaches * std::max(reach_.of(small[n]), reach_.of(j));
+          if (found.squaredDistances[m] <= close * close)
+            nearest[n] = {found.squaredDistances[m], j};
+          break;
+        }
+      }
+    });
+    std::unordered_map<std::uint32_t, std::size_t> closest; // by component, into `small`
+    for (std::size_t n = 0; n < small.size(); ++n) {
+      const std::uint32_t c = components_.set[small[n]];
+      const auto place = closest.emplace(c, n).first;
+      if (nearest[n].squaredDistance < nearest[place->second].squaredDistance)
+        place->second = n;
+    }
+    for (const auto& [c, n] : closest) {
+      if (std::isfinite(nearest[n].squaredDistance)) {
+        const std::uint32_t i = small[n], j = nearest[n].point;
+        sides_.isTurned[c] = agree(normals_[i], normal(j), points_.positions[j] - points_.positions[i]) ? 0 : 1;
+      } else if (!axis_.isZero() && 2 * sides_.openShare > 1)
+        sides_.isTurned[c] = extents_[c].vectorArea.dot(axis_) < 0 ? 1 : 0;
+    }
+  }
 
   const PointSet& points_;
   const std::vector<Eigen::Vector3f>& normals_;
@@ -137,269 +390,6 @@ private:
   Eigen::Vector3d axis_ = Eigen::Vector3d::Zero(); ///< of the open components' common height field, if they form one
   Sides sides_;
 };
-
-/// How often a closed shell of outward normals surrounds a place, from every stride-th of its points.
-double Chooser::windingNumber(const std::vector<std::uint32_t>& shell, std::size_t stride,
-                              const Eigen::Vector3f& at) const
-{
-  // π times areas_ is the area: of the disc that reaches to the m-th neighbor, a point has the m-th part.
-  double solidAngle = 0;
-  for (std::size_t n = 0; n < shell.size(); n += stride) {
-    const Eigen::Vector3d r = (points_.positions[shell[n]] - at).cast<double>();
-    const double distance = r.norm();
-    if (distance > 0)
-      solidAngle +=
-          double{areas_[shell[n]]} * normal(shell[n]).cast<double>().dot(r) / (distance * distance * distance);
-  }
-  return static_cast<double>(stride) * solidAngle / 4;
-}
-
-/// A closed component inside an odd number of others bounds a cavity: its outside is within it.
-void Chooser::turnCavities()
-{
-  std::vector<std::uint32_t> closed;
-  for (std::uint32_t c = 0; c < extents_.size(); ++c)
-    if (isTelling(c) && !extents_[c].isOpen())
-      closed.push_back(c);
-  // The largest ones, which many small ones would make slow.
-  std::stable_sort(closed.begin(), closed.end(),
-                   [&](std::uint32_t c, std::uint32_t d) { return extents_[c].points > extents_[d].points; });
-  closed.resize(std::min(closed.size(), maxShells));
-  if (closed.size() < 2)
-    return;
-  std::vector<std::vector<std::uint32_t>> members(extents_.size());
-  for (std::uint32_t i = 0; i < points_.size(); ++i)
-    if (std::find(closed.begin(), closed.end(), components_.set[i]) != closed.end())
-      members[components_.set[i]].push_back(i);
-  const auto isInside = [&](std::uint32_t c, std::uint32_t shell) {
-    if (c == shell || !extents_[shell].box.contains(extents_[c].box))
-      return false;
-    const std::size_t stride = members[shell].size() / shellSample + 1;
-    int inside = 0;
-    for (std::size_t n = 0; n < cavityProbes; ++n) {
-      const std::uint32_t probe = members[c][n * members[c].size() / cavityProbes];
-      inside += windingNumber(members[shell], stride, points_.positions[probe]) > .5 ? 1 : -1;
-    }
-    return inside > 0;
-  };
-  std::vector<std::uint32_t> cavities;
-  for (const std::uint32_t c : closed)
-    if (std::count_if(closed.begin(), closed.end(), [&](std::uint32_t d) { return isInside(c, d); }) % 2 == 1)
-      cavities.push_back(c);
-  for (const std::uint32_t c : cavities)
-    sides_.isTurned[c] ^= 1;
-}
-
-/// The direction that the open components, each turned to it, face with the largest area: the view of a single scanner.
-Eigen::Vector3d Chooser::commonAxis() const
-{
-  std::vector<Eigen::Vector3d> areas;
-  for (std::size_t c = 0; c < extents_.size(); ++c)
-    if (isTelling(c) && extents_[c].isOpen())
-      areas.push_back(extents_[c].vectorArea);
-  std::vector<Eigen::Vector3d> starts = areas;
-  const std::size_t tried = std::min(starts.size(), maxStarts);
-  std::partial_sort(starts.begin(), starts.begin() + tried, starts.end(),
-                    [](const auto& a, const auto& b) { return a.squaredNorm() > b.squaredNorm(); });
-  starts.resize(tried);
-  for (int axis = 0; axis < 3; ++axis)
-    starts.emplace_back(Eigen::Vector3d::Unit(axis));
-  Eigen::Vector3d best = Eigen::Vector3d::Zero();
-  for (Eigen::Vector3d sum : starts)
-    for (double previous = -1; sum.norm() > previous;) {
-      previous = sum.norm();
-      const Eigen::Vector3d along = sum;
-      sum.setZero();
-      for (const Eigen::Vector3d& area : areas)
-        sum += area.dot(along) < 0 ? Eigen::Vector3d(-area) : area;
-      if (sum.norm() > best.norm())
-        best = sum;
-    }
-  return best.normalized();
-}
-
-/// Whether most lines along the axis meet the open components at one depth only.
-bool Chooser::isHeightField(const Eigen::Vector3d& axis) const
-{
-  std::vector<float> reaches;
-  for (std::size_t i = 0; i < points_.size(); ++i)
-    if (isOpenPoint(i))
-      reaches.push_back(reach_.of(i));
-  const double side = median(std::move(reaches));
-  if (!(side > 0))
-    return false;
-  const Eigen::Vector3d u = axis.unitOrthogonal(), v = axis.cross(u);
-  struct Depths {
-    double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
-  };
-  std::unordered_map<std::uint64_t, Depths> cells;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (!isOpenPoint(i))
-      continue;
-    const Eigen::Vector3d p = points_.positions[i].cast<double>();
-    // Half of the key each; what is farther than 2³¹ cells may share one.
-    const auto cell = [&](const Eigen::Vector3d& along) {
-      return static_cast<std::uint32_t>(
-          static_cast<std::int64_t>(std::clamp(std::floor(p.dot(along) / side), -2147483648.0, 2147483647.0)));
-    };
-    Depths& depths = cells[std::uint64_t{cell(u)} << 32 | cell(v)];
-    depths.nearest = std::min(depths.nearest, p.dot(axis));
-    depths.farthest = std::max(depths.farthest, p.dot(axis));
-  }
-  std::size_t deep = 0;
-  for (const auto& [key, depths] : cells)
-    deep += depths.farthest - depths.nearest > steepest * side;
-  return 2 * deep < cells.size();
-}
-
-/// > 0 if the scanner was on the axis' side, < 0 on the other one, by what its constant angle between rays does to the
-/// spacing of points: it grows with the distance, and with the tilt of the surface. 0 if that does not show.
-double Chooser::sideOfScanner(const Eigen::Vector3d& axis) const
-{
-  if (!reach_.isLocal())
-    return 0;
-  // Of depth, tilt and spacing.
-  double count = 0;
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const double cosine = std::abs(normals_[i].cast<double>().dot(axis));
-    // A grazing view tells of the angle's error, not of the distance.
-    if (!isOpenPoint(i) || cosine < .2 || !(reach_.of(i) > 0))
-      continue;
-    const Eigen::Vector3d values(points_.positions[i].cast<double>().dot(axis), std::log(cosine),
-                                 std::log(double{reach_.of(i)}));
-    ++count;
-    sum += values;
-    products += values * values.transpose();
-  }
-  if (!(count > 0))
-    return 0;
-  // Partial correlation of depth and spacing: what is left of both when the tilt has explained its part.
-  const Eigen::Matrix3d covariance = products / count - sum * sum.transpose() / (count * count);
-  const double tilt = covariance(1, 1) > 0 ? 1 / covariance(1, 1) : 0;
-  const auto left = [&](int i, int j) { return covariance(i, j) - tilt * covariance(i, 1) * covariance(j, 1); };
-  const double variances = left(0, 0) * left(2, 2);
-  const double correlation = variances > 0 ? left(0, 2) / std::sqrt(variances) : 0;
-  return std::abs(correlation) > decisiveCorrelation ? -correlation : 0;
-}
-
-/// > 0 if the open components, taken as one, face away from their middle, < 0 if towards it; 0 if they hardly do
-/// either.
-double Chooser::outside() const
-{
-  Eigen::Vector4d moment = Eigen::Vector4d::Zero();
-  for (std::size_t i = 0; i < points_.size(); ++i)
-    if (isOpenPoint(i))
-      moment += double{areas_[i]} * points_.positions[i].cast<double>().homogeneous();
-  if (!(moment.w() > 0))
-    return 0;
-  double balance = 0, total = 0;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (!isOpenPoint(i))
-      continue;
-    const Eigen::Vector3d arm = points_.positions[i].cast<double>() - moment.hnormalized();
-    const double value = areas_[i] * normal(i).cast<double>().dot(arm);
-    balance += value;
-    total += std::max(std::abs(value), .01 * areas_[i] * arm.norm());
-  }
-  return std::abs(balance) >= .5 * total ? balance : 0;
-}
-
-/// > 0 if what rises from the bulk of the surface does so along an axis, as a house from its plot, < 0 against it; 0 if
-/// it does not show: the skewness of heights.
-double Chooser::sideOfThings(const Eigen::Vector3d& axis) const
-{
-  double area = 0, sum = 0, squares = 0, cubes = 0;
-  const auto forHeights = [&](const auto& visit) {
-    for (std::size_t i = 0; i < points_.size(); ++i)
-      if (isOpenPoint(i))
-        visit(double{areas_[i]}, points_.positions[i].cast<double>().dot(axis));
-  };
-  forHeights([&](double weight, double height) {
-    area += weight;
-    sum += weight * height;
-  });
-  forHeights([&](double weight, double height) {
-    const double above = height - sum / area;
-    squares += weight * above * above;
-    cubes += weight * above * above * above;
-  });
-  const double skewness = cubes / area / std::pow(squares / area, 1.5);
-  return std::abs(skewness) > decisiveSkewness ? skewness : 0;
-}
-
-/// Turns the open components of a height field to one side of it.
-void Chooser::alignOpenOnes()
-{
-  const Eigen::Vector3d axis = commonAxis();
-  if (!isHeightField(axis))
-    return;
-  axis_ = axis;
-  const auto turnTo = [&](const Eigen::Vector3d& side) {
-    for (std::size_t c = 0; c < extents_.size(); ++c)
-      if (isTelling(c) && extents_[c].isOpen())
-        sides_.isTurned[c] = extents_[c].vectorArea.dot(side) < 0 ? 1 : 0;
-  };
-  turnTo(axis_);
-  double side = sideOfScanner(axis_);
-  if (side == 0)
-    side = outside();
-  if (side == 0)
-    side = sideOfThings(axis_);
-  if (side == 0) {
-    int longest = 0;
-    axis_.cwiseAbs().maxCoeff(&longest);
-    side = axis_[longest];
-  }
-  if (side < 0) {
-    axis_ = -axis_;
-    turnTo(axis_);
-  }
-}
-
-/// Turns small components as the nearest point of a larger one says, where that is close.
-void Chooser::followNeighbors(const NeighborSearch& search, Execution& execution)
-{
-  std::vector<std::uint32_t> small;
-  for (std::uint32_t i = 0; i < points_.size(); ++i)
-    if (!isTelling(components_.set[i]) && !normals_[i].isZero())
-      small.push_back(i);
-  struct Neighbor {
-    float squaredDistance = std::numeric_limits<float>::infinity();
-    std::uint32_t point = 0;
-  };
-  std::vector<Neighbor> nearest(small.size());
-  execution.forRange(small.size(), sidesGrain, [&](std::size_t begin, std::size_t end) {
-    Neighbors found;
-    for (std::size_t n = begin; n < end; ++n) {
-      const int number = search.nearest(points_.positions[small[n]], neighborsAsked, found);
-      for (std::size_t m = 0; m < static_cast<std::size_t>(number); ++m) {
-        const auto j = static_cast<std::uint32_t>(found.indices[m]);
-        if (!isTelling(components_.set[j]) || normals_[j].isZero())
-          continue;
-        const float close = closeInReaches * std::max(reach_.of(small[n]), reach_.of(j));
-        if (found.squaredDistances[m] <= close * close)
-          nearest[n] = {found.squaredDistances[m], j};
-        break;
-      }
-    }
-  });
-  std::unordered_map<std::uint32_t, std::size_t> closest; // by component, into `small`
-  for (std::size_t n = 0; n < small.size(); ++n) {
-    const std::uint32_t c = components_.set[small[n]];
-    const auto place = closest.emplace(c, n).first;
-    if (nearest[n].squaredDistance < nearest[place->second].squaredDistance)
-      place->second = n;
-  }
-  for (const auto& [c, n] : closest) {
-    if (std::isfinite(nearest[n].squaredDistance)) {
-      const std::uint32_t i = small[n], j = nearest[n].point;
-      sides_.isTurned[c] = agree(normals_[i], normal(j), points_.positions[j] - points_.positions[i]) ? 0 : 1;
-    } else if (!axis_.isZero() && 2 * sides_.openShare > 1)
-      sides_.isTurned[c] = extents_[c].vectorArea.dot(axis_) < 0 ? 1 : 0;
-  }
-}
 
 } // namespace
 

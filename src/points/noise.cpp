@@ -287,11 +287,6 @@ double smoothingForAll(const NoiseModel& model)
   return smoothing;
 }
 
-std::vector<double> asDoubles(const std::vector<float>& values)
-{
-  return {values.begin(), values.end()};
-}
-
 double keyOf(const NoiseModel& model, const OrientedPoints& points, std::size_t i)
 {
   return static_cast<double>(model.isByRange ? (points.positions[i] - model.sensor).norm() : points.spacings[i]);
@@ -349,7 +344,9 @@ double NoiseModel::deviationAt(const OrientedPoints& points, std::size_t i) cons
 NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& search, double known, Execution& execution)
 {
   NoiseModel model;
-  model.deviation = points.deviations.empty() ? known : quantile(asDoubles(points.deviations), .5);
+  model.deviation = points.deviations.empty()
+                        ? known
+                        : quantile(std::vector<double>(points.deviations.begin(), points.deviations.end()), .5);
   if (points.size() < groupCount * neighborhoods.back() || points.spacings.empty())
     return model;
   model.isByRange = points.sensors.size() == 1;

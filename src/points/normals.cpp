@@ -39,15 +39,6 @@ constexpr std::int64_t normalGrain = 1024;
 /// is noise as well.
 constexpr double maxThirdEigenvalue = .1f;
 
-} // namespace
-
-float resolvedRadius(const NormalOptions& options, float spacing)
-{
-  return options.radius == 0 && options.noiseCriteria ? 2.5f * spacing : options.radius;
-}
-
-namespace {
-
 /// Where the planes are written to.
 class Estimates {
 public:
@@ -234,6 +225,11 @@ void grow(const PointSet& points, const NeighborSearch& search, float noise, std
 }
 
 } // namespace
+
+float resolvedRadius(const NormalOptions& options, float spacing)
+{
+  return options.radius == 0 && options.noiseCriteria ? 2.5f * spacing : options.radius;
+}
 
 NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& search, float spacing,
                                 const NormalOptions& options, Execution& execution, float noise)

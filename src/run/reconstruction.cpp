@@ -230,12 +230,6 @@ DistanceField solveLevels(const CloudPieces& pieces, const OrientedPoints& point
   return DistanceField::ofPieces(std::move(fields));
 }
 
-PointSet gatherPoints(RawCloud cloud, const Options& options, Report& report, Execution& execution)
-{
-  const StageTimer timer("gathering", report, execution);
-  return gather(std::move(cloud), options, report.points, execution);
-}
-
 /// Cuts the zero level out of the field. \throw InvalidInput if it has none
 void cutZeroLevel(Reconstruction& result, const ResolvedOptions& options, Execution& execution)
 {
@@ -467,7 +461,11 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
 
   execution.beginRun(expectedStages(cloud.positions.size(), options));
   const PointAttributes attributes = std::move(cloud.attributes);
-  PointSet points = gatherPoints(std::move(cloud), options, report, execution);
+  PointSet points;
+  {
+    const StageTimer timer("gathering", report, execution);
+    points = gather(std::move(cloud), options, report.points, execution);
+  }
   if (!keepsPoints && channelsOf(attributes, options) == 0)
     points.origins = std::vector<std::uint32_t>();
   const double resolution = points.resolution;

@@ -148,10 +148,7 @@ std::vector<HeldOutPair> holdOutPairs(const OrientedPoints& points, const Neighb
   forEach(execution, centers.size(), 1,
           [&](std::size_t n) { ofBalls[n] = Ball(points, search, centers[n], voxelSize).solve(spacing, options); });
   execution.poll();
-  std::vector<HeldOutPair> pairs;
-  for (const std::vector<HeldOutPair>& ofBall : ofBalls)
-    pairs.insert(pairs.end(), ofBall.begin(), ofBall.end());
-  return pairs;
+  return joined(std::move(ofBalls));
 }
 
 } // namespace pcl::mrf

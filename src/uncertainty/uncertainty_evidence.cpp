@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "uncertainty/uncertainty_evidence.h"
 
+#include "base/loops.h"
 #include "field/field_sampler.h"
 #include "levels/level_memory.h"
 #include "levels/multiscale.h"
@@ -233,8 +234,7 @@ private:
                              static_cast<std::int32_t>(n)});
       }
     });
-    for (const std::vector<FilledPlace>& ofPatch : places)
-      result_.filled.insert(result_.filled.end(), ofPatch.begin(), ofPatch.end());
+    result_.filled = joined(std::move(places));
   }
 
   /// To the mean of the tangent planes of the nearest points.
