@@ -70,7 +70,7 @@ set(CPACK_DEBIAN_MPI_PACKAGE_ENHANCES ${MRF_PACKAGE_library})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SUGGESTS "${MRF_PACKAGE_cholesky}, ${MRF_PACKAGE_mpi}")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "${MRF_PACKAGE_library} (= ${PROJECT_VERSION}), libpcl-dev, libeigen3-dev")
-set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_DEPENDS "python3, python3-numpy, python3-scipy, python3-matplotlib")
+set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_DEPENDS "python3, python3-numpy, python3-scipy, python3-matplotlib, python3-vtk9")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
   "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${MRF_NEXT_PYTHON}), python3-numpy")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, python3-open3d")

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Surfaces and clouds as arrays: their files, samples of them, exact distances to them; shapes."""
 
-import base64
-import re
-import zlib
 from functools import cached_property
-from itertools import chain
 
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import VTK_ID_TYPE, reference, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkGenericCell, vtkPolyData, vtkStaticCellLocator
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
 PLY_TYPES = {
     "char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<i4", "uint": "<u4", "float": "<f4",
@@ -43,21 +43,17 @@ class Surface:
         return np.isin(np.arange(len(self.points)), kinds[uses == 1])
 
     @cached_property
-    def _index(self):
-        """The same surface in triangles of much the same size, the largest distance of a corner from its triangle's
-        middle, and a tree of the middles."""
-        corners = self.corners()
-
-        def radii():
-            return np.linalg.norm(corners - corners.mean(1, keepdims=True), axis=2).max(1)
-
-        limit = max(4 * np.median(radii()), np.linalg.norm(np.ptp(self.points, axis=0)) / 200)
-        while (large := radii() > limit).any():
-            a, b, c = np.moveaxis(corners[large], 1, 0)
-            ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-            parts = [np.stack(part, 1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-            corners = np.concatenate([corners[~large]] + parts)
-        return corners, radii().max(), cKDTree(corners.mean(1))
+    def _locator(self):
+        """Finds the closest place of the triangles that have an area."""
+        triangles = self.triangles[self.areas() > 0]
+        points, cells, mesh, locator = vtkPoints(), vtkCellArray(), vtkPolyData(), vtkStaticCellLocator()
+        points.SetData(numpy_to_vtk(self.points, deep=True))
+        cells.SetData(3, numpy_to_vtk(triangles.ravel(), deep=True, array_type=VTK_ID_TYPE))
+        mesh.SetPoints(points)
+        mesh.SetPolys(cells)
+        locator.SetDataSet(mesh)
+        locator.BuildLocator()
+        return locator
 
     def samples(self, count, seed):
         """Places spread evenly over the area."""
@@ -143,65 +139,25 @@ def _read_ply(path):
 
 
 def read_field(path):
-    """\\return the distances on the lattice that `--field` of pcl_mrf_reconstruction writes, the first of its arrays, with
-    axes z, y, x; and the side of a voxel"""
-    with open(path, "rb") as file:
-        head, _, tail = file.read().partition(b"<AppendedData")
-    ends = np.array(re.search(rb'WholeExtent="([^"]*)"', head).group(1).split(), int)
-    side = float(re.search(rb'Spacing="([^ "]*)', head).group(1))
-    coded = tail[tail.index(b"_") + 1:]
-
-    def words(count, start=0):
-        """Of four bytes, and where the next ones are: VTK codes lengths and blocks apart from each other."""
-        end = start + -(-4 * count // 3) * 4
-        return np.frombuffer(base64.b64decode(coded[start:end])[:4 * count], "<u4"), end
-
-    blocks = int(words(1)[0][0])
-    lengths, start = words(3 + blocks)
-    packed = base64.b64decode(coded[start:start + -(-int(lengths[3:].sum()) // 3) * 4])
-    parts = np.split(np.frombuffer(packed, "u1"), np.cumsum(lengths[3:]))
-    raw = b"".join(zlib.decompress(part.tobytes()) for part in parts[:blocks])
-    return np.frombuffer(raw, "<f4").reshape(ends[[5, 3, 1]] - ends[[4, 2, 0]] + 1).astype(float), side
-
-
-def _squared_to_triangles(p, a, b, c):
-    """Squared distances between places and triangles, row by row."""
-
-    def dot(u, v):
-        return np.einsum("...x,...x", u, v)
-
-    def to_edge(s, t):
-        along, length = t - s, dot(t - s, t - s)
-        share = np.clip(dot(p - s, along) / np.where(length > 0, length, 1), 0, 1)
-        rest = p - s - share[..., None] * along
-        return dot(rest, rest)
-
-    u, v, w = b - a, c - a, p - a
-    uu, uv, vv, uw, vw = dot(u, u), dot(u, v), dot(v, v), dot(u, w), dot(v, w)
-    determinant = uu * vv - uv * uv
-    has_area = determinant > 1e-14 * uu * vv
-    safe = np.where(has_area, determinant, 1)
-    s, t = (vv * uw - uv * vw) / safe, (uu * vw - uv * uw) / safe
-    rest = w - s[..., None] * u - t[..., None] * v
-    edges = np.minimum(np.minimum(to_edge(a, b), to_edge(b, c)), to_edge(c, a))
-    return np.where(has_area & (s >= 0) & (t >= 0) & (s + t <= 1), dot(rest, rest), edges)
+    """\\return the distances on the lattice that `--field` of pcl_mrf_reconstruction writes, with axes z, y, x; and the
+    side of a voxel"""
+    reader = vtkXMLImageDataReader()
+    reader.SetFileName(path)
+    reader.Update()
+    image = reader.GetOutput()
+    field = vtk_to_numpy(image.GetPointData().GetArray("distance"))
+    return field.reshape(image.GetDimensions()[::-1]).astype(float), image.GetSpacing()[0]
 
 
 def distances(places, surface):
     """Exact distances from places to a surface."""
-    places = np.asarray(places, float).reshape(-1, 3)
-    corners, radius, tree = surface._index
-    result = np.zeros(len(places))
-    for start in range(0, len(places), 2000):
-        some = places[start:start + 2000]
-        bounds = np.sqrt(_squared_to_triangles(some, *np.moveaxis(corners[tree.query(some)[1]], 1, 0)))
-        # The closest triangle's middle is not farther than the closest place and the largest radius.
-        near = tree.query_ball_point(some, (bounds + radius) * (1 + 1e-9))
-        counts = [len(one) for one in near]
-        columns = np.fromiter(chain.from_iterable(near), int, sum(counts))
-        squared = _squared_to_triangles(np.repeat(some, counts, axis=0), *np.moveaxis(corners[columns], 1, 0))
-        result[start:start + 2000] = np.sqrt(np.minimum.reduceat(squared, np.cumsum([0] + counts[:-1])))
-    return result
+    place, cell, index, part, squared = [0., 0., 0.], vtkGenericCell(), reference(0), reference(0), reference(0.)
+
+    def distance(x):
+        surface._locator.FindClosestPoint(x, place, cell, index, part, squared)
+        return float(squared)**.5
+
+    return np.array([distance(x) for x in np.asarray(places, float).reshape(-1, 3).tolist()])
 
 
 def nearest(places, points, which=False):
