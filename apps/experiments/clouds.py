@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Clouds as scanners deliver them, meshes of random scans, and what the options are for."""
+"""Clouds as scanners deliver them, and what the options are for."""
 
 from functools import partial
 from pathlib import Path
@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from . import drawing, surfaces
-from .figures import grouped, rms
-from .laboratory import BUNNY
+from .figures import rms
 from .methods import compared, ours, peers
 from .surfaces import Surface
 
@@ -89,84 +88,6 @@ def _measure_real(made, cloud):
             "flipped %": 100 * local["flippedShare"] if "flippedShare" in local else None,
             "dropped %": 100 * (1 - counts["used"] / known) if known else None, "points": len(cloud.cloud.points),
             "unevenness": local["unevenness"], "triangles": len(made.mesh.triangles), "CPU s": made.seconds}
-
-
-def random_scan(seed, index):
-    """An object of a kind that the index chooses, the seed of its scan, and the scan's options, half of them without
-    normals."""
-    random = np.random.default_rng([seed, index])
-
-    def few(lower, upper):  # digits, so that a command line repeats it
-        return float(f"{random.uniform(lower, upper):.2g}")
-
-    size = few(.1, 10) * 10.**random.integers(-1, 3)
-    y, z, closed = few(.2, 1), few(.2, 1), random.integers(2)
-    kinds = {"bunny": BUNNY, "sphere": f"sphere:radius={size / 2:g}",
-             "torus": f"torus:major={size / 2:g},minor={size * few(.1, .48):g}",
-             "sharp box": f"box:x={size:g},y={size * y:g},z={size * z:g}",
-             "rounded box": f"box:x={size:g},y={size * y:g},z={size * z:g},rounding={size * few(.05, .45) * min(y, z):g}",
-             "tubes": f"tubes:radius={size * few(.1, .4):g},length={size * few(.5, 1.5):g},gap={size * few(.1, .6):g},"
-                      f"closed={closed}",
-             "primitives": f"primitives:size={.3 * size:g}",
-             "plate": f"box:x={size:g},y={size * few(.5, 1):g},z={size * few(.01, .15):g}",
-             "cheese": f"cheese:side={size:g},bubbles={random.integers(30)},radius={few(.08, .2)}",
-             "cut sphere": f"cut-sphere:radius={size / 2:g},angle={few(20, 140)}",
-             "plane": f"plane:width={size:g},height={size * few(.3, 1):g}"}
-    kind = list(kinds)[index % len(kinds)]
-
-    def often(lower, upper):
-        return few(lower, upper) if random.random() < .75 else 0
-
-    angle = often(0, .5)
-    options = ["--points", random.integers(3000, 5001), "--sampling", random.choice(["even", "random"]), "--rotate",
-               ",".join(map(str, random.integers(0, 360, 3))), "--noise", f"{often(0, 1)}s", "--outliers", often(0, 3),
-               "--misalign-angle", angle, "--misalign-shift", f"{few(0, .5) if angle else 0}s", "--holes",
-               random.integers(5), "--hole-radius", "4%:10%"] + ["--normals", "none"] * (random.random() < .5)
-    return kind, kinds[kind], int(random.integers(1, 10**6)), [str(option) for option in options]
-
-
-def robustness(lab):
-    """Scans drawn at random: object, its proportions, size and rotation; 3,000 to 5,000 points; noise of 0 to 1 mean
-    spacing; 0 to 3 % outliers; 0 to 4 holes; misaligned views; half of them without normals. Each is reconstructed with
-    the default options, remeshing included.
-
-    A mesh is without fault if every edge and every vertex is manifold, no triangle is degenerate or intersects another,
-    closed meshes are not inside out, and a mesh is closed unless an extrapolation was trimmed. Accuracy is not judged
-    here: some of these scans do not determine their object. Quality is twice the ratio of the radii of a triangle's
-    inner and outer circle."""
-    scans, failures = [], []
-    for index in range(6 if lab.quick else 100):
-        kind, subject, seed, options = random_scan(lab.seed, index)
-        measured = lab.case(f"robustness/{index}", lambda: _check(lab, lab.scan(subject, *options, seed=seed)))
-        scans += [(kind, measured), ("all", measured)]
-        if measured.get("failed") or measured["faults"]:
-            failures.append({"scan": index, "fault": measured.get("failed") or "; ".join(measured["faults"]),
-                             "repeat": f"pcl_mrf_scan {subject} scan.ply --seed {seed} {' '.join(options)}"})
-    rows = []
-    for kind, found in grouped(scans).items():
-        good = [one for one in found if "failed" not in one]
-        rows.append({"object": kind, "scans": len(found), "without fault": sum(not one["faults"] for one in good),
-                     "closed": sum(one["closed"] for one in good), **({
-                         "mean quality": np.mean([one["quality"] for one in good]),
-                         "lowest quality of a triangle": min(one["lowest"] for one in good),
-                         "vertices with 6 edges, %": 100 * np.mean([one["regular"] for one in good])} if good else {})})
-    lab.table("robustness", "Meshes of random scans", rows)
-    if failures:
-        lab.table("robustness-failures", "Meshes with faults, and what repeats them", failures)
-
-
-def _check(lab, scan):
-    made = lab.reconstruct(scan.path("scan.ply"), *scan.sensor_options)
-    mesh = made.evaluate()["mesh"]
-    wrong = ("nonManifoldEdges", "nonManifoldVertices", "degenerateTriangles", "unusedVertices",
-             "selfIntersectingTriangles")
-    faults = [f"{mesh[name]} {name}" for name in wrong if mesh[name]]
-    if mesh["boundaryLoops"] and not made.report["trimming"]["extrapolationsDropped"]:
-        faults.append(f"{mesh['boundaryLoops']} openings, though nothing was trimmed")
-    if not mesh["boundaryEdges"] and not mesh["volume"] > 0:
-        faults.append("closed, but inside out")
-    return {"faults": faults, "closed": mesh["boundaryEdges"] == 0, "quality": mesh["meanQuality"],
-            "lowest": mesh["minQuality"], "regular": mesh["valences"][6] / mesh["vertices"]}
 
 
 def trait_cases(lab):

@@ -6,7 +6,7 @@ import inspect
 import sys
 from pathlib import Path
 
-from .clouds import guide, real, robustness
+from .clouds import guide, real
 from .devices import devices
 from .grids import fig_9, section_3_4
 from .laboratory import Failure, Laboratory
@@ -26,7 +26,6 @@ EXPERIMENTS = {
     "fig-8": ("Figs. 7 and 8: noise and outliers", fig_8),
     "l-curve": ("The L-curve of beta", l_curve),
     "uncertainty": ("Error bars: how often they hold, how wide they are, how they rank", uncertainty),
-    "robustness": ("Meshes of random scans", robustness),
     "fig-9": ("Fig. 9: rotation", fig_9),
     "sec-3-4": ("Sec. 3.4: the solvers", section_3_4),
     "defaults": ("Deciding the defaults", defaults),
