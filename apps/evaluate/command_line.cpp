@@ -12,31 +12,29 @@ namespace {
 
 void check(const EvaluateCommand& command)
 {
-  const auto require = [](bool condition, const std::string& message) {
-    if (!condition)
-      throw UsageError(message);
-  };
   const auto requireMesh = [&](const char* name, const std::string& path) {
     const std::string wrong = whyNotReadable(path);
-    require(wrong.empty(), std::string(name) + " '" + path + "' " + wrong);
+    requireUsage(wrong.empty(), std::string(name) + " '" + path + "' " + wrong);
   };
   requireMesh("MESH", command.mesh);
   if (!command.reference.empty())
     requireMesh("--reference", command.reference);
-  require(command.colored.empty() || isMeshFormat(extension(command.colored)),
-          "--colored '" + command.colored + "' does not end in " + meshFileExtensions);
-  require(command.colored.empty() || extension(command.colored) != "stl", "--colored: STL files hold no colors");
-  require(command.colored.empty() || !command.reference.empty() || !command.cloud.empty() || !command.heldOut.empty() ||
-              !command.clean.empty(),
-          "--colored needs something to compare with: --reference, --input, --clean or --held-out");
-  require(command.options.sensors.empty() || !command.reference.empty(), "--sensor needs a --reference");
-  require(!command.options.sensors.empty() || (command.options.sensorAxis.isZero(0) && command.options.farGrowth == 0),
-          "--sensor-axis and --far-growth need a --sensor");
-  require(!command.sigma || unpackedExtension(command.mesh) == "ply", "--sigma: only of ply files is the field read");
-  require(!command.sigma || !command.reference.empty() || !command.heldOut.empty() || !command.clean.empty(),
-          "--sigma needs something to compare with: --reference, --held-out or --clean");
-  require(!(command.noise > 0) || (command.sigma && command.reference.empty() && !command.heldOut.empty()),
-          "--noise is of the points of --held-out, which --sigma looks at where there is no --reference");
+  requireUsage(command.colored.empty() || isMeshFormat(extension(command.colored)),
+               "--colored '" + command.colored + "' does not end in " + meshFileExtensions);
+  requireUsage(command.colored.empty() || extension(command.colored) != "stl", "--colored: STL files hold no colors");
+  requireUsage(command.colored.empty() || !command.reference.empty() || !command.cloud.empty() ||
+                   !command.heldOut.empty() || !command.clean.empty(),
+               "--colored needs something to compare with: --reference, --input, --clean or --held-out");
+  requireUsage(command.options.sensors.empty() || !command.reference.empty(), "--sensor needs a --reference");
+  requireUsage(!command.options.sensors.empty() ||
+                   (command.options.sensorAxis.isZero(0) && command.options.farGrowth == 0),
+               "--sensor-axis and --far-growth need a --sensor");
+  requireUsage(!command.sigma || unpackedExtension(command.mesh) == "ply",
+               "--sigma: only of ply files is the field read");
+  requireUsage(!command.sigma || !command.reference.empty() || !command.heldOut.empty() || !command.clean.empty(),
+               "--sigma needs something to compare with: --reference, --held-out or --clean");
+  requireUsage(!(command.noise > 0) || (command.sigma && command.reference.empty() && !command.heldOut.empty()),
+               "--noise is of the points of --held-out, which --sigma looks at where there is no --reference");
 }
 
 } // namespace

@@ -6,6 +6,7 @@
 #include "support/float_offset.h"
 #include "surface_distance.h"
 
+#include <base/loops.h>
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <Eigen/Geometry>
@@ -18,7 +19,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string>
 
 namespace mrf_apps {
 
@@ -30,22 +30,23 @@ namespace {
 
 double diagonalOf(const Points& points)
 {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& point : points)
-    if (point.allFinite())
-      box.extend(point);
+  const Eigen::AlignedBox3d box = boxOf(points);
   return box.isEmpty() ? 0 : box.diagonal().norm();
 }
 
-/// Of the vertices that triangles use.
-double diagonalOf(const SurfaceMesh& mesh)
+/// Of the triangles with an area.
+Points usedVertices(const SurfaceMesh& mesh)
 {
-  Points used;
-  used.reserve(3 * mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles)
-    for (const std::int32_t v : triangle)
-      used.push_back(mesh.vertices[v]);
-  return diagonalOf(used);
+  std::vector<bool> used(mesh.vertices.size(), false);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    if (!areaVector(mesh, t).isZero(0))
+      for (const std::int32_t v : mesh.triangles[t])
+        used[v] = true;
+  Points result;
+  for (std::size_t v = 0; v < used.size(); ++v)
+    if (used[v])
+      result.push_back(mesh.vertices[v]);
+  return result;
 }
 
 void resolve(const SurfaceMesh& mesh, const EvaluationInput& input, Evaluation& evaluation)
@@ -54,28 +55,19 @@ void resolve(const SurfaceMesh& mesh, const EvaluationInput& input, Evaluation& 
   if (options.diagonal == 0) {
     if (input.reference) {
       evaluation.diagonalSource = DiagonalSource::reference;
-      options.diagonal = diagonalOf(*input.reference);
+      options.diagonal = diagonalOf(usedVertices(*input.reference));
     } else if (!input.cloud.empty()) {
       evaluation.diagonalSource = DiagonalSource::cloud;
       options.diagonal = diagonalOf(input.cloud);
     } else {
       evaluation.diagonalSource = DiagonalSource::mesh;
-      options.diagonal = diagonalOf(mesh);
+      options.diagonal = diagonalOf(usedVertices(mesh));
     }
     if (!(options.diagonal > 0))
       throw InvalidInput("the bounding box has no extent; give the diagonal");
   }
   if (options.farLimit == 0)
     options.farLimit = .01 * options.diagonal;
-}
-
-Points finite(const Points& points)
-{
-  Points result;
-  result.reserve(points.size());
-  std::copy_if(points.begin(), points.end(), std::back_inserter(result),
-               [](const Eigen::Vector3d& point) { return point.allFinite(); });
-  return result;
 }
 
 /// The finite points of a cloud, and where the mesh is closest to each.
@@ -123,20 +115,6 @@ double shareAbove(const std::vector<double>& values, double limit)
 double largest(const std::vector<double>& values)
 {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
-}
-
-Points usedVertices(const SurfaceMesh& mesh)
-{
-  std::vector<bool> used(mesh.vertices.size(), false);
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    if (!areaVector(mesh, t).isZero(0))
-      for (const std::int32_t v : mesh.triangles[t])
-        used[v] = true;
-  Points result;
-  for (std::size_t v = 0; v < used.size(); ++v)
-    if (used[v])
-      result.push_back(mesh.vertices[v]);
-  return result;
 }
 
 /// In degrees. Not the arc cosine, which has no digits left near 0 and 180.
@@ -258,6 +236,15 @@ void check(const SurfaceMesh& mesh, Evaluation& evaluation)
 
 } // namespace
 
+Points finite(const Points& points)
+{
+  Points result;
+  result.reserve(points.size());
+  std::copy_if(points.begin(), points.end(), std::back_inserter(result),
+               [](const Eigen::Vector3d& point) { return point.allFinite(); });
+  return result;
+}
+
 Statistics summarize(std::vector<double> values)
 {
   Statistics result;
@@ -335,12 +322,10 @@ std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& 
   vtkNew<vtkStaticPointLocator> locator;
   locator->SetDataSet(data);
   locator->BuildLocator();
-  execution.forRange(static_cast<std::int64_t>(vertices.size()), 1024, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const Eigen::Vector3d& vertex = mesh.vertices[vertices[i]];
-      const auto nearest = static_cast<std::size_t>(locator->FindClosestPoint(vertex.data()));
-      errors[vertices[i]] = static_cast<float>((known[nearest] - vertex).norm());
-    }
+  pcl::mrf::forEach(execution, static_cast<std::int64_t>(vertices.size()), 1024, [&](std::size_t i) {
+    const Eigen::Vector3d& vertex = mesh.vertices[vertices[i]];
+    const auto nearest = static_cast<std::size_t>(locator->FindClosestPoint(vertex.data()));
+    errors[vertices[i]] = static_cast<float>((known[nearest] - vertex).norm());
   });
   return errors;
 }

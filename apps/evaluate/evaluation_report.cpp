@@ -8,24 +8,20 @@
 #include <cstdio>
 
 namespace mrf_apps {
-namespace {
 
 using nlohmann::ordered_json;
+
+MRF_JSON(Statistics, count, rms, mean, median, percentile95, max)
+MRF_JSON(SigmaStatistics, count, levels, coverage, rmsError, medianHalfWidth, negativeLogLikelihood)
+MRF_JSON(Sparsification, sigma, confidence)
+MRF_JSON(SigmaEvaluation, measured, fillings, sparsification, notKnown)
+
+namespace {
 
 const char* nameOf(DiagonalSource source)
 {
   const char* const names[] = {"given", "reference", "input cloud", "mesh"};
   return names[static_cast<int>(source)];
-}
-
-ordered_json toJson(const Statistics& s, double factor = 1)
-{
-  return {{"count", s.count},
-          {"rms", factor * s.rms},
-          {"mean", factor * s.mean},
-          {"median", factor * s.median},
-          {"percentile95", factor * s.percentile95},
-          {"max", factor * s.max}};
 }
 
 ordered_json toJson(const LocalComparison& local)
@@ -40,16 +36,6 @@ ordered_json toJson(const LocalComparison& local)
   if (local.flippedShare)
     json["flippedShare"] = *local.flippedShare;
   return json;
-}
-
-ordered_json toJson(const SigmaStatistics& s)
-{
-  return {{"count", s.count},
-          {"levels", SigmaStatistics::levels},
-          {"coverage", s.coverage},
-          {"rmsError", s.rmsError},
-          {"medianHalfWidth", s.medianHalfWidth},
-          {"negativeLogLikelihood", s.negativeLogLikelihood}};
 }
 
 /// A cell of a table, flush right.
@@ -79,11 +65,7 @@ std::string line(const std::string& indent, const std::string& name, const std::
 
 ordered_json toJson(const SigmaEvaluation& evaluation)
 {
-  return {{"measured", toJson(evaluation.measured)},
-          {"fillings", toJson(evaluation.fillings)},
-          {"sparsification",
-           {{"sigma", evaluation.sparsification.sigma}, {"confidence", evaluation.sparsification.confidence}}},
-          {"notKnown", evaluation.notKnown}};
+  return evaluation;
 }
 
 ordered_json toJson(const Evaluation& evaluation)
@@ -99,8 +81,10 @@ ordered_json toJson(const Evaluation& evaluation)
   const auto addDistances = [&](const std::string& name, const std::optional<Statistics>& distances) {
     if (!distances)
       return;
-    json["distances"][name] = toJson(*distances);
-    json["distances"][name + "Percent"] = toJson(*distances, percent);
+    json["distances"][name] = *distances;
+    ordered_json& inPercent = json["distances"][name + "Percent"] = *distances;
+    for (const char* length : {"rms", "mean", "median", "percentile95", "max"})
+      inPercent[length] = percent * inPercent[length].get<double>();
   };
   addDistances("cloud", evaluation.cloud);
   addDistances("heldOut", evaluation.heldOut);
@@ -113,7 +97,7 @@ ordered_json toJson(const Evaluation& evaluation)
                          {"hausdorffPercent", percent * comparison.hausdorff},
                          {"inventedShare", comparison.inventedShare},
                          {"missingShare", comparison.missingShare},
-                         {"normalDeviation", toJson(comparison.normalDeviation)},
+                         {"normalDeviation", comparison.normalDeviation},
                          {"flippedShare", comparison.flippedShare},
                          {"areaRatio", comparison.areaRatio}};
   }

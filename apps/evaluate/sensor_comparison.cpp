@@ -5,6 +5,7 @@
 #include "scan/mesh_surface.h"
 #include "surface_distance.h"
 
+#include <base/loops.h>
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <Eigen/Geometry>
@@ -21,7 +22,7 @@ using pcl::mrf::Execution;
 /// What rays meet first of a mesh's triangles with an area.
 class Rays {
 public:
-  explicit Rays(const SurfaceMesh& mesh) : mesh_(mesh), surface_(surfaceOf(mesh, triangles_)) {}
+  explicit Rays(const SurfaceMesh& mesh) : mesh_(mesh), surface_(surfaceOf(mesh)) {}
 
   struct Hit {
     double range = 0;
@@ -35,7 +36,7 @@ public:
     if (!surface_.firstHit(origin, direction, point))
       return false;
     hit.range = (point.position - origin).norm();
-    hit.normal = normalAt(triangles_[static_cast<std::size_t>(point.part)], point.position);
+    hit.normal = normalAt(static_cast<std::size_t>(point.part), point.position);
     return true;
   }
 
@@ -53,23 +54,20 @@ public:
   }
 
 private:
-  static pcl::mrf::scan::MeshSurface surfaceOf(const SurfaceMesh& mesh, std::vector<std::size_t>& used)
+  static pcl::mrf::scan::MeshSurface surfaceOf(const SurfaceMesh& mesh)
   {
     std::vector<Vector3d> vertices = mesh.vertices;
+    auto triangles = mesh.triangles;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      if (areaVector(mesh, t).isZero(0))
+        triangles[t].fill(triangles[t][0]); // which no ray meets
     for (Vector3d& x : vertices)
       if (!x.allFinite())
         x.setZero(); // no triangle with an area has it
-    std::vector<std::array<std::int32_t, 3>> triangles;
-    for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      if (!areaVector(mesh, t).isZero(0)) {
-        triangles.push_back(mesh.triangles[t]);
-        used.push_back(t);
-      }
     return {std::move(vertices), std::move(triangles)};
   }
 
   const SurfaceMesh& mesh_;
-  std::vector<std::size_t> triangles_; ///< of the mesh, that the surface is made of
   pcl::mrf::scan::MeshSurface surface_;
 };
 
@@ -126,24 +124,23 @@ public:
     const std::vector<bool> isScanned = areScanned(truth.positions, measured_, execution_);
     std::vector<Seen> seen(truth.positions.size() * sensors);
     std::vector<double> areas(truth.positions.size()); ///< that a sample stands for, times its own: by the normal
-    execution_.forRange(options_.samples, 256, [&](std::int64_t begin, std::int64_t end) {
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-        for (std::size_t s = 0; s < sensors; ++s) {
-          const Vector3d &sensor = options_.sensors[s], &x = truth.positions[i];
-          const auto triangle = static_cast<std::size_t>(truth.triangles[i]);
-          const Sight sight(sensor, x, options_.sensorAxis);
-          Rays::Hit hit;
-          if (!isScanned[i] || !(sight.depth > 0) || !toReference_.first(sensor, sight.direction, hit) ||
-              hit.range < (1 - 1e-6) * sight.range)
-            continue;
-          Seen& one = seen[i * sensors + s];
-          const double across = std::abs(areaVector(reference_, triangle).normalized().dot(sight.direction));
-          one.weight = across * sight.range / std::pow(sight.depth, 3);
-          areas[i] = across / std::max(.05, std::abs(toReference_.normalAt(triangle, x).dot(sight.direction)));
-          one.limit = limitAt(sight.depth, options_);
-          one.isHit = toMesh_.first(sensor, sight.direction, hit);
-          one.error = (hit.range - sight.range) * sight.depth / sight.range;
-        }
+    pcl::mrf::forEach(execution_, options_.samples, 256, [&](std::size_t i) {
+      for (std::size_t s = 0; s < sensors; ++s) {
+        const Vector3d &sensor = options_.sensors[s], &x = truth.positions[i];
+        const auto triangle = static_cast<std::size_t>(truth.triangles[i]);
+        const Sight sight(sensor, x, options_.sensorAxis);
+        Rays::Hit hit;
+        if (!isScanned[i] || !(sight.depth > 0) || !toReference_.first(sensor, sight.direction, hit) ||
+            hit.range < (1 - 1e-6) * sight.range)
+          continue;
+        Seen& one = seen[i * sensors + s];
+        const double across = std::abs(areaVector(reference_, triangle).normalized().dot(sight.direction));
+        one.weight = across * sight.range / std::pow(sight.depth, 3);
+        areas[i] = across / std::max(.05, std::abs(toReference_.normalAt(triangle, x).dot(sight.direction)));
+        one.limit = limitAt(sight.depth, options_);
+        one.isHit = toMesh_.first(sensor, sight.direction, hit);
+        one.error = (hit.range - sight.range) * sight.depth / sight.range;
+      }
     });
 
     double all = 0, there = 0, front = 0, squares = 0, inLimits = 0, trueArea = 0;
@@ -179,14 +176,13 @@ public:
     // Samples of the mesh stand for the same area each. Behind what is seen, nothing is known.
     std::vector<Rays::Hit> hits(made.positions.size() * sensors);
     std::vector<Vector3d> hitPlaces(hits.size());
-    execution_.forRange(options_.samples, 256, [&](std::int64_t begin, std::int64_t end) {
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-        for (std::size_t s = 0; s < sensors; ++s) {
-          const Sight sight(options_.sensors[s], made.positions[i], options_.sensorAxis);
-          if (sight.depth > 0)
-            toReference_.first(options_.sensors[s], sight.direction, hits[i * sensors + s]);
-          hitPlaces[i * sensors + s] = options_.sensors[s] + hits[i * sensors + s].range * sight.direction;
-        }
+    pcl::mrf::forEach(execution_, options_.samples, 256, [&](std::size_t i) {
+      for (std::size_t s = 0; s < sensors; ++s) {
+        const Sight sight(options_.sensors[s], made.positions[i], options_.sensorAxis);
+        if (sight.depth > 0)
+          toReference_.first(options_.sensors[s], sight.direction, hits[i * sensors + s]);
+        hitPlaces[i * sensors + s] = options_.sensors[s] + hits[i * sensors + s].range * sight.direction;
+      }
     });
     const std::vector<bool> isHitScanned = areScanned(hitPlaces, measured_, execution_);
     enum class Place { unknown, inFront, measured };

@@ -153,16 +153,13 @@ std::vector<SigmaSample> sigmaSamples(const SurfaceMesh& mesh, const EvaluationI
       add(v, static_cast<double>(errors[v]), 0, areas[v]);
     return samples;
   }
-  const auto addPoints = [&](std::vector<Eigen::Vector3d> points, double noise) {
-    points.erase(
-        std::remove_if(points.begin(), points.end(), [](const Eigen::Vector3d& point) { return !point.allFinite(); }),
-        points.end());
+  const auto addPoints = [&](const std::vector<Eigen::Vector3d>& points, double noise) {
     const std::vector<ClosestPlace> places = SurfaceDistance(mesh).closest(points, execution);
     for (std::size_t p = 0; p < points.size(); ++p)
       add(nearestCorner(mesh, places[p].triangle, points[p]), places[p].distance, noise, 1);
   };
-  addPoints(input.heldOut, heldOutNoise);
-  addPoints(input.clean, 0);
+  addPoints(finite(input.heldOut), heldOutNoise);
+  addPoints(finite(input.clean), 0);
   if (samples.empty())
     throw pcl::mrf::InvalidInput("sigma is compared with a reference, or with held-out or noise-free points; there are "
                                  "none");

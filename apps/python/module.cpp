@@ -9,6 +9,7 @@
 #include "support/report_json.h"
 #include "support/text_file.h"
 
+#include <base/loops.h>
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
@@ -137,10 +138,9 @@ public:
     {
       const py::gil_scoped_release unlock;
       pcl::mrf::Execution execution(0);
-      execution.forRange(static_cast<std::int64_t>(positions.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-          distances[i] =
-              isInside(positions[i]) ? field_.sampleDistance(positions[i]) : std::numeric_limits<float>::quiet_NaN();
+      forEach(execution, static_cast<std::int64_t>(positions.size()), 4096, [&](std::size_t i) {
+        distances[i] =
+            isInside(positions[i]) ? field_.sampleDistance(positions[i]) : std::numeric_limits<float>::quiet_NaN();
       });
     }
     return distances.empty() ? py::array_t<float>(0) : handOver<float>(std::move(distances));

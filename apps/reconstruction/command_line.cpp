@@ -4,7 +4,6 @@
 #include "support/option_text.h"
 #include "support/picture.h"
 #include "support/point_table.h"
-#include "support/sensors.h"
 #include "support/surface_mesh.h"
 #include "support/text_file.h"
 #include "support/tool_options.h"
@@ -51,6 +50,12 @@ public:
     return words(option.flag, all, helpOf(option), set);
   }
 
+  void declared(std::initializer_list<const char*> names)
+  {
+    for (const char* name : names)
+      declared(std::string(name));
+  }
+
   /// A switch of the library's table that is off by default, as a flag that switches it on.
   CLI::Option* declaredFlag(const std::string& name)
   {
@@ -86,19 +91,9 @@ struct Parsed {
 void addInputOptions(OptionParser& parser, Command& command, Parsed& parsed)
 {
   parser.group("Normals and sensors");
-  parser.declared("normals.source");
-  parser.declared("normals.radius");
-  const auto addSensor = [&command](const std::string& text) -> std::string {
-    Eigen::Vector3d position;
-    if (!parseSensor(text, position))
-      return "is not X,Y,Z";
-    command.sensors.push_back(position);
-    return {};
-  };
+  parser.declared({"normals.source", "normals.radius"});
   CLI::Option* sensor =
-      parser.add("--sensor", "X,Y,Z", "position of a sensor, which normals are turned to; repeatable", addSensor)
-          ->trigger_on_parse()
-          ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+      parser.vectors("--sensor", command.sensors, "position of a sensor, which normals are turned to; repeatable");
   CLI::Option* sensors =
       parser.file("--sensors", "FILE", command.sensorsFile, "sensor positions, x y z per line")->excludes(sensor);
   parser
@@ -135,8 +130,7 @@ void addNoiseOptions(OptionParser& parser, Parsed& parsed, CLI::Option* noise, C
 void addPreprocessingOptions(OptionParser& parser)
 {
   parser.group("Outliers");
-  parser.declared("outliers.alone");
-  parser.declared("outliers.statistical");
+  parser.declared({"outliers.alone", "outliers.statistical"});
   parser.declaredFlag("outliers.robust");
   parser.declared("normals.noiseCriteria");
 
@@ -150,22 +144,18 @@ void addModelOptions(OptionParser& parser, Parsed& parsed)
   parser.declared("observation.kind");
   CLI::Option* smoothing = parser.declared("observation.smoothing");
   addNoiseOptions(parser, parsed, parser.declared("observation.noise"), smoothing);
-  for (const char* name : {"observation.gradientWeight", "observation.neighbors", "observation.maxDistance"})
-    parser.declared(name);
+  parser.declared({"observation.gradientWeight", "observation.neighbors", "observation.maxDistance"});
 
   parser.group("Prior");
-  for (const char* name : {"prior.kind", "prior.beta", "prior.energy"})
-    parser.declared(name);
+  parser.declared({"prior.kind", "prior.beta", "prior.energy"});
 
   parser.group("Grid");
   CLI::Option* quality = parser.declared("multiscale.quality");
   parser.declared("multiscale.voxelSize")->excludes(quality);
-  for (const char* name : {"unit", "search", "multiscale.padding", "multiscale.maxMemory", "multiscale.denseVoxels"})
-    parser.declared(name);
+  parser.declared({"unit", "search", "multiscale.padding", "multiscale.maxMemory", "multiscale.denseVoxels"});
 
   parser.group("Solver");
-  for (const char* name : {"solver.method", "solver.maxIterations", "solver.changeTolerance", "solver.seed"})
-    parser.declared(name);
+  parser.declared({"solver.method", "solver.maxIterations", "solver.changeTolerance", "solver.seed"});
 }
 
 void addMeshOptions(OptionParser& parser)
@@ -176,9 +166,8 @@ void addMeshOptions(OptionParser& parser)
       .flag("--no-remesh", "the same as --remesh 0",
             [&parser] { parser.change([](Options& options) { options.remesher.rounds = 0; }); })
       ->excludes(remesh);
-  for (const char* name : {"remesher.targetEdge", "remesher.triangles", "trimming.kind", "trimming.maxHole",
-                           "trimming.maxGap", "trimming.minComponentPoints", "colors"})
-    parser.declared(name);
+  parser.declared({"remesher.targetEdge", "remesher.triangles", "trimming.kind", "trimming.maxHole", "trimming.maxGap",
+                   "trimming.minComponentPoints", "colors"});
   parser.declaredFlag("trimming.watertight");
 }
 
@@ -186,9 +175,7 @@ void addUncertaintyOptions(OptionParser& parser)
 {
   parser.group("Error bars");
   parser.declaredFlag("uncertainty.compute");
-  parser.declared("uncertainty.samples");
-  parser.declared("uncertainty.surfaces");
-  parser.declared("uncertainty.maxError");
+  parser.declared({"uncertainty.samples", "uncertainty.surfaces", "uncertainty.maxError"});
 }
 
 void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)

@@ -126,7 +126,9 @@ void addSensors(const Command& command, Input& input)
   };
   input.cloud.confidences = fieldOf(command.options.confidenceField);
   input.cloud.deviations = fieldOf(command.options.noiseField);
-  input.cloud.sensors = command.sensorsFile.empty() ? command.sensors : readSensors(command.sensorsFile);
+  input.cloud.sensors = command.sensors;
+  if (!command.sensorsFile.empty())
+    input.cloud.sensors = parseSensors(command.sensorsFile, readWholeFile(command.sensorsFile));
   input.cloud.sensorOrigin = input.table.sensorOrigin;
   if (input.cloud.sensors.empty()) {
     input.cloud.sensors = std::move(input.table.sensors);
@@ -134,7 +136,7 @@ void addSensors(const Command& command, Input& input)
   }
   if (command.viewsFile.empty())
     return;
-  input.cloud.views = readViews(command.viewsFile);
+  input.cloud.views = parseViews(command.viewsFile, readWholeFile(command.viewsFile));
   try {
     validate(input.cloud);
   } catch (const pcl::mrf::InvalidInput& error) {

@@ -6,7 +6,6 @@
 #include "surface.h"
 
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 

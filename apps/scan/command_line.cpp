@@ -144,30 +144,26 @@ void addOutputOptions(ToolOptions& parser, ScanCommand& command)
 
 void check(const ScanCommand& command)
 {
-  const auto require = [](bool condition, const std::string& message) {
-    if (!condition)
-      throw UsageError(message);
-  };
   const std::string wrong = isShape(command.input) ? "" : whyNotReadable(command.input);
-  require(wrong.empty(), "INPUT '" + command.input + "' is no shape and " + wrong);
+  requireUsage(wrong.empty(), "INPUT '" + command.input + "' is no shape and " + wrong);
   const std::pair<const char*, const std::string&> clouds[] = {
       {"OUTPUT", command.output}, {"--write-held-out", command.heldOut}, {"--write-clean", command.clean}};
   for (const auto& [name, path] : clouds)
-    require(path.empty() || isWritableCloud(extension(path)),
-            std::string(name) + " '" + path + "' does not end in " + pointOutputExtensions);
-  require(command.truth.empty() || isMeshFormat(extension(command.truth)),
-          "--write-truth '" + command.truth + "' does not end in " + meshFileExtensions);
+    requireUsage(path.empty() || isWritableCloud(extension(path)),
+                 std::string(name) + " '" + path + "' does not end in " + pointOutputExtensions);
+  requireUsage(command.truth.empty() || isMeshFormat(extension(command.truth)),
+               "--write-truth '" + command.truth + "' does not end in " + meshFileExtensions);
   const ScanOptions& options = command.options;
-  require(command.heldOut.empty() || options.holes > 0 || !options.holeCenters.empty(),
-          "--write-held-out needs holes: --holes or --hole");
-  require(command.sensorsFile.empty() || options.sensors.empty(), "--sensor and --sensors exclude each other");
+  requireUsage(command.heldOut.empty() || options.holes > 0 || !options.holeCenters.empty(),
+               "--write-held-out needs holes: --holes or --hole");
+  requireUsage(command.sensorsFile.empty() || options.sensors.empty(), "--sensor and --sensors exclude each other");
   if (command.sensorsFile.empty() && options.sensors.empty() && options.views.count == 0) {
-    require(options.sampling.pattern != Pattern::scanner && options.sampling.pattern != Pattern::camera,
-            "--sampling scanner and camera need sensors, but --views is 0");
-    require(command.views.empty() && command.sensors.empty(),
-            "--write-views and --write-sensors need sensors, but --views is 0");
-    require(options.misalignmentAngle == 0 && options.misalignmentShift.value == 0,
-            "misalignment needs sensors, but --views is 0");
+    requireUsage(options.sampling.pattern != Pattern::scanner && options.sampling.pattern != Pattern::camera,
+                 "--sampling scanner and camera need sensors, but --views is 0");
+    requireUsage(command.views.empty() && command.sensors.empty(),
+                 "--write-views and --write-sensors need sensors, but --views is 0");
+    requireUsage(options.misalignmentAngle == 0 && options.misalignmentShift.value == 0,
+                 "misalignment needs sensors, but --views is 0");
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "error_model.h"
 
+#include <base/loops.h>
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 
@@ -109,14 +110,12 @@ Points applyFootprints(const Surface& surface, const std::vector<Vector3d>& sens
     draw = {random.uniform(), random.uniform(), random.uniform()};
   std::vector<Footprint> footprints(points.size());
   std::vector<double> textures(points.size());
-  execution.forRange(static_cast<std::int64_t>(points.size()), 256, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      if (hasTexture)
-        textures[i] = texture(points.positions[i]);
-      else
-        footprints[i] =
-            footprintAt(surface, sensors[points.views[i]], points.positions[i], points.normals[i], width, draws[i][0]);
-    }
+  forEach(execution, static_cast<std::int64_t>(points.size()), 256, [&](std::size_t i) {
+    if (hasTexture)
+      textures[i] = texture(points.positions[i]);
+    else
+      footprints[i] =
+          footprintAt(surface, sensors[points.views[i]], points.positions[i], points.normals[i], width, draws[i][0]);
   });
   Points kept, between;
   for (std::size_t i = 0; i < points.size(); ++i) {

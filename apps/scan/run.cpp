@@ -116,7 +116,7 @@ int run(const ScanCommand& command)
   refuseInputAsOutput({command.sensorsFile, isShape(command.input) ? "" : command.input}, files);
   ScanOptions options = command.options;
   if (!command.sensorsFile.empty())
-    options.sensors = readSensors(command.sensorsFile);
+    options.sensors = parseSensors(command.sensorsFile, readWholeFile(command.sensorsFile));
   OutputFiles outputs;
   for (const std::string& path : files)
     outputs.add(path);

@@ -4,6 +4,7 @@
 #include "error_model.h"
 #include "random.h"
 
+#include <base/loops.h>
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/neighbor_search.h>
 
@@ -99,10 +100,8 @@ public:
       draw.order = random_.bits();
     }
     candidates_.resize(count);
-    execution_.forRange(static_cast<std::int64_t>(count), 1024, [&](std::int64_t begin, std::int64_t end) {
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-        candidates_[i] = evaluate(draws_[i], grid, radius);
-    });
+    forEach(execution_, static_cast<std::int64_t>(count), 1024,
+            [&](std::size_t i) { candidates_[i] = evaluate(draws_[i], grid, radius); });
     return candidates_;
   }
 

@@ -3,6 +3,7 @@
 
 #include "random.h"
 
+#include <base/loops.h>
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
@@ -156,10 +157,8 @@ private:
   {
     const std::vector<Row> all = rows(step);
     std::vector<Points> found(all.size());
-    execution_.forRange(static_cast<std::int64_t>(all.size()), 4, [&](std::int64_t begin, std::int64_t end) {
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-        scanRow(all[i], step, found[i]);
-    });
+    forEach(execution_, static_cast<std::int64_t>(all.size()), 4,
+            [&](std::size_t i) { scanRow(all[i], step, found[i]); });
     Points points;
     for (const Points& row : found)
       for (std::size_t i = 0; i < row.size(); ++i)

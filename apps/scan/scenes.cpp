@@ -4,7 +4,6 @@
 #include "random.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>

@@ -2,7 +2,6 @@
 #include "solids.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 

@@ -39,4 +39,11 @@ public:
   explicit UsageError(const std::string& message) : std::runtime_error(withoutControls(message)) {}
 };
 
+/// \throw UsageError with the message
+inline void requireUsage(bool holds, const std::string& message)
+{
+  if (!holds)
+    throw UsageError(message);
+}
+
 } // namespace mrf_apps

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "float_offset.h"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -3,7 +3,7 @@
 /// \brief Coordinates with more digits than single precision holds.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <cstddef>
 #include <functional>
@@ -21,6 +21,16 @@ Eigen::Vector3d floatOffset(std::size_t points, const std::function<Eigen::Vecto
 inline Eigen::Vector3d floatOffset(const std::vector<Eigen::Vector3d>& positions)
 {
   return floatOffset(positions.size(), [&positions](std::size_t i) { return positions[i]; });
+}
+
+/// The box of what is finite.
+inline Eigen::AlignedBox3d boxOf(const std::vector<Eigen::Vector3d>& positions)
+{
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& position : positions)
+    if (position.allFinite())
+      box.extend(position);
+  return box;
 }
 
 /// The widest step of float that shows in positions that are floats: of whole numbers none does where it is a half.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "picture.h"
 
+#include "float_offset.h"
 #include "module.h"
 #include "sensors.h"
 #include "text_file.h"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
@@ -18,9 +18,7 @@ namespace {
 /// The directions of a mesh that sides are called by, in the columns: to the right, up, and to the front.
 Eigen::Matrix3d sidesOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d>& sensors)
 {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& vertex : mesh.vertices)
-    box.extend(vertex);
+  const Eigen::AlignedBox3d box = boxOf(mesh.vertices);
   const Eigen::Vector3d extent = box.sizes();
   const bool isCameraFrame =
       sensors.size() == 1 && sensors.front().norm() < 1e-6 * extent.norm() && box.center().normalized().z() > .7;

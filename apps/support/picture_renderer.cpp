@@ -2,9 +2,8 @@
 #include "picture.h"
 
 #include "errors.h"
+#include "float_offset.h"
 #include "poly_data.h"
-
-#include <Eigen/Geometry>
 
 #include <vtkActor.h>
 #include <vtkCamera.h>
@@ -77,13 +76,9 @@ std::string renderPicture(const SurfaceMesh& mesh, const PictureOptions& options
 {
   // Far from the origin the graphics card's floats would show.
   SurfaceMesh centered = mesh;
-  Eigen::Vector3d lower = mesh.vertices.front(), upper = lower;
-  for (const Eigen::Vector3d& vertex : mesh.vertices) {
-    lower = lower.cwiseMin(vertex);
-    upper = upper.cwiseMax(vertex);
-  }
+  const Eigen::Vector3d middle = boxOf(mesh.vertices).center();
   for (Eigen::Vector3d& vertex : centered.vertices)
-    vertex -= (lower + upper) / 2;
+    vertex -= middle;
   centered.doublePrecision = false;
 
   auto mapper = vtkSmartPointer<vtkPolyDataMapper>::New();
@@ -106,7 +101,7 @@ std::string renderPicture(const SurfaceMesh& mesh, const PictureOptions& options
   lights->SetKeyToFillRatio(2.5);
   lights->AddLightsToRenderer(renderer);
 
-  setCamera(options, centered.vertices, -(lower + upper) / 2, *renderer->GetActiveCamera());
+  setCamera(options, centered.vertices, -middle, *renderer->GetActiveCamera());
 
   auto window = vtkSmartPointer<vtkRenderWindow>::New();
   window->SetOffScreenRendering(1);

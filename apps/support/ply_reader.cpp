@@ -6,7 +6,6 @@
 #include "text_file.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace mrf_apps {

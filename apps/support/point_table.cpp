@@ -2,12 +2,11 @@
 #include "point_table.h"
 
 #include "errors.h"
+#include "float_offset.h"
 #include "point_readers.h"
 #include "text_file.h"
 
 #include <pcl/surface/mrf/option_table.h>
-
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
@@ -118,10 +117,6 @@ void appendSensors(PointTable& more, PointTable& table)
     table.views.push_back(numbers[static_cast<std::size_t>(view)]);
 }
 
-} // namespace
-
-namespace {
-
 /// A warning of files that are so far from those before them that they may be of another frame.
 std::vector<std::string> farApart(const std::vector<PointTable>& tables, const std::vector<std::string>& paths)
 {
@@ -129,10 +124,7 @@ std::vector<std::string> farApart(const std::vector<PointTable>& tables, const s
   std::vector<std::string> warnings;
   Eigen::AlignedBox3d before;
   for (std::size_t n = 0; n < tables.size(); ++n) {
-    Eigen::AlignedBox3d box;
-    for (const Eigen::Vector3d& position : tables[n].positions)
-      if (position.allFinite())
-        box.extend(position);
+    const Eigen::AlignedBox3d box = boxOf(tables[n].positions);
     const bool areBoth = !before.isEmpty() && !box.isEmpty();
     const double extent = areBoth ? std::max(before.diagonal().norm(), box.diagonal().norm()) : 0;
     if (extent > 0 && before.exteriorDistance(box) > wide * extent)

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <string>
+#include <type_traits>
 #include <variant>
 
 using Json = nlohmann::ordered_json;
@@ -21,14 +22,10 @@ static void to_json(Json& json, Status status)
   json = toString(status);
 }
 
-static void to_json(Json& json, SolverMethod method)
+template <typename Enum, typename = std::enable_if_t<std::is_enum_v<Enum>>>
+static void to_json(Json& json, Enum value)
 {
-  json = nameOf(method);
-}
-
-static void to_json(Json& json, OrientationVote vote)
-{
-  json = nameOf(vote);
+  json = nameOf(value);
 }
 
 static void to_json(Json& json, const GridSize& size)
@@ -51,14 +48,6 @@ static void to_json(Json& json, const Options& options)
   json["noiseField"] = options.noiseField;
   json["observation"]["noiseModel"] = options.observation.noiseModel;
 }
-
-#define MRF_ADD(member) json[#member] = value.member;
-/// Members under their own names.
-#define MRF_JSON(Type, ...)                                                                                            \
-  static void to_json(Json& json, const Type& value)                                                                   \
-  {                                                                                                                    \
-    NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(MRF_ADD, __VA_ARGS__))                                                    \
-  }
 
 MRF_JSON(PointCounts, input, notFinite, duplicates, zeroNormals, zeroConfidence, outliersAlone, outliersByStatistics,
          noiseByPlaneFit, smallComponents, outliersByField, alone, used)

@@ -22,4 +22,12 @@ nlohmann::ordered_json toJson(const pcl::mrf::MeshStatistics& mesh);
 /// Writes a whole file; bytes that are no UTF-8 are replaced. \throw pcl::mrf::FileError, see OutputFiles::write
 void writeJson(const std::string& path, const nlohmann::ordered_json& json);
 
+/// How a type becomes JSON, where nlohmann-json looks for it: members under their own names.
+#define MRF_ADD(member) json[#member] = value.member;
+#define MRF_JSON(Type, ...)                                                                                            \
+  static void to_json(nlohmann::ordered_json& json, const Type& value)                                                 \
+  {                                                                                                                    \
+    NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(MRF_ADD, __VA_ARGS__))                                                    \
+  }
+
 } // namespace mrf_apps

@@ -63,14 +63,4 @@ std::vector<std::int32_t> parseViews(const std::string& path, const std::string&
   return views;
 }
 
-std::vector<Eigen::Vector3d> readSensors(const std::string& path)
-{
-  return parseSensors(path, readWholeFile(path));
-}
-
-std::vector<std::int32_t> readViews(const std::string& path)
-{
-  return parseViews(path, readWholeFile(path));
-}
-
 } // namespace mrf_apps

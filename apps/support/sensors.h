@@ -14,14 +14,11 @@ namespace mrf_apps {
 /// \return false unless the text is three finite numbers, X,Y,Z
 bool parseSensor(const std::string& text, Eigen::Vector3d& position);
 
-/// One position per line, x y z. Empty lines and lines that start with # are skipped. \throw FileError
-std::vector<Eigen::Vector3d> readSensors(const std::string& path);
-
-/// One whole number per line: the sensor, from 0, that saw each point. Lines as in readSensors. \throw FileError
-std::vector<std::int32_t> readViews(const std::string& path);
-
-/// The same two for the bytes of a file. \param path for messages
+/// The text of a file with a position per line, x y z. Empty lines and lines that start with # are skipped.
+/// \param path for messages \throw FileError
 std::vector<Eigen::Vector3d> parseSensors(const std::string& path, const std::string& text);
+
+/// Likewise with a whole number per line: the sensor, from 0, that saw each point.
 std::vector<std::int32_t> parseViews(const std::string& path, const std::string& text);
 
 } // namespace mrf_apps

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "surface_mesh.h"
 
+#include "float_offset.h"
 #include "module.h"
 #include "scene_writer.h"
 #include "text_file.h"
@@ -9,13 +10,10 @@
 #include <pcl/common/io.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 #include <utility>
 
 namespace mrf_apps {
@@ -141,10 +139,7 @@ Eigen::Vector3d offsetOfFloats(const SurfaceMesh& mesh, const std::string& forma
   const bool holdsDoubles = format == "ply" || format == "obj" || format == "vtk" || format == "vtp";
   if (holdsDoubles || !mesh.doublePrecision || mesh.vertices.empty())
     return Eigen::Vector3d::Zero();
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& vertex : mesh.vertices)
-    if (vertex.allFinite())
-      box.extend(vertex);
+  const Eigen::AlignedBox3d box = boxOf(mesh.vertices);
   if (box.isEmpty())
     return Eigen::Vector3d::Zero();
   // Rounded to a power of ten below the mesh's size: easy to type, and found again without a loss.

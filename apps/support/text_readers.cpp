@@ -364,12 +364,10 @@ private:
   std::vector<double> values_;
 };
 
-struct Face {
-  std::int64_t vertex = 0, normal = 0; ///< from 0; normal is −1 if there is none
-};
-
-/// One corner of a face, "v", "v/t", "v//n" or "v/t/n"; negative indices count from the end.
-bool parseCorner(std::string_view word, std::int64_t vertices, std::int64_t normals, Face& corner)
+/// The vertex and the normal of a corner of a face, "v", "v/t", "v//n" or "v/t/n", from 0; the normal is −1 if there is
+/// none. Negative indices count from the end. \return false if it is no corner
+bool parseCorner(std::string_view word, std::size_t vertices, std::size_t normals, std::int64_t& vertex,
+                 std::int64_t& normal)
 {
   std::array<std::int64_t, 3> indices{};
   for (std::size_t part = 0; part < 3; ++part) {
@@ -384,85 +382,32 @@ bool parseCorner(std::string_view word, std::int64_t vertices, std::int64_t norm
       break;
     word.remove_prefix(slash + 1);
   }
-  corner.vertex = indices[0] < 0 ? vertices + indices[0] : indices[0] - 1;
-  corner.normal = indices[2] < 0 ? normals + indices[2] : indices[2] - 1;
-  return corner.vertex >= 0 && corner.normal >= -1;
+  const auto fromZero = [](std::int64_t index, std::size_t count) {
+    return index < 0 ? static_cast<std::int64_t>(count) + index : index - 1;
+  };
+  vertex = fromZero(indices[0], vertices);
+  normal = fromZero(indices[2], normals);
+  return vertex >= 0 && normal >= -1;
 }
 
-struct ObjData {
-  std::vector<Eigen::Vector3d> positions, normals;
-  std::vector<Eigen::Vector3f> colors;
-  std::vector<Face> corners;
-  std::vector<std::size_t> faceEnds; ///< in corners
-};
-
-void addObjVertex(const std::string& path, std::size_t line, const std::vector<double>& values, ObjData& data)
+/// \param normals of the file \param corners numbers of vertices, and of their normals
+void addObjNormals(const std::vector<Eigen::Vector3f>& normals, const std::vector<std::int64_t>& corners,
+                   const std::vector<std::int64_t>& cornerNormals, PointTable& table)
 {
-  if (values.size() < 3)
-    throw FileError(path, line, "a vertex needs three coordinates");
-  data.positions.push_back(vectorAt(values, 0));
-  if (values.size() >= 6)
-    data.colors.push_back(vectorAt(values, 3).cast<float>());
-}
-
-ObjData parseObjLines(const std::string& path, std::string_view text)
-{
-  ObjData data;
-  std::string_view line;
-  std::vector<std::string_view> words;
-  std::vector<double> values;
-  for (Lines lines(text); lines.next(line);) {
-    if (line.size() < 2)
-      continue;
-    const bool isVertex = line[0] == 'v' && (line[1] == ' ' || line[1] == '\t');
-    const bool isNormal = line[0] == 'v' && line[1] == 'n';
-    if (isVertex || isNormal) {
-      split(line.substr(2), words);
-      if (!toNumbers(words, values))
-        throw FileError(path, lines.number(), "is not a row of numbers");
-      if (isVertex)
-        addObjVertex(path, lines.number(), values, data);
-      else if (values.size() == 3)
-        data.normals.push_back(vectorAt(values, 0));
-      else
-        throw FileError(path, lines.number(), "a normal needs three coordinates");
-    } else if (line[0] == 'f' && (line[1] == ' ' || line[1] == '\t')) {
-      split(line.substr(2), words);
-      for (const std::string_view word : words) {
-        Face corner;
-        if (!parseCorner(word, static_cast<std::int64_t>(data.positions.size()),
-                         static_cast<std::int64_t>(data.normals.size()), corner))
-          throw FileError(path, lines.number(), "is not a face");
-        data.corners.push_back(corner);
-      }
-      data.faceEnds.push_back(data.corners.size());
-    }
-  }
-  for (const Face& corner : data.corners)
-    if (static_cast<std::size_t>(corner.vertex) >= data.positions.size() ||
-        (corner.normal >= 0 && static_cast<std::size_t>(corner.normal) >= data.normals.size()))
-      throw FileError(path, "is truncated or malformed: a face refers to a vertex or normal that is not there");
-  return data;
-}
-
-void addObjNormals(const ObjData& data, PointTable& table)
-{
-  if (data.normals.empty())
-    return;
-  std::vector<Eigen::Vector3f> normals(data.positions.size(), Eigen::Vector3f::Zero());
+  std::vector<Eigen::Vector3f> sums(table.size(), Eigen::Vector3f::Zero());
   bool referred = false;
-  for (const Face& corner : data.corners)
-    if (corner.normal >= 0) {
-      normals[corner.vertex] += data.normals[corner.normal].cast<float>();
+  for (std::size_t c = 0; c < corners.size(); ++c)
+    if (cornerNormals[c] >= 0) {
+      sums[corners[c]] += normals[cornerNormals[c]];
       referred = true;
     }
-  if (!referred && data.normals.size() != data.positions.size()) {
+  if (referred)
+    for (const Eigen::Vector3f& sum : sums)
+      table.normals.push_back(sum.normalized());
+  else if (normals.size() == table.size()) // a cloud without faces: in the order of its vertices
+    table.normals = normals;
+  else if (!normals.empty())
     table.notes.emplace_back("the normals belong to no vertex: ignored");
-    return;
-  }
-  // A point cloud in an OBJ file has no faces; its normals are in the order of its vertices.
-  for (std::size_t i = 0; i < normals.size(); ++i)
-    table.normals.push_back(referred ? normals[i].normalized() : data.normals[i].cast<float>());
 }
 
 } // namespace
@@ -546,22 +491,54 @@ PointTable parsePtx(const std::string& path, const std::string& text)
 
 PointTable parseObj(const std::string& path, const std::string& text, Polygons* faces)
 {
-  const ObjData data = parseObjLines(path, text);
-  if (data.positions.empty())
-    throw FileError(path, "is not an OBJ file, or has no vertices");
   PointTable table;
-  table.positions = data.positions;
-  if (data.colors.size() == data.positions.size())
-    addColors(data.colors, false, table);
-  addObjNormals(data, table);
-  if (faces != nullptr) {
-    std::size_t corner = 0;
-    for (const std::size_t end : data.faceEnds) {
-      for (; corner < end; ++corner)
-        faces->corners.push_back(data.corners[corner].vertex);
-      faces->close();
+  std::vector<Eigen::Vector3f> normals, colors;
+  Polygons polygons;
+  std::vector<std::int64_t> cornerNormals;
+  std::vector<std::string_view> words;
+  std::vector<double> values;
+  std::string_view line;
+  for (Lines lines(text); lines.next(line);) {
+    const std::string_view key = line.substr(0, line.find_first_of(" \t"));
+    if (key != "v" && key != "vn" && key != "f")
+      continue;
+    const auto require = [&](bool holds, const char* cause) {
+      if (!holds)
+        throw FileError(path, lines.number(), cause);
+    };
+    split(line.substr(key.size()), words);
+    if (key == "f") {
+      for (const std::string_view word : words)
+        require(parseCorner(word, table.size(), normals.size(), polygons.corners.emplace_back(),
+                            cornerNormals.emplace_back()),
+                "is not a face");
+      polygons.close();
+      continue;
     }
+    require(toNumbers(words, values), "is not a row of numbers");
+    if (key == "vn") {
+      require(values.size() == 3, "a normal needs three coordinates");
+      normals.push_back(vectorAt(values, 0).cast<float>());
+      continue;
+    }
+    require(values.size() >= 3, "a vertex needs three coordinates");
+    table.positions.push_back(vectorAt(values, 0));
+    if (values.size() >= 6)
+      colors.push_back(vectorAt(values, 3).cast<float>());
   }
+  const auto areIn = [](const std::vector<std::int64_t>& indices, std::size_t count) {
+    return std::all_of(indices.begin(), indices.end(),
+                       [count](std::int64_t index) { return index < static_cast<std::int64_t>(count); });
+  };
+  if (!areIn(polygons.corners, table.size()) || !areIn(cornerNormals, normals.size()))
+    throw FileError(path, "is truncated or malformed: a face refers to a vertex or normal that is not there");
+  if (table.size() == 0)
+    throw FileError(path, "is not an OBJ file, or has no vertices");
+  if (colors.size() == table.size())
+    addColors(colors, false, table);
+  addObjNormals(normals, polygons.corners, cornerNormals, table);
+  if (faces != nullptr)
+    *faces = std::move(polygons);
   return table;
 }
 

@@ -5,6 +5,7 @@
 #include "sensors.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace mrf_apps {
 namespace {
@@ -180,13 +181,14 @@ void ToolOptions::vector(const std::string& name, Eigen::Vector3d& target, const
       [&target](const std::string& text) { return parseSensor(text, target) ? "" : "is not three numbers X,Y,Z"; });
 }
 
-void ToolOptions::vectors(const std::string& name, std::vector<Eigen::Vector3d>& targets, const std::string& help)
+CLI::Option* ToolOptions::vectors(const std::string& name, std::vector<Eigen::Vector3d>& targets,
+                                  const std::string& help)
 {
-  add(name, "X,Y,Z", help,
-      [&targets](const std::string& text) {
-        targets.emplace_back();
-        return parseSensor(text, targets.back()) ? "" : "is not three numbers X,Y,Z";
-      })
+  return add(name, "X,Y,Z", help,
+             [&targets](const std::string& text) {
+               targets.emplace_back();
+               return parseSensor(text, targets.back()) ? "" : "is not three numbers X,Y,Z";
+             })
       ->trigger_on_parse()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }

@@ -9,7 +9,6 @@
 #include <CLI/CLI.hpp>
 #include <Eigen/Core>
 
-#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -120,7 +119,7 @@ public:
 
   void vector(const std::string& name, Eigen::Vector3d& target, const std::string& help);
   /// A vector each time it is given.
-  void vectors(const std::string& name, std::vector<Eigen::Vector3d>& targets, const std::string& help);
+  CLI::Option* vectors(const std::string& name, std::vector<Eigen::Vector3d>& targets, const std::string& help);
 
   /// The name of a file. \param unit "FILE.json" wants this extension
   CLI::Option* file(const std::string& name, const std::string& unit, std::string& target, const std::string& help);

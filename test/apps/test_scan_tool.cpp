@@ -25,9 +25,7 @@ protected:
 
   void expectSuccess(const std::vector<std::string>& arguments) const
   {
-    const tool::Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(outcome.err, "") << "progress is for terminals";
+    EXPECT_EQ(succeed(arguments).err, "") << "progress is for terminals";
   }
 
   mrf_apps::PointTable points(const std::string& name) const { return mrf_apps::readPoints(path(name).string()); }
@@ -47,8 +45,8 @@ TEST_F(ScanTool, AllFilesBelongTogether)
                  "--write-sensors", "s.txt",    "--write-held-out", "held.pcd", "--write-clean", "clean.ply",
                  "--report",        "r.json"});
   const auto cloud = points("scan.ply"), clean = points("clean.ply"), held = points("held.pcd");
-  const auto sensors = mrf_apps::readSensors(path("s.txt").string());
-  const auto views = mrf_apps::readViews(path("v.txt").string());
+  const auto sensors = mrf_apps::parseSensors("s.txt", tool::readText(path("s.txt")));
+  const auto views = mrf_apps::parseViews("v.txt", tool::readText(path("v.txt")));
   const nlohmann::json report = parsed("r.json");
   ASSERT_EQ(sensors.size(), 5u);
   ASSERT_EQ(views.size(), cloud.size());
@@ -71,7 +69,7 @@ TEST_F(ScanTool, ScannerAmidAStreet)
 {
   expectSuccess({"street", "o.ply", "--sampling", "scanner", "--points", "2000", "--axis", "0,0,1", "--sensor",
                  "0,0,1.8", "--aspect", "8", "--elevations", "-30:10", "--write-sensors", "s.txt"});
-  ASSERT_EQ(mrf_apps::readSensors(path("s.txt").string()).size(), 1u);
+  ASSERT_EQ(mrf_apps::parseSensors("s.txt", tool::readText(path("s.txt"))).size(), 1u);
   double highest = 0, behind = 0;
   std::set<long> rings;
   const auto cloud = points("o.ply");
@@ -88,7 +86,7 @@ TEST_F(ScanTool, ScannerAmidAStreet)
   EXPECT_LT(rings.size(), 20u) << "few elevations, many points at each";
   expectSuccess(
       {"torus", "o.ply", "--sensor", "0,0,9", "--sensor", "0,9,0", "--points", "500", "--write-sensors", "s.txt"});
-  EXPECT_EQ(mrf_apps::readSensors(path("s.txt").string()).size(), 2u);
+  EXPECT_EQ(mrf_apps::parseSensors("s.txt", tool::readText(path("s.txt"))).size(), 2u);
 }
 
 TEST_F(ScanTool, DevicesAndTheirTruth)
@@ -101,10 +99,8 @@ TEST_F(ScanTool, DevicesAndTheirTruth)
     EXPECT_GT(truth.size(), 1000u);
     EXPECT_EQ(parsed("r.json")["outliers"], cloud.size() - clean.size());
   }
-  const auto bytes = [&](std::vector<std::string> more) {
-    for (const char* word : {"person", "o.ply", "--points", "1000", "--device", "depth-camera"})
-      more.emplace_back(word);
-    expectSuccess(more);
+  const auto bytes = [&](const std::vector<std::string>& more) {
+    expectSuccess(tool::with({"person", "o.ply", "--points", "1000", "--device", "depth-camera"}, more));
     return tool::readText(path("o.ply"));
   };
   // Wherever it stands, a device leaves what is asked for as well.
@@ -212,11 +208,8 @@ TEST_F(ScanTool, WrongUsage)
       expectFailure({"torus", "o.ply", option, value}, 2, option);
   for (const char* value : {"100", "-1", "nan"})
     expectFailure({"torus", "o.ply", "--outliers", value}, 2, "utliers");
-  for (const auto& [options, words] : refusals) {
-    std::vector<std::string> arguments = {"torus", "o.ply"};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    expectFailure(arguments, 2, words);
-  }
+  for (const auto& [options, words] : refusals)
+    expectFailure(tool::with({"torus", "o.ply"}, options), 2, words);
   write("bowl.ply", "");
   expectFailure({"bowl.ply", "bowl.ply"}, 2, "would be overwritten");
 }

@@ -108,6 +108,12 @@ std::set<std::string> optionsListed(const std::string& help)
   return listed;
 }
 
+std::vector<std::string> with(std::vector<std::string> words, const std::vector<std::string>& more)
+{
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
 Test::Test(const std::string& program) : program_(program.empty() ? MRF_TOOL : program)
 {
   std::string pattern = (fs::temp_directory_path() / "mrf_tool_XXXXXX").string();
@@ -122,19 +128,22 @@ Test::~Test()
   fs::remove_all(folder_, ignored);
 }
 
-Outcome Test::run(std::vector<std::string> arguments, bool withDisplay) const
+Outcome Test::run(const std::vector<std::string>& arguments) const
 {
-  arguments.insert(arguments.begin(), program_.string());
-  return runProgram(arguments, folder_, withDisplay);
+  return runProgram(with({program_.string()}, arguments), folder_, false);
 }
 
-nlohmann::json Test::reportOf(std::vector<std::string> arguments) const
+Outcome Test::succeed(const std::vector<std::string>& arguments) const
 {
-  for (const char* argument : {"--report", "report.json"})
-    arguments.emplace_back(argument);
-  const Outcome outcome = run(arguments);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(outcome.err, "");
+  Outcome outcome = run(arguments);
+  if (outcome.status != 0)
+    throw std::runtime_error("status " + std::to_string(outcome.status) + ": " + outcome.err);
+  return outcome;
+}
+
+nlohmann::json Test::reportOf(const std::vector<std::string>& arguments) const
+{
+  EXPECT_EQ(succeed(with(arguments, {"--report", "report.json"})).err, "");
   return parsed("report.json");
 }
 
@@ -147,10 +156,7 @@ nlohmann::json Test::parsed(const std::string& name) const
 
 void Test::expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const
 {
-  std::string trace;
-  for (const std::string& argument : arguments)
-    trace += argument + " ";
-  SCOPED_TRACE(trace);
+  SCOPED_TRACE(testing::PrintToString(arguments));
   const std::vector<std::string> before = files();
   const Outcome outcome = run(arguments);
   EXPECT_EQ(outcome.status, status);

@@ -41,6 +41,9 @@ std::vector<std::string> linesOf(const std::string& text);
 /// The long names that begin the entries of a help.
 std::set<std::string> optionsListed(const std::string& help);
 
+/// All of them.
+std::vector<std::string> with(std::vector<std::string> words, const std::vector<std::string>& more);
+
 /// A test of a program with an empty folder that lasts as long as it.
 class Test : public testing::Test {
 protected:
@@ -49,10 +52,13 @@ protected:
   ~Test() override;
 
   /// Runs the program in the folder.
-  Outcome run(std::vector<std::string> arguments, bool withDisplay = false) const;
+  Outcome run(const std::vector<std::string>& arguments) const;
 
-  /// The same; expects success, and nothing on standard error. \return the parsed --report
-  nlohmann::json reportOf(std::vector<std::string> arguments) const;
+  /// The same; ends the test unless the program succeeds.
+  Outcome succeed(const std::vector<std::string>& arguments) const;
+
+  /// The same; expects nothing on standard error. \return the parsed --report
+  nlohmann::json reportOf(const std::vector<std::string>& arguments) const;
 
   /// Expects a failure that says `words` in one line, and leaves the folder as it was.
   void expectFailure(const std::vector<std::string>& arguments, int status, const std::string& words) const;
