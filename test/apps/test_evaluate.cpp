@@ -4,6 +4,7 @@
 #include "evaluate/local_spacing.h"
 #include "evaluate/sigma_evaluation.h"
 #include "evaluate/surface_distance.h"
+#include "support/random.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -18,6 +19,7 @@
 #include <random>
 
 using namespace mrf_apps;
+using clouds::Random;
 using Eigen::Vector3d;
 using Points = std::vector<Vector3d>;
 
@@ -55,23 +57,16 @@ double bruteForce(const Vector3d& point, const SurfaceMesh& mesh)
   return static_cast<double>(least);
 }
 
-Vector3d randomVector(std::mt19937& generator, double halfSide)
-{
-  std::uniform_real_distribution<double> uniform(-halfSide, halfSide);
-  const double x = uniform(generator), y = uniform(generator), z = uniform(generator);
-  return {x, y, z};
-}
-
 /// Separate triangles of all shapes and sizes, needles and triangles without area among them.
 SurfaceMesh soup(int count, unsigned seed)
 {
-  std::mt19937 generator(seed);
+  Random random(seed);
   SurfaceMesh mesh;
   for (int t = 0; t < count; ++t) {
-    const Vector3d a = randomVector(generator, 1);
-    const double size = std::pow(10., -static_cast<double>(generator() % 4));
-    const Vector3d b = a + randomVector(generator, size);
-    const Vector3d third = randomVector(generator, size);
+    const Vector3d a = random.inCube();
+    const double size = std::pow(10., -static_cast<double>(random.index(4)));
+    const Vector3d b = a + size * random.inCube();
+    const Vector3d third = size * random.inCube();
     const Vector3d c = t % 10 == 0   ? Vector3d(b + 1e-7 * third)
                        : t % 10 == 1 ? Vector3d(.5 * (a + b) + 1e-7 * third)
                        : t % 10 == 2 ? b
@@ -141,14 +136,6 @@ SurfaceMesh tetrahedron(const Vector3d& origin = Vector3d::Zero())
   return mesh;
 }
 
-void append(const SurfaceMesh& other, SurfaceMesh& mesh)
-{
-  const auto first = static_cast<std::int32_t>(mesh.vertices.size());
-  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
-  for (const auto& [a, b, c] : other.triangles)
-    mesh.triangles.push_back({a + first, b + first, c + first});
-}
-
 SurfaceMesh moved(SurfaceMesh mesh, const Vector3d& shift)
 {
   for (Vector3d& vertex : mesh.vertices)
@@ -202,11 +189,11 @@ TEST(SurfaceDistance, agreesWithBruteForce)
 {
   const SurfaceMesh mesh = soup(300, 1);
   const SurfaceDistance distance(mesh);
-  std::mt19937 generator(2);
+  Random random(2);
   Points points;
   for (int i = 0; i < 600; ++i) {
-    const Vector3d& corner = mesh.vertices[generator() % mesh.vertices.size()];
-    points.emplace_back(corner + randomVector(generator, std::pow(10., static_cast<double>(i % 6) - 4)));
+    const Vector3d& corner = mesh.vertices[random.index(mesh.vertices.size())];
+    points.emplace_back(corner + std::pow(10., static_cast<double>(i % 6) - 4) * random.inCube());
   }
   pcl::mrf::Execution execution(2);
   const std::vector<ClosestPlace> places = distance.closest(points, execution);
@@ -415,12 +402,12 @@ TEST(Evaluate, pointsAndDiagonals)
 
 TEST(LocalSpacing, agreesWithBruteForce)
 {
-  std::mt19937 generator(3);
+  Random random(3);
   // Ten densities, a million units away from the origin, some points twice.
   const Vector3d far(1e6, -2e6, 5e5);
   Points points;
   for (int i = 0; i < 600; ++i)
-    points.emplace_back(far + randomVector(generator, std::pow(2., i % 10)));
+    points.emplace_back(far + std::pow(2., i % 10) * random.inCube());
   points.insert(points.end(), points.begin(), points.begin() + 50);
   pcl::mrf::Execution execution(2);
   const LocalSpacing local(points, execution);
@@ -436,7 +423,7 @@ TEST(LocalSpacing, agreesWithBruteForce)
 
   Points places;
   for (int i = 0; i < 500; ++i)
-    places.emplace_back(far + randomVector(generator, 3000));
+    places.emplace_back(far + 3000 * random.inCube());
   const std::vector<LocalSpacing::Nearest> nearest = local.nearest(places, execution);
   for (std::size_t i = 0; i < places.size(); ++i) {
     double least = std::numeric_limits<double>::infinity();
@@ -545,7 +532,10 @@ TEST(Evaluate, countsOnBrokenMeshes)
   EXPECT_EQ(measured(degenerate).selfIntersectingTriangles, 0) << "they are counted once";
 
   SurfaceMesh crossing = tetrahedron();
-  append(tetrahedron(Vector3d(.2, .2, -.5)), crossing);
+  for (const Vector3d& vertex : tetrahedron(Vector3d(.2, .2, -.5)).vertices)
+    crossing.vertices.push_back(vertex);
+  for (const auto& [a, b, c] : tetrahedron().triangles)
+    crossing.triangles.push_back({a + 4, b + 4, c + 4});
   // The second one's sides x = .2 and y = .2 and its slanted one pass through the bottom, its bottom is below; its tip
   // (.2, .2, .5) stays below the slanted side of the first one.
   EXPECT_EQ(measured(crossing).selfIntersectingTriangles, 4);

@@ -3,7 +3,6 @@
 #include "support/mesh_reader.h"
 #include "support/tool.h"
 
-#include <algorithm>
 #include <regex>
 
 namespace {
@@ -30,8 +29,7 @@ std::string withSigma(const std::string& sigma)
 TEST_F(EvaluateTool, TellsWhetherSigmaIsRight)
 {
   write("sigma.ply", withSigma(".4"));
-  const tool::Outcome outcome = run({"sigma.ply", "--sigma", "--reference", "above.off", "--json", "r.json"});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const tool::Outcome outcome = succeed({"sigma.ply", "--sigma", "--reference", "above.off", "--json", "r.json"});
   EXPECT_NE(outcome.out.find("measured"), std::string::npos) << outcome.out;
   const nlohmann::json json = parsed("r.json")["sigma"];
   // All are off by .5: 1.25, 2.5 and .5 sigma, at corners with 2/6, 1/6 and 2/6 of the area.
@@ -48,15 +46,13 @@ TEST_F(EvaluateTool, TellsWhetherSigmaIsRight)
   // A withheld point 1.37 sigma away, or 1.1 of sigma and noise: 3, 4, 5 in tenths.
   write("withheld.xyz", ".9 .1 .55\n");
   for (const bool isNoisy : {false, true}) {
-    std::vector<std::string> arguments = {"sigma.ply", "--sigma", "--held-out", "withheld.xyz", "--json", "r.json"};
-    if (isNoisy)
-      arguments.insert(arguments.end(), {"--noise", ".3"});
-    ASSERT_EQ(run(arguments).status, 0);
+    const std::string noise = isNoisy ? "--noise=.3" : "-q";
+    succeed({"sigma.ply", "--sigma", "--held-out", "withheld.xyz", "--json", "r.json", noise});
     EXPECT_EQ(parsed("r.json")["sigma"]["measured"]["coverage"],
               isNoisy ? nlohmann::json({0, 1, 1}) : nlohmann::json({0, 0, 1}));
   }
   write("sigma.ply", withSigma("nan"));
-  ASSERT_EQ(run({"sigma.ply", "--sigma", "--reference", "above.off", "--json", "r.json"}).status, 0);
+  succeed({"sigma.ply", "--sigma", "--reference", "above.off", "--json", "r.json"});
   EXPECT_EQ(parsed("r.json")["sigma"]["notKnown"], 1);
 }
 
@@ -72,9 +68,8 @@ TEST_F(EvaluateTool, SigmaNeedsAFieldAndSomethingToCompareWith)
 
 TEST_F(EvaluateTool, TableJsonAndColors)
 {
-  const tool::Outcome outcome = run({"flat.off", "--input", "cloud.xyz", "--held-out", "cloud.xyz", "--reference",
-                                     "above.off", "--json", "r.json", "--colored", "c.ply", "--samples", "1000"});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const tool::Outcome outcome = succeed({"flat.off", "--input", "cloud.xyz", "--held-out", "cloud.xyz", "--reference",
+                                         "above.off", "--json", "r.json", "--colored", "c.ply", "--samples", "1000"});
   EXPECT_EQ(outcome.err, "");
   for (const char* words : {"cloudPercent", "heldOut", "meshToReference", "inventedShare", "nonManifoldEdges", "rms"})
     EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
@@ -102,12 +97,9 @@ TEST_F(EvaluateTool, TableJsonAndColors)
 
 TEST_F(EvaluateTool, WhatASensorSees)
 {
-  const auto seen = [&](std::vector<std::string> arguments) {
-    for (const char* word :
-         {"--sensor", "1.5,2,5", "--sensor-axis", "0,0,-1", "--json", "r.json", "--samples", "20000"})
-      arguments.emplace_back(word);
-    const tool::Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto seen = [&](const std::vector<std::string>& arguments) {
+    const tool::Outcome outcome = succeed(tool::with(
+        arguments, {"--sensor", "1.5,2,5", "--sensor-axis", "0,0,-1", "--json", "r.json", "--samples", "20000"}));
     EXPECT_NE(outcome.out.find("inFrontShare"), std::string::npos);
     return nlohmann::json(parsed("r.json")["sensor"]);
   };
@@ -150,12 +142,8 @@ TEST_F(EvaluateTool, WhatASensorSees)
 
 TEST_F(EvaluateTool, OptionsAndRepetition)
 {
-  const auto json = [&](std::vector<std::string> arguments) {
-    for (const char* argument : {"--json", "r.json", "-q"})
-      arguments.emplace_back(argument);
-    const tool::Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(outcome.out, "") << "-q prints errors only";
+  const auto json = [&](const std::vector<std::string>& arguments) {
+    EXPECT_EQ(succeed(tool::with(arguments, {"--json", "r.json", "-q"})).out, "") << "-q prints errors only";
     return parsed("r.json");
   };
   const nlohmann::json wide = json({"flat.off", "--reference", "above.off", "--far", ".6", "--diagonal", "10"});
@@ -165,7 +153,7 @@ TEST_F(EvaluateTool, OptionsAndRepetition)
   EXPECT_EQ(json({"flat.off", "--reference", "above.off", "--threads", "1"}),
             json({"flat.off", "--reference", "above.off", "--threads", "4"}));
 
-  ASSERT_EQ(run({"flat.off", "--clean", "cloud.xyz", "--colored", "c.ply"}).status, 0);
+  succeed({"flat.off", "--clean", "cloud.xyz", "--colored", "c.ply"});
   EXPECT_NE(tool::readText(path("c.ply")).find("property float error"), std::string::npos);
 }
 

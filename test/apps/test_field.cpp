@@ -22,12 +22,9 @@ protected:
   }
 
   /// The report on field.ply, and what was said on the way.
-  nlohmann::json reconstruct(const std::string& name, std::vector<std::string> options = {})
+  nlohmann::json reconstruct(const std::string& name, const std::vector<std::string>& options = {})
   {
-    options.insert(options.begin(), {input(name), "field.ply", "-q", "--report", "field.json"});
-    const tool::Outcome outcome = run(options);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    said_ = outcome.err;
+    said_ = succeed(tool::with({input(name), "field.ply", "-q", "--report", "field.json"}, options)).err;
     return parsed("field.json");
   }
 

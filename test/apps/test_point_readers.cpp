@@ -200,8 +200,7 @@ TEST_F(PointReaders, gridsInSurveyCoordinatesKeepTheirHeights)
     write(step < 1 ? "halves.ply" : "whole.ply", bytes);
     for (const char* name : {"grid.xyz", "grid.ply"}) {
       SCOPED_TRACE(name + std::string(" in steps of ") + std::to_string(step));
-      const tool::Outcome outcome = run({name, "mesh.ply", "-q"});
-      ASSERT_EQ(outcome.status, 0) << outcome.err;
+      const tool::Outcome outcome = succeed({name, "mesh.ply", "-q"});
       // Single precision has rounded halves, as far as one sees, but no whole meters.
       const bool isRounded = step < 1 && std::string(name) == "grid.ply";
       EXPECT_EQ(outcome.err.find("resolved to 0.5 only") != std::string::npos, isRounded) << outcome.err;
@@ -858,7 +857,7 @@ TEST_F(PointReaders, whatGzipPackedIsReadLikeTheRest)
   EXPECT_EQ(read("two.LAS.gz").colors, read("two.LAS").colors);
   EXPECT_EQ(read("plain.xyz.gz").size(), 400u) << "a browser has unpacked it already";
   EXPECT_EQ(read("twice.xyz.gz").size(), 800u) << "as cat joins them";
-  ASSERT_EQ(run({"rows.xyz.gz", "--output-directory", "meshes", "-q"}).status, 0);
+  succeed({"rows.xyz.gz", "--output-directory", "meshes", "-q"});
   EXPECT_TRUE(std::filesystem::exists(path("meshes/rows.ply")));
 
   const std::string packed = tool::readText(path("rows.xyz.gz"));

@@ -5,8 +5,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
-
 namespace {
 
 using testing::TestWithParam;
@@ -115,10 +113,8 @@ TEST_F(ToolErrors, ConflictingOptions)
                                                            {"--observation", "mean", "--noise-model", "none"},
                                                            {"--observation", "mean", "--noise-field", "column6"},
                                                            {"--trim", "none", "--max-hole", "1"}};
-  for (std::vector<std::string> arguments : conflicts) {
-    arguments.insert(arguments.begin(), {"sphere.xyz", "out.ply"});
-    expectFailure(arguments, 2, "--");
-  }
+  for (const std::vector<std::string>& options : conflicts)
+    expectFailure(tool::with({"sphere.xyz", "out.ply"}, options), 2, "--");
   write("bare.xyz", "0 0 0\n1 0 0\n0 1 0\n");
   expectFailure({"bare.xyz", "out.ply", "--normals", "use"}, 2, "has no normals");
   expectFailure({"bare.xyz", "out.ply", "--normals", "reference"}, 2, "has no normals");
@@ -131,11 +127,7 @@ TEST_F(ToolErrors, ConflictingOptions)
 TEST_F(ToolErrors, SensorFiles)
 {
   const std::vector<std::string> base = {"sphere.xyz", "out.ply", "--sensors", "sensors.txt"};
-  const auto withViews = [&] {
-    std::vector<std::string> arguments = base;
-    arguments.insert(arguments.end(), {"--views", "views.txt"});
-    return arguments;
-  };
+  const std::vector<std::string> withViews = tool::with(base, {"--views", "views.txt"});
   expectFailure(base, 1, "'sensors.txt': No such file");
   write("sensors.txt", "0 0 3\n0 0\n");
   expectFailure(base, 1, "'sensors.txt': line 2");
@@ -143,14 +135,14 @@ TEST_F(ToolErrors, SensorFiles)
   expectFailure(base, 1, "holds no sensor positions");
   write("sensors.txt", "0 0 3\n");
   write("views.txt", "0\n0\n");
-  expectFailure(withViews(), 1, "2 views for 400 points");
+  expectFailure(withViews, 1, "2 views for 400 points");
   std::string views;
   for (int i = 0; i < 400; ++i)
     views += "1\n";
   write("views.txt", views);
-  expectFailure(withViews(), 1, "names sensor 1");
+  expectFailure(withViews, 1, "names sensor 1");
   write("views.txt", "0.5\n");
-  expectFailure(withViews(), 1, "'views.txt': line 1");
+  expectFailure(withViews, 1, "'views.txt': line 1");
 }
 
 TEST_F(ToolErrors, OutputsAreCheckedBeforeTheWork)
@@ -186,13 +178,13 @@ TEST_F(ToolErrors, WorkDirectories)
   write("file", "");
   expectFailure({"sphere.xyz", "out.ply", "--work-directory", "file"}, 1,
                 "the work directory 'file' cannot be written to");
-  EXPECT_EQ(run({"sphere.xyz", "out.ply", "--work-directory", "work"}).status, 0);
+  succeed({"sphere.xyz", "out.ply", "--work-directory", "work"});
   EXPECT_FALSE(std::filesystem::exists(path("work"))) << "left behind";
   std::filesystem::create_directory(path("work"));
   write("work/pcl_mrf_journal.txt", "a result of a run that was ended\n");
   expectFailure({"sphere.xyz", "other.ply", "--work-directory", "work"}, 1, "go on with it (--resume)");
   EXPECT_FALSE(std::filesystem::exists(path("other.ply")));
-  EXPECT_EQ(run({"sphere.xyz", "other.ply", "--work-directory", "work", "--resume"}).status, 0);
+  succeed({"sphere.xyz", "other.ply", "--work-directory", "work", "--resume"});
 }
 
 TEST_F(ToolErrors, SeveralInputs)

@@ -20,8 +20,7 @@ protected:
 
   std::string textOf(const std::string& option) const
   {
-    const tool::Outcome outcome = run({option});
-    EXPECT_EQ(outcome.status, 0);
+    const tool::Outcome outcome = succeed({option});
     EXPECT_EQ(outcome.err, "");
     return outcome.out;
   }
@@ -53,8 +52,7 @@ TEST_P(ToolHelp, TheWholeHelpHasMore)
 
 TEST_P(ToolHelp, IsGivenWhateverElseIsWrong)
 {
-  const tool::Outcome outcome = run({"--threads", "many", "--help"});
-  EXPECT_EQ(outcome.status, 0);
+  const tool::Outcome outcome = succeed({"--threads", "many", "--help"});
   EXPECT_EQ(outcome.out, textOf("--help"));
 }
 

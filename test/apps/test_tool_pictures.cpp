@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures: the tool's own, and what pcl_viewer shows of its output.
+// Pictures, by what their pixels show.
 #include "support/tool.h"
 
 #include <vtkImageData.h>
@@ -89,17 +89,14 @@ protected:
 
   tool::Outcome runUnderX(const std::vector<std::string>& command) const
   {
-    std::vector<std::string> all = {"xvfb-run", "-a", "-s", "-screen 0 800x600x24"};
-    all.insert(all.end(), command.begin(), command.end());
-    return tool::runProgram(all, path(""));
+    return tool::runProgram(tool::with({"xvfb-run", "-a", "-s", "-screen 0 800x600x24"}, command), path(""));
   }
 
   /// Of the picture that the tool writes.
   Pixels pictureOf(const std::vector<std::string>& arguments) const
   {
-    std::vector<std::string> command = {MRF_TOOL, "-q", "out.ply", "--picture", "out.png"};
-    command.insert(command.begin() + 1, arguments.begin(), arguments.end());
-    const tool::Outcome outcome = runUnderX(command);
+    const tool::Outcome outcome =
+        runUnderX(tool::with(tool::with({MRF_TOOL}, arguments), {"-q", "out.ply", "--picture", "out.png"}));
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return outcome.status == 0 ? countPixels(path("out.png")) : Pixels();
   }
@@ -182,9 +179,7 @@ TEST_F(ToolPictures, LooksFromWhereTheCommandSays)
   // Blue is where z is large, which is the front of what is flat along no axis; the top is y then.
   const std::vector<std::string> sphere = {"sphere.xyz", "--color", "confidence", "--max-hole", "5"};
   const auto sphereFrom = [&](const std::string& camera) {
-    std::vector<std::string> arguments = sphere;
-    arguments.insert(arguments.end(), {"--camera", camera});
-    return pictureOf(arguments);
+    return pictureOf(tool::with(sphere, {"--camera", camera}));
   };
   const Pixels front = sphereFrom("front"), back = sphereFrom("back"), behind = sphereFrom("0,0,-2");
   EXPECT_GT(front.blue, .4 * front.all);
@@ -206,32 +201,6 @@ TEST_F(ToolPictures, LooksFromWhereTheCommandSays)
   const Pixels top = pictureOf({"plane.ply", "--camera", "top", "--sensor-origin", "off"});
   EXPECT_NEAR(top.skinRight, -.235, .02);
   EXPECT_NEAR(top.skinUp, -.235, .02);
-}
-
-TEST_F(ToolPictures, PclViewerShowsAColoredSurface)
-{
-  if (!tool::hasProgram("pcl_viewer") || !tool::hasProgram("import"))
-    GTEST_SKIP() << "pcl_viewer or ImageMagick's import is not installed";
-  const tool::Outcome outcome = run({"sphere.xyz", "out.vtk", "--color", "confidence", "--max-hole", "5", "-q"});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
-  // The empty screen first: the counts below must come from the viewer. It draws some time after its start, and looks
-  // from a fixed place, mostly inside a mesh.
-  write("view.sh", "import -window root before.png\n"
-                   "pcl_viewer -cam 0.1,20/0,0,0/4,0,4/0,1,0/0.6/700,500/0,0 out.vtk >viewer.log 2>&1 &\n"
-                   "viewer=$!\n"
-                   "for attempt in $(seq 60); do\n"
-                   "  sleep 0.5\n"
-                   "  import -window root after.png\n"
-                   "  [ \"$(identify -format %k after.png)\" -gt 100 ] && break\n"
-                   "done\n"
-                   "kill $viewer\n");
-  const tool::Outcome viewer = runUnderX({"sh", "view.sh"});
-  ASSERT_EQ(viewer.status, 0) << viewer.err << tool::readText(path("viewer.log"));
-  const Pixels before = countPixels(path("before.png")), after = countPixels(path("after.png"));
-  EXPECT_EQ(before.skin + before.blue, 0);
-  // The sphere covers about a tenth of the screen.
-  EXPECT_GT(after.skin, .02 * after.all) << tool::readText(path("viewer.log"));
-  EXPECT_GT(after.blue, .01 * after.all);
 }
 
 } // namespace

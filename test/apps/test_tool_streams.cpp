@@ -39,7 +39,7 @@ protected:
 
 TEST_F(ToolStreams, StandardInputIsReadByWhatItBeginsWith)
 {
-  ASSERT_EQ(run({"sphere.xyz", "expected.ply", "-q"}).status, 0);
+  succeed({"sphere.xyz", "expected.ply", "-q"});
   const std::string expected = tool::readText(path("expected.ply"));
 
   write("off", "NOFF\n400 0 0\n" + rows_);
@@ -89,9 +89,8 @@ TEST_F(ToolStreams, StandardOutputHoldsTheMeshAlone)
 {
   for (const std::string format : {"ply", "obj", "stl", "vtk", "vtp", "glb"}) {
     SCOPED_TRACE(format);
-    ASSERT_EQ(run({"sphere.xyz", "out." + format, "-q"}).status, 0);
-    const tool::Outcome outcome = run({"sphere.xyz", "-", "--output-format", format, "-v", "--report", "r.json"});
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    succeed({"sphere.xyz", "out." + format, "-q"});
+    const tool::Outcome outcome = succeed({"sphere.xyz", "-", "--output-format", format, "-v", "--report", "r.json"});
     EXPECT_EQ(outcome.out, tool::readText(path("out." + format)));
     EXPECT_NE(outcome.err.find("wrote     standard output ("), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find("surface"), std::string::npos);
@@ -130,7 +129,7 @@ TEST_F(ToolStreams, EachInputBecomesAFileInTheFolder)
        {"pcl_mrf_reconstruction: 'two.xyz': at least 4 points are needed; 2 of 2", "'nowhere.ply': No such file"})
     EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
   // The same bytes as one at a time.
-  ASSERT_EQ(run({"sphere.xyz", "alone.obj", "-q"}).status, 0);
+  succeed({"sphere.xyz", "alone.obj", "-q"});
   EXPECT_EQ(tool::readText(path("alone.obj")), tool::readText(path("a/meshes/sphere.obj")));
 
   // The first failure decides on the status, and every line names its input.
@@ -175,8 +174,7 @@ struct Told {
 TEST_F(ToolStreams, ProgressIsToldWhereItIsAskedFor)
 {
   EXPECT_EQ(run({"sphere.xyz", "out.ply"}).err, "") << "standard error is no terminal";
-  const tool::Outcome outcome = run({"sphere.xyz", "out.ply", "--progress", "-q"});
-  EXPECT_EQ(outcome.status, 0);
+  const tool::Outcome outcome = succeed({"sphere.xyz", "out.ply", "--progress", "-q"});
   EXPECT_EQ(outcome.out, "");
   const Told told(outcome.err);
   ASSERT_GE(told.stages.size(), 8u) << outcome.err;
@@ -191,8 +189,7 @@ TEST_F(ToolStreams, ProgressIsToldWhereItIsAskedFor)
 TEST_F(ToolStreams, ProgressOfSeveralInputsIsOne)
 {
   write("other.xyz", rows_);
-  const tool::Outcome outcome = run({"sphere.xyz", "other.xyz", "--output-directory", "out", "--progress", "-q"});
-  EXPECT_EQ(outcome.status, 0);
+  const tool::Outcome outcome = succeed({"sphere.xyz", "other.xyz", "--output-directory", "out", "--progress", "-q"});
   const Told told(outcome.err);
   EXPECT_TRUE(std::is_sorted(told.percentages.begin(), told.percentages.end())) << outcome.err;
   ASSERT_FALSE(told.stages.empty());
@@ -286,8 +283,7 @@ TEST_F(ToolStreams, FilesOfFloatsSayWhatSurveyCoordinatesAreRelativeTo)
   const Eigen::Vector3d center(431234.56, 4500123.78, 321.12);
   write("survey.xyz", tool::sphereRows(400, 2, center));
   for (const std::string name : {"out.stl", "out.glb"}) {
-    const tool::Outcome outcome = run({"survey.xyz", name, "--report", "r.json", "-q"});
-    EXPECT_EQ(outcome.status, 0);
+    const tool::Outcome outcome = succeed({"survey.xyz", name, "--report", "r.json", "-q"});
     EXPECT_NE(outcome.err.find("warning: '" + name + "' is written relative to (43123"), std::string::npos)
         << outcome.err;
     const nlohmann::json report = parsed("r.json");
