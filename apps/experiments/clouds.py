@@ -49,7 +49,7 @@ def real_clouds(lab):
         scan = lab.scan(subject, "--points", lab.points(points), "--sampling", "scanner", "--noise",
                         ".2s", "--holes", 16, "--hole-radius", "5s:10s", *options)
         is_random = np.random.default_rng(lab.seed).random(len(scan.cloud.points)) < .1
-        kept = Surface(scan.cloud.points[~is_random], normals=scan.normals[~is_random])
+        kept = Surface(scan.cloud.points[~is_random], normals=scan.cloud.normals[~is_random])
         yield Cloud(lab, name, title, kept, scan.held_out.points, surfaces.read(scan.path("clean.ply")).points[is_random],
                     np.loadtxt(scan.path("sensors.txt"), ndmin=2), False, view)
 
@@ -97,7 +97,7 @@ def trait_cases(lab):
     return {
         "holes": ((*points, "--views", 8, "--hole", ".45,.32,.4", "--hole", "-.75,.25,.35", "--hole", "0,-.45,.7",
                    "--hole-radius", "6%"), ("", fast, f"{fast} --prior thin-plate", f"{fast} --quality draft"), front),
-        "noisy": ((*points, "--noise", "1s", "--normals", "none"), ("--observation plane", ""), front),
+        "noisy": ((*points, "--noise", "1s", "--normals", "estimated"), ("--observation plane", ""), front),
         "clusters": ((*points, "--clusters", 3), ("", "--robust"), front),
         "sparse": (("--points", 2000), ("", "--quality fine"), front),
         "open": ((*points, "--placement", "front", "--views", 3, "--fan", 70), ("--trim none", "", "--trim supported"),
@@ -124,7 +124,7 @@ def guide(lab):
         found, shown = compared(lab, f"guide/{name}", methods, make, _measure_trait)
         rows += [{"scan": name, **row} for row in found]
         lab.picture(f"guide-{name}", lambda: drawing.gallery(shown, view, paint,
-                                                             ("points", make().cloud.points, make().normals)))
+                                                             ("points", make().cloud.points, make().cloud.normals)))
     lab.table("guide", "Options against traits of the scan", rows)
 
 

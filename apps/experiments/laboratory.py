@@ -27,8 +27,8 @@ class Failure(Exception):
 class Scan:
     """What pcl_mrf_scan left in a folder."""
 
-    def __init__(self, lab, folder, subject):
-        self.folder, self.subject, self._lab = folder, subject, lab
+    def __init__(self, lab, folder, subject, estimated):
+        self.folder, self.subject, self.estimated, self._lab = folder, subject, estimated, lab
         self.report = json.loads((folder / "scan.json").read_text())
         self.diagonal, self.spacing, self.holes = (self.report[name] for name in ("diagonal", "spacing", "holes"))
 
@@ -43,20 +43,12 @@ class Scan:
     def held_out(self):
         return surfaces.read(self.path("held-out.ply")) if self.holes else surfaces.Surface([])
 
-    @cached_property
-    def normals(self):
-        """Those of the scan, or of planes fitted to the points, each facing its sensor."""
-        if self.cloud.normals is not None:
-            return self.cloud.normals
-        sensors, views = np.loadtxt(self.path("sensors.txt"), ndmin=2), np.loadtxt(self.path("views.txt"), dtype=int)
-        return surfaces.estimated_normals(self.cloud.points, sensors[views])
-
-    @cached_property
+    @property
     def sensor_options(self):
-        """What tells pcl_mrf_reconstruction how normals face, if it has to estimate them."""
-        if self.cloud.normals is not None:
+        """What has pcl_mrf_reconstruction estimate normals, where those of the scan are, and tells it how they face."""
+        if not self.estimated:
             return []
-        return ["--views", self.path("views.txt"), "--sensors", self.path("sensors.txt")]
+        return ["--normals", "estimate", "--views", self.path("views.txt"), "--sensors", self.path("sensors.txt")]
 
     def truth(self, places):
         """Distances from places to the object."""
@@ -140,7 +132,7 @@ class Laboratory:
             more += ["--write-views", folder / "views.txt", "--write-sensors", folder / "sensors.txt"]
         self.run("pcl_mrf_scan", subject, folder / "scan.ply", "-q", "--seed", self.seed if seed is None else seed, *words,
                  *more, *self.threads)
-        return Scan(self, folder, subject)
+        return Scan(self, folder, subject, "estimated" in words)
 
     def reconstruct(self, cloud, *options):
         mesh, report = self.scratch("mesh.ply"), self.scratch("report.json")

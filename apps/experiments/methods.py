@@ -84,7 +84,7 @@ def peers(lab, depths=(8, 11), with_hoppe=True, filtered=False):
     def method(name, title, make, *words):
         def run(lab, scan):
             kept = without_outliers(scan.cloud.points) if filtered else slice(None)
-            return make(lab, scan.cloud.points[kept], scan.normals[kept], *words)
+            return make(lab, scan.cloud.points[kept], scan.cloud.normals[kept], *words)
 
         return Method(name + "-filtered" * filtered, title + ", after statistical outlier removal" * filtered, run)
 

@@ -135,7 +135,7 @@ def _worst_hole(lab, errors, which, hole):
 
     shown = [(f"{method.title}: {error:.3g} %", partial(around, method))
              for method, error in errors.items() if error is not None]
-    whole = [np.concatenate([scan.cloud.points, held_out.points]), np.concatenate([scan.normals, held_out.normals])]
+    whole = [np.concatenate([scan.cloud.points, held_out.points]), np.concatenate([scan.cloud.normals, held_out.normals])]
     return drawing.gallery(shown, view, partial(fill_colors, scan), (f"{which[0]}, with the points left out", *whole), 4)
 
 

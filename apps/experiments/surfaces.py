@@ -165,15 +165,6 @@ def nearest(places, points, which=False):
     return cKDTree(points).query(places)[which]
 
 
-def estimated_normals(points, sensors, neighbors=12):
-    """Of planes fitted to the nearest points, each facing the sensor that saw its point."""
-    around = points[cKDTree(points).query(points, neighbors)[1]]
-    around = around - around.mean(1, keepdims=True)
-    normals = np.linalg.eigh(np.einsum("nki,nkj->nij", around, around))[1][:, :, 0]
-    turned = np.einsum("nx,nx->n", normals, sensors - points) < 0
-    return np.where(turned[:, None], -normals, normals)
-
-
 # Signed distances from places to shapes about the origin.
 
 

@@ -108,13 +108,6 @@ class Surfaces(InFolder):
             self.assertAlmostEqual(volume(mesh), size, delta=.01)
             self.assertGreater(mesh.areas().min(), 1e-5)
 
-    def test_normals_face_their_sensors(self):
-        points = np.random.default_rng(1).normal(size=(2000, 3))
-        points /= np.linalg.norm(points, axis=1, keepdims=True)
-        normals = surfaces.estimated_normals(points, np.zeros((2000, 3)))
-        self.assertLess(np.einsum("nx,nx->n", normals, points).max(), -.98)
-
-
 class Figures(unittest.TestCase):
     def test_summary(self):
         self.assertEqual(figures.summary([3, -4])["RMS"], np.sqrt(12.5))
