@@ -46,10 +46,10 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
   ToolOptions parser("pcl_mrf_evaluate", MRF_VERSION,
                      "Measures a mesh: exact distances from points, distances to a reference surface, validity, "
                      "shapes.");
-  parser.usage("[OPTIONS] MESH");
+  parser.texts.usage = {"[OPTIONS] MESH"};
   std::vector<std::string> operands;
   parser.operands(operands, 1);
-  parser.operand("MESH", std::string("what is measured: ") + meshInputExtensions);
+  parser.texts.operands = {{"MESH", std::string("what is measured: ") + meshInputExtensions}};
 
   parser.group("What is known");
   parser.file("--input", "CLOUD", command.cloud,
@@ -96,20 +96,20 @@ EvaluateCommand parseEvaluateCommandLine(int argc, const char* const* argv)
               "ply, obj, vtk or vtp; all but obj with the field `error`");
   parser.flag("-q,--quiet", command.quiet, "print errors only");
 
-  parser.everyday({{"--input", "points that were reconstructed"},
-                   {"--held-out", "points of the surface that were withheld"},
-                   {"--clean", "the input without its noise"},
-                   {"--reference", "the true surface"},
-                   {"--sensor", "that saw the reference; repeatable"},
-                   {"--far", "what is farther is invented or missing"},
-                   {"--json", "all figures"},
-                   {"--colored", "MESH colored by its error, blue to red"},
-                   {"--help-all", "all other options"}});
-  parser.examples({"mesh.ply --input scan.ply", "mesh.ply --input scan.ply --held-out rest.ply --json all.json",
-                   "mesh.ply --reference truth.ply --colored error.vtk"});
-  parser.note("Lengths are in the unit of MESH; the table gives them in % of the diagonal as well.");
-  parser.note("Exit status: 0 done, 1 a file cannot be read or written or holds nothing to measure, 2 wrong usage, 3 "
-              "the method failed.");
+  parser.texts.everyday = {{"--input", "points that were reconstructed"},
+                           {"--held-out", "points of the surface that were withheld"},
+                           {"--clean", "the input without its noise"},
+                           {"--reference", "the true surface"},
+                           {"--sensor", "that saw the reference; repeatable"},
+                           {"--far", "what is farther is invented or missing"},
+                           {"--json", "all figures"},
+                           {"--colored", "MESH colored by its error, blue to red"},
+                           {"--help-all", "all other options"}};
+  parser.texts.examples = {"mesh.ply --input scan.ply", "mesh.ply --input scan.ply --held-out rest.ply --json all.json",
+                           "mesh.ply --reference truth.ply --colored error.vtk"};
+  parser.texts.notes = {"Lengths are in the unit of MESH; the table gives them in % of the diagonal as well.",
+                        "Exit status: 0 done, 1 a file cannot be read or written or holds nothing to measure, 2 wrong "
+                        "usage, 3 the method failed."};
 
   command.information = parser.parse(argc, argv);
   if (!command.information.empty())

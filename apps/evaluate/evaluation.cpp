@@ -75,14 +75,7 @@ struct MeasuredPoints {
   Points points;
   std::vector<ClosestPlace> places;
 
-  Statistics statistics() const
-  {
-    std::vector<double> distances;
-    distances.reserve(places.size());
-    for (const ClosestPlace& place : places)
-      distances.push_back(place.distance);
-    return summarize(std::move(distances));
-  }
+  Statistics statistics() const { return summarize(distancesOf(places)); }
 };
 
 std::optional<MeasuredPoints> pointsToMesh(const Points& points, const SurfaceDistance& mesh, Execution& execution,
@@ -131,13 +124,11 @@ ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMe
 
   const SurfaceSamples onMesh = sampleSurface(mesh, options.samples, options.seed);
   const std::vector<ClosestPlace> places = toReference.closest(onMesh.positions, execution);
-  std::vector<double> distances, angles;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    distances.push_back(places[i].distance);
+  std::vector<double> distances = distancesOf(places), angles;
+  for (std::size_t i = 0; i < places.size(); ++i)
     if (places[i].distance <= options.farLimit)
       angles.push_back(angleBetween(areaVector(mesh, static_cast<std::size_t>(onMesh.triangles[i])),
                                     areaVector(reference, static_cast<std::size_t>(places[i].triangle))));
-  }
   result.inventedShare = shareAbove(distances, options.farLimit);
   result.flippedShare = shareAbove(angles, 90);
   result.normalDeviation = summarize(std::move(angles));

@@ -6,6 +6,7 @@
 #include "surface_distance.h"
 
 #include <base/loops.h>
+#include <base/select_values.h>
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <Eigen/Geometry>
@@ -211,9 +212,7 @@ public:
     result.inFrontAreaShare = before / count;
     if (measured.empty())
       return;
-    const auto middle = measured.begin() + static_cast<std::ptrdiff_t>(measured.size() / 2);
-    std::nth_element(measured.begin(), middle, measured.end());
-    result.medianNormalError = *middle;
+    result.medianNormalError = pcl::mrf::median(measured);
     result.flippedShare = flipped / static_cast<double>(measured.size());
     if (trueArea > 0)
       result.areaRatio = static_cast<double>(measured.size()) / count * surfaceArea(mesh_) / trueArea;

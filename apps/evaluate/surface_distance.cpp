@@ -103,14 +103,18 @@ std::vector<ClosestPlace> SurfaceDistance::closest(const std::vector<Eigen::Vect
   return result;
 }
 
+std::vector<double> distancesOf(const std::vector<ClosestPlace>& places)
+{
+  std::vector<double> result;
+  for (const ClosestPlace& place : places)
+    result.push_back(place.distance);
+  return result;
+}
+
 std::vector<double> SurfaceDistance::distances(const std::vector<Eigen::Vector3d>& points,
                                                pcl::mrf::Execution& execution) const
 {
-  std::vector<double> result;
-  result.reserve(points.size());
-  for (const ClosestPlace& place : closest(points, execution))
-    result.push_back(place.distance);
-  return result;
+  return distancesOf(closest(points, execution));
 }
 
 namespace {

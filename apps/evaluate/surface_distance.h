@@ -26,6 +26,8 @@ struct ClosestPlace {
   std::int32_t triangle = 0; ///< of the mesh
 };
 
+std::vector<double> distancesOf(const std::vector<ClosestPlace>& places);
+
 /// Point-to-triangle distances through VTK's static cell locator, in double precision.
 ///
 /// The surface is made of the triangles that have an area: one with a repeated vertex, collinear corners or a vertex

@@ -23,22 +23,21 @@ namespace {
 using pcl::mrf::OptionDeclaration;
 using pcl::mrf::Options;
 
-/// Registers options of the library's table, collects what the user set, and applies it to a preset.
+/// Registers options of the library's table. They are set in the order in which they are registered: on top of a
+/// preset, which is the first, wherever it is given.
 class OptionParser : public ToolOptions {
 public:
-  using ToolOptions::ToolOptions;
+  explicit OptionParser(Options& options)
+      : ToolOptions("pcl_mrf_reconstruction", MRF_VERSION,
+                    "Reconstructs a surface from points by a Markov random field of signed distances."),
+        options_(options)
+  {}
 
   /// \param name of an option in the library's table
   CLI::Option* declared(const std::string& name)
   {
     const OptionDeclaration& option = pcl::mrf::optionDeclaration(name);
-    const auto set = [this, &option](const std::string& text) {
-      Options trial;
-      const std::string wrong = setByText(trial, option, text);
-      if (wrong.empty())
-        change([&option, text](Options& options) { setByText(options, option, text); });
-      return wrong;
-    };
+    const auto set = [this, &option](const std::string& text) { return setByText(options_, option, text); };
     if (option.isNumber()) {
       std::string unit = option.unit; // as the help calls a number
       std::transform(unit.begin(), unit.end(), unit.begin(), [](unsigned char c) { return std::toupper(c); });
@@ -60,35 +59,22 @@ public:
   CLI::Option* declaredFlag(const std::string& name)
   {
     const OptionDeclaration& option = pcl::mrf::optionDeclaration(name);
-    return flag(option.flag, option.help,
-                [this, &option] { change([&option](Options& options) { option.set(options, 1); }); });
-  }
-
-  /// Has the options changed by what the user set.
-  void change(const std::function<void(Options&)>& change) { changes_.push_back(change); }
-
-  /// Applies what the user set, in the order of the help.
-  void apply(Options& options) const
-  {
-    for (const auto& change : changes_)
-      change(options);
+    return flag(option.flag, option.help, [this, &option] { option.set(options_, 1); });
   }
 
 private:
-  std::vector<std::function<void(Options&)>> changes_;
+  Options& options_;
 };
 
 /// What is parsed besides the command itself.
 struct Parsed {
   std::vector<std::string> operands;
-  pcl::mrf::Preset preset = pcl::mrf::Preset::standard;
-  std::string confidenceField, noiseField, outputFormat, report, field, picture, tiles;
-  bool isQuiet = false, isVerbose = false;
+  Job asked; ///< what the options say of each job
 };
 
 // Each registers groups of the help, in the order of the stages.
 
-void addInputOptions(OptionParser& parser, Command& command, Parsed& parsed)
+void addInputOptions(OptionParser& parser, Command& command)
 {
   parser.group("Normals and sensors");
   parser.declared({"normals.source", "normals.radius"});
@@ -102,25 +88,25 @@ void addInputOptions(OptionParser& parser, Command& command, Parsed& parsed)
       ->needs(sensors);
   parser.declared("orientation.sensorOrigin");
   parser.add("--confidence-field", "NAME", "field of the input with the confidence of each point, 0 to 1; default none",
-             [&parsed](const std::string& name) {
-               parsed.confidenceField = name;
+             [&command](const std::string& name) {
+               command.options.confidenceField = name;
                return "";
              });
 }
 
 /// What is known of the noise. \param noise, smoothing the options of that name
-void addNoiseOptions(OptionParser& parser, Parsed& parsed, CLI::Option* noise, CLI::Option* smoothing)
+void addNoiseOptions(OptionParser& parser, Options& options, CLI::Option* noise, CLI::Option* smoothing)
 {
   noise->excludes(smoothing);
-  CLI::Option* const model = parser.add("--noise-model", "MODEL", noiseModelHelp, [&parser](const std::string& text) {
-    parser.change([text](Options& options) { options.observation.noiseModel = text; });
+  CLI::Option* const model = parser.add("--noise-model", "MODEL", noiseModelHelp, [&options](const std::string& text) {
+    options.observation.noiseModel = text;
     return "";
   });
   parser
       .add("--noise-field", "NAME",
            "field of the input with the standard deviation of each point's noise, a length above 0; default none",
-           [&parsed](const std::string& name) {
-             parsed.noiseField = name;
+           [&options](const std::string& name) {
+             options.noiseField = name;
              return "";
            })
       ->excludes(noise)
@@ -138,12 +124,12 @@ void addPreprocessingOptions(OptionParser& parser)
   parser.declared("orientation.maxAngle");
 }
 
-void addModelOptions(OptionParser& parser, Parsed& parsed)
+void addModelOptions(OptionParser& parser, Options& options)
 {
   parser.group("Observation");
   parser.declared("observation.kind");
   CLI::Option* smoothing = parser.declared("observation.smoothing");
-  addNoiseOptions(parser, parsed, parser.declared("observation.noise"), smoothing);
+  addNoiseOptions(parser, options, parser.declared("observation.noise"), smoothing);
   parser.declared({"observation.gradientWeight", "observation.neighbors", "observation.maxDistance"});
 
   parser.group("Prior");
@@ -158,14 +144,11 @@ void addModelOptions(OptionParser& parser, Parsed& parsed)
   parser.declared({"solver.method", "solver.maxIterations", "solver.changeTolerance", "solver.seed"});
 }
 
-void addMeshOptions(OptionParser& parser)
+void addMeshOptions(OptionParser& parser, Options& options)
 {
   parser.group("Mesh");
   CLI::Option* remesh = parser.declared("remesher.rounds");
-  parser
-      .flag("--no-remesh", "the same as --remesh 0",
-            [&parser] { parser.change([](Options& options) { options.remesher.rounds = 0; }); })
-      ->excludes(remesh);
+  parser.flag("--no-remesh", "the same as --remesh 0", [&options] { options.remesher.rounds = 0; })->excludes(remesh);
   parser.declared({"remesher.targetEdge", "remesher.triangles", "trimming.kind", "trimming.maxHole", "trimming.maxGap",
                    "trimming.minComponentPoints", "colors"});
   parser.declaredFlag("trimming.watertight");
@@ -189,20 +172,20 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
                [&command](const std::string& word) { command.inputFormat = word; });
   parser.words("--output-format", meshFormats(),
                "format of OUTPUT, whatever its name ends in; default: by its name, in a folder ply",
-               [&parsed](const std::string& word) { parsed.outputFormat = word; });
+               [&parsed](const std::string& word) { parsed.asked.outputFormat = word; });
   parser.file(
-      "--output-tiles", "FOLDER", parsed.tiles,
+      "--output-tiles", "FOLDER", parsed.asked.tiles,
       "the mesh also in tiles that join exactly, tile_0000.ply ..., and index.json, which lists them; the folder "
       "is made if it is not there, else has to be empty");
   parser.whole("--tile-triangles", command.tileTriangles, 1, 0x1p31,
                "largest number of triangles in a tile; default 1000000");
-  parser.file("--report", "FILE.json", parsed.report,
+  parser.file("--report", "FILE.json", parsed.asked.report,
               "all parameters, counts, times and statistics; with --output-directory it stands for NAME-FILE.json "
               "beside the mesh of input NAME, and so do --output-tiles, --field and --picture");
-  parser.file("--field", "FILE.vti", parsed.field,
+  parser.file("--field", "FILE.vti", parsed.asked.field,
               "the distance field, and the confidence of observed voxels; of a cloud in pieces far apart also "
               "FILE.2.vti, FILE.3.vti ...");
-  parser.file("--picture", "FILE.png", parsed.picture, "a rendering of the mesh; needs an X display (xvfb-run)");
+  parser.file("--picture", "FILE.png", parsed.asked.picture, "a rendering of the mesh; needs an X display (xvfb-run)");
   parser.add("--camera", "SIDE|X,Y,Z", cameraHelp, [&command](const std::string& text) {
     command.camera = text;
     return wrongCamera(text);
@@ -215,39 +198,41 @@ void addOutputOptions(OptionParser& parser, Command& command, Parsed& parsed)
       "the run shares these parts with all ranks");
   parser.flag("--resume", command.isResumed, "go on with the run whose results are in --work-directory")->needs(work);
   parser.flag("--progress", command.hasProgress, "tell the progress also where standard error is no terminal");
-  CLI::Option* verbose = parser.flag("-v,--verbose", parsed.isVerbose, "print all there is to know");
-  parser.flag("-q,--quiet", parsed.isQuiet, "print errors and warnings only")->excludes(verbose);
+  CLI::Option* verbose =
+      parser.flag("-v,--verbose", "print all there is to know", [&command] { command.verbosity = Verbosity::verbose; });
+  parser.flag("-q,--quiet", "print errors and warnings only", [&command] { command.verbosity = Verbosity::quiet; })
+      ->excludes(verbose);
 }
 
 /// What the short help lists.
 void addEverydayOptions(ToolOptions& parser)
 {
-  parser.everyday({{"--quality", "draft, normal or fine triangles; default normal"},
-                   {"--voxel-size", "side of the voxels instead, in INPUT's unit"},
-                   {"--sensor", "where the scanner stood; repeatable"},
-                   {"--trim", "none: keep all invented surface; default: fill holes"},
-                   {"--max-hole", "largest hole to be filled"},
-                   {"--watertight", "close all openings, for printing and for volumes"},
-                   {"--triangles", "triangles to end with"},
-                   {"--no-remesh", "faster, with less even triangles"},
-                   {"--color", "confidence, sigma, input or none; default input"},
-                   {"--uncertainty", "sigma at each vertex: how far it may be off"},
-                   {"--report", "parameters, counts, times, statistics"},
-                   {"--picture", "a rendering; needs an X display (xvfb-run)"},
-                   {"--threads", "default: all"},
-                   {"--help-all", "all options"}});
-  parser.examples({"scan.ply mesh.ply", "front.pcd left.ply right.xyz mesh.ply",
-                   "lidar.pcd mesh.vtk --quality fine --color confidence",
-                   "scans/*.ply --output-directory meshes --trim none"});
+  parser.texts.everyday = {{"--quality", "draft, normal or fine triangles; default normal"},
+                           {"--voxel-size", "side of the voxels instead, in INPUT's unit"},
+                           {"--sensor", "where the scanner stood; repeatable"},
+                           {"--trim", "none: keep all invented surface; default: fill holes"},
+                           {"--max-hole", "largest hole to be filled"},
+                           {"--watertight", "close all openings, for printing and for volumes"},
+                           {"--triangles", "triangles to end with"},
+                           {"--no-remesh", "faster, with less even triangles"},
+                           {"--color", "confidence, sigma, input or none; default input"},
+                           {"--uncertainty", "sigma at each vertex: how far it may be off"},
+                           {"--report", "parameters, counts, times, statistics"},
+                           {"--picture", "a rendering; needs an X display (xvfb-run)"},
+                           {"--threads", "default: all"},
+                           {"--help-all", "all options"}};
+  parser.texts.examples = {"scan.ply mesh.ply", "front.pcd left.ply right.xyz mesh.ply",
+                           "lidar.pcd mesh.vtk --quality fine --color confidence",
+                           "scans/*.ply --output-directory meshes --trim none"};
   const char* const behind = "OUTPUT comes behind INPUT";
-  parser.hints({{"-o", behind},
-                {"--out", behind},
-                {"--output", behind},
-                {"-i", behind},
-                {"--in", behind},
-                {"--input", behind},
-                {"--depth", "how fine voxels are is said by --quality or --voxel-size"},
-                {"--resolution", "how fine voxels are is said by --quality or --voxel-size"}});
+  parser.texts.hints = {{"-o", behind},
+                        {"--out", behind},
+                        {"--output", behind},
+                        {"-i", behind},
+                        {"--in", behind},
+                        {"--input", behind},
+                        {"--depth", "how fine voxels are is said by --quality or --voxel-size"},
+                        {"--resolution", "how fine voxels are is said by --quality or --voxel-size"}};
 }
 
 /// Of the words that belong to no option: the only job, or one of several.
@@ -258,7 +243,7 @@ Job singleJob(const Parsed& parsed)
     throw UsageError("INPUT and OUTPUT are missing");
   if (words.size() == 1)
     throw UsageError("OUTPUT is missing; it comes last, or --output-directory makes a mesh of each INPUT");
-  Job job;
+  Job job = parsed.asked;
   job.inputs.assign(words.begin(), words.end() - 1);
   job.output = words.back();
   std::set<std::filesystem::path> files;
@@ -267,10 +252,6 @@ Job singleJob(const Parsed& parsed)
     if (!files.insert(std::filesystem::weakly_canonical(input, error)).second && !error)
       throw UsageError("INPUT '" + input + "' is given twice");
   }
-  job.report = parsed.report;
-  job.field = parsed.field;
-  job.picture = parsed.picture;
-  job.tiles = parsed.tiles;
   return job;
 }
 
@@ -279,7 +260,7 @@ std::vector<Job> jobsInto(const std::string& folder, const Parsed& parsed)
   namespace fs = std::filesystem;
   if (parsed.operands.empty())
     throw UsageError("INPUT is missing");
-  const std::string format = parsed.outputFormat.empty() ? "ply" : parsed.outputFormat;
+  const std::string format = parsed.asked.outputFormat.empty() ? "ply" : parsed.asked.outputFormat;
   std::vector<Job> jobs;
   std::map<std::string, std::string> inputs; // by their outputs
   for (const std::string& input : parsed.operands) {
@@ -295,10 +276,10 @@ std::vector<Job> jobsInto(const std::string& folder, const Parsed& parsed)
         throw UsageError(option + ": '" + file + "' names a folder, but --output-directory does already");
       return file.empty() ? "" : (fs::path(folder) / (name + "-" + file)).string();
     };
-    job.report = beside("--report", parsed.report);
-    job.field = beside("--field", parsed.field);
-    job.picture = beside("--picture", parsed.picture);
-    job.tiles = beside("--output-tiles", parsed.tiles);
+    job.report = beside("--report", parsed.asked.report);
+    job.field = beside("--field", parsed.asked.field);
+    job.picture = beside("--picture", parsed.asked.picture);
+    job.tiles = beside("--output-tiles", parsed.asked.tiles);
     const auto [other, isNew] = inputs.try_emplace(job.output, input);
     if (!isNew)
       throw UsageError("'" + other->second + "' and '" + input + "' would both become '" + job.output + "'");
@@ -341,47 +322,42 @@ Command parseCommandLine(int argc, const char* const* argv)
 {
   Command command;
   Parsed parsed;
-  OptionParser parser("pcl_mrf_reconstruction", MRF_VERSION,
-                      "Reconstructs a surface from points by a Markov random field of signed distances.");
-  parser.usage("[OPTIONS] INPUT... OUTPUT");
-  parser.usage("[OPTIONS] INPUT... --output-directory FOLDER");
+  OptionParser parser(command.options);
+  parser.texts.usage = {"[OPTIONS] INPUT... OUTPUT", "[OPTIONS] INPUT... --output-directory FOLDER"};
   parser.operands(parsed.operands, std::string::npos);
-  parser.operand("INPUT", std::string("points: ") + pointFileExtensions + "; -: standard input");
-  parser.operand("OUTPUT", std::string("mesh: ") + meshFileExtensions + "; -: standard output");
+  parser.texts.operands = {{"INPUT", std::string("points: ") + pointFileExtensions + "; -: standard input"},
+                           {"OUTPUT", std::string("mesh: ") + meshFileExtensions + "; -: standard output"}};
   addEverydayOptions(parser);
   parser.group("Preset");
-  parser.choice("--preset", pcl::mrf::names<pcl::mrf::Preset>(), parsed.preset,
-                "settings that the other options change; default: as shown here");
-  addInputOptions(parser, command, parsed);
+  parser.choice<pcl::mrf::Preset>(
+      "--preset", pcl::mrf::names<pcl::mrf::Preset>(),
+      [&command](pcl::mrf::Preset preset) { command.options = presetOptions(preset); },
+      "settings that the other options change; default: as shown here");
+  addInputOptions(parser, command);
   addPreprocessingOptions(parser);
-  addModelOptions(parser, parsed);
-  addMeshOptions(parser);
+  addModelOptions(parser, command.options);
+  addMeshOptions(parser, command.options);
   addUncertaintyOptions(parser);
   addOutputOptions(parser, command, parsed);
-  parser.note("The method is that of Paulsen, Baerentzen and Larsen, Markov Random Field Surface Reconstruction, 2010. "
-              "s is the sampling distance of the points, see --unit. Lengths are in the unit of INPUT; auto, or 0, "
-              "stands for the automatic value of those that have one.");
-  parser.note("Several INPUTs before OUTPUT are one cloud. Sensors of their own, normals, colors and intensities count "
-              "if all files have them; options that name a field hold for all files.");
-  parser.note("Exit status: 0 done, 1 a file cannot be read or written or holds nothing to reconstruct, 2 wrong usage, "
-              "3 the method failed; of several inputs that of the first one that failed.");
+  parser.texts.notes = {"The method is that of Paulsen, Baerentzen and Larsen, Markov Random Field Surface "
+                        "Reconstruction, 2010. s is the sampling distance of the points, see --unit. Lengths are in "
+                        "the unit of INPUT; auto, or 0, stands for the automatic value of those that have one.",
+                        "Several INPUTs before OUTPUT are one cloud. Sensors of their own, normals, colors and "
+                        "intensities count if all files have them; options that name a field hold for all files.",
+                        "Exit status: 0 done, 1 a file cannot be read or written or holds nothing to reconstruct, 2 "
+                        "wrong usage, 3 the method failed; of several inputs that of the first one that failed."};
 
   command.information = parser.parse(argc, argv);
   if (!command.information.empty())
     return command;
-  command.options = presetOptions(parsed.preset);
-  parser.apply(command.options);
-  command.options.confidenceField = parsed.confidenceField;
-  command.options.noiseField = parsed.noiseField;
-  command.verbosity = parsed.isQuiet ? Verbosity::quiet : parsed.isVerbose ? Verbosity::verbose : Verbosity::normal;
   if (command.outputDirectory.empty())
     command.jobs = {singleJob(parsed)};
   else
     command.jobs = jobsInto(command.outputDirectory, parsed);
-  resolveFormats(command, parsed.outputFormat);
+  resolveFormats(command, parsed.asked.outputFormat);
   if (!command.camera.empty() && command.jobs.front().picture.empty())
     throw UsageError("--camera: '" + command.camera + "' has no picture to be for; say --picture FILE.png");
-  if (parser.isGiven("--tile-triangles") && parsed.tiles.empty())
+  if (parser.isGiven("--tile-triangles") && parsed.asked.tiles.empty())
     throw UsageError("--tile-triangles: there are no tiles for it; say --output-tiles FOLDER");
   requireMeaning(command.options, [&parser](const std::string& name) { return parser.isGiven(name); });
   if (command.options.uncertainty.surfaces > 0 && command.jobs.front().output == "-")

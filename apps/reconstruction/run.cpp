@@ -3,7 +3,6 @@
 #include "console.h"
 #include "mesh_tiles.h"
 #include "support/errors.h"
-#include "support/field_file.h"
 #include "support/float_offset.h"
 #include "support/mesh_reader.h"
 #include "support/output_files.h"
@@ -15,6 +14,8 @@
 #include "support/text_file.h"
 #include "support/tool_main.h"
 
+#include <base/memory.h>
+#include <options/stage_timer.h>
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
 #include <pcl/surface/mrf/reconstruction.h>
@@ -24,7 +25,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <exception>
@@ -46,11 +46,6 @@ void interrupt(int signal)
 {
   interrupted = 1;
   std::signal(signal, endBySignal);
-}
-
-double secondsSince(std::chrono::steady_clock::time_point start)
-{
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 struct Input {
@@ -367,12 +362,12 @@ std::vector<std::pair<std::string, std::int64_t>> writeOutputs(const Result& res
 RunSummary produce(const Job& job, const Command& command, const TileFolder& tiles, OutputFiles& outputs,
                    pcl::mrf::Report& report, const pcl::mrf::ProgressCallback& progress)
 {
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = pcl::mrf::Clock::now();
   progress("reading", 0);
   Input input;
   readInput(job, command, input);
   RunSummary summary = summarize(input, job);
-  summary.readingSeconds = secondsSince(start);
+  summary.readingSeconds = pcl::mrf::secondsSince(start);
 
   Result result = reconstruct(
       input, job, command,
@@ -380,7 +375,7 @@ RunSummary produce(const Job& job, const Command& command, const TileFolder& til
         return progress(stage, readingShare + (1 - readingShare - writingShare) * fraction);
       },
       report);
-  releaseFreedMemory();
+  pcl::mrf::releaseFreedMemory(); // which tools keep for their next arrays; the system needs it for files
   std::vector<std::string>& warnings = result.report.warnings;
   warnings.insert(warnings.begin(), input.table.warnings.begin(), input.table.warnings.end());
   if (command.isResumed) {
@@ -397,13 +392,13 @@ RunSummary produce(const Job& job, const Command& command, const TileFolder& til
   if (!result.shiftOfOutput.isZero(0))
     result.report.warnings.push_back(shiftWarning(job.output, result.shiftOfOutput));
 
-  const auto writingStart = std::chrono::steady_clock::now();
+  const auto writingStart = pcl::mrf::Clock::now();
   progress("writing", 1 - writingShare);
   summary.written = writeOutputs(result, input, job, command, tiles, outputs);
   if (interrupted != 0)
     throw pcl::mrf::Cancelled("interrupted");
   outputs.publish();
-  summary.writingSeconds = secondsSince(writingStart);
+  summary.writingSeconds = pcl::mrf::secondsSince(writingStart);
   report = std::move(result.report);
   return summary;
 }
@@ -424,7 +419,8 @@ void refuseScanAsOutput(const Job& job)
   }
 }
 
-/// A job from its declared outputs to its summary. \param report of what was done, also if that throws
+/// A job from its declared outputs to its summary; a cloud that cannot be reconstructed is an error of its file.
+/// \param report of what was done, also if that throws
 RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& report,
                   const pcl::mrf::ProgressCallback& progress)
 {
@@ -439,24 +435,19 @@ RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& repo
     if (!path.empty())
       outputs->add(path);
   report.options = command.options;
-  try {
-    return produce(job, command, tiles, *outputs, report, progress);
-  } catch (...) {
+  const auto fail = [&] {
     outputs.reset();
     if (interrupted == 0 && !job.report.empty()) // who interrupts wants nothing
       writeFailure(report, job);
-    throw;
-  }
-}
-
-/// The same; a cloud that cannot be reconstructed is an error of its file.
-RunSummary runNamed(const Job& job, const Command& command, pcl::mrf::Report& report,
-                    const pcl::mrf::ProgressCallback& progress)
-{
+  };
   try {
-    return runJob(job, command, report, progress);
+    return produce(job, command, tiles, *outputs, report, progress);
   } catch (const pcl::mrf::InvalidInput& error) {
+    fail();
     throw FileError(inputName(job), error.message());
+  } catch (...) {
+    fail();
+    throw;
   }
 }
 
@@ -467,7 +458,7 @@ void runAlone(const Command& command)
     throw UsageError("OUTPUT: standard output is a terminal, and " + job.outputFormat + " is no text; name a file");
   ProgressDisplay display(command, 1);
   pcl::mrf::Report report;
-  const RunSummary summary = runNamed(job, command, report, [&](const std::string& stage, double fraction) {
+  const RunSummary summary = runJob(job, command, report, [&](const std::string& stage, double fraction) {
     display.show(0, stage, fraction);
     return interrupted == 0;
   });
@@ -486,7 +477,7 @@ int runAll(const Command& command)
     pcl::mrf::Report report;
     const int status = guarded(toolName, inputName(job), memoryAdvice, [&] {
       try {
-        const RunSummary summary = runNamed(job, command, report, [&](const std::string& stage, double fraction) {
+        const RunSummary summary = runJob(job, command, report, [&](const std::string& stage, double fraction) {
           display.show(n, stage, fraction);
           return interrupted == 0;
         });

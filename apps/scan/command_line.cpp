@@ -47,18 +47,20 @@ void addDeviceOptions(ToolOptions& parser, ScanCommand& command)
 {
   ScanOptions& options = command.options;
   parser.group("Device");
-  const std::vector<std::string> devices = {"none", "depth-camera", "lidar", "structured-light", "photogrammetry"};
-  parser.words(
-      "--device", devices,
+  parser.choice<Device>(
+      "--device",
+      {{"none", Device::none},
+       {"depth-camera", Device::depthCamera},
+       {"lidar", Device::lidar},
+       {"structured-light", Device::structuredLight},
+       {"photogrammetry", Device::photogrammetry}},
+      [&options](Device device) { adopt(device, options); },
       "what scans, with its errors and defaults. depth-camera: disparities with errors over patches of pixels, "
       "in steps of 1/8 pixel, flying pixels at edges; --sampling camera. lidar: noise along the ray, mixed "
       "pixels where the beam meets two surfaces; --sampling scanner, --noise 0.2s. structured-light: noise over "
       "the cosine of the angle of incidence, nothing at edges; --sampling camera, --noise 0.2s. "
       "photogrammetry: bumps of 4 and 12 spacings, no points where texture is missing; --noise 1s, "
-      "--clusters 1. Default none",
-      [&options, devices](const std::string& word) { // in the order of the enumeration
-        adopt(static_cast<Device>(std::find(devices.begin(), devices.end(), word) - devices.begin()), options);
-      });
+      "--clusters 1. Default none");
   parser.positive("--baseline", "LENGTH", options.baseline, "of a depth camera; default 0.075, in meters");
   parser.positive("--focal-length", "PIXELS", options.sampling.focalLength,
                   "of a camera with 640 x 480 pixels, of which as many are used as points are asked for; default 580");
@@ -80,9 +82,10 @@ void addViewOptions(ToolOptions& parser, ScanCommand& command)
   ViewOptions& views = options.views;
   parser.group("Views");
   parser.whole("--views", views.count, 0, 10000, "number of sensors; 0: every point is seen, by no sensor; default 12");
-  parser.choice<Placement>("--placement",
-                           {{"sphere", Placement::sphere}, {"ring", Placement::ring}, {"front", Placement::front}},
-                           views.placement, "where the sensors are around the object; default sphere");
+  parser.choice<Placement>(
+      "--placement", {{"sphere", Placement::sphere}, {"ring", Placement::ring}, {"front", Placement::front}},
+      [&views](Placement placement) { views.placement = placement; },
+      "where the sensors are around the object; default sphere");
   parser.number("--distance", "D", views.distance,
                 "distance of the sensors from the object's middle, in diagonals; default 1.5");
   parser.vector("--axis", views.axis, "of ring and front, and up of a scanner; default 0,1,0");
@@ -173,16 +176,17 @@ void addSamplingOptions(ToolOptions& parser, ScanCommand& command)
   parser.group("Sampling");
   parser.whole("--points", options.sampling.points, 1, INT32_MAX,
                "on what is seen of the surface, before holes and outliers; default 30000");
-  parser.choice<Pattern>("--sampling",
-                         {{"even", Pattern::even},
-                          {"random", Pattern::random},
-                          {"scanner", Pattern::scanner},
-                          {"camera", Pattern::camera}},
-                         options.sampling.pattern,
-                         "even: points keep a distance (Poisson discs); random: uniformly random; both of the same "
-                         "density everywhere. scanner: first hits of rays on a regular angular grid from each sensor, "
-                         "so that density falls with distance and angle; about as many points as asked for. camera: "
-                         "the same on a grid of pixels. Default even");
+  parser.choice<Pattern>(
+      "--sampling",
+      {{"even", Pattern::even},
+       {"random", Pattern::random},
+       {"scanner", Pattern::scanner},
+       {"camera", Pattern::camera}},
+      [&options](Pattern pattern) { options.sampling.pattern = pattern; },
+      "even: points keep a distance (Poisson discs); random: uniformly random; both of the same "
+      "density everywhere. scanner: first hits of rays on a regular angular grid from each sensor, "
+      "so that density falls with distance and angle; about as many points as asked for. camera: "
+      "the same on a grid of pixels. Default even");
   parser.number("--aspect", "RATIO", options.sampling.aspect,
                 "of a scanner: angle between its rows over that between the rays of a row; a lidar has 5 or more; "
                 "default 1");
@@ -198,20 +202,20 @@ void addSamplingOptions(ToolOptions& parser, ScanCommand& command)
 /// What the short help lists.
 void addEverydayOptions(ToolOptions& parser)
 {
-  parser.everyday({{"--points", "how many; default 30000"},
-                   {"--device", "what scans, with its errors: lidar, depth-camera ..."},
-                   {"--views", "sensors around the object; default 12"},
-                   {"--sensor", "or one here; repeatable"},
-                   {"--noise", "standard deviation of each point"},
-                   {"--outliers", "share of points that are no surface"},
-                   {"--holes", "balls cut out around random points"},
-                   {"--hole-radius", "their size; default 7%"},
-                   {"--write-held-out", "the points that the holes took away"},
-                   {"--write-sensors", "the sensors' positions"},
-                   {"--seed", "of all random numbers; default 1"},
-                   {"--help-all", "all other options, the shapes, and what a LENGTH is"}});
-  parser.examples({"torus:major=2,minor=.5 scan.ply", "truth.ply scan.ply --holes 3 --write-held-out rest.ply",
-                   "person scan.ply --device depth-camera --placement ring"});
+  parser.texts.everyday = {{"--points", "how many; default 30000"},
+                           {"--device", "what scans, with its errors: lidar, depth-camera ..."},
+                           {"--views", "sensors around the object; default 12"},
+                           {"--sensor", "or one here; repeatable"},
+                           {"--noise", "standard deviation of each point"},
+                           {"--outliers", "share of points that are no surface"},
+                           {"--holes", "balls cut out around random points"},
+                           {"--hole-radius", "their size; default 7%"},
+                           {"--write-held-out", "the points that the holes took away"},
+                           {"--write-sensors", "the sensors' positions"},
+                           {"--seed", "of all random numbers; default 1"},
+                           {"--help-all", "all other options, the shapes, and what a LENGTH is"}};
+  parser.texts.examples = {"torus:major=2,minor=.5 scan.ply", "truth.ply scan.ply --holes 3 --write-held-out rest.ply",
+                           "person scan.ply --device depth-camera --placement ring"};
 }
 
 } // namespace
@@ -222,11 +226,12 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   ToolOptions parser("pcl_mrf_scan", MRF_VERSION,
                      "Simulates range scans of a mesh or of an analytic shape: what sensors around it see, with their "
                      "errors.");
-  parser.usage("[OPTIONS] INPUT OUTPUT");
+  parser.texts.usage = {"[OPTIONS] INPUT OUTPUT"};
   std::vector<std::string> operands;
   parser.operands(operands, 2);
-  parser.operand("INPUT", std::string("mesh: ") + meshInputExtensions + "; or a shape, e.g. torus:major=2,minor=.5");
-  parser.operand("OUTPUT", std::string("cloud: ") + pointOutputExtensions);
+  parser.texts.operands = {
+      {"INPUT", std::string("mesh: ") + meshInputExtensions + "; or a shape, e.g. torus:major=2,minor=.5"},
+      {"OUTPUT", std::string("cloud: ") + pointOutputExtensions}};
   addEverydayOptions(parser);
   addDeviceOptions(parser, command);
   addSamplingOptions(parser, command);
@@ -240,13 +245,13 @@ ScanCommand parseScanCommandLine(int argc, const char* const* argv)
   parser.group("Run");
   parser.threads(command.threads, "the result does not depend on it; default one per hardware thread");
   parser.flag("-q,--quiet", command.quiet, "print errors only");
-  parser.note("LENGTH is a number in the unit of INPUT, in % of the object's diagonal (0.5%) or in mean distances "
-              "between the points (0.5s).");
-  parser.note("Shapes, with their defaults:\n" + describeShapes());
-  parser.note("The same options and seed give the same bytes; each kind of error has its own random numbers, so that "
-              "changing one leaves the rest as it is.");
-  parser.note("Exit status: 0 done, 1 a file cannot be read or written or nothing is seen, 2 wrong usage, 3 the method "
-              "failed.");
+  parser.texts.notes = {"LENGTH is a number in the unit of INPUT, in % of the object's diagonal (0.5%) or in mean "
+                        "distances between the points (0.5s).",
+                        "Shapes, with their defaults:\n" + describeShapes(),
+                        "The same options and seed give the same bytes; each kind of error has its own random numbers, "
+                        "so that changing one leaves the rest as it is.",
+                        "Exit status: 0 done, 1 a file cannot be read or written or nothing is seen, 2 wrong usage, 3 "
+                        "the method failed."};
 
   command.information = parser.parse(argc, argv);
   if (!command.information.empty())

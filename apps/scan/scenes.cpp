@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "solids.h"
+#include "analytic_surface.h"
 
 #include "random.h"
 

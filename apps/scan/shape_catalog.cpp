@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "analytic_surface.h"
 #include "random.h"
-#include "solids.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 

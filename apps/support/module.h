@@ -4,8 +4,9 @@
 #pragma once
 
 #include "errors.h"
+#include "surface_mesh.h"
 
-#include <dlfcn.h>
+#include <base/module.h>
 
 #include <string>
 
@@ -16,12 +17,22 @@ namespace mrf_apps {
 template <typename Shown>
 const Shown& shownBy(const char* module, const char* name, const char* lost)
 {
-  void* const loaded = dlopen(module, RTLD_NOW | RTLD_LOCAL);
-  const void* const found = loaded == nullptr ? nullptr : dlsym(loaded, name);
+  const void* const found = pcl::mrf::shownByModule(module, name);
   if (found == nullptr)
     throw FileError(std::string("no ") + lost +
                     ", as their module, of the package pcl-mrf-tools, cannot be loaded: " + dlerror());
   return *static_cast<const Shown*>(found);
 }
+
+/// Assimp: meshes as files of scenes, for browsers, editors and printers.
+struct SceneWriter {
+  /// The bytes of a file of glTF 2.0, COLLADA or 3MF, the last without colors.
+  /// \param offset subtracted from the vertices, which are floats there \param format glb, dae or 3mf
+  /// \throw FileError
+  std::string (*bytesOf)(const SurfaceMesh& mesh, const Eigen::Vector3d& offset, const std::string& format);
+};
+
+constexpr const char* sceneModule = "libpcl_mrf_scenes.so";
+extern "C" const SceneWriter sceneWriter;
 
 } // namespace mrf_apps

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "scene_writer.h"
-
-#include "errors.h"
+#include "module.h"
 
 #include <assimp/Exporter.hpp>
 #include <assimp/material.h>

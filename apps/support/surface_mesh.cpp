@@ -3,7 +3,6 @@
 
 #include "float_offset.h"
 #include "module.h"
-#include "scene_writer.h"
 #include "text_file.h"
 
 #include <base/byte_writer.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief A triangle mesh with vertex fields, and the mesh files the tools write.
+/// \brief A triangle mesh with vertex fields, and the files of meshes and distance fields that the tools write.
 #pragma once
 
 #include <pcl/surface/mrf/triangle_mesh.h>
@@ -12,6 +12,10 @@
 #include <map>
 #include <string>
 #include <vector>
+
+namespace pcl::mrf {
+class DistanceField;
+}
 
 namespace mrf_apps {
 
@@ -58,5 +62,9 @@ void writeMesh(const SurfaceMesh& mesh, const std::string& path, const std::stri
 
 /// The same for all formats but VTP, which needs VTK. \return false for another one, of which nothing is written
 bool writeWithoutVtk(const SurfaceMesh& mesh, const std::string& path, const std::string& format);
+
+/// Writes a field as an image of VTK, VTI, with the point arrays `distance` and `confidence`.
+/// \param offset of the field's frame in the cloud's; becomes part of the image's origin \throw pcl::mrf::FileError
+void writeField(const pcl::mrf::DistanceField& field, const Eigen::Vector3d& offset, const std::string& path);
 
 } // namespace mrf_apps

@@ -42,13 +42,6 @@ void keepFreedMemory()
 
 } // namespace
 
-void releaseFreedMemory()
-{
-#ifdef __GLIBC__
-  malloc_trim(0);
-#endif
-}
-
 int guarded(const std::string& name, const std::string& subject, const std::string& memoryAdvice,
             const std::function<int()>& part)
 {

@@ -32,8 +32,4 @@ int runOrTell(const Command& command, const Run& run)
 int guarded(const std::string& name, const std::string& subject, const std::string& memoryAdvice,
             const std::function<int()>& part);
 
-/// Gives the memory that tools keep for their next arrays back to the system, which needs as many pages for a file that
-/// is about to be written. Three million points, after a pause: a tenth of the system's time.
-void releaseFreedMemory();
-
 } // namespace mrf_apps

@@ -73,19 +73,19 @@ std::string misplaced(const CLI::App& app, const std::string& message)
 ToolOptions::ToolOptions(const std::string& tool, const std::string& version, const std::string& summary)
     : app_(summary, tool)
 {
-  texts_.tool = tool;
-  texts_.version = version;
-  texts_.summary = summary;
+  texts.tool = tool;
+  texts.version = version;
+  texts.summary = summary;
   app_.set_help_flag();
   // Registered first, so that whoever asks for help gets it whatever else is wrong; listed last.
-  information("-h,--help", "print a short help", [this] { return shortHelp(texts_); });
-  information("--help-all", "print this help", [this] { return fullHelp(texts_); });
-  information("--version", "print the version", [this] { return texts_.tool + " " + texts_.version + "\n"; });
-  information("--manual", "print a manual page for man", [this] { return manualPage(texts_); });
+  information("-h,--help", "print a short help", [this] { return shortHelp(texts); });
+  information("--help-all", "print this help", [this] { return fullHelp(texts); });
+  information("--version", "print the version", [this] { return texts.tool + " " + texts.version + "\n"; });
+  information("--manual", "print a manual page for man", [this] { return manualPage(texts); });
   information("--bash-completion", "print a script that completes these options in bash",
-              [this] { return bashCompletion(texts_); });
-  last_ = std::move(texts_.options);
-  texts_.options.clear();
+              [this] { return bashCompletion(texts); });
+  last_ = std::move(texts.options);
+  texts.options.clear();
 }
 
 void ToolOptions::information(const std::string& name, const std::string& help,
@@ -99,13 +99,9 @@ void ToolOptions::information(const std::string& name, const std::string& help,
 OptionText& ToolOptions::describe(const std::string& name, const std::string& help)
 {
   const std::size_t comma = name.find(',');
-  OptionText text;
-  text.name = longName(name);
-  text.shortName = comma == std::string::npos ? "" : name.substr(0, comma);
-  text.help = help;
-  text.group = group_;
-  texts_.options.push_back(text);
-  return texts_.options.back();
+  texts.options.push_back(
+      {longName(name), comma == std::string::npos ? "" : name.substr(0, comma), "", help, group_, {}});
+  return texts.options.back();
 }
 
 void ToolOptions::operands(std::vector<std::string>& target, std::size_t max)
@@ -141,7 +137,7 @@ CLI::Option* ToolOptions::words(const std::string& name, const std::vector<std::
     return {};
   };
   CLI::Option* option = add(name, joined(words, "|"), help, use);
-  texts_.options.back().words = words;
+  texts.options.back().words = words;
   return option;
 }
 
@@ -208,21 +204,21 @@ void ToolOptions::refuseUnknown() const
 {
   const std::vector<std::string> words = app_.remaining();
   std::vector<std::string> names;
-  for (const OptionText& option : texts_.options)
+  for (const OptionText& option : texts.options)
     names.push_back(option.name);
   for (const std::string& word : words)
     if (word.size() > 1 && word[0] == '-') {
       const std::string name = word.substr(0, word.find('='));
-      const auto hint = texts_.hints.find(name);
+      const auto hint = texts.hints.find(name);
       throw UsageError("'" + word + "' is not an option" +
-                       (hint == texts_.hints.end() ? didYouMean(name, names) : "; " + hint->second));
+                       (hint == texts.hints.end() ? didYouMean(name, names) : "; " + hint->second));
     }
   throw UsageError("'" + words.front() + "' is one argument too many");
 }
 
 std::string ToolOptions::parse(int argc, const char* const* argv)
 {
-  texts_.options.insert(texts_.options.end(), last_.begin(), last_.end());
+  texts.options.insert(texts.options.end(), last_.begin(), last_.end());
   last_.clear();
   try {
     app_.parse(argc, argv);

@@ -62,20 +62,10 @@ public:
   ToolOptions(const ToolOptions&) = delete;
   ToolOptions& operator=(const ToolOptions&) = delete;
 
-  /// Lines of the help: command lines without the tool's name, a paragraph.
-  void usage(const std::string& line) { texts_.usage.push_back(line); }
-  void examples(std::vector<std::string> lines) { texts_.examples = std::move(lines); }
-  void note(const std::string& paragraph) { texts_.notes.push_back(paragraph); }
+  ToolTexts texts; ///< what is told beside the options that are registered
 
   /// The words that belong to no option are appended to the target. \param max so many of them
   void operands(std::vector<std::string>& target, std::size_t max);
-  /// Tells of one of them.
-  void operand(const std::string& name, const std::string& help) { texts_.operands.emplace_back(name, help); }
-
-  /// What the short help lists. \param options names, and help in a few words
-  void hints(std::map<std::string, std::string> onOthers) { texts_.hints = std::move(onOthers); }
-  void everyday(std::vector<std::pair<std::string, std::string>> options) { texts_.everyday = std::move(options); }
-
   /// Later options appear under this heading of the help.
   void group(const std::string& name) { group_ = name; }
 
@@ -125,16 +115,16 @@ public:
   CLI::Option* file(const std::string& name, const std::string& unit, std::string& target, const std::string& help);
 
   template <typename Value>
-  void choice(const std::string& name, const std::vector<std::pair<std::string, Value>>& choices, Value& target,
-              const std::string& help)
+  void choice(const std::string& name, const std::vector<std::pair<std::string, Value>>& choices,
+              const std::function<void(Value)>& set, const std::string& help)
   {
     std::vector<std::string> all;
     for (const auto& entry : choices)
       all.push_back(entry.first);
-    words(name, all, help, [choices, &target](const std::string& text) {
+    words(name, all, help, [choices, set](const std::string& text) {
       for (const auto& [word, value] : choices)
         if (word == text)
-          target = value;
+          set(value);
     });
   }
 
@@ -143,8 +133,6 @@ public:
   /// Parses. \return what --help or its like ask for; empty: the command is to be run \throw UsageError
   std::string parse(int argc, const char* const* argv);
 
-  const ToolTexts& texts() const { return texts_; }
-
 private:
   static std::string checkWhole(const std::string& text, double lower, double upper, double& value);
   OptionText& describe(const std::string& name, const std::string& help);
@@ -152,7 +140,6 @@ private:
   [[noreturn]] void refuseUnknown() const;
 
   CLI::App app_;
-  ToolTexts texts_;
   std::string group_ = "Options";
   std::vector<OptionText> last_; ///< options that follow all others
 };

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What VTK writes: its XML formats.
 #include "errors.h"
-#include "field_file.h"
 #include "poly_data.h"
 #include "surface_mesh.h"
 #include "text_file.h"
+
+#include <pcl/surface/mrf/distance_field.h>
 
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>

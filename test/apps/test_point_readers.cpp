@@ -1,35 +1,47 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Point files, plain and packed by gzip: digits are kept, headers are not believed.
 #include "support/errors.h"
-#include "support/field_file.h"
 #include "support/float_offset.h"
 #include "support/gzip.h"
 #include "support/mesh_reader.h"
 #include "support/point_readers.h"
 #include "support/point_table.h"
+#include "support/surface_mesh.h"
 #include "support/tool.h"
+
+#include <pcl/surface/mrf/distance_field.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <regex>
 #include <sstream>
 
 using namespace mrf_apps;
 
 namespace {
 
-/// A plane with steps of 1 cm in survey coordinates, which float resolves to .5 m.
-std::vector<Eigen::Vector3d> surveyPlane()
+using Color = std::array<std::uint8_t, 3>;
+using Points = std::vector<Eigen::Vector3d>;
+using Normals = std::vector<Eigen::Vector3f>;
+
+PointTable parse(const std::string& type, const std::string& text)
 {
-  std::vector<Eigen::Vector3d> points;
+  return parsePoints(type, "file." + type, text);
+}
+
+/// A plane with steps of 1 cm in survey coordinates, which float resolves to .5 m.
+Points surveyPlane()
+{
+  Points points;
   for (int j = 0; j < 20; ++j)
     for (int i = 0; i < 20; ++i)
       points.emplace_back(431000 + .01 * i, 4.5e6 + .01 * j, 100 + .01 * ((i + j) % 2));
   return points;
 }
 
-std::string rows(const std::vector<Eigen::Vector3d>& points, const std::string& start = {}, const std::string& end = {},
+std::string rows(const Points& points, const std::string& start = {}, const std::string& end = {},
                  const std::string& between = " ")
 {
   std::ostringstream text;
@@ -49,7 +61,7 @@ std::string bytesOf(T value, bool isReversed = false)
   return bytes;
 }
 
-std::string doubles(const std::vector<Eigen::Vector3d>& points, bool isReversed = false)
+std::string doubles(const Points& points, bool isReversed = false)
 {
   std::string bytes;
   for (const Eigen::Vector3d& p : points)
@@ -58,10 +70,11 @@ std::string doubles(const std::vector<Eigen::Vector3d>& points, bool isReversed 
   return bytes;
 }
 
-std::string plyHeader(std::size_t count, const std::string& format)
+/// \param more properties behind x y z, as lines
+std::string plyHeader(std::size_t count, const std::string& format, const std::string& more = {})
 {
   return "ply\nformat " + format + " 1.0\nelement vertex " + std::to_string(count) +
-         "\nproperty double x\nproperty double y\nproperty double z\nend_header\n";
+         "\nproperty double x\nproperty double y\nproperty double z\n" + more + "end_header\n";
 }
 
 std::string pcdHeader(std::size_t count, const std::string& size, const std::string& data)
@@ -96,7 +109,7 @@ void expectRefusedBy(const Read& read, const std::string& words)
 void expectRefused(const std::string& type, const std::string& text, const std::string& words = "file.")
 {
   SCOPED_TRACE(text.substr(0, 200));
-  expectRefusedBy([&] { parsePoints(type, "file." + type, text); }, words);
+  expectRefusedBy([&] { parse(type, text); }, words);
 }
 
 class PointReaders : public tool::Test {};
@@ -105,7 +118,7 @@ class PointReaders : public tool::Test {};
 
 TEST(PointReader, everyFormatKeepsTheDigits)
 {
-  const std::vector<Eigen::Vector3d> points = surveyPlane();
+  const Points points = surveyPlane();
   const std::size_t count = points.size();
   std::string byField; // x of all, then y, then z
   for (Eigen::Index axis = 0; axis < 3; ++axis)
@@ -126,8 +139,8 @@ TEST(PointReader, everyFormatKeepsTheDigits)
       {"pcd", pcdHeader(count, "8 8 8", "binary_compressed") + lzf(byField)}};
   for (const auto& [type, text] : files) {
     SCOPED_TRACE(type + text.substr(0, 60));
-    EXPECT_EQ(parsePoints(type, "plane." + type, text).positions, points);
-    EXPECT_FALSE(parsePoints(type, "plane." + type, text).areFloats);
+    EXPECT_EQ(parse(type, text).positions, points);
+    EXPECT_FALSE(parse(type, text).areFloats);
   }
 }
 
@@ -158,7 +171,7 @@ TEST_F(PointReaders, writersKeepTheDigits)
 
 TEST(PointReader, straysCostTheOthersNoDigits)
 {
-  std::vector<Eigen::Vector3d> points = surveyPlane();
+  Points points = surveyPlane();
   EXPECT_LT((floatOffset(points) - points[200]).norm(), 1);
   points.emplace_back(0, 0, 0);
   points.emplace_back(Eigen::Vector3d::Constant(std::nan("")));
@@ -185,10 +198,8 @@ TEST_F(PointReaders, gridsInSurveyCoordinatesKeepTheirHeights)
   const auto height = [](double x, double y) { return 350 + 3 * std::sin(x / 9) * std::cos(y / 11); };
   const Eigen::Vector3d corner(431000, 5000000, 0);
   for (const double step : {1., .5}) {
-    std::vector<Eigen::Vector3d> points;
-    std::string bytes = plyHeader(1600, "binary_little_endian");
-    for (std::size_t at = 0; (at = bytes.find("double", at)) != std::string::npos;)
-      bytes.replace(at, 6, "float");
+    Points points;
+    std::string bytes = std::regex_replace(plyHeader(1600, "binary_little_endian"), std::regex("double"), "float");
     for (int j = 0; j < 40; ++j)
       for (int i = 0; i < 40; ++i) {
         points.push_back(corner + Eigen::Vector3d(step * i, step * j, height(step * i, step * j)));
@@ -232,16 +243,11 @@ TEST(PointReader, colorsOfAnyValueAreBytes)
     const std::uint8_t expected = value == "1e300" || value == "inf" ? 255 : 0;
     const std::string three = value + " " + value + " " + value;
     const auto red = [](const PointTable& table) { return static_cast<int>(table.colors.at(0)[0]); };
-    EXPECT_EQ(red(parsePoints("obj", "a.obj", "v 0 0 0 " + three + "\n")), expected) << value;
-    EXPECT_EQ(red(parsePoints("ply", "a.ply",
-                              "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty "
-                              "float z\nproperty float red\nproperty float green\nproperty float blue\nend_header\n"
-                              "0 0 0 " +
-                                  three + "\n")),
-              expected)
-        << value;
+    EXPECT_EQ(red(parse("obj", "v 0 0 0 " + three + "\n")), expected) << value;
+    const std::string channels = "property float red\nproperty float green\nproperty float blue\n";
+    EXPECT_EQ(red(parse("ply", plyHeader(1, "ascii", channels) + "0 0 0 " + three + "\n")), expected) << value;
     const std::string pcd = "FIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nPOINTS 1\nDATA ascii\n";
-    EXPECT_EQ(red(parsePoints("pcd", "a.pcd", pcd + "0 0 0 " + value + "\n")), 0) << value;
+    EXPECT_EQ(red(parse("pcd", pcd + "0 0 0 " + value + "\n")), 0) << value;
   }
 }
 
@@ -258,14 +264,14 @@ TEST(PcdReader, fieldsOfEveryType)
               bytesOf(std::uint8_t{200}) + bytesOf(color) + "abc" + bytesOf(0.f) + bytesOf(0.f) + bytesOf(1.f) +
               bytesOf(7.f) + bytesOf(8.f);
   }
-  const PointTable table = parsePoints("pcd", "all.pcd", header + "DATA binary\n" + binary);
+  const PointTable table = parse("pcd", header + "DATA binary\n" + binary);
   ASSERT_EQ(table.size(), 2u);
   EXPECT_TRUE(table.areFloats);
   EXPECT_EQ(table.positions[1], Eigen::Vector3d(2.5, .1, -3));
   EXPECT_EQ(table.normals.at(1), Eigen::Vector3f(0, 0, 1));
   EXPECT_EQ(table.scalars.at("intensity"), (std::vector<float>{200, 200}));
   EXPECT_EQ(table.scalars.count("vector"), 0u);
-  EXPECT_EQ(table.colors.at(1), (std::array<std::uint8_t, 3>{0x10, 0x20, 0x30}));
+  EXPECT_EQ(table.colors.at(1), (Color{0x10, 0x20, 0x30}));
 }
 
 TEST(PcdReader, viewpointIsTheSensor)
@@ -275,7 +281,7 @@ TEST(PcdReader, viewpointIsTheSensor)
     std::string text = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n" + viewpoint + size + "\nDATA ascii\n";
     for (int i = 0; i < 2 * height; ++i)
       text += "1 2 3\n";
-    return parsePoints("pcd", "file.pcd", text).sensorOrigin;
+    return parse("pcd", text).sensorOrigin;
   };
   EXPECT_EQ(originOf("VIEWPOINT 431000.01 4500000.02 -1 1 0 0 0\n", 1), Eigen::Vector3d(431000.01, 4500000.02, -1));
   EXPECT_EQ(originOf("VIEWPOINT 0 0 0 1 0 0 0\n", 2), Eigen::Vector3d(0, 0, 0)) << "organized";
@@ -289,7 +295,7 @@ TEST(PcdReader, viewpointIsTheSensor)
 TEST(PcdReader, headersAreNotBelieved)
 {
   const std::string good = pcdHeader(1, "4 4 4", "binary"), body(12, '\1');
-  EXPECT_NO_THROW(parsePoints("pcd", "file.pcd", good + body));
+  EXPECT_NO_THROW(parse("pcd", good + body));
   const auto with = [&](const std::string& from, const std::string& to) {
     std::string text = good;
     text.replace(text.find(from), from.size(), to);
@@ -320,10 +326,10 @@ TEST(PcdReader, compressedSizesAreNotBelieved)
     return pcdHeader(points, "4 4 4", "binary_compressed") + bytesOf(packed) + bytesOf(unpacked) + data;
   };
   const std::string literals = '\13' + std::string(12, '\1'); // control 11: twelve bytes follow
-  EXPECT_EQ(parsePoints("pcd", "file.pcd", file(1, 13, 12, literals)).size(), 1u);
+  EXPECT_EQ(parse("pcd", file(1, 13, 12, literals)).size(), 1u);
   // Four bytes, then a copy of eight from four back.
   const std::string copy = std::string("\3\0\0\200\77", 5) + std::string("\300\3", 2);
-  const PointTable copied = parsePoints("pcd", "file.pcd", file(1, 7, 12, copy));
+  const PointTable copied = parse("pcd", file(1, 7, 12, copy));
   EXPECT_EQ(copied.positions.at(0), Eigen::Vector3d(1, 1, 1));
   expectRefused("pcd", file(1, 13, 24, literals));
   expectRefused("pcd", file(1, 14, 12, literals));
@@ -345,8 +351,7 @@ TEST(PointReader, whatIsNoCloudIsRefused)
   expectRefused("ply", plyHeader(400, "binary_little_endian") + std::string(400 * 24 - 1, '\1'), "truncated");
   expectRefused("ply", plyHeader(4000000000, "binary_little_endian"), "truncated");
   expectRefused("ply", plyHeader(400, "binary_little_endian").substr(0, 80));
-  expectRefused("ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n",
-                "x, y and z");
+  expectRefused("ply", std::regex_replace(plyHeader(1, "ascii"), std::regex(" z"), " w") + "1 2 3\n", "x, y and z");
   expectRefused("pcd", pcdHeader(400, "4 4 4", "binary_compressed") + std::string(60, '\1'), "truncated");
   expectRefused("pcd", pcdHeader(400, "4 4 4", "ascii") + "1 2 3\n4 5 6\n", "truncated");
   expectRefused("pcd", pcdHeader(1, "4 4 4", "ascii") + "1 2 x\n");
@@ -361,13 +366,9 @@ TEST(PointReader, whatIsNoCloudIsRefused)
     expectRefused("xyz", "0 0 0\n1 0 0\n" + row, "line 3");
   expectRefused("obj", "v 0 0 0\nv 1 0 0\nv 0 1\n", "line 3");
   expectRefused("obj", "v 0 0 0\nv 1 0 0\nf 1 2 3\n", "is not there");
-  const std::string properties = "property float x\nproperty float y\nproperty float z\n";
-  expectRefused("ply",
-                "ply\nformat ascii 1.0\nformat ascii 1.0\nelement vertex 1\n" + properties + "end_header\n0 0 0\n",
-                "line 3");
-  expectRefused("ply", "ply\nformat binary_little_endian 1.0\nelement vertex 1e18\n" + properties + "end_header\n0000");
-  expectRefused("ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int a\n" + properties +
-                           "end_header\n1.5 7 0 0 0\n");
+  expectRefused("ply", plyHeader(1, "ascii 1.0\nformat ascii") + "0 0 0\n", "line 3");
+  expectRefused("ply", plyHeader(1000000000000000000, "binary_little_endian") + "0000");
+  expectRefused("ply", plyHeader(1, "ascii", "property list float int a\n") + "0 0 0 1.5 7\n");
   expectRefused("xyz", "1e300\n0 0 0\n", "line 1");
   expectRefused("xyz", "inf\n0 0 0\n", "line 1");
   expectRefused("xyz", "2147483647\n0 0 0\n", "announces 2147483647 points");
@@ -375,13 +376,13 @@ TEST(PointReader, whatIsNoCloudIsRefused)
 
 TEST(PlyReader, otherElementsAndPropertiesArePassedOver)
 {
-  const std::vector<Eigen::Vector3d> expected = {{.5, 1, 2}, {3, 4, 5}};
+  const Points expected = {{.5, 1, 2}, {3, 4, 5}};
   // Doubles, a list among the vertex properties, faces, and an element nobody knows.
   const std::string lists = "ply\nformat ascii 1.0\ncomment scanned\nelement vertex 2\nproperty double x\n"
                             "property double y\nproperty double z\nproperty list uchar int neighbors\n"
                             "property uchar quality\nelement face 1\nproperty list uchar int vertex_indices\n"
                             "element box 1\nproperty float side\nend_header\n";
-  EXPECT_EQ(parsePoints("ply", "a.ply", lists + ".5 1 2 2 0 1 7\n3 4 5 0 7\n3 0 1 0\n1.5\n").positions, expected);
+  EXPECT_EQ(parse("ply", lists + ".5 1 2 2 0 1 7\n3 4 5 0 7\n3 0 1 0\n1.5\n").positions, expected);
   // Big-endian floats behind another element, and lines as Windows ends them.
   std::string big =
       "ply\r\nformat binary_big_endian 1.0\r\nelement box 1\r\nproperty short side\r\nelement vertex 2\r\n"
@@ -390,18 +391,17 @@ TEST(PlyReader, otherElementsAndPropertiesArePassedOver)
   for (const Eigen::Vector3d& p : expected)
     for (const double value : p)
       big += bytesOf(static_cast<float>(value), true);
-  EXPECT_EQ(parsePoints("ply", "a.ply", big).positions, expected);
-  EXPECT_TRUE(parsePoints("ply", "a.ply", big).areFloats);
+  EXPECT_EQ(parse("ply", big).positions, expected);
+  EXPECT_TRUE(parse("ply", big).areFloats);
 }
 
 TEST(ObjReader, pairsNormalsByIndex)
 {
   // Normals in the opposite order; the second face counts from the end.
-  const PointTable table = parsePoints("obj", "a.obj",
-                                       "mtllib none.mtl\no triangles\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 -1\n"
-                                       "vn 0 0 1\nvn 0 1 0\nvn 1 0 0\nf 1//4 2//3 3//2\nf -4//-1 -2//-3 -1//-4\n");
-  EXPECT_EQ(table.normals, (std::vector<Eigen::Vector3f>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, -1}}));
-  EXPECT_TRUE(parsePoints("obj", "a.obj", "v 0 0 0\nv 1 0 0\n").normals.empty());
+  const PointTable table = parse("obj", "mtllib none.mtl\no triangles\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 -1\n"
+                                        "vn 0 0 1\nvn 0 1 0\nvn 1 0 0\nf 1//4 2//3 3//2\nf -4//-1 -2//-3 -1//-4\n");
+  EXPECT_EQ(table.normals, (Normals{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, -1}}));
+  EXPECT_TRUE(parse("obj", "v 0 0 0\nv 1 0 0\n").normals.empty());
 }
 
 TEST(XyzReader, takesEveryKindOfHeaderAndSeparator)
@@ -409,15 +409,15 @@ TEST(XyzReader, takesEveryKindOfHeaderAndSeparator)
   for (const char* text :
        {"1 2 3 0 0 1\n4 5 6 0 1 0\n", "// from a scanner\n2\n1 2 3 0 0 1\n4 5 6 0 1 0\n",
         "X Y Z Nx Ny Nz\n1,2,3,0,0,1\n4,5,6,0,1,0\n", "# exported\n\n1 2 3 0 0 1\r\n4 5 6 0 1 0\r\n"}) {
-    const PointTable table = parsePoints("xyz", "a.xyz", text);
-    EXPECT_EQ(table.positions, (std::vector<Eigen::Vector3d>{{1, 2, 3}, {4, 5, 6}})) << text;
-    EXPECT_EQ(table.normals, (std::vector<Eigen::Vector3f>{{0, 0, 1}, {0, 1, 0}})) << text;
+    const PointTable table = parse("xyz", text);
+    EXPECT_EQ(table.positions, (Points{{1, 2, 3}, {4, 5, 6}})) << text;
+    EXPECT_EQ(table.normals, (Normals{{0, 0, 1}, {0, 1, 0}})) << text;
   }
-  const PointTable colored = parsePoints("xyz", "a.xyz", "1 2 3 200 100 50\n4 5 6 200 100 50\n");
+  const PointTable colored = parse("xyz", "1 2 3 200 100 50\n4 5 6 200 100 50\n");
   EXPECT_TRUE(colored.normals.empty());
-  EXPECT_EQ(colored.colors.at(1), (std::array<std::uint8_t, 3>{200, 100, 50}));
+  EXPECT_EQ(colored.colors.at(1), (Color{200, 100, 50}));
   // Numbers beyond doubles.
-  const PointTable far = parsePoints("xyz", "a.xyz", "0 1e999 -1e999\n1e-999 0." + std::string(400, '0') + "1 1\n");
+  const PointTable far = parse("xyz", "0 1e999 -1e999\n1e-999 0." + std::string(400, '0') + "1 1\n");
   EXPECT_FALSE(std::isfinite(far.positions[0].y()) || std::isfinite(far.positions[0].z()));
   EXPECT_EQ(far.positions[1], Eigen::Vector3d(0, 0, 1));
 }
@@ -437,15 +437,15 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
         "Northing;Easting;Elevation;nx;ny;nz;r;g;b\n2;1;3;0;0;1;10;20;30\n5;4;6;0;1;0;40;50;60\n",
         "1 2 3 0 0 1 10 20 30\n4 5 6 0 1 0 40 50 60\n", "1 2 3 10 20 30 0 0 1\n4 5 6 40 50 60 0 1 0\n"}) {
     SCOPED_TRACE(text);
-    const PointTable table = parsePoints("txt", "a.txt", text);
-    EXPECT_EQ(table.positions, (std::vector<Eigen::Vector3d>{{1, 2, 3}, {4, 5, 6}}));
-    EXPECT_EQ(table.normals, (std::vector<Eigen::Vector3f>{{0, 0, 1}, {0, 1, 0}}));
-    EXPECT_EQ(table.colors, (std::vector<std::array<std::uint8_t, 3>>{{10, 20, 30}, {40, 50, 60}}));
+    const PointTable table = parse("txt", text);
+    EXPECT_EQ(table.positions, (Points{{1, 2, 3}, {4, 5, 6}}));
+    EXPECT_EQ(table.normals, (Normals{{0, 0, 1}, {0, 1, 0}}));
+    EXPECT_EQ(table.colors, (std::vector<Color>{{10, 20, 30}, {40, 50, 60}}));
   }
-  const PointTable others = parsePoints("csv", "a.csv", "X,Y,Z,Intensity,Scalar field\n1,2,3,.5,7\n4,5,6,.25,8\n");
+  const PointTable others = parse("csv", "X,Y,Z,Intensity,Scalar field\n1,2,3,.5,7\n4,5,6,.25,8\n");
   EXPECT_EQ(others.scalars,
             (std::map<std::string, std::vector<float>>{{"intensity", {.5, .25}}, {"Scalar field", {7, 8}}}));
-  const PointTable fewer = parsePoints("xyz", "a.xyz", "x y z\n1 2 3 0 0 1\n4 5 6 0 1 0\n");
+  const PointTable fewer = parse("xyz", "x y z\n1 2 3 0 0 1\n4 5 6 0 1 0\n");
   EXPECT_EQ(fewer.normals.size(), 2u);
   EXPECT_EQ(fewer.notes, std::vector<std::string>{"3 columns have names, but the rows have 6: the names are ignored"});
   // Else the wrong columns would be x y z without a word.
@@ -473,9 +473,9 @@ TEST(XyzReader, columnsOfTextAreSkippedWithANote)
        "column 1 is skipped: line 2 holds 'a', which is no number"}};
   for (const auto& [text, note] : cases) {
     SCOPED_TRACE(text);
-    const PointTable table = parsePoints("csv", "a.csv", text);
-    EXPECT_EQ(table.positions, (std::vector<Eigen::Vector3d>{{1, 2, 3}, {4, 5, 6}}));
-    EXPECT_EQ(table.colors, (std::vector<std::array<std::uint8_t, 3>>{{10, 20, 30}, {40, 50, 60}}));
+    const PointTable table = parse("csv", text);
+    EXPECT_EQ(table.positions, (Points{{1, 2, 3}, {4, 5, 6}}));
+    EXPECT_EQ(table.colors, (std::vector<Color>{{10, 20, 30}, {40, 50, 60}}));
     EXPECT_TRUE(table.scalars.empty());
     EXPECT_EQ(table.notes.front(), note);
   }
@@ -484,8 +484,7 @@ TEST(XyzReader, columnsOfTextAreSkippedWithANote)
 TEST(XyzReader, emptyCellsMatterWhereTheyAreRead)
 {
   for (const std::string header : {"x,y,z,quality,nx,ny,nz\n", ""}) {
-    const PointTable table =
-        parsePoints("csv", "a.csv", header + "1,2,3,,0,0,1\n4,5,6,.5,,,\n7,8,9, ,0,0,1\n1,1,1,2,0,0,1\n");
+    const PointTable table = parse("csv", header + "1,2,3,,0,0,1\n4,5,6,.5,,,\n7,8,9, ,0,0,1\n1,1,1,2,0,0,1\n");
     EXPECT_EQ(table.size(), 4u);
     if (!header.empty()) {
       EXPECT_TRUE(std::isnan(table.normals[1].x()));
@@ -496,7 +495,7 @@ TEST(XyzReader, emptyCellsMatterWhereTheyAreRead)
                   header.empty() ? "'file.csv': line 2: column 2 is empty: fill it in, or delete the line"
                                  : "'file.csv': line 3: column 2 'y' is empty: fill it in");
   }
-  EXPECT_EQ(parsePoints("csv", "a.csv", ",1,2,3,\n,4,5,6,\n").positions.at(1), Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(parse("csv", ",1,2,3,\n,4,5,6,\n").positions.at(1), Eigen::Vector3d(4, 5, 6));
   expectRefused("csv", "1,2,3,0,0,1\n4,5,6.7.8,0,0,1\n",
                 "line 2: column 3 holds '6.7.8', which is no number such as -0.5: correct it, or delete the line");
   expectRefused("csv", "x,y,z,nx,ny,nz\n1,2,3,0,O,1\n", "line 2: column 5 'ny' holds 'O', which is no number");
@@ -506,11 +505,11 @@ TEST(XyzReader, emptyCellsMatterWhereTheyAreRead)
 TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
 {
   const auto numbered = [](const std::string& header, std::size_t count, std::size_t first) {
-    const std::vector<Eigen::Vector3d> points = surveyPlane();
+    const Points points = surveyPlane();
     std::string text = header;
     for (std::size_t i = 0; i < count; ++i)
       text += std::to_string(first + i) + "," + rows({points[i]}, {}, {}, ",");
-    return parsePoints("csv", "a.csv", text);
+    return parse("csv", text);
   };
   for (const std::size_t first : {0, 1, 101})
     for (const char* header : {"", ",x,y,z\n", "x y z\n"}) {
@@ -528,14 +527,12 @@ TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
 
 TEST(PtsReader, scansBeginWithTheirCounts)
 {
-  const PointTable table =
-      parsePoints("pts", "a.pts", "2\n1 2 3 -1000 10 20 30\n4 5 6 7 40 50 60\n1\n7 8 9 0 70 80 90\n");
-  EXPECT_EQ(table.positions, (std::vector<Eigen::Vector3d>{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}));
+  const PointTable table = parse("pts", "2\n1 2 3 -1000 10 20 30\n4 5 6 7 40 50 60\n1\n7 8 9 0 70 80 90\n");
+  EXPECT_EQ(table.positions, (Points{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}}));
   EXPECT_EQ(table.scalars.at("intensity"), (std::vector<float>{-1000, 7, 0}));
-  EXPECT_EQ(table.colors.at(2), (std::array<std::uint8_t, 3>{70, 80, 90}));
-  EXPECT_EQ(parsePoints("pts", "a.pts", "1\n1 2 3 200 10 20 30\n").colors.at(0)[0], 10)
-      << "a count tells what is first";
-  EXPECT_EQ(parsePoints("pts", "a.pts", "1\n1 2 3 -7\n").scalars.at("intensity").at(0), -7);
+  EXPECT_EQ(table.colors.at(2), (Color{70, 80, 90}));
+  EXPECT_EQ(parse("pts", "1\n1 2 3 200 10 20 30\n").colors.at(0)[0], 10) << "a count tells what is first";
+  EXPECT_EQ(parse("pts", "1\n1 2 3 -7\n").scalars.at("intensity").at(0), -7);
   expectRefused("pts", "2\n1 2 3 0\n1\n4 5 6 0\n", "announces 3 points and holds 2");
 }
 
@@ -546,21 +543,19 @@ TEST(PtxReader, scansAreMovedToWhereTheyBelong)
     return size + scanner + "0 1 0\n-1 0 0\n0 0 1\n0 1 0 0\n-1 0 0 0\n0 0 1 0\n431000.5 4500000.25 100 1\n" + cells;
   };
   const std::string at = "431000.5 4500000.25 100\n", cells = "1 2 3 .5\n0 0 0 .5\n";
-  const PointTable one = parsePoints("ptx", "a.ptx", scan("2\n1\n", at, cells) + "\n\n");
-  EXPECT_EQ(one.positions, (std::vector<Eigen::Vector3d>{{430998.5, 4500001.25, 103}})) << "0 0 0 is no point";
+  const PointTable one = parse("ptx", scan("2\n1\n", at, cells) + "\n\n");
+  EXPECT_EQ(one.positions, (Points{{430998.5, 4500001.25, 103}})) << "0 0 0 is no point";
   EXPECT_EQ(one.scalars.at("intensity"), std::vector<float>{.5});
   EXPECT_EQ(one.sensorOrigin, Eigen::Vector3d(431000.5, 4500000.25, 100));
-  EXPECT_EQ(parsePoints("ptx", "a.ptx", scan("1\n2\n", "0 0 0\n", cells)).sensorOrigin, one.sensorOrigin)
+  EXPECT_EQ(parse("ptx", scan("1\n2\n", "0 0 0\n", cells)).sensorOrigin, one.sensorOrigin)
       << "where the transformation has it";
-  const PointTable two =
-      parsePoints("ptx", "a.ptx", scan("1\n1\n", at, "1 2 3 .5 9 8 7\n") + scan("1\n1\n", at, "4 5 6 1 3 2 1\r\n"));
+  const PointTable two = parse("ptx", scan("1\n1\n", at, "1 2 3 .5 9 8 7\n") + scan("1\n1\n", at, "4 5 6 1 3 2 1\r\n"));
   EXPECT_EQ(two.positions.at(1), Eigen::Vector3d(430995.5, 4500004.25, 106));
-  EXPECT_EQ(two.colors.at(1), (std::array<std::uint8_t, 3>{3, 2, 1}));
+  EXPECT_EQ(two.colors.at(1), (Color{3, 2, 1}));
   EXPECT_FALSE(two.sensorOrigin) << "there are two";
-  EXPECT_EQ(two.sensors, (std::vector<Eigen::Vector3d>(2, {431000.5, 4500000.25, 100})));
+  EXPECT_EQ(two.sensors, (Points(2, {431000.5, 4500000.25, 100})));
   EXPECT_EQ(two.views, (std::vector<std::int32_t>{0, 1}));
-  const PointTable empty =
-      parsePoints("ptx", "a.ptx", scan("1\n1\n", at, "0 0 0 .5\n") + scan("2\n1\n", "7 8 9\n", cells));
+  const PointTable empty = parse("ptx", scan("1\n1\n", at, "0 0 0 .5\n") + scan("2\n1\n", "7 8 9\n", cells));
   EXPECT_EQ(empty.views, std::vector<std::int32_t>{1}) << "the first scan saw nothing";
   EXPECT_EQ(empty.sensors.at(1), Eigen::Vector3d(7, 8, 9));
 
@@ -578,15 +573,14 @@ TEST(PtxReader, scansAreMovedToWhereTheyBelong)
 TEST(PlyReader, colorsOfEveryTypeAndName)
 {
   const auto colors = [](const std::string& type, const std::string& prefix, const std::string& rgb) {
-    std::string header =
-        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+    std::string channels;
     for (const std::string channel : {"red", "green", "blue"})
-      header += "property " + type + " " + prefix + channel + "\n";
-    const PointTable table = parsePoints("ply", "a.ply", header + "end_header\n0 0 0 " + rgb + "\n1 0 0 0 0 0\n");
+      channels += "property " + type + " " + prefix + channel + "\n";
+    const PointTable table = parse("ply", plyHeader(2, "ascii", channels) + "0 0 0 " + rgb + "\n1 0 0 0 0 0\n");
     EXPECT_TRUE(table.scalars.empty());
     return table.colors;
   };
-  const std::vector<std::array<std::uint8_t, 3>> expected = {{255, 100, 1}, {0, 0, 0}};
+  const std::vector<Color> expected = {{255, 100, 1}, {0, 0, 0}};
   EXPECT_EQ(colors("ushort", "", "65535 25700 257"), expected);
   EXPECT_EQ(colors("ushort", "", "255 100 1"), expected) << "bytes in a wider type";
   EXPECT_EQ(colors("uchar", "diffuse_", "255 100 1"), expected);
@@ -603,7 +597,7 @@ TEST(PointReader, decimalCommasAreNoSeparators)
   expectRefused("ply", plyHeader(1, "ascii") + "0,5 1,25 -2,0\n");
   expectRefused("pcd", pcdHeader(1, "8 8 8", "ascii") + "0,5 1,25 -2,0\n", "is not a row of 3 numbers");
   for (const std::string row : {"0.5,1,2", "0.5, 1, 2", "0.5 ,1,2", "0.5 1 2", "0.5;1;2"})
-    EXPECT_EQ(parsePoints("xyz", "a.xyz", row + "\n").positions.front(), Eigen::Vector3d(.5, 1, 2)) << row;
+    EXPECT_EQ(parse("xyz", row + "\n").positions.front(), Eigen::Vector3d(.5, 1, 2)) << row;
 }
 
 TEST_F(PointReaders, devicesAreNoFiles)
@@ -615,7 +609,7 @@ TEST_F(PointReaders, devicesAreNoFiles)
 
 TEST(PointReader, offHasVerticesWithNormalsAndColors)
 {
-  const auto read = [](const std::string& text) { return parsePoints("off", "file", text); };
+  const auto read = [](const std::string& text) { return parse("off", text); };
   const PointTable plain = read("OFF # a triangle\n3 1 0\n0 0 0\n\n431000.25 0 0\n# between\n0 1 0\n3 0 1 2\n");
   ASSERT_EQ(plain.size(), 3u);
   EXPECT_EQ(plain.positions[1], Eigen::Vector3d(431000.25, 0, 0));
@@ -623,10 +617,10 @@ TEST(PointReader, offHasVerticesWithNormalsAndColors)
   const PointTable all = read("CNOFF\n2 0 0\n0 0 0 0 0 1 255 128 0\n1 0 0 0 1 0 1 2 3\n");
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all.normals[1], Eigen::Vector3f(0, 1, 0));
-  EXPECT_EQ(all.colors[0], (std::array<std::uint8_t, 3>{255, 128, 0}));
-  EXPECT_EQ(all.colors[1], (std::array<std::uint8_t, 3>{1, 2, 3}));
+  EXPECT_EQ(all.colors[0], (Color{255, 128, 0}));
+  EXPECT_EQ(all.colors[1], (Color{1, 2, 3}));
   const PointTable shares = read("COFF 1 0\n0 0 0 1 .5 0 1\n");
-  EXPECT_EQ(shares.colors.at(0), (std::array<std::uint8_t, 3>{255, 128, 0}));
+  EXPECT_EQ(shares.colors.at(0), (Color{255, 128, 0}));
   // A mesh that is cut off among its faces has all its points.
   EXPECT_EQ(read("OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").size(), 3u);
   EXPECT_THROW(parseMesh("off", "file", "OFF\n3 2 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), FileError);
@@ -717,27 +711,26 @@ const std::vector<LasPoint> twoPoints = {{{-1, 2, 3}, 65535, {257, 514, 65535}},
 
 TEST(LasReader, everyFormatOfEveryVersion)
 {
-  const std::vector<Eigen::Vector3d> positions = {{430999.99, 4500000.02, 100.03}, {431000.04, 4500000.05, 99.94}};
+  const Points positions = {{430999.99, 4500000.02, 100.03}, {431000.04, 4500000.05, 99.94}};
   for (const auto& [minor, formats] : {std::pair(2, 4), std::pair(3, 6), std::pair(4, 11)})
     for (int format = 0; format < formats; ++format) {
       SCOPED_TRACE("1." + std::to_string(minor) + ", format " + std::to_string(format));
-      const PointTable table =
-          parsePoints("las", "file.las", lasFile(minor, static_cast<std::size_t>(format), twoPoints));
+      const PointTable table = parse("las", lasFile(minor, static_cast<std::size_t>(format), twoPoints));
       ASSERT_EQ(table.size(), 2u);
       for (std::size_t i = 0; i < 2; ++i)
         EXPECT_LT((table.positions[i] - positions[i]).norm(), 1e-8);
       EXPECT_FALSE(table.areFloats);
       EXPECT_EQ(table.scalars.at("intensity"), (std::vector<float>{65535, 7}));
       if (std::set<int>{2, 3, 5, 7, 8, 10}.count(format) > 0)
-        EXPECT_EQ(table.colors, (std::vector<std::array<std::uint8_t, 3>>{{1, 2, 255}, {0, 0, 3}}));
+        EXPECT_EQ(table.colors, (std::vector<Color>{{1, 2, 255}, {0, 0, 3}}));
       else
         EXPECT_TRUE(table.colors.empty());
     }
   // Bytes where 16 bits are meant are bytes; zeros everywhere are none.
   const auto pointOf = [](std::uint16_t intensity, std::array<std::uint16_t, 3> color) {
-    return parsePoints("las", "file.las", lasFile(2, 2, {{{1, 2, 3}, intensity, color}}));
+    return parse("las", lasFile(2, 2, {{{1, 2, 3}, intensity, color}}));
   };
-  EXPECT_EQ(pointOf(0, {10, 20, 200}).colors.at(0), (std::array<std::uint8_t, 3>{10, 20, 200}));
+  EXPECT_EQ(pointOf(0, {10, 20, 200}).colors.at(0), (Color{10, 20, 200}));
   EXPECT_TRUE(pointOf(0, {10, 20, 200}).scalars.empty());
   EXPECT_TRUE(pointOf(5, {0, 0, 0}).colors.empty());
 }
@@ -748,12 +741,12 @@ TEST(LasReader, withheldPointsAreSkipped)
   for (const auto& [format, bit] : {std::pair(1, 128), std::pair(6, 4)}) {
     std::string bytes = lasFile(4, static_cast<std::size_t>(format), twoPoints);
     put(bytes, begin, static_cast<std::uint8_t>(bit));
-    const PointTable table = parsePoints("las", "file.las", bytes);
+    const PointTable table = parse("las", bytes);
     EXPECT_EQ(table.size(), 1u);
     EXPECT_EQ(table.scalars.at("intensity").at(0), 7);
     EXPECT_EQ(table.notes, std::vector<std::string>{"1 points are marked as withheld: skipped"});
     put(bytes, begin, static_cast<std::uint8_t>(132 - bit)); // another meaning here
-    EXPECT_EQ(parsePoints("las", "file.las", bytes).size(), 2u);
+    EXPECT_EQ(parse("las", bytes).size(), 2u);
   }
 }
 
@@ -823,14 +816,14 @@ TEST(PointReader, joinsWhatAllFilesHave)
   EXPECT_EQ(alone.sensorOrigin, full.sensorOrigin);
 
   const PointTable whole = joinPoints({full, plain, scans}, {"full.xyz", "plain.pcd", "scans.ptx"});
-  std::vector<Eigen::Vector3d> positions = full.positions;
+  Points positions = full.positions;
   for (const PointTable* more : {&plain, &scans})
     positions.insert(positions.end(), more->positions.begin(), more->positions.end());
   EXPECT_EQ(whole.positions, positions);
   EXPECT_TRUE(whole.normals.empty());
   EXPECT_TRUE(whole.colors.empty());
   EXPECT_EQ(whole.scalars, (decltype(whole.scalars){{"quality", {3, 4, 7, 8, 9}}}));
-  EXPECT_EQ(whole.sensors, (std::vector<Eigen::Vector3d>{{0, 0, 9}, {0, 0, 5}, {0, 0, 7}}));
+  EXPECT_EQ(whole.sensors, (Points{{0, 0, 9}, {0, 0, 5}, {0, 0, 7}}));
   EXPECT_EQ(whole.views, (std::vector<std::int32_t>{0, 0, 1, 0, 2}));
   EXPECT_EQ(whole.notes, (std::vector<std::string>{"full.xyz: column 1 numbers the points: skipped"}));
   EXPECT_EQ(whole.warnings,
