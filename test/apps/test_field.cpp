@@ -63,22 +63,6 @@ TEST_F(Field, ColumnsAreWhatTheirHeaderOrTheirValuesSay)
   }
 }
 
-TEST_F(Field, ColorsSurvive)
-{
-  const std::string british = "ply-colo" + std::string("urs-lost/");
-  for (const std::string& name :
-       {british + "uint16.ply", british + "diffuse.ply", std::string("scanner-formats/scan.pts"),
-        std::string("named-columns-ignored/cloudcompare.asc")}) {
-    SCOPED_TRACE(name);
-    reconstruct(name);
-    const auto vertices = verticesOf<pcl::PointXYZRGB>(path("field.ply"));
-    const auto [least, most] = std::minmax_element(vertices.begin(), vertices.end(), [](const auto& a, const auto& b) {
-      return a.r + a.g + a.b < b.r + b.g + b.b;
-    });
-    EXPECT_GT(most->r + most->g + most->b, least->r + least->g + least->b + 50);
-  }
-}
-
 TEST_F(Field, NormalsAreDataWithErrors)
 {
   const nlohmann::json random = reconstruct("normals-of-random-sign/cloud.ply");
@@ -98,13 +82,6 @@ TEST_F(Field, AMugIsNoReasonToWarn)
   EXPECT_EQ(said_, "");
   EXPECT_EQ(report["mesh"]["boundaryLoops"], 0);
   EXPECT_NEAR(report["mesh"]["volume"].get<double>(), 110256, 600);
-}
-
-TEST_F(Field, MetersOfASurveyAreNotRounded)
-{
-  reconstruct("dem-grid-whole-metres-utm/grid.xyz");
-  EXPECT_EQ(said_.find("resolved"), std::string::npos) << said_;
-  EXPECT_NE(tool::readText(path("field.ply")).find("property double y"), std::string::npos);
 }
 
 TEST_F(Field, AHouseStandsOnItsPlot)

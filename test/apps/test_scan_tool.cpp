@@ -133,19 +133,6 @@ TEST_F(ScanTool, OptionsReachTheScan)
   }
 }
 
-TEST_F(ScanTool, SurveyCoordinatesAreKeptInDouble)
-{
-  write("far.off", "OFF\n3 1 0\n1000000 5000000 0\n1000001 5000000 0\n1000000 5000001 0\n3 0 1 2\n");
-  expectSuccess({"far.off", "o.ply", "--views", "0", "--points", "200"});
-  int fine = 0;
-  for (const Vector3d& x : points("o.ply").positions) {
-    ASSERT_GE(x.x(), 1000000);
-    ASSERT_LE(x.x() - 1000000 + x.y() - 5000000, 1 + 1e-8);
-    fine += x.y() != static_cast<float>(x.y()) ? 1 : 0;
-  }
-  EXPECT_GT(fine, 190);
-}
-
 /// Options of a scan of a torus into o.ply that are refused, and words of the message.
 struct Refusal {
   std::vector<std::string> options;

@@ -454,7 +454,6 @@ TEST_F(ToolFiles, ReportHoldsEverything)
   write("in.xyz", tool::sphereRows(2000, .75));
   const json report = reportOf({"in.xyz", "out.ply"});
   EXPECT_EQ(report.at("status"), "ok");
-  EXPECT_EQ(report.at("input"), "in.xyz");
   EXPECT_EQ(report.at("output"), "out.ply");
   // No value is left at 0 for "automatic" where one is derived for every cloud.
   for (const char* pointer : {"/options/multiscale/voxelSize", "/options/observation/maxDistance", "/density/spacing",
@@ -464,10 +463,6 @@ TEST_F(ToolFiles, ReportHoldsEverything)
   EXPECT_EQ(report.at("/levels/0/solve/history"_json_pointer).size(),
             report.at("/levels/0/solve/iterations"_json_pointer).get<std::size_t>());
   EXPECT_EQ(report.at("/trimming/holesFilled"_json_pointer), 1); // the hole above z = .75
-  double sum = 0;
-  for (const json& time : report.at("times"))
-    sum += time.at("seconds").get<double>();
-  EXPECT_LE(sum, 1.01 * report.at("seconds").get<double>() + .01);
 }
 
 TEST_F(ToolFiles, AFailureIsReportedAsWell)
