@@ -27,14 +27,15 @@ class ByCMake(build_ext):
         build = Path(self.build_temp).resolve()
         subprocess.run(["cmake", "-S", SOURCE, "-B", build, *(f"-D{name}={value}" for name, value in options.items())],
                        check=True)
-        subprocess.run(["cmake", "--build", build, "--target", "mrf_python", "--parallel", str(os.cpu_count())],
+        subprocess.run(["cmake", "--build", build, "--target", "mrf_python_stub", "--parallel", str(os.cpu_count())],
                        check=True)
         target = Path(self.get_ext_fullpath(extension.name))
         target.parent.mkdir(parents=True, exist_ok=True)
         for module in (build / "python" / "pcl_mrf").glob("_core*.so"):
             shutil.copy(module, target)
+        shutil.copy(build / "python" / "pcl_mrf" / "__init__.pyi", target.parent)
 
 
 setup(version=re.search(r"VERSION ([\d.]+) LANGUAGES", (SOURCE / "CMakeLists.txt").read_text())[1],
-      packages=["pcl_mrf"], package_data={"pcl_mrf": ["*.pyi", "py.typed"]},
+      packages=["pcl_mrf"], package_data={"pcl_mrf": ["py.typed"]},
       ext_modules=[Extension("pcl_mrf._core", [])], cmdclass={"build_ext": ByCMake})
