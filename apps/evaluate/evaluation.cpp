@@ -53,16 +53,11 @@ void resolve(const SurfaceMesh& mesh, const EvaluationInput& input, Evaluation& 
 {
   EvaluationOptions& options = evaluation.options;
   if (options.diagonal == 0) {
-    if (input.reference) {
-      evaluation.diagonalSource = DiagonalSource::reference;
-      options.diagonal = diagonalOf(usedVertices(*input.reference));
-    } else if (!input.cloud.empty()) {
-      evaluation.diagonalSource = DiagonalSource::cloud;
-      options.diagonal = diagonalOf(input.cloud);
-    } else {
-      evaluation.diagonalSource = DiagonalSource::mesh;
-      options.diagonal = diagonalOf(usedVertices(mesh));
-    }
+    const bool isOfCloud = !input.reference && !input.cloud.empty();
+    evaluation.diagonalSource = isOfCloud         ? DiagonalSource::cloud
+                                : input.reference ? DiagonalSource::reference
+                                                  : DiagonalSource::mesh;
+    options.diagonal = diagonalOf(isOfCloud ? input.cloud : usedVertices(input.reference ? *input.reference : mesh));
     if (!(options.diagonal > 0))
       throw InvalidInput("the bounding box has no extent; give the diagonal");
   }

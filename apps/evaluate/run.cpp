@@ -36,10 +36,9 @@ PointTable readCloud(const std::string& path)
   if (path.empty())
     return {};
   PointTable points = readPoints(path);
-  for (const Eigen::Vector3d& position : points.positions)
-    if (position.allFinite())
-      return points;
-  throw FileError(path, "has no finite point");
+  if (finite(points.positions).empty())
+    throw FileError(path, "has no finite point");
+  return points;
 }
 
 /// From blue over gray to red, evenly in what the eye sees; gray where there is no error to show.

@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <functional>
+#include <initializer_list>
 #include <map>
 #include <set>
 
@@ -87,28 +87,18 @@ void addInputOptions(OptionParser& parser, Command& command)
             "the sensor, from 0, that saw each point: one number per line; without it the nearest")
       ->needs(sensors);
   parser.declared("orientation.sensorOrigin");
-  parser.add("--confidence-field", "NAME", "field of the input with the confidence of each point, 0 to 1; default none",
-             [&command](const std::string& name) {
-               command.options.confidenceField = name;
-               return "";
-             });
+  parser.text("--confidence-field", "NAME", command.options.confidenceField,
+              "field of the input with the confidence of each point, 0 to 1; default none");
 }
 
 /// What is known of the noise. \param noise, smoothing the options of that name
 void addNoiseOptions(OptionParser& parser, Options& options, CLI::Option* noise, CLI::Option* smoothing)
 {
   noise->excludes(smoothing);
-  CLI::Option* const model = parser.add("--noise-model", "MODEL", noiseModelHelp, [&options](const std::string& text) {
-    options.observation.noiseModel = text;
-    return "";
-  });
+  CLI::Option* const model = parser.text("--noise-model", "MODEL", options.observation.noiseModel, noiseModelHelp);
   parser
-      .add("--noise-field", "NAME",
-           "field of the input with the standard deviation of each point's noise, a length above 0; default none",
-           [&options](const std::string& name) {
-             options.noiseField = name;
-             return "";
-           })
+      .text("--noise-field", "NAME", options.noiseField,
+            "field of the input with the standard deviation of each point's noise, a length above 0; default none")
       ->excludes(noise)
       ->excludes(model);
 }

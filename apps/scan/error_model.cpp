@@ -30,15 +30,10 @@ constexpr double textureLimit = 1.2816; ///< a normal deviate is above it in a t
 /// Of the cone, radians.
 double footprintOf(const ScanOptions& options)
 {
-  switch (options.device) {
-  case Device::lidar:
+  if (options.device == Device::lidar)
     return .003;
-  case Device::depthCamera:
-  case Device::structuredLight:
-    return 4 / options.sampling.focalLength; // the pixels that are matched at a time
-  default:
-    return 0;
-  }
+  const bool isMatched = options.device == Device::depthCamera || options.device == Device::structuredLight;
+  return isMatched ? 4 / options.sampling.focalLength : 0; // so many pixels at a time
 }
 
 /// What rays around the middle one of a footprint meet.

@@ -251,19 +251,14 @@ std::vector<Vector3d> placeSensors(const ViewOptions& options, const Box& object
   const SinCos elevation = sinCos(options.elevation / 360);
   for (int i = 0; i < options.count; ++i) {
     double sine = elevation.sine, cosine = elevation.cosine, turn = 0;
-    switch (options.placement) {
-    case Placement::sphere:
+    if (options.placement == Placement::sphere) {
       sine = 1 - (2 * i + 1.0) / options.count;
       cosine = std::sqrt(1 - sine * sine);
       turn = i * goldenTurn;
-      break;
-    case Placement::ring:
+    } else if (options.placement == Placement::ring)
       turn = static_cast<double>(i) / options.count;
-      break;
-    case Placement::front:
-      turn = options.count > 1 ? options.fan / 360 * (static_cast<double>(i) / (options.count - 1) - .5) : 0;
-      break;
-    }
+    else if (options.count > 1)
+      turn = options.fan / 360 * (static_cast<double>(i) / (options.count - 1) - .5);
     const SinCos around = sinCos(turn);
     const Vector3d direction = sine * axis + cosine * (around.cosine * x + around.sine * y);
     sensors.push_back(object.center() + options.distance * object.diagonal().norm() * direction);

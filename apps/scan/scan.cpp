@@ -168,14 +168,9 @@ void adopt(Device device, ScanOptions& options)
 
 double Scan::inCloudUnit(const Length& length) const
 {
-  switch (length.unit) {
-  case Length::Unit::diagonalPercent:
+  if (length.unit == Length::Unit::diagonalPercent)
     return .01 * length.value * diagonal;
-  case Length::Unit::spacings:
-    return length.value * spacing;
-  default:
-    return length.value;
-  }
+  return length.unit == Length::Unit::spacings ? length.value * spacing : length.value;
 }
 
 bool Scan::isInHole(const Vector3d& x) const

@@ -20,14 +20,10 @@ namespace {
 
 int statusOf(const pcl::mrf::Error& error)
 {
-  switch (error.status()) {
-  case pcl::mrf::Status::invalidInput:
-    return exitFile;
-  case pcl::mrf::Status::invalidOption:
-    return exitUsage;
-  default:
-    return exitMethod;
-  }
+  const pcl::mrf::Status status = error.status();
+  return status == pcl::mrf::Status::invalidInput    ? exitFile
+         : status == pcl::mrf::Status::invalidOption ? exitUsage
+                                                     : exitMethod;
 }
 
 /// Keeps the memory of freed arrays for the next ones. By default large arrays go back to the system, which clears

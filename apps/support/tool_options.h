@@ -76,6 +76,15 @@ public:
   CLI::Option* add(const std::string& name, const std::string& unit, const std::string& help,
                    const std::function<std::string(const std::string&)>& set);
 
+  /// Any word.
+  CLI::Option* text(const std::string& name, const std::string& unit, std::string& target, const std::string& help)
+  {
+    return add(name, unit, help, [&target](const std::string& word) {
+      target = word;
+      return "";
+    });
+  }
+
   /// One of several words. \param set is given one of them
   CLI::Option* words(const std::string& name, const std::vector<std::string>& words, const std::string& help,
                      const std::function<void(const std::string&)>& set);
