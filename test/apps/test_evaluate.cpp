@@ -8,13 +8,14 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
+#include <shapes/signed_distance.h>
+
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <random>
 
@@ -77,38 +78,28 @@ SurfaceMesh soup(int count, unsigned seed)
   return mesh;
 }
 
-/// A subdivided octahedron with all vertices on the sphere, oriented outward.
+/// A polyhedron of longitudes and latitudes with all vertices on the sphere, oriented outward.
 SurfaceMesh sphere(int levels, double radius)
 {
+  const int rows = 2 << levels, columns = 2 * rows;
   SurfaceMesh mesh;
-  for (int axis = 0; axis < 3; ++axis)
-    for (const double sign : {1., -1.})
-      mesh.vertices.push_back(sign * Vector3d::Unit(axis));
-  for (const int x : {0, 1})
-    for (const int y : {2, 3})
-      for (const int z : {4, 5}) {
-        const bool even = (x + y + z) % 2 == 0;
-        mesh.triangles.push_back({x, even ? y : z, even ? z : y});
-      }
-  for (int level = 0; level < levels; ++level) {
-    std::map<std::pair<int, int>, int> middles;
-    const auto middle = [&](int a, int b) {
-      const auto [entry, isNew] = middles.insert({{std::min(a, b), std::max(a, b)}, 0});
-      if (isNew) {
-        entry->second = static_cast<int>(mesh.vertices.size());
-        mesh.vertices.push_back((mesh.vertices[a] + mesh.vertices[b]).normalized());
-      }
-      return entry->second;
-    };
-    std::vector<std::array<std::int32_t, 3>> finer;
-    for (const auto& [a, b, c] : mesh.triangles) {
-      const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      finer.insert(finer.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
+  mesh.vertices = {radius * Vector3d::UnitZ(), -radius * Vector3d::UnitZ()};
+  for (int row = 1; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) {
+      const auto polar = shapes::sinCos(.5 * row / rows), around = shapes::sinCos(1. * column / columns);
+      mesh.vertices.emplace_back(radius * polar.sine * around.cosine, radius * polar.sine * around.sine,
+                                 radius * polar.cosine);
     }
-    mesh.triangles = finer;
-  }
-  for (Vector3d& vertex : mesh.vertices)
-    vertex *= radius;
+  const auto at = [=](int row, int column) {
+    return row == 0 ? 0 : row == rows ? 1 : 2 + (row - 1) * columns + column % columns;
+  };
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) {
+      if (row > 0)
+        mesh.triangles.push_back({at(row, column), at(row + 1, column), at(row, column + 1)});
+      if (row + 1 < rows)
+        mesh.triangles.push_back({at(row, column + 1), at(row + 1, column), at(row + 1, column + 1)});
+    }
   return mesh;
 }
 

@@ -140,7 +140,6 @@ struct Refusal {
 };
 
 const std::vector<Refusal> refusals = {
-    {{"--nonsense"}, "--nonsense"},
     {{"--outliers", "60", "--clusters", "60"}, "utliers"},
     {{"--misalign-angle", "-1"}, "misalignment"},
     {{"--hole-radius", "2:7%"}, "in one unit"},
@@ -148,7 +147,6 @@ const std::vector<Refusal> refusals = {
     {{"--rotate", "nan,0,0"}, "--rotate"},
     {{"--grazing", "0"}, "grazing"},
     {{"--grazing", "91"}, "grazing"},
-    {{"--placement", "line"}, "--placement"},
     {{"--views", "-1"}, "--views"},
     {{"--distance", "0"}, "distance"},
     {{"--axis", "0,0,0"}, "axis"},
@@ -174,9 +172,7 @@ const std::vector<Refusal> refusals = {
     {{"--device", "depth-camera", "--sampling", "even"}, "pixels of its image"},
     {{"--device", "depth-camera", "--sensor", "0,0,9", "--front", "0,0,0"}, "front direction"},
     {{"--write-truth", "t.xyz"}, "--write-truth"},
-    {{"--sensor", "1,2"}, "--sensor"},
     {{"--sensor", "0,0,9", "--sensors", "s.txt"}, "exclude"},
-    {{"--report", "r.txt"}, "--report"},
     {{"--write-clean", "o.ply"}, "twice"}};
 
 TEST_F(ScanTool, WrongUsage)

@@ -62,6 +62,31 @@ protected:
     return cloud;
   }
 
+  /// Writes points as PCD. \param viewpoint where their sensor was; empty: nobody knows
+  void writePcd(const std::string& name, const std::vector<Eigen::Vector3d>& points,
+                const std::string& viewpoint = {}) const
+  {
+    std::ostringstream text;
+    text.precision(17);
+    text << "FIELDS x y z\nSIZE 8 8 8\nTYPE F F F\n";
+    if (!viewpoint.empty())
+      text << "VIEWPOINT " << viewpoint << " 1 0 0 0\n";
+    text << "POINTS " << points.size() << "\nDATA ascii\n";
+    for (const Eigen::Vector3d& point : points)
+      text << point.transpose() << '\n';
+    write(name, text.str());
+  }
+
+  /// Points of the unit sphere between two heights, about a center.
+  static std::vector<Eigen::Vector3d> zone(int count, double from, double to, const Eigen::Vector3d& center)
+  {
+    std::vector<Eigen::Vector3d> points;
+    for (const Eigen::Vector3d& p : tool::spherePoints(count))
+      if (p.z() > from && p.z() <= to)
+        points.emplace_back(p + center);
+    return points;
+  }
+
   vtkSmartPointer<vtkImageData> readField(const std::string& name) const
   {
     auto reader = vtkSmartPointer<vtkXMLImageDataReader>::New();
@@ -75,13 +100,7 @@ TEST_F(ToolFiles, PcdTellsWhereItsSensorWas)
 {
   // A cap in coordinates that float does not hold, seen from its outer or its inner side.
   const auto volume = [&](const std::string& height, const std::vector<std::string>& options = {}) {
-    std::ostringstream text;
-    text.precision(12);
-    int count = 0;
-    for (const Eigen::Vector3d& p : tool::spherePoints(1000))
-      count += p.z() > .3 && text << p.x() << ' ' << p.y() + 4.5e6 << ' ' << p.z() << '\n';
-    write("cap.pcd", "VERSION .7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nCOUNT 1 1 1\nVIEWPOINT 0 4500000 " + height +
-                         " 1 0 0 0\nPOINTS " + std::to_string(count) + "\nDATA ascii\n" + text.str());
+    writePcd("cap.pcd", zone(1000, .3, 1, {0, 4.5e6, 0}), "0 4500000 " + height);
     const tool::Outcome outcome = succeed(tool::with({"cap.pcd", "out.ply", "--report", "report.json"}, options));
     const json report = parsed("report.json");
     EXPECT_EQ(report["vote"], options.empty() || options[0] == "--sensor" ? "sensor" : "outward");
@@ -98,15 +117,9 @@ TEST_F(ToolFiles, AScanInSeveralFilesIsThatScan)
 {
   // A sphere from within, in coordinates that float does not hold, and of which a part alone would have another offset.
   const auto pcd = [&](const std::string& name, double from, double to) {
-    std::ostringstream rows;
-    rows.precision(17);
-    int count = 0;
-    for (const Eigen::Vector3d& p : tool::spherePoints(pointCount))
-      if (p.z() > from && p.z() <= to && ++count > 0)
-        rows << (p + Eigen::Vector3d(1234567, 7654321, 99)).transpose() << '\n';
-    write(name + ".xyz", rows.str());
-    write(name + ".pcd", "FIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nVIEWPOINT 1234567 7654321 99 1 0 0 0\nPOINTS " +
-                             std::to_string(count) + "\nDATA ascii\n" + rows.str());
+    writePcd(name + ".pcd", zone(pointCount, from, to, {1234567, 7654321, 99}), "1234567 7654321 99");
+    const std::string text = tool::readText(path(name + ".pcd"));
+    write(name + ".xyz", text.substr(text.find("ascii") + 6));
   };
   pcd("whole", -2, .9);
   pcd("lower", -2, -.3);
@@ -126,17 +139,8 @@ TEST_F(ToolFiles, AScanInSeveralFilesIsThatScan)
 TEST_F(ToolFiles, EachFileHasItsOwnSensor)
 {
   // Caps side by side. The sensor of the second one is nearer to the first as well, and below it.
-  const auto cap = [&](const std::string& name, double x, const std::string& viewpoint) {
-    std::string rows;
-    int count = 0;
-    for (const Eigen::Vector3d& p : tool::spherePoints(1000))
-      if (p.z() > .3 && ++count > 0)
-        rows += std::to_string(p.x() + x) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + "\n";
-    write(name, "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n" + viewpoint + "POINTS " + std::to_string(count) +
-                    "\nDATA ascii\n" + rows);
-  };
-  cap("first.pcd", 0, "VIEWPOINT 0 0 30 1 0 0 0\n");
-  cap("second.pcd", 4, "VIEWPOINT 3 0 -4 1 0 0 0\n");
+  writePcd("first.pcd", zone(1000, .3, 1, {0, 0, 0}), "0 0 30");
+  writePcd("second.pcd", zone(1000, .3, 1, {4, 0, 0}), "3 0 -4");
   const auto upwardShare = [&](double x) { // of the normals of a cap
     pcl::PointCloud<pcl::PointNormal> mesh;
     EXPECT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), mesh), 0);
@@ -152,7 +156,7 @@ TEST_F(ToolFiles, EachFileHasItsOwnSensor)
   EXPECT_GT(upwardShare(0), .95);
   EXPECT_LT(upwardShare(4), .05);
 
-  cap("third.pcd", 8, "");
+  writePcd("third.pcd", zone(1000, .3, 1, {8, 0, 0}));
   const tool::Outcome partly = succeed({"first.pcd", "third.pcd", "out.ply", "--report", "report.json"});
   const std::string warning = "'third.pcd' has no sensor position: those of the other files are left out; name all by "
                               "--sensors and --views";
