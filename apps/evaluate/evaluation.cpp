@@ -57,7 +57,8 @@ void resolve(const SurfaceMesh& mesh, const EvaluationInput& input, Evaluation& 
     evaluation.diagonalSource = isOfCloud         ? DiagonalSource::cloud
                                 : input.reference ? DiagonalSource::reference
                                                   : DiagonalSource::mesh;
-    options.diagonal = diagonalOf(isOfCloud ? input.cloud : usedVertices(input.reference ? *input.reference : mesh));
+    const SurfaceMesh& surface = input.reference ? *input.reference : mesh;
+    options.diagonal = isOfCloud ? diagonalOf(input.cloud) : diagonalOf(usedVertices(surface));
     if (!(options.diagonal > 0))
       throw InvalidInput("the bounding box has no extent; give the diagonal");
   }

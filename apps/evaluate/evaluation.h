@@ -27,7 +27,7 @@ struct Statistics {
 /// Quantiles between two values are interpolated linearly. All zero for no values.
 Statistics summarize(std::vector<double> values);
 
-/// Those that are.
+/// Those of the points that are finite.
 std::vector<Eigen::Vector3d> finite(const std::vector<Eigen::Vector3d>& points);
 
 /// What the mesh is measured against; whatever is empty is not measured.
