@@ -8,8 +8,6 @@
 #include "support/point_table.h"
 #include "support/sensors.h"
 
-#include <pcl/surface/mrf/exceptions.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -86,8 +84,7 @@ const std::vector<Reader>& readers()
       {"views", [](const std::string& bytes) { parseViews(path, bytes); }, 100},
       {"command-reconstruction", readReconstructionCommand, 1000}, // CLI11 keeps words several times, in lists
       {"command-evaluation", readEvaluationCommand, 1000},
-      {"command-scan", readScanCommand, 1000},
-      {"options", readOptions, 100}};
+      {"command-scan", readScanCommand, 1000}};
   return all;
 }
 
@@ -105,9 +102,6 @@ bool runReader(const Reader& reader, const std::string& bytes)
     return false;
   } catch (const UsageError& error) {
     requireLine(error.what());
-    return false;
-  } catch (const pcl::mrf::InvalidOption& error) {
-    requireLine(error.message());
     return false;
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// \file
-/// \brief Every reader of files and of options as a function of bytes, for fuzzers and for replaying what they found.
+/// \brief Every reader of files and of command lines as a function of bytes, for fuzzers and for replaying what they
+/// found.
 #pragma once
 
 #include <cstddef>
@@ -17,20 +18,17 @@ struct Reader {
   std::size_t largestRatio; ///< of memory to the file's size; those that unpack have what they unpack
 };
 
-/// All readers: points-xyz, mesh-stl, options, and so on.
+/// All readers: points-xyz, mesh-stl, command-scan, and so on.
 const std::vector<Reader>& readers();
 
 /// Ends the process, with a message, if the condition does not hold.
 void require(bool condition, const char* what);
 
-// Of option_readers.cpp.
+// Of command_readers.cpp.
 /// The lines are the words of a command line. \throw mrf_apps::UsageError
 void readReconstructionCommand(const std::string& lines);
 void readEvaluationCommand(const std::string& lines);
 void readScanCommand(const std::string& lines);
-
-/// Each nine bytes set a member of the default options: which one, and its bits. \throw pcl::mrf::InvalidOption
-void readOptions(const std::string& bytes);
 
 /// Runs a reader. What it throws must be an error of one line, a FileError that names the file, or of usage, and what
 /// it returns must be consistent; ends the process otherwise.

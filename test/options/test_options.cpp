@@ -110,50 +110,36 @@ TEST(OptionTable, WhatLiesBeyondIsRefusedByNameByItsStageAsWell)
   EXPECT_EQ(refusalOf(options), "prior.beta = 1 is outside its range [0, 1)");
 }
 
-/// What the docstring of paperPreset() says, setting by setting.
+/// What the docstring of paperPreset() says: what differs from the defaults, and what follows from it.
 TEST(Options, ThePapersPresetIsWhatItSays)
 {
   using namespace pcl::mrf;
   const Options paper = paperPreset();
-  EXPECT_EQ(paper.unit, LengthUnit::nearest);
-
-  EXPECT_EQ(paper.normals.source, NormalSource::estimate);
-  EXPECT_TRUE(paper.normals.noiseCriteria);
-  EXPECT_EQ(resolvedRadius(paper.normals, 2), 5) << "2.5 l̄";
-  for (const bool isOn : {paper.outliers.alone, paper.outliers.statistical, paper.outliers.robust})
-    EXPECT_FALSE(isOn) << "the paper has no filter but its noise criteria";
+  std::string differences;
+  for (const OptionDeclaration& option : optionDeclarations())
+    if (option.get(paper) != option.get(Options()))
+      differences += option.name + '=' + option.textOf(option.get(paper)) + ' ';
+  EXPECT_EQ(differences,
+            "outliers.alone=off normals.source=estimate normals.noiseCriteria=on observation.kind=median "
+            "prior.kind=thin-plate prior.beta=0.9 solver.method=icm solver.changeTolerance=0.001 remesher.rounds=10 "
+            "trimming.kind=none unit=nearest search=kdtree ");
   EXPECT_FALSE(paper.orientation.joinAcrossCreases);
-  EXPECT_EQ(paper.orientation.maxAngle, 15);
   EXPECT_EQ(paper.orientation.minComponentShare, .01f);
+  EXPECT_EQ(paper.observation.confidenceShape, ConfidenceShape::linear);
+  EXPECT_EQ(paper.multiscale.interpolation, Interpolation::linear);
+  EXPECT_TRUE(paper.solver.choleskyOnCoarsest);
+  EXPECT_FALSE(paper.remesher.fit);
+
+  EXPECT_EQ(paper.observation.neighbors, 5);
+  EXPECT_EQ(resolvedRadius(paper.normals, 2), 5) << "2.5 l̄";
+  EXPECT_EQ(resolvedMaxDistance(paper.observation, 2, 4), 6) << "3 l̄";
+  EXPECT_EQ(spacingsPerVoxel(paper.multiscale.quality), 2);
   SamplingDensity density;
   density.spacing = density.nearestMean = 2;
   density.nearestDeviation = 1;
   EXPECT_EQ(resolvedNeighborDistance(paper.orientation, density), 8) << "l̄ + 6 σ";
   density.nearestDeviation = 0;
   EXPECT_EQ(resolvedNeighborDistance(paper.orientation, density), 5) << "not below 2.5 l̄";
-
-  EXPECT_EQ(paper.observation.kind, ObservationKind::median);
-  EXPECT_EQ(paper.observation.neighbors, 5);
-  EXPECT_EQ(paper.observation.confidenceShape, ConfidenceShape::linear);
-  EXPECT_EQ(resolvedMaxDistance(paper.observation, 2, 2 * spacingsPerVoxel(paper.multiscale.quality)), 6) << "3 l̄";
-
-  EXPECT_EQ(paper.prior.kind, Prior::thinPlate);
-  EXPECT_EQ(paper.prior.beta, .9f);
-  EXPECT_EQ(paper.prior.energy, Energy::joint);
-
-  EXPECT_EQ(paper.solver.method, SolverMethod::icm);
-  EXPECT_TRUE(paper.solver.choleskyOnCoarsest);
-  EXPECT_EQ(paper.solver.changeTolerance, 1e-3);
-  EXPECT_EQ(paper.solver.maxIterations, 0) << "1000 sweeps";
-  EXPECT_EQ(paper.multiscale.interpolation, Interpolation::linear);
-  EXPECT_EQ(paper.multiscale.padding, 0) << "room beside openings";
-  EXPECT_EQ(paper.search, SearchKind::kdTree);
-  EXPECT_EQ(paper.multiscale.voxelSize, 0);
-  EXPECT_EQ(spacingsPerVoxel(paper.multiscale.quality), 2);
-
-  EXPECT_EQ(paper.trimming.kind, Trimming::none);
-  EXPECT_EQ(paper.remesher.rounds, 10);
-  EXPECT_FALSE(paper.remesher.fit);
 }
 
 TEST(OptionTable, EveryMemberIsThereOnce)
@@ -212,20 +198,30 @@ TEST(OptionTable, WhatAMemberCannotHoldIsNotSet)
 /// Members that are no options of tools are checked as well.
 TEST(Options, MembersWithoutARowAreRefusedByName)
 {
-  const auto refused = [](const auto& change) {
-    Options options;
-    change(options);
-    return refusalOf(options);
+  const double nan = std::nan("");
+  const auto expectRefused = [](auto member, const std::vector<double>& values, const std::string& words) {
+    for (const double value : values) {
+      Options options;
+      member(options) = static_cast<std::decay_t<decltype(member(options))>>(value);
+      EXPECT_NE(refusalOf(options).find(words), std::string::npos) << value;
+    }
   };
-  EXPECT_EQ(refused([](Options& o) { o.orientation.neighborDistance = -1; }),
-            "orientation.neighborDistance = -1 is outside its range >= 0");
-  EXPECT_NE(refused([](Options& o) { o.orientation.neighborDistance = std::nanf(""); }), "");
-  EXPECT_EQ(refused([](Options& o) { o.orientation.minComponentShare = 1; }),
-            "orientation.minComponentShare = 1 is outside its range [0, 1)");
-  EXPECT_EQ(refused([](Options& o) { o.solver.residualTolerance = 0; }),
-            "solver.residualTolerance = 0 is outside its range (0, 1)");
-  EXPECT_EQ(refused([](Options& o) { o.solver.smootherDegree = 51; }),
-            "solver.smootherDegree = 51 is outside its range [0, 50]");
+  expectRefused(
+      [](Options & o) -> auto& { return o.orientation.neighborDistance; }, {-1, nan, infinity},
+      "orientation.neighborDistance = ");
+  expectRefused(
+      [](Options & o) -> auto& { return o.orientation.minComponentShare; }, {-.1, 1, nan},
+      "orientation.minComponentShare = ");
+  expectRefused(
+      [](Options & o) -> auto& { return o.solver.residualTolerance; }, {-1, 0, 1, nan}, "solver.residualTolerance = ");
+  expectRefused(
+      [](Options & o) -> auto& { return o.solver.smootherDegree; }, {-1, 51}, "solver.smootherDegree = ");
+  expectRefused(
+      [](Options & o) -> auto& { return o.observation.confidenceShape; }, {2},
+      "observation.confidenceShape = 2 is none of linear, quadratic");
+  expectRefused(
+      [](Options & o) -> auto& { return o.multiscale.interpolation; }, {2},
+      "multiscale.interpolation = 2 is none of cubic, linear");
 }
 
 TEST(NoiseLaw, IsNamedWithItsNumbers)

@@ -349,18 +349,6 @@ TEST(Searches, MayAnswerOutOfOrder)
   EXPECT_TRUE(sameBytes(run(mrf), expected));
 }
 
-/// Of members without a row in the table of options; test_options has those with one.
-TEST(Options, EnumerationsOutOfRange)
-{
-  pcl::mrf::Options shape = smallOptions(1), interpolation = smallOptions(1);
-  shape.observation.confidenceShape = static_cast<pcl::mrf::ConfidenceShape>(2);
-  interpolation.multiscale.interpolation = static_cast<pcl::mrf::Interpolation>(2);
-  for (const pcl::mrf::Options& options : {shape, interpolation}) {
-    Small mrf(options);
-    expectFailure(mrf, Status::invalidOption);
-  }
-}
-
 TEST(Options, AReachBeyondAllVoxelsIsNoIndex)
 {
   Small mrf;
