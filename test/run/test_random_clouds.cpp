@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Clouds of every kind with valid options of every kind, each in a process of its own: whatever is asked, the answer is
-// a valid mesh, or one clear error and no mesh, within limits of time and memory.
+// Clouds of every kind with valid options of every kind: whatever is asked, the answer is a valid mesh, or one clear
+// error and no mesh, within limits of time and memory.
 //   test_random_clouds [CASES [FIRST_SEED]]
-// A case is named by its seed: CASES = 1 runs it alone.
+// A case is named by its seed, and told before it runs, in case that it ends the process.
 #include "mesh/self_intersection.h"
 #include "support/conversion.h"
 #include "support/random.h"
@@ -17,14 +17,12 @@
 #include <Eigen/Geometry>
 
 #include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <ctime>
 #include <limits>
 #include <map>
 #include <sstream>
@@ -45,7 +43,6 @@ struct Cloud {
   std::vector<float> confidences; ///< as many, or none
   std::vector<Vector3d> sensors;
   std::vector<std::int32_t> views; ///< one per point, or none
-  bool hasColors = false;
 };
 
 /// What fills a cloud with points of one kind.
@@ -375,7 +372,7 @@ const std::vector<Kind> kinds = {
      }},
 };
 
-/// A cloud of the kind, some with sensors, colors, confidences, or without normals.
+/// A cloud of the kind, some with sensors, confidences, or without normals.
 Cloud drawCloud(const Kind& kind, Random& random)
 {
   Cloud cloud;
@@ -383,7 +380,6 @@ Cloud drawCloud(const Kind& kind, Random& random)
   cloud.kind = kind.name;
   if (random.oneIn(4))
     cloud.normals.clear();
-  cloud.hasColors = random.oneIn(4);
   if (random.oneIn(6))
     addSensors(cloud, random);
   if (random.oneIn(10))
@@ -487,11 +483,11 @@ constexpr bool isSanitized = true; // addresses are reserved by the terabyte
 #else
 constexpr bool isSanitized = false;
 #endif
-// A surface of below 100,000 points that takes a minute counts as hanging.
-constexpr rlim_t secondsLimit = isSanitized ? 600 : 60;
+// A surface of below 100,000 points that takes a minute of the processor counts as hanging.
+constexpr double secondsLimit = isSanitized ? 600 : 60;
 constexpr rlim_t bytesLimit = rlim_t{2} << 30;
 
-/// How a case ended, as the child says it in one line.
+/// How a case may end, as its answer begins.
 constexpr const char *meshPrefix = "mesh", *errorPrefix = "error";
 
 float toFloat(double value)
@@ -572,7 +568,7 @@ std::string faultOf(const Report& report, const pcl::PolygonMesh& mesh)
   return {};
 }
 
-/// Runs a cloud as a user does. \return the line that the child writes
+/// Runs a cloud as a user does. \return how it ended, or what is wrong with that
 template <typename PointT>
 std::string runAs(const Cloud& cloud, Options options, bool again)
 {
@@ -620,7 +616,7 @@ struct Case {
     cloud = drawCloud(kinds[seed % kinds.size()], random);
     std::ostringstream text;
     text << "seed " << seed << ", " << cloud.kind << ", " << cloud.positions.size() << " points"
-         << (cloud.normals.empty() ? "" : ", normals") << (cloud.hasColors ? ", colors" : "");
+         << (cloud.normals.empty() ? "" : ", normals");
     if (!cloud.sensors.empty())
       text << ", " << cloud.sensors.size() << " sensors" << (cloud.views.empty() ? "" : " and views");
     text << (cloud.confidences.empty() ? "" : ", confidences") << ", options:";
@@ -630,85 +626,20 @@ struct Case {
       options.confidenceField = "curvature";
     again = random.oneIn(5);
     // Without normals the type may still have room for them, and they are zero.
-    hasRoomForNormals_ = !cloud.normals.empty() || !cloud.confidences.empty() || random.oneIn(3);
-    const bool needsNormals =
-        options.normals.source == NormalSource::use || options.normals.source == NormalSource::reference;
-    hasRoomForNormals_ = hasRoomForNormals_ || needsNormals;
+    hasRoomForNormals_ = !cloud.normals.empty() || !cloud.confidences.empty() || random.oneIn(3) ||
+                         options.normals.source == NormalSource::use ||
+                         options.normals.source == NormalSource::reference;
   }
 
   std::string run() const
   {
-    if (cloud.hasColors && hasRoomForNormals_)
-      return runAs<pcl::PointXYZRGBNormal>(cloud, options, again);
-    if (cloud.hasColors)
-      return runAs<pcl::PointXYZRGB>(cloud, options, again);
-    if (hasRoomForNormals_)
-      return runAs<pcl::PointNormal>(cloud, options, again);
-    return runAs<pcl::PointXYZ>(cloud, options, again);
+    return hasRoomForNormals_ ? runAs<pcl::PointXYZRGBNormal>(cloud, options, again)
+                              : runAs<pcl::PointXYZ>(cloud, options, again);
   }
 
 private:
   bool hasRoomForNormals_;
 };
-
-struct Outcome {
-  std::string line; ///< the child's; empty if it did not write one
-  int status = 0;   ///< of waitpid
-};
-
-void setLimits()
-{
-  // The first limit of processor time sends a signal, the second one kills.
-  const rlimit time{secondsLimit, secondsLimit + 5}, memory{bytesLimit, bytesLimit}, core{0, 0};
-  setrlimit(RLIMIT_CPU, &time);
-  setrlimit(RLIMIT_CORE, &core);
-  if (!isSanitized)
-    setrlimit(RLIMIT_AS, &memory);
-  alarm(20 * secondsLimit); // for what waits without working, on a busy machine
-}
-
-Outcome runInChild(std::uint64_t seed)
-{
-  int ends[2];
-  if (pipe(ends) != 0) {
-    std::perror("pipe");
-    std::exit(2);
-  }
-  std::fflush(stdout);
-  const pid_t child = fork();
-  if (child < 0) {
-    std::perror("fork");
-    std::exit(2);
-  }
-  if (child == 0) {
-    setLimits();
-    const std::string line = Case(seed).run();
-    const bool isWritten = write(ends[1], line.data(), line.size()) == static_cast<ssize_t>(line.size());
-    std::exit(isWritten ? 0 : 2); // not _exit, so that the sanitizer looks for leaks
-  }
-  close(ends[1]);
-  Outcome outcome;
-  char buffer[4096];
-  for (ssize_t count = 0; (count = read(ends[0], buffer, sizeof(buffer))) > 0;)
-    outcome.line.append(buffer, static_cast<std::size_t>(count));
-  close(ends[0]);
-  waitpid(child, &outcome.status, 0);
-  return outcome;
-}
-
-/// \return why the case failed; empty if it did not
-std::string failureOf(const Outcome& outcome)
-{
-  if (WIFSIGNALED(outcome.status)) {
-    const int number = WTERMSIG(outcome.status);
-    const bool isTime = number == SIGXCPU || number == SIGALRM || number == SIGKILL;
-    return std::string("ended by signal ") + strsignal(number) + (isTime ? ", the limit of time" : "");
-  }
-  if (!WIFEXITED(outcome.status) || WEXITSTATUS(outcome.status) != 0)
-    return "ended with status " + std::to_string(WEXITSTATUS(outcome.status));
-  const auto startsWith = [&](const char* prefix) { return outcome.line.rfind(prefix, 0) == 0; };
-  return startsWith(meshPrefix) || startsWith(errorPrefix) ? "" : outcome.line;
-}
 
 } // namespace
 
@@ -721,17 +652,23 @@ int main(int argc, char** argv)
     return 2;
   }
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // errors are expected
+  if (const rlimit memory{bytesLimit, bytesLimit}; !isSanitized)
+    setrlimit(RLIMIT_AS, &memory);
   std::uint64_t failures = 0, meshes = 0;
   for (std::uint64_t seed = first; seed < first + cases; ++seed) {
-    const Outcome outcome = runInChild(seed);
-    const std::string failure = failureOf(outcome);
-    meshes += outcome.line.rfind(meshPrefix, 0) == 0;
-    failures += !failure.empty();
-    if (!failure.empty() || cases == 1)
-      std::printf("%s\n  %s\n", Case(seed).description.c_str(), (failure.empty() ? outcome.line : failure).c_str());
+    const Case drawn(seed);
+    std::printf("%s\n", drawn.description.c_str());
+    std::fflush(stdout);
+    const std::clock_t before = std::clock();
+    const std::string answer = drawn.run();
+    const auto seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    const bool isMesh = answer.rfind(meshPrefix, 0) == 0, isError = answer.rfind(errorPrefix, 0) == 0;
+    const bool isGood = (isMesh || isError) && seconds < secondsLimit;
+    meshes += isMesh ? 1 : 0;
+    failures += isGood ? 0 : 1;
+    std::printf("%s %s, %.1f s\n", isGood ? " " : "  FAILED:", answer.c_str(), seconds);
   }
-  std::printf("%llu cases: %llu meshes, %llu clear errors, %llu failures\n", static_cast<unsigned long long>(cases),
-              static_cast<unsigned long long>(meshes), static_cast<unsigned long long>(cases - meshes - failures),
-              static_cast<unsigned long long>(failures));
+  std::printf("%llu cases: %llu meshes, %llu failures\n", static_cast<unsigned long long>(cases),
+              static_cast<unsigned long long>(meshes), static_cast<unsigned long long>(failures));
   return failures == 0 ? 0 : 1;
 }
