@@ -166,21 +166,12 @@ Scan load(const std::string& name)
   scan.heldOut = positionsOf(readCloud(path + "heldout.ply"));
   scan.clean = positionsOf(name == "igea_noise" ? readCloud(path + "clean.ply") : input);
 
-  readSensors(path + "cameras.txt", scan.points);
+  for (const char* sensors : {"cameras.txt", "sensors.txt"})
+    readSensors(path + sensors, scan.points);
   std::ifstream views(path + "views.txt");
   for (std::int32_t view; views >> view;)
     scan.points.views.push_back(view);
   return scan;
-}
-
-pcl::mrf::PointSet loadReal(const std::string& name)
-{
-  if (isSimulated(name))
-    return simulate(name).points;
-  const std::string path = folder + "real/" + name + "/";
-  pcl::mrf::PointSet points = pointsOf(readCloud(path + "input.ply"));
-  readSensors(path + "sensors.txt", points);
-  return points;
 }
 
 } // namespace scans

@@ -15,7 +15,7 @@ namespace scans {
 
 /// One case of ../shared/data, seen from the source directory.
 struct Scan {
-  pcl::mrf::PointSet points;            ///< not recentered: offset 0; with normals, sensors and views
+  pcl::mrf::PointSet points; ///< not recentered: offset 0; with normals, and sensors and views if they are known
   std::vector<Eigen::Vector3d> heldOut; ///< noise-free points that the holes removed
   std::vector<Eigen::Vector3d> clean;   ///< the inliers before noise; the input itself where there is no noise
   double diagonal = 0;                  ///< of the bounding box that distances are quoted relative to
@@ -27,17 +27,14 @@ bool available(const std::string& name = {});
 /// Those of them that are.
 std::vector<std::string> available(std::vector<std::string> names);
 
-/// Reads igea_clean, igea_noise, nefertiti, bunny or bunny_raw, or a cloud of loadReal after "real/".
+/// Reads igea_clean, igea_noise, nefertiti, bunny or bunny_raw, or an open cloud: real/kinect_table,
+/// real/kinect_office, real/samp11 or real/dragon_one.
 ///
 /// Or simulates one: "model", 30,000 points of the bunny among the models of glmark2 (Debian's glmark2-data) with three
 /// holes of 3.5 % of the diagonal; "model_noise", the same with noise of .25 %; "model_front", what one sensor sees of
 /// it; "table", what a depth camera sees of one; "street", what a lidar of 32 beams sees 1.8 above the ground, one ray
 /// every .2 degrees around and ranges with noise of .01: rings lie up to 50 times as far apart as their points.
 Scan load(const std::string& name);
-
-/// Reads kinect_table, kinect_office, samp11 or dragon_one: open clouds, with normals, and the sensor where it is
-/// known. Or simulates one of the names above.
-pcl::mrf::PointSet loadReal(const std::string& name);
 
 } // namespace scans
 

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// \file
+/// \brief That a result is the same bytes whatever the number of threads.
+#pragma once
+
+#include <gtest/gtest.h>
+
+/// Expects of(threads) to be the same for 1, 2 and 4 threads. \return what it is
+template <typename Of>
+auto sameOnAnyThreads(const Of& of)
+{
+  const auto one = of(1);
+  for (const int threads : {2, 4})
+    EXPECT_TRUE(of(threads) == one) << threads << " threads";
+  return one;
+}
