@@ -4,6 +4,7 @@
 #include "support/clouds.h"
 #include "support/contract.h"
 #include "support/meshes.h"
+#include "support/random.h"
 #include "support/scans.h"
 #include "support/shapes.h"
 
@@ -14,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
 
 using pcl::mrf::PointSet;
 using pcl::mrf::TriangleMesh;
@@ -57,22 +57,19 @@ double hausdorff(const TriangleMesh& a, const TriangleMesh& b)
   return std::max(maxDistance(a, b), maxDistance(b, a));
 }
 
-template <typename Map>
-PointSet mapped(PointSet points, const Map& position, const Eigen::Matrix3f& rotation = Eigen::Matrix3f::Identity())
+PointSet mapped(PointSet points, const Eigen::Affine3f& there)
 {
   for (Eigen::Vector3f& p : points.positions)
-    p = position(Eigen::Vector3f(p + points.offset.cast<float>()));
+    p = there * p;
   for (Eigen::Vector3f& n : points.normals)
-    n = rotation * n;
-  points.offset.setZero();
+    n = (there.linear() * n).normalized();
   return points;
 }
 
-template <typename Map>
-TriangleMesh mapped(TriangleMesh mesh, const Map& position)
+TriangleMesh mapped(TriangleMesh mesh, const Eigen::Affine3f& there)
 {
   for (Eigen::Vector3f& vertex : mesh.vertices)
-    vertex = position(vertex);
+    vertex = there * vertex;
   return mesh;
 }
 
@@ -105,6 +102,16 @@ void expectClosed(const Outcome& run, int components, int eulerCharacteristic)
   EXPECT_EQ(run.report.intersectingBeforeRemeshing, 0);
   EXPECT_EQ(run.report.intersecting, 0);
   EXPECT_GT(statistics.meanQuality, .9) << "remeshed";
+}
+
+/// Appends points with random normals, anywhere in a box.
+void addOutliers(PointSet& points, std::size_t count, const Eigen::Vector3f& half)
+{
+  clouds::Random random(1);
+  for (; count > 0; --count) {
+    const Eigen::Vector3f position = half.cwiseProduct(random.inCube().cast<float>());
+    clouds::append(points, position, random.direction().cast<float>());
+  }
 }
 
 struct Truth {
@@ -149,36 +156,6 @@ TEST(Analytic, ShapesConvergeWithTheSampling)
   }
 }
 
-TEST(Analytic, BoxKeepsItsFacesFlat)
-{
-  const Eigen::Vector3d half(1, .7, .5);
-  const shapes::Sdf truth = shapes::box(half, .15);
-  const double spacing = .06;
-  const Outcome run = reconstruct(shapes::sample(truth, 1.2, spacing));
-  expectClosed(run, 1, 2);
-  const double h = run.report.options.multiscale.voxelSize;
-  double flat = 0, anywhere = 0;
-  for (const Eigen::Vector3f& vertex : run.mesh.vertices) {
-    const Eigen::Vector3d p = vertex.cast<double>();
-    const double distance = std::abs(truth(p));
-    anywhere = std::max(anywhere, distance);
-    // Two dEmax away from the rounded edges nothing but the plane is observed.
-    const Eigen::Vector3d toFlat = p.cwiseAbs() - (half - Eigen::Vector3d::Constant(.15 + 6 * spacing));
-    int beyond = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      beyond += toFlat[axis] > 0;
-    if (beyond == 1)
-      flat = std::max(flat, distance);
-  }
-  EXPECT_LT(flat, .01 * h);
-  EXPECT_LT(anywhere, .5 * h) << "an edge rounded by little more than a voxel";
-  // Rounded box: the faces' slabs, quarter cylinders along the edges, one sphere in the corners.
-  const Eigen::Vector3d core = 2 * (half - Eigen::Vector3d::Constant(.15));
-  const double r = .15, faces = 2 * (core.x() * core.y() + core.y() * core.z() + core.z() * core.x());
-  const double volume = core.prod() + r * faces + M_PI * r * r * core.sum() + 4 * M_PI / 3 * r * r * r;
-  EXPECT_NEAR(run.report.mesh.volume, volume, .02 * volume);
-}
-
 TEST(Analytic, PatchIsTrimmedToItsPoints)
 {
   const double spacing = .06;
@@ -212,26 +189,6 @@ TEST(Analytic, PatchIsTrimmedToItsPoints)
   pcl::mrf::Options all;
   all.trimming.kind = pcl::mrf::Trimming::none;
   EXPECT_GT(reconstruct(points, all).report.mesh.area, 1.2 * statistics.area) << "without trimming a sheet goes on";
-}
-
-TEST(Sampling, FiveHundredPointsOrManyMakeASphere)
-{
-  const shapes::Sdf sphere = shapes::sphere(1);
-  std::vector<double> errors;
-  for (const double spacing : {.17, .025}) {
-    const Outcome run = reconstruct(shapes::sample(sphere, 1.2, spacing));
-    expectClosed(run, 1, 2);
-    errors.push_back(error(run.mesh, sphere) / run.report.options.multiscale.voxelSize);
-    if (spacing > .1) {
-      EXPECT_LT(run.report.points.input, 520);
-    } else {
-      EXPECT_GT(run.report.points.input, 15000);
-    }
-  }
-  // In voxels: the sparse one's are a quarter of the radius, and bend as much.
-  // The dense one's vertices stand off the sphere by l²/8R, some .006 voxels, so that its triangles do not.
-  EXPECT_LT(errors[0], .05);
-  EXPECT_LT(errors[1], .015);
 }
 
 TEST(Sampling, SparsePartsGetLongEdges)
@@ -270,14 +227,7 @@ TEST(Sampling, FivePercentOfOutliersLeaveOneComponent)
   const shapes::Sdf torus = shapes::torus(1, .4);
   PointSet points = shapes::sample(torus, 1.6, .05);
   shapes::addNoise(points, .3 * .05);
-  const std::size_t inliers = points.size();
-  std::mt19937 random(1);
-  const auto uniform = [&] { return static_cast<float>(random()) / 2147483648.f - 1; };
-  for (std::size_t n = 0; n < inliers / 20; ++n) {
-    points.positions.emplace_back(1.6f * uniform(), 1.6f * uniform(), .6f * uniform());
-    points.normals.push_back(Eigen::Vector3f(uniform(), uniform(), uniform()).normalized());
-    points.origins.push_back(static_cast<std::uint32_t>(inliers + n));
-  }
+  addOutliers(points, points.size() / 20, {1.6f, 1.6f, .6f});
   const Outcome run = reconstruct(points);
   expectClosed(run, 1, 0);
   EXPECT_GT(run.report.points.outliersAlone, 0);
@@ -293,47 +243,65 @@ TEST(Sampling, SmallObjectsBesideALargeOneSurvive)
                     smallest = shapes::sphere(.07, {0, 1.3, 0});
   const shapes::Sdf all = shapes::unite(large, shapes::unite(small, smallest));
   PointSet points = shapes::sample(all, 1.5, .02);
-  std::mt19937 random(1);
-  const auto uniform = [&] { return static_cast<float>(random()) / 2147483648.f - 1; };
-  for (std::size_t n = points.size() / 100; n > 0; --n)
-    clouds::append(points, 1.5f * Eigen::Vector3f(uniform(), uniform(), uniform()),
-                   Eigen::Vector3f(uniform(), uniform(), uniform()).normalized());
+  addOutliers(points, points.size() / 100, Eigen::Vector3f::Constant(1.5f));
   const Outcome run = reconstruct(points);
   expectClosed(run, 3, 6);
   EXPECT_LT(error(run.mesh, all), .1 * run.report.options.multiscale.voxelSize);
 }
 
-TEST(Determinism, SameBytesForAnyNumberOfThreads)
+TEST(Determinism, SameBytesForAnyOrderAndNumberOfThreads)
 {
+  const PointSet& points = lopsidedPoints();
   pcl::mrf::Options options;
-  for (const int threads : {1, 1, 2, 4}) {
+  for (const int threads : {1, 2, 4}) {
     options.threads = threads;
-    const Outcome run = reconstruct(lopsidedPoints(), options);
+    const auto order = clouds::shuffledOrder(points.size(), static_cast<unsigned>(threads));
+    const Outcome run = reconstruct(clouds::reordered(points, order), options);
     EXPECT_EQ(run.report.threads, threads);
     EXPECT_TRUE(conversion::sameBytes(run.mesh, lopsidedRun().mesh)) << threads << " threads";
   }
 }
 
-TEST(Invariance, Translation)
+TEST(Invariance, MotionsAndScale)
 {
   const PointSet& points = lopsidedPoints();
-  const double diagonal = lopsidedRun().report.diagonal, h = lopsidedRun().report.options.multiscale.voxelSize;
-  const Eigen::Vector3f shift = Eigen::Vector3f(1000, -700, 400) * static_cast<float>(diagonal);
-  const auto there = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(p + shift); };
-  const auto back = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(p - shift); };
-  const Outcome remeshed = reconstruct(mapped(points, there));
-  EXPECT_TRUE(remeshed.report.warnings.empty());
+  const Outcome& here = lopsidedRun();
+  const double h = here.report.options.multiscale.voxelSize;
+  pcl::mrf::Options asCut;
+  asCut.remesher.rounds = 0;
+  const TriangleMesh cut = reconstruct(points, asCut).mesh;
   // Rounding flips decisions of the remesher, and other triangles cut other corners off: e²/8 of the curvature 1/0.45
   // on each side, with e up to 4/3 of the target edge, which is about h; in the crease between the two the curvature
-  // is half as much again.
-  EXPECT_LT(hausdorff(mapped(remeshed.mesh, back), lopsidedRun().mesh), 3 * 16. / 9 * h * h / 8 / .45);
-  EXPECT_NEAR(remeshed.report.mesh.volume, lopsidedRun().report.mesh.volume, .002 * remeshed.report.mesh.volume);
-
-  // Before remeshing only the coordinates' rounding is left, 2^-13 (their magnitude is below 2^12) before and after.
-  pcl::mrf::Options options;
-  options.remesher.rounds = 0;
-  const TriangleMesh polygonized = mapped(reconstruct(mapped(points, there), options).mesh, back);
-  EXPECT_LT(hausdorff(polygonized, reconstruct(points, options).mesh), 8 * 0x1p-13);
+  // is half as much again. Before remeshing only rounding is left: of coordinates below 2^12, before and after, or of
+  // the decisions of the stages, a hundredth of a voxel. A lattice that lies elsewhere cuts the shape elsewhere: both
+  // results differ from the truth by their discretization, which is largest in the crease.
+  const double corners = 3 * 16. / 9 * h * h / 8 / .45, crease = .4 * h;
+  const Eigen::Vector3f shift = Eigen::Vector3f(1000, -700, 400) * static_cast<float>(here.report.diagonal);
+  const auto turned = [](float angle) {
+    return Eigen::Affine3f(Eigen::AngleAxisf(angle, Eigen::Vector3f(1, 2, -.5f).normalized()));
+  };
+  const struct {
+    const char* name;
+    Eigen::Affine3f there;
+    double remeshed, cut; ///< largest distances
+  } cases[] = {{"far away", Eigen::Affine3f(Eigen::Translation3f(shift)), corners, 8 * 0x1p-13},
+               // Powers of two, which change no digit, are test_faults'.
+               {"small", Eigen::Affine3f(Eigen::Scaling(1e-3f)), corners, .01 * h},
+               {"large", Eigen::Affine3f(Eigen::Scaling(1e3f)), corners, .01 * h},
+               {"turned by .3", turned(.3f), crease, crease},
+               {"turned by 1.1", turned(1.1f), crease, crease}};
+  for (const auto& pose : cases) {
+    SCOPED_TRACE(pose.name);
+    const Eigen::Affine3f back = pose.there.inverse();
+    const PointSet there = mapped(points, pose.there);
+    const Outcome run = reconstruct(there);
+    expectClosed(run, 1, 2);
+    EXPECT_TRUE(run.report.warnings.empty());
+    EXPECT_LT(hausdorff(mapped(run.mesh, back), here.mesh), pose.remeshed);
+    EXPECT_LT(hausdorff(mapped(reconstruct(there, asCut).mesh, back), cut), pose.cut);
+    EXPECT_NEAR(run.report.mesh.volume * static_cast<double>(back.linear().determinant()), here.report.mesh.volume,
+                .005 * here.report.mesh.volume);
+  }
 }
 
 TEST(Triangles, TooFewForTheTopologyAreWarnedOf)
@@ -357,8 +325,7 @@ TEST(Invariance, CoarseInputIsWarnedOf)
   // The float spacing at the shifted position is a power of two just above a tenth of a voxel.
   const double resolution = std::exp2(std::ceil(std::log2(.1 * h)));
   const auto shift = static_cast<float>(resolution * 0x1p23 * 1.5);
-  const Outcome run = reconstruct(
-      mapped(lopsidedPoints(), [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(p.x() + shift, p.y(), p.z()); }));
+  const Outcome run = reconstruct(mapped(lopsidedPoints(), Eigen::Affine3f(Eigen::Translation3f(shift, 0, 0))));
   ASSERT_FALSE(run.report.warnings.empty());
   EXPECT_NE(run.report.warnings.front().find("offset"), std::string::npos) << run.report.warnings.front();
   EXPECT_EQ(run.report.mesh.components, 1);
@@ -387,57 +354,15 @@ TEST(Invariance, ShortMemory)
   EXPECT_NEAR(tiled.report.mesh.meanQuality, whole.report.mesh.meanQuality, .01);
 }
 
-TEST(Invariance, Scale)
-{
-  const TriangleMesh& expected = lopsidedRun().mesh;
-  const double h = lopsidedRun().report.options.multiscale.voxelSize;
-  pcl::mrf::Options asCut;
-  asCut.remesher.rounds = 0;
-  const TriangleMesh cut = reconstruct(lopsidedPoints(), asCut).mesh;
-  // Those of two, which change no digit, are test_faults'.
-  for (const float scale : {1e-3f, 1e3f}) {
-    const auto there = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(scale * p); };
-    const auto back = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(p / scale); };
-    const Outcome run = reconstruct(mapped(lopsidedPoints(), there));
-    const TriangleMesh mesh = mapped(run.mesh, back);
-    // As for a translation; before remeshing the meshes are the same to a hundredth of a voxel.
-    EXPECT_LT(hausdorff(mesh, expected), 3 * 16. / 9 * h * h / 8 / .45) << "scale " << scale;
-    EXPECT_LT(hausdorff(mapped(reconstruct(mapped(lopsidedPoints(), there), asCut).mesh, back), cut), .01 * h)
-        << "scale " << scale;
-    EXPECT_EQ(pcl::mrf::measure(mesh).eulerCharacteristic, 2);
-  }
-}
-
-TEST(Invariance, Rotation)
-{
-  const double h = lopsidedRun().report.options.multiscale.voxelSize;
-  for (const double angle : {.3, 1.1}) {
-    const Eigen::Matrix3f rotation =
-        Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, -.5).normalized()).toRotationMatrix().cast<float>();
-    const auto there = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(rotation * p); };
-    const auto back = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(rotation.transpose() * p); };
-    const Outcome run = reconstruct(mapped(lopsidedPoints(), there, rotation));
-    expectClosed(run, 1, 2);
-    const double distance = hausdorff(mapped(run.mesh, back), lopsidedRun().mesh);
-    std::cout << "rotation by " << angle << ": " << distance / h << " voxel\n";
-    // The lattice cuts the shape elsewhere: both results differ from the truth by their discretization, which is
-    // largest in the crease between the ball and the tube.
-    EXPECT_LT(distance, .4 * h);
-    EXPECT_NEAR(run.report.mesh.volume, lopsidedRun().report.mesh.volume, .005 * run.report.mesh.volume);
-  }
-}
-
 TEST(Invariance, RotationOfThePapersSphereWithoutItsCap)
 {
   // Fig. 9: exact normals, random points, no axis that is one of the grid's.
   constexpr float radius = 40;
   const float capsCosine = std::cos(37 * static_cast<float>(M_PI) / 180);
   PointSet points;
-  std::mt19937 random(1);
-  std::normal_distribution<float> coordinate;
+  clouds::Random random(1);
   while (points.size() < 18000) {
-    const float x = coordinate(random), y = coordinate(random), z = coordinate(random);
-    const Eigen::Vector3f normal = Eigen::Vector3f(x, y, z).normalized();
+    const Eigen::Vector3f normal = random.direction().cast<float>();
     if (-normal.z() < capsCosine)
       clouds::append(points, radius * normal, normal);
   }
@@ -446,15 +371,12 @@ TEST(Invariance, RotationOfThePapersSphereWithoutItsCap)
   options.normals.source = pcl::mrf::NormalSource::use;
   options.remesher.rounds = 0;
   const auto reconstructTurned = [&](float degrees) {
-    const Eigen::Matrix3f rotation =
-        Eigen::AngleAxisf(degrees * static_cast<float>(M_PI) / 180, Eigen::Vector3f(1, 2, 3).normalized())
-            .toRotationMatrix();
-    const auto there = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(rotation * p); };
-    const auto back = [&](const Eigen::Vector3f& p) { return Eigen::Vector3f(rotation.transpose() * p); };
-    const Outcome run = reconstruct(mapped(points, there, rotation), options);
+    const Eigen::Affine3f there(
+        Eigen::AngleAxisf(degrees * static_cast<float>(M_PI) / 180, Eigen::Vector3f(1, 2, 3).normalized()));
+    const Outcome run = reconstruct(mapped(points, there), options);
     EXPECT_TRUE(run.report.mesh.closed()) << "its volume has room for all of the surface";
     EXPECT_EQ(run.report.mesh.eulerCharacteristic, 2);
-    return mapped(run.mesh, back);
+    return mapped(run.mesh, there.inverse());
   };
   const TriangleMesh straight = reconstructTurned(0);
   for (const float degrees : {30.f, 45.f}) {
@@ -463,12 +385,4 @@ TEST(Invariance, RotationOfThePapersSphereWithoutItsCap)
     // The paper has 2.47 as the largest distance. .29 was measured; ICM's stop is no sharp one.
     EXPECT_LT(distance, .6);
   }
-}
-
-TEST(Invariance, OrderOfThePoints)
-{
-  // Gathering sorts the points in space: all that follows sees the same sequence.
-  const PointSet& points = lopsidedPoints();
-  const Outcome run = reconstruct(clouds::reordered(points, clouds::shuffledOrder(points.size(), 3)));
-  EXPECT_TRUE(conversion::sameBytes(run.mesh, lopsidedRun().mesh));
 }
