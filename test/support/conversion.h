@@ -41,14 +41,6 @@ inline std::vector<pcl::mrf::Triangle> triangles(const std::vector<pcl::Vertices
   return result;
 }
 
-inline bool hasField(const pcl::PolygonMesh& mesh, const std::string& name)
-{
-  for (const pcl::PCLPointField& field : mesh.cloud.fields)
-    if (field.name == name)
-      return true;
-  return false;
-}
-
 /// The values of a float field, one per point; empty if there is no such field.
 inline std::vector<float> values(const pcl::PCLPointCloud2& cloud, const std::string& name)
 {
@@ -61,6 +53,11 @@ inline std::vector<float> values(const pcl::PCLPointCloud2& cloud, const std::st
         result.push_back(value);
       }
   return result;
+}
+
+inline bool hasField(const pcl::PolygonMesh& mesh, const std::string& name)
+{
+  return !values(mesh.cloud, name).empty();
 }
 
 /// Positions, normals and confidences of a reconstruction's output.

@@ -406,36 +406,6 @@ TEST(PlausibleSurfaces, DeviateBySigma)
   EXPECT_NEAR(ratio / static_cast<double>(some.mesh.vertices.size()), 1, .1);
 }
 
-TEST(PlausibleSurfaces, MoveNeighborsTogether)
-{
-  const Reconstruction result = clouds::reconstruct(withHole(spherePoints(.1, .01)), withSurfaces(32, 32));
-  const auto together = [&](std::size_t a, std::size_t b) {
-    double product = 0;
-    for (const std::vector<float>& surface : result.surfaces)
-      product += static_cast<double>(surface[a]) * static_cast<double>(surface[b]);
-    return product / static_cast<double>(result.surfaces.size()) /
-           std::sqrt(meanSquare(result, a) * meanSquare(result, b));
-  };
-  double neighbors = 0, fillings = 0, others = 0, inFilling = 0;
-  const std::size_t count = result.mesh.triangles.size();
-  for (std::size_t t = 0; t < count; ++t) {
-    const auto at = [&](std::size_t triangle) { return static_cast<std::size_t>(result.mesh.triangles[triangle][0]); };
-    const auto next = static_cast<std::size_t>(result.mesh.triangles[t][1]);
-    neighbors += together(at(t), next) / static_cast<double>(count);
-    if (!(result.mesh.confidences[at(t)] > 0)) {
-      fillings += together(at(t), next);
-      ++inFilling;
-    }
-    const std::size_t other = (t + count / 2) % count;
-    if ((result.mesh.vertices[at(t)] - result.mesh.vertices[at(other)]).norm() > .5f)
-      others += together(at(t), at(other)) / static_cast<double>(count);
-  }
-  ASSERT_GT(inFilling, 0);
-  EXPECT_GT(neighbors, .3) << "an edge is about a voxel, which is as far as points smooth each other's noise";
-  EXPECT_GT(fillings / inFilling, .7) << "a filling bulges as a whole, but at its rim";
-  EXPECT_LT(std::abs(others), .2) << "what is far away errs on its own, but for the share of the voxels' offset";
-}
-
 TEST(PlausibleSurfaces, HoldTheVolumeOfASphere)
 {
   const double truth = 4 * M_PI / 3;
@@ -471,33 +441,30 @@ TEST(PlausibleSurfaces, AreWiderOverAHole)
   EXPECT_GT(half(open.report.uncertainty.shape.volume), 2 * half(whole.report.uncertainty.shape.volume));
 }
 
-TEST(PlausibleSurfaces, IntervalsAreStudents)
+TEST(PlausibleSurfaces, AreAsManyAsAskedForAndTheirIntervalsStudents)
 {
-  // Tables of Student's t give 12.706, 2.365 and 1.984 for 1, 7 and 99 degrees of freedom.
-  for (const auto& [samples, quantile] : {std::pair(2, 12.7062), {8, 2.36462}, {100, 1.98422}}) {
-    const SampledShape shape =
-        clouds::reconstruct(spherePoints(.2, .01), withSurfaces(1, samples)).report.uncertainty.shape;
-    ASSERT_EQ(shape.surfaces, samples);
+  // Tables of Student's t give these for one degree of freedom less than there are draws, which are as many as
+  // surfaces.
+  const struct {
+    int surfaces, samples, draws;
+    double quantile;
+  } cases[] = {{0, 8, 8, 2.36462}, {1, 2, 2, 12.7062}, {12, 8, 12, 2.20099}, {1, 100, 100, 1.98422}};
+  for (const auto& asked : cases) {
+    Options options = withSurfaces(asked.surfaces, asked.samples);
+    options.uncertainty.compute = asked.surfaces == 0; // surfaces need sigma anyway
+    const Reconstruction result = clouds::reconstruct(spherePoints(.2, .01), options);
+    EXPECT_EQ(result.mesh.sigmas.size(), result.mesh.vertices.size());
+    EXPECT_EQ(result.surfaces.size(), static_cast<std::size_t>(asked.surfaces));
+    EXPECT_EQ(result.report.uncertainty.samples, asked.draws);
+    const SampledShape& shape = result.report.uncertainty.shape;
+    ASSERT_EQ(shape.surfaces, asked.draws);
     for (const SampledQuantity& quantity : {shape.volume, shape.area, shape.extent[0], shape.extent[2]}) {
       EXPECT_GT(quantity.deviation, 0);
       EXPECT_NEAR((quantity.lower + quantity.upper) / 2, quantity.mean, 1e-9 * quantity.mean);
-      EXPECT_NEAR(half(quantity) / quantity.deviation, quantile * std::sqrt(1 + 1. / samples), 1e-4 * quantile);
+      EXPECT_NEAR(half(quantity) / quantity.deviation, asked.quantile * std::sqrt(1 + 1. / asked.draws),
+                  1e-4 * asked.quantile);
     }
   }
-}
-
-TEST(PlausibleSurfaces, AreAsManyAsAskedFor)
-{
-  const PointSet points = spherePoints(.2, .01);
-  const Reconstruction many = clouds::reconstruct(points, withSurfaces(12)),
-                       none = clouds::reconstruct(points, withUncertainty());
-  EXPECT_EQ(many.surfaces.size(), 12u);
-  EXPECT_EQ(many.report.uncertainty.samples, 12) << "more draws than by default";
-  EXPECT_EQ(many.mesh.sigmas.size(), many.mesh.vertices.size()) << "they need sigma";
-  EXPECT_TRUE(none.surfaces.empty());
-  EXPECT_EQ(none.report.uncertainty.shape.surfaces, 8) << "intervals come without";
-  // The first draws are the same ones.
-  EXPECT_EQ(many.mesh.vertices, none.mesh.vertices);
 }
 
 TEST(PlausibleSurfaces, OfPiecesFarApartMoveOnTheirOwn)
