@@ -55,17 +55,6 @@ TEST(DistanceField, IsClampedToItsLatticeAndKnowsItsCells)
   EXPECT_FALSE(field.hasCell(-1, 0, 0));
 }
 
-TEST(DistanceField, GradientOfASphereIsTheNormal)
-{
-  const DistanceField field = shapes::field(shapes::sphere(1), 1.5, 40);
-  for (const Eigen::Vector3f& direction :
-       {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(1, 2, -3), Eigen::Vector3f(-1, 1, 1)}) {
-    const Eigen::Vector3f normal = direction.normalized();
-    // Central differences of a field with curvature 1 at h = .075: h²/6 and interpolation h²/8.
-    EXPECT_LT((field.sampleGradient(normal) - normal).norm(), .005);
-  }
-}
-
 TEST(DistanceField, SamplerGivesWhatTheFieldDoes)
 {
   // A walk in small steps, so that it stays in cells; over the border and from piece to piece.

@@ -29,18 +29,6 @@ TriangleMesh tetrahedron(const Vector3f& offset = Vector3f::Zero())
   return mesh;
 }
 
-/// `count` of the 6 triangles of a regular hexagon with unit sides.
-TriangleMesh hexagonFan(int count)
-{
-  TriangleMesh mesh;
-  mesh.vertices.push_back(Vector3f::Zero());
-  for (int n = 0; n < 6; ++n)
-    mesh.vertices.emplace_back(std::cos(static_cast<float>(n * pi / 3)), std::sin(static_cast<float>(n * pi / 3)), 0.f);
-  for (int n = 0; n < count; ++n)
-    mesh.triangles.push_back({0, n + 1, (n + 1) % 6 + 1});
-  return mesh;
-}
-
 /// A torus of m × n vertices, all of valence 6.
 TriangleMesh torus(int m, int n, double majorRadius, double minorRadius)
 {
@@ -141,48 +129,6 @@ TEST(MeshQuality, tetrahedron)
   EXPECT_NEAR(s.areaDeviation, std::sqrt((3 * std::pow(.5 - mean, 2) + std::pow(large - mean, 2)) / 4) / mean, 1e-12);
   EXPECT_EQ(s.valences[3], 4);
   EXPECT_EQ(s.regularShare(), 0);
-}
-
-TEST(MeshQuality, surfacesThatMeetInAVertex)
-{
-  TriangleMesh mesh = tetrahedron();
-  append(mesh, tetrahedron());
-  for (Triangle& t : mesh.triangles)
-    for (std::int32_t& v : t)
-      v = v == 4 ? 0 : v;
-  MeshStatistics s = measure(mesh);
-  EXPECT_EQ(s.nonManifoldVertices, 1);
-  EXPECT_EQ(s.nonManifoldEdges, 0);
-  EXPECT_EQ(s.components, 2); // a vertex does not connect
-  EXPECT_TRUE(s.closed());
-  EXPECT_EQ(s.unusedVertices, 1);
-  EXPECT_EQ(s.eulerCharacteristic, 7 - 12 + 8);
-  EXPECT_EQ(s.valences[0], 1);
-  // Two open triangles: two boundary loops that touch.
-  mesh.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}};
-  mesh.triangles = {{0, 1, 2}, {0, 3, 4}};
-  s = measure(mesh);
-  EXPECT_EQ(s.nonManifoldVertices, 1);
-  EXPECT_EQ(s.boundaryEdges, 6);
-  EXPECT_EQ(s.boundaryLoops, 2);
-  EXPECT_EQ(s.components, 2);
-}
-
-TEST(MeshQuality, openAndClosedFans)
-{
-  for (int count = 1; count <= 6; ++count) {
-    SCOPED_TRACE(count);
-    const MeshStatistics s = measure(hexagonFan(count));
-    EXPECT_TRUE(s.manifold());
-    EXPECT_EQ(s.boundaryEdges, count == 6 ? 6 : count + 2);
-    EXPECT_EQ(s.boundaryLoops, 1);
-    EXPECT_EQ(s.eulerCharacteristic, 1);
-    EXPECT_EQ(s.unusedVertices, std::max(5 - count, 0));
-    EXPECT_NEAR(s.area, count * std::sqrt(3.) / 4, 1e-6); // positions are float
-    EXPECT_NEAR(s.meanQuality, 1, 1e-6);
-    EXPECT_NEAR(s.areaDeviation, 0, 1e-3); // square root of float's rounding
-  }
-  EXPECT_NEAR(measure(hexagonFan(6)).regularShare(), 1. / 7, 1e-12);
 }
 
 TEST(MeshQuality, torusWholeAndCut)

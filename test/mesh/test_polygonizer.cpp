@@ -3,6 +3,7 @@
 #include "mesh/self_intersection.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <Eigen/Geometry>
 
@@ -55,20 +56,6 @@ void expectClosed(const MeshStatistics& mesh)
   expectSound(mesh);
   EXPECT_EQ(mesh.boundaryEdges, 0);
   EXPECT_EQ(mesh.eulerCharacteristic % 2, 0); // of a closed orientable surface, 2 per component less 2 per handle
-}
-
-bool sameBytes(const TriangleMesh& a, const TriangleMesh& b)
-{
-  return a.vertices == b.vertices && a.triangles == b.triangles;
-}
-
-std::vector<std::array<float, 3>> sortedVertices(const TriangleMesh& mesh)
-{
-  std::vector<std::array<float, 3>> sorted;
-  for (const Vector3f& x : mesh.vertices)
-    sorted.push_back({x.x(), x.y(), x.z()});
-  std::sort(sorted.begin(), sorted.end());
-  return sorted;
 }
 
 } // namespace
@@ -148,20 +135,6 @@ TEST(Polygonizer, infiniteAndUndefinedValuesGiveFinitePositions)
   expectClosed(measure(mesh));
 }
 
-TEST(Polygonizer, mirroredSignsGiveTheSameVertices)
-{
-  std::mt19937 random(11);
-  std::normal_distribution<float> noise; // without exact zeros, which are outside in both
-  std::vector<float> distances, mirrored;
-  for (int n = 0; n < 9 * 8 * 7; ++n) {
-    distances.push_back(noise(random));
-    mirrored.push_back(-distances.back());
-  }
-  const TriangleMesh mesh = zeroLevel(makeField({9, 8, 7}, distances));
-  const TriangleMesh inverse = zeroLevel(makeField({9, 8, 7}, mirrored));
-  EXPECT_EQ(sortedVertices(mesh), sortedVertices(inverse));
-}
-
 TEST(Polygonizer, leavesTheLatticeOnlyAtItsBorder)
 {
   std::mt19937 random(12);
@@ -197,10 +170,10 @@ TEST(Polygonizer, doesNotDependOnThreads)
   std::mt19937 random(13);
   std::normal_distribution<float> noise;
   const auto field = enclosed({40, 33, 29}, 1, [&](int, int, int) { return noise(random); });
-  const TriangleMesh one = zeroLevel(field, 1);
-  for (const int threads : {2, 4})
-    EXPECT_TRUE(sameBytes(one, zeroLevel(field, threads))) << threads;
-  EXPECT_TRUE(sameBytes(one, zeroLevel(field, 4)));
+  sameOnAnyThreads([&](int threads) {
+    const TriangleMesh mesh = zeroLevel(field, threads);
+    return std::make_pair(mesh.vertices, mesh.triangles);
+  });
 }
 
 struct Solid {
@@ -251,30 +224,6 @@ TEST(Polygonizer, areaAndVolumeConvergeAtSecondOrder)
     EXPECT_GT(areaErrors.front() / areaErrors.back(), 9);
     EXPECT_GT(volumeErrors.front() / volumeErrors.back(), 9);
     EXPECT_LT(volumeErrors.back(), .01);
-  }
-}
-
-TEST(Polygonizer, verticesLieOnTheZeroLevel)
-{
-  const shapes::Sdf sdf = shapes::torus(.6, .25);
-  std::vector<double> errors;
-  for (const int voxels : {24, 48}) {
-    double largest = 0;
-    for (const Vector3f& x : zeroLevel(shapes::field(sdf, 1, voxels)).vertices)
-      largest = std::max(largest, std::abs(sdf(x.cast<double>())));
-    errors.push_back(largest);
-    // A linear crossing is off by at most e²κ/8 along an edge e of up to √3 voxels, and by the margin (1/512) of it.
-    const double edge = std::sqrt(3.) * 2 / voxels;
-    EXPECT_LT(largest, edge * edge / 8 * 4 * 1.2 + edge / 512); // κ = 1/.25, 20 % for its change along the edge
-  }
-  EXPECT_LT(errors[1], errors[0] / 2);
-}
-
-TEST(Polygonizer, smoothFieldsDoNotIntersectThemselves)
-{
-  for (const Solid& solid : solids()) {
-    SCOPED_TRACE(solid.name);
-    EXPECT_EQ(exact::selfIntersectingTriangles(zeroLevel(shapes::field(solid.sdf, 1, 41))).size(), 0u);
   }
 }
 

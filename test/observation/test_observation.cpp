@@ -4,12 +4,14 @@
 #include "observation/point_observation.h"
 #include "support/linear_systems.h"
 #include "support/shapes.h"
+#include "support/threads.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <map>
+#include <tuple>
 
 using namespace pcl::mrf;
 
@@ -62,23 +64,6 @@ double sphereError(ObservationKind kind, double spacing)
 }
 
 } // namespace
-
-TEST(Observation, EveryEstimateIsExactOnAPlane)
-{
-  const auto sdf = shapes::plane({1, 2, 3});
-  const OrientedPoints points = shapes::oriented(shapes::sample(sdf, 1, .1));
-  for (const ObservationKind kind : allKinds) {
-    ObservationOptions options;
-    options.kind = kind;
-    const Observation observation = observeAll(points, cube(.8, .2), .1f, .3f, options);
-    ASSERT_GT(observation.voxels.size(), 50u);
-    for (std::size_t v = 0; v < observation.voxels.size(); ++v) {
-      const double truth = sdf(positionOf(observation.lattice, observation.voxels[v]).cast<double>());
-      // All tangent planes are the plane itself; single precision of coordinates below 1.
-      EXPECT_NEAR(observation.distances[v], truth, 2e-6);
-    }
-  }
-}
 
 TEST(Observation, ObservesExactlyTheVoxelsNearPoints)
 {
@@ -167,13 +152,10 @@ TEST(Observation, DoesNotDependOnTheNumberOfThreads)
   const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, .08));
   ObservationOptions options;
   options.kind = ObservationKind::plane;
-  const Observation one = observeAll(points, cube(1.3, .1), .08f, .24f, options, 1);
-  for (const int threads : {2, 4}) {
-    const Observation more = observeAll(points, cube(1.3, .1), .08f, .24f, options, threads);
-    EXPECT_EQ(one.voxels, more.voxels);
-    EXPECT_EQ(one.distances, more.distances);
-    EXPECT_EQ(one.confidences, more.confidences);
-  }
+  sameOnAnyThreads([&](int threads) {
+    const Observation o = observeAll(points, cube(1.3, .1), .08f, .24f, options, threads);
+    return std::make_tuple(o.voxels, o.distances, o.confidences);
+  });
 }
 
 TEST(Observation, IsNotWhatThePointsThemselvesAreFor)
@@ -238,20 +220,6 @@ double energyOf(GridSize size, const std::vector<PointSample>& samples, const Po
                                .5 * weights.gradient * unit * unit * sample.normal.cast<double>().squaredNorm());
   }
   return energy;
-}
-
-/// A cut sphere seen by its points, as a linear system.
-LinearSystem sphereSystem(GridSize size, Prior prior)
-{
-  Execution execution(2);
-  const auto points = shapes::oriented(shapes::filter(shapes::sample(shapes::sphere(1), 1.2, .06),
-                                                      [](const Eigen::Vector3f& p) { return p.z() < .8f; }));
-  Lattice lattice;
-  lattice.size = size;
-  lattice.spacing = 3.2 / std::max({size.x, size.y, size.z});
-  lattice.origin = -.5 * lattice.spacing * Eigen::Vector3d(size.x - 1, size.y - 1, size.z - 1);
-  return assembleAtPoints(size, prior, toSamples({points, lattice, 1}, execution),
-                          pointWeights(prior, .04, .06, lattice.spacing, .4), lattice.spacing, execution);
 }
 
 constexpr GridSize flatGrids[] = {{7, 6, 5}, {1, 5, 4}, {6, 1, 3}, {4, 5, 1}, {2, 2, 2}};
@@ -321,25 +289,6 @@ TEST(PointObservation, mergingKeepsWeightsAndMeans)
   EXPECT_LT((merged[1].position - Eigen::Vector3f(.25f, .2f, .15f)).norm(), 1e-6);
   EXPECT_LT((merged[1].normal - Eigen::Vector3f(.25f, .75f, 0)).norm(), 1e-6);
   EXPECT_EQ(merged[2].position, samples[2].position);
-}
-
-TEST(PointObservation, solversAgree)
-{
-  Execution execution(2);
-  const GridSize size{20, 17, 19};
-  for (const Prior prior : allPriors) {
-    const LinearSystem system = sphereSystem(size, prior);
-    const std::vector<double> direct = directSolution(system);
-    for (const SolverMethod method : allMethods) {
-      if (isIcm(method) && prior != Prior::membrane)
-        continue; // ICM needs thousands of sweeps for the higher orders
-      std::vector<double> d = zeros(system);
-      const double tolerance = isIcm(method) ? 1e-8 : 1e-9;
-      solve(system, solverOptions(method, tolerance, 20000), 1., d, execution);
-      EXPECT_LT(relativeDifference(d, direct), 1e-4)
-          << "method " << static_cast<int>(method) << ", order " << order(prior);
-    }
-  }
 }
 
 TEST(PointObservation, weightsBalanceThePriorAtTheSmoothingLength)

@@ -2,6 +2,7 @@
 #include <pcl/surface/mrf/neighbor_search.h>
 
 #include "support/clouds.h"
+#include "support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <random>
 #include <string>
 
 using pcl::mrf::Execution;
@@ -31,25 +31,19 @@ struct Cloud {
 
 Positions onSphere(std::size_t count, float radius, unsigned seed)
 {
-  std::mt19937 random(seed);
-  std::normal_distribution<float> normal;
-  Positions positions;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float x = normal(random), y = normal(random), z = normal(random);
-    positions.push_back(radius * Eigen::Vector3f(x, y, z).normalized());
-  }
+  clouds::Random random(seed);
+  Positions positions(count);
+  for (Eigen::Vector3f& position : positions)
+    position = radius * random.direction().cast<float>();
   return positions;
 }
 
 Positions inCube(std::size_t count, float half, unsigned seed)
 {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<float> coordinate(-half, half);
-  Positions positions;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float x = coordinate(random), y = coordinate(random), z = coordinate(random);
-    positions.emplace_back(x, y, z);
-  }
+  clouds::Random random(seed);
+  Positions positions(count);
+  for (Eigen::Vector3f& position : positions)
+    position = half * random.inCube().cast<float>();
   return positions;
 }
 
@@ -147,15 +141,12 @@ void expectEqual(const Neighbors& found, const Neighbors& expected)
 Positions queriesFor(const Positions& positions)
 {
   Positions queries;
-  std::mt19937 random(99);
-  std::normal_distribution<float> normal;
+  clouds::Random random(99);
   for (int n = 0; n < 60; ++n) {
-    const Eigen::Vector3f &p = positions[random() % positions.size()], &q = positions[random() % positions.size()];
-    const float x = normal(random), y = normal(random), z = normal(random);
-    queries.push_back(p);
-    queries.push_back(.5f * p + .5f * q);
-    queries.push_back(p + .01f * Eigen::Vector3f(x, y, z));
-    queries.push_back(p + 10 * Eigen::Vector3f(x, y, z));
+    const Eigen::Vector3f &p = positions[random.index(positions.size())],
+                          &q = positions[random.index(positions.size())];
+    const Eigen::Vector3f aside = random.inCube().cast<float>();
+    queries.insert(queries.end(), {p, .5f * p + .5f * q, p + .01f * aside, p + 10 * aside});
   }
   queries.emplace_back(1e12f, -1e12f, 0.f);
   return queries;
@@ -205,7 +196,6 @@ TEST_P(HardClouds, AllPositionsAtOnceAgreeWithSingleQueries)
   for (const int k : {1, 5, 9, 13, 20})
     for (const auto answer : {NeighborSearch::Answer::distances, NeighborSearch::Answer::indicesAndDistances}) {
       SCOPED_TRACE(k);
-      const auto wanted = static_cast<std::size_t>(k);
       std::vector<Neighbors> answers(positions.size());
       bins->forEachPosition(positions, k, answer, execution, [&](const NeighborBatch& batch) {
         for (std::size_t q = 0; q < batch.size; ++q) {
@@ -230,10 +220,10 @@ TEST_P(HardClouds, AllPositionsAtOnceAgreeWithSingleQueries)
           ASSERT_EQ(answers[i].indices, expected.indices) << "point " << i;
         }
       }
-      ASSERT_LE(expected.indices.size(), wanted);
     }
 }
 
+/// And after a rest, of which a second one changes nothing, nor does waking what is awake.
 TEST_P(HardClouds, WhatIsLeftAfterDroppingPoints)
 {
   const Positions positions = GetParam().make();
@@ -242,6 +232,10 @@ TEST_P(HardClouds, WhatIsLeftAfterDroppingPoints)
   // One in nine, all of a few cells with them; and most.
   for (const bool most : {false, true}) {
     bins->setPoints(positions, execution);
+    bins->wake(positions, execution);
+    bins->rest();
+    bins->rest();
+    bins->wake(positions, execution);
     std::vector<std::uint8_t> keep(positions.size());
     Positions left;
     for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -273,76 +267,11 @@ TEST_P(HardClouds, WhatIsLeftAfterDroppingPoints)
   }
 }
 
-TEST_P(HardClouds, AnswersAreTheSameAfterARest)
-{
-  const Positions positions = GetParam().make();
-  const auto bins = makePointBins();
-  Execution execution(2);
-  bins->setPoints(positions, execution);
-  const auto answers = [&] {
-    std::vector<std::vector<int>> all;
-    for (const Eigen::Vector3f& query : queriesFor(positions)) {
-      Neighbors found;
-      bins->nearest(query, 9, found);
-      all.push_back(found.indices);
-    }
-    return all;
-  };
-  const auto before = answers();
-  for (const int rests : {0, 1, 2}) { // waking what is awake changes nothing, nor does a second rest
-    for (int n = 0; n < rests; ++n)
-      bins->rest();
-    bins->wake(positions, execution);
-    EXPECT_EQ(answers(), before) << rests << " rests";
-  }
-}
-
-TEST(NeighborSearch, CellsAndBricksMayLoseAllTheirPoints)
-{
-  // A small ball beside a large one: a few per cent of the points, and all of some bricks.
-  const Positions positions = joined(onSphere(4000, 1, 1), onSphere(200, .2f, 2), {3, 0, 0});
-  std::vector<std::uint8_t> keep(positions.size(), 0);
-  std::fill_n(keep.begin(), 4000, std::uint8_t{1});
-  const Positions left(positions.begin(), positions.begin() + 4000);
-  const auto bins = makePointBins();
-  Execution execution;
-  bins->setPoints(positions, execution);
-  bins->dropPoints(left, keep, execution);
-  std::size_t answered = 0;
-  bins->forEachPosition(left, 5, NeighborSearch::Answer::distances, execution,
-                        [&](const NeighborBatch& batch) { answered += batch.size; });
-  EXPECT_EQ(answered, left.size());
-  Neighbors found;
-  for (const Eigen::Vector3f& query : queriesFor(positions)) {
-    bins->nearest(query, 5, found);
-    expectEqual(found, bruteForce(left, query, 5, noLimit));
-  }
-}
-
 INSTANTIATE_TEST_SUITE_P(NeighborSearch, HardClouds, testing::ValuesIn(hardClouds), [](const auto& test) {
   std::string name = test.param.name;
   std::replace(name.begin(), name.end(), ' ', '_');
   return name;
 });
-
-TEST(NeighborSearch, BatchesOfTheKdTreeAreItsAnswers)
-{
-  const Positions positions = onSphere(500, 1, 1);
-  const auto tree = makeKdTree(), bins = makePointBins();
-  Execution execution(2);
-  tree->setPoints(positions, execution);
-  bins->setPoints(positions, execution);
-  std::vector<float> fromTree(positions.size()), fromBins(positions.size());
-  const auto into = [](std::vector<float>& distances) {
-    return [&distances](const NeighborBatch& batch) {
-      for (std::size_t q = 0; q < batch.size; ++q)
-        distances[batch.positions[q]] = batch.squaredDistances[(q + 1) * batch.k - 1];
-    };
-  };
-  tree->forEachPosition(positions, 9, NeighborSearch::Answer::distances, execution, into(fromTree));
-  bins->forEachPosition(positions, 9, NeighborSearch::Answer::distances, execution, into(fromBins));
-  EXPECT_EQ(fromTree, fromBins);
-}
 
 TEST(NeighborSearch, SameAnswersForAnyNumberOfThreads)
 {

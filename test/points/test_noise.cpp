@@ -4,6 +4,7 @@
 #include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/depth_image.h"
+#include "support/threads.h"
 
 #include <gtest/gtest.h>
 
@@ -54,12 +55,6 @@ NoiseModel modelOf(const OrientedPoints& points, int threads = 1, double known =
   return estimateNoise(points, *search, known, execution);
 }
 
-/// The part of an error along the ray that lies across the plane at a depth: y / |(x, y, 1)| of the ray's length.
-double acrossThePlane(double deviation, double depth)
-{
-  return deviation / depth;
-}
-
 } // namespace
 
 TEST(Noise, OfNeatPointsIsNone)
@@ -80,7 +75,8 @@ TEST(Noise, WhiteNoiseIsMeasuredAndLeftToHoldOut)
     EXPECT_FALSE(group.isCorrelated());
     // The group's depths differ by a fifth, and the first quartile is that of neighborhoods that overlap.
     const double depth = group.key / std::sqrt(1 + 1 / (group.key * group.key));
-    EXPECT_NEAR(group.deviation, acrossThePlane(deviation, depth), .35 * acrossThePlane(deviation, depth)) << group.key;
+    const double acrossThePlane = deviation / depth; // y / |(x, y, 1)| of the error along the ray
+    EXPECT_NEAR(group.deviation, acrossThePlane, .35 * acrossThePlane) << group.key;
   }
 }
 
@@ -210,7 +206,10 @@ TEST(Noise, OfFewPointsIsUnknown)
 TEST(Noise, DoesNotDependOnThreads)
 {
   const OrientedPoints points = depthImage([](float depth) { return .01f * depth; }, 1);
-  const NoiseModel one = modelOf(points, 1), four = modelOf(points, 4);
-  for (std::size_t g = 0; g < one.groups.size(); ++g)
-    EXPECT_EQ(one.groups[g].deviation, four.groups[g].deviation);
+  sameOnAnyThreads([&](int threads) {
+    std::vector<double> deviations;
+    for (const NoiseGroup& group : modelOf(points, threads).groups)
+      deviations.push_back(group.deviation);
+    return deviations;
+  });
 }

@@ -8,6 +8,7 @@
 #include "orientation/orientation_graph.h"
 #include "points/gathering.h"
 #include "support/clouds.h"
+#include "support/random.h"
 #include "support/shapes.h"
 
 #include <pcl/surface/mrf/reconstruction.h>
@@ -31,15 +32,6 @@ namespace {
 /// More than one piece of parallel work of every pass.
 constexpr std::size_t many = 150000;
 
-std::vector<std::uint64_t> randomKeys(std::size_t count, std::uint64_t mask)
-{
-  std::mt19937_64 random(1);
-  std::vector<std::uint64_t> keys(count);
-  for (std::uint64_t& key : keys)
-    key = random() & mask;
-  return keys;
-}
-
 struct Gathered {
   PointSet points;
   PointCounts counts;
@@ -56,27 +48,13 @@ Gathered gathered(const std::vector<Eigen::Vector3f>& positions, const std::vect
 
 } // namespace
 
-TEST(SortByKey, IsAStableSort)
-{
-  for (const std::size_t count : {std::size_t{0}, std::size_t{1}, std::size_t{1000}, many})
-    for (const std::uint64_t mask : {~std::uint64_t{0}, std::uint64_t{0xff}, std::uint64_t{0xff00000000000000}}) {
-      const std::vector<std::uint64_t> keys = randomKeys(count, mask);
-      std::vector<std::uint32_t> expected(count);
-      std::iota(expected.begin(), expected.end(), 0u);
-      std::vector<std::uint32_t> values = expected;
-      std::stable_sort(expected.begin(), expected.end(),
-                       [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
-      SortKeys sorted(keys.begin(), keys.end());
-      Execution execution(3);
-      sortByKey(sorted, values, execution);
-      EXPECT_EQ(values, expected);
-      EXPECT_TRUE(std::is_sorted(sorted.begin(), sorted.end()));
-    }
-}
-
 TEST(SortByKey, ByTheUpperHalfAlone)
 {
-  std::vector<std::uint64_t> values = randomKeys(many, 0x000000ffffffffff), expected = values;
+  std::mt19937_64 random(1);
+  std::vector<std::uint64_t> values(many);
+  for (std::uint64_t& value : values)
+    value = random() & 0x000000ffffffffff;
+  std::vector<std::uint64_t> expected = values;
   std::stable_sort(expected.begin(), expected.end(),
                    [](std::uint64_t a, std::uint64_t b) { return a >> 32 < b >> 32; });
   Execution execution(3);
@@ -176,12 +154,11 @@ TEST(DisjointSets, JoinedByManyThreadsAsByOne)
 
 TEST(CellHash, NumbersCellsAsAMapDoes)
 {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<float> coordinate(-3, 3);
+  clouds::Random random(5);
   CellHash hash({-2, -2, -2}, .25);
   std::map<std::array<std::int64_t, 3>, std::uint32_t> expected;
   for (int n = 0; n < 20000; ++n) {
-    const Eigen::Vector3f position(coordinate(random), coordinate(random), coordinate(random));
+    const Eigen::Vector3f position = 3 * random.inCube().cast<float>();
     const CellHash::Cell cell = hash.cellOf(position);
     const Eigen::Array3d corner = -2 + .25 * cell.cast<double>();
     // What is before the first cells counts as theirs.
@@ -214,12 +191,11 @@ TEST(Quantile, IsTheValueThatItsShareComesBefore)
 
 TEST(BoundingBox, HoldsEveryPoint)
 {
-  std::mt19937 random(4);
-  std::uniform_real_distribution<float> coordinate(-1, 1);
+  clouds::Random random(4);
   std::vector<Eigen::Vector3f> points;
   Eigen::Vector3f lower = Eigen::Vector3f::Constant(2), upper = -lower;
   for (int n = 0; n < 11; ++n) { // with every remainder of four
-    points.emplace_back(coordinate(random), coordinate(random), coordinate(random));
+    points.push_back(random.inCube().cast<float>());
     lower = lower.cwiseMin(points.back());
     upper = upper.cwiseMax(points.back());
     const BoundingBox box = boundingBox(points);
@@ -232,12 +208,9 @@ TEST(OrientationGraph, BestTreeIsThatOfAllEdgesSorted)
 {
   // More edges than one portion, so that those of later ones are filtered; random normals, so that no qualities tie.
   PointSet points = clouds::randomSquare(30000, 1);
-  std::mt19937 random(2);
-  std::normal_distribution<float> normal;
-  for (Eigen::Vector3f& n : points.normals) {
-    const float x = normal(random), y = normal(random), z = normal(random);
-    n = Eigen::Vector3f(x, y, z).normalized();
-  }
+  clouds::Random random(2);
+  for (Eigen::Vector3f& n : points.normals)
+    n = random.direction().cast<float>();
   Execution execution(3);
   const auto search = clouds::searchOf(points);
   std::vector<Edge> edges;

@@ -127,6 +127,18 @@ public:
   }
 };
 
+/// Expects the call to throw an error of this type that says these words.
+template <typename Refusal, typename Call>
+void expectRefused(const Call& call, const std::string& words)
+{
+  try {
+    call();
+    FAIL() << "nothing was thrown that says: " << words;
+  } catch (const Refusal& error) {
+    EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+  }
+}
+
 /// Messages between threads, each of which is a rank.
 namespace mail {
 
@@ -274,12 +286,7 @@ TEST(TaskDirectory, GoesOnFromWhatIsThere)
   fs::create_directory(results[5]);
   {
     TaskDirectory tasks(directory.path(), true);
-    try {
-      outcome(&tasks);
-      FAIL() << "a folder is a result";
-    } catch (const ResourceLimit& error) {
-      EXPECT_NE(error.message().find("those before it are kept"), std::string::npos) << error.message();
-    }
+    expectRefused<ResourceLimit>([&] { outcome(&tasks); }, "those before it are kept"); // a folder is a result
   }
   fs::remove(results[5]);
   TaskDirectory tasks(directory.path(), true);
@@ -316,24 +323,14 @@ TEST(TaskDirectory, IsOfOneRun)
   const Directory directory;
   {
     TaskDirectory first(directory.path(), false);
-    try {
-      const TaskDirectory second(directory.path(), true);
-      FAIL() << "two runs in one directory";
-    } catch (const FileError& error) {
-      EXPECT_NE(std::string(error.what()).find("in use by another run"), std::string::npos) << error.what();
-    }
+    expectRefused<FileError>([&] { TaskDirectory(directory.path(), true); }, "in use by another run");
   }
   EXPECT_FALSE(fs::exists(directory.path())) << "without results";
   {
     TaskDirectory first(directory.path(), false);
     outcome(&first);
   }
-  try {
-    const TaskDirectory second(directory.path(), false);
-    FAIL() << "results of another run";
-  } catch (const FileError& error) {
-    EXPECT_NE(std::string(error.what()).find("go on with it (--resume)"), std::string::npos) << error.what();
-  }
+  expectRefused<FileError>([&] { TaskDirectory(directory.path(), false); }, "go on with it (--resume)");
   const TaskDirectory second(directory.path(), true);
 }
 
@@ -360,12 +357,7 @@ TEST(TaskDirectory, WithoutRoomKeepsWhatWasWritten)
   {
     TaskDirectory tasks(directory.path(), false);
     setrlimit(RLIMIT_FSIZE, &small);
-    try {
-      outcome(&tasks);
-      FAIL() << "wrote more than there is room for";
-    } catch (const ResourceLimit& error) {
-      EXPECT_NE(error.message().find("make room and go on"), std::string::npos) << error.message();
-    }
+    expectRefused<ResourceLimit>([&] { outcome(&tasks); }, "make room and go on");
     setrlimit(RLIMIT_FSIZE, &before);
   }
   std::signal(SIGXFSZ, former);
@@ -380,10 +372,6 @@ TEST(TaskDirectory, TellsWhereItCannotBe)
 {
   const Directory directory;
   std::ofstream(directory.path()) << "a file";
-  try {
-    const TaskDirectory tasks(directory.path(), false);
-    FAIL() << "a directory in a file's place";
-  } catch (const FileError& error) {
-    EXPECT_NE(std::string(error.what()).find(directory.path() + "' cannot be written to"), std::string::npos);
-  }
+  expectRefused<FileError>([&] { TaskDirectory(directory.path(), false); },
+                           directory.path() + "' cannot be written to");
 }
