@@ -252,19 +252,6 @@ TEST(Orientation, OpenSurfacesSayThatTheirSideIsAGuess)
   EXPECT_FALSE(estimateAndOrient(both, OrientationVote::outward).sideIsGuessed);
 }
 
-TEST(Orientation, PiecesOfAHeightFieldShareASide)
-{
-  // Steps of a terrain, too far apart to be neighbors: the guess may be wrong, but only as a whole.
-  PointSet points;
-  for (int step = 0; step < 6; ++step)
-    clouds::append(points, clouds::randomSquare(800, .5f, static_cast<unsigned>(step)),
-                   {1.2f * static_cast<float>(step), 0, .9f * static_cast<float>(step % 2)});
-  const OrientationResult result = estimateAndOrient(points, OrientationVote::outward);
-  EXPECT_EQ(result.components, 6);
-  EXPECT_TRUE(result.sideIsGuessed);
-  EXPECT_EQ(shareRight(points, result), 1) << "up, where nothing speaks for the other side";
-}
-
 TEST(Orientation, ThingsStandOnTheOutside)
 {
   // Two roofs below their plot, as z down has them.

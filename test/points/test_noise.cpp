@@ -57,15 +57,6 @@ NoiseModel modelOf(const OrientedPoints& points, int threads = 1, double known =
 
 } // namespace
 
-TEST(Noise, OfNeatPointsIsNone)
-{
-  const NoiseModel model = modelOf(depthImage([](float) { return 0.f; }, 0));
-  ASSERT_EQ(model.groups.size(), 6U);
-  EXPECT_FALSE(model.isCorrelated);
-  for (const NoiseGroup& group : model.groups)
-    EXPECT_LT(group.deviation, .001 * group.spacing); // a plane, but for single precision
-}
-
 TEST(Noise, WhiteNoiseIsMeasuredAndLeftToHoldOut)
 {
   constexpr float deviation = .01f;

@@ -135,7 +135,7 @@ TEST(Pieces, HolesAsWideAsTheGapKeepThemTogether)
   Options options;
   options.trimming.maxHole = 2000;
   options.multiscale.voxelSize = 1;
-  EXPECT_TRUE(clouds::reconstruct(spheres({{0, 0, 0}, {200, 0, 0}}), options).report.otherPieces.empty());
+  EXPECT_TRUE(clouds::reconstruct(spheres({{0, 0, 0}, {600, 0, 0}}), options).report.otherPieces.empty());
 }
 
 TEST(Pieces, DoNotDependOnTheNumberOfThreads)
