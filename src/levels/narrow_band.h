@@ -48,7 +48,6 @@ VoxelSet zeroLevelAtData(const LevelField& field, int begin, int end, Execution&
 struct RimCounts {
   std::int64_t zeroLevel = 0; ///< voxels at it
   std::int64_t touching = 0;  ///< of them, those with a neighbor that is no unknown
-  std::int64_t beyond = 0;    ///< likewise if there were unknowns a voxel farther
 
   /// True if the zero level goes on beyond the unknowns: the coarser level has missed a sheet.
   bool missSheet() const;

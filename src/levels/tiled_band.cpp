@@ -130,7 +130,6 @@ private:
       const RimCounts own = rimCounts(field.unknowns, solved, execution_);
       counts.zeroLevel += own.zeroLevel;
       counts.touching += own.touching;
-      counts.beyond += own.beyond;
       found.push_back(ownPlanes(place, united(foundBefore(place), solved, execution_)));
       for (std::size_t next = n + 1, done = 0; next < changes_.size() && done <= n; ++done)
         if (changes_[done].first + changes_[done].voxels.size().z <= changes_[next].first - continuedFrom)

@@ -116,11 +116,11 @@ TEST(Tiles, MayHaveASheetAlongACut)
 TEST(Tiles, DecideTogetherWhetherASheetWasMissed)
 {
   const auto plate = [](const Eigen::Vector3d& x) {
-    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(.5, .012, 1);
+    const Eigen::Array3d out = x.array().abs() - Eigen::Array3d(.5, .02, 1);
     return out.max(0).matrix().norm() + std::min(out.maxCoeff(), 0.0);
   };
   PointSet points = shapes::sample(plate, 1.2, .015);
-  shapes::addNoise(points, .015);
+  shapes::addNoise(points, .03);
   TiledRun run(points, .015f);
   ASSERT_GT(run.solve(1).levels.back().solve.iterations, 1) << "nothing was missed";
   expectSame(points, .015f);
