@@ -84,7 +84,8 @@ public:
   Remesher(RemeshedSurface surface, const RemesherOptions& options, IntersectionWatch::Place watched,
            Execution& execution)
       : options_(options), execution_(execution), surface_(std::move(surface)),
-        watch_(watched, surface_.mesh, surface_.targetEdge, execution)
+        watch_(watched, surface_.mesh, surface_.targetEdge, execution),
+        everywhere_(IntersectionWatch::Place::everywhere, surface_.mesh, surface_.targetEdge, execution)
   {}
 
   /// \return nothing if triangles intersect where they were not expected to
@@ -116,7 +117,9 @@ private:
   /// any more
   bool runRound()
   {
-    return runRepeatedly([this] { return runPasses(); });
+    const IntersectionWatch& watch = isFirstRound_ ? everywhere_ : watch_;
+    isFirstRound_ = false;
+    return runRepeatedly([&] { return runPasses(watch); });
   }
 
   /// Runs a change of the mesh, once more where it made triangles intersect, with what is around them left as it was.
@@ -149,7 +152,7 @@ private:
   }
 
   /// \return corners of triangles that intersect
-  std::vector<std::int32_t> runPasses()
+  std::vector<std::int32_t> runPasses(const IntersectionWatch& watch)
   {
     splitLongEdges(surface_, execution_);
     collapseShortEdges(surface_, execution_);
@@ -158,13 +161,13 @@ private:
     execution_.poll();
     if (isClean_ && hasRepeated_) {
       // Nothing moved yet that could be taken back: the round is to be repeated anyway, better before the rest of it.
-      std::vector<std::int32_t> intersecting = watch_.newIntersections(surface_.mesh, execution_);
+      std::vector<std::int32_t> intersecting = watch.newIntersections(surface_.mesh, execution_);
       if (!intersecting.empty())
         return intersecting;
     }
     FormerVertices former(surface_);
     Relaxation(surface_, execution_).moveAll();
-    return former.takeBackWhatIntersects(watch_, execution_);
+    return former.takeBackWhatIntersects(watch, execution_);
   }
 
   void fit()
@@ -177,11 +180,9 @@ private:
   /// Its triangles are too large to know where they may intersect.
   void reduce()
   {
-    const IntersectionWatch everywhere(IntersectionWatch::Place::everywhere, surface_.mesh, surface_.targetEdge,
-                                       execution_);
     runRepeatedly([&] {
       decimate(surface_, options_.triangles, execution_);
-      return everywhere.newIntersections(surface_.mesh, execution_);
+      return everywhere_.newIntersections(surface_.mesh, execution_);
     });
   }
 
@@ -202,7 +203,8 @@ private:
   const RemesherOptions& options_;
   Execution& execution_;
   RemeshedSurface surface_;
-  IntersectionWatch watch_;
+  IntersectionWatch watch_, everywhere_;
+  bool isFirstRound_ = true; ///< watched everywhere: it makes most of the collapses
   /// No triangles that may be changed intersect, as far as they are watched, when a round begins. What intersects in
   /// the input may come apart in the course of the first one.
   bool isClean_ = false;
