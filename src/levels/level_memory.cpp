@@ -14,8 +14,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Peak bytes of a band per face of a voxel that the surface covers, besides what follows. With it the prediction came
@@ -267,5 +266,4 @@ double predictedCholeskySeconds(const BoundingBox& box, double side, const Workl
   return choleskySeconds(size, couplingOf(workload), workload.reach == 0);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What the levels of the multiscale scheme take, before anything of them is allocated.
+/// What the levels of the multiscale scheme take, before anything of them is allocated.
 #pragma once
 
 #include "levels/multiscale.h"
 
 #include <pcl/surface/mrf/options.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Peak bytes of a finest level in a band: whole, or in tiles. \param unknowns, points of it \param planes of its grid
 /// across z \param tiles 1: whole
@@ -34,5 +32,4 @@ double predictedBytes(const BoundingBox& box, double side, const Workload& workl
 double predictedCholeskySeconds(const BoundingBox& box, double side, const Workload& workload,
                                 const MultiscaleOptions& options);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

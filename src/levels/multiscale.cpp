@@ -28,8 +28,7 @@
 #include <sstream>
 #include <stdexcept>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Voxels of the finest band that a run may take whatever it has points, some seconds of work, and for each of them:
@@ -686,5 +685,4 @@ MultiscaleResult regularize(const SolvedPiece& piece, float spacing, const Optio
   return levels.result();
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

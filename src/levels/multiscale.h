@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The multiscale scheme (paper Sec. 3.4): solve coarse, interpolate, observe again, solve finer.
+/// The multiscale scheme (paper Sec. 3.4): solve coarse, interpolate, observe again, solve finer.
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -14,8 +13,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// h/l̄
 inline float spacingsPerVoxel(Quality quality)
@@ -122,5 +120,4 @@ std::unique_ptr<Levels> beginLevels(const SolvedPiece& piece, float spacing, con
 MultiscaleResult regularize(const SolvedPiece& piece, float spacing, const Options& options, Execution& execution,
                             int tiles = 0);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -11,8 +11,7 @@
 #include <limits>
 #include <memory>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Steps of a box and of crosses by which the voxels at the zero level grow into a band: 1 + crosses voxels. What fills
@@ -541,5 +540,4 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
   return field;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The finer levels of the multiscale scheme: bands around the zero level that the coarser one predicts.
+/// The finer levels of the multiscale scheme: bands around the zero level that the coarser one predicts.
 #pragma once
 
 #include "observation/observation.h"
@@ -11,8 +10,7 @@
 
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The field of one level, as the next finer one needs it.
 struct LevelField {
@@ -91,5 +89,4 @@ LevelField fieldOfChange(const LevelField& coarse, const Lattice& lattice, Voxel
 LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const LevelPlan& plan,
                            const SolverOptions& solver, LevelReport& report, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -7,8 +7,7 @@
 
 BOOST_IS_BITWISE_SERIALIZABLE(pcl::mrf::PointSample)
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// What the tile's own planes have been changed by.
@@ -120,5 +119,4 @@ std::string solveTile(std::string input, Execution& execution)
   return doneAsBytes<TileInput, TileResult>(solve, std::move(input), execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief One tile of the finest level, as a task.
+/// One tile of the finest level, as a task.
 #pragma once
 
 #include "levels/narrow_band.h"
@@ -10,8 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// All that a tile is solved from. Lattices and fields are cut to the tile and its halo.
 struct TileInput {
@@ -48,5 +46,4 @@ void solveTiles(int count, const std::function<TileInput(int n)>& makeInput,
 /// One of them, from bytes to bytes.
 std::string solveTile(std::string input, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

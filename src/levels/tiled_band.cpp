@@ -10,8 +10,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Planes around a tile from which change is carried on into it, and what tells of its zero level at the rim.
@@ -355,5 +354,4 @@ LevelField solveInTiles(const TiledLevel& level, const LevelField& coarse, const
   return TiledBand(level, coarse, plan, solver, report, execution).solve();
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The finest level tile by tile, where the whole of it would take too much memory.
+/// The finest level tile by tile, where the whole of it would take too much memory.
 #pragma once
 
 #include "levels/narrow_band.h"
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Planes of the finest level around a tile that are solved with it. On seven clouds in 3 to 9 tiles the surface is
 /// less than 10⁻⁵ voxels RMS from that of the whole level, .0002 at most; on two of them 32 were no better.
@@ -31,5 +29,4 @@ struct TiledLevel {
 LevelField solveInTiles(const TiledLevel& level, const LevelField& coarse, const LevelPlan& plan,
                         const SolverOptions& solver, LevelReport& report, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -23,8 +23,7 @@
 #include <random>
 #include <tuple>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr std::size_t maxCubes = 32;
@@ -583,5 +582,4 @@ ResolutionChoice HoldOut::chooseResolution(double smoothing, float gradientWeigh
   return validation_->chooseResolution(smoothing, gradientWeight, noise);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

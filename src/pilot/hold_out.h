@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Hold-out cross-validation: smoothing length, weight of the normals and voxels, chosen by the data (ours).
+/// Hold-out cross-validation: smoothing length, weight of the normals and voxels, chosen by the data (ours).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -11,8 +10,7 @@
 #include <memory>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// What is left to the data, chosen by hold-out cross-validation (ours; why so: src/method.md).
 ///
@@ -58,5 +56,4 @@ private:
   std::unique_ptr<CrossValidation> validation_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

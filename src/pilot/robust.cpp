@@ -14,8 +14,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// One solve: the scale c of the weights after it, in standard deviations of the residuals, and ℓ in voxels. At first
@@ -116,5 +115,4 @@ std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const Neighb
   return keep;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

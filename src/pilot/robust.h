@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Points that a robust field cannot agree with: structured outliers that no filter of spacings sees (ours).
+/// Points that a robust field cannot agree with: structured outliers that no filter of spacings sees (ours).
 ///
 /// Clusters of false matches are as dense as the surface. What tells them is that a smooth field through all other
 /// points passes them by. The field is solved five times on a coarse level with the thin-plate prior and Geman–McClure
@@ -16,8 +15,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Flags the points to keep: those closer to the robust field's zero level than five standard deviations of the points
 /// (by their median) or 1.1 h, whichever is more. Components of less than .15 % of the points, or less than 50, have no
@@ -29,5 +27,4 @@ namespace mrf {
 std::vector<std::uint8_t> keptByField(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                                       double voxelSize, std::size_t maxMemory, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

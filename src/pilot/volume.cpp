@@ -18,8 +18,7 @@
 #include <cmath>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// SolverOptions::changeTolerance of its solution, by what observes: levels that observe points stop 1.5 times as
@@ -188,5 +187,4 @@ BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& sea
   return volume;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

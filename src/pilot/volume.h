@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief How much room the field needs: openings want the volume's border far away, closed surfaces do not (ours).
+/// How much room the field needs: openings want the volume's border far away, closed surfaces do not (ours).
 ///
 /// The border bends whatever surface comes near it; the paper's rotation error (Fig. 9) is that border. What counts is
 /// the distance from the middle of a filled opening to the border, beside the size of the opening.
@@ -11,8 +10,7 @@
 #include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/point_set.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The box that the field is to cover, before padding: that of the points, extended beside openings.
 ///
@@ -29,5 +27,4 @@ namespace mrf {
 BoundingBox chooseVolume(const OrientedPoints& points, const NeighborSearch& search, float spacing,
                          const Options& options, float maxHole, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

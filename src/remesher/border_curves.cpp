@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -141,5 +140,4 @@ bool BorderCurves::isNear(double from, double to, const Vector3f& start, const V
   return true;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The borders of an open mesh as smooth curves, along which the remesher may move their vertices.
+/// The borders of an open mesh as smooth curves, along which the remesher may move their vertices.
 #pragma once
 
 #include "remesher/half_edge_mesh.h"
@@ -11,8 +10,7 @@
 #include <functional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The border loops of a mesh, smoothed.
 ///
@@ -74,5 +72,4 @@ private:
   std::vector<double> starts_; ///< place of each node, ascending
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -62,5 +61,4 @@ void partBorders(RemeshedSurface& surface)
   }
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

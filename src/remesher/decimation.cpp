@@ -14,8 +14,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Matrix3d;
@@ -241,5 +240,4 @@ void decimate(RemeshedSurface& surface, std::int64_t triangles, Execution& execu
   surface.mesh.compact(execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

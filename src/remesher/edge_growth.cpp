@@ -9,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// How much the sizing may grow per target edge of way.
@@ -58,5 +57,4 @@ void limitGrowth(const TriangleMesh& mesh, const VertexCorners& corners, float t
   }
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

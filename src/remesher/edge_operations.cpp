@@ -10,8 +10,7 @@
 #include <thread>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -265,5 +264,4 @@ void flipEdges(RemeshedSurface& surface, Execution& execution)
       [&](std::int32_t h, std::int32_t) { return flip(surface, h); }, surface.result.flips, execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

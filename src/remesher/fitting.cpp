@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -75,5 +74,4 @@ void fitToSurface(RemeshedSurface& surface, Execution& execution)
   }
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

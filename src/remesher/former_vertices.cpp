@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 FormerVertices::FormerVertices(RemeshedSurface& surface)
     : surface_(surface), positions_(surface.mesh.positions), normals_(surface.mesh.normals),
@@ -51,5 +50,4 @@ void FormerVertices::takeBack(std::int32_t v)
   ++surface_.result.refusedOperations;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The way back of vertices whose triangles came to intersect.
+/// The way back of vertices whose triangles came to intersect.
 #pragma once
 
 #include "remesher/intersection_watch.h"
@@ -13,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Where vertices are before a pass that moves them.
 class FormerVertices {
@@ -34,5 +32,4 @@ private:
   const std::vector<double> places_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

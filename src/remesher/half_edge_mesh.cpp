@@ -12,8 +12,7 @@
 #include <string>
 #include <type_traits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr std::int64_t renumberingGrain = 16384;
@@ -396,5 +395,4 @@ TriangleMesh HalfEdgeMesh::toTriangles() const
   return mesh;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

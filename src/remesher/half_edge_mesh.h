@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The connectivity the remesher works on: half-edges in plain index arrays.
+/// The connectivity the remesher works on: half-edges in plain index arrays.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -11,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// An oriented manifold triangle mesh, with or without boundary, and its local operations.
 ///
@@ -158,5 +156,4 @@ private:
   void turnToStart(std::int32_t vertex, std::int32_t h);
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

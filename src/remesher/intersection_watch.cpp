@@ -7,8 +7,7 @@
 
 #include <algorithm>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -114,5 +113,4 @@ void pinAround(const std::vector<Vector3f>& centers, float radius, const std::ve
       pinned[v] = 1;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Where the remesher looks for triangles that intersect, and what it leaves alone around them.
+/// Where the remesher looks for triangles that intersect, and what it leaves alone around them.
 #pragma once
 
 #include "mesh/crowded_space.h"
@@ -14,8 +13,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Looks for intersections everywhere, or only where they are to be expected.
 class IntersectionWatch {
@@ -58,5 +56,4 @@ std::vector<std::int32_t> changeableCorners(const HalfEdgeMesh& mesh, const std:
 void pinAround(const std::vector<Eigen::Vector3f>& centers, float radius, const std::vector<Eigen::Vector3f>& positions,
                std::vector<std::uint8_t>& pinned);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 #include <set>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Box = Eigen::AlignedBox3f;
@@ -193,5 +192,4 @@ std::vector<std::int32_t> intersectingInGroups(const TriangleMesh& mesh, const s
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

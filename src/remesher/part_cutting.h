@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Where a mesh is cut into parts to be remeshed one after the other, and what is around the cuts.
+/// Where a mesh is cut into parts to be remeshed one after the other, and what is around the cuts.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -11,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The number of a part for each vertex; −1: it is in none.
 using PartNumbers = std::vector<std::int32_t>;
@@ -56,5 +54,4 @@ enum class Pairs {
 std::vector<std::int32_t> intersectingInGroups(const TriangleMesh& mesh, const std::vector<std::int32_t>& groups,
                                                Pairs pairs, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -7,8 +7,7 @@
 
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// The field is read near the surface, and vertices stay within their part. Farther off it is read now and then, on the
@@ -118,5 +117,4 @@ std::string remeshPart(std::string input, Execution& execution)
   return doneAsBytes<PartInput, PartResult>(remesh, std::move(input), execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief One part of a mesh, remeshed as a task.
+/// One part of a mesh, remeshed as a task.
 #pragma once
 
 #include "remesher/piece.h"
@@ -14,8 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// All that a part is remeshed from. \see MeshPiece, RemeshPlan
 struct PartInput {
@@ -49,5 +47,4 @@ void remeshEach(int count, const std::function<PartInput(int n)>& makeInput,
 /// One of them, from bytes to bytes.
 std::string remeshPart(std::string input, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -13,8 +13,7 @@
 #include <iterator>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -368,5 +367,4 @@ RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& 
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Remeshing a mesh part after part.
+/// Remeshing a mesh part after part.
 #pragma once
 
 #include "remesher/part_cutting.h"
@@ -13,8 +12,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A mesh in the making, and what its vertices carry from one run over its parts to the next.
 struct PartedMesh {
@@ -35,5 +33,4 @@ void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& p
 RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& level, const RemesherOptions& options,
                            const RemeshParts& parts, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The passes of the remesher, beside Relaxation.
+/// The passes of the remesher, beside Relaxation.
 ///
 /// What edges to work on is looked for in parallel. They are worked on region by region of the mesh, several regions at
 /// a time, and those across regions' borders after them: the same for any number of threads. An operation that would
@@ -13,8 +12,7 @@
 
 #include <pcl/surface/mrf/execution.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Before the first round: normals of the surface, where that has none those of the triangles.
 void setNormals(RemeshedSurface& surface, Execution& execution);
@@ -60,5 +58,4 @@ void decimate(RemeshedSurface& surface, std::int64_t triangles, Execution& execu
 /// sharp edges of the shape nearly so.
 void fitToSurface(RemeshedSurface& surface, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

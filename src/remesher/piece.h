@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Remeshing a whole mesh, or a part of it with what is around that.
+/// Remeshing a whole mesh, or a part of it with what is around that.
 #pragma once
 
 #include "base/loops.h"
@@ -12,8 +11,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A mesh, and what is known of its vertices; all empty: nothing.
 struct MeshPiece {
@@ -48,5 +46,4 @@ inline BorderCurves::OnSurface surfaceFinder(const ReferenceSurface& level, Poll
 RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const ReferenceSurface& level,
                           const RemesherOptions& options, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -14,8 +14,7 @@
 #include <sstream>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -162,5 +161,4 @@ RemeshPlan planFor(const TriangleMesh& mesh, const EdgeSizing& sizing, const Rem
   return plan;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

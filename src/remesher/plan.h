@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What holds for all of a mesh, in however many parts it is remeshed.
+/// What holds for all of a mesh, in however many parts it is remeshed.
 #pragma once
 
 #include "mesh/vertex_fields.h"
@@ -14,8 +13,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 struct RemeshPlan {
   float targetEdge = 0;   ///< where the sizing is 1, cloud's unit
@@ -39,5 +37,4 @@ bool hasFewFolds(const TriangleMesh& mesh, const ReferenceSurface& level, Execut
 RemeshPlan planFor(const TriangleMesh& mesh, const EdgeSizing& sizing, const RemesherOptions& options,
                    Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The surface that the remesher must not leave.
+/// The surface that the remesher must not leave.
 #pragma once
 
 #include "mesh/triangle_shape.h"
@@ -9,8 +8,7 @@
 
 #include <optional>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Finds the surface near a position; may be asked by several threads at once.
 class ReferenceSurface {
@@ -34,5 +32,4 @@ private:
   float maxStep_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

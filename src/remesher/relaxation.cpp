@@ -5,8 +5,7 @@
 
 #include <numeric>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -142,5 +141,4 @@ bool Relaxation::moveByShare(std::int32_t v, const Propose& propose)
   return false;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The pass of the remesher that makes triangles even.
+/// The pass of the remesher that makes triangles even.
 #pragma once
 
 #include "remesher/remeshed_surface.h"
@@ -13,8 +12,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Moves each vertex towards the centroid of its neighbors on the surface.
 class Relaxation {
@@ -49,5 +47,4 @@ private:
   std::vector<std::uint8_t> isWaiting_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

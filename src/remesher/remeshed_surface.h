@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What the passes of the remesher share.
+/// What the passes of the remesher share.
 #pragma once
 
 #include "mesh/triangle_shape.h"
@@ -17,8 +16,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 constexpr float squared(float value)
 {
@@ -132,5 +130,4 @@ struct RemeshedSurface {
   }
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

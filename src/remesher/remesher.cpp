@@ -25,8 +25,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -308,5 +307,4 @@ RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Ex
   return remeshWhole(mesh, planFor(mesh, {}, options, execution), level, options, execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

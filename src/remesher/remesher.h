@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Isotropic remeshing on the zero level of the field (paper Sec. 3.5, after Botsch and Kobbelt).
+/// Isotropic remeshing on the zero level of the field (paper Sec. 3.5, after Botsch and Kobbelt).
 #pragma once
 
 #include "mesh/vertex_fields.h"
@@ -10,8 +9,7 @@
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 struct RemeshResult : RemeshSummary {
   TriangleMesh mesh;                   ///< vertices and triangles only
@@ -74,5 +72,4 @@ RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSiz
 /// \return the position unchanged if the zero level is not reached
 Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position, float maxStep);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

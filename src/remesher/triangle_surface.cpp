@@ -9,8 +9,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -222,5 +221,4 @@ float medianEdge(const TriangleMesh& mesh)
   return std::sqrt(median(std::move(lengths)));
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

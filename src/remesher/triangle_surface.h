@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The surface of a triangle mesh, for remeshing without a field.
+/// The surface of a triangle mesh, for remeshing without a field.
 #pragma once
 
 #include "remesher/reference_surface.h"
@@ -10,8 +9,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Nearest points of a mesh by a tree of boxes around its triangles; normals are those of the vertices, or else of the
 /// triangles around them, interpolated. Building takes n log n, a query about log n for n triangles.
@@ -54,5 +52,4 @@ private:
 /// Median length of the mesh's edges, those between two triangles twice; 0 without triangles.
 float medianEdge(const TriangleMesh& mesh);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -7,8 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3f;
@@ -102,5 +101,4 @@ Vector3f traceToZeroLevel(const DistanceField& field, const Vector3f& position, 
   return reached ? reached->position : position;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

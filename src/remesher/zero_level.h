@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The zero level of a distance field, as the remesher follows it.
+/// The zero level of a distance field, as the remesher follows it.
 #pragma once
 
 #include "remesher/reference_surface.h"
@@ -11,8 +10,7 @@
 
 #include <optional>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Refers to the field, which must outlive it.
 class ZeroLevel : public ReferenceSurface {
@@ -33,5 +31,4 @@ private:
   const DistanceField& field_;
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

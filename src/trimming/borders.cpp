@@ -13,8 +13,7 @@
 #include <limits>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// A vertex stays this share of an edge away from the edge's other end, so that no triangle vanishes.
@@ -174,5 +173,4 @@ std::int64_t tightenBorders(TriangleMesh& mesh, const Support& support, Executio
   return BorderTightener(mesh, support).run(execution);
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -6,8 +6,7 @@
 #include <limits>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -136,5 +135,4 @@ std::vector<std::uint8_t> close(const TriangleMesh& mesh, const VertexCorners& s
   return isFilled;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

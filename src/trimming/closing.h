@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Morphological closing on a mesh: what lies between parts of a surface, and what lies outside of it.
+/// Morphological closing on a mesh: what lies between parts of a surface, and what lies outside of it.
 #pragma once
 
 #include "mesh/mesh_topology.h"
@@ -8,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A vertex where a surface ends: its distance from that, ≥ 0, and the radius of the closing from there on, > 0.
 struct RimVertex {
@@ -32,5 +30,4 @@ struct RimVertex {
 std::vector<std::uint8_t> close(const TriangleMesh& mesh, const VertexCorners& sheet, const std::vector<RimVertex>& rim,
                                 const std::vector<std::uint8_t>& isOnBoundary);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// Flags of the triangles that stay.
@@ -54,5 +53,4 @@ ErrorLimitSummary limitSigma(TriangleMesh& mesh, float maxSigma)
   return dropped;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

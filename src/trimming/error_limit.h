@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Trimming by error instead of size: surface that may be too far off goes.
+/// Trimming by error instead of size: surface that may be too far off goes.
 #pragma once
 
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// Drops the triangles with a vertex whose sigma exceeds the limit. Of the others those stay that touch a vertex all of
 /// whose triangles are left: no threads, fringes or single triangles (an opening by one ring).
@@ -15,5 +13,4 @@ namespace mrf {
 /// Cost: linear, serial.
 ErrorLimitSummary limitSigma(TriangleMesh& mesh, float maxSigma);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

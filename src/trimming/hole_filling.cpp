@@ -12,8 +12,7 @@
 #include <cmath>
 #include <limits>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// More of a component than this is not the filling of holes but the back of what was seen from one side.
@@ -416,5 +415,4 @@ void HoleFinder::dropUnseen(const std::vector<std::uint8_t>& narrow, std::vector
   }
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

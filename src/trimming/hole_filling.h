@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What of a mesh fills holes and gaps of the surface that data support, and what is extrapolation (trimming).
+/// What of a mesh fills holes and gaps of the surface that data support, and what is extrapolation (trimming).
 #pragma once
 
 #include "trimming/closing.h"
@@ -15,8 +14,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// How wide what is filled may be, cloud's unit.
 struct FillingLimits {
@@ -105,5 +103,4 @@ private:
   std::vector<std::uint8_t> isOpen_;       ///< regions on components that filling does not close
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

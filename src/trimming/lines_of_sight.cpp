@@ -8,8 +8,7 @@
 #include <algorithm>
 #include <memory>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 /// As far as a point stands for the surface around it, in its spacings.
@@ -96,5 +95,4 @@ std::vector<std::uint8_t> seenThrough(const std::vector<Place>& places, const Or
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

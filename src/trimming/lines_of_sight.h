@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Where no surface can be: in front of what a sensor saw.
+/// Where no surface can be: in front of what a sensor saw.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -11,8 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 struct Place {
   Eigen::Vector3f position;
@@ -28,5 +26,4 @@ struct Place {
 std::vector<std::uint8_t> seenThrough(const std::vector<Place>& places, const OrientedPoints& points,
                                       Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -10,8 +10,7 @@
 #include <limits>
 #include <memory>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -193,5 +192,4 @@ std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoi
   return std::count(isDropped.begin(), isDropped.end(), std::uint8_t{1});
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Which components of a mesh have points that speak for them (trimming).
+/// Which components of a mesh have points that speak for them (trimming).
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>
@@ -12,8 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A mesh, and of each triangle whether points support it, and its area.
 struct ObservedMesh {
@@ -31,5 +29,4 @@ std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoi
                                  const NeighborSearch& search, const TrimmingOptions& options,
                                  std::vector<std::uint8_t>& keep, bool& isTorn, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

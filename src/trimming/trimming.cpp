@@ -16,8 +16,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 std::vector<double> findAreas(const TriangleMesh& mesh, Execution& execution)
@@ -120,5 +119,4 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
   return result;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Support-aware trimming: which invented surface is kept (ours; the paper keeps all).
+/// Support-aware trimming: which invented surface is kept (ours; the paper keeps all).
 #pragma once
 
 #include "mesh/vertex_fields.h"
@@ -14,8 +13,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The option, or half of that diagonal, see trim.
 float resolvedMaxHole(const TrimmingOptions& options, float diagonal);
@@ -54,5 +52,4 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
 /// Cost: linear, and some queries per vertex of a border.
 std::int64_t tightenBorders(TriangleMesh& mesh, const Support& support, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -6,8 +6,7 @@
 #include <utility>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using Eigen::Vector3d;
@@ -104,5 +103,4 @@ float Viewpoints::facing(const Eigen::Vector3f& position, const Eigen::Vector3f&
   return facing;
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

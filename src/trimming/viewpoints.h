@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief From where the points were seen.
+/// From where the points were seen.
 #pragma once
 
 #include <pcl/surface/mrf/point_set.h>
@@ -10,8 +9,7 @@
 #include <optional>
 #include <vector>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// The sensors, if the points face them; where none are given, the direction of a single far one that saw all points,
 /// if there can have been one.
@@ -30,5 +28,4 @@ private:
   std::optional<Eigen::Vector3f> direction_; ///< to the far sensor
 };
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

@@ -15,8 +15,7 @@
 #include <memory>
 #include <utility>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 namespace {
 
 using VoxelIndex = CellHash::Cell;
@@ -248,5 +247,4 @@ DistanceField closeOpenings(const TriangleMesh& mesh, const DistanceField& field
   return DistanceField::ofPieces(std::move(closed));
 }
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf

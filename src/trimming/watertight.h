@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief A closed surface around what an open one bounds (ours).
+/// A closed surface around what an open one bounds (ours).
 #pragma once
 
 #include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
-namespace pcl {
-namespace mrf {
+namespace pcl::mrf {
 
 /// A field whose zero level is closed: near the mesh that of the field; elsewhere the level ½ of the mesh's winding
 /// number, which spans an opening in a plane by that plane, and others like a membrane. Where the mesh bounds a hollow,
@@ -23,5 +21,4 @@ namespace mrf {
 /// result does not depend on the number of threads.
 DistanceField closeOpenings(const TriangleMesh& mesh, const DistanceField& field, Execution& execution);
 
-} // namespace mrf
-} // namespace pcl
+} // namespace pcl::mrf
