@@ -21,6 +21,7 @@ public:
 
   SheetEdges(const TriangleMesh& mesh, const VertexCorners& sheet) : begin_(mesh.vertices.size() + 1, 0)
   {
+    edges_.reserve(sheet.corners.size() + mesh.vertices.size()); // a fan with an end has one edge more than corners
     for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
       for (std::int32_t c = sheet.begin[v]; c < sheet.begin[v + 1]; ++c) {
         const std::int32_t corner = sheet.corners[c];
