@@ -354,7 +354,7 @@ bool RimCounts::missSheet() const
 {
   // Trees and posts before a lidar make one voxel in 400 to 4,000 touch the rim. To solve the bands of a street once
   // more for them was two fifths of the time of the levels; on it and four simulated scans points are -.8 to 1.6 %
-  // farther from the mesh without. Around a thin plate one in a hundred does, and its edges are rounder without.
+  // farther from the mesh without. Of a plate that is little thicker than its noise more do.
   constexpr std::int64_t mayTouch = 500;
   return touching * mayTouch > zeroLevel;
 }

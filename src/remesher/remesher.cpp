@@ -95,7 +95,8 @@ public:
       partBorders(surface_);
       smoothBorders();
     }
-    for (int round = 0; round < options_.rounds && runRound(); ++round)
+    // The first round makes most of the collapses: what is overlooked there costs all rounds once more.
+    for (int round = 0; round < options_.rounds && runRound(round == 0 ? everywhere_ : watch_); ++round)
       if (surface_.mesh.numbers.empty()) // a part is itself a share of what there is to do
         execution_.progress(static_cast<double>(round + 1) / options_.rounds);
     if (options_.fit)
@@ -114,10 +115,8 @@ private:
 
   /// One round of all passes. Moves that made triangles intersect are taken back. \return false if no round can be made
   /// any more
-  bool runRound()
+  bool runRound(const IntersectionWatch& watch)
   {
-    const IntersectionWatch& watch = isFirstRound_ ? everywhere_ : watch_;
-    isFirstRound_ = false;
     return runRepeatedly([&] { return runPasses(watch); });
   }
 
@@ -203,7 +202,6 @@ private:
   Execution& execution_;
   RemeshedSurface surface_;
   IntersectionWatch watch_, everywhere_;
-  bool isFirstRound_ = true; ///< watched everywhere: it makes most of the collapses
   /// No triangles that may be changed intersect, as far as they are watched, when a round begins. What intersects in
   /// the input may come apart in the course of the first one.
   bool isClean_ = false;
