@@ -10,49 +10,10 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <new>
 
 namespace mrf_apps {
-namespace {
-
-constexpr std::size_t blockSize = 1 << 16;
-
-/// One part of a file: its header, what is packed, and its checksum.
-class Part {
-public:
-  Part()
-  {
-    constexpr int windowBits = 15, gzip = 16;
-    if (inflateInit2(&stream_, windowBits + gzip) != Z_OK)
-      throw std::bad_alloc();
-  }
-  Part(const Part&) = delete;
-  Part& operator=(const Part&) = delete;
-  ~Part() { inflateEnd(&stream_); }
-
-  /// Appends what is packed, and takes it off `packed`. \return the status of zlib: Z_STREAM_END if all is well
-  int unpack(std::string_view& packed, std::size_t limit, std::string& unpacked)
-  {
-    std::string block(blockSize, '\0');
-    int status = Z_OK;
-    while (status == Z_OK && unpacked.size() <= limit) {
-      const std::size_t offered = std::min<std::size_t>(packed.size(), std::numeric_limits<uInt>::max());
-      stream_.next_in = reinterpret_cast<const Bytef*>(packed.data());
-      stream_.avail_in = static_cast<uInt>(offered);
-      stream_.next_out = reinterpret_cast<Bytef*>(block.data());
-      stream_.avail_out = static_cast<uInt>(block.size());
-      status = inflate(&stream_, Z_NO_FLUSH); // Z_BUF_ERROR at the end of what is there
-      unpacked.append(block, 0, block.size() - stream_.avail_out);
-      packed.remove_prefix(offered - stream_.avail_in);
-    }
-    return status;
-  }
-
-private:
-  z_stream stream_ = {};
-};
-
-} // namespace
 
 bool isGzip(std::string_view bytes)
 {
@@ -61,14 +22,29 @@ bool isGzip(std::string_view bytes)
 
 std::string unpackGzip(const std::string& path, std::string_view packed, std::size_t limit)
 {
-  std::string unpacked;
+  constexpr int windowBits = 15, gzip = 16;
+  z_stream stream = {};
+  if (inflateInit2(&stream, windowBits + gzip) != Z_OK)
+    throw std::bad_alloc();
+  const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, &inflateEnd);
+  std::string unpacked, block(1 << 16, '\0');
   // A part ends in its size, up to multiples of 2^32: as much as is taken at once. No byte holds more than 1032.
   std::uint32_t size = 0;
   if (packed.size() >= sizeof(size))
     std::memcpy(&size, packed.data() + packed.size() - sizeof(size), sizeof(size));
-  unpacked.reserve(std::min({std::size_t{size}, limit, 1032 * packed.size()}) + blockSize);
-  do {
-    const int status = Part().unpack(packed, limit, unpacked);
+  unpacked.reserve(std::min({std::size_t{size}, limit, 1032 * packed.size()}) + block.size());
+  do { // a part: its header, what is packed, and its checksum
+    int status = inflateReset(&stream);
+    while (status == Z_OK && unpacked.size() <= limit) {
+      const std::size_t offered = std::min<std::size_t>(packed.size(), std::numeric_limits<uInt>::max());
+      stream.next_in = reinterpret_cast<const Bytef*>(packed.data());
+      stream.avail_in = static_cast<uInt>(offered);
+      stream.next_out = reinterpret_cast<Bytef*>(block.data());
+      stream.avail_out = static_cast<uInt>(block.size());
+      status = inflate(&stream, Z_NO_FLUSH); // Z_BUF_ERROR at the end of what is there
+      unpacked.append(block, 0, block.size() - stream.avail_out);
+      packed.remove_prefix(offered - stream.avail_in);
+    }
     if (unpacked.size() > limit)
       throw FileError(path, "unpacks to more than " + std::to_string(limit >> 20) +
                                 " MiB, an eighth of the free memory: unpack it by gunzip if that is meant");

@@ -12,17 +12,13 @@ namespace {
 /// The lines of an OFF file without comments and empty ones, as numbers.
 class OffLines {
 public:
-  OffLines(const std::string& path, std::string_view text) : path_(path), lines_(text) {}
+  OffLines(const std::string& path, std::string_view text) : path_(path), lines_(text, path) {}
 
   /// The next line's words. \throw FileError at the end of the file
   const std::vector<std::string_view>& words()
   {
-    std::string_view line;
-    do {
-      if (!lines_.next(line))
-        throw FileError(path_, "is truncated");
-      split(line.substr(0, line.find('#')), words_);
-    } while (words_.empty());
+    if (!lines_.next(words_, '#'))
+      throw FileError(path_, "is truncated");
     return words_;
   }
 
@@ -35,7 +31,7 @@ public:
     for (double value = 0; numbers_.size() < words_.size() && toNumber(words_[numbers_.size()], value);)
       numbers_.push_back(value);
     if (numbers_.size() < min)
-      throw FileError(path_, lines_.number(), "has fewer than " + std::to_string(min) + " numbers");
+      lines_.fail("has fewer than " + std::to_string(min) + " numbers");
     return numbers_;
   }
 

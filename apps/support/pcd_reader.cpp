@@ -36,43 +36,36 @@ struct Header {
   std::size_t points = 0;
   std::optional<Eigen::Vector3d> sensorOrigin;
   Encoding encoding = Encoding::ascii;
-  std::size_t lines = 0; ///< up to and including DATA
-  std::string_view body;
+  Lines lines; ///< of the body
 };
 
 /// The lines of a header by their first words.
 class HeaderLines {
 public:
-  HeaderLines(const std::string& path, std::string_view text) : path_(path)
+  HeaderLines(const std::string& path, std::string_view text) : path_(path), lines_(text, path)
   {
     const std::set<std::string_view> keys = {"VERSION", "FIELDS",    "SIZE",   "TYPE", "COUNT",
                                              "WIDTH",   "VIEWPOINT", "HEIGHT", "DATA", "POINTS"};
-    std::string_view line;
     std::vector<std::string_view> words;
-    for (Lines lines(text); !has("DATA") && lines.next(line); count_ = lines.number()) {
-      split(line, words);
-      if (words.empty() || words[0][0] == '#')
+    while (!has("DATA") && lines_.next(words)) {
+      if (words[0][0] == '#')
         continue;
       const std::string_view key = words[0] == "COLUMNS" ? "FIELDS" : words[0]; // an older name of the same
       if (keys.count(key) == 0 && entries_.empty())
         throw FileError(path, "is not a PCD file");
       if (keys.count(key) == 0)
-        throw FileError(path, lines.number(), "is not a line of a PCD header");
+        lines_.fail("is not a line of a PCD header");
       if (has(key))
-        throw FileError(path, lines.number(), "the header has a second line " + std::string(key));
-      entries_[key] = {lines.number(), {words.begin() + 1, words.end()}};
-      body_ = text.substr(static_cast<std::size_t>(line.data() + line.size() - text.data()));
+        lines_.fail("the header has a second line " + std::string(key));
+      entries_[key] = {lines_.number(), {words.begin() + 1, words.end()}};
     }
-    // The rest of the line is its end: LF or CRLF.
-    body_.remove_prefix(std::min(body_.size(), body_.find('\n') + 1));
     for (const char* key : {"FIELDS", "SIZE", "TYPE", "DATA"})
       if (!has(key))
         throw FileError(path, std::string("is not a PCD file: its header has no line ") + key);
   }
 
   bool has(std::string_view key) const { return entries_.count(key) != 0; }
-  std::string_view body() const { return body_; }
-  std::size_t count() const { return count_; }
+  const Lines& behind() const { return lines_; }
 
   /// The words behind a key that is there.
   const std::vector<std::string_view>& words(std::string_view key) const { return entries_.at(key).second; }
@@ -105,9 +98,8 @@ public:
 
 private:
   const std::string& path_;
+  Lines lines_;
   std::map<std::string_view, std::pair<std::size_t, std::vector<std::string_view>>> entries_; ///< with their lines
-  std::size_t count_ = 0;
-  std::string_view body_;
 };
 
 std::vector<Field> parseFields(const std::string& path, const HeaderLines& lines, std::int64_t fileSize)
@@ -152,8 +144,7 @@ Header parseHeader(const std::string& path, const std::string& text)
 {
   const HeaderLines lines(path, text);
   Header header;
-  header.body = lines.body();
-  header.lines = lines.count();
+  header.lines = lines.behind();
   header.fields = parseFields(path, lines, static_cast<std::int64_t>(text.size()));
   for (std::size_t f = 0; f < header.fields.size(); ++f)
     if (header.fields[f].isColor())
@@ -183,7 +174,7 @@ Header parseHeader(const std::string& path, const std::string& text)
            : field.isPadding()                   ? 0
                                                  : static_cast<double>(field.bytes()) / 88;
   // The last row of text may have no end.
-  const std::size_t there = header.body.size() + (header.encoding == Encoding::ascii ? 1 : 0);
+  const std::size_t there = header.lines.rest().size() + (header.encoding == Encoding::ascii ? 1 : 0);
   if (static_cast<double>(header.points) * min > static_cast<double>(there))
     throw FileError(path, "is truncated: too short for the points that it declares");
   if (lines.has("WIDTH") && width * height != header.points)
@@ -223,12 +214,13 @@ bool unpackLzf(std::string_view packed, std::size_t size, std::string& unpacked)
 /// The points of a compressed file, field by field, without padding.
 std::string unpack(const std::string& path, const Header& header)
 {
+  const std::string_view body = header.lines.rest();
   std::array<std::uint32_t, 2> sizes{}; // packed, unpacked
-  std::memcpy(sizes.data(), header.body.data(), std::min(sizeof(sizes), header.body.size()));
+  std::memcpy(sizes.data(), body.data(), std::min(sizeof(sizes), body.size()));
   std::size_t pointSize = 0;
   for (const Field& field : header.fields)
     pointSize += field.isPadding() ? 0 : field.bytes();
-  const std::string_view packed = header.body.substr(std::min(sizeof(sizes), header.body.size()), sizes[0]);
+  const std::string_view packed = body.substr(std::min(sizeof(sizes), body.size()), sizes[0]);
   std::string unpacked;
   // So much cannot come out of it: 88 times as much.
   if (packed.size() != sizes[0] || sizes[1] > 88 * packed.size() || pointSize == 0 ||
@@ -270,8 +262,7 @@ void addRows(const Header& header, std::size_t rows, const At& at, TableFiller& 
       table.colors.push_back(toColor(at(row, *header.color)));
 }
 
-void readText(const std::string& path, const std::string& text, const Header& header, TableFiller& filler,
-              PointTable& table)
+void readText(const std::string& path, const Header& header, TableFiller& filler, PointTable& table)
 {
   std::vector<std::size_t> first; // numbers of the fields in a row
   std::size_t numbers = 0;
@@ -279,7 +270,6 @@ void readText(const std::string& path, const std::string& text, const Header& he
     first.push_back(numbers);
     numbers += field.count;
   }
-  std::string_view line;
   std::vector<std::string_view> words;
   std::vector<double> values;
   std::size_t rows = 0;
@@ -287,14 +277,10 @@ void readText(const std::string& path, const std::string& text, const Header& he
     const Field& field = header.fields[f];
     return field.isColor() ? packedColor(field, values[first[f]]) : values[first[f]];
   };
-  for (Lines lines(text); rows < header.points && lines.next(line);) {
-    split(line, words);
-    if (lines.number() <= header.lines || words.empty())
-      continue;
+  for (Lines lines = header.lines; rows < header.points && lines.next(words); ++rows) {
     if (!toNumbers(words, values) || values.size() != numbers)
-      throw FileError(path, lines.number(), "is not a row of " + std::to_string(numbers) + " numbers");
+      lines.fail("is not a row of " + std::to_string(numbers) + " numbers");
     addRows(header, 1, at, filler, table);
-    ++rows;
   }
   if (rows < header.points)
     throw FileError(path, "is truncated: it declares " + std::to_string(header.points) + " points and holds " +
@@ -306,7 +292,7 @@ void readBinary(const std::string& path, const Header& header, TableFiller& fill
 {
   const bool isCompressed = header.encoding == Encoding::compressed;
   const std::string unpacked = isCompressed ? unpack(path, header) : "";
-  const char* const bytes = isCompressed ? unpacked.data() : header.body.data();
+  const char* const bytes = isCompressed ? unpacked.data() : header.lines.rest().data();
   std::vector<std::size_t> first; // bytes of the fields, of the first point
   std::size_t pointSize = 0;
   for (const Field& field : header.fields) {
@@ -344,7 +330,7 @@ PointTable readPcd(const std::string& path, const std::string& text)
   const NumberType& type = *header.fields[filler.vectors().position->front()].type;
   table.areFloats = header.encoding != Encoding::ascii && type.kind == 'F' && type.size == sizeof(float);
   if (header.encoding == Encoding::ascii)
-    readText(path, text, header, filler, table);
+    readText(path, header, filler, table);
   else
     readBinary(path, header, filler, table);
   filler.finish(false);

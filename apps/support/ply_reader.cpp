@@ -55,7 +55,7 @@ enum class Format { unknown, ascii, littleEndian, bigEndian };
 struct Header {
   Format format = Format::unknown;
   std::vector<Element> elements;
-  std::size_t size = 0; ///< bytes up to the body
+  std::string_view body;
 };
 
 /// \return whether its type is known
@@ -74,18 +74,15 @@ Header parseHeader(const std::string& path, const std::string& text)
     throw FileError(path, "is not a PLY file");
   Header header;
   std::vector<std::string_view> words;
-  std::string_view line;
-  Lines lines(text);
-  while (lines.next(line)) {
-    split(line, words);
-    if (words.empty() || words[0] == "ply" || words[0] == "comment" || words[0] == "obj_info")
+  Lines lines(text, path);
+  while (lines.next(words)) {
+    if (words[0] == "ply" || words[0] == "comment" || words[0] == "obj_info")
       continue;
     bool good = false;
     if (words[0] == "end_header") {
       if (header.format == Format::unknown)
         break;
-      header.size = static_cast<std::size_t>(line.data() + line.size() - text.data());
-      header.size = std::min(text.find('\n', header.size), text.size() - 1) + 1;
+      header.body = lines.rest();
       return header;
     }
     if (words[0] == "format" && words.size() == 3 && header.format == Format::unknown) {
@@ -107,7 +104,7 @@ Header parseHeader(const std::string& path, const std::string& text)
       header.elements.back().properties.push_back(property);
     }
     if (!good)
-      throw FileError(path, lines.number(), "is not a line of a PLY header");
+      lines.fail("is not a line of a PLY header");
   }
   throw FileError(path, "is a truncated or malformed PLY file: its header does not end");
 }
@@ -184,13 +181,9 @@ private:
 
   double nextWord()
   {
-    constexpr std::string_view blanks = " \t\r\n";
-    rest_.remove_prefix(std::min(rest_.find_first_not_of(blanks), rest_.size()));
-    const std::string_view word = rest_.substr(0, rest_.find_first_of(blanks));
     double value = 0;
-    if (!toNumber(word, value))
+    if (!toNumber(takeWord(rest_), value))
       fail();
-    rest_.remove_prefix(word.size());
     return value;
   }
 
@@ -246,7 +239,7 @@ void readFaces(const Element& element, Body& body, Polygons* faces)
 PointTable readPly(const std::string& path, const std::string& text, Polygons* faces)
 {
   const Header header = parseHeader(path, text);
-  Body body(path, std::string_view(text).substr(header.size), header.format);
+  Body body(path, header.body, header.format);
   PointTable table;
   for (const Element& element : header.elements) {
     double min = 0;

@@ -4,27 +4,28 @@
 #include "errors.h"
 #include "text_file.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace mrf_apps {
 namespace {
 
-/// Calls use(values) on every row of `columns` finite numbers.
-template <typename Use>
-void forEachRow(const std::string& path, const std::string& text, std::size_t columns, const char* what, const Use& use)
+/// \return false unless the words are three finite numbers
+bool toPosition(const std::vector<std::string_view>& words, Eigen::Vector3d& position)
+{
+  bool isGood = words.size() == 3;
+  for (std::size_t axis = 0; isGood && axis < 3; ++axis)
+    isGood = toNumber(words[axis], position[static_cast<Eigen::Index>(axis)]);
+  return isGood && position.allFinite();
+}
+
+/// \param take is given the words of every row, and returns whether they are what the rows hold
+template <typename Take>
+void forEachRow(const std::string& path, const std::string& text, const char* what, const Take& take)
 {
   std::string_view line;
   std::vector<std::string_view> words;
-  std::vector<double> values;
-  for (Lines lines(text); lines.next(line);) {
+  for (Lines lines(text, path); lines.next(line);) {
     splitRow(line, words);
-    if (words.empty() || words[0][0] == '#')
-      continue;
-    const auto isFinite = [](double value) { return std::isfinite(value); };
-    if (!toNumbers(words, values) || values.size() != columns || !std::all_of(values.begin(), values.end(), isFinite) ||
-        !use(values))
-      throw FileError(path, lines.number(), std::string("is not ") + what);
+    if (!words.empty() && words[0][0] != '#' && !take(words))
+      lines.fail(std::string("is not ") + what);
   }
 }
 
@@ -33,21 +34,15 @@ void forEachRow(const std::string& path, const std::string& text, std::size_t co
 bool parseSensor(const std::string& text, Eigen::Vector3d& position)
 {
   std::vector<std::string_view> words;
-  std::vector<double> values;
   splitRow(text, words);
-  if (!toNumbers(words, values) || values.size() != 3)
-    return false;
-  position = {values[0], values[1], values[2]};
-  return position.allFinite();
+  return toPosition(words, position);
 }
 
 std::vector<Eigen::Vector3d> parseSensors(const std::string& path, const std::string& text)
 {
   std::vector<Eigen::Vector3d> sensors;
-  forEachRow(path, text, 3, "a position x y z", [&](const std::vector<double>& values) {
-    sensors.emplace_back(values[0], values[1], values[2]);
-    return true;
-  });
+  forEachRow(path, text, "a position x y z",
+             [&](const std::vector<std::string_view>& words) { return toPosition(words, sensors.emplace_back()); });
   if (sensors.empty())
     throw FileError(path, "holds no sensor positions");
   return sensors;
@@ -56,9 +51,11 @@ std::vector<Eigen::Vector3d> parseSensors(const std::string& path, const std::st
 std::vector<std::int32_t> parseViews(const std::string& path, const std::string& text)
 {
   std::vector<std::int32_t> views;
-  forEachRow(path, text, 1, "the number of a sensor, from 0", [&](const std::vector<double>& values) {
-    views.push_back(static_cast<std::int32_t>(isCount(values[0]) ? values[0] : 0));
-    return isCount(values[0]);
+  forEachRow(path, text, "the number of a sensor, from 0", [&](const std::vector<std::string_view>& words) {
+    double number = -1;
+    const bool isGood = words.size() == 1 && toNumber(words[0], number) && isCount(number);
+    views.push_back(static_cast<std::int32_t>(isGood ? number : 0));
+    return isGood;
   });
   return views;
 }

@@ -58,16 +58,10 @@ Corners binaryCorners(const std::string& text)
 /// The words of a text file, one behind the other.
 class Words {
 public:
-  Words(const std::string& path, std::string_view text) : path_(path), text_(text) {}
+  Words(const std::string& path, std::string_view text) : path_(path), text_(text), rest_(text) {}
 
   /// The next word; empty at the end of the file.
-  std::string_view next()
-  {
-    constexpr std::string_view blanks = " \t\r\n";
-    const std::size_t begin = std::min(text_.find_first_not_of(blanks, at_), text_.size());
-    at_ = std::min(text_.find_first_of(blanks, begin), text_.size());
-    return text_.substr(begin, at_ - begin);
-  }
+  std::string_view next() { return takeWord(rest_); }
 
   void expect(std::initializer_list<std::string_view> expected)
   {
@@ -84,18 +78,17 @@ public:
     return value;
   }
 
-  void skipLine() { at_ = std::min(text_.find('\n', at_), text_.size()); }
+  void skipLine() { rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size())); }
 
   [[noreturn]] void fail() const
   {
-    const auto line = 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(at_), '\n');
+    const auto line = 1 + std::count(text_.data(), rest_.data(), '\n');
     throw FileError(path_, "is a truncated or malformed STL file at line " + std::to_string(line));
   }
 
 private:
   const std::string& path_;
-  std::string_view text_;
-  std::size_t at_ = 0; ///< behind the last word
+  std::string_view text_, rest_; ///< all of it, and what is behind the last word
 };
 
 Corners textCorners(const std::string& path, const std::string& text)

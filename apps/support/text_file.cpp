@@ -131,6 +131,22 @@ bool Lines::next(std::string_view& line)
   return true;
 }
 
+bool Lines::next(std::vector<std::string_view>& words, char comment)
+{
+  std::string_view line;
+  for (words.clear(); words.empty();) {
+    if (!next(line))
+      return false;
+    split(line.substr(0, comment == 0 ? std::string_view::npos : line.find(comment)), words);
+  }
+  return true;
+}
+
+void Lines::fail(const std::string& cause) const
+{
+  throw FileError(path_, number_, cause);
+}
+
 namespace {
 
 void splitAt(std::string_view separators, std::string_view line, std::vector<std::string_view>& words)
@@ -145,6 +161,15 @@ void splitAt(std::string_view separators, std::string_view line, std::vector<std
 }
 
 } // namespace
+
+std::string_view takeWord(std::string_view& text)
+{
+  constexpr std::string_view blanks = " \t\r\n";
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  const std::string_view word = text.substr(0, text.find_first_of(blanks));
+  text.remove_prefix(word.size());
+  return word;
+}
 
 void split(std::string_view line, std::vector<std::string_view>& words)
 {

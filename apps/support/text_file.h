@@ -41,16 +41,25 @@ std::string joined(const std::vector<std::string>& words, const std::string& sep
 /// Hands out the lines of a text, without their ends (LF, CRLF).
 class Lines {
 public:
-  explicit Lines(std::string_view text) : text_(text) {}
+  /// \param path of the file, for messages
+  explicit Lines(std::string_view text = {}, const std::string& path = {}) : text_(text), path_(path) {}
 
   bool next(std::string_view& line);
-  bool atEnd() const { return text_.empty(); }
+  /// The words of the next line that has any. \param comment begins what is left out of a line; 0: nothing does
+  bool next(std::vector<std::string_view>& words, char comment = 0);
+  std::string_view rest() const { return text_; }
   std::size_t number() const { return number_; } ///< of the line handed out last, from 1
+  /// \throw FileError about that line
+  [[noreturn]] void fail(const std::string& cause) const;
 
 private:
   std::string_view text_;
+  std::string path_;
   std::size_t number_ = 0;
 };
+
+/// Takes the next word off a text, in whatever line it is. \return empty at the end
+std::string_view takeWord(std::string_view& text);
 
 /// Splits a line at blanks and tabs.
 void split(std::string_view line, std::vector<std::string_view>& words);

@@ -10,14 +10,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <regex>
 
 namespace mrf_apps {
 namespace {
-
-Eigen::Vector3d vectorAt(const std::vector<double>& values, std::size_t first)
-{
-  return {values[first], values[first + 1], values[first + 2]};
-}
 
 bool isComment(std::string_view line)
 {
@@ -28,18 +24,8 @@ bool isComment(std::string_view line)
 /// A line of names without units, "X [m]" or "Height(ft)": what is short, in brackets, and has no digit.
 std::string withoutUnits(std::string_view line)
 {
-  constexpr std::size_t longest = 16;
-  std::string result;
-  while (!line.empty()) {
-    const std::size_t begin = std::min(line.find_first_of("[("), line.size());
-    result += line.substr(0, begin);
-    line.remove_prefix(begin);
-    const std::size_t end = line.substr(0, longest).find_first_of("])0123456789");
-    const bool isUnit = end != std::string_view::npos && (line[end] == ']' || line[end] == ')');
-    result += line.substr(0, isUnit ? 0 : 1);
-    line.remove_prefix(isUnit ? end + 1 : std::min<std::size_t>(line.size(), 1));
-  }
-  return result;
+  static const std::regex unit("[\\[(][^\\])0-9]{0,14}[\\])]");
+  return std::regex_replace(std::string(line), unit, "");
 }
 
 /// The cells of a column that hold no number.
@@ -94,7 +80,7 @@ void splitCells(std::string_view line, std::vector<std::string_view>& cells)
 class RowParser {
 public:
   RowParser(const std::string& path, std::string_view text)
-      : path_(path), lines_(text.substr(text.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0))
+      : path_(path), lines_(text.substr(text.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0), path)
   {}
 
   Rows parse()
@@ -111,8 +97,6 @@ public:
   }
 
 private:
-  [[noreturn]] void fail(const std::string& cause) const { throw FileError(path_, lines_.number(), cause); }
-
   bool takeNames(std::string_view line)
   {
     std::vector<std::string> names = rows_.columns > 0 ? std::vector<std::string>() : columnNames(line);
@@ -138,7 +122,7 @@ private:
     (line.find('"') == std::string_view::npos ? splitRow : splitCells)(line, cells_);
     const bool areNumbers = toNumbers(cells_, values_);
     if (areNumbers && haveDecimalCommas(cells_)) // they would make two numbers of one
-      fail("has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
+      lines_.fail("has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
     if (areNumbers ? takeCount() : takeNames(line))
       return;
     const std::size_t expected = rows_.columns > 0 ? rows_.columns : rows_.names.size();
@@ -153,7 +137,8 @@ private:
     if (rows_.columns == 0)
       start(line.find_first_of(",;\t") != std::string_view::npos);
     if (cells_.size() != rows_.columns)
-      fail("has " + std::to_string(cells_.size()) + " columns, those before have " + std::to_string(rows_.columns));
+      lines_.fail("has " + std::to_string(cells_.size()) + " columns, those before have " +
+                  std::to_string(rows_.columns));
     if (haveGaps)
       takeGaps();
     rows_.values.insert(rows_.values.end(), values_.begin(), values_.end());
@@ -166,16 +151,16 @@ private:
     const auto numbers =
         std::count_if(cells_.begin(), cells_.end(), [&](std::string_view cell) { return toNumber(cell, number); });
     if (cells_.size() < 3 && numbers > 0)
-      fail("has fewer than the three columns x y z");
+      lines_.fail("has fewer than the three columns x y z");
     if (rows_.names.size() != cells_.size() && numbers < 3)
-      fail("is not a row of numbers, nor names columns x, y and z");
+      lines_.fail("is not a row of numbers, nor names columns x, y and z");
     // Without the names x y z are taken to be first; a column that numbers the points needs none. A comment may be a
     // sentence.
     const std::size_t names = rows_.names.size();
     if (isHeader_ && names != cells_.size() && names + 1 != cells_.size() &&
         (isParted || VectorColumns(rows_.names).position != Triple{0, 1, 2}))
-      fail("has " + std::to_string(cells_.size()) + " columns, the header names " + std::to_string(names) +
-           "; name each of them, and write 0.5 for 0,5");
+      lines_.fail("has " + std::to_string(cells_.size()) + " columns, the header names " + std::to_string(names) +
+                  "; name each of them, and write 0.5 for 0,5");
     rows_.columns = cells_.size();
     rows_.gaps.resize(rows_.columns);
   }
@@ -335,35 +320,6 @@ PointTable toTable(Rows rows, std::vector<std::string> notes = {})
   return table;
 }
 
-/// The rows of a PTX file, all of which have to be there.
-class PtxRows {
-public:
-  PtxRows(const std::string& path, std::string_view text)
-      : path_(path), lines_(text.substr(0, text.find_last_not_of(" \t\r\n") + 1))
-  {}
-
-  bool atEnd() const { return lines_.atEnd(); }
-  const std::vector<double>& next()
-  {
-    std::string_view line;
-    do {
-      if (!lines_.next(line))
-        throw FileError(path_, "is truncated: the last scan has fewer lines than its header says");
-      split(line, words_);
-    } while (words_.empty());
-    if (!toNumbers(words_, values_))
-      fail("is not a row of numbers");
-    return values_;
-  }
-  [[noreturn]] void fail(const std::string& cause) const { throw FileError(path_, lines_.number(), cause); }
-
-private:
-  const std::string& path_;
-  Lines lines_;
-  std::vector<std::string_view> words_;
-  std::vector<double> values_;
-};
-
 /// The vertex and the normal of a corner of a face, "v", "v/t", "v//n" or "v/t/n", from 0; the normal is −1 if there is
 /// none. Negative indices count from the end. \return false if it is no corner
 bool parseCorner(std::string_view word, std::size_t vertices, std::size_t normals, std::int64_t& vertex,
@@ -446,10 +402,19 @@ PointTable parsePtx(const std::string& path, const std::string& text)
   std::vector<Eigen::Vector3d> sensors;
   std::vector<std::int32_t> views;
   bool areKnown = true;
-  for (PtxRows lines(path, text); !lines.atEnd();) {
+  std::vector<std::string_view> words;
+  std::vector<double> values;
+  Lines lines(std::string_view(text).substr(0, text.find_last_not_of(" \t\r\n") + 1), path);
+  const auto next = [&] {
+    if (!lines.next(words))
+      throw FileError(path, "is truncated: the last scan has fewer lines than its header says");
+    if (!toNumbers(words, values))
+      lines.fail("is not a row of numbers");
+  };
+  while (!lines.rest().empty()) {
     std::vector<double> numbers;
     for (const std::size_t size : header) {
-      const std::vector<double>& values = lines.next();
+      next();
       if (values.size() != size || !std::all_of(values.begin(), values.end(), [size](double value) {
             return size == 1 ? isCount(value) : std::isfinite(value);
           }))
@@ -463,7 +428,7 @@ PointTable parsePtx(const std::string& path, const std::string& text)
     if (sensors.back().isZero(0) && std::min(numbers[0], numbers[1]) < 2) // as in PCD, nobody has set it
       areKnown = false;
     for (double cell = 0; cell < numbers[0] * numbers[1]; ++cell) {
-      const std::vector<double>& values = lines.next();
+      next();
       if (rows.columns == 0)
         rows.columns = values.size();
       if ((values.size() != 4 && values.size() != 7) || values.size() != rows.columns)
@@ -498,13 +463,13 @@ PointTable parseObj(const std::string& path, const std::string& text, Polygons* 
   std::vector<std::string_view> words;
   std::vector<double> values;
   std::string_view line;
-  for (Lines lines(text); lines.next(line);) {
+  for (Lines lines(text, path); lines.next(line);) {
     const std::string_view key = line.substr(0, line.find_first_of(" \t"));
     if (key != "v" && key != "vn" && key != "f")
       continue;
     const auto require = [&](bool holds, const char* cause) {
       if (!holds)
-        throw FileError(path, lines.number(), cause);
+        lines.fail(cause);
     };
     split(line.substr(key.size()), words);
     if (key == "f") {
@@ -518,13 +483,13 @@ PointTable parseObj(const std::string& path, const std::string& text, Polygons* 
     require(toNumbers(words, values), "is not a row of numbers");
     if (key == "vn") {
       require(values.size() == 3, "a normal needs three coordinates");
-      normals.push_back(vectorAt(values, 0).cast<float>());
+      normals.push_back(Eigen::Vector3d::Map(values.data()).cast<float>());
       continue;
     }
     require(values.size() >= 3, "a vertex needs three coordinates");
-    table.positions.push_back(vectorAt(values, 0));
+    table.positions.push_back(Eigen::Vector3d::Map(values.data()));
     if (values.size() >= 6)
-      colors.push_back(vectorAt(values, 3).cast<float>());
+      colors.push_back(Eigen::Vector3d::Map(&values[3]).cast<float>());
   }
   const auto areIn = [](const std::vector<std::int64_t>& indices, std::size_t count) {
     return std::all_of(indices.begin(), indices.end(),
