@@ -70,21 +70,7 @@ void resolve(const SurfaceMesh& mesh, const EvaluationInput& input, Evaluation& 
 struct MeasuredPoints {
   Points points;
   std::vector<ClosestPlace> places;
-
-  Statistics statistics() const { return summarize(distancesOf(places)); }
 };
-
-std::optional<MeasuredPoints> pointsToMesh(const Points& points, const SurfaceDistance& mesh, Execution& execution,
-                                           std::int64_t& notFinite)
-{
-  if (points.empty())
-    return std::nullopt;
-  MeasuredPoints result;
-  result.points = finite(points);
-  notFinite += static_cast<std::int64_t>(points.size() - result.points.size());
-  result.places = mesh.closest(result.points, execution);
-  return result;
-}
 
 /// Of sorted values, interpolated linearly.
 double quantile(const std::vector<double>& values, double share)
@@ -140,6 +126,7 @@ ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMe
   result.hausdorff = std::max({result.meshToReference.max, result.referenceToMesh.max,
                                largest(toReference.distances(usedVertices(mesh), execution)),
                                largest(toMesh.distances(usedVertices(reference), execution))});
+  result.hausdorffPercent = 100 / options.diagonal * result.hausdorff;
   return result;
 }
 
@@ -165,9 +152,10 @@ std::optional<double> flippedShare(const SurfaceMesh& mesh, const EvaluationInpu
                      : std::nullopt;
 }
 
+/// \param evaluation so far
 std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const EvaluationInput& input,
-                                              const MeasuredPoints& cloud, const std::optional<Statistics>& heldOut,
-                                              const EvaluationOptions& options, Execution& execution)
+                                              const MeasuredPoints& cloud, const Evaluation& evaluation,
+                                              Execution& execution)
 {
   const LocalSpacing local(cloud.points, execution);
   if (!local.isKnown())
@@ -181,13 +169,13 @@ std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const Eva
   std::sort(spacings.begin(), spacings.end());
   result.spacing = quantile(spacings, .5);
   result.unevenness = quantile(spacings, .9) / quantile(spacings, .1);
-  result.cloudRms = cloud.statistics().rms / result.spacing;
-  if (heldOut)
-    result.heldOutRms = heldOut->rms / result.spacing;
+  result.cloudRms = evaluation.cloud->rms / result.spacing;
+  if (evaluation.heldOut)
+    result.heldOutRms = evaluation.heldOut->rms / result.spacing;
   result.flippedShare = flippedShare(mesh, input, cloud.places);
   result.nearShare = 1 - shareAbove(inSpacings, LocalComparison::nearLimit);
   inSpacings.clear();
-  const SurfaceSamples samples = sampleSurface(mesh, options.samples, options.seed);
+  const SurfaceSamples samples = sampleSurface(mesh, evaluation.options.samples, evaluation.options.seed);
   for (const LocalSpacing::Nearest& nearest : local.nearest(samples.positions, execution))
     inSpacings.push_back(nearest.distance / nearest.spacing);
   result.inventedShare = shareAbove(inSpacings, LocalComparison::inventedLimit);
@@ -260,16 +248,18 @@ Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const
   const SurfaceDistance toMesh(mesh);
   resolve(mesh, input, result);
   const auto measurePoints = [&](const Points& points, std::optional<Statistics>& statistics) {
-    std::optional<MeasuredPoints> measured = pointsToMesh(points, toMesh, execution, result.pointsNotFinite);
-    if (measured)
-      statistics = measured->statistics();
+    MeasuredPoints measured{finite(points), {}};
+    result.pointsNotFinite += static_cast<std::int64_t>(points.size() - measured.points.size());
+    measured.places = toMesh.closest(measured.points, execution);
+    if (!points.empty())
+      statistics = summarize(distancesOf(measured.places));
     return measured;
   };
-  const std::optional<MeasuredPoints> cloud = measurePoints(input.cloud, result.cloud);
+  const MeasuredPoints cloud = measurePoints(input.cloud, result.cloud);
   measurePoints(input.heldOut, result.heldOut);
   measurePoints(input.clean, result.clean);
-  if (cloud)
-    result.local = compareLocally(mesh, input, *cloud, result.heldOut, result.options, execution);
+  if (result.cloud)
+    result.local = compareLocally(mesh, input, cloud, result, execution);
   if (input.reference)
     result.reference = compare(mesh, toMesh, *input.reference, result.options, execution);
   if (input.reference && !options.sensors.empty())
@@ -281,17 +271,11 @@ Evaluation evaluate(const SurfaceMesh& mesh, const EvaluationInput& input, const
 std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& input, Execution& execution)
 {
   std::vector<float> errors(mesh.vertices.size(), std::numeric_limits<float>::quiet_NaN());
-  std::vector<std::size_t> vertices;
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
-    if (mesh.vertices[v].allFinite())
-      vertices.push_back(v);
   if (input.reference) {
-    Points positions;
-    for (const std::size_t v : vertices)
-      positions.push_back(mesh.vertices[v]);
-    const std::vector<double> distances = SurfaceDistance(*input.reference).distances(positions, execution);
-    for (std::size_t i = 0; i < vertices.size(); ++i)
-      errors[vertices[i]] = static_cast<float>(distances[i]);
+    const std::vector<double> distances = SurfaceDistance(*input.reference).distances(finite(mesh.vertices), execution);
+    for (std::size_t v = 0, i = 0; v < errors.size(); ++v)
+      if (mesh.vertices[v].allFinite())
+        errors[v] = static_cast<float>(distances[i++]);
     return errors;
   }
 
@@ -309,10 +293,10 @@ std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& 
   vtkNew<vtkStaticPointLocator> locator;
   locator->SetDataSet(data);
   locator->BuildLocator();
-  pcl::mrf::forEach(execution, static_cast<std::int64_t>(vertices.size()), 1024, [&](std::size_t i) {
-    const Eigen::Vector3d& vertex = mesh.vertices[vertices[i]];
-    const auto nearest = static_cast<std::size_t>(locator->FindClosestPoint(vertex.data()));
-    errors[vertices[i]] = static_cast<float>((known[nearest] - vertex).norm());
+  pcl::mrf::forEach(execution, static_cast<std::int64_t>(errors.size()), 1024, [&](std::size_t v) {
+    const Eigen::Vector3d& vertex = mesh.vertices[v];
+    if (vertex.allFinite())
+      errors[v] = static_cast<float>((known[locator->FindClosestPoint(vertex.data())] - vertex).norm());
   });
   return errors;
 }

@@ -58,9 +58,10 @@ enum class DiagonalSource { option, reference, cloud, mesh };
 /// The mesh beside the true surface; over samples that stand for the same area each.
 struct ReferenceComparison {
   Statistics meshToReference, referenceToMesh;
-  double hausdorff = 0;     ///< the larger of both ways, over the samples and all vertices: a lower bound, nearly sharp
-  double inventedShare = 0; ///< of the mesh's area, farther than the limit from the reference
-  double missingShare = 0;  ///< of the reference's area, farther than the limit from the mesh
+  double hausdorff = 0; ///< the larger of both ways, over the samples and all vertices: a lower bound, nearly sharp
+  double hausdorffPercent = 0; ///< of the diagonal
+  double inventedShare = 0;    ///< of the mesh's area, farther than the limit from the reference
+  double missingShare = 0;     ///< of the reference's area, farther than the limit from the mesh
   /// Angles between the mesh's triangles and the reference's closest ones, degrees 0..180, where the mesh is not
   /// invented. Of triangles, not of interpolated normals: nothing is assumed about shared vertices.
   Statistics normalDeviation;
@@ -77,6 +78,7 @@ struct SensorComparison {
   /// Shares of the view: of the pixels of a camera, else of the solid angle.
   double missingShare = 0, inFrontShare = 0;
   double rms = 0;               ///< of the depth where the mesh is there, cloud's unit
+  double rmsPercent = 0;        ///< of the diagonal
   double rmsInLimits = 0;       ///< likewise, over the limit
   double medianNormalError = 0; ///< over the area of the mesh at the truth, degrees
   double flippedShare = 0;      ///< of that area, more than 90° off

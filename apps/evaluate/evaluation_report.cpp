@@ -12,6 +12,10 @@ namespace mrf_apps {
 using nlohmann::ordered_json;
 
 MRF_JSON(Statistics, count, rms, mean, median, percentile95, max)
+MRF_JSON(ReferenceComparison, hausdorff, hausdorffPercent, inventedShare, missingShare, normalDeviation, flippedShare,
+         areaRatio)
+MRF_JSON(SensorComparison, missingShare, inFrontShare, rms, rmsPercent, rmsInLimits, medianNormalError, flippedShare,
+         areaRatio, inFrontAreaShare)
 MRF_JSON(SigmaStatistics, count, levels, coverage, rmsError, medianHalfWidth, negativeLogLikelihood)
 MRF_JSON(Sparsification, sigma, confidence)
 MRF_JSON(SigmaEvaluation, measured, fillings, sparsification, notKnown)
@@ -90,29 +94,12 @@ ordered_json toJson(const Evaluation& evaluation)
   addDistances("heldOut", evaluation.heldOut);
   addDistances("clean", evaluation.clean);
   if (evaluation.reference) {
-    const ReferenceComparison& comparison = *evaluation.reference;
-    addDistances("meshToReference", comparison.meshToReference);
-    addDistances("referenceToMesh", comparison.referenceToMesh);
-    json["reference"] = {{"hausdorff", comparison.hausdorff},
-                         {"hausdorffPercent", percent * comparison.hausdorff},
-                         {"inventedShare", comparison.inventedShare},
-                         {"missingShare", comparison.missingShare},
-                         {"normalDeviation", comparison.normalDeviation},
-                         {"flippedShare", comparison.flippedShare},
-                         {"areaRatio", comparison.areaRatio}};
+    addDistances("meshToReference", evaluation.reference->meshToReference);
+    addDistances("referenceToMesh", evaluation.reference->referenceToMesh);
+    json["reference"] = *evaluation.reference;
   }
-  if (evaluation.sensor) {
-    const SensorComparison& sensor = *evaluation.sensor;
-    json["sensor"] = {{"missingShare", sensor.missingShare},
-                      {"inFrontShare", sensor.inFrontShare},
-                      {"rms", sensor.rms},
-                      {"rmsPercent", percent * sensor.rms},
-                      {"rmsInLimits", sensor.rmsInLimits},
-                      {"medianNormalError", sensor.medianNormalError},
-                      {"flippedShare", sensor.flippedShare},
-                      {"areaRatio", sensor.areaRatio},
-                      {"inFrontAreaShare", sensor.inFrontAreaShare}};
-  }
+  if (evaluation.sensor)
+    json["sensor"] = *evaluation.sensor;
   if (evaluation.local)
     json["local"] = toJson(*evaluation.local);
   json["mesh"] = toJson(evaluation.mesh);

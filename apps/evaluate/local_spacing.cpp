@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "local_spacing.h"
 
-#include <Eigen/Geometry>
+#include "support/float_offset.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,9 +30,7 @@ LocalSpacing::LocalSpacing(std::vector<Vector3d> points, Execution& execution) :
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
   });
   points_.erase(std::unique(points_.begin(), points_.end()), points_.end());
-  Eigen::AlignedBox3d box;
-  for (const Vector3d& point : points_)
-    box.extend(point);
+  const Eigen::AlignedBox3d box = boxOf(points_);
   if (points_.size() < pointsNeeded || !std::isfinite(box.diagonal().norm()))
     return;
   center_ = box.center();

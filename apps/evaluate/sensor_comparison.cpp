@@ -165,6 +165,7 @@ public:
     result.inFrontShare = front / all;
     result.missingShare = 1 - (front + there) / all;
     result.rms = there > 0 ? std::sqrt(squares / there) : 0;
+    result.rmsPercent = 100 / options_.diagonal * result.rms;
     result.rmsInLimits = there > 0 ? std::sqrt(inLimits / there) : 0;
     return trueArea / static_cast<double>(areas.size()) * surfaceArea(reference_);
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "surface_distance.h"
 
+#include "scan/random.h"
+
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <Eigen/Geometry>
@@ -117,16 +119,6 @@ std::vector<double> SurfaceDistance::distances(const std::vector<Eigen::Vector3d
   return distancesOf(closest(points, execution));
 }
 
-namespace {
-
-/// In [0, 1), the same on every platform, as the standard's distributions are not.
-double uniform(std::mt19937_64& generator)
-{
-  return static_cast<double>(generator() >> 11) * 0x1p-53;
-}
-
-} // namespace
-
 SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::uint64_t seed)
 {
   const double total = surfaceArea(mesh);
@@ -137,7 +129,8 @@ SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::u
   std::size_t current = 0, lastWithArea = 0;
   double before = 0; // area of the triangles ahead of the current one
   for (std::int64_t i = 0; i < count; ++i) {
-    const double target = total * (static_cast<double>(i) + uniform(generator)) / static_cast<double>(count);
+    const double target =
+        total * (static_cast<double>(i) + pcl::mrf::scan::share(generator())) / static_cast<double>(count);
     for (; current < mesh.triangles.size(); ++current) {
       const double area = areaVector(mesh, current).norm();
       if (area > 0)
@@ -148,7 +141,7 @@ SurfaceSamples sampleSurface(const SurfaceMesh& mesh, std::int64_t count, std::u
     }
     const auto& triangle = mesh.triangles[lastWithArea];
     // The square root makes the density uniform: the part of a triangle beyond a line parallel to a side is quadratic.
-    const double r = std::sqrt(uniform(generator)), s = uniform(generator);
+    const double r = std::sqrt(pcl::mrf::scan::share(generator())), s = pcl::mrf::scan::share(generator());
     samples.positions.push_back((1 - r) * mesh.vertices[triangle[0]] + r * (1 - s) * mesh.vertices[triangle[1]] +
                                 r * s * mesh.vertices[triangle[2]]);
     samples.triangles.push_back(static_cast<std::int32_t>(lastWithArea));

@@ -18,14 +18,20 @@ namespace pcl::mrf::scan {
 /// One step of the splitmix64 generator: turns a counter into well mixed bits.
 std::uint64_t mix(std::uint64_t x);
 
+/// In [0, 1), of 53 random bits.
+inline double share(std::uint64_t bits)
+{
+  return static_cast<double>(bits >> 11) * 0x1p-53;
+}
+
 class Random {
 public:
   /// Streams of one seed are independent of each other: a stage that draws more numbers does not change the next one.
   Random(std::uint64_t seed, std::uint64_t stream) : engine_(mix(seed ^ mix(stream))) {}
 
   std::uint64_t bits() { return engine_(); }
-  /// In [0, 1), 53 bits.
-  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  /// In [0, 1).
+  double uniform() { return share(engine_()); }
   double uniform(double lower, double upper) { return lower + (upper - lower) * uniform(); }
   /// In [0, count), without bias.
   std::size_t index(std::size_t count);
