@@ -79,8 +79,9 @@ private:
   double diagonal_;
 };
 
-/// The part of a sphere with z ≥ lowest · radius.
-Patch zonePatch(double radius, const Vector3d& center, double lowest)
+} // namespace
+
+Patch spherePatch(double radius, const Vector3d& center, double lowest)
 {
   const auto at = [=](const Draw& draw, SurfacePoint& point) {
     const double z = lowest + (1 - lowest) * draw.u, across = std::sqrt(std::max(0.0, 1 - z * z));
@@ -90,18 +91,6 @@ Patch zonePatch(double radius, const Vector3d& center, double lowest)
     return true;
   };
   return {2 * pi * radius * radius * (1 - lowest), at};
-}
-
-} // namespace
-
-Patch spherePatch(double radius, const Vector3d& center)
-{
-  return zonePatch(radius, center, -1);
-}
-
-Patch capPatch(double radius, double angle)
-{
-  return zonePatch(radius, Vector3d::Zero(), sinCos(angle).cosine);
 }
 
 Patch torusPatch(double majorRadius, double minorRadius, const Vector3d& center)

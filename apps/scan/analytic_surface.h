@@ -18,9 +18,8 @@ struct Patch {
   std::function<bool(const Draw& draw, SurfacePoint& point)> at;
 };
 
-Patch spherePatch(double radius, const Eigen::Vector3d& center);
-/// The part of a sphere around the +z pole whose polar angle is at most `angle` (in turns).
-Patch capPatch(double radius, double angle);
+/// The part of a sphere with z ≥ center.z + lowest · radius.
+Patch spherePatch(double radius, const Eigen::Vector3d& center, double lowest = -1);
 Patch torusPatch(double majorRadius, double minorRadius, const Eigen::Vector3d& center);
 /// The side of a cylinder from a to b, without its ends.
 Patch cylinderPatch(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius);

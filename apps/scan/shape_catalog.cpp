@@ -88,7 +88,7 @@ Shape makeCutSphere(const Values& v)
   const SinCos edge = sinCos(turns);
   const double widest = turns < .25 ? radius * edge.sine : radius;
   const Box box(Vector3d(-widest, -widest, radius * edge.cosine), Vector3d(widest, widest, radius));
-  return {shapes::sphere(radius), {capPatch(radius, turns)}, box};
+  return {shapes::sphere(radius), {spherePatch(radius, Vector3d::Zero(), edge.cosine)}, box};
 }
 
 Shape makePlane(const Values& v)

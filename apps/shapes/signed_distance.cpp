@@ -2,7 +2,6 @@
 #include "signed_distance.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace shapes {
