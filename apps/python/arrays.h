@@ -10,7 +10,6 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
-#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>

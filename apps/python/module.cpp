@@ -204,9 +204,7 @@ py::tuple reconstruct(const py::dict& arrays, const Texts& texts, const py::obje
         options.threads, [&](const std::string& stage, double fraction) { return progress.tell(stage, fraction); });
     const auto search = pcl::mrf::makeSearch(options.search);
     pcl::mrf::reconstruct(std::move(cloud), options, *search, execution, result, false);
-    std::vector<pcl::mrf::Rgb> colors = vertexColors(result);
-    mesh = toSurfaceMesh(std::move(result.mesh), result.points.offset);
-    mesh.colors = std::move(colors);
+    mesh = toSurfaceMesh(result, false);
   } catch (const py::error_already_set&) {
     throw;
   } catch (const UsageError& error) {

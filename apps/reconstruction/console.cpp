@@ -4,7 +4,6 @@
 #include "support/text_file.h"
 
 #include <pcl/surface/mrf/option_table.h>
-#include <pcl/surface/mrf/report.h>
 
 #include <nlohmann/json.hpp>
 
@@ -15,7 +14,6 @@
 #include <array>
 #include <cmath>
 #include <cstdarg>
-#include <cstdio>
 
 namespace mrf_apps {
 namespace {

@@ -202,12 +202,8 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
   }
 
   Result result;
-  std::vector<pcl::mrf::Rgb> colors = vertexColors(reconstruction);
   result.fieldOffset = reconstruction.points.offset;
-  result.mesh = toSurfaceMesh(std::move(reconstruction.mesh), result.fieldOffset);
-  result.mesh.doublePrecision = isExact;
-  result.mesh.colors = std::move(colors);
-  result.mesh.intensities = std::move(reconstruction.intensities);
+  result.mesh = toSurfaceMesh(reconstruction, isExact);
   result.report = std::move(reconstruction.report);
   result.surfaces = std::move(reconstruction.surfaces);
   if (!job.field.empty())
@@ -451,41 +447,34 @@ RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& repo
   }
 }
 
-void runAlone(const Command& command)
+/// Runs the jobs one after the other; a failure is told on standard error, and the others are done.
+/// \return the exit status of the first one that failed
+int runJobs(const Command& command)
 {
-  const Job& job = command.jobs.front();
-  if (job.output == "-" && job.outputFormat != "obj" && isatty(STDOUT_FILENO) != 0)
-    throw UsageError("OUTPUT: standard output is a terminal, and " + job.outputFormat + " is no text; name a file");
-  ProgressDisplay display(command, 1);
-  pcl::mrf::Report report;
-  const RunSummary summary = runJob(job, command, report, [&](const std::string& stage, double fraction) {
-    display.show(0, stage, fraction);
-    return interrupted == 0;
-  });
-  display.clear();
-  printSummary(summary, report, command.verbosity, job.output == "-" ? stderr : stdout);
-}
-
-/// Runs the jobs one after the other. \return the exit status of the first one that failed
-int runAll(const Command& command)
-{
-  makeFolder(command.outputDirectory);
+  const bool isAlone = command.outputDirectory.empty();
+  if (!isAlone)
+    makeFolder(command.outputDirectory);
   ProgressDisplay display(command, command.jobs.size());
   int firstFailure = exitDone;
-  for (std::size_t n = 0; n < command.jobs.size() && interrupted == 0; ++n) {
+  for (std::size_t n = 0; n < command.jobs.size() && (n == 0 || interrupted == 0); ++n) {
     const Job& job = command.jobs[n];
     pcl::mrf::Report report;
-    const int status = guarded(toolName, inputName(job), memoryAdvice, [&] {
+    const int status = guarded(toolName, isAlone ? "" : inputName(job), memoryAdvice, [&] {
       try {
         const RunSummary summary = runJob(job, command, report, [&](const std::string& stage, double fraction) {
           display.show(n, stage, fraction);
           return interrupted == 0;
         });
         display.clear();
-        if (command.verbosity == Verbosity::verbose)
-          printSummary(summary, report, command.verbosity, stdout);
+        if (isAlone || command.verbosity == Verbosity::verbose)
+          printSummary(summary, report, command.verbosity, job.output == "-" ? stderr : stdout);
         else
           printLine(summary, report, command.verbosity);
+      } catch (const pcl::mrf::Cancelled& error) {
+        display.clear();
+        if (command.results != nullptr && command.results->made() > 0)
+          throw pcl::mrf::Cancelled(error.message() + "; what was done is kept: go on with --resume");
+        throw;
       } catch (...) {
         display.clear();
         throw;
@@ -517,32 +506,23 @@ std::unique_ptr<pcl::mrf::TaskDirectory> keptResults(const Command& command)
 }
 
 /// Reads, reconstructs, writes and prints the summary, job by job. A job that fails leaves no output behind.
-/// Of several jobs a failure is told on standard error, and the others are done.
-/// \return the exit status of the first job that failed, of several, or 0
-/// \throw FileError, UsageError, pcl::mrf::Error if the only job fails, or if nothing can be done
+/// \return the exit status of the first job that failed \throw FileError, UsageError if nothing can be done
 int run(const Command& given, pcl::mrf::TaskRunner* ranks)
 {
   Command command = given;
   command.ranks = ranks;
   const std::unique_ptr<pcl::mrf::TaskDirectory> results = keptResults(command);
   command.results = results.get();
-  if (!command.jobs.front().picture.empty())
+  const Job& first = command.jobs.front();
+  if (!first.picture.empty())
     requireDisplay();
+  if (first.output == "-" && first.outputFormat != "obj" && isatty(STDOUT_FILENO) != 0)
+    throw UsageError("OUTPUT: standard output is a terminal, and " + first.outputFormat + " is no text; name a file");
   // From here on there are temporary files to remove.
   const auto handler = isRank() ? endBySignal : interrupt; // mpirun kills its ranks some milliseconds later
   std::signal(SIGINT, handler);
   std::signal(SIGTERM, handler);
-  int status = exitDone;
-  try {
-    if (command.outputDirectory.empty())
-      runAlone(command);
-    else
-      status = runAll(command);
-  } catch (const pcl::mrf::Cancelled& error) {
-    if (results && results->made() > 0)
-      throw pcl::mrf::Cancelled(error.message() + "; what was done is kept: go on with --resume");
-    throw;
-  }
+  const int status = runJobs(command);
   if (results && status == exitDone)
     results->remove();
   return status;

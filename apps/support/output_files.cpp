@@ -70,11 +70,6 @@ void copyToStandardOutput(std::FILE* spool)
 
 } // namespace
 
-std::string OutputFiles::File::writtenPath() const
-{
-  return spool ? "/proc/self/fd/" + std::to_string(fileno(spool.get())) : temporary->path;
-}
-
 OutputFiles::~OutputFiles()
 {
   for (const File& file : files_)
@@ -117,7 +112,8 @@ std::int64_t OutputFiles::write(const std::string& path, const std::function<voi
   const auto file = std::find_if(files_.begin(), files_.end(), [&](const File& f) { return f.path == path; });
   if (file == files_.end())
     throw std::logic_error(path + " was not declared as an output");
-  const std::string written = file->writtenPath();
+  const std::string written =
+      file->spool ? "/proc/self/fd/" + std::to_string(fileno(file->spool.get())) : file->temporary->path;
   try {
     writer(written);
   } catch (const pcl::mrf::FileError& failure) {

@@ -41,7 +41,6 @@ private:
     std::string path, target;
     TemporaryFile* temporary = nullptr;
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> spool{nullptr, &std::fclose}; ///< of standard output
-    std::string writtenPath() const;
   };
   std::vector<File> files_;
 };

@@ -110,13 +110,9 @@ PictureOptions viewOfFlattestSide(const SurfaceMesh& mesh, const Eigen::Matrix3d
 }
 
 /// By the names of the sides that a camera may stand at, the directions there, in the columns of sidesOf.
-const std::map<std::string, Eigen::Vector3d>& sidesByName()
-{
-  static const std::map<std::string, Eigen::Vector3d> sides = {{"front", {0, 0, 1}}, {"back", {0, 0, -1}},
-                                                               {"left", {-1, 0, 0}}, {"right", {1, 0, 0}},
-                                                               {"top", {0, 1, 0}},   {"bottom", {0, -1, 0}}};
-  return sides;
-}
+const std::map<std::string, Eigen::Vector3d> sidesByName = {{"front", {0, 0, 1}}, {"back", {0, 0, -1}},
+                                                            {"left", {-1, 0, 0}}, {"right", {1, 0, 0}},
+                                                            {"top", {0, 1, 0}},   {"bottom", {0, -1, 0}}};
 
 const PictureRenderer& renderer()
 {
@@ -135,7 +131,7 @@ const char* const cameraHelp =
 std::string wrongCamera(const std::string& camera)
 {
   Eigen::Vector3d direction;
-  if (sidesByName().count(camera) > 0 || (parseSensor(camera, direction) && direction.norm() > 0))
+  if (sidesByName.count(camera) > 0 || (parseSensor(camera, direction) && direction.norm() > 0))
     return {};
   return "is none of front, back, left, right, top, bottom and no direction X,Y,Z, such as 1,-1,0.5";
 }
@@ -148,9 +144,9 @@ PictureOptions viewOf(const SurfaceMesh& mesh, const std::vector<Eigen::Vector3d
         sensors.size() == 1 ? viewFrom(sensors.front(), mesh, sides) : std::nullopt;
     return view ? *view : viewOfFlattestSide(mesh, sides);
   }
-  const auto named = sidesByName().find(camera);
+  const auto named = sidesByName.find(camera);
   Eigen::Vector3d direction;
-  if (named != sidesByName().end())
+  if (named != sidesByName.end())
     direction = sides * named->second;
   else
     parseSensor(camera, direction);

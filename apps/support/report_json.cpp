@@ -4,11 +4,9 @@
 #include "text_file.h"
 
 #include <pcl/surface/mrf/option_table.h>
-#include <pcl/surface/mrf/report.h>
 
 #include <nlohmann/json.hpp>
 
-#include <string>
 #include <type_traits>
 #include <variant>
 

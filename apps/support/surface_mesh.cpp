@@ -7,7 +7,7 @@
 
 #include <base/byte_writer.h>
 #include <pcl/common/io.h>
-#include <pcl/surface/mrf/triangle_mesh.h>
+#include <pcl/surface/mrf/reconstruction.h>
 
 #include <algorithm>
 #include <charconv>
@@ -115,12 +115,16 @@ void writeStl(const SurfaceMesh& mesh, const std::string& path)
 
 const char* const meshFileExtensions = "ply, obj, stl, vtk, vtp, glb, dae or 3mf";
 
-SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& offset)
+SurfaceMesh toSurfaceMesh(pcl::mrf::Reconstruction& reconstruction, bool isExact)
 {
   SurfaceMesh result;
+  result.colors = vertexColors(reconstruction);
+  pcl::mrf::TriangleMesh mesh = std::move(reconstruction.mesh);
+  result.doublePrecision = isExact;
+  result.intensities = std::move(reconstruction.intensities);
   result.vertices.reserve(mesh.vertices.size());
   for (const Eigen::Vector3f& vertex : mesh.vertices)
-    result.vertices.emplace_back(vertex.cast<double>() + offset);
+    result.vertices.emplace_back(vertex.cast<double>() + reconstruction.points.offset);
   result.triangles = std::move(mesh.triangles);
   result.normals = std::move(mesh.normals);
   result.confidences = std::move(mesh.confidences);

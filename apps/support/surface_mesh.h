@@ -3,8 +3,6 @@
 /// \brief A triangle mesh with vertex fields, and the files of meshes and distance fields that the tools write.
 #pragma once
 
-#include <pcl/surface/mrf/triangle_mesh.h>
-
 #include <Eigen/Core>
 
 #include <array>
@@ -15,7 +13,8 @@
 
 namespace pcl::mrf {
 class DistanceField;
-}
+struct Reconstruction;
+} // namespace pcl::mrf
 
 namespace mrf_apps {
 
@@ -31,8 +30,8 @@ struct SurfaceMesh {
   bool doublePrecision = false; ///< float does not hold the vertices: formats that can are written in double
 };
 
-/// Takes over a reconstruction. \param offset is added to the vertices
-SurfaceMesh toSurfaceMesh(pcl::mrf::TriangleMesh mesh, const Eigen::Vector3d& offset);
+/// Takes over the mesh of a reconstruction, in the cloud's frame. \param isExact float does not hold that
+SurfaceMesh toSurfaceMesh(pcl::mrf::Reconstruction& reconstruction, bool isExact);
 
 /// Formats that `writeMesh` knows: extensions in lower case, without the dot.
 const std::vector<std::string>& meshFormats();

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tool_main.h"
 
-#include "errors.h"
 #include "output_files.h"
 
 #include <pcl/console/print.h>
 #include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/option_table.h>
 
-#include <cstdio>
 #include <new>
 
 #ifdef __GLIBC__

@@ -64,31 +64,20 @@ std::string shortTermOf(OptionText option)
   return termOf(option);
 }
 
-const OptionText* find(const ToolTexts& texts, const std::string& name)
-{
-  for (const OptionText& option : texts.options)
-    if (option.name == name)
-      return &option;
-  return nullptr;
-}
+using Entries = std::vector<std::pair<std::string, std::string>>;
 
-/// Usage, summary, operands.
-void addBeginning(const ToolTexts& texts, std::size_t column, std::string& text)
+/// Usage, summary, and terms with their explanations.
+std::string beginningOf(const ToolTexts& texts, const Entries& entries, std::size_t column)
 {
+  std::string text;
   for (const std::string& line : texts.usage)
     text += (&line == &texts.usage.front() ? "Usage: " : "       ") + texts.tool + " " + line + "\n";
   text += "\n";
   addWrapped(texts.summary, 0, 0, text);
   text += "\n";
-  for (const auto& [operand, help] : texts.operands)
-    addEntry(operand, help, column, text);
-}
-
-void addExamples(const ToolTexts& texts, std::string& text)
-{
-  text += "\nExamples:\n";
-  for (const std::string& example : texts.examples)
-    text += "  " + texts.tool + " " + example + "\n";
+  for (const auto& [term, explanation] : entries)
+    addEntry(term, explanation, column, text);
+  return text;
 }
 
 /// The groups in the order of their first options.
@@ -105,26 +94,21 @@ std::vector<std::string> groupsOf(const ToolTexts& texts)
 
 std::string shortHelp(const ToolTexts& texts)
 {
-  std::size_t column = 0;
-  for (const auto& [operand, help] : texts.operands)
-    column = std::max(column, operand.size());
+  Entries entries = texts.operands;
   for (const auto& [name, help] : texts.everyday)
-    if (const OptionText* option = find(texts, name))
-      column = std::max(column, shortTermOf(*option).size());
-  column += 4;
-  std::string text;
-  addBeginning(texts, column, text);
-  for (const auto& [name, help] : texts.everyday)
-    if (const OptionText* option = find(texts, name))
-      addEntry(shortTermOf(*option), help, column, text);
-  return text + "Example: " + texts.tool + " " + texts.examples.front() + "\n";
+    for (const OptionText& option : texts.options)
+      if (option.name == name)
+        entries.emplace_back(shortTermOf(option), help);
+  std::size_t longest = 0;
+  for (const auto& entry : entries)
+    longest = std::max(longest, entry.first.size());
+  return beginningOf(texts, entries, longest + 4) + "Example: " + texts.tool + " " + texts.examples.front() + "\n";
 }
 
 std::string fullHelp(const ToolTexts& texts)
 {
   constexpr std::size_t column = 28;
-  std::string text;
-  addBeginning(texts, column, text);
+  std::string text = beginningOf(texts, texts.operands, column);
   for (const std::string& group : groupsOf(texts)) {
     text += "\n" + group + ":\n";
     for (const OptionText& option : texts.options)
@@ -135,7 +119,9 @@ std::string fullHelp(const ToolTexts& texts)
     text += "\n";
     addNote(note, text);
   }
-  addExamples(texts, text);
+  text += "\nExamples:\n";
+  for (const std::string& example : texts.examples)
+    text += "  " + texts.tool + " " + example + "\n";
   return text;
 }
 
@@ -204,10 +190,7 @@ std::string bashCompletion(const ToolTexts& texts)
     names += " " + option.name + (option.shortName.empty() ? "" : " " + option.shortName);
     if (option.words.empty())
       continue;
-    std::string list;
-    for (const std::string& word : option.words)
-      list += " " + word;
-    words += "    " + option.name + ") choices='" + list + "' ;;\n";
+    words += "    " + option.name + ") choices=' " + joined(option.words, " ") + "' ;;\n";
   }
   const std::string function = "_" + texts.tool;
   return "# bash completion for " + texts.tool + "\n" + function +
