@@ -104,6 +104,14 @@ def draw_curves(axis, curves, labels, log="", marker="o"):
     axis.grid(alpha=.3)
 
 
+def charts(shown, labels, log="", columns=4, size=4.):
+    """\\param shown curves by the titles of their panels"""
+    figure, axes = panels(list(shown), columns, size)
+    for axis, curves in zip(axes, shown.values()):
+        draw_curves(axis, curves, labels, log)
+    return figure
+
+
 def save(figure, path):
     figure.tight_layout()
     figure.savefig(path, dpi=110)

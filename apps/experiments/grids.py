@@ -148,14 +148,8 @@ def section_3_4(lab):
             curves[solver] = ([run["seconds"] for run in good], [run["error"] for run in good])
         charts[PRIOR_NAMES[k]] = curves
     lab.table("sec-3-4", f"Time to {ACCURACY} voxel RMS of the converged surface", rows)
-
-    def draw():
-        figure, axes = drawing.panels(list(charts))
-        for axis, curves in zip(axes, charts.values()):
-            drawing.draw_curves(axis, curves, ("seconds", "RMS distance to the converged surface, voxels"), "xy")
-        return figure
-
-    lab.picture("sec-3-4", draw)
+    labels = ("seconds", "RMS distance to the converged surface, voxels")
+    lab.picture("sec-3-4", lambda: drawing.charts(charts, labels, "xy"))
     rows = []
     for k, title in ((1, "Eq. 5, k = 1"), (2, "Eq. 6, k = 2")):
         words = [*PAPER, *GIVEN, "--prior", PRIORS[k]]

@@ -79,14 +79,7 @@ def _noise(lab, subjects, methods):
             curves.update({method.title: ((betas[-1], betas[0]), 2 * (found[method],)) for method in methods})
             charts[f"{name}, noise of {noise} spacings"] = curves
     lab.table("fig-8-noise", "Noise along the normal", rows)
-
-    def draw():
-        figure, axes = drawing.panels(list(charts), 3)
-        for axis, curves in zip(axes, charts.values()):
-            drawing.draw_curves(axis, curves, ("beta", "RMS error, % of the diagonal"))
-        return figure
-
-    lab.picture("fig-8-noise", draw)
+    lab.picture("fig-8-noise", lambda: drawing.charts(charts, ("beta", "RMS error, % of the diagonal"), columns=3))
 
 
 def _measure_noisy(made, scan):
