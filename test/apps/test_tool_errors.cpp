@@ -115,11 +115,6 @@ TEST_F(ToolErrors, ConflictingOptions)
                                                            {"--trim", "none", "--max-hole", "1"}};
   for (const std::vector<std::string>& options : conflicts)
     expectFailure(tool::with({"sphere.xyz", "out.ply"}, options), 2, "--");
-  write("bare.xyz", "0 0 0\n1 0 0\n0 1 0\n");
-  expectFailure({"bare.xyz", "out.ply", "--normals", "use"}, 2, "has no normals");
-  expectFailure({"bare.xyz", "out.ply", "--normals", "reference"}, 2, "has no normals");
-  expectFailure({"sphere.xyz", "out.ply", "--confidence-field", "trust"}, 2, "'trust'");
-  expectFailure({"sphere.xyz", "out.ply", "--noise-field", "trust"}, 2, "'trust'");
   expectFailure({"sphere.xyz", "out.ply", "--noise-model", "quadratic:1"}, 2,
                 "--noise-model quadratic:1 has 1 numbers where quadratic takes 2");
 }

@@ -87,6 +87,21 @@ protected:
     return points;
   }
 
+  pcl::PolygonMesh plyOf(const std::string& name) const
+  {
+    pcl::PolygonMesh mesh;
+    EXPECT_EQ(pcl::io::loadPLYFile(path(name).string(), mesh), 0) << name;
+    return mesh;
+  }
+
+  template <typename Point>
+  static pcl::PointCloud<Point> verticesOf(const pcl::PolygonMesh& mesh)
+  {
+    pcl::PointCloud<Point> vertices;
+    pcl::fromPCLPointCloud2(mesh.cloud, vertices);
+    return vertices;
+  }
+
   vtkSmartPointer<vtkImageData> readField(const std::string& name) const
   {
     auto reader = vtkSmartPointer<vtkXMLImageDataReader>::New();
@@ -142,10 +157,8 @@ TEST_F(ToolFiles, EachFileHasItsOwnSensor)
   writePcd("first.pcd", zone(1000, .3, 1, {0, 0, 0}), "0 0 30");
   writePcd("second.pcd", zone(1000, .3, 1, {4, 0, 0}), "3 0 -4");
   const auto upwardShare = [&](double x) { // of the normals of a cap
-    pcl::PointCloud<pcl::PointNormal> mesh;
-    EXPECT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), mesh), 0);
     int upward = 0, all = 0;
-    for (const pcl::PointNormal& vertex : mesh)
+    for (const pcl::PointNormal& vertex : verticesOf<pcl::PointNormal>(plyOf("out.ply")))
       if (std::abs(vertex.x - x) < 1.5 && ++all > 0)
         upward += vertex.normal_z > 0;
     return upward / (all + 1e-9);
@@ -197,12 +210,10 @@ TEST_F(ToolFiles, EveryMeshFormatHoldsTheSameMesh)
   for (const char* name : {"out.obj", "out.STL", "out.vtk", "out.vtp"})
     succeed({"in.pcd", name, "-q"});
 
-  pcl::PolygonMesh ply;
-  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), ply), 0);
-  EXPECT_EQ(ply.cloud.width * ply.cloud.height, vertices);
+  const pcl::PolygonMesh ply = plyOf("out.ply");
+  const auto cloud = verticesOf<pcl::PointXYZRGBNormal>(ply);
+  EXPECT_EQ(static_cast<vtkIdType>(cloud.size()), vertices);
   EXPECT_EQ(static_cast<vtkIdType>(ply.polygons.size()), triangles);
-  pcl::PointCloud<pcl::PointXYZRGBNormal> cloud;
-  pcl::fromPCLPointCloud2(ply.cloud, cloud);
   // float rounds the coordinates alike in all formats.
   const auto expectSame = [&](const vtkSmartPointer<vtkPolyData>& mesh, const char* name) {
     SCOPED_TRACE(name);
@@ -248,17 +259,15 @@ TEST_F(ToolFiles, TheClassMakesTheSameMesh)
   const auto input = coloredSphere(4).makeShared();
   pcl::io::savePCDFileBinary(path("in.pcd").string(), *input);
   succeed({"in.pcd", "out.ply", "-q"});
-  pcl::PolygonMesh byTool, byClass;
-  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), byTool), 0);
+  const pcl::PolygonMesh byTool = plyOf("out.ply");
+  pcl::PolygonMesh byClass;
   pcl::MRFReconstruction<pcl::PointXYZRGBNormal> mrf;
   mrf.setInputCloud(input);
   mrf.reconstruct(byClass);
   const pcl::mrf::TriangleMesh ofClass = conversion::plain(byClass);
   ASSERT_FALSE(ofClass.triangles.empty());
   EXPECT_TRUE(conversion::sameBytes(conversion::plain(byTool), ofClass));
-  pcl::PointCloud<pcl::PointXYZRGB> toolColors, classColors;
-  pcl::fromPCLPointCloud2(byTool.cloud, toolColors);
-  pcl::fromPCLPointCloud2(byClass.cloud, classColors);
+  const auto toolColors = verticesOf<pcl::PointXYZRGB>(byTool), classColors = verticesOf<pcl::PointXYZRGB>(byClass);
   for (std::size_t v = 0; v < classColors.size(); ++v)
     ASSERT_EQ(toolColors[v].rgba & 0xffffff, classColors[v].rgba & 0xffffff);
 }
@@ -274,8 +283,7 @@ TEST_F(ToolFiles, IntensitySurvives)
   }
   pcl::io::savePCDFileBinary(path("in.pcd").string(), input);
   succeed({"in.pcd", "out.ply", "-q"});
-  pcl::PointCloud<pcl::PointXYZI> output;
-  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), output), 0);
+  const auto output = verticesOf<pcl::PointXYZI>(plyOf("out.ply"));
   ASSERT_GT(output.size(), 100u);
   for (const pcl::PointXYZI& point : output)
     ASSERT_NEAR(point.intensity, 10 + point.z, .6); // two edges of .3
@@ -321,10 +329,8 @@ TEST_F(ToolFiles, ScenesHoldTheSameMeshWithItsColors)
 {
   pcl::io::savePCDFileBinary(path("in.pcd").string(), coloredSphere());
   succeed({"in.pcd", "out.ply", "-q"});
-  pcl::PolygonMesh ply;
-  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), ply), 0);
-  pcl::PointCloud<pcl::PointXYZRGBNormal> cloud;
-  pcl::fromPCLPointCloud2(ply.cloud, cloud);
+  const pcl::PolygonMesh ply = plyOf("out.ply");
+  const auto cloud = verticesOf<pcl::PointXYZRGBNormal>(ply);
   for (const std::string format : {"glb", "dae", "3mf"}) {
     SCOPED_TRACE(format);
     succeed({"in.pcd", "out." + format, "-q"});
@@ -380,12 +386,8 @@ TEST_F(ToolFiles, SigmaIsInEveryFormatThatHoldsFields)
   const tool::Outcome told = succeed({"in.xyz", "again.ply", "--uncertainty"});
   EXPECT_NE(told.out.find("with 95 % probability"), std::string::npos) << told.out;
 
-  pcl::PolygonMesh ply;
-  ASSERT_EQ(pcl::io::loadPLYFile(path("out.ply").string(), ply), 0);
   for (const char* name : {"sigma", "sigma_calibrated"})
-    EXPECT_TRUE(std::any_of(ply.cloud.fields.begin(), ply.cloud.fields.end(), [&](const pcl::PCLPointField& field) {
-      return field.name == name;
-    })) << name;
+    EXPECT_TRUE(conversion::hasField(plyOf("out.ply"), name)) << name;
   for (const char* name : {"out.vtk", "out.vtp"}) {
     succeed({"in.xyz", name, "-q", "--color", "sigma"});
     const auto mesh = std::string(name) == "out.vtk" ? readMesh<vtkPolyDataReader>(path(name))
@@ -416,15 +418,10 @@ TEST_F(ToolFiles, SurfacesThatSigmaAllowsFor)
   EXPECT_GT(volume.at("upper"), 4 * M_PI / 3) << "what the cap lacks is in the interval";
   EXPECT_EQ(shape.at("extent").size(), 3u);
 
-  pcl::PolygonMesh mesh, first, second;
-  for (const auto& [name, read] :
-       {std::pair("out.ply", &mesh), {"out.sample-1.ply", &first}, {"out.sample-2.ply", &second}})
-    ASSERT_EQ(pcl::io::loadPLYFile(path(name).string(), *read), 0) << name;
+  const pcl::PolygonMesh mesh = plyOf("out.ply"), first = plyOf("out.sample-1.ply");
   ASSERT_EQ(first.polygons.size(), mesh.polygons.size());
-  pcl::PointCloud<pcl::PointNormal> before;
-  pcl::PointCloud<pcl::PointXYZ> after;
-  fromPCLPointCloud2(mesh.cloud, before);
-  fromPCLPointCloud2(first.cloud, after);
+  const auto before = verticesOf<pcl::PointNormal>(mesh);
+  const auto after = verticesOf<pcl::PointXYZ>(first);
   ASSERT_EQ(before.size(), after.size());
   double moved = 0;
   for (std::size_t v = 0; v < before.size(); ++v) {
@@ -433,7 +430,7 @@ TEST_F(ToolFiles, SurfacesThatSigmaAllowsFor)
     moved = std::max(moved, static_cast<double>(step.norm()));
   }
   EXPECT_GT(moved, 1e-3);
-  EXPECT_NE(first.cloud.data, second.cloud.data);
+  EXPECT_NE(first.cloud.data, plyOf("out.sample-2.ply").cloud.data);
 
   succeed({"in.xyz", "out.obj", "--write-samples", "1", "-q"});
   EXPECT_TRUE(std::filesystem::exists(path("out.sample-1.obj")));
@@ -503,10 +500,8 @@ struct MeshBytes {
   std::vector<std::string> vertices, triangles;
   Eigen::AlignedBox3d box;
 
-  explicit MeshBytes(const std::filesystem::path& file)
+  explicit MeshBytes(const pcl::PolygonMesh& mesh)
   {
-    pcl::PolygonMesh mesh;
-    EXPECT_EQ(pcl::io::loadPLYFile(file.string(), mesh), 0);
     const bool areDoubles = mesh.cloud.fields.at(0).datatype == pcl::PCLPointField::FLOAT64;
     for (std::size_t at = 0; at < mesh.cloud.data.size(); at += mesh.cloud.point_step) {
       const auto* const bytes = reinterpret_cast<const char*>(&mesh.cloud.data[at]);
@@ -543,14 +538,14 @@ TEST_F(ToolFiles, TilesJoinToTheMesh)
     ASSERT_EQ(static_cast<int>(tiles.size()), (all + 69) / 70);
     ASSERT_GT(tiles.size(), 5u);
 
-    MeshBytes mesh(path("out.ply"));
+    MeshBytes mesh(plyOf("out.ply"));
     const std::set<std::string> known(mesh.vertices.begin(), mesh.vertices.end());
     std::vector<std::string> joined;
     for (std::size_t n = 0; n < tiles.size(); ++n) {
       const std::string file = tiles[n].at("file");
       SCOPED_TRACE(file);
       EXPECT_EQ(file, "tile_" + std::string(n < 10 ? "000" : "00") + std::to_string(n) + ".ply");
-      const MeshBytes tile(path(folder) / file);
+      const MeshBytes tile(plyOf(folder + "/" + file));
       EXPECT_EQ(tiles[n].at("vertices"), tile.vertices.size());
       EXPECT_EQ(tiles[n].at("triangles"), tile.triangles.size());
       EXPECT_NEAR(static_cast<double>(tile.triangles.size()), all / static_cast<double>(tiles.size()), 3);
