@@ -3,7 +3,7 @@
 
 import tempfile
 from collections import namedtuple
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -109,6 +109,17 @@ def compared(lab, key, methods, scan, measured, caption=None):
             title = f"{method.title}: {found[caption]:.3g} %" if caption else method.title
             shown.append((title, lambda run=run: run().mesh))
     return rows, shown
+
+
+def measure_scans(lab, key, names, count, methods, make, measured=None):
+    """\\param make makes a scan of an object's name and an index below the count \\param measured as above; none: measure
+    \\return by method: the results scan by scan; and the scans, (object, index)"""
+    results, scans = {method: [] for method in methods}, [(name, index) for name in names for index in range(count)]
+    for name, index in scans:
+        for method, _, found in tries(lab, f"{key}/{name}/{index}", methods, partial(make, lab, name, index),
+                                      measured or measure):
+            results[method].append(found)
+    return results, scans
 
 
 def measure(result, scan):

@@ -9,7 +9,7 @@ from scipy.ndimage import laplace
 from . import drawing, surfaces
 from .clouds import real_clouds
 from .figures import corner, mean_over_objects, rms
-from .methods import EXACT, GIVEN, PAPER, Spacings, compared, measure, ours, peers, tries
+from .methods import EXACT, GIVEN, PAPER, Spacings, compared, measure, measure_scans, ours, peers, tries
 from .patches import hole_by_hole, patch_objects, patch_row, patch_scan
 
 
@@ -48,12 +48,7 @@ def fig_8(lab):
     _outliers(lab, subjects, [default, paper, *others])
     methods = [default, paper, *others, *peers(lab, (8,), filtered=True),
                ours("exact", "this, all levels whole and exact", *EXACT)]
-    results = {method: [] for method in methods}
-    for name in noisy_objects(lab):
-        for index in range(1 if lab.quick else 2):
-            for method, _, measured in tries(lab, f"fig-8/noisy-scan-{index}/{name}", methods,
-                                             partial(hard_scan, lab, name, index), measure):
-                results[method].append(measured)
+    results, _ = measure_scans(lab, "fig-8/noisy-scans", noisy_objects(lab), 1 if lab.quick else 2, methods, hard_scan)
     lab.table("fig-8-noisy-scans", f"Noisy scans with holes ({', '.join(noisy_objects(lab))}); ratio: the default's error "
               "over that of the method, hole by hole",
               [{"method": method.title, **hole_by_hole(results[default], results[method]), **patch_row(results[method])}

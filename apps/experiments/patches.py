@@ -7,7 +7,7 @@ import numpy as np
 
 from . import drawing
 from .figures import compare, hole_of_each
-from .methods import EXACT, GIVEN, PAPER, Spacings, measure, ours, peers, tries
+from .methods import EXACT, GIVEN, PAPER, Spacings, measure_scans, ours, peers
 from .priors import fill_colors
 from .surfaces import Surface
 
@@ -59,15 +59,8 @@ def hole_by_hole(results, others):
         first.get("holes", []), second.get("holes", [])) if a is not None and b is not None])
 
 
-def measure_scans(lab, experiment, names, count, methods):
-    """\\return by method: the results scan by scan; and the scans, (object, index)"""
-    results, scans = {method: [] for method in methods}, [(name, index) for name in names for index in range(count)]
-    folder = experiment + ("" if lab.sampling == "even" else "-" + lab.sampling)
-    for name, index in scans:
-        for method, _, measured in tries(lab, f"{folder}/{name}/{index}", methods,
-                                         partial(patch_scan, lab, name, index), measure):
-            results[method].append(measured)
-    return results, scans
+def with_sampling(lab, experiment):
+    return experiment if lab.sampling == "even" else f"{experiment}-{lab.sampling}"
 
 
 def table_1(lab):
@@ -92,9 +85,8 @@ def table_1(lab):
                ours("paper", "this, preset paper", *PAPER, *GIVEN),
                ours("fine", "this, --quality fine", "--quality", "fine"),
                ours("exact", "this, all levels whole and exact", *EXACT), *peers(lab)]
-    names = patch_objects(lab)
-    results, scans = measure_scans(lab, "table-1", names, 1 if lab.quick else 6, methods)
-    stem = "table-1" + ("" if lab.sampling == "even" else "-" + lab.sampling)
+    names, stem = patch_objects(lab), with_sampling(lab, "table-1")
+    results, scans = measure_scans(lab, stem, names, 1 if lab.quick else 6, methods, patch_scan)
     rows = [{"object": name, "method": method.title,
              **patch_row([result for (of, _), result in zip(scans, results[method]) if name in (of, "all")])}
             for name in ["all", *names] for method in methods]
@@ -165,7 +157,7 @@ def defaults(lab):
     settings = {ours(f"{option.split(',')[0]}={value}".replace(" ", "-").replace(":", ""), "", *words): (option, value)
                 for option, value, words in variations()[::3 if lab.quick else 1]}
     names = patch_objects(lab)[:1 if lab.quick else None]
-    results, _ = measure_scans(lab, "defaults", names, 1 if lab.quick else 2, list(settings))
+    results, _ = measure_scans(lab, with_sampling(lab, "defaults"), names, 1 if lab.quick else 2, list(settings), patch_scan)
     first = next(iter(results.values()))
     rows = [dict(zip(("option", "value"), settings[method]), **hole_by_hole(results[method], first),
                  **patch_row(results[method])) for method in settings]

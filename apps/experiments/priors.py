@@ -7,7 +7,7 @@ import numpy as np
 
 from . import drawing, surfaces
 from .figures import summary
-from .methods import GIVEN, PAPER, PRIOR_NAMES, PRIORS, compared, ours, peers, tries
+from .methods import GIVEN, PAPER, PRIOR_NAMES, PRIORS, compared, measure_scans, ours, peers, tries
 
 
 def own_methods():
@@ -184,16 +184,15 @@ def fig_5(lab):
             shown, drawing.View((.85, .55, 1), (.1, -.05, 0), 2.6), partial(fill_colors, make()),
             ("the points that face the viewer", make().cloud.points, make().cloud.normals)))
     objects.update({"torus": "torus:major=1,minor=.5", "box": "box:x=2,y=1.5,z=1,rounding=.3"})
-    errors = []
-    for name, subject in list(objects.items())[:2 if lab.quick else None]:
-        for hole in range(1 if lab.quick else 8):
-            make = partial(lab.scan, subject, *points, "--holes", 1, seed=1000 * lab.seed + hole)
-            errors += [(name, method, measured.get("RMS"))
-                       for method, _, measured in tries(lab, f"fig-5/{name}/{hole}", methods, make, _hole)]
-    rows = []
-    for name in [*dict.fromkeys(name for name, _, _ in errors), "all"]:
+
+    def with_hole(lab, name, index):
+        return lab.scan(objects[name], *points, "--holes", 1, seed=1000 * lab.seed + index)
+
+    names, rows = list(objects)[:2 if lab.quick else None], []
+    results, scans = measure_scans(lab, "fig-5", names, 1 if lab.quick else 8, methods, with_hole, _hole)
+    for name in [*names, "all"]:
         for method in methods:
-            known = [error for of, by, error in errors if error is not None and by is method and name in (of, "all")]
+            known = [found["RMS"] for (of, _), found in zip(scans, results[method]) if name in (of, "all") and "RMS" in found]
             rows.append({"object": name, "method": method.title, "holes": len(known), **({
                 "median": np.median(known), "mean": np.mean(known), "worst": max(known)} if known else {})})
     lab.table("fig-5-holes", "Random holes: RMS error of each, % of the diagonal", rows)
