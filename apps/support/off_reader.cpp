@@ -42,21 +42,6 @@ private:
   std::vector<double> numbers_;
 };
 
-void readVertices(OffLines& lines, bool hasNormals, bool hasColors, double count, PointTable& table)
-{
-  const std::size_t firstColor = hasNormals ? 6 : 3;
-  std::vector<Eigen::Vector3f> colors;
-  for (double v = 0; v < count; ++v) {
-    const std::vector<double>& values = lines.numbers(hasColors ? firstColor + 3 : firstColor);
-    table.positions.emplace_back(values[0], values[1], values[2]);
-    if (hasNormals)
-      table.normals.push_back(Eigen::Vector3d(values[3], values[4], values[5]).cast<float>());
-    if (hasColors)
-      colors.push_back(Eigen::Map<const Eigen::Vector3d>(values.data() + firstColor).cast<float>());
-  }
-  addColors(colors, false, table);
-}
-
 } // namespace
 
 PointTable parseOff(const std::string& path, const std::string& text, Polygons* faces)
@@ -77,8 +62,18 @@ PointTable parseOff(const std::string& path, const std::string& text, Polygons* 
   if (counts.size() < 2 || !isCount(counts[0]) || !isCount(counts[1]))
     throw FileError(path, "is not an OFF file: its numbers of vertices and faces are missing");
 
+  std::vector<std::string> columns = {"x", "y", "z"};
+  if (hasNormals)
+    columns.insert(columns.end(), {"nx", "ny", "nz"});
+  if (hasColors)
+    columns.insert(columns.end(), {"red", "green", "blue"});
   PointTable table;
-  readVertices(lines, hasNormals, hasColors, counts[0], table);
+  TableFiller filler(columns, 0, table); // what the file says may not be there
+  for (double v = 0; v < counts[0]; ++v) {
+    const std::vector<double>& values = lines.numbers(columns.size());
+    filler.add(1, [&values](std::size_t, std::size_t column) { return values[column]; });
+  }
+  filler.finish(false);
   if (faces == nullptr)
     return table;
   for (double f = 0; f < counts[1]; ++f) {
