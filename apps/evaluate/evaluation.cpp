@@ -4,6 +4,7 @@
 #include "exact/self_intersections.h"
 #include "local_spacing.h"
 #include "support/float_offset.h"
+#include "support/poly_data.h"
 #include "surface_distance.h"
 
 #include <base/loops.h>
@@ -12,8 +13,6 @@
 #include <Eigen/Geometry>
 
 #include <vtkNew.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
 #include <vtkStaticPointLocator.h>
 
 #include <algorithm>
@@ -109,8 +108,7 @@ ReferenceComparison compare(const SurfaceMesh& mesh, const SurfaceDistance& toMe
   std::vector<double> distances = distancesOf(places), angles;
   for (std::size_t i = 0; i < places.size(); ++i)
     if (places[i].distance <= options.farLimit)
-      angles.push_back(angleBetween(areaVector(mesh, static_cast<std::size_t>(onMesh.triangles[i])),
-                                    areaVector(reference, static_cast<std::size_t>(places[i].triangle))));
+      angles.push_back(angleBetween(areaVector(mesh, onMesh.triangles[i]), areaVector(reference, places[i].triangle)));
   result.inventedShare = shareAbove(distances, options.farLimit);
   result.flippedShare = shareAbove(angles, 90);
   result.normalDeviation = summarize(std::move(angles));
@@ -141,7 +139,7 @@ std::optional<double> flippedShare(const SurfaceMesh& mesh, const EvaluationInpu
   for (std::size_t i = 0; i < input.cloud.size(); ++i) {
     if (!input.cloud[i].allFinite())
       continue;
-    const Eigen::Vector3d face = areaVector(mesh, static_cast<std::size_t>(places[measured++].triangle));
+    const Eigen::Vector3d face = areaVector(mesh, places[measured++].triangle);
     const Eigen::Vector3d normal = input.cloudNormals[i].cast<double>();
     if (!normal.allFinite() || normal.isZero(0))
       continue;
@@ -182,22 +180,14 @@ std::optional<LocalComparison> compareLocally(const SurfaceMesh& mesh, const Eva
   return result;
 }
 
-/// The mesh in single precision, as the library's checks take it.
-pcl::mrf::TriangleMesh toFloat(const SurfaceMesh& mesh)
-{
-  // Vertices that were floats in a file stay the same numbers; survey coordinates need to be moved to the origin.
-  const Eigen::Vector3d offset = mesh.doublePrecision ? floatOffset(mesh.vertices) : Eigen::Vector3d::Zero();
-  pcl::mrf::TriangleMesh result;
-  result.triangles = mesh.triangles;
-  result.vertices.reserve(mesh.vertices.size());
-  for (const Eigen::Vector3d& vertex : mesh.vertices)
-    result.vertices.push_back((vertex - offset).cast<float>());
-  return result;
-}
-
 void check(const SurfaceMesh& mesh, Evaluation& evaluation)
 {
-  const pcl::mrf::TriangleMesh plain = toFloat(mesh);
+  // In single precision, as the library's checks take it: vertices that were floats in a file stay the same numbers;
+  // survey coordinates need to be moved to the origin.
+  const Eigen::Vector3d offset = mesh.doublePrecision ? floatOffset(mesh.vertices) : Eigen::Vector3d::Zero();
+  pcl::mrf::TriangleMesh plain;
+  plain.vertices = toFloat(mesh.vertices, offset);
+  plain.triangles = mesh.triangles;
   evaluation.mesh = pcl::mrf::measure(plain);
   const double meanArea = evaluation.mesh.area / static_cast<double>(evaluation.mesh.triangles);
   const auto last = static_cast<double>(evaluation.areas.size() - 1);
@@ -279,17 +269,14 @@ std::vector<float> vertexErrors(const SurfaceMesh& mesh, const EvaluationInput& 
     return errors;
   }
 
-  Points known = finite(input.clean.empty() ? input.cloud : input.clean);
+  SurfaceMesh points;
+  points.doublePrecision = true;
+  Points& known = points.vertices = finite(input.clean.empty() ? input.cloud : input.clean);
   const Points heldOut = finite(input.heldOut);
   known.insert(known.end(), heldOut.begin(), heldOut.end());
   if (known.empty())
     throw InvalidInput("there is neither a reference nor a point that the mesh could be compared with");
-  vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  for (const Eigen::Vector3d& point : known)
-    points->InsertNextPoint(point.data());
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
+  const auto data = toPolyData(points);
   vtkNew<vtkStaticPointLocator> locator;
   locator->SetDataSet(data);
   locator->BuildLocator();

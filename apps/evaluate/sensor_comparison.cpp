@@ -37,7 +37,7 @@ public:
     if (!surface_.firstHit(origin, direction, point))
       return false;
     hit.range = (point.position - origin).norm();
-    hit.normal = normalAt(static_cast<std::size_t>(point.part), point.position);
+    hit.normal = normalAt(point.part, point.position);
     return true;
   }
 
@@ -203,7 +203,7 @@ public:
         if (std::abs(sight.depth - depth) > limit)
           continue;
         place = Place::measured;
-        const Vector3d face = areaVector(mesh_, static_cast<std::size_t>(made.triangles[i]));
+        const Vector3d face = areaVector(mesh_, made.triangles[i]);
         measured.push_back(std::atan2(face.cross(hit.normal).norm(), face.dot(hit.normal)) * 180 / M_PI);
         flipped += measured.back() > 90 ? 1 : 0;
       }

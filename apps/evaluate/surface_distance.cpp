@@ -2,16 +2,14 @@
 #include "surface_distance.h"
 
 #include "scan/random.h"
+#include "support/poly_data.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <Eigen/Geometry>
 
-#include <vtkCellArray.h>
 #include <vtkGenericCell.h>
 #include <vtkNew.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
 #include <vtkSMPTools.h>
 #include <vtkStaticCellLocator.h>
 
@@ -40,39 +38,31 @@ double surfaceArea(const SurfaceMesh& mesh)
 struct SurfaceDistance::Locator {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   std::vector<std::int32_t> triangles; ///< of the mesh, by cell
-  vtkNew<vtkPolyData> data;
+  vtkSmartPointer<vtkPolyData> data;
   vtkNew<vtkStaticCellLocator> cells;
 };
 
 SurfaceDistance::SurfaceDistance(const SurfaceMesh& mesh) : locator_(std::make_unique<Locator>())
 {
   Eigen::AlignedBox3d box;
-  vtkNew<vtkCellArray> polygons;
+  SurfaceMesh surface;
+  surface.doublePrecision = true;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
     if (!(areaVector(mesh, t).squaredNorm() > 0))
       continue;
     for (const std::int32_t v : triangle)
       box.extend(mesh.vertices[v]);
-    polygons->InsertNextCell({triangle[0], triangle[1], triangle[2]});
+    surface.triangles.push_back(triangle);
     locator_->triangles.push_back(static_cast<std::int32_t>(t));
   }
   if (locator_->triangles.empty())
     throw pcl::mrf::InvalidInput("the mesh has no triangle with an area");
   // Far from the origin the products of the locator's arithmetic would lose digits that the differences have.
   locator_->center = box.center();
-
-  vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  points->SetNumberOfPoints(static_cast<vtkIdType>(mesh.vertices.size()));
-  for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
-    const bool usable = mesh.vertices[v].allFinite();
-    const Eigen::Vector3d position =
-        usable ? Eigen::Vector3d(mesh.vertices[v] - locator_->center) : Eigen::Vector3d::Zero();
-    points->SetPoint(static_cast<vtkIdType>(v), position.data());
-  }
-  locator_->data->SetPoints(points);
-  locator_->data->SetPolys(polygons);
+  for (const Eigen::Vector3d& vertex : mesh.vertices)
+    surface.vertices.push_back(vertex.allFinite() ? Eigen::Vector3d(vertex - box.center()) : Eigen::Vector3d::Zero());
+  locator_->data = toPolyData(surface);
   // Built here, because the first GetCell would build it otherwise, on several threads at once.
   locator_->data->BuildCells();
   locator_->cells->SetDataSet(locator_->data);

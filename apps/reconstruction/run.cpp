@@ -139,15 +139,6 @@ void addSensors(const Command& command, Input& input)
   }
 }
 
-std::vector<Eigen::Vector3f> toFloat(const std::vector<Eigen::Vector3d>& positions, const Eigen::Vector3d& offset)
-{
-  std::vector<Eigen::Vector3f> result;
-  result.reserve(positions.size());
-  for (const Eigen::Vector3d& position : positions)
-    result.emplace_back((position - offset).cast<float>());
-  return result;
-}
-
 /// Colors and intensities of the input. \param table outlives what is returned
 pcl::mrf::PointAttributes attributesOf(const PointTable& table)
 {

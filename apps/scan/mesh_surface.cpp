@@ -41,7 +41,7 @@ struct MeshSurface::Segment {
   /// Möller and Trumbore; a triangle seen exactly edge-on is not hit. \return true to end the search
   bool intersectObject(std::int32_t candidate)
   {
-    const Facet facet = mesh.facet(static_cast<std::size_t>(candidate));
+    const Facet facet = mesh.facet(candidate);
     const Vector3d p = direction.cross(facet.edge2), s = origin - facet.corner;
     const double determinant = facet.edge1.dot(p);
     if (determinant == 0 || candidate == excluded)
@@ -121,7 +121,7 @@ bool MeshSurface::firstHit(const Vector3d& origin, const Vector3d& direction, Su
   if (segment.triangle < 0)
     return false;
   point.position = origin + segment.t * last * direction;
-  point.normal = facet(static_cast<std::size_t>(segment.triangle)).doubleArea().normalized();
+  point.normal = facet(segment.triangle).doubleArea().normalized();
   point.part = segment.triangle;
   return true;
 }

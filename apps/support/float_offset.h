@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Coordinates with more digits than single precision holds.
+/// Coordinates with more digits than single precision holds.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -31,6 +30,17 @@ inline Eigen::AlignedBox3d boxOf(const std::vector<Eigen::Vector3d>& positions)
     if (position.allFinite())
       box.extend(position);
   return box;
+}
+
+/// Positions less an offset, rounded to float.
+inline std::vector<Eigen::Vector3f> toFloat(const std::vector<Eigen::Vector3d>& positions,
+                                            const Eigen::Vector3d& offset)
+{
+  std::vector<Eigen::Vector3f> result;
+  result.reserve(positions.size());
+  for (const Eigen::Vector3d& position : positions)
+    result.emplace_back((position - offset).cast<float>());
+  return result;
 }
 
 /// The widest step of float that shows in positions that are floats: of whole numbers none does where it is a half.

@@ -6,12 +6,85 @@
 #include "point_readers.h"
 #include "text_file.h"
 
+#include <base/byte_writer.h>
 #include <pcl/surface/mrf/option_table.h>
 
 #include <algorithm>
 #include <cmath>
 
 namespace mrf_apps {
+namespace {
+
+/// Moves values to the end of others, and frees their memory.
+template <typename Value>
+void append(std::vector<Value>& more, std::vector<Value>& values)
+{
+  values.insert(values.end(), more.begin(), more.end());
+  more = std::vector<Value>();
+}
+
+void appendSensors(PointTable& more, PointTable& table)
+{
+  if (more.sensorOrigin) {
+    more.sensors = {*more.sensorOrigin};
+    more.views.assign(more.size(), 0);
+  }
+  std::vector<std::int32_t> numbers; // in the table
+  for (const Eigen::Vector3d& sensor : more.sensors) {
+    const auto known = std::find(table.sensors.begin(), table.sensors.end(), sensor);
+    numbers.push_back(static_cast<std::int32_t>(known - table.sensors.begin()));
+    if (known == table.sensors.end())
+      table.sensors.push_back(sensor);
+  }
+  for (const std::int32_t view : more.views)
+    table.views.push_back(numbers[view]);
+}
+
+/// A warning of files that are so far from those before them that they may be of another frame.
+std::vector<std::string> farApart(const std::vector<PointTable>& tables, const std::vector<std::string>& paths)
+{
+  constexpr double wide = 100; // times the extent of all others
+  std::vector<std::string> warnings;
+  Eigen::AlignedBox3d before;
+  for (std::size_t n = 0; n < tables.size(); ++n) {
+    const Eigen::AlignedBox3d box = boxOf(tables[n].positions);
+    const bool areBoth = !before.isEmpty() && !box.isEmpty();
+    const double extent = areBoth ? std::max(before.diagonal().norm(), box.diagonal().norm()) : 0;
+    if (extent > 0 && before.exteriorDistance(box) > wide * extent)
+      warnings.push_back("'" + paths[n] + "' is " + pcl::mrf::decimalText(std::round(before.exteriorDistance(box))) +
+                         " away from the files before it, each of which is less than a hundredth of that wide: are "
+                         "they in one frame?");
+    before.extend(box);
+  }
+  return warnings;
+}
+
+/// Of a file with the coordinates of each point and, if it has any, its normal.
+std::string headerOf(const std::string& format, const std::string& count, bool isDouble, bool hasNormals)
+{
+  const std::string type = isDouble ? "double" : "float", size = isDouble ? "8" : "4";
+  std::string ply, names, sizes, types, counts;
+  const auto add = [&](const char* name, const char* nameInPcd, const std::string& itsType,
+                       const std::string& itsSize) {
+    ply += "property " + itsType + " " + name + "\n";
+    names += std::string(" ") + nameInPcd;
+    sizes += " " + itsSize;
+    types += " F";
+    counts += " 1";
+  };
+  for (const char* name : {"x", "y", "z"})
+    add(name, name, type, size);
+  for (const char* name : {"nx", "ny", "nz"})
+    if (hasNormals)
+      add(name, (std::string("normal_") + name[1]).c_str(), "float", "4");
+  if (format == "ply")
+    return "ply\nformat binary_little_endian 1.0\nelement vertex " + count + "\n" + ply + "end_header\n";
+  return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS" + names + "\nSIZE" + sizes + "\nTYPE" +
+         types + "\nCOUNT" + counts + "\nWIDTH " + count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count +
+         "\nDATA binary\n";
+}
+
+} // namespace
 
 const char* const pointFileExtensions = "pcd, ply, obj, off, xyz, txt, asc, csv, pts, ptx or las, also with .gz";
 
@@ -90,54 +163,6 @@ PointTable readPoints(const std::string& path, const std::string& format)
   return parsePoints(type, path, readWholeFile(path));
 }
 
-namespace {
-
-/// Moves values to the end of others, and frees their memory.
-template <typename Value>
-void append(std::vector<Value>& more, std::vector<Value>& values)
-{
-  values.insert(values.end(), more.begin(), more.end());
-  more = std::vector<Value>();
-}
-
-void appendSensors(PointTable& more, PointTable& table)
-{
-  if (more.sensorOrigin) {
-    more.sensors = {*more.sensorOrigin};
-    more.views.assign(more.size(), 0);
-  }
-  std::vector<std::int32_t> numbers; // in the table
-  for (const Eigen::Vector3d& sensor : more.sensors) {
-    const auto known = std::find(table.sensors.begin(), table.sensors.end(), sensor);
-    numbers.push_back(static_cast<std::int32_t>(known - table.sensors.begin()));
-    if (known == table.sensors.end())
-      table.sensors.push_back(sensor);
-  }
-  for (const std::int32_t view : more.views)
-    table.views.push_back(numbers[static_cast<std::size_t>(view)]);
-}
-
-/// A warning of files that are so far from those before them that they may be of another frame.
-std::vector<std::string> farApart(const std::vector<PointTable>& tables, const std::vector<std::string>& paths)
-{
-  constexpr double wide = 100; // times the extent of all others
-  std::vector<std::string> warnings;
-  Eigen::AlignedBox3d before;
-  for (std::size_t n = 0; n < tables.size(); ++n) {
-    const Eigen::AlignedBox3d box = boxOf(tables[n].positions);
-    const bool areBoth = !before.isEmpty() && !box.isEmpty();
-    const double extent = areBoth ? std::max(before.diagonal().norm(), box.diagonal().norm()) : 0;
-    if (extent > 0 && before.exteriorDistance(box) > wide * extent)
-      warnings.push_back("'" + paths[n] + "' is " + pcl::mrf::decimalText(std::round(before.exteriorDistance(box))) +
-                         " away from the files before it, each of which is less than a hundredth of that wide: are "
-                         "they in one frame?");
-    before.extend(box);
-  }
-  return warnings;
-}
-
-} // namespace
-
 PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::string>& paths)
 {
   if (tables.size() == 1)
@@ -147,7 +172,7 @@ PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::str
   const auto doAllHave = [&](const std::string& what, bool (*has)(const PointTable&), const char* remedy = "") {
     const auto without = std::find_if_not(tables.begin(), tables.end(), has);
     if (without != tables.end() && std::any_of(tables.begin(), tables.end(), has))
-      whole.warnings.push_back("'" + paths[static_cast<std::size_t>(without - tables.begin())] + "' has no " + what +
+      whole.warnings.push_back("'" + paths[without - tables.begin()] + "' has no " + what +
                                ": those of the other files are left out" + remedy);
     return without == tables.end();
   };
@@ -177,6 +202,32 @@ PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::str
       whole.notes.push_back(paths[n] + ": " + note);
   }
   return whole;
+}
+
+const char* const pointOutputExtensions = "ply or pcd";
+
+bool isWritableCloud(const std::string& extension)
+{
+  return extension == "ply" || extension == "pcd";
+}
+
+void writePoints(const PointTable& points, const std::string& path, const std::string& format)
+{
+  const bool hasNormals = !points.normals.empty();
+  const bool isDouble = !floatOffset(points.positions).isZero(0);
+  pcl::mrf::ByteWriter file(path);
+  file.text(headerOf(format, std::to_string(points.size()), isDouble, hasNormals));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis)
+      if (isDouble)
+        file.value(points.positions[i][axis]);
+      else
+        file.value(static_cast<float>(points.positions[i][axis]));
+    if (hasNormals)
+      for (int axis = 0; axis < 3; ++axis)
+        file.value(points.normals[i][axis]);
+  }
+  file.close();
 }
 
 } // namespace mrf_apps

@@ -44,10 +44,6 @@ struct Rows {
 
   std::size_t size() const { return columns == 0 ? 0 : values.size() / columns; }
   double at(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
-  Eigen::Vector3d vectorAt(std::size_t row, const Triple& parts) const
-  {
-    return {at(row, parts[0]), at(row, parts[1]), at(row, parts[2])};
-  }
 };
 
 /// Splits a line at tabs, else semicolons, else commas, between which there may be nothing or several words; a line
@@ -250,7 +246,7 @@ Content contentOf(const Rows& rows, std::size_t column)
 {
   std::size_t units = 0, bytes = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Eigen::Vector3d v = rows.vectorAt(i, {column, column + 1, column + 2});
+    const Eigen::Map<const Eigen::Vector3d> v(&rows.values[i * rows.columns + column]);
     const double length = v.norm();
     units += std::abs(length - 1) < .1 || !(length > 0);
     bytes += v.array().round().matrix() == v && v.minCoeff() >= 0 && v.maxCoeff() <= 255;
