@@ -72,6 +72,109 @@ Footprint footprintAt(const Surface& surface, const Vector3d& sensor, const Vect
   return result;
 }
 
+/// A depth camera's: the disparity, focal length · baseline / depth pixels, has an error with a deviation of .08 pixels
+/// and a correlation of exp(−½ (d/3 px)²) in the image, and is rounded to eighths of a pixel. \param object in the
+/// cloud's frame
+void addDisparityErrors(const ScanOptions& options, const Box& object, Scan& scan)
+{
+  Random random(options.seed, matching);
+  const SmoothField error(disparityLength, random);
+  SamplingOptions sampling = options.sampling;
+  sampling.axis = options.views.axis;
+  sampling.forward = options.views.forward;
+  std::vector<Eigen::Matrix3d> frames;
+  for (const Vector3d& sensor : scan.sensors)
+    frames.push_back(viewingFrame(sensor, object, sampling));
+  const double focal = sampling.focalLength;
+  for (std::size_t i = 0; i < scan.cloud.size(); ++i) {
+    const std::int32_t view = scan.cloud.views[i];
+    Vector3d& position = scan.cloud.positions[i];
+    const Vector3d ray = position - scan.sensors[view], seen = frames[view].transpose() * ray;
+    // Images far apart in the field are independent of each other.
+    const Vector3d pixel(focal * seen[1] / seen[0], focal * seen[2] / seen[0], 1e3 * view);
+    const double disparity = focal * options.baseline / seen[0];
+    const double measured = std::round((disparity + disparityNoise * error(pixel)) / disparityStep) * disparityStep;
+    position = scan.sensors[view] + disparity / std::max(measured, disparityStep) * ray;
+  }
+}
+
+/// Photogrammetry's, along the normal: bumps with lengths of 4 and 12 spacings that share the variance, and white noise
+/// of a quarter of the deviation. \param sigma cloud's unit
+void addBumps(const ScanOptions& options, double sigma, Scan& scan)
+{
+  Random random(options.seed, matching);
+  const SmoothField small(4 * scan.spacing, random), wide(12 * scan.spacing, random);
+  for (std::size_t i = 0; i < scan.cloud.size(); ++i) {
+    Vector3d& position = scan.cloud.positions[i];
+    const double bump = std::sqrt(.5) * (small(position) + wide(position));
+    position += sigma * (bump + .25 * random.normal()) * scan.cloud.normals[i];
+  }
+}
+
+void addOutlier(const Vector3d& position, std::int32_t view, Random& random, Scan& scan)
+{
+  Vector3d normal = random.direction();
+  if (view >= 0) {
+    if (normal.dot(scan.sensors[view] - position) < 0)
+      normal = -normal;
+    scan.cloud.views.push_back(view);
+  }
+  scan.cloud.positions.push_back(position);
+  scan.cloud.normals.push_back(normal);
+}
+
+void addUniform(std::int64_t count, Random& random, Scan& scan)
+{
+  Eigen::AlignedBox3d box;
+  for (const Points* points : {&scan.clean, &scan.heldOut})
+    for (const Vector3d& x : points->positions)
+      box.extend(x);
+  // A flat object has no volume to spread them in.
+  const Vector3d margin = Vector3d::Constant(.05 * scan.diagonal), lower = box.min() - margin,
+                 upper = box.max() + margin;
+  for (std::int64_t i = 0; i < count; ++i) {
+    Vector3d x;
+    int tries = 0;
+    do {
+      require(++tries <= 10000, "the holes leave no room for outliers");
+      for (int axis = 0; axis < 3; ++axis)
+        x[axis] = random.uniform(lower[axis], upper[axis]);
+    } while (scan.isInHole(x));
+    const std::int32_t view = scan.sensors.empty() ? -1 : static_cast<std::int32_t>(random.index(scan.sensors.size()));
+    addOutlier(x, view, random, scan);
+  }
+}
+
+/// A false match puts a small, flat patch at a wrong depth: off the surface along the line of sight.
+void addClusters(std::int64_t count, Random& random, Scan& scan)
+{
+  constexpr int clusterSize = 30;
+  const double radius = .01 * scan.diagonal;
+  int failures = 0;
+  for (std::int64_t added = 0; added < count;) {
+    const std::size_t i = random.index(scan.clean.size());
+    const std::int32_t view = scan.sensors.empty() ? -1 : scan.clean.views[i];
+    const Vector3d& surface = scan.clean.positions[i];
+    const Vector3d sight = view < 0 ? scan.clean.normals[i] : Vector3d((scan.sensors[view] - surface).normalized());
+    const double depth = (.02 + .13 * random.uniform()) * scan.diagonal * (random.uniform() < .5 ? -1 : 1);
+    const Vector3d x = perpendicular(sight), y = sight.cross(x);
+    for (int j = 0; j < clusterSize && added < count; ++j) {
+      int tries = 0;
+      Vector3d position;
+      do {
+        const double across = random.normal(), up = random.normal(), along = random.normal();
+        position = surface + (depth + .3 * radius * along) * sight + radius * (across * x + up * y);
+      } while (scan.isInHole(position) && ++tries < 100);
+      if (tries == 100) {
+        require(++failures < 10000, "the holes leave no room for outliers");
+        break;
+      }
+      addOutlier(position, view, random, scan);
+      ++added;
+    }
+  }
+}
+
 } // namespace
 
 SmoothField::SmoothField(double length, Random& random)
@@ -135,49 +238,6 @@ Points applyFootprints(const Surface& surface, const std::vector<Vector3d>& sens
   points = std::move(kept);
   return between;
 }
-
-namespace {
-
-/// A depth camera's: the disparity, focal length · baseline / depth pixels, has an error with a deviation of .08 pixels
-/// and a correlation of exp(−½ (d/3 px)²) in the image, and is rounded to eighths of a pixel. \param object in the
-/// cloud's frame
-void addDisparityErrors(const ScanOptions& options, const Box& object, Scan& scan)
-{
-  Random random(options.seed, matching);
-  const SmoothField error(disparityLength, random);
-  SamplingOptions sampling = options.sampling;
-  sampling.axis = options.views.axis;
-  sampling.forward = options.views.forward;
-  std::vector<Eigen::Matrix3d> frames;
-  for (const Vector3d& sensor : scan.sensors)
-    frames.push_back(viewingFrame(sensor, object, sampling));
-  const double focal = sampling.focalLength;
-  for (std::size_t i = 0; i < scan.cloud.size(); ++i) {
-    const std::int32_t view = scan.cloud.views[i];
-    Vector3d& position = scan.cloud.positions[i];
-    const Vector3d ray = position - scan.sensors[view], seen = frames[view].transpose() * ray;
-    // Images far apart in the field are independent of each other.
-    const Vector3d pixel(focal * seen[1] / seen[0], focal * seen[2] / seen[0], 1e3 * view);
-    const double disparity = focal * options.baseline / seen[0];
-    const double measured = std::round((disparity + disparityNoise * error(pixel)) / disparityStep) * disparityStep;
-    position = scan.sensors[view] + disparity / std::max(measured, disparityStep) * ray;
-  }
-}
-
-/// Photogrammetry's, along the normal: bumps with lengths of 4 and 12 spacings that share the variance, and white noise
-/// of a quarter of the deviation. \param sigma cloud's unit
-void addBumps(const ScanOptions& options, double sigma, Scan& scan)
-{
-  Random random(options.seed, matching);
-  const SmoothField small(4 * scan.spacing, random), wide(12 * scan.spacing, random);
-  for (std::size_t i = 0; i < scan.cloud.size(); ++i) {
-    Vector3d& position = scan.cloud.positions[i];
-    const double bump = std::sqrt(.5) * (small(position) + wide(position));
-    position += sigma * (bump + .25 * random.normal()) * scan.cloud.normals[i];
-  }
-}
-
-} // namespace
 
 void addNoise(const ScanOptions& options, const Box& object, Scan& scan)
 {
@@ -246,74 +306,6 @@ void misalign(const ScanOptions& options, const Vector3d& middle, Scan& scan)
     normal = Vector3d(turns[view] * normal);
   }
 }
-
-namespace {
-
-void addOutlier(const Vector3d& position, std::int32_t view, Random& random, Scan& scan)
-{
-  Vector3d normal = random.direction();
-  if (view >= 0) {
-    if (normal.dot(scan.sensors[view] - position) < 0)
-      normal = -normal;
-    scan.cloud.views.push_back(view);
-  }
-  scan.cloud.positions.push_back(position);
-  scan.cloud.normals.push_back(normal);
-}
-
-void addUniform(std::int64_t count, Random& random, Scan& scan)
-{
-  Eigen::AlignedBox3d box;
-  for (const Points* points : {&scan.clean, &scan.heldOut})
-    for (const Vector3d& x : points->positions)
-      box.extend(x);
-  // A flat object has no volume to spread them in.
-  const Vector3d margin = Vector3d::Constant(.05 * scan.diagonal), lower = box.min() - margin,
-                 upper = box.max() + margin;
-  for (std::int64_t i = 0; i < count; ++i) {
-    Vector3d x;
-    int tries = 0;
-    do {
-      require(++tries <= 10000, "the holes leave no room for outliers");
-      for (int axis = 0; axis < 3; ++axis)
-        x[axis] = random.uniform(lower[axis], upper[axis]);
-    } while (scan.isInHole(x));
-    const std::int32_t view = scan.sensors.empty() ? -1 : static_cast<std::int32_t>(random.index(scan.sensors.size()));
-    addOutlier(x, view, random, scan);
-  }
-}
-
-/// A false match puts a small, flat patch at a wrong depth: off the surface along the line of sight.
-void addClusters(std::int64_t count, Random& random, Scan& scan)
-{
-  constexpr int clusterSize = 30;
-  const double radius = .01 * scan.diagonal;
-  int failures = 0;
-  for (std::int64_t added = 0; added < count;) {
-    const std::size_t i = random.index(scan.clean.size());
-    const std::int32_t view = scan.sensors.empty() ? -1 : scan.clean.views[i];
-    const Vector3d& surface = scan.clean.positions[i];
-    const Vector3d sight = view < 0 ? scan.clean.normals[i] : Vector3d((scan.sensors[view] - surface).normalized());
-    const double depth = (.02 + .13 * random.uniform()) * scan.diagonal * (random.uniform() < .5 ? -1 : 1);
-    const Vector3d x = perpendicular(sight), y = sight.cross(x);
-    for (int j = 0; j < clusterSize && added < count; ++j) {
-      int tries = 0;
-      Vector3d position;
-      do {
-        const double across = random.normal(), up = random.normal(), along = random.normal();
-        position = surface + (depth + .3 * radius * along) * sight + radius * (across * x + up * y);
-      } while (scan.isInHole(position) && ++tries < 100);
-      if (tries == 100) {
-        require(++failures < 10000, "the holes leave no room for outliers");
-        break;
-      }
-      addOutlier(position, view, random, scan);
-      ++added;
-    }
-  }
-}
-
-} // namespace
 
 void addOutliers(const ScanOptions& options, Scan& scan)
 {

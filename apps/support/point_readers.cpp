@@ -25,6 +25,20 @@ std::optional<Triple> findVector(const std::vector<std::string>& names, std::ini
   return {};
 }
 
+template <typename T>
+void decodeAs(const char* from, std::size_t stride, std::size_t count, bool isReversed, double* to)
+{
+  for (std::size_t i = 0; i < count; ++i, from += stride) {
+    std::array<char, sizeof(T)> bytes;
+    std::memcpy(bytes.data(), from, sizeof(T));
+    if (isReversed)
+      std::reverse(bytes.begin(), bytes.end());
+    T value;
+    std::memcpy(&value, bytes.data(), sizeof(T));
+    to[i] = static_cast<double>(value);
+  }
+}
+
 } // namespace
 
 VectorColumns::VectorColumns(const std::vector<std::string>& names)
@@ -87,24 +101,6 @@ TableFiller::TableFiller(const std::vector<std::string>& names, std::size_t rows
     scalar.reserve(rows);
   }
 }
-
-namespace {
-
-template <typename T>
-void decodeAs(const char* from, std::size_t stride, std::size_t count, bool isReversed, double* to)
-{
-  for (std::size_t i = 0; i < count; ++i, from += stride) {
-    std::array<char, sizeof(T)> bytes;
-    std::memcpy(bytes.data(), from, sizeof(T));
-    if (isReversed)
-      std::reverse(bytes.begin(), bytes.end());
-    T value;
-    std::memcpy(&value, bytes.data(), sizeof(T));
-    to[i] = static_cast<double>(value);
-  }
-}
-
-} // namespace
 
 const NumberType* numberType(char kind, std::size_t size)
 {

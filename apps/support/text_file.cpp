@@ -28,6 +28,43 @@ char lowerCase(char c)
   return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
+/// The rest of a stream. \param size that it has if it is a file; pipes have no size beforehand
+std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
+{
+  std::string text(size, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), file));
+  std::string block(1 << 16, '\0');
+  while (const std::size_t count = std::fread(block.data(), 1, block.size(), file))
+    text.append(block, 0, count);
+  if (std::ferror(file) != 0)
+    throw FileError(name, "cannot be read");
+  if (isGzip(text))
+    text = unpackGzip(name, text, pcl::mrf::availableMemory() / 8);
+  if (text.empty())
+    throw FileError(name, "is empty");
+  return text;
+}
+
+void splitAt(std::string_view separators, std::string_view line, std::vector<std::string_view>& words)
+{
+  words.clear();
+  std::size_t begin = line.find_first_not_of(separators);
+  while (begin != std::string_view::npos) {
+    const std::size_t end = line.find_first_of(separators, begin);
+    words.push_back(line.substr(begin, end == std::string_view::npos ? end : end - begin));
+    begin = line.find_first_not_of(separators, end);
+  }
+}
+
+/// Of a number that no double holds: whether it is too close to zero rather than too far from it.
+bool isTiny(std::string_view number)
+{
+  const std::size_t exponent = number.find_first_of("eE");
+  if (exponent != std::string_view::npos)
+    return number.substr(exponent + 1, 1) == "-";
+  return number.find_first_of("123456789") > number.find('.');
+}
+
 } // namespace
 
 std::string extension(const std::string& path)
@@ -59,27 +96,6 @@ std::string conversionHint(const std::string& path, const std::string& type)
          : type == "npts" || type == "pwn" ? "; call it xyz if its rows are x y z nx ny nz"
                                            : "";
 }
-
-namespace {
-
-/// The rest of a stream. \param size that it has if it is a file; pipes have no size beforehand
-std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
-{
-  std::string text(size, '\0');
-  text.resize(std::fread(text.data(), 1, text.size(), file));
-  std::string block(1 << 16, '\0');
-  while (const std::size_t count = std::fread(block.data(), 1, block.size(), file))
-    text.append(block, 0, count);
-  if (std::ferror(file) != 0)
-    throw FileError(name, "cannot be read");
-  if (isGzip(text))
-    text = unpackGzip(name, text, pcl::mrf::availableMemory() / 8);
-  if (text.empty())
-    throw FileError(name, "is empty");
-  return text;
-}
-
-} // namespace
 
 std::string readWholeFile(const std::string& path)
 {
@@ -147,21 +163,6 @@ void Lines::fail(const std::string& cause) const
   throw FileError(path_, number_, cause);
 }
 
-namespace {
-
-void splitAt(std::string_view separators, std::string_view line, std::vector<std::string_view>& words)
-{
-  words.clear();
-  std::size_t begin = line.find_first_not_of(separators);
-  while (begin != std::string_view::npos) {
-    const std::size_t end = line.find_first_of(separators, begin);
-    words.push_back(line.substr(begin, end == std::string_view::npos ? end : end - begin));
-    begin = line.find_first_not_of(separators, end);
-  }
-}
-
-} // namespace
-
 std::string_view takeWord(std::string_view& text)
 {
   constexpr std::string_view blanks = " \t\r\n";
@@ -192,19 +193,6 @@ bool haveDecimalCommas(const std::vector<std::string_view>& words)
   }
   return areJoined && areParted;
 }
-
-namespace {
-
-/// Of a number that no double holds: whether it is too close to zero rather than too far from it.
-bool isTiny(std::string_view number)
-{
-  const std::size_t exponent = number.find_first_of("eE");
-  if (exponent != std::string_view::npos)
-    return number.substr(exponent + 1, 1) == "-";
-  return number.find_first_of("123456789") > number.find('.');
-}
-
-} // namespace
 
 bool toNumber(std::string_view word, double& value)
 {

@@ -90,6 +90,28 @@ std::vector<std::string> groupsOf(const ToolTexts& texts)
   return groups;
 }
 
+/// Plain text for troff: dashes stay dashes, backslashes are none of its commands, and no line begins one.
+std::string troff(const std::string& text)
+{
+  std::string result;
+  for (const char c : text)
+    if (c == '-')
+      result += "\\-";
+    else if (c == '\\')
+      result += "\\e";
+    else
+      result += c;
+  if (!result.empty() && (result[0] == '.' || result[0] == '\''))
+    result.insert(0, "\\&");
+  return result;
+}
+
+std::string upperCase(std::string text)
+{
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
+  return text;
+}
+
 } // namespace
 
 std::string shortHelp(const ToolTexts& texts)
@@ -124,32 +146,6 @@ std::string fullHelp(const ToolTexts& texts)
     text += "  " + texts.tool + " " + example + "\n";
   return text;
 }
-
-namespace {
-
-/// Plain text for troff: dashes stay dashes, backslashes are none of its commands, and no line begins one.
-std::string troff(const std::string& text)
-{
-  std::string result;
-  for (const char c : text)
-    if (c == '-')
-      result += "\\-";
-    else if (c == '\\')
-      result += "\\e";
-    else
-      result += c;
-  if (!result.empty() && (result[0] == '.' || result[0] == '\''))
-    result.insert(0, "\\&");
-  return result;
-}
-
-std::string upperCase(std::string text)
-{
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
-  return text;
-}
-
-} // namespace
 
 std::string manualPage(const ToolTexts& texts)
 {
