@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The command line of pcl_mrf_evaluate.
+/// The command line of pcl_mrf_evaluate.
 #pragma once
 
 #include "evaluation.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief How good a reconstructed mesh is: distances to what was measured and to the truth, validity, triangle shapes.
+/// How good a reconstructed mesh is: distances to what was measured and to the truth, validity, triangle shapes.
 #pragma once
 
 #include "support/surface_mesh.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief How densely a cloud is sampled at each of its points, and its point nearest to a place.
+/// How densely a cloud is sampled at each of its points, and its point nearest to a place.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Whether the error bars of a mesh are right: how often they hold the error, how wide they are, how they rank.
+/// Whether the error bars of a mesh are right: how often they hold the error, how wide they are, how they rank.
 #pragma once
 
 #include "evaluation.h"

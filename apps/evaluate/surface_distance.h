@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The surface of a triangle mesh: exact distances to it, and points spread over it.
+/// The surface of a triangle mesh: exact distances to it, and points spread over it.
 #pragma once
 
 #include "support/surface_mesh.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Exact self-intersections of a triangle mesh through CGAL, to judge meshes and our own code with.
+/// Exact self-intersections of a triangle mesh through CGAL, to judge meshes and our own code with.
 #pragma once
 
 #include <pcl/surface/mrf/triangle_mesh.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Colors: those of the scan on the mesh, or how far each place of it was seen.
+/// Colors: those of the scan on the mesh, or how far each place of it was seen.
 ///
 ///     example_colors scan.pcd mesh.ply [confidence]
 

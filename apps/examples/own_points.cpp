@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Points of a type of one's own: what a scanner's driver hands out goes in, and comes out for each vertex.
+/// Points of a type of one's own: what a scanner's driver hands out goes in, and comes out for each vertex.
 ///
 ///     example_own_points points.xyz mesh.ply       (a line: x y z)
 

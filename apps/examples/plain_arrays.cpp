@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The whole method on plain arrays, without PCL's point types; with progress, Ctrl-C to leave, and the field.
+/// The whole method on plain arrays, without PCL's point types; with progress, Ctrl-C to leave, and the field.
 ///
 ///     example_plain_arrays points.xyz mesh.obj       (a line: x y z)
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief A program that was written for pcl::Poisson, with the method replaced behind the base class: the same calls,
+/// A program that was written for pcl::Poisson, with the method replaced behind the base class: the same calls,
 /// with a subset of the points and a search object.
 ///
 ///     example_poisson_replaced poisson|mrf scan.pcd mesh.ply      (a scan with normals)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Between numpy's arrays and the library's: one copy on the way in, none on the way out.
+/// Between numpy's arrays and the library's: one copy on the way in, none on the way out.
 #pragma once
 
 #include "support/surface_mesh.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The module pcl_mrf._core: a run, its options, its field and files. What users call is around it, in Python.
+/// The module pcl_mrf._core: a run, its options, its field and files. What users call is around it, in Python.
 #include "arrays.h"
 #include "support/errors.h"
 #include "support/float_offset.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The command line of pcl_mrf_reconstruction.
+/// The command line of pcl_mrf_reconstruction.
 #pragma once
 
 #include <pcl/surface/mrf/execution.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What the tool prints: progress and the closing summary.
+/// What the tool prints: progress and the closing summary.
 #pragma once
 
 #include "command_line.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief A mesh as a folder of tiles that join exactly.
+/// A mesh as a folder of tiles that join exactly.
 #pragma once
 
 #include "support/output_files.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Analytic shapes as surfaces to scan: patches, solids, scenes, and the catalog of shapes by name.
+/// Analytic shapes as surfaces to scan: patches, solids, scenes, and the catalog of shapes by name.
 #pragma once
 
 #include "surface.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The command line of pcl_mrf_scan.
+/// The command line of pcl_mrf_scan.
 #pragma once
 
 #include "scan.h"

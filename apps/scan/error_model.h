@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What goes wrong in a scan, each by its own stream of the seed: what kinds of devices miss, mix up and measure
+/// What goes wrong in a scan, each by its own stream of the seed: what kinds of devices miss, mix up and measure
 /// wrongly, noise, misalignment and outliers.
 #pragma once
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief A triangle mesh as a surface to scan.
+/// A triangle mesh as a surface to scan.
 #pragma once
 
 #include "surface.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Random numbers with a stream for each purpose.
+/// Random numbers with a stream for each purpose.
 ///
 /// The engines of the C++ library are specified to the bit, its distributions and std::shuffle are not, so that these
 /// are the same whatever the library.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Sensors around an object, and the points of its surface that they see.
+/// Sensors around an object, and the points of its surface that they see.
 #pragma once
 
 #include "surface.h"

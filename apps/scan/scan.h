@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief A simulated range scan of a surface: what the sensors see, with their errors, and the truth beside it.
+/// A simulated range scan of a surface: what the sensors see, with their errors, and the truth beside it.
 #pragma once
 
 #include "sampling.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What a sensor looks at: a surface that can be sampled, and that rays hit.
+/// What a sensor looks at: a surface that can be sampled, and that rays hit.
 #pragma once
 
 #include <shapes/signed_distance.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Signed distances to analytic shapes: what is scanned, and the truth to measure against.
+/// Signed distances to analytic shapes: what is scanned, and the truth to measure against.
 #pragma once
 
 #include <Eigen/Geometry>

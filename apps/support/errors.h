@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Failures of the tools, each kind with its own exit status.
+/// Failures of the tools, each kind with its own exit status.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What gzip has packed.
+/// What gzip has packed.
 #pragma once
 
 #include <cstddef>

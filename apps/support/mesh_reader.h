@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Triangle meshes out of files.
+/// Triangle meshes out of files.
 #pragma once
 
 #include "surface_mesh.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Modules that a tool loads when it needs them: at each start they would take longer than all else.
+/// Modules that a tool loads when it needs them: at each start they would take longer than all else.
 #pragma once
 
 #include "errors.h"

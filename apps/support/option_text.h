@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The library's options as texts, for whoever types them: on a command line, or as keywords of Python.
+/// The library's options as texts, for whoever types them: on a command line, or as keywords of Python.
 #pragma once
 
 #include <pcl/surface/mrf/option_table.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Output files that appear all together and whole, or not at all.
+/// Output files that appear all together and whole, or not at all.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Off-screen pictures of a mesh.
+/// Off-screen pictures of a mesh.
 #pragma once
 
 #include "surface_mesh.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The readers behind readPoints and readMesh, one per file format.
+/// The readers behind readPoints and readMesh, one per file format.
 #pragma once
 
 #include "point_table.h"

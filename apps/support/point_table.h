@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Points of a file as columns.
+/// Points of a file as columns.
 #pragma once
 
 #include <Eigen/Core>

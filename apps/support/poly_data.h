@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief A mesh as VTK sees it.
+/// A mesh as VTK sees it.
 #pragma once
 
 #include "surface_mesh.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief JSON files, and the report of a reconstruction as one.
+/// JSON files, and the report of a reconstruction as one.
 #pragma once
 
 #include <pcl/surface/mrf/report.h>

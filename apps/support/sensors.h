@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Sensor positions and views, from the command line and from files.
+/// Sensor positions and views, from the command line and from files.
 #pragma once
 
 #include <Eigen/Core>

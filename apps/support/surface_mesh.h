@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief A triangle mesh with vertex fields, and the files of meshes and distance fields that the tools write.
+/// A triangle mesh with vertex fields, and the files of meshes and distance fields that the tools write.
 #pragma once
 
 #include <Eigen/Core>

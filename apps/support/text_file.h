@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Whole files as text, and numbers out of it, fast and without a locale.
+/// Whole files as text, and numbers out of it, fast and without a locale.
 #pragma once
 
 #include <cstddef>

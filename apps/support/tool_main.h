@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief From exceptions to one line on standard error and an exit status, for all tools.
+/// From exceptions to one line on standard error and an exit status, for all tools.
 #pragma once
 
 #include "errors.h"

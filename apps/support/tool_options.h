@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief The options of a tool: each is declared once, for the parser and for all that is told of it: help, manual
+/// The options of a tool: each is declared once, for the parser and for all that is told of it: help, manual
 /// page, completion.
 #pragma once
 

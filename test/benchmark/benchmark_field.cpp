@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Benchmarks of the regularization, and of the smoother's use of the memory.
+/// Benchmarks of the regularization, and of the smoother's use of the memory.
 #include "inputs.h"
 #include "levels/multiscale.h"
 #include "mesh/polygonizer.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Benchmarks of the stages that make and improve the mesh.
+/// Benchmarks of the stages that make and improve the mesh.
 #include "inputs.h"
 #include "mesh/polygonizer.h"
 #include "mesh/self_intersection.h"

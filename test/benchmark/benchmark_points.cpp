@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Benchmarks of the stages that prepare the points.
+/// Benchmarks of the stages that prepare the points.
 #include "inputs.h"
 #include "orientation/orientation.h"
 #include "points/normals.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief What a stage takes from the heap.
+/// What a stage takes from the heap.
 #pragma once
 
 #include <cstdint>

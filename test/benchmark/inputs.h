@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief Inputs of the benchmarks, and the counters that all of them report.
+/// Inputs of the benchmarks, and the counters that all of them report.
 #pragma once
 
 #include "heap.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief From a cloud as ROS 2 sends it to a mesh as ROS 2 sends it; nothing here needs a running node.
+/// From a cloud as ROS 2 sends it to a mesh as ROS 2 sends it; nothing here needs a running node.
 #pragma once
 
 #include <pcl/surface/mrf_reconstruction.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// \file
-/// \brief A ROS 2 node that reconstructs each cloud of the topic `points`: onto `mesh`, and onto `marker` for RViz.
+/// A ROS 2 node that reconstructs each cloud of the topic `points`: onto `mesh`, and onto `marker` for RViz.
 ///
 ///     ros2 run pcl_mrf_ros reconstruction_node --ros-args -r points:=/camera/depth/points -p quality:=draft
 #include "conversion.h"
