@@ -180,7 +180,7 @@ TEST_F(ScanTool, WrongUsage)
   expectFailure({}, 2, "INPUT");
   expectFailure({"torus"}, 2, "OUTPUT");
   expectFailure({"tours", "o.ply"}, 2, "no shape");
-  expectFailure({"torus:mayor=2", "o.ply"}, 2, "'mayor'");
+  expectFailure({"torus:mayor=2", "o.ply"}, 2, "unknown parameter 'mayor', it has major, minor");
   expectFailure({"torus:minor=0", "o.ply"}, 2, "minor");
   expectFailure({"bowl.xyz", "o.ply"}, 2, "does not end in");
   expectFailure({"torus", "o.xyz"}, 2, "'o.xyz' does not end in ply or pcd");
