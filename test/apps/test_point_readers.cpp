@@ -114,6 +114,54 @@ void expectRefused(const std::string& type, const std::string& text, const std::
 
 class PointReaders : public tool::Test {};
 
+template <typename T>
+void put(std::string& bytes, std::size_t at, T value)
+{
+  std::memcpy(&bytes.at(at), &value, sizeof(T));
+}
+
+struct LasPoint {
+  std::array<std::int32_t, 3> steps;
+  std::uint16_t intensity;
+  std::array<std::uint16_t, 3> color;
+};
+
+/// Steps of 1 cm from 431000, 4500000, 100; the numbers are those of the specification.
+std::string lasFile(int minor, std::size_t format, const std::vector<LasPoint>& points)
+{
+  constexpr std::array<std::size_t, 11> sizes = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67},
+                                        reds = {0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30};
+  const std::size_t header = minor == 4 ? 375 : minor == 3 ? 235 : 227;
+  std::string bytes(header, '\0');
+  bytes.replace(0, 4, "LASF");
+  put(bytes, 24, std::uint8_t{1});
+  put(bytes, 25, static_cast<std::uint8_t>(minor));
+  put(bytes, 94, static_cast<std::uint16_t>(header));
+  put(bytes, 96, static_cast<std::uint32_t>(header + 7)); // behind a record of something else
+  put(bytes, 104, static_cast<std::uint8_t>(format));
+  put(bytes, 105, static_cast<std::uint16_t>(sizes[format] + 1)); // with a byte of somebody's own
+  put(bytes, 107, format < 6 ? static_cast<std::uint32_t>(points.size()) : 0U);
+  if (minor == 4)
+    put(bytes, 247, std::uint64_t{points.size()});
+  const std::array<double, 3> offset = {431000, 4500000, 100};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    put(bytes, 131 + 8 * axis, .01);
+    put(bytes, 155 + 8 * axis, offset[axis]);
+  }
+  bytes += "records";
+  for (const LasPoint& point : points) {
+    std::string record(sizes[format] + 1, '\0');
+    put(record, 0, point.steps);
+    put(record, 12, point.intensity);
+    if (reds[format] > 0)
+      put(record, reds[format], point.color);
+    bytes += record;
+  }
+  return bytes;
+}
+
+const std::vector<LasPoint> twoPoints = {{{-1, 2, 3}, 65535, {257, 514, 65535}}, {{4, 5, -6}, 7, {0, 0, 771}}};
+
 } // namespace
 
 TEST(PointReader, everyFormatKeepsTheDigits)
@@ -656,58 +704,6 @@ TEST(PointReader, formatsAreKnownByTheirBeginnings)
   for (const auto& [text, format] : cases)
     EXPECT_EQ(pointFormatOf(text), format) << text;
 }
-
-namespace {
-
-template <typename T>
-void put(std::string& bytes, std::size_t at, T value)
-{
-  std::memcpy(&bytes.at(at), &value, sizeof(T));
-}
-
-struct LasPoint {
-  std::array<std::int32_t, 3> steps;
-  std::uint16_t intensity;
-  std::array<std::uint16_t, 3> color;
-};
-
-/// Steps of 1 cm from 431000, 4500000, 100; the numbers are those of the specification.
-std::string lasFile(int minor, std::size_t format, const std::vector<LasPoint>& points)
-{
-  constexpr std::array<std::size_t, 11> sizes = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67},
-                                        reds = {0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30};
-  const std::size_t header = minor == 4 ? 375 : minor == 3 ? 235 : 227;
-  std::string bytes(header, '\0');
-  bytes.replace(0, 4, "LASF");
-  put(bytes, 24, std::uint8_t{1});
-  put(bytes, 25, static_cast<std::uint8_t>(minor));
-  put(bytes, 94, static_cast<std::uint16_t>(header));
-  put(bytes, 96, static_cast<std::uint32_t>(header + 7)); // behind a record of something else
-  put(bytes, 104, static_cast<std::uint8_t>(format));
-  put(bytes, 105, static_cast<std::uint16_t>(sizes[format] + 1)); // with a byte of somebody's own
-  put(bytes, 107, format < 6 ? static_cast<std::uint32_t>(points.size()) : 0U);
-  if (minor == 4)
-    put(bytes, 247, std::uint64_t{points.size()});
-  const std::array<double, 3> offset = {431000, 4500000, 100};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    put(bytes, 131 + 8 * axis, .01);
-    put(bytes, 155 + 8 * axis, offset[axis]);
-  }
-  bytes += "records";
-  for (const LasPoint& point : points) {
-    std::string record(sizes[format] + 1, '\0');
-    put(record, 0, point.steps);
-    put(record, 12, point.intensity);
-    if (reds[format] > 0)
-      put(record, reds[format], point.color);
-    bytes += record;
-  }
-  return bytes;
-}
-
-const std::vector<LasPoint> twoPoints = {{{-1, 2, 3}, 65535, {257, 514, 65535}}, {{4, 5, -6}, 7, {0, 0, 771}}};
-
-} // namespace
 
 TEST(LasReader, everyFormatOfEveryVersion)
 {

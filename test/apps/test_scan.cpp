@@ -81,6 +81,75 @@ void expectSame(const Scan& a, const Scan& b)
   EXPECT_EQ(a.outliers, b.outliers);
 }
 
+using Corners = std::array<std::int32_t, 3>;
+
+const std::vector<std::string> allShapes = {
+    "sphere:radius=3", "cut-sphere", "torus",          "box",        "box:rounding=.2", "box:x=1,y=1,z=1,rounding=.5",
+    "plane",           "tubes",      "tubes:closed=1", "primitives", "cheese",          "table",
+    "terrain",         "street",     "room",           "person",     "facade"};
+
+ScanOptions optionsOf(Device device, std::int64_t points, const Vector3d& sensor, const Vector3d& forward)
+{
+  ScanOptions options;
+  adopt(device, options);
+  options.sampling.points = points;
+  options.sampling.grazingLimit = 88;
+  options.sensors = {sensor};
+  options.views.forward = forward;
+  return options;
+}
+
+/// A square with sides of 1 at z = 0, and a wall behind it at z = −2.
+MeshSurface screenBeforeWall()
+{
+  Triangles soup;
+  addQuad(soup, {-.5, -.5, 0}, {.5, -.5, 0}, {.5, .5, 0}, {-.5, .5, 0});
+  addQuad(soup, {-20, -20, -2}, {20, -20, -2}, {20, 20, -2}, {-20, 20, -2});
+  return surfaceOf(soup);
+}
+
+/// How much farther than it is each point of a scan without outliers seems, and how far off its ray. \pre one sensor
+std::vector<double> rangeErrors(const Scan& scan, double& offRay)
+{
+  EXPECT_EQ(scan.outliers, 0);
+  std::vector<double> errors;
+  offRay = 0;
+  for (std::size_t i = 0; i < scan.clean.size(); ++i) {
+    const Vector3d clean = scan.clean.positions[i] - scan.sensors[0], cloud = scan.cloud.positions[i] - scan.sensors[0];
+    errors.push_back(cloud.norm() - clean.norm());
+    offRay = std::max(offRay, clean.cross(cloud).norm() / clean.squaredNorm());
+  }
+  return errors;
+}
+
+/// The RMS of values whose key lies in a range.
+double rmsWhere(const std::vector<double>& values, const std::vector<double>& keys, double lower, double upper)
+{
+  std::vector<double> some;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (keys[i] >= lower && keys[i] < upper)
+      some.push_back(values[i]);
+  EXPECT_GT(some.size(), 500u);
+  return rootMeanSquare(some);
+}
+
+/// The correlation of values at places whose distance is within a range, of pairs in a sample.
+double correlation(const std::vector<Vector3d>& places, const std::vector<double>& values, double lower, double upper)
+{
+  double products = 0, squares = 0;
+  std::int64_t pairs = 0;
+  const std::size_t count = std::min<std::size_t>(places.size(), 6000); // in no order
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (const double distance = (places[i] - places[j]).norm(); distance >= lower && distance < upper) {
+        products += values[i] * values[j];
+        squares += .5 * (values[i] * values[i] + values[j] * values[j]);
+        ++pairs;
+      }
+  EXPECT_GT(pairs, 1000);
+  return products / squares;
+}
+
 } // namespace
 
 TEST(ScanSampling, EvenPerAreaOnMeshes)
@@ -480,17 +549,6 @@ TEST(ScanErrors, Lengths)
 
 // What is scanned: shapes, meshes, lines of sight, random numbers.
 
-namespace {
-
-using Corners = std::array<std::int32_t, 3>;
-
-const std::vector<std::string> allShapes = {
-    "sphere:radius=3", "cut-sphere", "torus",          "box",        "box:rounding=.2", "box:x=1,y=1,z=1,rounding=.5",
-    "plane",           "tubes",      "tubes:closed=1", "primitives", "cheese",          "table",
-    "terrain",         "street",     "room",           "person",     "facade"};
-
-} // namespace
-
 TEST(ScanRandom, MomentsEvennessAndStreams)
 {
   Random random(7, 3);
@@ -625,72 +683,6 @@ TEST(ScanShapes, WrongDescriptionsAreNamed)
 }
 
 // The devices: each has the errors that it promises.
-
-namespace {
-
-ScanOptions optionsOf(Device device, std::int64_t points, const Vector3d& sensor, const Vector3d& forward)
-{
-  ScanOptions options;
-  adopt(device, options);
-  options.sampling.points = points;
-  options.sampling.grazingLimit = 88;
-  options.sensors = {sensor};
-  options.views.forward = forward;
-  return options;
-}
-
-/// A square with sides of 1 at z = 0, and a wall behind it at z = −2.
-MeshSurface screenBeforeWall()
-{
-  Triangles soup;
-  addQuad(soup, {-.5, -.5, 0}, {.5, -.5, 0}, {.5, .5, 0}, {-.5, .5, 0});
-  addQuad(soup, {-20, -20, -2}, {20, -20, -2}, {20, 20, -2}, {-20, 20, -2});
-  return surfaceOf(soup);
-}
-
-/// How much farther than it is each point of a scan without outliers seems, and how far off its ray. \pre one sensor
-std::vector<double> rangeErrors(const Scan& scan, double& offRay)
-{
-  EXPECT_EQ(scan.outliers, 0);
-  std::vector<double> errors;
-  offRay = 0;
-  for (std::size_t i = 0; i < scan.clean.size(); ++i) {
-    const Vector3d clean = scan.clean.positions[i] - scan.sensors[0], cloud = scan.cloud.positions[i] - scan.sensors[0];
-    errors.push_back(cloud.norm() - clean.norm());
-    offRay = std::max(offRay, clean.cross(cloud).norm() / clean.squaredNorm());
-  }
-  return errors;
-}
-
-/// The RMS of values whose key lies in a range.
-double rmsWhere(const std::vector<double>& values, const std::vector<double>& keys, double lower, double upper)
-{
-  std::vector<double> some;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (keys[i] >= lower && keys[i] < upper)
-      some.push_back(values[i]);
-  EXPECT_GT(some.size(), 500u);
-  return rootMeanSquare(some);
-}
-
-/// The correlation of values at places whose distance is within a range, of pairs in a sample.
-double correlation(const std::vector<Vector3d>& places, const std::vector<double>& values, double lower, double upper)
-{
-  double products = 0, squares = 0;
-  std::int64_t pairs = 0;
-  const std::size_t count = std::min<std::size_t>(places.size(), 6000); // in no order
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (const double distance = (places[i] - places[j]).norm(); distance >= lower && distance < upper) {
-        products += values[i] * values[j];
-        squares += .5 * (values[i] * values[i] + values[j] * values[j]);
-        ++pairs;
-      }
-  EXPECT_GT(pairs, 1000);
-  return products / squares;
-}
-
-} // namespace
 
 TEST(ScanDevices, SmoothFieldHasItsCovariance)
 {
