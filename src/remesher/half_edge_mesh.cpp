@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <initializer_list>
+#include <numeric>
 #include <string>
 #include <type_traits>
 
@@ -24,6 +25,22 @@ constexpr std::int64_t renumberingGrain = 16384;
 }
 
 } // namespace
+
+std::vector<std::int32_t> placesByFirstVertex(std::size_t triangles, std::size_t vertices,
+                                              const std::function<std::int32_t(std::int32_t triangle)>& firstVertex)
+{
+  std::vector<std::int32_t> result(triangles), next(vertices + 1, 0);
+  for (std::size_t t = 0; t < triangles; ++t) {
+    result[t] = firstVertex(static_cast<std::int32_t>(t));
+    if (result[t] >= 0)
+      ++next[result[t] + 1];
+  }
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (std::int32_t& place : result)
+    if (place >= 0)
+      place = next[place]++;
+  return result;
+}
 
 HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
     : positions(mesh.vertices), normals(mesh.vertices.size(), Eigen::Vector3f::Zero()), pinned(mesh.vertices.size(), 0),
@@ -330,21 +347,13 @@ void HalfEdgeMesh::compact(Execution& execution)
   // Triangles by their first vertex in the new order; as a whole, so that a half-edge keeps its place within its
   // triangle.
   const std::int32_t triangles = halfEdgeCount() / 3;
-  const auto firstVertex = [&](std::int32_t t) {
-    return std::min({newVertex[origin[3 * t]], newVertex[origin[3 * t + 1]], newVertex[origin[3 * t + 2]]});
-  };
-  std::vector<std::int32_t> place(order.size() + 1, 0);
-  for (std::int32_t t = 0; t < triangles; ++t)
-    if (origin[3 * t] >= 0)
-      ++place[firstVertex(t) + 1];
-  for (std::size_t n = 0; n < order.size(); ++n)
-    place[n + 1] += place[n];
-  const std::int32_t count = place.back();
-  std::vector<std::int32_t> newTriangle(triangles, -1);
-  for (std::int32_t t = 0; t < triangles; ++t)
-    if (origin[3 * t] >= 0)
-      newTriangle[t] = place[firstVertex(t)]++;
-
+  const std::vector<std::int32_t> newTriangle =
+      placesByFirstVertex(triangles, order.size(), [&](std::int32_t t) -> std::int32_t {
+        if (origin[3 * t] < 0)
+          return -1;
+        return std::min({newVertex[origin[3 * t]], newVertex[origin[3 * t + 1]], newVertex[origin[3 * t + 2]]});
+      });
+  const auto count = triangles - std::count(newTriangle.begin(), newTriangle.end(), -1);
   execution.poll();
   const auto renumber = [&](std::int32_t h) { return h < 0 ? -1 : 3 * newTriangle[h / 3] + h % 3; };
   std::vector<std::int32_t> newOrigin(3 * count), newTwin(3 * count);

@@ -8,9 +8,14 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace pcl::mrf {
+
+/// Where triangles go that are ordered by the first of their vertices; −1: those without.
+std::vector<std::int32_t> placesByFirstVertex(std::size_t triangles, std::size_t vertices,
+                                              const std::function<std::int32_t(std::int32_t triangle)>& firstVertex);
 
 /// An oriented manifold triangle mesh, with or without boundary, and its local operations.
 ///

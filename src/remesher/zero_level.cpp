@@ -2,7 +2,6 @@
 #include "remesher/zero_level.h"
 
 #include "field/field_sampler.h"
-#include "remesher/remesher.h"
 
 #include <algorithm>
 #include <cmath>
@@ -93,12 +92,6 @@ float ZeroLevel::height(const Vector3f& position) const
   const float d = field_.sampleDistance(position, gradient);
   const float height = d / gradient.norm();
   return std::abs(height) <= maxStep() ? height : 0; // not a number: the gradient vanishes
-}
-
-Vector3f traceToZeroLevel(const DistanceField& field, const Vector3f& position, float maxStep)
-{
-  const std::optional<Corner> reached = ZeroLevel(field, maxStep).trace(position);
-  return reached ? reached->position : position;
 }
 
 } // namespace pcl::mrf

@@ -38,7 +38,7 @@ RemeshResult remeshedInParts(const TriangleMesh& mesh, const DistanceField& fiel
                              const RemesherOptions& options = {}, int threads = 1)
 {
   Execution execution(threads);
-  return remesh(mesh, field, {}, options, execution, {triangles});
+  return remesh(mesh, field, {}, options, execution, triangles);
 }
 
 void expectSameBytes(const RemeshResult& a, const RemeshResult& b)
@@ -285,7 +285,7 @@ TEST(RemeshParts, EdgesAreAsLongAsTheirSizing)
   EdgeSizing sizing;
   for (const Vector3f& p : raw.vertices)
     sizing.push_back(p.x() > .2f ? 3.f : 1.f);
-  expectLikeWhole(remesh(raw, field, sizing, {}, serial, {4000}), remesh(raw, field, sizing, {}, serial));
+  expectLikeWhole(remesh(raw, field, sizing, {}, serial, 4000), remesh(raw, field, sizing, {}, serial));
 }
 
 TEST(RemeshParts, AsManyTrianglesAsAskedFor)
@@ -314,7 +314,7 @@ TEST(RemeshParts, StopsWhereverItAsks)
   const TriangleMesh raw = ringOf(field);
   RemesherOptions options;
   options.rounds = 2;
-  expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, {}, options, execution, {400}); });
+  expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, {}, options, execution, 400); });
 }
 
 TEST(RemeshParts, ProgressRisesPartByPart)
@@ -325,7 +325,7 @@ TEST(RemeshParts, ProgressRisesPartByPart)
     fractions.insert(fraction);
     return true;
   });
-  remesh(zeroLevel(field), field, {}, {}, execution, {500});
+  remesh(zeroLevel(field), field, {}, {}, execution, 500);
   EXPECT_GT(std::distance(fractions.begin(), fractions.lower_bound(.69)), 8) << "of ten parts and more";
 }
 

@@ -5,7 +5,6 @@
 #include "options/validation.h"
 #include "remesher/intersection_watch.h"
 #include "remesher/passes.h"
-#include "remesher/relaxation.h"
 #include "remesher/remesher.h"
 #include "remesher/zero_level.h"
 #include "support/cancelling.h"
@@ -24,6 +23,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -764,95 +764,6 @@ TEST(Remesher, TooManyTrianglesAreRefused)
   EXPECT_NE(message.find("targetEdge"), std::string::npos) << message;
 }
 
-namespace {
-
-/// A sphere of radius 1 by longitude and latitude: needles at the poles, and edges from .02 to .2.
-TriangleMesh globe(int rings, int segments)
-{
-  TriangleMesh mesh;
-  for (int ring = 1; ring < rings; ++ring)
-    for (int segment = 0; segment < segments; ++segment) {
-      const double latitude = M_PI * ring / rings, longitude = 2 * M_PI * segment / segments;
-      mesh.vertices.push_back(Vector3d(std::sin(latitude) * std::cos(longitude),
-                                       std::sin(latitude) * std::sin(longitude), std::cos(latitude))
-                                  .cast<float>());
-    }
-  const auto north = static_cast<std::int32_t>(mesh.vertices.size()), south = north + 1;
-  mesh.vertices.emplace_back(0, 0, 1);
-  mesh.vertices.emplace_back(0, 0, -1);
-  const auto at = [&](int ring, int segment) { return (ring - 1) * segments + segment % segments; };
-  for (int segment = 0; segment < segments; ++segment) {
-    mesh.triangles.push_back({north, at(1, segment), at(1, segment + 1)});
-    mesh.triangles.push_back({south, at(rings - 1, segment + 1), at(rings - 1, segment)});
-    for (int ring = 1; ring + 1 < rings; ++ring) {
-      mesh.triangles.push_back({at(ring, segment), at(ring + 1, segment), at(ring + 1, segment + 1)});
-      mesh.triangles.push_back({at(ring, segment), at(ring + 1, segment + 1), at(ring, segment + 1)});
-    }
-  }
-  return mesh;
-}
-
-} // namespace
-
-TEST(Remesher, AnyMeshIsRemeshedOnItsOwnSurface)
-{
-  const TriangleMesh raw = globe(32, 64);
-  const MeshStatistics before = measure(raw);
-  ASSERT_LT(before.minQuality, .35);
-  const RemesherOptions options = withTarget(.1);
-  Execution serial(1);
-  const RemeshResult result = remesh(raw, options, serial);
-  const MeshStatistics after = measure(result.mesh);
-  expectSound(after);
-  EXPECT_TRUE(after.closed());
-  EXPECT_EQ(after.eulerCharacteristic, 2);
-  EXPECT_EQ(result.intersecting, 0);
-  EXPECT_GT(after.meanQuality, .92);
-  EXPECT_GT(after.minQuality, .3);
-  EXPECT_NEAR(after.meanEdge, .1, .015);
-  // The globe's edges of .1 cut off l²/8 = .0013 at their middles, its quadrangles' diagonals twice that.
-  for (const Vector3f& p : result.mesh.vertices)
-    ASSERT_NEAR(p.norm(), 1, .003);
-  // Edges as long as the globe's would cut off another .4 % of the volume if their ends were on the globe.
-  EXPECT_NEAR(after.volume, before.volume, .001 * before.volume);
-
-  for (const int threads : {2, 4}) {
-    Execution execution(threads);
-    expectSamePositions(remesh(raw, options, execution).mesh, result.mesh);
-  }
-}
-
-TEST(Remesher, AnOpenMeshKeepsItsBorderWithoutAField)
-{
-  TriangleMesh half = globe(32, 64);
-  std::vector<std::uint8_t> keep;
-  for (const Triangle& t : half.triangles)
-    keep.push_back(std::all_of(
-        t.begin(), t.end(), [&](std::int32_t v) { return half.vertices[static_cast<std::size_t>(v)].z() > -1e-3f; }));
-  half = select(half, keep);
-  Execution execution(1);
-  const RemeshResult result = remesh(half, {}, execution);
-  const MeshStatistics after = measure(result.mesh);
-  expectSound(after);
-  EXPECT_EQ(after.boundaryLoops, 1);
-  EXPECT_EQ(after.eulerCharacteristic, 1);
-  for (const Vector3f& p : result.mesh.vertices)
-    ASSERT_GT(p.z(), -.01f) << "the border is the equator, smoothed";
-  EXPECT_NEAR(after.area, measure(half).area, .01 * measure(half).area);
-}
-
-TEST(Remesher, RefusesWhatIsNoMeshWithoutAField)
-{
-  Execution execution(1);
-  TriangleMesh broken = globe(8, 16);
-  broken.triangles[3][1] = 100000;
-  EXPECT_THROW(remesh(broken, {}, execution), InvalidInput);
-  broken = globe(8, 16);
-  std::swap(broken.triangles[5][0], broken.triangles[5][1]);
-  EXPECT_THROW(remesh(broken, {}, execution), InvalidInput) << "it disagrees with its neighbors";
-  EXPECT_TRUE(remesh(TriangleMesh(), {}, execution).mesh.triangles.empty());
-}
-
 TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
 {
   // Edges of a third of a voxel, so that one round has as many operations as ten of the raw mesh have.
@@ -871,13 +782,12 @@ TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
     ASSERT_GT(done - before, 2 * operations) << "too few to tell";
     EXPECT_GE(calls, (done - before) / operations);
   };
-  const RemeshResult& result = surface.result;
+  const RemeshSummary& result = surface.result;
   for (int round = 0; round < 2; ++round)
     expectAsked([&](Execution& execution) { splitLongEdges(surface, execution); }, result.splits);
   expectAsked([&](Execution& execution) { flipEdges(surface, execution); }, result.flips);
   mesh.compact(serial);
-  EXPECT_GE(callsDuring([&](Execution& execution) { Relaxation(surface, execution).moveAll(); }),
-            mesh.vertexCount() / operations);
+  EXPECT_GE(callsDuring([&](Execution& execution) { relax(surface, execution); }), mesh.vertexCount() / operations);
   surface.targetEdge *= 2;
   expectAsked([&](Execution& execution) { collapseShortEdges(surface, execution); }, result.collapses);
   mesh.compact(serial);
@@ -899,10 +809,10 @@ TEST(Remesher, StopsWhereverItAsks)
   RemesherOptions options;
   options.rounds = 2;
   options.triangles = 1000;
-  expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, options, execution); });
+  expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, {}, options, execution); });
 }
 
-TEST(TraceToZeroLevel, ReachesALinearFieldsLevelWhateverTheSlope)
+TEST(ZeroLevel, IsReachedOfLinearFieldsWhateverTheSlope)
 {
   // d = s (n·x − c): gradient of length s, the zero level a plane.
   const Vector3d n = Vector3d(1, 2, 2) / 3;
@@ -910,19 +820,21 @@ TEST(TraceToZeroLevel, ReachesALinearFieldsLevelWhateverTheSlope)
     const DistanceField field =
         shapes::field([&](const Vector3d& x) { return slope * (n.dot(x) - .2); }, halfSide, voxels);
     const Vector3f start(.1f, .1f, .1f); // n·start = 1/6, so 1/30 below
-    const Vector3f end = traceToZeroLevel(field, start, .1f);
+    const std::optional<Corner> reached = ZeroLevel(field, .1f).trace(start);
+    ASSERT_TRUE(reached);
+    const Vector3f end = reached->position;
     EXPECT_NEAR(n.dot(end.cast<double>()), .2, 1e-3 * spacing);
     // Straight along the gradient.
     EXPECT_LT(((end - start).cast<double>() - (.2 - n.dot(start.cast<double>())) * n).norm(), 1e-3 * spacing);
   }
 }
 
-TEST(TraceToZeroLevel, StaysWhereItIsWhenTheLevelIsTooFarOrThereIsNone)
+TEST(ZeroLevel, IsNotReachedWhereItIsTooFarOrThereIsNone)
 {
   const Vector3f start(.1f, .2f, .3f);
   const DistanceField sphere = shapes::field(shapes::sphere(.7), halfSide, voxels);
-  EXPECT_EQ(traceToZeroLevel(sphere, start, .1f), start);
-  EXPECT_NE(traceToZeroLevel(sphere, start, .5f), start);
+  EXPECT_FALSE(ZeroLevel(sphere, .1f).trace(start));
+  EXPECT_TRUE(ZeroLevel(sphere, .5f).trace(start));
   const DistanceField constant = shapes::field([](const Vector3d&) { return 1.0; }, halfSide, 8);
-  EXPECT_EQ(traceToZeroLevel(constant, start, 10), start);
+  EXPECT_FALSE(ZeroLevel(constant, 10).trace(start));
 }
