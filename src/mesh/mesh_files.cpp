@@ -141,63 +141,45 @@ const TypeName& nameOf(const VertexField& field, bool inSinglePrecision)
 }
 
 /// The point data of a VTK file: all fields but the position.
-class VtkPointData {
-public:
-  VtkPointData(const MeshView& mesh, ByteWriter& file)
-      : mesh_(mesh), file_(file), colors_(findAll(mesh, {"red", "green", "blue"})),
-        normals_(findAll(mesh, {"nx", "ny", "nz"}))
-  {
-    if (colors_[0] != nullptr && colors_[0]->type != PCLPointField::UINT8)
-      colors_ = {};
-    const Triple position = findAll(mesh, {"x", "y", "z"});
-    for (const VertexField& field : mesh.fields)
-      if (!isPart(position, field) && !isPart(colors_, field) && !isPart(normals_, field))
-        others_.push_back(&field);
-  }
-
-  void write()
-  {
-    const auto vertices = std::to_string(mesh_.vertices);
-    file_.text("POINT_DATA " + vertices + "\n");
-    if (colors_[0] != nullptr) {
-      file_.text("COLOR_SCALARS rgb 3\n");
-      values(colors_);
-    }
-    if (normals_[0] != nullptr) {
-      file_.text("NORMALS normals " + typeOf(*normals_[0]) + "\n");
-      values(normals_);
-    }
-    // Not as SCALARS, which viewers take for what colors the mesh.
-    if (!others_.empty())
-      file_.text("FIELD FieldData " + std::to_string(others_.size()) + "\n");
-    for (const VertexField* other : others_) {
-      file_.text(other->name + " 1 " + vertices + " " + typeOf(*other) + "\n");
-      values(std::array{other});
-    }
-  }
-
-private:
-  static bool isPart(const Triple& fields, const VertexField& field)
-  {
-    return std::find(fields.begin(), fields.end(), &field) != fields.end();
-  }
-
-  std::string typeOf(const VertexField& field) const { return nameOf(field, mesh_.inSinglePrecision).vtk; }
-
-  template <std::size_t Count>
-  void values(const std::array<const VertexField*, Count>& fields)
-  {
-    for (std::size_t v = 0; v < mesh_.vertices; ++v)
+void writePointData(const MeshView& mesh, const Triple& position, ByteWriter& file)
+{
+  const auto typeOf = [&](const VertexField& field) { return std::string(nameOf(field, mesh.inSinglePrecision).vtk); };
+  const auto values = [&](const auto& fields) {
+    for (std::size_t v = 0; v < mesh.vertices; ++v)
       for (const VertexField* field : fields)
-        writeValue(*field, v, mesh_.inSinglePrecision, file_);
-    file_.text("\n");
+        writeValue(*field, v, mesh.inSinglePrecision, file);
+    file.text("\n");
+  };
+  Triple colors = findAll(mesh, {"red", "green", "blue"});
+  if (colors[0] != nullptr && colors[0]->type != PCLPointField::UINT8)
+    colors = {};
+  const Triple normals = findAll(mesh, {"nx", "ny", "nz"});
+  std::vector<const VertexField*> others;
+  for (const VertexField& field : mesh.fields) {
+    const auto isIn = [&](const Triple& fields) {
+      return std::find(fields.begin(), fields.end(), &field) != fields.end();
+    };
+    if (!isIn(position) && !isIn(colors) && !isIn(normals))
+      others.push_back(&field);
   }
-
-  const MeshView& mesh_;
-  ByteWriter& file_;
-  Triple colors_, normals_;
-  std::vector<const VertexField*> others_;
-};
+  const auto vertices = std::to_string(mesh.vertices);
+  file.text("POINT_DATA " + vertices + "\n");
+  if (colors[0] != nullptr) {
+    file.text("COLOR_SCALARS rgb 3\n");
+    values(colors);
+  }
+  if (normals[0] != nullptr) {
+    file.text("NORMALS normals " + typeOf(*normals[0]) + "\n");
+    values(normals);
+  }
+  // Not as SCALARS, which viewers take for what colors the mesh.
+  if (!others.empty())
+    file.text("FIELD FieldData " + std::to_string(others.size()) + "\n");
+  for (const VertexField* other : others) {
+    file.text(other->name + " 1 " + vertices + " " + typeOf(*other) + "\n");
+    values(std::array{other});
+  }
+}
 
 /// PCL's fields under the names that files have for them.
 MeshView viewOf(const pcl::PolygonMesh& mesh)
@@ -310,7 +292,7 @@ void writeVTK(const MeshView& mesh, const std::string& path)
       file.value(vertex);
   });
   file.text("\n");
-  VtkPointData(mesh, file).write();
+  writePointData(mesh, position, file);
   file.close();
 }
 

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace pcl::mrf {
 namespace {
@@ -102,7 +101,7 @@ public:
       projected_.push_back(normal(j).dot(x - position(j)));
 
     switch (kind_) {
-    case ObservationKind::points: // observe() refuses it
+    case ObservationKind::points: // which are not observed so
     case ObservationKind::nearest:
       return projected_.front();
     case ObservationKind::median:
@@ -192,8 +191,6 @@ Observation observe(const OrientedPoints& points, const NeighborSearch& search, 
                     float maxDistance, const ObservationOptions& options, Execution& execution)
 {
   validate(options);
-  if (options.atPoints())
-    throw std::invalid_argument("observe: voxels are not what ObservationKind::points observes");
   ObservedVoxels observed = findObserved(points, lattice, maxDistance, execution);
 
   Observation result;

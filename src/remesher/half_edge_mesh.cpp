@@ -200,6 +200,10 @@ std::int32_t HalfEdgeMesh::split(std::int32_t h, const Room& room, const Eigen::
 bool HalfEdgeMesh::mayCollapse(std::int32_t h) const
 {
   const std::int32_t a = origin[h], b = target(h);
+  if (twin[h] < 0) {
+    const bool isLone = twin[next(h)] < 0 && twin[previous(h)] < 0;
+    return !isLone && commonNeighbors(a, b) == 1;
+  }
   if (onBoundary(a) && onBoundary(b))
     return false;
   if (valence[a] <= 3 && valence[b] <= 3)
@@ -244,59 +248,37 @@ std::vector<std::int32_t> HalfEdgeMesh::nextOnBorders() const
 
 void HalfEdgeMesh::collapse(std::int32_t h)
 {
-  const std::int32_t g = twin[h], a = origin[h], b = target(h), c = opposite(h), d = opposite(g);
-  const std::int32_t cb = twin[next(h)], ac = twin[previous(h)], da = twin[next(g)], bd = twin[previous(g)];
-  std::int32_t spoke = outgoing[b];
-  const std::int32_t first = spoke;
+  const std::int32_t g = twin[h], a = origin[h], b = target(h);
+  const std::int32_t first = outgoing[b];
+  std::int32_t spoke = first;
   do {
-    const std::int32_t following = twin[previous(spoke)]; // b is not on the boundary
+    const std::int32_t following = twin[previous(spoke)];
     origin[spoke] = a;
     spoke = following;
-  } while (spoke != first);
+  } while (spoke >= 0 && spoke != first);
   changed[a] = 1;
   sizing[a] = .5f * (sizing[a] + sizing[b]);
-  valence[a] += valence[b] - 4;
-  --valence[c];
-  --valence[d];
+  valence[a] += valence[b] - (g < 0 ? 3 : 4);
   outgoing[b] = -1;
 
-  for (const std::int32_t gone : {h, next(h), previous(h), g, next(g), previous(g)}) {
-    origin[gone] = -1;
-    twin[gone] = -1;
-  }
-  link(cb, ac);
-  link(da, bd);
-  turnToStart(a, ac >= 0 ? ac : next(cb));
-  turnToStart(c, cb >= 0 ? cb : next(ac));
-  turnToStart(d, da >= 0 ? da : next(bd));
-}
-
-bool HalfEdgeMesh::mayCollapseBorder(std::int32_t h) const
-{
-  const bool isLone = twin[next(h)] < 0 && twin[previous(h)] < 0;
-  return !isLone && commonNeighbors(origin[h], target(h)) == 1;
-}
-
-void HalfEdgeMesh::collapseBorder(std::int32_t h)
-{
-  const std::int32_t a = origin[h], b = target(h), c = opposite(h);
-  const std::int32_t cb = twin[next(h)], ac = twin[previous(h)];
-  for (std::int32_t spoke = outgoing[b], following; spoke >= 0; spoke = following) {
-    following = twin[previous(spoke)]; // −1 in the triangle of h, the last one
-    origin[spoke] = a;
-  }
-  changed[a] = 1;
-  sizing[a] = .5f * (sizing[a] + sizing[b]);
-  valence[a] += valence[b] - 3;
-  --valence[c];
-  outgoing[b] = -1;
-  for (const std::int32_t gone : {h, next(h), previous(h)}) {
-    origin[gone] = -1;
-    twin[gone] = -1;
-  }
-  link(cb, ac);
-  turnToStart(a, ac >= 0 ? ac : next(cb));
-  turnToStart(c, cb >= 0 ? cb : next(ac));
+  /// What is around a triangle that goes: its third vertex, and half-edges across its other sides.
+  struct Around {
+    std::int32_t apex, next, previous;
+  };
+  const auto remove = [this](std::int32_t side) {
+    const Around around{opposite(side), twin[next(side)], twin[previous(side)]};
+    --valence[around.apex];
+    for (const std::int32_t gone : {side, next(side), previous(side)}) {
+      origin[gone] = -1;
+      twin[gone] = -1;
+    }
+    link(around.next, around.previous);
+    return around;
+  };
+  const Around left = remove(h), right = g < 0 ? left : remove(g); // on the border the same twice
+  turnToStart(a, left.previous >= 0 ? left.previous : next(left.next));
+  for (const Around& around : {left, right})
+    turnToStart(around.apex, around.next >= 0 ? around.next : next(around.previous));
 }
 
 void HalfEdgeMesh::flip(std::int32_t h)

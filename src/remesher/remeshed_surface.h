@@ -72,17 +72,11 @@ struct RemeshedSurface {
     return mesh.twin[edge] >= 0 && mesh.onBoundary(mesh.target(edge)) ? mesh.twin[edge] : edge;
   }
 
-  /// True if merging the ends of an edge keeps the mesh manifold, its topology and its borders.
-  bool mayMerge(std::int32_t h) const { return mesh.twin[h] < 0 ? mesh.mayCollapseBorder(h) : mesh.mayCollapse(h); }
-
-  /// Merges the target of h into its origin, at a site. \pre mayMerge(h)
+  /// Merges the target of h into its origin, at a site. \pre HalfEdgeMesh::mayCollapse(h)
   void merge(std::int32_t h, const Site& site)
   {
     const std::int32_t kept = mesh.origin[h];
-    if (mesh.twin[h] < 0)
-      mesh.collapseBorder(h);
-    else
-      mesh.collapse(h);
+    mesh.collapse(h);
     moveTo(kept, site);
   }
 

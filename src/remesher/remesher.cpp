@@ -15,11 +15,8 @@
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 #include <optional>
-#include <stdexcept>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -259,15 +256,6 @@ RemeshResult remeshWhole(TriangleMesh mesh, const RemeshPlan& plan, const ZeroLe
           static_cast<std::int64_t>(piece.intersecting.size())};
 }
 
-void requireSizing(const EdgeSizing& sizing, const TriangleMesh& mesh)
-{
-  if (!sizing.empty() && sizing.size() != mesh.vertices.size())
-    throw std::invalid_argument("remesh: " + std::to_string(sizing.size()) + " sizes for " +
-                                std::to_string(mesh.vertices.size()) + " vertices");
-  if (std::any_of(sizing.begin(), sizing.end(), [](float size) { return !(size >= 1 && std::isfinite(size)); }))
-    throw std::invalid_argument("remesh: sizes must be 1 or more, and finite");
-}
-
 } // namespace
 
 void setNormals(RemeshedSurface& surface, Execution& execution)
@@ -294,7 +282,6 @@ RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSiz
                     const RemesherOptions& options, Execution& execution, std::int64_t partSize)
 {
   validate(options);
-  requireSizing(sizing, mesh);
   RemeshResult result;
   if (!options.runs() || mesh.triangles.empty()) {
     result.mesh.vertices = std::move(mesh.vertices);

@@ -36,17 +36,14 @@ struct RemeshResult : RemeshSummary {
 /// refused; no self-intersection is created; the topology (components, genus, boundary loops) is kept. Vertices and
 /// triangles come out in the order of a space-filling curve.
 /// \param mesh oriented and manifold, as polygonize gives it
-/// \param sizing of edges around each vertex, relative to the target edge, from 1 on; empty: 1 everywhere. They do not
-/// differ by more than a fifth of the way between them along the surface. RemesherOptions::targetEdge, if it is given,
-/// goes for all edges nevertheless
+/// \param sizing of edges around each vertex, relative to the target edge, from 1 on; empty: 1 everywhere. It grows by
+/// a fifth of the way along the surface at most. RemesherOptions::targetEdge, if it is given, goes for all edges
 /// \param partSize triangles of a part, about; 0, or as many as the mesh has and gets: it stays whole. In parts it
 /// takes 120 bytes for each of its vertices and 150 for each triangle of a part beside it, as a whole 300 for each of
-/// its vertices; surface and topology are the same, triangles differ. With RemesherOptions::triangles the rounds are
-/// made in parts, and the collapses after them on the whole mesh \throw InvalidInput if the mesh is not oriented and
-/// manifold, or the field is empty \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than
-/// can be indexed; Cancelled \throw std::invalid_argument if the sizing has another length, or a size below 1 or not
-/// finite Cost: linear in the number of triangles per round; relaxation, renumbering and the search for intersections
-/// run in parallel. The result does not depend on the number of threads.
+/// its vertices; triangles differ. With RemesherOptions::triangles the last collapses are on the whole mesh
+/// \throw InvalidInput if the mesh is not oriented and manifold, or the field is empty
+/// \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than can be indexed; Cancelled
+/// Cost: linear in the number of triangles per round. The result does not depend on the number of threads.
 RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSizing& sizing,
                     const RemesherOptions& options, Execution& execution, std::int64_t partSize = 0);
 

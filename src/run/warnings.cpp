@@ -59,7 +59,7 @@ void warnOfNoSurface(const PointSet& points, double growth, Report& report)
 
 void warnOfDroppedPoints(Report& report)
 {
-  constexpr double share = .02;
+  constexpr double percent = 2;
   const PointCounts& counts = report.points;
   const std::pair<std::int64_t, const char*> rules[] = {
       {counts.outliersAlone, "stand alone (outliers.alone)"},
@@ -68,8 +68,8 @@ void warnOfDroppedPoints(Report& report)
       {counts.smallComponents, "are in small components, which the paper drops"},
       {counts.outliersByField, "disagree with a robust field (outliers.robust)"}};
   for (const auto& [count, what] : rules)
-    if (const double dropped = static_cast<double>(count) / static_cast<double>(counts.input); dropped > share)
-      warn(report, 2, 100 * dropped, " % of the points were dropped: ", count, " of ", counts.input, ' ', what,
+    if (const double dropped = 100 * static_cast<double>(count) / static_cast<double>(counts.input); dropped > percent)
+      warn(report, 2, dropped, " % of the points were dropped: ", count, " of ", counts.input, ' ', what,
            "; switch the rule off if they are data");
 }
 

@@ -13,7 +13,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace pcl::mrf {
 namespace {
@@ -277,10 +276,6 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
   validate(options);
   const GridSize size = observation.lattice.size;
   const auto count = static_cast<std::size_t>(size.count());
-  if (observation.distances.size() != observation.voxels.size() ||
-      observation.confidences.size() != observation.voxels.size())
-    throw std::invalid_argument("assemble: the observation's arrays differ in length");
-
   const bool isPaper = options.energy == Energy::paper;
   LinearSystem system;
   system.size = size;
@@ -289,8 +284,6 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
   std::vector<double> weights(count, 0), shares(isPaper ? count : 0, 1);
   for (std::size_t n = 0; n < observation.voxels.size(); ++n) {
     const auto voxel = static_cast<std::size_t>(observation.voxels[n]);
-    if (voxel >= count)
-      throw std::invalid_argument("assemble: an observed voxel is outside the lattice");
     const double w = dataWeight(static_cast<double>(observation.confidences[n]), static_cast<double>(options.beta));
     const double a = w / (1 + w);
     weights[voxel] = isPaper ? a : centerCoefficient(options.kind) * w;

@@ -42,35 +42,23 @@ private:
   std::string message_; ///< PCL's own adds the place it was thrown from
 };
 
+/// An error of one kind.
+template <Status Kind>
+class PCL_MRF_EXPORT ErrorOf : public Error {
+public:
+  explicit ErrorOf(const std::string& message) : Error(Kind, message) {}
+};
+
 /// The cloud cannot be reconstructed: too few points, no usable normals, no zero level, ...
-class PCL_MRF_EXPORT InvalidInput : public Error {
-public:
-  explicit InvalidInput(const std::string& message) : Error(Status::invalidInput, message) {}
-};
-
+using InvalidInput = ErrorOf<Status::invalidInput>;
 /// An option is outside its range; the message carries the option's name, its value and the range.
-class PCL_MRF_EXPORT InvalidOption : public Error {
-public:
-  explicit InvalidOption(const std::string& message) : Error(Status::invalidOption, message) {}
-};
-
+using InvalidOption = ErrorOf<Status::invalidOption>;
 /// The predicted memory exceeds the limit; the message names the voxel size that would fit.
-class PCL_MRF_EXPORT ResourceLimit : public Error {
-public:
-  explicit ResourceLimit(const std::string& message) : Error(Status::resourceLimit, message) {}
-};
-
+using ResourceLimit = ErrorOf<Status::resourceLimit>;
 /// A solver broke down or gave a field that is not finite.
-class PCL_MRF_EXPORT SolverFailure : public Error {
-public:
-  explicit SolverFailure(const std::string& message) : Error(Status::solverFailure, message) {}
-};
-
+using SolverFailure = ErrorOf<Status::solverFailure>;
 /// The progress callback asked to stop.
-class PCL_MRF_EXPORT Cancelled : public Error {
-public:
-  explicit Cancelled(const std::string& message) : Error(Status::cancelled, message) {}
-};
+using Cancelled = ErrorOf<Status::cancelled>;
 
 /// A callback or a search object of the caller threw an exception: the message has its text, and it is nested.
 class PCL_MRF_EXPORT CallerError : public Error, public std::nested_exception {
