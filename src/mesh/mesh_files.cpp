@@ -14,8 +14,6 @@
 #include <system_error>
 #include <type_traits>
 
-#include <unistd.h>
-
 namespace pcl::mrf {
 namespace {
 
@@ -217,32 +215,20 @@ MeshView viewOf(const pcl::PolygonMesh& mesh)
   return view;
 }
 
-/// A file that is not there until it is whole.
-template <typename Writer>
-void writeWhole(const std::string& path, const Writer& writer)
-{
-  std::error_code error;
-  const fs::path target = fs::weakly_canonical(path, error); // renaming would replace a link
-  if (error)
-    throw FileError("cannot be written: " + error.message());
-  if (fs::exists(target) && !fs::is_regular_file(target))
-    return writer(path);
-  const std::string temporary = target.string() + "." + std::to_string(getpid()) + ".part";
-  try {
-    writer(temporary);
-    fs::rename(temporary, target);
-  } catch (...) {
-    fs::remove(temporary, error);
-    throw;
-  }
-}
-
 /// \param caller the function that messages name
 int save(const char* caller, const std::string& path, const pcl::PolygonMesh& mesh,
          void (*write)(const MeshView&, const std::string&))
 {
   try {
-    writeWhole(path, [&](const std::string& temporary) { write(viewOf(mesh), temporary); });
+    std::error_code error;
+    const fs::path target = fs::weakly_canonical(path, error); // renaming would replace a link
+    if (error)
+      throw FileError("cannot be written: " + error.message());
+    const auto writeTo = [&](const std::string& file) { write(viewOf(mesh), file); };
+    if (fs::exists(target) && !fs::is_regular_file(target))
+      writeTo(path);
+    else
+      writeWhole(target, writeTo);
     return 0;
   } catch (const std::exception& error) {
     PCL_ERROR("[pcl::mrf::%s] '%s' %s\n", caller, path.c_str(), error.what());

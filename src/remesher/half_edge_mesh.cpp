@@ -3,6 +3,7 @@
 
 #include "base/loops.h"
 #include "base/spatial_sort.h"
+#include "mesh/mesh_topology.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -48,8 +49,6 @@ HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
       outgoing(mesh.vertices.size(), -1), valence(mesh.vertices.size(), 0), origin(3 * mesh.triangles.size()),
       twin(3 * mesh.triangles.size(), -1)
 {
-  // The half-edges of each vertex in one run, so that twins are found among a handful.
-  std::vector<std::int32_t> begin(positions.size() + 1, 0);
   for (std::int32_t h = 0; h < halfEdgeCount(); ++h) {
     const Triangle& t = mesh.triangles[h / 3];
     origin[h] = t[h % 3];
@@ -59,14 +58,10 @@ HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
       refuse(h / 3, "uses a vertex twice");
     if (!positions[origin[h]].allFinite())
       refuse(h / 3, "has a vertex that is not finite");
-    ++begin[origin[h] + 1];
   }
   execution.poll();
-  for (std::size_t v = 0; v < positions.size(); ++v)
-    begin[v + 1] += begin[v];
-  std::vector<std::int32_t> starting(origin.size()), end(begin.begin(), begin.end() - 1);
-  for (std::int32_t h = 0; h < halfEdgeCount(); ++h)
-    starting[end[origin[h]]++] = h;
+  // The half-edges of each vertex in one run, so that twins are found among a handful.
+  const auto [begin, starting] = groupCorners(mesh);
   execution.poll();
 
   for (std::int32_t h = 0; h < halfEdgeCount(); ++h) {

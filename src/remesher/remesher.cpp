@@ -96,7 +96,8 @@ public:
   std::optional<RemeshedPiece> run()
   {
     if (surface_.mesh.numbers.empty()) {
-      intersectingBefore_ = watch_.countIntersecting(surface_.mesh, execution_);
+      intersectingBefore_ =
+          static_cast<std::int64_t>(watch_.intersectingTriangles(surface_.mesh, {}, execution_).size());
       partBorders(surface_);
       smoothBorders();
     }
