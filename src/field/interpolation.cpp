@@ -48,8 +48,9 @@ std::vector<float> interpolate(const std::array<float, 4>& weights, const std::v
                                const Lattice& coarse, const Lattice& fine, Execution& execution)
 {
   const GridSize from = coarse.size, to = fine.size;
-  const std::vector<float> lines = alongAxis(0, weights, values, coarse, fine, {from.x, from.y, from.z}, execution);
-  const std::vector<float> planes = alongAxis(1, weights, lines, coarse, fine, {to.x, from.y, from.z}, execution);
+  const std::vector<float> planes =
+      alongAxis(1, weights, alongAxis(0, weights, values, coarse, fine, {from.x, from.y, from.z}, execution), coarse,
+                fine, {to.x, from.y, from.z}, execution);
   return alongAxis(2, weights, planes, coarse, fine, {to.x, to.y, from.z}, execution);
 }
 

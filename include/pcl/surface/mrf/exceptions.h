@@ -42,23 +42,35 @@ private:
   std::string message_; ///< PCL's own adds the place it was thrown from
 };
 
-/// An error of one kind.
-template <Status Kind>
-class PCL_MRF_EXPORT ErrorOf : public Error {
+/// The cloud cannot be reconstructed: too few points, no usable normals, no zero level, ...
+class PCL_MRF_EXPORT InvalidInput : public Error {
 public:
-  explicit ErrorOf(const std::string& message) : Error(Kind, message) {}
+  explicit InvalidInput(const std::string& message) : Error(Status::invalidInput, message) {}
 };
 
-/// The cloud cannot be reconstructed: too few points, no usable normals, no zero level, ...
-using InvalidInput = ErrorOf<Status::invalidInput>;
 /// An option is outside its range; the message carries the option's name, its value and the range.
-using InvalidOption = ErrorOf<Status::invalidOption>;
+class PCL_MRF_EXPORT InvalidOption : public Error {
+public:
+  explicit InvalidOption(const std::string& message) : Error(Status::invalidOption, message) {}
+};
+
 /// The predicted memory exceeds the limit; the message names the voxel size that would fit.
-using ResourceLimit = ErrorOf<Status::resourceLimit>;
+class PCL_MRF_EXPORT ResourceLimit : public Error {
+public:
+  explicit ResourceLimit(const std::string& message) : Error(Status::resourceLimit, message) {}
+};
+
 /// A solver broke down or gave a field that is not finite.
-using SolverFailure = ErrorOf<Status::solverFailure>;
+class PCL_MRF_EXPORT SolverFailure : public Error {
+public:
+  explicit SolverFailure(const std::string& message) : Error(Status::solverFailure, message) {}
+};
+
 /// The progress callback asked to stop.
-using Cancelled = ErrorOf<Status::cancelled>;
+class PCL_MRF_EXPORT Cancelled : public Error {
+public:
+  explicit Cancelled(const std::string& message) : Error(Status::cancelled, message) {}
+};
 
 /// A callback or a search object of the caller threw an exception: the message has its text, and it is nested.
 class PCL_MRF_EXPORT CallerError : public Error, public std::nested_exception {
