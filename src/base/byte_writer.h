@@ -8,8 +8,12 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <string>
+#include <system_error>
+
+#include <unistd.h>
 
 namespace pcl::mrf {
 
@@ -77,5 +81,21 @@ private:
   std::string block_;
   ByteOrder order_;
 };
+
+/// Has a file written under another name in the same folder, and renamed when it is whole. \param target no link
+/// \throw what the writer does, std::filesystem::filesystem_error; nothing is left of the file then
+template <typename Writer>
+void writeWhole(const std::filesystem::path& target, const Writer& writer)
+{
+  const std::string temporary = target.string() + "." + std::to_string(getpid()) + ".part";
+  try {
+    writer(temporary);
+    std::filesystem::rename(temporary, target);
+  } catch (...) {
+    std::error_code ignored;
+    std::filesystem::remove(temporary, ignored);
+    throw;
+  }
+}
 
 } // namespace pcl::mrf

@@ -28,14 +28,14 @@ std::vector<Value> selectValues(const std::vector<Value>& values, const std::vec
 
 /// The values with these indices, in that order; nothing of an empty array. \pre indices of values, unless there are
 /// none
-template <typename Value>
-std::vector<Value> selectValues(const std::vector<Value>& values, const std::vector<std::uint32_t>& indices)
+template <typename Value, typename Index>
+std::vector<Value> selectValues(const std::vector<Value>& values, const std::vector<Index>& indices)
 {
   std::vector<Value> selected;
   if (values.empty())
     return selected;
   selected.reserve(indices.size());
-  for (const std::uint32_t i : indices)
+  for (const Index i : indices)
     selected.push_back(values[i]);
   return selected;
 }

@@ -7,79 +7,51 @@
 namespace pcl::mrf {
 namespace {
 
-/// Four coarse indices for each fine index along one axis.
-struct Taps {
-  std::vector<std::array<int, 4>> indices;
+constexpr std::int64_t grainValues = 1 << 14;
 
-  Taps(double coarseOrigin, int coarseCount, double coarseSpacing, double fineOrigin, int fineCount)
-  {
-    for (int i = 0; i < fineCount; ++i) {
-      const double position = (fineOrigin - coarseOrigin) / coarseSpacing + .5 * i;
-      const int parent = static_cast<int>(std::lround(position));
-      const int side = position > parent ? 1 : -1;
-      std::array<int, 4> index{};
-      for (int tap = 0; tap < 4; ++tap)
-        index[tap] = std::clamp(parent + side * (tap - 1), 0, coarseCount - 1);
-      indices.push_back(index);
-    }
-  }
-};
-
-/// out = Σ weight · row over four rows.
-void combineRows(const std::array<float, 4>& weights, const std::array<const float*, 4>& rows, int count, float* out)
+/// Interpolates along one axis: every value is a weighted sum of four of the same line.
+std::vector<float> alongAxis(int axis, const std::array<float, 4>& weights, const std::vector<float>& values,
+                             const Lattice& coarse, const Lattice& fine, const Eigen::Array3i& from,
+                             Execution& execution)
 {
-  for (int x = 0; x < count; ++x)
-    out[x] = weights[0] * rows[0][x] + weights[1] * rows[1][x] + weights[2] * rows[2][x] + weights[3] * rows[3][x];
+  Eigen::Array3i to = from;
+  to[axis] = Eigen::Array3i(fine.size.x, fine.size.y, fine.size.z)[axis];
+  const std::int64_t step = from.head(axis).cast<std::int64_t>().prod(); // between neighbors along the axis
+  std::vector<float> result(static_cast<std::size_t>(to.cast<std::int64_t>().prod()));
+  std::vector<std::array<int, 4>> taps(static_cast<std::size_t>(to[axis]));
+  for (int i = 0; i < to[axis]; ++i) {
+    const double position = (fine.origin[axis] - coarse.origin[axis]) / coarse.spacing + .5 * i;
+    const int parent = static_cast<int>(std::lround(position)), side = position > parent ? 1 : -1;
+    for (int tap = 0; tap < 4; ++tap)
+      taps[i][tap] = std::clamp(parent + side * (tap - 1), 0, from[axis] - 1);
+  }
+  // Lines along the axis that lie side by side in memory are gone over together.
+  const std::int64_t groups = static_cast<std::int64_t>(result.size()) / (step * to[axis]);
+  execution.forRange(groups * to[axis], std::max<std::int64_t>(grainValues / step, 1),
+                     [&](std::int64_t begin, std::int64_t end) {
+                       for (std::int64_t n = begin; n < end; ++n) {
+                         const float* const first = values.data() + step * from[axis] * (n / to[axis]);
+                         const auto& tap = taps[n % to[axis]];
+                         const std::array<const float*, 4> rows = {first + step * tap[0], first + step * tap[1],
+                                                                   first + step * tap[2], first + step * tap[3]};
+                         float* const out = result.data() + step * n;
+                         for (std::int64_t x = 0; x < step; ++x)
+                           out[x] = weights[0] * rows[0][x] + weights[1] * rows[1][x] + weights[2] * rows[2][x] +
+                                    weights[3] * rows[3][x];
+                       }
+                     });
+  return result;
 }
 
 /// The tensor product of these weights.
 std::vector<float> interpolate(const std::array<float, 4>& weights, const std::vector<float>& values,
                                const Lattice& coarse, const Lattice& fine, Execution& execution)
 {
-  const auto taps = [&](int axis, int coarseCount, int fineCount) {
-    return Taps(coarse.origin[axis], coarseCount, coarse.spacing, fine.origin[axis], fineCount);
-  };
   const GridSize from = coarse.size, to = fine.size;
-  const Taps alongX = taps(0, from.x, to.x), alongY = taps(1, from.y, to.y), alongZ = taps(2, from.z, to.z);
-
-  // Coarse planes with fine rows and columns, then planes combined along z.
-  const GridSize middle{to.x, to.y, from.z};
-  std::vector<float> planes(static_cast<std::size_t>(middle.count()));
-  execution.forRange(from.z, 1, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<float> rows(static_cast<std::size_t>(to.x) * static_cast<std::size_t>(from.y));
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
-      for (int y = 0; y < from.y; ++y) {
-        const float* row = values.data() + from.index(0, y, z);
-        float* out = rows.data() + std::int64_t{to.x} * y;
-        for (int x = 0; x < to.x; ++x) {
-          const auto& index = alongX.indices[x];
-          out[x] = weights[0] * row[index[0]] + weights[1] * row[index[1]] + weights[2] * row[index[2]] +
-                   weights[3] * row[index[3]];
-        }
-      }
-      for (int y = 0; y < to.y; ++y) {
-        const auto& index = alongY.indices[y];
-        std::array<const float*, 4> sources{};
-        for (std::size_t tap = 0; tap < 4; ++tap)
-          sources[tap] = rows.data() + std::int64_t{to.x} * index[tap];
-        combineRows(weights, sources, to.x, planes.data() + middle.index(0, y, z));
-      }
-    }
-  });
-
-  std::vector<float> result(static_cast<std::size_t>(to.count()));
-  execution.forRange(to.z, 1, [&](std::int64_t begin, std::int64_t end) {
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
-      const auto& index = alongZ.indices[z];
-      for (int y = 0; y < to.y; ++y) {
-        std::array<const float*, 4> sources{};
-        for (std::size_t tap = 0; tap < 4; ++tap)
-          sources[tap] = planes.data() + middle.index(0, y, index[tap]);
-        combineRows(weights, sources, to.x, result.data() + to.index(0, y, z));
-      }
-    }
-  });
-  return result;
+  const std::vector<float> planes =
+      alongAxis(1, weights, alongAxis(0, weights, values, coarse, fine, {from.x, from.y, from.z}, execution), coarse,
+                fine, {to.x, from.y, from.z}, execution);
+  return alongAxis(2, weights, planes, coarse, fine, {to.x, to.y, from.z}, execution);
 }
 
 } // namespace

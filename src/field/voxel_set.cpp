@@ -69,48 +69,6 @@ bool haveSameRuns(const Runs& a, const Runs& b)
                     [](const Run& run, const Run& other) { return run.at == other.at && run.count == other.count; });
 }
 
-/// Shrinks the planes of a band in turn. Each step trails the one before it by a plane: to shrink a plane once more it
-/// takes the two beside it as the step before has left them.
-class PlaneEroder {
-public:
-  PlaneEroder(const VoxelSet& band, int steps)
-      : band_(&band), planes_(static_cast<std::size_t>(steps) + 1, std::vector<MaskPlane>(3, MaskPlane(band.size())))
-  {}
-
-  void operator()(int z, MaskPlane& mask)
-  {
-    const int steps = static_cast<int>(planes_.size()) - 1;
-    for (int at = z == next_ ? z : z - 2 * steps; at <= z; ++at)
-      advance(at);
-    next_ = z + 1;
-    mask = planes_.back().back();
-  }
-
-private:
-  void advance(int z)
-  {
-    int newest = z + static_cast<int>(planes_.size()) - 1;
-    for (std::size_t step = 0; step < planes_.size(); ++step, --newest) {
-      std::rotate(planes_[step].begin(), planes_[step].begin() + 1, planes_[step].end());
-      MaskPlane& plane = planes_[step].back();
-      if (step == 0) {
-        plane.clear();
-        band_->rasterize(newest, plane);
-      } else {
-        const std::vector<MaskPlane>& before = planes_[step - 1];
-        plane = before[1];
-        plane.shrinkCrosswise();
-        plane.intersect(before[0]);
-        plane.intersect(before[2]);
-      }
-    }
-  }
-
-  const VoxelSet* band_;
-  std::vector<std::vector<MaskPlane>> planes_; ///< the last three after each step
-  int next_ = std::numeric_limits<int>::min();
-};
-
 } // namespace
 
 void requireCountable(const GridSize& size)
@@ -331,8 +289,19 @@ VoxelSet dilated(const VoxelSet& band, int steps, int stepsX, Execution& executi
 
 VoxelSet eroded(const VoxelSet& band, int steps, Execution& execution)
 {
-  return VoxelSet::inPieces(
-      band.size(), [&]() -> VoxelSet::Fill { return PlaneEroder(band, steps); }, 0, execution);
+  const VoxelSet shrunk(
+      band.size(),
+      [&](int z, MaskPlane& mask) {
+        band.rasterize(z, mask);
+        mask.shrinkCrosswise();
+        for (const int other : {z - 1, z + 1}) {
+          MaskPlane beside(band.size());
+          band.rasterize(other, beside);
+          mask.intersect(beside);
+        }
+      },
+      0, execution);
+  return steps > 1 ? eroded(shrunk, steps - 1, execution) : shrunk;
 }
 
 PackedValues degrees(const VoxelSet& band, Execution& execution)

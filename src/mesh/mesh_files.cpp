@@ -14,8 +14,6 @@
 #include <system_error>
 #include <type_traits>
 
-#include <unistd.h>
-
 namespace pcl::mrf {
 namespace {
 
@@ -141,63 +139,45 @@ const TypeName& nameOf(const VertexField& field, bool inSinglePrecision)
 }
 
 /// The point data of a VTK file: all fields but the position.
-class VtkPointData {
-public:
-  VtkPointData(const MeshView& mesh, ByteWriter& file)
-      : mesh_(mesh), file_(file), colors_(findAll(mesh, {"red", "green", "blue"})),
-        normals_(findAll(mesh, {"nx", "ny", "nz"}))
-  {
-    if (colors_[0] != nullptr && colors_[0]->type != PCLPointField::UINT8)
-      colors_ = {};
-    const Triple position = findAll(mesh, {"x", "y", "z"});
-    for (const VertexField& field : mesh.fields)
-      if (!isPart(position, field) && !isPart(colors_, field) && !isPart(normals_, field))
-        others_.push_back(&field);
-  }
-
-  void write()
-  {
-    const auto vertices = std::to_string(mesh_.vertices);
-    file_.text("POINT_DATA " + vertices + "\n");
-    if (colors_[0] != nullptr) {
-      file_.text("COLOR_SCALARS rgb 3\n");
-      values(colors_);
-    }
-    if (normals_[0] != nullptr) {
-      file_.text("NORMALS normals " + typeOf(*normals_[0]) + "\n");
-      values(normals_);
-    }
-    // Not as SCALARS, which viewers take for what colors the mesh.
-    if (!others_.empty())
-      file_.text("FIELD FieldData " + std::to_string(others_.size()) + "\n");
-    for (const VertexField* other : others_) {
-      file_.text(other->name + " 1 " + vertices + " " + typeOf(*other) + "\n");
-      values(std::array{other});
-    }
-  }
-
-private:
-  static bool isPart(const Triple& fields, const VertexField& field)
-  {
-    return std::find(fields.begin(), fields.end(), &field) != fields.end();
-  }
-
-  std::string typeOf(const VertexField& field) const { return nameOf(field, mesh_.inSinglePrecision).vtk; }
-
-  template <std::size_t Count>
-  void values(const std::array<const VertexField*, Count>& fields)
-  {
-    for (std::size_t v = 0; v < mesh_.vertices; ++v)
+void writePointData(const MeshView& mesh, const Triple& position, ByteWriter& file)
+{
+  const auto typeOf = [&](const VertexField& field) { return std::string(nameOf(field, mesh.inSinglePrecision).vtk); };
+  const auto values = [&](const auto& fields) {
+    for (std::size_t v = 0; v < mesh.vertices; ++v)
       for (const VertexField* field : fields)
-        writeValue(*field, v, mesh_.inSinglePrecision, file_);
-    file_.text("\n");
+        writeValue(*field, v, mesh.inSinglePrecision, file);
+    file.text("\n");
+  };
+  Triple colors = findAll(mesh, {"red", "green", "blue"});
+  if (colors[0] != nullptr && colors[0]->type != PCLPointField::UINT8)
+    colors = {};
+  const Triple normals = findAll(mesh, {"nx", "ny", "nz"});
+  std::vector<const VertexField*> others;
+  for (const VertexField& field : mesh.fields) {
+    const auto isIn = [&](const Triple& fields) {
+      return std::find(fields.begin(), fields.end(), &field) != fields.end();
+    };
+    if (!isIn(position) && !isIn(colors) && !isIn(normals))
+      others.push_back(&field);
   }
-
-  const MeshView& mesh_;
-  ByteWriter& file_;
-  Triple colors_, normals_;
-  std::vector<const VertexField*> others_;
-};
+  const auto vertices = std::to_string(mesh.vertices);
+  file.text("POINT_DATA " + vertices + "\n");
+  if (colors[0] != nullptr) {
+    file.text("COLOR_SCALARS rgb 3\n");
+    values(colors);
+  }
+  if (normals[0] != nullptr) {
+    file.text("NORMALS normals " + typeOf(*normals[0]) + "\n");
+    values(normals);
+  }
+  // Not as SCALARS, which viewers take for what colors the mesh.
+  if (!others.empty())
+    file.text("FIELD FieldData " + std::to_string(others.size()) + "\n");
+  for (const VertexField* other : others) {
+    file.text(other->name + " 1 " + vertices + " " + typeOf(*other) + "\n");
+    values(std::array{other});
+  }
+}
 
 /// PCL's fields under the names that files have for them.
 MeshView viewOf(const pcl::PolygonMesh& mesh)
@@ -235,32 +215,20 @@ MeshView viewOf(const pcl::PolygonMesh& mesh)
   return view;
 }
 
-/// A file that is not there until it is whole.
-template <typename Writer>
-void writeWhole(const std::string& path, const Writer& writer)
-{
-  std::error_code error;
-  const fs::path target = fs::weakly_canonical(path, error); // renaming would replace a link
-  if (error)
-    throw FileError("cannot be written: " + error.message());
-  if (fs::exists(target) && !fs::is_regular_file(target))
-    return writer(path);
-  const std::string temporary = target.string() + "." + std::to_string(getpid()) + ".part";
-  try {
-    writer(temporary);
-    fs::rename(temporary, target);
-  } catch (...) {
-    fs::remove(temporary, error);
-    throw;
-  }
-}
-
 /// \param caller the function that messages name
 int save(const char* caller, const std::string& path, const pcl::PolygonMesh& mesh,
          void (*write)(const MeshView&, const std::string&))
 {
   try {
-    writeWhole(path, [&](const std::string& temporary) { write(viewOf(mesh), temporary); });
+    std::error_code error;
+    const fs::path target = fs::weakly_canonical(path, error); // renaming would replace a link
+    if (error)
+      throw FileError("cannot be written: " + error.message());
+    const auto writeTo = [&](const std::string& file) { write(viewOf(mesh), file); };
+    if (fs::exists(target) && !fs::is_regular_file(target))
+      writeTo(path);
+    else
+      writeWhole(target, writeTo);
     return 0;
   } catch (const std::exception& error) {
     PCL_ERROR("[pcl::mrf::%s] '%s' %s\n", caller, path.c_str(), error.what());
@@ -310,7 +278,7 @@ void writeVTK(const MeshView& mesh, const std::string& path)
       file.value(vertex);
   });
   file.text("\n");
-  VtkPointData(mesh, file).write();
+  writePointData(mesh, position, file);
   file.close();
 }
 

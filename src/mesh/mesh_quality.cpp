@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace pcl::mrf {
 namespace {
@@ -111,7 +112,6 @@ struct VertexSums {
   std::array<std::int64_t, 16> valences{};
   std::vector<std::int32_t> boundarySides;
   std::vector<std::array<std::int32_t, 2>> boundaryJoins; ///< sides of the boundary that continue in each other
-  std::vector<CornerFan> separate;
 
   void add(const VertexSums& other)
   {
@@ -128,101 +128,77 @@ struct VertexSums {
     const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
     append(boundarySides, other.boundarySides);
     append(boundaryJoins, other.boundaryJoins);
-    append(separate, other.separate);
   }
 };
 
-/// Collects the sums of a range of vertices.
-class VertexCensus {
-public:
-  VertexCensus(const TriangleMesh& mesh, const VertexCorners& corners, EdgeConnectivity& connectivity, VertexSums& sums)
-      : mesh_(mesh), corners_(corners), connectivity_(connectivity), sums_(sums)
-  {}
+void countEdge(const TriangleMesh& mesh, std::int32_t from, std::int32_t to, VertexSums& sums)
+{
+  ++sums.edges;
+  const double length = (mesh.vertices[from].cast<double>() - mesh.vertices[to].cast<double>()).norm();
+  if (!std::isfinite(length))
+    return;
+  ++sums.finiteEdges;
+  sums.lengths += length;
+  sums.shortest = std::min(sums.shortest, length);
+  sums.longest = std::max(sums.longest, length);
+}
 
-  void count(std::int32_t vertex)
-  {
-    ring_.set(mesh_, corners_, vertex);
-    if (ring_.isClosedFan()) {
-      countValence(ring_.size());
-      for (std::int32_t i = 0; i < ring_.size(); ++i)
-        if (ring_.following(i) > vertex)
-          countEdge(vertex, ring_.following(i));
-    } else {
-      ring_.findEdges();
-      countValence(static_cast<std::int32_t>(ring_.edges().size()));
-      countEdges(vertex);
-      joinBoundary();
-    }
-    connectivity_.note(vertex, ring_, sums_.separate);
+/// Around a vertex on the boundary, or where the mesh is no manifold. Joins the fans over edges with two sides.
+void countEdges(const TriangleMesh& mesh, std::int32_t vertex, Ring& ring, VertexSums& sums)
+{
+  bool isCrowded = false;
+  for (const Ring::Edge& edge : ring.edges()) {
+    isCrowded = isCrowded || edge.sides() > 2;
+    if (edge.to() < vertex)
+      continue;
+    countEdge(mesh, vertex, edge.to(), sums);
+    const bool agree = edge.sides() == 2 && edge.begin->isOutgoing == edge.begin[1].isOutgoing;
+    sums.boundaryEdges += edge.sides() == 1 ? 1 : 0;
+    sums.nonManifoldEdges += edge.sides() > 2 || agree ? 1 : 0;
+    if (edge.sides() == 1)
+      sums.boundarySides.push_back(ring.sideNumber(*edge.begin));
   }
+  sums.nonManifoldVertices += ring.joinFans(false) > 1 || isCrowded ? 1 : 0;
+}
 
-private:
-  void countValence(std::int32_t edges) { ++sums_.valences[std::min(edges, 15)]; }
-
-  void countEdge(std::int32_t from, std::int32_t to)
-  {
-    const auto position = [&](std::int32_t v) { return mesh_.vertices[v].cast<double>(); };
-    ++sums_.edges;
-    const double length = (position(from) - position(to)).norm();
-    if (!std::isfinite(length))
-      return;
-    ++sums_.finiteEdges;
-    sums_.lengths += length;
-    sums_.shortest = std::min(sums_.shortest, length);
-    sums_.longest = std::max(sums_.longest, length);
+/// A boundary side continues in the one that ends the same fan. \pre the fans over edges with two sides are joined
+void joinBoundary(const Ring& ring, VertexSums& sums)
+{
+  std::map<std::int32_t, std::int32_t> sideOfFan;
+  for (const Ring::Edge& edge : ring.edges()) {
+    if (edge.sides() != 1)
+      continue;
+    const std::int32_t side = ring.sideNumber(*edge.begin);
+    const auto [other, isFirst] = sideOfFan.try_emplace(ring.fan(edge.begin->at), side);
+    if (!isFirst)
+      sums.boundaryJoins.push_back({other->second, side});
   }
+}
 
-  void countEdges(std::int32_t vertex)
-  {
-    bool isCrowded = false;
-    for (const Ring::Edge& edge : ring_.edges()) {
-      isCrowded = isCrowded || edge.sides() > 2;
-      if (edge.to() < vertex)
-        continue;
-      countEdge(vertex, edge.to());
-      const bool agree = edge.sides() == 2 && edge.begin->isOutgoing == edge.begin[1].isOutgoing;
-      sums_.boundaryEdges += edge.sides() == 1 ? 1 : 0;
-      sums_.nonManifoldEdges += edge.sides() > 2 || agree ? 1 : 0;
-      if (edge.sides() == 1)
-        sums_.boundarySides.push_back(ring_.sideNumber(*edge.begin));
-    }
-    sums_.nonManifoldVertices += ring_.joinFans(false) > 1 || isCrowded ? 1 : 0;
-  }
-
-  /// A boundary side continues in the one that ends the same fan. \pre the fans over edges with two sides are joined
-  void joinBoundary()
-  {
-    constexpr std::int32_t none = -1;
-    sideOfFan_.assign(ring_.size(), none);
-    for (const Ring::Edge& edge : ring_.edges()) {
-      if (edge.sides() != 1)
-        continue;
-      const std::int32_t side = ring_.sideNumber(*edge.begin);
-      std::int32_t& other = sideOfFan_[ring_.fan(edge.begin->at)];
-      if (other == none)
-        other = side;
-      else
-        sums_.boundaryJoins.push_back({other, side});
-    }
-  }
-
-  const TriangleMesh& mesh_;
-  const VertexCorners& corners_;
-  EdgeConnectivity& connectivity_;
-  VertexSums& sums_;
-  Ring ring_;
-  std::vector<std::int32_t> sideOfFan_;
-};
-
-VertexSums countVertices(const TriangleMesh& mesh, EdgeConnectivity& connectivity, Execution& execution)
+/// \param triangles are joined over shared edges
+VertexSums countVertices(const TriangleMesh& mesh, DisjointSets& triangles, Execution& execution)
 {
   const VertexCorners corners = groupCorners(mesh);
-  return total(partsOf<VertexSums, std::int32_t>(execution, mesh.vertices.size(), qualityGrain,
-                                                 [&](VertexSums& part, std::int32_t begin, std::int32_t end) {
-                                                   VertexCensus census(mesh, corners, connectivity, part);
-                                                   for (std::int32_t v = begin; v < end; ++v)
-                                                     census.count(v);
-                                                 }));
+  return total(partsOf<VertexSums, std::int32_t>(
+      execution, mesh.vertices.size(), qualityGrain, [&](VertexSums& sums, std::int32_t begin, std::int32_t end) {
+        const auto countValence = [&](std::size_t edges) { ++sums.valences[std::min<std::size_t>(edges, 15)]; };
+        Ring ring;
+        for (std::int32_t v = begin; v < end; ++v) {
+          ring.set(mesh, corners, v);
+          if (ring.isClosedFan()) {
+            countValence(static_cast<std::size_t>(ring.size()));
+            for (std::int32_t i = 0; i < ring.size(); ++i)
+              if (ring.following(i) > v)
+                countEdge(mesh, v, ring.following(i), sums);
+          } else {
+            ring.findEdges();
+            countValence(ring.edges().size());
+            countEdges(mesh, v, ring, sums);
+            joinBoundary(ring, sums);
+          }
+          joinTriangles(ring, triangles);
+        }
+      }));
 }
 
 std::int64_t countLoops(std::vector<std::int32_t> sides, const std::vector<std::array<std::int32_t, 2>>& joins)
@@ -260,8 +236,8 @@ MeshStatistics measure(const TriangleMesh& mesh, Execution& execution)
   statistics.triangles = static_cast<std::int64_t>(mesh.triangles.size());
   measureTriangles(mesh, statistics, execution);
 
-  EdgeConnectivity connectivity(mesh.vertices.size());
-  VertexSums sums = countVertices(mesh, connectivity, execution);
+  DisjointSets triangles(mesh.triangles.size());
+  VertexSums sums = countVertices(mesh, triangles, execution);
   statistics.edges = sums.edges;
   statistics.boundaryEdges = sums.boundaryEdges;
   statistics.nonManifoldEdges = sums.nonManifoldEdges;
@@ -275,7 +251,7 @@ MeshStatistics measure(const TriangleMesh& mesh, Execution& execution)
   }
   statistics.boundaryLoops = countLoops(std::move(sums.boundarySides), sums.boundaryJoins);
   std::vector<std::int32_t> componentOfTriangle;
-  statistics.components = connectivity.components(mesh, {}, std::move(sums.separate), execution, componentOfTriangle);
+  statistics.components = numberComponents(mesh, {}, triangles, execution, componentOfTriangle);
   const auto faces = std::count_if(componentOfTriangle.begin(), componentOfTriangle.end(),
                                    [](std::int32_t component) { return component >= 0; });
   statistics.eulerCharacteristic = statistics.vertices - statistics.unusedVertices - statistics.edges + faces;

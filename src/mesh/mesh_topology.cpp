@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/mesh_topology.h"
 
-#include "base/disjoint_sets.h"
-
 #include <pcl/surface/mrf/exceptions.h>
 
+#include <atomic>
 #include <limits>
 #include <numeric>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 namespace pcl::mrf {
 namespace {
@@ -125,69 +125,28 @@ std::int32_t Ring::joinFans(bool overCrowdedEdges)
   return count;
 }
 
-void EdgeConnectivity::note(std::int32_t vertex, Ring& ring, std::vector<CornerFan>& separate)
+void joinTriangles(Ring& ring, DisjointSets& triangles)
 {
-  std::int32_t smallest = vertex;
-  if (ring.isClosedFan()) {
-    for (std::int32_t i = 0; i < ring.size(); ++i)
-      smallest = std::min(smallest, ring.following(i));
-  } else if (ring.joinFans(true) > 1) {
-    for (std::int32_t i = 0; i < ring.size(); ++i)
-      separate.push_back({ring.corner(i), ring.corner(ring.fan(i))});
-    smallest = none;
-  } else if (!ring.edges().empty())
-    smallest = std::min(smallest, ring.edges().front().to());
-  smallest_[vertex] = smallest;
+  const bool isClosedFan = ring.isClosedFan();
+  if (!isClosedFan)
+    ring.joinFans(true);
+  for (std::int32_t i = 1; i < ring.size(); ++i)
+    triangles.join(ring.corner(i) / 3, ring.corner(isClosedFan ? 0 : ring.fan(i)) / 3);
 }
 
-std::int32_t EdgeConnectivity::components(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
-                                          std::vector<CornerFan> separate, Execution& execution,
-                                          std::vector<std::int32_t>& componentOfTriangle) const
+std::int32_t numberComponents(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
+                              DisjointSets& triangles, Execution& execution,
+                              std::vector<std::int32_t>& componentOfTriangle)
 {
-  // A vertex is a node, or each of its fans one, where there are several.
-  std::sort(separate.begin(), separate.end());
-  std::vector<std::int32_t> firstCorners;
-  for (const CornerFan& corner : separate)
-    if (corner.corner == corner.fan)
-      firstCorners.push_back(corner.fan);
-  const auto nodeOf = [&](std::size_t triangle, std::size_t place) {
-    const std::int32_t vertex = mesh.triangles[triangle][place];
-    if (smallest_[vertex] != none)
-      return static_cast<std::uint32_t>(vertex);
-    const CornerFan key{static_cast<std::int32_t>(3 * triangle + place), 0};
-    const std::int32_t fan = std::lower_bound(separate.begin(), separate.end(), key)->fan;
-    const auto number = std::lower_bound(firstCorners.begin(), firstCorners.end(), fan) - firstCorners.begin();
-    return static_cast<std::uint32_t>(smallest_.size() + static_cast<std::size_t>(number));
-  };
-
-  // Most vertices have a smaller neighbor: joining these leads to a few local minima, and little is left to join.
-  DisjointSets nodes(smallest_.size() + firstCorners.size());
-  for (std::size_t v = 0; v < smallest_.size(); ++v)
-    if (smallest_[v] != none && smallest_[smallest_[v]] != none)
-      nodes.join(static_cast<std::uint32_t>(v), static_cast<std::uint32_t>(smallest_[v]));
-  const auto forMembers = [&](const auto& visit) {
-    forEach(execution, mesh.triangles.size(), triangleGrain, [&](std::size_t t) {
-      if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
-        visit(t);
-    });
-  };
-  forMembers([&](std::size_t t) {
-    const std::uint32_t first = nodeOf(t, 0);
-    nodes.join(first, nodeOf(t, 1));
-    nodes.join(first, nodeOf(t, 2));
+  componentOfTriangle.assign(mesh.triangles.size(), -1);
+  forEach(execution, mesh.triangles.size(), triangleGrain, [&](std::size_t t) {
+    if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
+      componentOfTriangle[t] = static_cast<std::int32_t>(triangles.find(static_cast<std::uint32_t>(t)));
   });
-  componentOfTriangle.assign(mesh.triangles.size(), none);
-  forMembers([&](std::size_t t) { componentOfTriangle[t] = static_cast<std::int32_t>(nodes.find(nodeOf(t, 0))); });
-
   std::int32_t count = 0;
-  std::vector<std::int32_t> numbers(smallest_.size() + firstCorners.size(), none);
-  for (std::int32_t& component : componentOfTriangle)
-    if (component != none) {
-      std::int32_t& number = numbers[component];
-      if (number == none)
-        number = count++;
-      component = number;
-    }
+  for (std::size_t t = 0; t < componentOfTriangle.size(); ++t)
+    if (std::int32_t& component = componentOfTriangle[t]; component >= 0) // its first triangle, which has a number
+      component = static_cast<std::size_t>(component) == t ? count++ : componentOfTriangle[component];
   return count;
 }
 
@@ -195,38 +154,30 @@ std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uin
                             std::vector<std::int32_t>& componentOfTriangle, bool& isTorn)
 {
   const VertexCorners corners = groupCorners(mesh, isMember);
-  EdgeConnectivity connectivity(mesh.vertices.size());
-  struct Part {
-    std::vector<CornerFan> separate;
-    bool isTorn = false;
-  };
-  const auto parts = partsOf<Part, std::int32_t>(execution, mesh.vertices.size(), vertexGrain,
-                                                 [&](Part& part, std::int32_t begin, std::int32_t end) {
-                                                   Ring ring;
-                                                   for (std::int32_t v = begin; v < end; ++v) {
-                                                     if (corners.begin[v] == corners.begin[v + 1])
-                                                       continue; // of members mostly a small part of the mesh
-                                                     ring.set(mesh, corners, v);
-                                                     if (!ring.isClosedFan()) {
-                                                       ring.findEdges();
-                                                       part.isTorn = ring.joinFans(false) > 1 || part.isTorn;
-                                                     }
-                                                     connectivity.note(v, ring, part.separate);
-                                                   }
-                                                 });
-  isTorn = false;
-  std::vector<CornerFan> separate;
-  for (const Part& part : parts) {
-    isTorn = isTorn || part.isTorn;
-    separate.insert(separate.end(), part.separate.begin(), part.separate.end());
-  }
-  return connectivity.components(mesh, isMember, std::move(separate), execution, componentOfTriangle);
+  DisjointSets triangles(mesh.triangles.size());
+  std::atomic<bool> isAnyTorn{false};
+  execution.forRange(mesh.vertices.size(), vertexGrain, [&](std::int32_t begin, std::int32_t end) {
+    Ring ring;
+    for (std::int32_t v = begin; v < end; ++v) {
+      if (corners.begin[v] == corners.begin[v + 1])
+        continue; // of members mostly a small part of the mesh
+      ring.set(mesh, corners, v);
+      if (!ring.isClosedFan()) {
+        ring.findEdges();
+        if (ring.joinFans(false) > 1)
+          isAnyTorn = true;
+      }
+      joinTriangles(ring, triangles);
+    }
+  });
+  isTorn = isAnyTorn;
+  return numberComponents(mesh, isMember, triangles, execution, componentOfTriangle);
 }
 
 void splitFans(TriangleMesh& mesh)
 {
-  // What is to be split, in the order of the corners.
-  std::vector<CornerFan> apart;
+  // Corners to be split off and the first ones of their fans, in their order.
+  std::vector<std::pair<std::int32_t, std::int32_t>> apart;
   {
     const VertexCorners corners = groupCorners(mesh);
     Ring ring;
@@ -239,19 +190,19 @@ void splitFans(TriangleMesh& mesh)
         continue;
       for (std::int32_t i = 0; i < ring.size(); ++i)
         if (ring.fan(i) != 0)
-          apart.push_back({ring.corner(i), ring.corner(ring.fan(i))});
+          apart.emplace_back(ring.corner(i), ring.corner(ring.fan(i)));
     }
   }
   std::sort(apart.begin(), apart.end());
 
   const auto vertexAt = [&](std::int32_t corner) -> std::int32_t& { return mesh.triangles[corner / 3][corner % 3]; };
-  for (const CornerFan& corner : apart) {
-    if (corner.corner != corner.fan) {
-      vertexAt(corner.corner) = vertexAt(corner.fan); // has its copy already: a fan's first corner comes first
+  for (const auto& [corner, fan] : apart) {
+    if (corner != fan) {
+      vertexAt(corner) = vertexAt(fan); // has its copy already: a fan's first corner comes first
       continue;
     }
-    const std::int32_t v = vertexAt(corner.corner);
-    vertexAt(corner.corner) = static_cast<std::int32_t>(mesh.vertices.size());
+    const std::int32_t v = vertexAt(corner);
+    vertexAt(corner) = static_cast<std::int32_t>(mesh.vertices.size());
     const auto copy = [v](auto& values) {
       if (!values.empty())
         values.push_back(typename std::decay_t<decltype(values)>::value_type(values[v]));

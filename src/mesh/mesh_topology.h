@@ -5,6 +5,7 @@
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include "base/disjoint_sets.h"
 #include "base/loops.h"
 
 #include <Eigen/Geometry>
@@ -99,32 +100,15 @@ private:
   std::vector<Edge> edges_;
 };
 
-/// A corner, and the first corner of the fan around its vertex that it belongs to.
-struct CornerFan {
-  std::int32_t corner, fan;
-  bool operator<(const CornerFan& other) const { return corner < other.corner; }
-};
+/// Joins the triangles of a ring that hang together over shared edges. May be called concurrently.
+/// \pre the ring has its edges unless it is a closed fan
+void joinTriangles(Ring& ring, DisjointSets& triangles);
 
-/// How triangles hang together over shared edges, vertex by vertex; filled ring by ring, then completed.
-class EdgeConnectivity {
-public:
-  explicit EdgeConnectivity(std::size_t vertices) : smallest_(vertices, none) {}
-
-  /// Notes one vertex. \pre the ring has its edges unless it is a closed fan
-  /// \param separate receives the vertex's corners if they fall into several fans
-  /// Vertices may be noted concurrently, each once.
-  void note(std::int32_t vertex, Ring& ring, std::vector<CornerFan>& separate);
-
-  /// The component of each triangle that has corners: components are numbered by their first triangle, −1 for others.
-  /// \param separate what all calls of note gave, in any order \return the number of components
-  std::int32_t components(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
-                          std::vector<CornerFan> separate, Execution& execution,
-                          std::vector<std::int32_t>& componentOfTriangle) const;
-
-private:
-  static constexpr std::int32_t none = -1;
-  std::vector<std::int32_t> smallest_; ///< smallest neighbor, or the vertex itself; none where fans are separate
-};
+/// The component of each triangle with valid indices and, unless the flags are empty, a flag that is set: components
+/// are numbered by their first triangle, −1 for others. \param triangles joined ring by ring \return how many there are
+std::int32_t numberComponents(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
+                              DisjointSets& triangles, Execution& execution,
+                              std::vector<std::int32_t>& componentOfTriangle);
 
 /// Components of the member triangles (all, if there are no flags) over shared edges.
 /// \param isTorn receives whether the members around some vertex fall into several fans

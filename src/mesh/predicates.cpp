@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "mesh/predicates.h"
 
-#include <array>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+
 #include <cmath>
 
 namespace pcl::mrf {
@@ -11,63 +12,21 @@ namespace {
 /// roundings of 2⁻⁵³ in the longest chain, rounded up.
 constexpr double filter = 1e-15;
 
-int signOf(double value)
+/// Differences of coordinates are multiples of 2⁻⁵³ of the largest: sums of products of three are exact.
+using Exact =
+    boost::multiprecision::number<boost::multiprecision::cpp_bin_float<256, boost::multiprecision::digit_base_2>,
+                                  boost::multiprecision::et_off>;
+
+template <typename Real>
+int signOf(const Real& value)
 {
   return (value > 0) - (value < 0);
 }
 
-/// An exact sum: doubles that do not overlap, in growing order of magnitude.
-class ExactSum {
-public:
-  void add(double value)
-  {
-    for (int i = 0; i < size_; ++i) {
-      const double sum = value + terms_[i];
-      const double part = sum - value;
-      terms_[i] = (value - (sum - part)) + (terms_[i] - part);
-      value = sum;
-    }
-    terms_[size_++] = value;
-  }
-
-  void addProduct(double x, double y)
-  {
-    const double product = x * y;
-    add(std::fma(x, y, -product));
-    add(product);
-  }
-
-  void addProduct(double x, double y, double z)
-  {
-    const double product = x * y;
-    addProduct(std::fma(x, y, -product), z);
-    addProduct(product, z);
-  }
-
-  /// The largest term that is not zero outweighs all the others together.
-  int sign() const
-  {
-    for (int i = size_; i-- > 0;)
-      if (terms_[i] != 0)
-        return signOf(terms_[i]);
-    return 0;
-  }
-
-private:
-  std::array<double, 24> terms_{}; // six products of three factors, four terms each
-  int size_ = 0;
-};
-
 int exactOrientation(const Eigen::Vector3d& u, const Eigen::Vector3d& v, const Eigen::Vector3d& w)
 {
-  ExactSum sum;
-  sum.addProduct(u.x(), v.y(), w.z());
-  sum.addProduct(-u.x(), v.z(), w.y());
-  sum.addProduct(u.y(), v.z(), w.x());
-  sum.addProduct(-u.y(), v.x(), w.z());
-  sum.addProduct(u.z(), v.x(), w.y());
-  sum.addProduct(-u.z(), v.y(), w.x());
-  return sum.sign();
+  const auto minor = [&](int i, int j) -> Exact { return Exact(v[i]) * w[j] - Exact(v[j]) * w[i]; };
+  return signOf<Exact>(u.x() * minor(1, 2) + u.y() * minor(2, 0) + u.z() * minor(0, 1));
 }
 
 } // namespace
@@ -94,10 +53,7 @@ int orientation(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen:
   const double determinant = left - right;
   if (std::abs(determinant) > filter * (std::abs(left) + std::abs(right)))
     return signOf(determinant);
-  ExactSum sum;
-  sum.addProduct(u.x(), v.y());
-  sum.addProduct(-u.y(), v.x());
-  return sum.sign();
+  return signOf<Exact>(Exact(u.x()) * v.y() - Exact(u.y()) * v.x());
 }
 
 } // namespace pcl::mrf

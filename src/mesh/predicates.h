@@ -9,7 +9,7 @@ namespace pcl::mrf {
 /// +1 if d is above the plane through a, b, c seen counter-clockwise from above, −1 if below, 0 if in it.
 ///
 /// Exact for coordinates that were floats within a factor of 2²⁹ of each other (their differences are then exact in
-/// double): a filtered evaluation in double, and sums of exact products where the filter cannot tell.
+/// double): a filtered evaluation in double, and one with 256 bits where the filter cannot tell.
 int orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, const Eigen::Vector3d& d);
 
 /// +1 if a, b, c turn left, −1 if right, 0 if they are collinear. Exact like the one above.

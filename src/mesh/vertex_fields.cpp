@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace pcl::mrf {
 namespace {
@@ -144,8 +143,6 @@ EdgeSizing edgeSizing(const TriangleMesh& mesh, const Support& support, Executio
 std::vector<float> interpolateAttributes(const std::vector<Eigen::Vector3f>& vertices, const NeighborSearch& search,
                                          const AttributeReader& read, int channels, Execution& execution)
 {
-  if (channels < 1)
-    throw std::invalid_argument("interpolateAttributes: needs a channel at least");
   const std::size_t stride = channels;
   std::vector<float> values(vertices.size() * stride, 0);
   execution.forRange(vertices.size(), fieldGrain, [&](std::size_t begin, std::size_t end) {

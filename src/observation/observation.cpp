@@ -10,35 +10,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace pcl::mrf {
 namespace {
 
 /// Planes of the lattice that are handled as one piece of work.
 constexpr int slabPlanes = 8;
-
-/// Points sorted by the plane of the lattice they are nearest to.
-struct PointsByPlane {
-  std::vector<std::size_t> first; ///< first[z]..first[z+1] are the entries of plane z
-  std::vector<std::uint32_t> points;
-
-  PointsByPlane(const std::vector<Eigen::Vector3f>& positions, const Lattice& lattice)
-      : first(static_cast<std::size_t>(lattice.size.z) + 1, 0), points(positions.size())
-  {
-    std::vector<int> plane(positions.size());
-    for (std::size_t i = 0; i < positions.size(); ++i) {
-      const double z = std::clamp(lattice.toVoxels(positions[i]).z(), 0., lattice.size.z - 1.);
-      plane[i] = static_cast<int>(std::lround(z));
-      ++first[static_cast<std::size_t>(plane[i]) + 1];
-    }
-    for (std::size_t z = 1; z < first.size(); ++z)
-      first[z] += first[z - 1];
-    std::vector<std::size_t> next(first.begin(), first.end() - 1);
-    for (std::size_t i = 0; i < positions.size(); ++i)
-      points[next[plane[i]]++] = static_cast<std::uint32_t>(i);
-  }
-};
 
 /// Lowers the squared distances (in voxels) of the planes [zBegin, zEnd) to those of one point within `reach` voxels.
 void splat(const Eigen::Vector3d& center, double reach, const GridSize& size, int zBegin, int zEnd, float* squared)
@@ -70,7 +47,6 @@ struct ObservedVoxels {
 ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice, float maxDistance,
                             Execution& execution)
 {
-  const PointsByPlane byPlane(points.positions, lattice);
   const GridSize size = lattice.size;
   const double reach = maxDistance / lattice.spacing;
   const auto limit = static_cast<float>(reach * reach);
@@ -81,10 +57,8 @@ ObservedVoxels findObserved(const OrientedPoints& points, const Lattice& lattice
     for (std::int64_t slab = begin; slab < end; ++slab) {
       const int zBegin = static_cast<int>(slab) * slabPlanes, zEnd = std::min(zBegin + slabPlanes, size.z);
       std::vector<float> squared(size.planeCount() * (zEnd - zBegin), limit);
-      const int margin = static_cast<int>(std::min<double>(std::ceil(reach), size.z)) + 1;
-      const int from = std::max(zBegin - margin, 0), to = std::min(zEnd + margin, size.z);
-      for (std::size_t e = byPlane.first[from]; e < byPlane.first[to]; ++e)
-        splat(lattice.toVoxels(points.positions[byPlane.points[e]]), reach, size, zBegin, zEnd, squared.data());
+      for (const Eigen::Vector3f& position : points.positions)
+        splat(lattice.toVoxels(position), reach, size, zBegin, zEnd, squared.data());
 
       ObservedVoxels& mine = found[slab];
       const std::int64_t offset = size.index(0, 0, zBegin);
@@ -127,7 +101,7 @@ public:
       projected_.push_back(normal(j).dot(x - position(j)));
 
     switch (kind_) {
-    case ObservationKind::points: // observe() refuses it
+    case ObservationKind::points: // which are not observed so
     case ObservationKind::nearest:
       return projected_.front();
     case ObservationKind::median:
@@ -217,8 +191,6 @@ Observation observe(const OrientedPoints& points, const NeighborSearch& search, 
                     float maxDistance, const ObservationOptions& options, Execution& execution)
 {
   validate(options);
-  if (options.atPoints())
-    throw std::invalid_argument("observe: voxels are not what ObservationKind::points observes");
   ObservedVoxels observed = findObserved(points, lattice, maxDistance, execution);
 
   Observation result;

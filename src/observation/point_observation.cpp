@@ -203,11 +203,6 @@ std::vector<PointSample> toSamples(const PointsOnLattice& seen, Execution& execu
   return samples;
 }
 
-std::vector<PointSample> toSamplesByCells(const PointsOnLattice& seen, Execution& execution)
-{
-  return samplesByCells(seen.size(), samplesOf(seen), execution);
-}
-
 std::vector<PointSample> toMergedSamples(const PointsOnLattice& seen, float side, Execution& execution)
 {
   return mergedInPieces(seen.size(), samplesOf(seen), side, execution);
@@ -216,7 +211,7 @@ std::vector<PointSample> toMergedSamples(const PointsOnLattice& seen, float side
 std::vector<PointSample> samplesOfFinest(const PointsOnLattice& seen, Execution& execution)
 {
   return seen.lattice.spacing > mergedFrom * seen.spacing ? toMergedSamples(seen, 1, execution)
-                                                          : toSamplesByCells(seen, execution);
+                                                          : samplesByCells(seen.size(), samplesOf(seen), execution);
 }
 
 std::vector<PointSample> merge(const std::vector<PointSample>& samples, float side, Execution& execution)

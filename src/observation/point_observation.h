@@ -78,8 +78,7 @@ struct PointsOnLattice {
 /// One sample per point, in their order, weighted by confidence, area and noise.
 std::vector<PointSample> toSamples(const PointsOnLattice& seen, Execution& execution);
 
-/// The same ordered by cells as by sortedByCells, or merged as by merge, without the samples of all points beside them.
-std::vector<PointSample> toSamplesByCells(const PointsOnLattice& seen, Execution& execution);
+/// The same merged as by merge, without the samples of all points beside them.
 std::vector<PointSample> toMergedSamples(const PointsOnLattice& seen, float side, Execution& execution);
 
 /// The samples of a finest level, by cells: one per point, or per cell where voxels hold so many that each need not be

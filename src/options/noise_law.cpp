@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <vector>
 
 namespace pcl::mrf {
@@ -48,33 +49,28 @@ std::optional<NoiseLaw> noiseLaw(const std::string& model)
     return {};
   const std::size_t colon = std::min(model.find(':'), model.size());
   const std::string name = model.substr(0, colon);
-  const std::vector<double> numbers = numbersOf(model, model.substr(std::min(colon + 1, model.size())));
-  const auto want = [&](std::size_t count) {
-    if (numbers.size() != count)
-      refuse(model,
-             "has " + std::to_string(numbers.size()) + " numbers where " + name + " takes " + std::to_string(count));
-  };
-  NoiseLaw law;
-  if (name == "constant") {
-    want(1);
-    law.constant = numbers[0];
-  } else if (name == "quadratic") {
-    want(2);
-    law = {numbers[0], 0, numbers[1]};
-  } else if (name == "tof") {
-    want(2);
-    law = {numbers[0], numbers[1], 0};
-  } else if (name == "kinect") {
-    const bool isPlain = colon == model.size();
-    if (!isPlain)
-      want(2);
-    const double disparity = isPlain ? kinectDisparity : numbers[0], focal = isPlain ? kinectFocalBaseline : numbers[1];
-    if (!(focal > 0))
-      refuse(model, "has no focal length times baseline");
-    law.quadratic = disparity / focal;
-  } else {
+  std::vector<double> numbers = numbersOf(model, model.substr(std::min(colon + 1, model.size())));
+  if (name == "kinect" && colon == model.size())
+    numbers = {kinectDisparity, kinectFocalBaseline};
+  static const std::map<std::string, std::size_t> counts = {
+      {"constant", 1}, {"quadratic", 2}, {"tof", 2}, {"kinect", 2}};
+  const auto count = counts.find(name);
+  if (count == counts.end())
     refuse(model, "is no such model");
-  }
+  if (numbers.size() != count->second)
+    refuse(model, "has " + std::to_string(numbers.size()) + " numbers where " + name + " takes " +
+                      std::to_string(count->second));
+  NoiseLaw law;
+  if (name == "constant")
+    law.constant = numbers[0];
+  else if (name == "quadratic")
+    law = {numbers[0], 0, numbers[1]};
+  else if (name == "tof")
+    law = {numbers[0], numbers[1], 0};
+  else if (numbers[1] > 0)
+    law.quadratic = numbers[0] / numbers[1];
+  else
+    refuse(model, "has no focal length times baseline");
   if (!(law.deviation(1) > 0))
     refuse(model, "is no noise");
   return law;

@@ -133,14 +133,15 @@ public:
 
   /// \param factor the member's unit in the option's
   template <typename Value>
-  OptionDeclaration& number(const char* name, const char* flag, const char* unit, const OptionRange& range,
-                            Value Stage::*field, const char* help, double factor = 1)
+  void number(const char* name, const char* flag, const char* unit, const OptionRange& range, Value Stage::*field,
+              const char* help, const char* automatic = "", double factor = 1)
   {
     const auto member = accessTo(field);
     OptionDeclaration& row = add(name, flag, help);
     row.unit = unit;
     row.range = range;
     row.isWhole = std::is_integral_v<Value> && factor == 1;
+    row.automatic = automatic;
     row.get = [member, factor](const Options& options) { return static_cast<double>(member(options)) / factor; };
     row.exact = [member](const Options& options) -> OptionValue { return widened(member(options)); };
     row.set = [member, factor, range](Options& options, double value) {
@@ -156,11 +157,10 @@ public:
       member(options) = static_cast<Value>(number);
       return true;
     };
-    return row;
   }
 
   template <typename Value>
-  OptionDeclaration& choice(const char* name, const char* flag, Value Stage::*field, const char* help)
+  void choice(const char* name, const char* flag, Value Stage::*field, const char* help)
   {
     const auto member = accessTo(field);
     OptionDeclaration& row = add(name, flag, help);
@@ -175,7 +175,6 @@ public:
       member(options) = static_cast<Value>(static_cast<std::underlying_type_t<Value>>(value));
       return true;
     };
-    return row;
   }
 
   void onOff(const char* name, const char* flag, bool Stage::*field, const char* help)
@@ -232,10 +231,9 @@ void declareNormals(std::vector<OptionDeclaration>& rows)
   table.choice("source", "--normals", &NormalOptions::source,
                "normals of the input: use them if there are any, use, take as reference for the orientation, or "
                "estimate anew");
-  table
-      .number("radius", "--normal-radius", "length", notNegative, &NormalOptions::radius,
-              "neighborhood of the plane fit")
-      .automatic = "the 13 nearest points, more where they are rough or lie on a line, or by --noise";
+  table.number("radius", "--normal-radius", "length", notNegative, &NormalOptions::radius,
+               "neighborhood of the plane fit",
+               "the 13 nearest points, more where they are rough or lie on a line, or by --noise");
   table.onOff("noiseCriteria", "--noise-criteria", &NormalOptions::noiseCriteria,
               "drop points off the plane fitted for their normal, as the paper does");
 }
@@ -256,23 +254,17 @@ void declareObservation(std::vector<OptionDeclaration>& rows)
   Rows<ObservationOptions> table(rows, "observation.", &Options::observation);
   table.choice("kind", "--observation", &ObservationOptions::kind,
                "where the field is observed: at the points, or at voxels by the tangent planes of the nearest points");
-  table
-      .number("smoothing", "--smoothing", "length", notNegative, &ObservationOptions::smoothing,
-              "details smaller than this are smoothed away")
-      .automatic = "chosen by the data";
-  table
-      .number("noise", "--noise", "sigma", notNegative, &ObservationOptions::noise,
-              "standard deviation of the scanner's noise; sets the smoothing")
-      .automatic = "unknown";
-  table
-      .number("gradientWeight", "--gradient-weight", "ratio", {0, 100}, &ObservationOptions::gradientWeight,
-              "weight of the normals beside the positions, in squared smoothing lengths")
-      .automatic = ".4, or 4 if the data of a noisy cloud with normals say so";
+  table.number("smoothing", "--smoothing", "length", notNegative, &ObservationOptions::smoothing,
+               "details smaller than this are smoothed away", "chosen by the data");
+  table.number("noise", "--noise", "sigma", notNegative, &ObservationOptions::noise,
+               "standard deviation of the scanner's noise; sets the smoothing", "unknown");
+  table.number("gradientWeight", "--gradient-weight", "ratio", {0, 100}, &ObservationOptions::gradientWeight,
+               "weight of the normals beside the positions, in squared smoothing lengths",
+               ".4, or 4 if the data of a noisy cloud with normals say so");
   table.number("neighbors", "--neighbors", "n", {1, 100}, &ObservationOptions::neighbors, "points observed per voxel");
-  table
-      .number("maxDistance", "--max-distance", "length", notNegative, &ObservationOptions::maxDistance,
-              "distance from the points at which the confidence reaches 0")
-      .automatic = "3.25 s; 3 s with median, mean and nearest";
+  table.number("maxDistance", "--max-distance", "length", notNegative, &ObservationOptions::maxDistance,
+               "distance from the points at which the confidence reaches 0",
+               "3.25 s; 3 s with median, mean and nearest");
 }
 
 void declarePrior(std::vector<OptionDeclaration>& rows)
@@ -291,10 +283,9 @@ void declareSolver(std::vector<OptionDeclaration>& rows)
   Rows<SolverOptions> table(rows, "solver.", &Options::solver);
   table.choice("method", "--solver", &SolverOptions::method,
                "how the linear system is solved; icm-colors visits voxels in parallel that icm visits in random order");
-  table
-      .number("maxIterations", "--max-iterations", "n", notNegative, &SolverOptions::maxIterations,
-              "iterations or sweeps per level")
-      .automatic = "100 (multigrid; near the surface only 4, 2, 1), 1000 (icm), 10000 (cg)";
+  table.number("maxIterations", "--max-iterations", "n", notNegative, &SolverOptions::maxIterations,
+               "iterations or sweeps per level",
+               "100 (multigrid; near the surface only 4, 2, 1), 1000 (icm), 10000 (cg)");
   table.number("changeTolerance", "--change-tolerance", "voxels", notNegative, &SolverOptions::changeTolerance,
                "icm and multigrid stop when a step changes less (RMS), 4 times that where points are observed; "
                "0 = never");
@@ -307,46 +298,33 @@ void declareMultiscale(std::vector<OptionDeclaration>& rows)
   Rows<MultiscaleOptions> table(rows, "multiscale.", &Options::multiscale);
   table.choice("quality", "--quality", &MultiscaleOptions::quality,
                "voxel side of the finest level: 3, 2 or 1.5 times s, see --unit");
-  table
-      .number("voxelSize", "--voxel-size", "length", notNegative, &MultiscaleOptions::voxelSize,
-              "side of the finest voxels")
-      .automatic = "by the quality";
-  table
-      .number("padding", "--padding", "voxels", {2, 100}, &MultiscaleOptions::padding,
-              "voxels of the finest level around the points")
-      .automatic = "6, more beside openings";
-  table
-      .number("maxMemory", "--max-memory", "MiB", notNegative, &MultiscaleOptions::maxMemory,
-              "memory the levels, and then the remesher, may take, also as 8G", mebibyte)
-      .automatic = "80 % of what is free";
-  table
-      .number("denseVoxels", "--dense-voxels", "n", notNegative, &MultiscaleOptions::denseVoxels,
-              "levels of more voxels are solved near the surface only")
-      .automatic = "4194304, less for few points";
+  table.number("voxelSize", "--voxel-size", "length", notNegative, &MultiscaleOptions::voxelSize,
+               "side of the finest voxels", "by the quality");
+  table.number("padding", "--padding", "voxels", {2, 100}, &MultiscaleOptions::padding,
+               "voxels of the finest level around the points", "6, more beside openings");
+  table.number("maxMemory", "--max-memory", "MiB", notNegative, &MultiscaleOptions::maxMemory,
+               "memory the levels, and then the remesher, may take, also as 8G", "80 % of what is free", mebibyte);
+  table.number("denseVoxels", "--dense-voxels", "n", notNegative, &MultiscaleOptions::denseVoxels,
+               "levels of more voxels are solved near the surface only", "4194304, less for few points");
 }
 
 void declareMesh(std::vector<OptionDeclaration>& rows)
 {
   Rows<RemesherOptions> remesher(rows, "remesher.", &Options::remesher);
   remesher.number("rounds", "--remesh", "n", {0, 1000}, &RemesherOptions::rounds, "rounds of remeshing");
-  remesher
-      .number("targetEdge", "--target-edge", "length", notNegative, &RemesherOptions::targetEdge,
-              "edge that the remesher aims at, everywhere")
-      .automatic = "median edge before, longer where points are sparse";
+  remesher.number("targetEdge", "--target-edge", "length", notNegative, &RemesherOptions::targetEdge,
+                  "edge that the remesher aims at, everywhere", "median edge before, longer where points are sparse");
   remesher.number("triangles", "--triangles", "n", {0, 1e8}, &RemesherOptions::triangles,
                   "triangles to end with; 0: as many as the edges ask for");
   Rows<TrimmingOptions> trimming(rows, "trimming.", &Options::trimming);
   trimming.choice("kind", "--trim", &TrimmingOptions::kind,
                   "invented surface: keep all, keep only fillings of holes, or keep none");
-  trimming
-      .number("maxHole", "--max-hole", "length", notNegative, &TrimmingOptions::maxHole,
-              "largest diameter of a hole that is filled")
-      .automatic = "half the bounding box's diagonal";
-  trimming
-      .number("maxGap", "--max-gap", "length", notNegative, &TrimmingOptions::maxGap,
-              "largest diameter of a hole or bay that is filled where the surface is open elsewhere")
-      .automatic = "--max-hole if given, or 24 % of the diagonal, but 28 local spacings behind steps in depth, "
-                   "and nothing where a sensor saw through";
+  trimming.number("maxHole", "--max-hole", "length", notNegative, &TrimmingOptions::maxHole,
+                  "largest diameter of a hole that is filled", "half the bounding box's diagonal");
+  trimming.number("maxGap", "--max-gap", "length", notNegative, &TrimmingOptions::maxGap,
+                  "largest diameter of a hole or bay that is filled where the surface is open elsewhere",
+                  "--max-hole if given, or 24 % of the diagonal, but 28 local spacings behind steps in depth, "
+                  "and nothing where a sensor saw through");
   trimming.number(
       "minComponentPoints", "--trim-points", "n", {0, 1000000}, &TrimmingOptions::minComponentPoints,
       "drop components of the mesh with fewer coherent points behind them (three are enough where no other surface is "
@@ -368,11 +346,10 @@ void declareUncertainty(std::vector<OptionDeclaration>& rows)
   table.number("surfaces", "--write-samples", "n", {0, 1000}, &UncertaintyOptions::surfaces,
                "surfaces that sigma allows for, beside OUTPUT as OUTPUT.sample-1, .sample-2 ...: for intervals of "
                "whatever is measured on them; as many draws at least, and --uncertainty, come with it");
-  table
-      .number("maxError", "--max-error", "length", notNegative, &UncertaintyOptions::maxError,
-              "drop surface that is farther off than this in more than 5 of 100 cases, as sigma says, on top of what "
-              "--trim drops; --uncertainty comes with it")
-      .automatic = "none is dropped";
+  table.number("maxError", "--max-error", "length", notNegative, &UncertaintyOptions::maxError,
+               "drop surface that is farther off than this in more than 5 of 100 cases, as sigma says, on top of what "
+               "--trim drops; --uncertainty comes with it",
+               "none is dropped");
 }
 
 void declareOthers(std::vector<OptionDeclaration>& rows)
@@ -387,10 +364,8 @@ void declareOthers(std::vector<OptionDeclaration>& rows)
       "colors", "--color", &Options::colors,
       "colors of the mesh: blue where interpolated and skin where observed, by sigma as --uncertainty computes it from "
       "blue to red, the input's, or none");
-  table
-      .number("threads", "--threads", "n", {0, 1024}, &Options::threads,
-              "threads to run on; the result does not depend on it")
-      .automatic = "one per hardware thread";
+  table.number("threads", "--threads", "n", {0, 1024}, &Options::threads,
+               "threads to run on; the result does not depend on it", "one per hardware thread");
 }
 
 /// Options that pcl::MRFReconstruction has setters of.

@@ -2,6 +2,7 @@
 #include "remesher/passes.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace pcl::mrf {
@@ -41,6 +42,22 @@ void retreat(RemeshedSurface& surface, std::int32_t v)
 
 } // namespace
 
+std::vector<std::int32_t> sharingPlaces(const std::vector<Vector3f>& positions, std::vector<std::int32_t> vertices)
+{
+  std::stable_sort(vertices.begin(), vertices.end(), [&](std::int32_t v, std::int32_t w) {
+    const Vector3f &p = positions[v], &q = positions[w];
+    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+  });
+  const auto isAt = [&](std::size_t n, std::size_t other) {
+    return other < vertices.size() && positions[vertices[n]] == positions[vertices[other]];
+  };
+  std::vector<std::int32_t> sharing;
+  for (std::size_t n = 0; n < vertices.size(); ++n)
+    if (isAt(n, n - 1) || isAt(n, n + 1))
+      sharing.push_back(vertices[n]);
+  return sharing;
+}
+
 void partBorders(RemeshedSurface& surface)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
@@ -48,17 +65,8 @@ void partBorders(RemeshedSurface& surface)
   for (std::int32_t v = 0; v < mesh.vertexCount(); ++v)
     if (mesh.onBoundary(v))
       border.push_back(v);
-  const auto before = [&](std::int32_t v, std::int32_t w) {
-    const Vector3f &p = mesh.positions[v], &q = mesh.positions[w];
-    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
-  };
-  std::stable_sort(border.begin(), border.end(), before);
-  for (auto first = border.begin(), last = first; first != border.end(); first = last) {
-    last = std::upper_bound(first, border.end(), *first, before);
-    if (last - first > 1)
-      for (auto v = first; v != last; ++v)
-        retreat(surface, *v);
-  }
+  for (const std::int32_t v : sharingPlaces(mesh.positions, std::move(border)))
+    retreat(surface, v);
 }
 
 } // namespace pcl::mrf

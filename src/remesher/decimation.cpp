@@ -204,7 +204,7 @@ private:
   {
     const std::int32_t h = surface_.towardsWhatGoes(edge);
     const std::int32_t a = mesh_.origin[h], b = mesh_.target(h);
-    if (!surface_.mayMerge(h))
+    if (!mesh_.mayCollapse(h))
       return false;
     const Vector3f position = origin_ + placeOf(h).cast<float>();
     const Corner merged{position,

@@ -131,7 +131,7 @@ bool collapse(RemeshedSurface& surface, std::int32_t edge)
   const HalfEdgeMesh& mesh = surface.mesh;
   const std::int32_t h = surface.towardsWhatGoes(edge);
   const std::int32_t a = mesh.origin[h], b = mesh.target(h);
-  if (!surface.mayMerge(h))
+  if (!mesh.mayCollapse(h))
     return false;
   if (mesh.twin[h] >= 0 && mesh.onBoundary(a))
     return mergeAt(surface, h, surface.site(a));

@@ -3,12 +3,14 @@
 
 #include "base/loops.h"
 #include "base/spatial_sort.h"
+#include "mesh/mesh_topology.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <array>
 #include <initializer_list>
+#include <numeric>
 #include <string>
 #include <type_traits>
 
@@ -25,14 +27,28 @@ constexpr std::int64_t renumberingGrain = 16384;
 
 } // namespace
 
+std::vector<std::int32_t> placesByFirstVertex(std::size_t triangles, std::size_t vertices,
+                                              const std::function<std::int32_t(std::int32_t triangle)>& firstVertex)
+{
+  std::vector<std::int32_t> result(triangles), next(vertices + 1, 0);
+  for (std::size_t t = 0; t < triangles; ++t) {
+    result[t] = firstVertex(static_cast<std::int32_t>(t));
+    if (result[t] >= 0)
+      ++next[result[t] + 1];
+  }
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (std::int32_t& place : result)
+    if (place >= 0)
+      place = next[place]++;
+  return result;
+}
+
 HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
     : positions(mesh.vertices), normals(mesh.vertices.size(), Eigen::Vector3f::Zero()), pinned(mesh.vertices.size(), 0),
       changed(mesh.vertices.size(), 1), sizing(mesh.vertices.size(), 1), regions(mesh.vertices.size(), 0),
       outgoing(mesh.vertices.size(), -1), valence(mesh.vertices.size(), 0), origin(3 * mesh.triangles.size()),
       twin(3 * mesh.triangles.size(), -1)
 {
-  // The half-edges of each vertex in one run, so that twins are found among a handful.
-  std::vector<std::int32_t> begin(positions.size() + 1, 0);
   for (std::int32_t h = 0; h < halfEdgeCount(); ++h) {
     const Triangle& t = mesh.triangles[h / 3];
     origin[h] = t[h % 3];
@@ -42,14 +58,10 @@ HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
       refuse(h / 3, "uses a vertex twice");
     if (!positions[origin[h]].allFinite())
       refuse(h / 3, "has a vertex that is not finite");
-    ++begin[origin[h] + 1];
   }
   execution.poll();
-  for (std::size_t v = 0; v < positions.size(); ++v)
-    begin[v + 1] += begin[v];
-  std::vector<std::int32_t> starting(origin.size()), end(begin.begin(), begin.end() - 1);
-  for (std::int32_t h = 0; h < halfEdgeCount(); ++h)
-    starting[end[origin[h]]++] = h;
+  // The half-edges of each vertex in one run, so that twins are found among a handful.
+  const auto [begin, starting] = groupCorners(mesh);
   execution.poll();
 
   for (std::int32_t h = 0; h < halfEdgeCount(); ++h) {
@@ -183,6 +195,10 @@ std::int32_t HalfEdgeMesh::split(std::int32_t h, const Room& room, const Eigen::
 bool HalfEdgeMesh::mayCollapse(std::int32_t h) const
 {
   const std::int32_t a = origin[h], b = target(h);
+  if (twin[h] < 0) {
+    const bool isLone = twin[next(h)] < 0 && twin[previous(h)] < 0;
+    return !isLone && commonNeighbors(a, b) == 1;
+  }
   if (onBoundary(a) && onBoundary(b))
     return false;
   if (valence[a] <= 3 && valence[b] <= 3)
@@ -227,59 +243,37 @@ std::vector<std::int32_t> HalfEdgeMesh::nextOnBorders() const
 
 void HalfEdgeMesh::collapse(std::int32_t h)
 {
-  const std::int32_t g = twin[h], a = origin[h], b = target(h), c = opposite(h), d = opposite(g);
-  const std::int32_t cb = twin[next(h)], ac = twin[previous(h)], da = twin[next(g)], bd = twin[previous(g)];
-  std::int32_t spoke = outgoing[b];
-  const std::int32_t first = spoke;
+  const std::int32_t g = twin[h], a = origin[h], b = target(h);
+  const std::int32_t first = outgoing[b];
+  std::int32_t spoke = first;
   do {
-    const std::int32_t following = twin[previous(spoke)]; // b is not on the boundary
+    const std::int32_t following = twin[previous(spoke)];
     origin[spoke] = a;
     spoke = following;
-  } while (spoke != first);
+  } while (spoke >= 0 && spoke != first);
   changed[a] = 1;
   sizing[a] = .5f * (sizing[a] + sizing[b]);
-  valence[a] += valence[b] - 4;
-  --valence[c];
-  --valence[d];
+  valence[a] += valence[b] - (g < 0 ? 3 : 4);
   outgoing[b] = -1;
 
-  for (const std::int32_t gone : {h, next(h), previous(h), g, next(g), previous(g)}) {
-    origin[gone] = -1;
-    twin[gone] = -1;
-  }
-  link(cb, ac);
-  link(da, bd);
-  turnToStart(a, ac >= 0 ? ac : next(cb));
-  turnToStart(c, cb >= 0 ? cb : next(ac));
-  turnToStart(d, da >= 0 ? da : next(bd));
-}
-
-bool HalfEdgeMesh::mayCollapseBorder(std::int32_t h) const
-{
-  const bool isLone = twin[next(h)] < 0 && twin[previous(h)] < 0;
-  return !isLone && commonNeighbors(origin[h], target(h)) == 1;
-}
-
-void HalfEdgeMesh::collapseBorder(std::int32_t h)
-{
-  const std::int32_t a = origin[h], b = target(h), c = opposite(h);
-  const std::int32_t cb = twin[next(h)], ac = twin[previous(h)];
-  for (std::int32_t spoke = outgoing[b], following; spoke >= 0; spoke = following) {
-    following = twin[previous(spoke)]; // −1 in the triangle of h, the last one
-    origin[spoke] = a;
-  }
-  changed[a] = 1;
-  sizing[a] = .5f * (sizing[a] + sizing[b]);
-  valence[a] += valence[b] - 3;
-  --valence[c];
-  outgoing[b] = -1;
-  for (const std::int32_t gone : {h, next(h), previous(h)}) {
-    origin[gone] = -1;
-    twin[gone] = -1;
-  }
-  link(cb, ac);
-  turnToStart(a, ac >= 0 ? ac : next(cb));
-  turnToStart(c, cb >= 0 ? cb : next(ac));
+  /// What is around a triangle that goes: its third vertex, and half-edges across its other sides.
+  struct Around {
+    std::int32_t apex, next, previous;
+  };
+  const auto remove = [this](std::int32_t side) {
+    const Around around{opposite(side), twin[next(side)], twin[previous(side)]};
+    --valence[around.apex];
+    for (const std::int32_t gone : {side, next(side), previous(side)}) {
+      origin[gone] = -1;
+      twin[gone] = -1;
+    }
+    link(around.next, around.previous);
+    return around;
+  };
+  const Around left = remove(h), right = g < 0 ? left : remove(g); // on the border the same twice
+  turnToStart(a, left.previous >= 0 ? left.previous : next(left.next));
+  for (const Around& around : {left, right})
+    turnToStart(around.apex, around.next >= 0 ? around.next : next(around.previous));
 }
 
 void HalfEdgeMesh::flip(std::int32_t h)
@@ -330,21 +324,13 @@ void HalfEdgeMesh::compact(Execution& execution)
   // Triangles by their first vertex in the new order; as a whole, so that a half-edge keeps its place within its
   // triangle.
   const std::int32_t triangles = halfEdgeCount() / 3;
-  const auto firstVertex = [&](std::int32_t t) {
-    return std::min({newVertex[origin[3 * t]], newVertex[origin[3 * t + 1]], newVertex[origin[3 * t + 2]]});
-  };
-  std::vector<std::int32_t> place(order.size() + 1, 0);
-  for (std::int32_t t = 0; t < triangles; ++t)
-    if (origin[3 * t] >= 0)
-      ++place[firstVertex(t) + 1];
-  for (std::size_t n = 0; n < order.size(); ++n)
-    place[n + 1] += place[n];
-  const std::int32_t count = place.back();
-  std::vector<std::int32_t> newTriangle(triangles, -1);
-  for (std::int32_t t = 0; t < triangles; ++t)
-    if (origin[3 * t] >= 0)
-      newTriangle[t] = place[firstVertex(t)]++;
-
+  const std::vector<std::int32_t> newTriangle =
+      placesByFirstVertex(triangles, order.size(), [&](std::int32_t t) -> std::int32_t {
+        if (origin[3 * t] < 0)
+          return -1;
+        return std::min({newVertex[origin[3 * t]], newVertex[origin[3 * t + 1]], newVertex[origin[3 * t + 2]]});
+      });
+  const auto count = triangles - std::count(newTriangle.begin(), newTriangle.end(), -1);
   execution.poll();
   const auto renumber = [&](std::int32_t h) { return h < 0 ? -1 : 3 * newTriangle[h / 3] + h % 3; };
   std::vector<std::int32_t> newOrigin(3 * count), newTwin(3 * count);

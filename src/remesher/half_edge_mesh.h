@@ -8,9 +8,14 @@
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace pcl::mrf {
+
+/// Where triangles go that are ordered by the first of their vertices; −1: those without.
+std::vector<std::int32_t> placesByFirstVertex(std::size_t triangles, std::size_t vertices,
+                                              const std::function<std::int32_t(std::int32_t triangle)>& firstVertex);
 
 /// An oriented manifold triangle mesh, with or without boundary, and its local operations.
 ///
@@ -122,20 +127,13 @@ struct HalfEdgeMesh {
   /// vertex \pre the room has not been used
   std::int32_t split(std::int32_t h, const Room& room, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
 
-  /// True if merging the ends of an inner edge keeps the mesh manifold and its topology (the link condition).
+  /// True if merging the ends of an edge keeps the mesh manifold and its topology (the link condition), and its
+  /// borders: of a border edge, which has no twin, neither may the loop close, nor a lone triangle go.
   bool mayCollapse(std::int32_t h) const;
 
-  /// Merges the target of h into its origin; both triangles beside it go. \pre mayCollapse(h), the target is not on the
-  /// boundary
+  /// Merges the target of h into its origin; the triangles beside it go. \pre mayCollapse(h), the target is not on the
+  /// boundary unless all of the edge is
   void collapse(std::int32_t h);
-
-  /// The same for merging the ends of the border edge of h, which has no twin: neither may its border loop close, nor a
-  /// lone triangle go.
-  bool mayCollapseBorder(std::int32_t h) const;
-
-  /// Merges the target of the border edge of h into its origin; the triangle beside it goes.
-  /// \pre mayCollapseBorder(h)
-  void collapseBorder(std::int32_t h);
 
   /// Turns the inner edge of h to join the two opposite vertices. \pre they are not adjacent
   void flip(std::int32_t h);

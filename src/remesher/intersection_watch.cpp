@@ -72,11 +72,6 @@ std::vector<std::int32_t> IntersectionWatch::intersectingTriangles(const HalfEdg
   return result;
 }
 
-std::int64_t IntersectionWatch::countIntersecting(const HalfEdgeMesh& mesh, Execution& execution) const
-{
-  return static_cast<std::int64_t>(intersectingTriangles(mesh, {}, execution).size());
-}
-
 std::vector<std::int32_t> IntersectionWatch::newIntersections(HalfEdgeMesh& mesh, Execution& execution) const
 {
   std::vector<std::int32_t> corners = changeableCorners(mesh, intersectingTriangles(mesh, mesh.changed, execution));

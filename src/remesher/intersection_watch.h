@@ -29,8 +29,10 @@ public:
   /// Where it looks: everywhere as well if that is hardly more than what is expected.
   Place place() const { return crowded_ ? Place::expected : Place::everywhere; }
 
-  /// How many triangles intersect others, of those that are watched.
-  std::int64_t countIntersecting(const HalfEdgeMesh& mesh, Execution& execution) const;
+  /// Numbers of the triangles that intersect others, of those that are watched.
+  /// \param changed vertices; pairs of triangles without any are not looked at. Empty: all
+  std::vector<std::int32_t> intersectingTriangles(const HalfEdgeMesh& mesh, const std::vector<std::uint8_t>& changed,
+                                                  Execution& execution) const;
 
   /// Looks where the mesh has changed since the last look. \return the corners of what intersects there and may be
   /// changed; from now on those alone count as changed
@@ -39,10 +41,6 @@ public:
 
 private:
   std::vector<std::uint8_t> watchedVertices(const HalfEdgeMesh& mesh, Execution& execution) const;
-  /// Numbers of the triangles that intersect others, of those that are watched.
-  /// \param changed vertices; pairs of triangles without any are not looked at. Empty: all
-  std::vector<std::int32_t> intersectingTriangles(const HalfEdgeMesh& mesh, const std::vector<std::uint8_t>& changed,
-                                                  Execution& execution) const;
 
   std::optional<CrowdedSpace> crowded_; ///< without: everywhere
 };

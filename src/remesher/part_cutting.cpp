@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -17,47 +18,6 @@ using Box = Eigen::AlignedBox3f;
 
 /// Edges that a strip is wide to each side of a seam.
 constexpr int stripWidth = 8;
-
-class BoxCutter {
-public:
-  BoxCutter(const std::vector<Eigen::Vector3f>& positions, std::int64_t largest)
-      : positions_(positions), largest_(largest), order_(positions.size()), parts_(positions.size(), -1)
-  {
-    std::iota(order_.begin(), order_.end(), 0);
-    cut(order_.begin(), order_.end());
-  }
-
-  PartNumbers parts() && { return std::move(parts_); }
-
-private:
-  using Iterator = std::vector<std::int32_t>::iterator;
-
-  void cut(Iterator begin, Iterator end)
-  {
-    const std::int64_t parts = (end - begin + largest_ - 1) / largest_;
-    if (parts <= 1) {
-      std::for_each(begin, end, [this](std::int32_t v) { parts_[v] = count_; });
-      ++count_;
-      return;
-    }
-    Box box;
-    std::for_each(begin, end, [&](std::int32_t v) { box.extend(positions_[v]); });
-    Eigen::Index axis = 0;
-    box.sizes().maxCoeff(&axis);
-    const Iterator middle = begin + (end - begin) * (parts / 2) / parts;
-    std::nth_element(begin, middle, end, [&](std::int32_t v, std::int32_t w) {
-      return std::make_pair(positions_[v][axis], v) < std::make_pair(positions_[w][axis], w);
-    });
-    cut(begin, middle);
-    cut(middle, end);
-  }
-
-  const std::vector<Eigen::Vector3f>& positions_;
-  const std::int64_t largest_;
-  std::vector<std::int32_t> order_;
-  PartNumbers parts_;
-  std::int32_t count_ = 0;
-};
 
 /// Gives the numbers that vertices have to vertices without one around them, ring by ring.
 /// \param largest number of vertices from which on one gets no wider
@@ -106,7 +66,31 @@ std::vector<Box> boxesOf(const TriangleMesh& mesh, const GroupOf& groupOf)
 
 PartNumbers cutIntoBoxes(const std::vector<Eigen::Vector3f>& positions, std::int64_t largest)
 {
-  return BoxCutter(positions, largest).parts();
+  using Iterator = std::vector<std::int32_t>::iterator;
+  PartNumbers parts(positions.size(), -1);
+  std::int32_t made = 0;
+  const std::function<void(Iterator, Iterator)> cut = [&](Iterator begin, Iterator end) {
+    const std::int64_t count = (end - begin + largest - 1) / largest;
+    if (count <= 1) {
+      std::for_each(begin, end, [&](std::int32_t v) { parts[v] = made; });
+      ++made;
+      return;
+    }
+    Box box;
+    std::for_each(begin, end, [&](std::int32_t v) { box.extend(positions[v]); });
+    Eigen::Index axis = 0;
+    box.sizes().maxCoeff(&axis);
+    const Iterator middle = begin + (end - begin) * (count / 2) / count;
+    std::nth_element(begin, middle, end, [&](std::int32_t v, std::int32_t w) {
+      return std::make_pair(positions[v][axis], v) < std::make_pair(positions[w][axis], w);
+    });
+    cut(begin, middle);
+    cut(middle, end);
+  };
+  std::vector<std::int32_t> order(positions.size());
+  std::iota(order.begin(), order.end(), 0);
+  cut(order.begin(), order.end());
+  return parts;
 }
 
 PartNumbers stripsAlong(const PartNumbers& seams, const std::vector<Triangle>& triangles, std::int64_t largest)

@@ -23,20 +23,9 @@ Eigen::AlignedBox3d boxAround(const PartInput& part)
   return {box.min() - around, box.max() + around};
 }
 
-PartResult remesh(PartInput input, Execution& execution)
+RemeshedPiece remesh(PartInput input, Execution& execution)
 {
-  const ZeroLevel level(input.field, input.maxStep);
-  const MeshPiece piece{input.mesh, std::move(input.sizing), std::move(input.numbers), std::move(input.places)};
-  RemeshedPiece remeshed = remeshPiece(piece, input.plan, level, input.options, execution);
-  HalfEdgeMesh& mesh = remeshed.mesh;
-  PartResult result;
-  result.mesh = mesh.toTriangles();
-  result.numbers = std::move(mesh.numbers);
-  result.sizing = std::move(mesh.sizing);
-  result.places = std::move(mesh.places);
-  result.intersecting = std::move(remeshed.intersecting);
-  result.summary = remeshed.result;
-  return result;
+  return remeshPiece(input, input.plan, ZeroLevel(input.field, input.maxStep), input.options, execution);
 }
 
 } // namespace
@@ -62,10 +51,15 @@ void serialize(Archive& archive, RemeshPlan& plan, unsigned)
 }
 
 template <typename Archive>
+void serialize(Archive& archive, MeshPiece& piece, unsigned)
+{
+  serializeAll(archive, piece.mesh.vertices, piece.mesh.triangles, piece.sizing, piece.numbers, piece.places);
+}
+
+template <typename Archive>
 void serializeBesideField(Archive& archive, PartInput& part)
 {
-  serializeAll(archive, part.mesh.vertices, part.mesh.triangles, part.sizing, part.numbers, part.places, part.plan,
-               part.maxStep, part.options);
+  serializeAll(archive, static_cast<MeshPiece&>(part), part.plan, part.maxStep, part.options);
 }
 
 template <typename Archive>
@@ -100,21 +94,20 @@ void serialize(Archive& archive, RemeshSummary& summary, unsigned)
 }
 
 template <typename Archive>
-void serialize(Archive& archive, PartResult& part, unsigned)
+void serialize(Archive& archive, RemeshedPiece& piece, unsigned)
 {
-  serializeAll(archive, part.mesh.vertices, part.mesh.triangles, part.numbers, part.sizing, part.places,
-               part.intersecting, part.summary);
+  serializeAll(archive, static_cast<MeshPiece&>(piece), piece.intersecting, piece.summary);
 }
 
 void remeshEach(int count, const std::function<PartInput(int n)>& makeInput,
-                const std::function<void(int n, PartResult result)>& use, Execution& execution)
+                const std::function<void(int n, RemeshedPiece result)>& use, Execution& execution)
 {
-  forTasks<PartInput, PartResult>(partKind, remesh, count, makeInput, use, execution);
+  forTasks<PartInput, RemeshedPiece>(partKind, remesh, count, makeInput, use, execution);
 }
 
 std::string remeshPart(std::string input, Execution& execution)
 {
-  return doneAsBytes<PartInput, PartResult>(remesh, std::move(input), execution);
+  return doneAsBytes<PartInput, RemeshedPiece>(remesh, std::move(input), execution);
 }
 
 } // namespace pcl::mrf

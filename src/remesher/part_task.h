@@ -15,26 +15,12 @@
 
 namespace pcl::mrf {
 
-/// All that a part is remeshed from. \see MeshPiece, RemeshPlan
-struct PartInput {
-  TriangleMesh mesh; ///< vertices and triangles
-  EdgeSizing sizing;
-  std::vector<std::int32_t> numbers;
-  std::vector<double> places;
+/// All that a part is remeshed from.
+struct PartInput : MeshPiece {
   RemeshPlan plan;   ///< what parts need of it
-  float maxStep = 0; ///< \see ReferenceSurface
+  float maxStep = 0; ///< \see ZeroLevel
   RemesherOptions options;
   DistanceField field; ///< at least around the part
-};
-
-/// What a part becomes. \see RemeshedPiece
-struct PartResult {
-  TriangleMesh mesh; ///< vertices and triangles
-  std::vector<std::int32_t> numbers;
-  EdgeSizing sizing;
-  std::vector<double> places;
-  std::vector<std::int32_t> intersecting; ///< triangles, ascending
-  RemeshSummary summary;
 };
 
 constexpr const char* partKind = "part";
@@ -42,7 +28,7 @@ constexpr const char* partKind = "part";
 /// Remeshes parts: use(n, what became of makeInput(n)), in their order.
 /// \throw what remeshPiece does; what TaskRunner::run does
 void remeshEach(int count, const std::function<PartInput(int n)>& makeInput,
-                const std::function<void(int n, PartResult result)>& use, Execution& execution);
+                const std::function<void(int n, RemeshedPiece result)>& use, Execution& execution);
 
 /// One of them, from bytes to bytes.
 std::string remeshPart(std::string input, Execution& execution);

@@ -2,6 +2,7 @@
 #include "remesher/parts.h"
 
 #include "base/loops.h"
+#include "base/select_values.h"
 #include "base/spatial_sort.h"
 #include "mesh/mesh_topology.h"
 #include "remesher/intersection_watch.h"
@@ -31,15 +32,6 @@ std::vector<std::int32_t> numbersAfterSplitting(MeshExtract& extract)
     for (std::size_t i = 0; i < 3; ++i)
       numbers[extract.mesh.triangles[t][i]] = extract.vertices[triangles[t][i]];
   return numbers;
-}
-
-template <typename Value>
-std::vector<Value> selected(const std::vector<Value>& values, const std::vector<std::int32_t>& indices)
-{
-  std::vector<Value> result;
-  for (std::size_t n = 0; n < indices.size() && !values.empty(); ++n)
-    result.push_back(values[indices[n]]);
-  return result;
 }
 
 /// All parts of a mesh, once. What they become is added to the mesh; what it replaces stays until all is well.
@@ -107,7 +99,7 @@ private:
           const std::size_t part = toDo[static_cast<std::size_t>(n)];
           return inputOf(static_cast<std::int32_t>(part), extract(std::exchange(triangles[part], {})));
         },
-        [&](int n, const PartResult& result) {
+        [&](int n, const RemeshedPiece& result) {
           add(result, static_cast<std::int32_t>(toDo[static_cast<std::size_t>(n)]));
           execution_.progress((n + 1.) / static_cast<double>(toDo.size()));
         },
@@ -143,8 +135,8 @@ private:
     std::vector<std::int32_t> numbers = numbersAfterSplitting(extract);
     PartInput input;
     input.mesh = std::move(extract.mesh);
-    input.sizing = selected(all_.sizing, numbers);
-    input.places = selected(all_.places, numbers);
+    input.sizing = selectValues(all_.sizing, numbers);
+    input.places = selectValues(all_.places, numbers);
     for (std::int32_t& v : numbers)
       v = free_[v] == part ? -1 : v;
     input.numbers = std::move(numbers);
@@ -156,7 +148,7 @@ private:
   }
 
   /// Adds what is new of a part.
-  void add(const PartResult& result, std::int32_t part)
+  void add(const RemeshedPiece& result, std::int32_t part)
   {
     counts_[part] = result.summary;
     std::vector<std::int32_t> numbers = result.numbers;
@@ -256,21 +248,15 @@ private:
 };
 
 /// partBorders() for a whole mesh, by what is around the vertices that it is about.
-void partBordersOf(TriangleMesh& mesh, const RemeshPlan& plan, const ReferenceSurface& level, Execution& execution)
+void partBordersOf(TriangleMesh& mesh, const RemeshPlan& plan, const ZeroLevel& level, Execution& execution)
 {
-  const auto isBefore = [&](std::int32_t v, std::int32_t w) {
-    const Vector3f &p = mesh.vertices[v], &q = mesh.vertices[w];
-    return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
-  };
   std::vector<std::int32_t> border;
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     if (plan.nextOnBorder[v] >= 0)
       border.push_back(static_cast<std::int32_t>(v));
-  std::sort(border.begin(), border.end(), isBefore);
   std::vector<std::uint8_t> isShared(mesh.vertices.size(), 0);
-  for (std::size_t n = 1; n < border.size(); ++n)
-    if (!isBefore(border[n - 1], border[n]))
-      isShared[border[n - 1]] = isShared[border[n]] = 1;
+  for (const std::int32_t v : sharingPlaces(mesh.vertices, std::move(border)))
+    isShared[v] = 1;
   std::vector<std::int32_t> triangles;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     if (std::any_of(mesh.triangles[t].begin(), mesh.triangles[t].end(), [&](std::int32_t v) { return isShared[v]; }))
@@ -300,15 +286,16 @@ TriangleMesh alongCurve(TriangleMesh mesh, Execution& execution)
   for (const std::uint32_t v : order)
     result.vertices.push_back(mesh.vertices[v]);
   mesh.vertices = std::vector<Vector3f>();
-  const auto firstOf = [&](const Triangle& t) { return std::min({number[t[0]], number[t[1]], number[t[2]]}); };
-  std::vector<std::int32_t> place(order.size() + 1, 0);
-  for (const Triangle& t : mesh.triangles)
-    ++place[firstOf(t) + 1];
-  for (std::size_t n = 0; n < order.size(); ++n)
-    place[n + 1] += place[n];
+  const auto firstOf = [&](std::int32_t t) {
+    const Triangle& own = mesh.triangles[t];
+    return std::min({number[own[0]], number[own[1]], number[own[2]]});
+  };
+  const std::vector<std::int32_t> places = placesByFirstVertex(mesh.triangles.size(), order.size(), firstOf);
   result.triangles.resize(mesh.triangles.size());
-  for (const Triangle& t : mesh.triangles)
-    result.triangles[place[firstOf(t)]++] = {number[t[0]], number[t[1]], number[t[2]]};
+  for (std::size_t t = 0; t < places.size(); ++t) {
+    const Triangle& own = mesh.triangles[t];
+    result.triangles[places[t]] = {number[own[0]], number[own[1]], number[own[2]]};
+  }
   return result;
 }
 
@@ -321,9 +308,9 @@ void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& p
 }
 
 RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& level, const RemesherOptions& options,
-                           const RemeshParts& parts, Execution& execution)
+                           std::int64_t trianglesOfPart, Execution& execution)
 {
-  const auto triangles = static_cast<double>(mesh.triangles.size()), partSize = static_cast<double>(parts.triangles);
+  const auto triangles = static_cast<double>(mesh.triangles.size()), partSize = static_cast<double>(trianglesOfPart);
   // A triangle takes half a vertex.
   const auto largest = [](double count) { return std::max<std::int64_t>(static_cast<std::int64_t>(count / 2), 1); };
   PartedMesh now{{std::move(mesh.vertices), std::move(mesh.triangles), {}, {}, {}, {}}, std::move(plan.sizing), {}, {}};
@@ -338,7 +325,6 @@ RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& 
       groups[t] = groupOf(t);
     return static_cast<std::int64_t>(intersectingInGroups(whole, groups, Pairs::all, execution).size());
   };
-  plan.pinsFolds = plan.pinsFolds && hasFewFolds(now.mesh, level, execution);
   RemeshResult result;
   result.targetEdge = plan.targetEdge;
   result.intersectingBefore =
@@ -362,7 +348,7 @@ RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& 
   }
   result.mesh = alongCurve(std::exchange(now, {}).mesh, execution);
   result.intersecting = countIntersecting(result.mesh, [&](std::size_t t) {
-    return static_cast<std::int32_t>(t / static_cast<std::size_t>(parts.triangles));
+    return static_cast<std::int32_t>(t / static_cast<std::size_t>(trianglesOfPart));
   });
   return result;
 }

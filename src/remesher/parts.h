@@ -31,6 +31,6 @@ void remeshParts(PartedMesh& mesh, const PartNumbers& parts, const RemeshPlan& p
 /// Remeshes in parts, then strips along their seams until no vertex is left that could not move.
 /// \param options without triangles to end with
 RemeshResult remeshInParts(TriangleMesh mesh, RemeshPlan plan, const ZeroLevel& level, const RemesherOptions& options,
-                           const RemeshParts& parts, Execution& execution);
+                           std::int64_t trianglesOfPart, Execution& execution);
 
 } // namespace pcl::mrf

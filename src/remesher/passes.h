@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// The passes of the remesher, beside Relaxation.
+/// The passes of the remesher.
 ///
 /// What edges to work on is looked for in parallel. They are worked on region by region of the mesh, several regions at
 /// a time, and those across regions' borders after them: the same for any number of threads. An operation that would
@@ -7,7 +7,6 @@
 /// made nor removed.
 #pragma once
 
-#include "mesh/mesh_topology.h"
 #include "remesher/remeshed_surface.h"
 
 #include <pcl/surface/mrf/execution.h>
@@ -17,15 +16,13 @@ namespace pcl::mrf {
 /// Before the first round: normals of the surface, where that has none those of the triangles.
 void setNormals(RemeshedSurface& surface, Execution& execution);
 
-/// Before the first round: lowers the sizing of a mesh until edges aimed at get longer by a fifth of the way along the
-/// surface at most, so that triangles between long and short ones stay nearly equilateral.
-/// \param targetEdge where the sizing is 1, cloud's unit, > 0
-void limitGrowth(const TriangleMesh& mesh, const VertexCorners& corners, float targetEdge, EdgeSizing& sizing,
-                 Execution& execution);
-
 /// Before the first round: vertices of different parts of the border at one place, where trimming left two fans that
 /// touch, move a little into their own fans, as far as their triangles allow.
 void partBorders(RemeshedSurface& surface);
+
+/// Those of some vertices that are where another one of them is, place by place.
+std::vector<std::int32_t> sharingPlaces(const std::vector<Eigen::Vector3f>& positions,
+                                        std::vector<std::int32_t> vertices);
 
 /// Splits edges longer than 4/3 of the target. Those that a split makes wait for the next round. Room that was made for
 /// splits that are refused stays until the mesh is compacted.
@@ -40,6 +37,13 @@ void collapseShortEdges(RemeshedSurface& surface, Execution& execution);
 
 /// Flips edges towards valence 6, on the border 4.
 void flipEdges(RemeshedSurface& surface, Execution& execution);
+
+/// Moves each vertex towards the centroid of its neighbors on the surface.
+///
+/// All steps are computed from the same state, in parallel; they are taken one by one, each against the state it meets.
+/// Vertices of a range whose neighbors all belong to it move while other ranges do the same; the rest move after them.
+/// \pre no triangle was removed since the mesh was compacted
+void relax(RemeshedSurface& surface, Execution& execution);
 
 /// After all else: collapses edges until no more triangles are left than asked for, or none may be collapsed.
 ///

@@ -15,7 +15,7 @@ namespace pcl::mrf {
 
 /// A mesh, and what is known of its vertices; all empty: nothing.
 struct MeshPiece {
-  const TriangleMesh& mesh;
+  TriangleMesh mesh; ///< vertices and triangles
   EdgeSizing sizing;
   /// Of a part, \see HalfEdgeMesh::numbers. Vertices that may move have all their neighbors, and those that are joined
   /// to them all their triangles.
@@ -23,14 +23,14 @@ struct MeshPiece {
   std::vector<double> places; ///< of a part, on the plan's curves
 };
 
-struct RemeshedPiece {
-  HalfEdgeMesh mesh;                      ///< without gaps
-  RemeshResult result;                    ///< without mesh
+struct RemeshedPiece : MeshPiece {
+  RemeshSummary summary;
   std::vector<std::int32_t> intersecting; ///< triangles, ascending
+  std::int64_t intersectingBefore = 0;    ///< of a whole mesh, \see RemeshResult
 };
 
 /// Moves positions to the surface, if it is near.
-inline BorderCurves::OnSurface surfaceFinder(const ReferenceSurface& level, Poller& poll)
+inline BorderCurves::OnSurface surfaceFinder(const ZeroLevel& level, Poller& poll)
 {
   return [&](Eigen::Vector3f& position) {
     poll();
@@ -43,7 +43,7 @@ inline BorderCurves::OnSurface surfaceFinder(const ReferenceSurface& level, Poll
 
 /// Runs all passes. A part comes out with the vertices that have numbers where they were, and the triangles between
 /// these.
-RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const ReferenceSurface& level,
+RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const ZeroLevel& level,
                           const RemesherOptions& options, Execution& execution);
 
 } // namespace pcl::mrf

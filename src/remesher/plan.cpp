@@ -4,13 +4,15 @@
 #include "base/loops.h"
 #include "base/select_values.h"
 #include "mesh/mesh_topology.h"
-#include "remesher/passes.h"
+#include "remesher/remeshed_surface.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <queue>
 #include <sstream>
 #include <utility>
 
@@ -19,7 +21,7 @@ namespace {
 
 using Eigen::Vector3f;
 
-constexpr std::int64_t planGrainOfVertices = 2048, planGrainOfTriangles = 16384;
+constexpr std::int64_t planGrain = 2048;
 /// Angle by which the surface may turn along an edge: with more, ears and claws get shorter and edges of the shape
 /// blunter with every round; with less, triangles on rough clouds are less even.
 constexpr float maxAngle = .8f;
@@ -33,8 +35,7 @@ std::vector<std::int32_t> bordersOf(const TriangleMesh& mesh, const VertexCorner
                                                         [&](std::int32_t v) { return !mesh.vertices[v].allFinite(); });
   std::vector<std::int32_t> next(mesh.vertices.size(), -1);
   const auto faults = partsOf<std::uint8_t, std::int32_t>(
-      execution, mesh.vertices.size(), planGrainOfVertices,
-      [&](std::uint8_t& fault, std::int32_t begin, std::int32_t end) {
+      execution, mesh.vertices.size(), planGrain, [&](std::uint8_t& fault, std::int32_t begin, std::int32_t end) {
         Ring ring;
         for (std::int32_t v = begin; v < end; ++v) {
           ring.set(mesh, corners, v);
@@ -86,6 +87,51 @@ double expectedTriangles(const TriangleMesh& mesh, const RemeshPlan& plan)
   return sum;
 }
 
+/// How much the sizing may grow per target edge of way.
+constexpr float steepestGrowth = .2f;
+
+/// Lowers the sizing of a mesh until edges aimed at get longer by a fifth of the way along the surface at most, so that
+/// triangles between long and short ones stay nearly equilateral. \param targetEdge where the sizing is 1
+void limitGrowth(const TriangleMesh& mesh, const VertexCorners& corners, float targetEdge, EdgeSizing& sizing,
+                 Execution& execution)
+{
+  const auto limitFrom = [&](std::int32_t v, std::int32_t w) {
+    return sizing[v] + steepestGrowth * (mesh.vertices[w] - mesh.vertices[v]).norm() / targetEdge;
+  };
+  const auto forNeighbors = [&](std::int32_t v, const auto& body) {
+    for (std::int32_t n = corners.begin[v]; n < corners.begin[v + 1]; ++n)
+      for (const std::int32_t w : mesh.triangles[corners.corners[n] / 3])
+        if (w != v)
+          body(w);
+  };
+  // Dijkstra's shortest paths, each vertex as far away at first as its sizing says, from those that limit another one.
+  using Entry = std::pair<float, std::int32_t>;
+  std::vector<Entry> entries;
+  Poller poll(execution);
+  for (std::int32_t v = 0; v < static_cast<std::int32_t>(sizing.size()); ++v) {
+    poll();
+    bool limits = false;
+    forNeighbors(v, [&](std::int32_t w) { limits = limits || sizing[w] > limitFrom(v, w); });
+    if (limits)
+      entries.emplace_back(sizing[v], v);
+  }
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue(std::greater<>(), std::move(entries));
+  while (!queue.empty()) {
+    poll();
+    const auto [size, v] = queue.top();
+    queue.pop();
+    if (size > sizing[v])
+      continue; // it was lowered since
+    forNeighbors(v, [&, v = v](std::int32_t w) {
+      const float limit = limitFrom(v, w);
+      if (sizing[w] > limit) {
+        sizing[w] = limit;
+        queue.emplace(limit, w);
+      }
+    });
+  }
+}
+
 /// Aims at shorter edges if there would be too few triangles to choose from.
 void shortenFor(std::int64_t triangles, const TriangleMesh& mesh, RemeshPlan& plan)
 {
@@ -107,33 +153,6 @@ void checkSize(const RemeshPlan& plan)
 }
 
 } // namespace
-
-bool hasFewFolds(const TriangleMesh& mesh, const ReferenceSurface& level, Execution& execution)
-{
-  const VertexCorners corners = groupCorners(mesh);
-  std::vector<Vector3f> normals(mesh.vertices.size(), Vector3f::Zero());
-  forEachPolling<std::int32_t>(execution, mesh.vertices.size(), planGrainOfVertices, [&](std::int32_t v) {
-    Vector3f sum = Vector3f::Zero();
-    for (std::int32_t n = corners.begin[v]; n < corners.begin[v + 1]; ++n) {
-      const Triangle& t = mesh.triangles[corners.corners[n] / 3];
-      sum += (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]);
-    }
-    if (corners.begin[v] < corners.begin[v + 1])
-      normals[v] = level.normalAt(mesh.vertices[v], sum.normalized());
-  });
-  const auto folds =
-      partsOf<std::int64_t>(execution, mesh.triangles.size(), planGrainOfTriangles,
-                            [&](std::int64_t& count, std::size_t begin, std::size_t end) {
-                              for (std::size_t t = begin; t < end; ++t) {
-                                const auto corner = [&](std::size_t i) -> Corner {
-                                  return {mesh.vertices[mesh.triangles[t][i]], normals[mesh.triangles[t][i]]};
-                                };
-                                count += isFold(TriangleShape(corner(0), corner(1), corner(2))) ? 1 : 0;
-                              }
-                            });
-  const auto count = static_cast<double>(std::accumulate(folds.begin(), folds.end(), std::int64_t{0}));
-  return count <= mostFolds * static_cast<double>(mesh.triangles.size());
-}
 
 RemeshPlan planFor(const TriangleMesh& mesh, const EdgeSizing& sizing, const RemesherOptions& options,
                    Execution& execution)

@@ -4,7 +4,7 @@
 
 #include "mesh/vertex_fields.h"
 #include "remesher/border_curves.h"
-#include "remesher/reference_surface.h"
+#include "remesher/zero_level.h"
 
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/options.h>
@@ -25,12 +25,6 @@ struct RemeshPlan {
   std::vector<std::int32_t> nextOnBorder;
   BorderCurves curves; ///< for parts only: a whole mesh has its own
 };
-
-/// Share of triangles that run against the surface's normals above which they are not pinned.
-constexpr double mostFolds = .05;
-
-/// Whether they are no more.
-bool hasFewFolds(const TriangleMesh& mesh, const ReferenceSurface& level, Execution& execution);
 
 /// \throw InvalidInput if the mesh is not oriented and manifold
 /// \throw ResourceLimit if the target edge asks for more triangles than can be indexed

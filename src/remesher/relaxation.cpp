@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "remesher/relaxation.h"
-
 #include "base/loops.h"
+#include "remesher/passes.h"
 
+#include <cstdint>
 #include <numeric>
+#include <optional>
+#include <vector>
 
 namespace pcl::mrf {
 namespace {
@@ -14,37 +16,30 @@ using Eigen::Vector3f;
 constexpr float minStep = .02f;
 constexpr std::int64_t stepGrain = 2048;
 
-} // namespace
-
-Relaxation::Relaxation(RemeshedSurface& surface, Execution& execution)
-    : surface_(surface), execution_(execution), steps_(surface.mesh.positions.size()),
-      isWaiting_(surface.mesh.positions.size(), 0)
-{}
-
-void Relaxation::moveAll()
-{
-  computeSteps();
-  moveInRanges();
-  moveWaiting();
-}
+struct Step {
+  Vector3f tangential = Vector3f::Zero();
+  std::optional<Corner> reached; ///< by the whole step, then to the zero level; on the border not in use
+  bool isSettled = false;        ///< the step is not worth the way
+};
 
 /// Twice those of the triangles of each vertex, beside what its sizing asks for.
-std::vector<float> Relaxation::relativeAreas() const
+std::vector<float> relativeAreas(const RemeshedSurface& surface, Execution& execution)
 {
-  const HalfEdgeMesh& mesh = surface_.mesh;
+  const HalfEdgeMesh& mesh = surface.mesh;
   std::vector<float> areas(mesh.positions.size(), 0);
-  forEachPolling<std::int32_t>(execution_, mesh.vertexCount(), stepGrain, [&](std::int32_t v) {
-    mesh.forOutgoing(v, [&](std::int32_t h) { areas[v] += surface_.cross(h).norm(); });
+  forEachPolling<std::int32_t>(execution, mesh.vertexCount(), stepGrain, [&](std::int32_t v) {
+    mesh.forOutgoing(v, [&](std::int32_t h) { areas[v] += surface.cross(h).norm(); });
     areas[v] /= squared(mesh.sizing[v]);
   });
   return areas;
 }
 
-void Relaxation::computeSteps()
+std::vector<Step> stepsOf(const RemeshedSurface& surface, Execution& execution)
 {
-  const HalfEdgeMesh& mesh = surface_.mesh;
-  const std::vector<float> areas = relativeAreas();
-  forEachPolling<std::int32_t>(execution_, mesh.vertexCount(), stepGrain, [&](std::int32_t v) {
+  const HalfEdgeMesh& mesh = surface.mesh;
+  std::vector<Step> steps(mesh.positions.size());
+  const std::vector<float> areas = relativeAreas(surface, execution);
+  forEachPolling<std::int32_t>(execution, mesh.vertexCount(), stepGrain, [&](std::int32_t v) {
     if (mesh.pinned[v] || mesh.onBoundary(v))
       return;
     Vector3f sum = Vector3f::Zero();
@@ -55,90 +50,80 @@ void Relaxation::computeSteps()
       weight += areas[w];
     });
     const Vector3f towards = weight > 0 ? Vector3f(sum / weight) : Vector3f::Zero();
-    Step& step = steps_[v];
+    Step& step = steps[v];
     step.tangential = towards - n * n.dot(towards);
-    step.isSettled = step.tangential.squaredNorm() < squared(minStep * surface_.targetAt(v));
+    step.isSettled = step.tangential.squaredNorm() < squared(minStep * surface.targetAt(v));
     if (!step.isSettled)
-      step.reached = surface_.level.trace(p + step.tangential);
+      step.reached = surface.level.trace(p + step.tangential);
   });
+  return steps;
 }
 
-void Relaxation::moveInRanges()
+std::optional<Site> siteInside(const RemeshedSurface& surface, std::int32_t v, const Step& step, float share)
 {
-  const HalfEdgeMesh& mesh = surface_.mesh;
-  const auto refusals = partsOf<std::int64_t, std::int32_t>(
-      execution_, mesh.vertexCount(), HalfEdgeMesh::regionSize(mesh.vertexCount()),
-      [&](std::int64_t& refused, std::int32_t begin, std::int32_t end) {
-        for (std::int32_t v = begin; v < end; ++v) {
-          if (mesh.pinned[v] || steps_[v].isSettled)
-            continue;
-          bool isInside = true;
-          mesh.forNeighbors(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
-          if (!isInside)
-            isWaiting_[v] = 1;
-          else if (!move(v))
-            ++refused;
-        }
-      });
-  surface_.result.refusedOperations += std::accumulate(refusals.begin(), refusals.end(), std::int64_t{0});
-}
-
-void Relaxation::moveWaiting()
-{
-  Poller poll(execution_);
-  for (std::int32_t v = 0; v < surface_.mesh.vertexCount(); ++v) {
-    poll();
-    if (isWaiting_[v] && !move(v))
-      ++surface_.result.refusedOperations;
-  }
-}
-
-/// Takes what fits of the vertex's step. \return false if nothing tangential did
-bool Relaxation::move(std::int32_t v)
-{
-  return surface_.mesh.onBoundary(v) ? moveAlongBorder(v) : moveInside(v);
-}
-
-bool Relaxation::moveInside(std::int32_t v)
-{
-  const Step& step = steps_[v];
-  return moveByShare(v, [&](float share) -> std::optional<Site> {
-    const std::optional<Corner> moved =
-        share < 1 ? surface_.level.trace(surface_.mesh.positions[v] + share * step.tangential) : step.reached;
-    return moved ? std::optional<Site>({*moved}) : std::nullopt;
-  });
+  const std::optional<Corner> moved =
+      share < 1 ? surface.level.trace(surface.mesh.positions[v] + share * step.tangential) : step.reached;
+  return moved ? std::optional<Site>({*moved}) : std::nullopt;
 }
 
 /// Towards the middle between its neighbors along the border's curve.
-bool Relaxation::moveAlongBorder(std::int32_t v)
+std::optional<Site> siteAlongBorder(const RemeshedSurface& surface, std::int32_t v, float share)
 {
-  const HalfEdgeMesh& mesh = surface_.mesh;
-  const BorderCurves& curves = surface_.curves;
+  const HalfEdgeMesh& mesh = surface.mesh;
+  const BorderCurves& curves = surface.curves;
   const std::int32_t previous = mesh.previousOnBorder(v), next = mesh.nextOnBorder(v);
   const double start = mesh.places[previous], end = mesh.places[next];
   const double own = curves.share(start, mesh.places[v], end);
-  return moveByShare(v, [&](float share) -> std::optional<Site> {
-    const double place = curves.between(start, end, own + static_cast<double>(share) * (.5 - own));
-    const Vector3f& p = mesh.positions[v];
-    const std::optional<Corner> moved = surface_.level.trace(p + share * (curves.at(place) - p));
-    if (!moved || !surface_.followsBorder(previous, {*moved, place}, next))
-      return {};
-    return Site{*moved, place};
-  });
+  const double place = curves.between(start, end, own + static_cast<double>(share) * (.5 - own));
+  const Vector3f& p = mesh.positions[v];
+  const std::optional<Corner> moved = surface.level.trace(p + share * (curves.at(place) - p));
+  if (!moved || !surface.followsBorder(previous, {*moved, place}, next))
+    return {};
+  return Site{*moved, place};
 }
 
-/// \param propose gives the site for a share of the step, if there is one
-template <typename Propose>
-bool Relaxation::moveByShare(std::int32_t v, const Propose& propose)
+/// Takes what fits of the vertex's step. \return false if nothing tangential did
+bool move(RemeshedSurface& surface, std::int32_t v, const Step& step)
 {
   for (const float share : {1.0f, .5f, .25f, 0.0f}) { // the last: to the zero level and no more
-    const std::optional<Site> site = propose(share);
-    if (site && surface_.mayMove(v, site->corner)) {
-      surface_.moveTo(v, *site);
+    const std::optional<Site> site =
+        surface.mesh.onBoundary(v) ? siteAlongBorder(surface, v, share) : siteInside(surface, v, step, share);
+    if (site && surface.mayMove(v, site->corner)) {
+      surface.moveTo(v, *site);
       return share > 0;
     }
   }
   return false;
+}
+
+} // namespace
+
+void relax(RemeshedSurface& surface, Execution& execution)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  const std::vector<Step> steps = stepsOf(surface, execution);
+  std::vector<std::uint8_t> isWaiting(steps.size(), 0);
+  const auto refusals = partsOf<std::int64_t, std::int32_t>(
+      execution, mesh.vertexCount(), HalfEdgeMesh::regionSize(mesh.vertexCount()),
+      [&](std::int64_t& refused, std::int32_t begin, std::int32_t end) {
+        for (std::int32_t v = begin; v < end; ++v) {
+          if (mesh.pinned[v] || steps[v].isSettled)
+            continue;
+          bool isInside = true;
+          mesh.forNeighbors(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
+          if (!isInside)
+            isWaiting[v] = 1;
+          else if (!move(surface, v, steps[v]))
+            ++refused;
+        }
+      });
+  surface.result.refusedOperations += std::accumulate(refusals.begin(), refusals.end(), std::int64_t{0});
+  Poller poll(execution);
+  for (std::int32_t v = 0; v < mesh.vertexCount(); ++v) {
+    poll();
+    if (isWaiting[v] && !move(surface, v, steps[v]))
+      ++surface.result.refusedOperations;
+  }
 }
 
 } // namespace pcl::mrf

@@ -5,8 +5,8 @@
 #include "mesh/triangle_shape.h"
 #include "remesher/border_curves.h"
 #include "remesher/half_edge_mesh.h"
-#include "remesher/reference_surface.h"
 #include "remesher/remesher.h"
+#include "remesher/zero_level.h"
 
 #include <pcl/surface/mrf/triangle_mesh.h>
 
@@ -23,12 +23,6 @@ constexpr float squared(float value)
   return value * value;
 }
 
-/// True if a triangle runs against the surface's normals.
-inline bool isFold(const TriangleShape& shape)
-{
-  return !shape.isSliver() && shape.cosine < 0;
-}
-
 /// Where a vertex is, or may go to.
 struct Site {
   Corner corner;
@@ -38,14 +32,14 @@ struct Site {
 /// The mesh in the making, the surface and the curves that it follows, and what was done to it.
 struct RemeshedSurface {
   HalfEdgeMesh mesh;
-  const ReferenceSurface& level;
+  const ZeroLevel& level;
   BorderCurves curves;                                    ///< of the borders as they were at first
   float targetEdge = 0;                                   ///< where the mesh's sizing is 1, cloud's unit
   float maxTurn = std::numeric_limits<float>::infinity(); ///< for triangles to be made \see TriangleShape::turn
-  RemeshResult result;                                    ///< counts so far; the mesh comes in the end
+  RemeshSummary result;                                   ///< counts so far
 
   /// \param surface must outlive this
-  RemeshedSurface(const TriangleMesh& triangles, const ReferenceSurface& surface, Execution& execution)
+  RemeshedSurface(const TriangleMesh& triangles, const ZeroLevel& surface, Execution& execution)
       : mesh(triangles, execution), level(surface)
   {}
 
@@ -78,17 +72,11 @@ struct RemeshedSurface {
     return mesh.twin[edge] >= 0 && mesh.onBoundary(mesh.target(edge)) ? mesh.twin[edge] : edge;
   }
 
-  /// True if merging the ends of an edge keeps the mesh manifold, its topology and its borders.
-  bool mayMerge(std::int32_t h) const { return mesh.twin[h] < 0 ? mesh.mayCollapseBorder(h) : mesh.mayCollapse(h); }
-
-  /// Merges the target of h into its origin, at a site. \pre mayMerge(h)
+  /// Merges the target of h into its origin, at a site. \pre HalfEdgeMesh::mayCollapse(h)
   void merge(std::int32_t h, const Site& site)
   {
     const std::int32_t kept = mesh.origin[h];
-    if (mesh.twin[h] < 0)
-      mesh.collapseBorder(h);
-    else
-      mesh.collapse(h);
+    mesh.collapse(h);
     moveTo(kept, site);
   }
 

@@ -5,23 +5,18 @@
 #include "mesh/self_intersection.h"
 #include "mesh/vertex_fields.h"
 #include "options/validation.h"
-#include "remesher/former_vertices.h"
 #include "remesher/intersection_watch.h"
 #include "remesher/parts.h"
 #include "remesher/passes.h"
 #include "remesher/piece.h"
-#include "remesher/relaxation.h"
 #include "remesher/remeshed_surface.h"
-#include "remesher/triangle_surface.h"
 #include "remesher/zero_level.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
 #include <algorithm>
-#include <cmath>
+#include <iterator>
 #include <optional>
-#include <stdexcept>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -32,17 +27,18 @@ using Eigen::Vector3f;
 
 constexpr std::int64_t vertexGrain = 2048;
 
-/// Pins triangles that run against the surface's normals, but for slivers. Sheets are closer to each other there than
-/// the field's gradients tell apart: what the passes make of them intersects, so that rounds have to be repeated.
+/// Pins triangles that run against the surface's normals, but for slivers, if they are few. Sheets are closer to each
+/// other there than the field's gradients tell apart: what the passes make of them intersects, so that rounds have to
+/// be repeated.
 void pinFolds(RemeshedSurface& surface)
 {
+  constexpr double most = .05; // of all triangles
   HalfEdgeMesh& mesh = surface.mesh;
   std::vector<std::int32_t> folds;
   for (std::int32_t h = 0; h < mesh.halfEdgeCount(); h += 3)
-    if (isFold(surface.shape(h)))
+    if (const TriangleShape shape = surface.shape(h); !shape.isSliver() && shape.cosine < 0)
       folds.push_back(h / 3);
-  const bool isWhole = mesh.numbers.empty(); // for parts the plan tells
-  if (isWhole && 3 * static_cast<double>(folds.size()) > mostFolds * mesh.halfEdgeCount())
+  if (3 * static_cast<double>(folds.size()) > most * mesh.halfEdgeCount())
     return;
   for (const std::int32_t t : folds)
     for (const std::int32_t v : mesh.triangle(t))
@@ -51,8 +47,7 @@ void pinFolds(RemeshedSurface& surface)
 
 /// The piece without vertices that are in no triangle, and all that the passes read of it but for the curves of a whole
 /// mesh.
-RemeshedSurface prepared(const MeshPiece& piece, const RemeshPlan& plan, const ReferenceSurface& level,
-                         Execution& execution)
+RemeshedSurface prepared(const MeshPiece& piece, const RemeshPlan& plan, const ZeroLevel& level, Execution& execution)
 {
   RemeshedSurface surface(piece.mesh, level, execution);
   execution.poll();
@@ -76,6 +71,16 @@ RemeshedSurface prepared(const MeshPiece& piece, const RemeshPlan& plan, const R
   return surface;
 }
 
+/// What vertices are before a pass that moves them.
+struct FormerVertices {
+  std::vector<Vector3f> positions, normals;
+  std::vector<double> places;
+
+  explicit FormerVertices(const HalfEdgeMesh& mesh)
+      : positions(mesh.positions), normals(mesh.normals), places(mesh.places)
+  {}
+};
+
 /// One remeshing run: the order of the passes.
 class Remesher {
 public:
@@ -91,7 +96,8 @@ public:
   std::optional<RemeshedPiece> run()
   {
     if (surface_.mesh.numbers.empty()) {
-      surface_.result.intersectingBefore = watch_.countIntersecting(surface_.mesh, execution_);
+      intersectingBefore_ =
+          static_cast<std::int64_t>(watch_.intersectingTriangles(surface_.mesh, {}, execution_).size());
       partBorders(surface_);
       smoothBorders();
     }
@@ -126,7 +132,7 @@ private:
   bool runRepeatedly(const Change& change)
   {
     const HalfEdgeMesh before = surface_.mesh;
-    const RemeshResult resultBefore = surface_.result;
+    const RemeshSummary resultBefore = surface_.result;
     std::vector<std::uint8_t> pinned = before.pinned;
     float radius = .5f * surface_.targetEdge;
     for (int attempt = 0; attempt < maxAttempts; ++attempt, radius *= 2) {
@@ -163,16 +169,45 @@ private:
       if (!intersecting.empty())
         return intersecting;
     }
-    FormerVertices former(surface_);
-    Relaxation(surface_, execution_).moveAll();
-    return former.takeBackWhatIntersects(watch, execution_);
+    const FormerVertices former(surface_.mesh);
+    relax(surface_, execution_);
+    return takeBackWhatIntersects(former, watch);
   }
 
   void fit()
   {
-    FormerVertices former(surface_);
+    const FormerVertices former(surface_.mesh);
     fitToSurface(surface_, execution_);
-    former.takeBackWhatIntersects(watch_, execution_);
+    takeBackWhatIntersects(former, watch_);
+  }
+
+  /// Takes vertices of intersecting triangles back to where they were, and what would be a bad triangle then as well,
+  /// until no triangles intersect. \return the corners of those that do and did not move
+  std::vector<std::int32_t> takeBackWhatIntersects(const FormerVertices& former, const IntersectionWatch& watch)
+  {
+    HalfEdgeMesh& mesh = surface_.mesh;
+    const auto hasMoved = [&](std::int32_t v) { return mesh.positions[v] != former.positions[v]; };
+    Poller poll(execution_);
+    while (true) {
+      const std::vector<std::int32_t> corners = watch.newIntersections(mesh, execution_);
+      std::vector<std::int32_t> toReturn;
+      std::copy_if(corners.begin(), corners.end(), std::back_inserter(toReturn), hasMoved);
+      if (toReturn.empty())
+        return corners;
+      while (!toReturn.empty()) {
+        const std::int32_t v = toReturn.back();
+        toReturn.pop_back();
+        poll();
+        if (!hasMoved(v))
+          continue;
+        surface_.moveTo(v, {{former.positions[v], former.normals[v]}, former.places.empty() ? -1 : former.places[v]});
+        ++surface_.result.refusedOperations;
+        mesh.forOutgoing(v, [&](std::int32_t h) {
+          if (!surface_.shape(h).sound())
+            toReturn.insert(toReturn.end(), {mesh.target(h), mesh.opposite(h)});
+        });
+      }
+    }
   }
 
   /// Its triangles are too large to know where they may intersect.
@@ -186,13 +221,18 @@ private:
 
   std::optional<RemeshedPiece> finished()
   {
-    RemeshedPiece piece{{}, surface_.result, selfIntersectingTriangles(surface_.mesh.toTriangles(), execution_)};
-    piece.result.targetEdge = surface_.targetEdge;
-    piece.result.intersecting = static_cast<std::int64_t>(piece.intersecting.size());
-    if (watch_.place() == IntersectionWatch::Place::expected &&
-        !changeableCorners(surface_.mesh, piece.intersecting).empty())
+    HalfEdgeMesh& mesh = surface_.mesh;
+    RemeshedPiece piece;
+    piece.mesh = mesh.toTriangles();
+    piece.intersecting = selfIntersectingTriangles(piece.mesh, execution_);
+    if (watch_.place() == IntersectionWatch::Place::expected && !changeableCorners(mesh, piece.intersecting).empty())
       return {};
-    piece.mesh = std::move(surface_.mesh);
+    piece.sizing = std::move(mesh.sizing);
+    piece.numbers = std::move(mesh.numbers);
+    piece.places = std::move(mesh.places);
+    piece.summary = surface_.result;
+    piece.summary.targetEdge = surface_.targetEdge;
+    piece.intersectingBefore = intersectingBefore_;
     return piece;
   }
 
@@ -202,36 +242,19 @@ private:
   Execution& execution_;
   RemeshedSurface surface_;
   IntersectionWatch watch_, everywhere_;
+  std::int64_t intersectingBefore_ = 0;
   /// No triangles that may be changed intersect, as far as they are watched, when a round begins. What intersects in
   /// the input may come apart in the course of the first one.
   bool isClean_ = false;
   bool hasRepeated_ = false; ///< a round: most of those that follow will have to be, too
 };
 
-RemeshResult remeshWhole(const TriangleMesh& mesh, const RemeshPlan& plan, const ReferenceSurface& level,
+RemeshResult remeshWhole(TriangleMesh mesh, const RemeshPlan& plan, const ZeroLevel& level,
                          const RemesherOptions& options, Execution& execution)
 {
-  RemeshedPiece piece = remeshPiece({mesh, plan.sizing, {}, {}}, plan, level, options, execution);
-  piece.result.mesh = piece.mesh.toTriangles();
-  return std::move(piece.result);
-}
-
-/// What no rounds leave.
-RemeshResult unchanged(const TriangleMesh& mesh)
-{
-  RemeshResult result;
-  result.mesh.vertices = mesh.vertices;
-  result.mesh.triangles = mesh.triangles;
-  return result;
-}
-
-void requireSizing(const EdgeSizing& sizing, const TriangleMesh& mesh)
-{
-  if (!sizing.empty() && sizing.size() != mesh.vertices.size())
-    throw std::invalid_argument("remesh: " + std::to_string(sizing.size()) + " sizes for " +
-                                std::to_string(mesh.vertices.size()) + " vertices");
-  if (std::any_of(sizing.begin(), sizing.end(), [](float size) { return !(size >= 1 && std::isfinite(size)); }))
-    throw std::invalid_argument("remesh: sizes must be 1 or more, and finite");
+  RemeshedPiece piece = remeshPiece({std::move(mesh), plan.sizing, {}, {}}, plan, level, options, execution);
+  return {piece.summary, std::move(piece.mesh), piece.intersectingBefore,
+          static_cast<std::int64_t>(piece.intersecting.size())};
 }
 
 } // namespace
@@ -246,7 +269,7 @@ void setNormals(RemeshedSurface& surface, Execution& execution)
   });
 }
 
-RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const ReferenceSurface& level,
+RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const ZeroLevel& level,
                           const RemesherOptions& options, Execution& execution)
 {
   const auto runWatching = [&](IntersectionWatch::Place place) {
@@ -257,52 +280,39 @@ RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const 
 }
 
 RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSizing& sizing,
-                    const RemesherOptions& options, Execution& execution, const RemeshParts& parts)
+                    const RemesherOptions& options, Execution& execution, std::int64_t partSize)
 {
   validate(options);
-  requireSizing(sizing, mesh);
-  if (!options.runs() || mesh.triangles.empty())
-    return unchanged(mesh);
+  RemeshResult result;
+  if (!options.runs() || mesh.triangles.empty()) {
+    result.mesh.vertices = std::move(mesh.vertices);
+    result.mesh.triangles = std::move(mesh.triangles);
+    return result;
+  }
   if (field.empty())
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
   const ZeroLevel level(field, .5f * static_cast<float>(field.lattice().spacing));
   RemeshPlan plan = planFor(mesh, sizing, options, execution);
   const bool isWhole =
-      parts.triangles <= 0 || options.rounds == 0 ||
-      std::max(plan.triangles, static_cast<double>(mesh.triangles.size())) <= static_cast<double>(parts.triangles);
+      partSize <= 0 || options.rounds == 0 ||
+      std::max(plan.triangles, static_cast<double>(mesh.triangles.size())) <= static_cast<double>(partSize);
   if (isWhole)
-    return remeshWhole(mesh, plan, level, options, execution);
+    return remeshWhole(std::move(mesh), plan, level, options, execution);
   RemesherOptions ofRounds = options, ofDecimation = options;
   ofRounds.triangles = 0;
   RemeshPlan ofParts = options.triangles == 0 ? std::move(plan) : plan;
-  RemeshResult result = remeshInParts(std::move(mesh), std::move(ofParts), level, ofRounds, parts, execution);
+  result = remeshInParts(std::move(mesh), std::move(ofParts), level, ofRounds, partSize, execution);
   if (options.triangles == 0)
     return result;
   // Which collapses cost least is only known for all of the mesh.
   ofDecimation.rounds = 0;
   ofDecimation.fit = false;
   plan.sizing.clear();
-  RemeshResult decimated = remeshWhole(result.mesh, plan, level, ofDecimation, execution);
+  RemeshResult decimated = remeshWhole(std::move(result.mesh), plan, level, ofDecimation, execution);
   result.add(decimated);
   result.mesh = std::move(decimated.mesh);
   result.intersecting = decimated.intersecting;
   return result;
-}
-
-RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
-                    Execution& execution)
-{
-  return remesh(mesh, field, {}, options, execution);
-}
-
-RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution)
-{
-  validate(options);
-  if (!options.runs() || mesh.triangles.empty())
-    return unchanged(mesh);
-  const float edge = std::max(medianEdge(mesh), options.targetEdge);
-  const TriangleSurface level(mesh, .5f * edge);
-  return remeshWhole(mesh, planFor(mesh, {}, options, execution), level, options, execution);
 }
 
 } // namespace pcl::mrf

@@ -28,48 +28,23 @@ struct RemeshResult : RemeshSummary {
   }
 };
 
-/// A large mesh may be remeshed part after part: that takes 120 bytes for each of its vertices and 150 for each
-/// triangle of a part beside it, and the whole at a time 300 for each of its vertices.
-struct RemeshParts {
-  std::int64_t triangles = 0; ///< of a part, about; 0, or as many as the mesh has and gets: it stays whole
-};
-
 /// Makes triangles nearly equilateral and of one size, on the zero level: rounds of splits, collapses, flips and
 /// relaxation, each vertex traced back to d = 0. Borders are remeshed as curves, what sticks out keeps its length, in
 /// the end triangles are fitted to the surface in the mean (ours; see src/method.md).
 ///
 /// An operation that would turn a triangle over, or create a non-manifold edge or vertex or a duplicate triangle, is
-/// refused; no self-intersection is created; the topology (components, genus, boundary loops) is kept.
+/// refused; no self-intersection is created; the topology (components, genus, boundary loops) is kept. Vertices and
+/// triangles come out in the order of a space-filling curve.
 /// \param mesh oriented and manifold, as polygonize gives it
+/// \param sizing of edges around each vertex, relative to the target edge, from 1 on; empty: 1 everywhere. It grows by
+/// a fifth of the way along the surface at most. RemesherOptions::targetEdge, if it is given, goes for all edges
+/// \param partSize triangles of a part, about; 0, or as many as the mesh has and gets: it stays whole. In parts it
+/// takes 120 bytes for each of its vertices and 150 for each triangle of a part beside it, as a whole 300 for each of
+/// its vertices; triangles differ. With RemesherOptions::triangles the last collapses are on the whole mesh
 /// \throw InvalidInput if the mesh is not oriented and manifold, or the field is empty
 /// \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than can be indexed; Cancelled
-/// Vertices and triangles come out in the order of a space-filling curve.
-/// Cost: linear in the number of triangles per round; relaxation, renumbering and the search for intersections run in
-/// parallel. The result does not depend on the number of threads.
-RemeshResult remesh(const TriangleMesh& mesh, const DistanceField& field, const RemesherOptions& options,
-                    Execution& execution);
-
-/// The same for any triangle mesh, of whatever method: the surface not to be left is the mesh itself, as it was.
-///
-/// Triangles lie on its triangles in the mean, so that what these cut off at a curve stays cut off, and no more;
-/// normals are those of the vertices, or else of the triangles around them. Edges and corners of the shape are nothing
-/// special, and get rounded by parts of an edge; so do the ends and corners of borders, which stay within half an edge.
-/// Cost: as above, and a search for the nearest triangle at each step of each vertex.
-RemeshResult remesh(const TriangleMesh& mesh, const RemesherOptions& options, Execution& execution);
-
-/// The same with edges of other lengths around other vertices; these do not differ by more than a fifth of the way
-/// between them along the surface. RemesherOptions::targetEdge, if it is given, goes for all edges nevertheless.
-/// \param sizing relative to the target edge, from 1 on, per vertex of the mesh; empty: 1 everywhere
-/// \param parts the same surface and topology in however many parts; triangles differ. With RemesherOptions::triangles
-/// the rounds are made in parts, and the collapses after them on the whole mesh
-/// \throw std::invalid_argument if it has another length, or a size below 1 or not finite
+/// Cost: linear in the number of triangles per round. The result does not depend on the number of threads.
 RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSizing& sizing,
-                    const RemesherOptions& options, Execution& execution, const RemeshParts& parts = {});
-
-/// Traces a position to the zero level along the (not unit-length) gradient: fourth-order Runge–Kutta, straight for the
-/// last quarter of a voxel.
-/// \param maxStep the result is at most this far from the position
-/// \return the position unchanged if the zero level is not reached
-Eigen::Vector3f traceToZeroLevel(const DistanceField& field, const Eigen::Vector3f& position, float maxStep);
+                    const RemesherOptions& options, Execution& execution, std::int64_t partSize = 0);
 
 } // namespace pcl::mrf

@@ -2,10 +2,10 @@
 #include "remesher/zero_level.h"
 
 #include "field/field_sampler.h"
-#include "remesher/remesher.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace pcl::mrf {
 namespace {
@@ -20,27 +20,6 @@ constexpr float straightStep = .25f;
 /// The gradient is that of a smoother interpolation than the distance's, so that a few steps may be needed; many do not
 /// converge.
 constexpr int maxSteps = 8;
-
-/// Tells steps that will not arrive in time, as each of them leaves a share of the way that hardly changes: between
-/// sheets that are close to each other the distance is twice as steep as its smoothed gradient, so that steps go to and
-/// fro. In a cluttered room two in three reads of the field were for such.
-class Convergence {
-public:
-  /// \param distance that is left, in voxels \param steps that may still be taken
-  /// \return true if the smaller one of the last two shares would leave too much. Twice as much as a position on the
-  /// level may be off is not yet: shares change a little.
-  bool isHopeless(float distance, int steps)
-  {
-    const float former = share_;
-    share_ = distance_ > 0 ? distance / distance_ : 0;
-    distance_ = distance;
-    const float share = std::min(former, share_);
-    return distance * std::pow(share, static_cast<float>(steps)) > 2 * onLevel;
-  }
-
-private:
-  float distance_ = 0, share_ = 0;
-};
 
 } // namespace
 
@@ -61,8 +40,18 @@ std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
     field.sampleDistance(at, gradient);
     return slopeOf(gradient);
   };
+  // Tells steps that will not arrive in time, as each of them leaves a share of the way that hardly changes: between
+  // sheets that are close to each other the distance is twice as steep as its smoothed gradient, so that steps go to
+  // and fro. In a cluttered room two in three reads of the field were for such. The smaller one of the last two shares
+  // counts, and must leave twice as much as a position on the level may be off: shares change a little.
+  float formerDistance = 0, formerShare = 0;
+  const auto isHopeless = [&](float distance, int steps) {
+    const float share = formerDistance > 0 ? distance / formerDistance : 0;
+    const float smaller = std::min(std::exchange(formerShare, share), share);
+    formerDistance = distance;
+    return distance * std::pow(smaller, static_cast<float>(steps)) > 2 * onLevel;
+  };
   Vector3f x = start;
-  Convergence convergence;
   // Each step integrates dx/dd = ∇d/|∇d|² from d to 0.
   for (int step = 0; step < maxSteps && (x - start).squaredNorm() <= maxStep() * maxStep(); ++step) {
     Vector3f gradient;
@@ -73,7 +62,7 @@ std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
     const float distance = std::abs(d) * k1.norm();
     if (distance <= onLevel * spacing)
       return Corner{x, gradient.normalized()};
-    if (convergence.isHopeless(distance / spacing, maxSteps - 1 - step))
+    if (isHopeless(distance / spacing, maxSteps - 1 - step))
       break;
     if (distance <= straightStep * spacing) {
       x -= d * k1;
@@ -93,12 +82,6 @@ float ZeroLevel::height(const Vector3f& position) const
   const float d = field_.sampleDistance(position, gradient);
   const float height = d / gradient.norm();
   return std::abs(height) <= maxStep() ? height : 0; // not a number: the gradient vanishes
-}
-
-Vector3f traceToZeroLevel(const DistanceField& field, const Vector3f& position, float maxStep)
-{
-  const std::optional<Corner> reached = ZeroLevel(field, maxStep).trace(position);
-  return reached ? reached->position : position;
 }
 
 } // namespace pcl::mrf

@@ -2,7 +2,7 @@
 /// The zero level of a distance field, as the remesher follows it.
 #pragma once
 
-#include "remesher/reference_surface.h"
+#include "mesh/triangle_shape.h"
 
 #include <pcl/surface/mrf/distance_field.h>
 
@@ -12,23 +12,29 @@
 
 namespace pcl::mrf {
 
-/// Refers to the field, which must outlive it.
-class ZeroLevel : public ReferenceSurface {
+/// The surface that the remesher must not leave; may be asked by several threads at once. Refers to the field, which
+/// must outlive it.
+class ZeroLevel {
 public:
-  ZeroLevel(const DistanceField& field, float maxStep) : ReferenceSurface(maxStep), field_(field) {}
+  /// \param maxStep how far from a position the level is looked for, cloud's unit
+  ZeroLevel(const DistanceField& field, float maxStep) : field_(field), maxStep_(maxStep) {}
 
   const DistanceField& field() const { return field_; }
+  float maxStep() const { return maxStep_; }
 
   /// Unit normal of the field, or the fallback where its gradient vanishes.
-  Eigen::Vector3f normalAt(const Eigen::Vector3f& position, const Eigen::Vector3f& fallback) const override;
+  Eigen::Vector3f normalAt(const Eigen::Vector3f& position, const Eigen::Vector3f& fallback) const;
 
-  /// Follows the gradient to the zero level; reaches nothing if it vanishes on the way, too.
-  std::optional<Corner> trace(const Eigen::Vector3f& start) const override;
+  /// Follows the (not unit-length) gradient to the zero level: fourth-order Runge–Kutta, straight for the last quarter
+  /// of a voxel. \return what is reached, with its unit normal; nothing if it is too far or the gradient vanishes
+  std::optional<Corner> trace(const Eigen::Vector3f& start) const;
 
-  float height(const Eigen::Vector3f& position) const override;
+  /// Distance from the level, to first order, above zero outside; zero farther than maxStep().
+  float height(const Eigen::Vector3f& position) const;
 
 private:
   const DistanceField& field_;
+  float maxStep_;
 };
 
 } // namespace pcl::mrf

@@ -10,13 +10,8 @@
 #include "points/normals.h"
 #include "trimming/trimming.h"
 
-#include <pcl/surface/mrf/option_table.h>
-
 #include <algorithm>
 #include <optional>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
 namespace pcl::mrf {
 namespace {
@@ -141,13 +136,6 @@ ResolvedOptions OptionResolver::resolved() const
 {
   Options options = options_;
   options.multiscale.padding = resolvedPadding(options.multiscale);
-  std::vector<const char*> names = {"multiscale.voxelSize", "observation.maxDistance", "trimming.maxHole",
-                                    "trimming.maxGap"};
-  if (options.observation.atPoints())
-    names.insert(names.end(), {"observation.smoothing", "observation.gradientWeight"});
-  for (const char* name : names)
-    if (!(optionDeclaration(name).get(options) > 0))
-      throw std::logic_error(std::string("OptionResolver: ") + name + " is still automatic");
   return ResolvedOptions(options, requested_);
 }
 

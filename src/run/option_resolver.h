@@ -42,7 +42,6 @@ public:
   void limitTrimming(float diagonal);
 
   /// Once the volumes are chosen, which is what an automatic padding asks for.
-  /// \throw std::logic_error naming an option that a step was left out for
   ResolvedOptions resolved() const;
 
 private:

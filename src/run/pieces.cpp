@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace pcl::mrf {
 namespace {
@@ -115,8 +114,6 @@ Pieces findPieces(const std::vector<Eigen::Vector3f>& positions, float minGap)
 {
   const BoundingBox box = boundingBox(positions);
   const double side = (box.upper - box.lower).cast<double>().maxCoeff();
-  if (!(minGap > 0) || !std::isfinite(side))
-    throw std::invalid_argument("findPieces: needs finite positions and a gap > 0");
   double gap = minGap;
   while (side / gap >= maxCells)
     gap *= 2;

@@ -300,21 +300,21 @@ void trimMesh(Reconstruction& result, const Support& support, float diagonal, co
   report.meshBeforeRemeshing = report.mesh;
 }
 
-/// Parts that take no more than the limit, if the mesh as a whole would take more (measured, see src/method.md); or
-/// such as suit tasks.
-RemeshParts partsWithin(double limit, const TriangleMesh& mesh, bool areTasks)
+/// Triangles of parts that take no more than the limit, if the mesh as a whole would take more (measured, see
+/// src/method.md), or of such as suit tasks; 0: it stays whole.
+std::int64_t partsWithin(double limit, const TriangleMesh& mesh, bool areTasks)
 {
   constexpr double bytesPerVertex = 300, bytesPerVertexInParts = 120, bytesPerTriangleOfPart = 150;
   constexpr double least = 50000; // with less most of a part is its seams
   const auto vertices = static_cast<double>(mesh.vertices.size());
-  RemeshParts parts;
+  std::int64_t triangles = 0;
   if (bytesPerVertex * vertices > limit)
-    parts.triangles =
+    triangles =
         static_cast<std::int64_t>(std::max(least, (limit - bytesPerVertexInParts * vertices) / bytesPerTriangleOfPart));
-  const bool isSmall = parts.triangles > 0 && static_cast<double>(parts.triangles) < trianglesPerTask;
+  const bool isSmall = triangles > 0 && static_cast<double>(triangles) < trianglesPerTask;
   if (areTasks && !isSmall && static_cast<double>(mesh.triangles.size()) > trianglesPerTask)
-    parts.triangles = static_cast<std::int64_t>(trianglesPerTask);
-  return parts;
+    triangles = static_cast<std::int64_t>(trianglesPerTask);
+  return triangles;
 }
 
 /// Remeshes if it was asked for, and counts triangles that intersect others.
@@ -325,12 +325,12 @@ void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& 
   if (options.remesher.runs()) {
     const StageTimer timer("remesher", report, execution);
     const EdgeSizing sizing = edgeSizing(result.mesh, support, execution);
-    const RemeshParts parts =
+    const std::int64_t partSize =
         partsWithin(memoryLimit(options.multiscale.maxMemory), result.mesh, execution.tasks() != nullptr);
     result.mesh.confidences = std::vector<float>(); // those of the new vertices follow
     RemeshResult remeshed;
-    withoutSearch(parts.triangles > 0, search, result.points, execution, [&] {
-      remeshed = remesh(std::move(result.mesh), result.field, sizing, options.remesher, execution, parts);
+    withoutSearch(partSize > 0, search, result.points, execution, [&] {
+      remeshed = remesh(std::move(result.mesh), result.field, sizing, options.remesher, execution, partSize);
       result.mesh = std::move(remeshed.mesh);
     });
     setVertexFields(result, true, support, options, execution);

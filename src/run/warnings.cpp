@@ -13,6 +13,20 @@
 
 namespace pcl::mrf {
 
+namespace {
+
+/// \param digits of numbers
+template <typename... Parts>
+void warn(Report& report, int digits, const Parts&... parts)
+{
+  std::ostringstream text;
+  text.precision(digits);
+  (text << ... << parts);
+  report.warnings.push_back(text.str());
+}
+
+} // namespace
+
 void warnOfNoSurface(const PointSet& points, double growth, Report& report)
 {
   // Scans, frames and maps have medians of 1.87 to 2.23, a thin blade 2.47; what fills a volume 2.7 and more.
@@ -29,27 +43,23 @@ void warnOfNoSurface(const PointSet& points, double growth, Report& report)
   const Eigen::Matrix3d covariance = products - sum * sum.transpose() / static_cast<double>(points.size());
   const Eigen::Vector3d squares =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues();
-  std::ostringstream text;
-  text.precision(3);
+  const Eigen::IOFormat product(3, Eigen::DontAlignCols, " x ");
   if (growth > ofVolumes)
-    text << "the points fill a volume, of which there is no surface to follow: their number grows with the power "
-         << growth
-         << " of the distance, on surfaces 2; keep the boundary only, such as the outer voxels of a segmentation";
+    warn(report, 3,
+         "the points fill a volume, of which there is no surface to follow: their number grows with the power ", growth,
+         " of the distance, on surfaces 2; keep the boundary only, such as the outer voxels of a segmentation");
   else if (growth < ofCurves)
-    text << "the points lie along lines, not on a surface: their number grows with the power " << growth
-         << " of the distance, on surfaces 2; the box around them is " << extent.x() << " x " << extent.y() << " x "
-         << extent.z() << ": if x and y are degrees and z is meters, project them to meters first";
+    warn(report, 3, "the points lie along lines, not on a surface: their number grows with the power ", growth,
+         " of the distance, on surfaces 2; the box around them is ", extent.transpose().format(product),
+         ": if x and y are degrees and z is meters, project them to meters first");
   else if (squares[0] <= flat * flat * squares[2])
-    text << "all points lie in one plane, in a box of " << extent.x() << " x " << extent.y() << " x " << extent.z()
-         << ": if one of their coordinates is missing, give it";
-  else
-    return;
-  report.warnings.push_back(text.str());
+    warn(report, 3, "all points lie in one plane, in a box of ", extent.transpose().format(product),
+         ": if one of their coordinates is missing, give it");
 }
 
 void warnOfDroppedPoints(Report& report)
 {
-  constexpr double share = .02;
+  constexpr double percent = 2;
   const PointCounts& counts = report.points;
   const std::pair<std::int64_t, const char*> rules[] = {
       {counts.outliersAlone, "stand alone (outliers.alone)"},
@@ -57,16 +67,10 @@ void warnOfDroppedPoints(Report& report)
       {counts.noiseByPlaneFit, "are noise by the plane fit (normals.noiseCriteria), or have no plane"},
       {counts.smallComponents, "are in small components, which the paper drops"},
       {counts.outliersByField, "disagree with a robust field (outliers.robust)"}};
-  for (const auto& [count, what] : rules) {
-    if (static_cast<double>(count) <= share * static_cast<double>(counts.input))
-      continue;
-    std::ostringstream text;
-    text.precision(2);
-    text << 100 * static_cast<double>(count) / static_cast<double>(counts.input)
-         << " % of the points were dropped: " << count << " of " << counts.input << ' ' << what
-         << "; switch the rule off if they are data";
-    report.warnings.push_back(text.str());
-  }
+  for (const auto& [count, what] : rules)
+    if (const double dropped = 100 * static_cast<double>(count) / static_cast<double>(counts.input); dropped > percent)
+      warn(report, 2, dropped, " % of the points were dropped: ", count, " of ", counts.input, ' ', what,
+           "; switch the rule off if they are data");
 }
 
 void warnOfUnusedOptions(const Options& options, Report& report)
@@ -95,23 +99,16 @@ void warnOfConfidences(const std::vector<float>& confidences, Report& report)
       largest = std::max(largest, value);
       ++count;
     }
-  if (count == 0)
-    return;
-  std::ostringstream text;
-  text << count << " of " << confidences.size() << " confidences are above 1, up to " << largest
-       << ", and count as 1; scale them to 0 to 1";
-  report.warnings.push_back(text.str());
+  if (count > 0)
+    warn(report, 6, count, " of ", confidences.size(), " confidences are above 1, up to ", largest,
+         ", and count as 1; scale them to 0 to 1");
 }
 
 void warnOfCoarseInput(double resolution, double voxelSize, Report& report)
 {
-  if (resolution <= .1 * voxelSize)
-    return;
-  std::ostringstream text;
-  text.precision(3);
-  text << "the coordinates are resolved to " << resolution << " only, more than a tenth of the voxel size " << voxelSize
-       << "; subtract an offset from the cloud before it is stored in single precision";
-  report.warnings.push_back(text.str());
+  if (resolution > .1 * voxelSize)
+    warn(report, 3, "the coordinates are resolved to ", resolution, " only, more than a tenth of the voxel size ",
+         voxelSize, "; subtract an offset from the cloud before it is stored in single precision");
 }
 
 void warnOfUnsolvedLevels(Report& report)
@@ -153,12 +150,9 @@ void warnOfTriangles(Report& report)
 
 void warnOfUncertainSurface(Report& report)
 {
-  std::ostringstream text;
-  text.precision(3);
-  text << 100 * report.beyondError.area / report.mesh.area
-       << " % of the surface was dropped: it may be farther off than uncertainty.maxError = "
-       << report.options.uncertainty.maxError;
-  report.warnings.push_back(text.str());
+  warn(report, 3, 100 * report.beyondError.area / report.mesh.area,
+       " % of the surface was dropped: it may be farther off than uncertainty.maxError = ",
+       report.options.uncertainty.maxError);
 }
 
 } // namespace pcl::mrf

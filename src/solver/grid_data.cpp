@@ -138,7 +138,7 @@ std::vector<std::size_t> layersOf(const std::vector<PointSample>& samples, const
   return begin;
 }
 
-class PointData final : public GridData {
+class PointData : public GridData {
 public:
   PointData(const std::vector<PointSample>& samples, const VoxelSet& voxels, const PointWeights& weights, double unit)
       : samples_(samples), voxels_(voxels), value_(static_cast<float>(weights.value)),
@@ -277,15 +277,15 @@ std::size_t occupiedCells(const std::vector<PointSample>& samples)
 }
 
 /// The samples, one block for all of a cell: a product costs less than with two of them.
-class CellData final : public GridData {
+class CellData final : public PointData {
 public:
   CellData(const std::vector<PointSample>& samples, const VoxelSet& voxels, const PointWeights& weights, double unit)
-      : perSample_(samples, voxels, weights, unit), stride_(voxels.windowStride())
+      : PointData(samples, voxels, weights, unit), stride_(voxels.windowStride())
   {
     blocks_.reserve(occupiedCells(samples));
     for (int layer = 0; layer < voxels.size().z; ++layer) {
       blockBegin_.push_back(blocks_.size());
-      perSample_.forEachInLayer(layer, [&](std::int64_t at, const Eigen::Matrix<float, 8, 8>& matrix) {
+      forEachInLayer(layer, [&](std::int64_t at, const Eigen::Matrix<float, 8, 8>& matrix) {
         if (blocks_.size() == blockBegin_.back() || blocks_.back().at != at) {
           blocks_.emplace_back();
           blocks_.back().at = at;
@@ -320,20 +320,10 @@ public:
       }
   }
 
-  void addRightHandSide(int z, float* y, float* yAbove) const override { perSample_.addRightHandSide(z, y, yAbove); }
-
-  void addDraw(int z, const NormalDraws& draws, float* y, float* yAbove) const override
-  {
-    perSample_.addDraw(z, draws, y, yAbove);
-  }
-
-  bool isDiagonal() const override { return false; }
-
 private:
   bool isInside(int z) const { return z >= 0 && z + 1 < static_cast<int>(blockBegin_.size()); }
   const CellBlock* begin(int z) const { return blocks_.data() + blockBegin_[z]; }
 
-  PointData perSample_;
   std::int64_t stride_;
   std::vector<CellBlock> blocks_;
   std::vector<std::size_t> blockBegin_; ///< per layer, and the end

@@ -35,19 +35,17 @@ void clearNearRim(const GridOperator& system, int order, PackedValues& r, Execut
   const VoxelSet& band = system.voxels();
   const VoxelSet inside = eroded(band, order, execution);
   execution.forRange(band.size().z, grainPlanes, [&](std::int64_t begin, std::int64_t end) {
-    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z)
-      for (int y = 0; y < band.size().y; ++y) {
-        const Runs inner = inside.row(y, z);
-        const Run* next = inner.begins;
-        for (const Run& run : band.row(y, z))
-          for (std::int32_t at = run.at; at < run.at + run.count; ++at) {
-            while (next != inner.ends && next->at + next->count <= at)
-              ++next;
-            const std::int64_t voxel = band.planeFirst(z) + run.first + (at - run.at);
-            if ((next == inner.ends || next->at > at) && !system.isObserved(voxel))
-              r[voxel] = 0;
-          }
-      }
+    std::vector<std::uint8_t> isInside;
+    for (int z = static_cast<int>(begin); z < static_cast<int>(end); ++z) {
+      isInside.assign(static_cast<std::size_t>(band.planeCount(z)), 0);
+      const std::int64_t first = band.planeFirst(z);
+      forEachPair(inside, band, z, [&](std::int64_t, std::int64_t voxel, std::int64_t count) {
+        std::fill_n(isInside.begin() + (voxel - first), count, std::uint8_t{1});
+      });
+      for (std::int64_t voxel = first; voxel < band.planeFirst(z + 1); ++voxel)
+        if (!isInside[voxel - first] && !system.isObserved(voxel))
+          r[voxel] = 0;
+    }
   });
 }
 

@@ -55,41 +55,6 @@ std::vector<float> coarsenedWeights(const VoxelSet& fine, const std::vector<floa
   return result;
 }
 
-/// Makes the data of one grid after the other, finest first.
-class DataOfGrids {
-public:
-  DataOfGrids(const LevelObservation& observation, Prior prior, bool areWhole)
-      : observation_(observation), prior_(prior), areWhole_(areWhole)
-  {}
-
-  /// \param finer the grid before, none for the first
-  std::unique_ptr<GridData> make(const VoxelSet& voxels, std::size_t at, double spacing, const SolverGrid* finer)
-  {
-    const double scale = std::pow(4.0, order(prior_));
-    if (observation_.samples) {
-      if (finer) {
-        const double share = priorConstants(prior_).coarseShare * scale / finer->refinement.children;
-        pointWeights_ = {pointWeights_.value * share, pointWeights_.gradient * share / 4};
-      } else {
-        pointWeights_ = observation_.weights;
-      }
-      const LevelSamples& samples = *observation_.samples;
-      return makePointData(finer ? samples.beneath[at] : samples.own[at], voxels, pointWeights_, spacing, areWhole_);
-    }
-    std::vector<float> targets; // the coarser grids have none
-    weights_ = finer ? coarsenedWeights(finer->voxels, weights_, finer->refinement, static_cast<float>(scale), voxels)
-                     : packedWeights(observation_, voxels, targets);
-    return makeVoxelData(voxels, weights_, std::move(targets));
-  }
-
-private:
-  const LevelObservation& observation_;
-  Prior prior_;
-  bool areWhole_;
-  PointWeights pointWeights_;
-  std::vector<float> weights_;
-};
-
 /// \param voxelsOf makes the voxels of lattice `at`, the finer grid being known, if there is one
 template <typename VoxelsOf>
 std::vector<SolverGrid> makeGrids(const std::vector<Lattice>& lattices, std::size_t level, std::size_t depth,
@@ -97,15 +62,32 @@ std::vector<SolverGrid> makeGrids(const std::vector<Lattice>& lattices, std::siz
                                   const VoxelsOf& voxelsOf)
 {
   std::vector<SolverGrid> grids(depth + 1); // never resized: the data refer to the voxels
-  DataOfGrids data(observation, prior, areWhole);
+  const double scale = std::pow(4.0, order(prior));
+  PointWeights weights = observation.weights;
+  std::vector<float> voxelWeights;
   for (std::size_t n = 0; n <= depth; ++n) {
     const std::size_t at = level - n;
+    SolverGrid& grid = grids[n];
     const SolverGrid* finer = n > 0 ? &grids[n - 1] : nullptr;
     if (at > 0)
-      grids[n].refinement = Refinement(lattices[at - 1], lattices[at]);
-    grids[n].isWhole = areWhole;
-    grids[n].voxels = voxelsOf(at, finer);
-    grids[n].data = data.make(grids[n].voxels, at, lattices[at].spacing, finer);
+      grid.refinement = Refinement(lattices[at - 1], lattices[at]);
+    grid.isWhole = areWhole;
+    grid.voxels = voxelsOf(at, finer);
+    if (observation.samples) {
+      if (finer) {
+        const double share = priorConstants(prior).coarseShare * scale / finer->refinement.children;
+        weights = {weights.value * share, weights.gradient * share / 4};
+      }
+      const LevelSamples& samples = *observation.samples;
+      grid.data = makePointData(finer ? samples.beneath[at] : samples.own[at], grid.voxels, weights,
+                                lattices[at].spacing, areWhole);
+      continue;
+    }
+    std::vector<float> targets; // the coarser grids have none
+    voxelWeights =
+        finer ? coarsenedWeights(finer->voxels, voxelWeights, finer->refinement, static_cast<float>(scale), grid.voxels)
+              : packedWeights(observation, grid.voxels, targets);
+    grid.data = makeVoxelData(grid.voxels, voxelWeights, std::move(targets));
   }
   return grids;
 }

@@ -13,7 +13,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 namespace pcl::mrf {
 namespace {
@@ -65,15 +64,13 @@ private:
   std::array<double, side * side * side> values_;
 };
 
-/// The neighbors of the voxels of a grid.
-class Neighborhood {
+/// Graphs of the voxels of a grid, each joined to its neighbors.
+class Graph {
 public:
-  explicit Neighborhood(const GridSize& size) : size_(size) {}
-
-  const GridSize& size() const { return size_; }
+  explicit Graph(const GridSize& size) : size_(size) {}
 
   template <typename Visit>
-  void forEach(const Eigen::Array3i& voxel, const Visit& visit) const
+  void forNeighbors(const Eigen::Array3i& voxel, const Visit& visit) const
   {
     for (int axis = 0; axis < 3; ++axis)
       for (const int step : {-1, 1}) {
@@ -84,109 +81,80 @@ public:
       }
   }
 
-  int count(const Eigen::Array3i& voxel) const
+  int degree(const Eigen::Array3i& voxel) const
   {
     int count = 0;
-    forEach(voxel, [&](const Eigen::Array3i&) { ++count; });
+    forNeighbors(voxel, [&](const Eigen::Array3i&) { ++count; });
     return count;
   }
+
+  /// Calls visit(voxel, factor × entry) for a row of the Laplacian of edges that weigh weightOf(voxel, neighbor).
+  template <typename WeightOf, typename Visit>
+  void forLaplacian(const Eigen::Array3i& voxel, double factor, const WeightOf& weightOf, const Visit& visit) const
+  {
+    double sum = 0;
+    forNeighbors(voxel, [&](const Eigen::Array3i& neighbor) {
+      const double weight = weightOf(voxel, neighbor);
+      sum += weight;
+      visit(neighbor, -factor * weight);
+    });
+    visit(voxel, factor * sum);
+  }
+
+  /// The same of L^k, adding up to a row.
+  void addPower(const Eigen::Array3i& voxel, int power, double factor, Row& row) const
+  {
+    if (power == 0)
+      row.add(voxel, factor);
+    else
+      forLaplacian(voxel, factor, weighsOne,
+                   [&](const Eigen::Array3i& other, double entry) { addPower(other, power - 1, entry, row); });
+  }
+
+  static double weighsOne(const Eigen::Array3i&, const Eigen::Array3i&) { return 1; }
 
 private:
   GridSize size_;
 };
 
-/// The rows of L^k.
-class PowerRows {
-public:
-  PowerRows(const GridSize& size, int power) : neighbors_(size), power_(power)
-  {
-    // Inside of a grid all rows are the same.
-    const int side = 2 * power + 1;
-    inner_.reset(Eigen::Array3i::Constant(power));
-    addPower(Neighborhood({side, side, side}), power, inner_.center(), 1, inner_);
-  }
-
-  void add(Row& row) const
-  {
+/// The rows of L^k: adds one to a row.
+auto powerRows(const GridSize& size, int power)
+{
+  // Inside of a grid all rows are the same.
+  const int side = 2 * power + 1;
+  Row inner;
+  inner.reset(Eigen::Array3i::Constant(power));
+  Graph({side, side, side}).addPower(inner.center(), power, 1, inner);
+  return [=, graph = Graph(size)](Row& row) {
     const Eigen::Array3i& at = row.center();
-    const GridSize& size = neighbors_.size();
-    if ((at >= power_).all() && (at + power_ < Eigen::Array3i(size.x, size.y, size.z)).all())
-      row.add(inner_);
+    if ((at >= power).all() && (at + power < Eigen::Array3i(size.x, size.y, size.z)).all())
+      row.add(inner);
     else
-      addPower(neighbors_, power_, at, 1, row);
-  }
+      graph.addPower(at, power, 1, row);
+  };
+}
 
-private:
-  static void addPower(const Neighborhood& neighbors, int power, const Eigen::Array3i& at, double factor, Row& row)
-  {
-    if (power == 0) {
-      row.add(at, factor);
-      return;
+/// The rows of the prior of Energy::paper, half the derivative of Σ v_i U(d_i). \param shares v
+auto paperRows(const GridSize& size, Prior prior, const std::vector<double>& shares)
+{
+  return [=, &shares, graph = Graph(size)](Row& row) {
+    const auto share = [&](const Eigen::Array3i& v) { return shares[size.index(v.x(), v.y(), v.z())]; };
+    const auto add = [&](const Eigen::Array3i& voxel, double entry) { row.add(voxel, entry); };
+    if (prior == Prior::membrane) { // U_i = Σ (d_i − d_j)² / n_i
+      const auto meanShare = [&](const Eigen::Array3i& v) { return share(v) / graph.degree(v); };
+      const auto both = [&](const Eigen::Array3i& a, const Eigen::Array3i& b) { return meanShare(a) + meanShare(b); };
+      return graph.forLaplacian(row.center(), 1, both, add);
     }
-    addPower(neighbors, power - 1, at, factor * neighbors.count(at), row);
-    neighbors.forEach(at, [&](const Eigen::Array3i& other) { addPower(neighbors, power - 1, other, -factor, row); });
-  }
-
-  Neighborhood neighbors_;
-  int power_;
-  Row inner_;
-};
-
-/// The rows of the prior of Energy::paper: half the derivative of Σ v_i U(d_i).
-class PaperRows {
-public:
-  /// \param shares v
-  PaperRows(const GridSize& size, Prior prior, const std::vector<double>& shares)
-      : neighbors_(size), isOfDifferences_(prior == Prior::membrane), shares_(shares)
-  {}
-
-  void add(Row& row) const
-  {
-    const Eigen::Array3i& at = row.center();
-    if (isOfDifferences_) { // U_i = Σ (d_i − d_j)² / n_i
-      neighbors_.forEach(at, [&](const Eigen::Array3i& other) {
-        const double weight = share(at) / neighbors_.count(at) + share(other) / neighbors_.count(other);
-        row.add(at, weight);
-        row.add(other, -weight);
+    // U_i = Σ (l_i − l_j)², l_i the voxel less the mean of its neighbors: L N⁻¹ K N⁻¹ L, K of edges that weigh v_i +
+    // v_j, N the numbers of neighbors.
+    const auto sum = [&](const Eigen::Array3i& a, const Eigen::Array3i& b) { return share(a) + share(b); };
+    graph.forLaplacian(row.center(), 1, Graph::weighsOne, [&](const Eigen::Array3i& first, double entry) {
+      graph.forLaplacian(first, entry / graph.degree(first), sum, [&](const Eigen::Array3i& second, double product) {
+        graph.forLaplacian(second, product / graph.degree(second), Graph::weighsOne, add);
       });
-      return;
-    }
-    // U_i = Σ (l_i − l_j)², l = M d: Mᵀ K M, K of edges that weigh v_i + v_j.
-    addDifferences(at, 1, row);
-    neighbors_.forEach(at,
-                       [&](const Eigen::Array3i& other) { addDifferences(other, -1. / neighbors_.count(other), row); });
-  }
-
-private:
-  double share(const Eigen::Array3i& voxel) const
-  {
-    return shares_[neighbors_.size().index(voxel.x(), voxel.y(), voxel.z())];
-  }
-
-  /// A row of K M.
-  void addDifferences(const Eigen::Array3i& at, double factor, Row& row) const
-  {
-    neighbors_.forEach(at, [&](const Eigen::Array3i& other) {
-      const double weight = factor * (share(at) + share(other));
-      addOffMean(at, weight, row);
-      addOffMean(other, -weight, row);
     });
-  }
-
-  /// A row of M: l_i, the voxel less the mean of its neighbors.
-  void addOffMean(const Eigen::Array3i& at, double factor, Row& row) const
-  {
-    const int count = neighbors_.count(at);
-    if (count == 0)
-      return;
-    row.add(at, factor);
-    neighbors_.forEach(at, [&](const Eigen::Array3i& other) { row.add(other, -factor / count); });
-  }
-
-  Neighborhood neighbors_;
-  bool isOfDifferences_;
-  const std::vector<double>& shares_;
-};
+  };
+}
 
 /// \param addRow adds what a row holds \throw ResourceLimit if the entries cannot be counted
 template <typename AddRow>
@@ -233,52 +201,38 @@ int neighborIndex(int dx, int dy, int dz)
   return (dx + 1) + 3 * ((dy + 1) + 3 * (dz + 1));
 }
 
-/// The cell of a sample along one axis: voxels lower and lower + 1, with the share of the upper one. An axis of one
-/// voxel has no cell; its only voxel takes the whole weight.
-struct AxisCell {
-  int lower = 0;
-  double upperShare = 0;
-  bool isFlat = false;
-
-  AxisCell() = default;
-  AxisCell(float coordinate, int size) : isFlat(size == 1)
-  {
-    if (isFlat)
-      return;
-    lower = std::clamp(floorOf(coordinate), 0, size - 2);
-    upperShare = static_cast<double>(coordinate) - lower;
-  }
-
-  double share(int upper) const { return upper ? upperShare : 1 - upperShare; }
-  double slope(int upper) const { return isFlat ? 0 : upper ? 1 : -1; }
+/// A voxel of a sample's cell, and its shares in the value and the gradient there.
+struct CellCorner {
+  Eigen::Array3i voxel;
+  double value;
+  Eigen::Vector3d gradient;
 };
 
-struct Cell {
-  AxisCell x, y, z;
-
-  Cell(const Eigen::Vector3f& position, const GridSize& size)
-      : x(position.x(), size.x), y(position.y(), size.y), z(position.z(), size.z)
-  {}
-
-  double value(int corner) const { return x.share(corner & 1) * y.share(corner >> 1 & 1) * z.share(corner >> 2); }
-
-  Eigen::Vector3d gradient(int corner) const
-  {
-    const int a = corner & 1, b = corner >> 1 & 1, c = corner >> 2;
-    return {x.slope(a) * y.share(b) * z.share(c), x.share(a) * y.slope(b) * z.share(c),
-            x.share(a) * y.share(b) * z.slope(c)};
+/// The voxels of a sample's cell: eight, but for axes of one voxel, which takes the whole weight.
+std::vector<CellCorner> cornersOf(const Eigen::Vector3f& position, const GridSize& size)
+{
+  const Eigen::Array3i sides(size.x, size.y, size.z);
+  Eigen::Array3i lower = Eigen::Array3i::Zero();
+  Eigen::Array3d upperShare = Eigen::Array3d::Zero();
+  for (int axis = 0; axis < 3; ++axis)
+    if (sides[axis] > 1) {
+      lower[axis] = std::clamp(floorOf(position[axis]), 0, sides[axis] - 2);
+      upperShare[axis] = static_cast<double>(position[axis]) - lower[axis];
+    }
+  std::vector<CellCorner> corners;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Eigen::Array3i step(corner & 1, corner >> 1 & 1, corner >> 2);
+    if ((step >= sides).any())
+      continue;
+    const Eigen::Array3d share = (step == 1).select(upperShare, 1 - upperShare),
+                         slope = (sides == 1).select(0., 2. * step.cast<double>() - 1);
+    corners.push_back(
+        {lower + step,
+         share.prod(),
+         {slope.x() * share.y() * share.z(), share.x() * slope.y() * share.z(), share.x() * share.y() * slope.z()}});
   }
-
-  bool has(int corner) const
-  {
-    return !(x.isFlat && (corner & 1)) && !(y.isFlat && (corner >> 1 & 1)) && !(z.isFlat && (corner >> 2));
-  }
-
-  std::int64_t voxel(int corner, const GridSize& size) const
-  {
-    return size.index(x.lower + (corner & 1), y.lower + (corner >> 1 & 1), z.lower + (corner >> 2));
-  }
-};
+  return corners;
+}
 
 /// The row of C that belongs to one voxel, by neighborIndex.
 using DataRow = std::array<double, 27>;
@@ -288,19 +242,16 @@ template <typename RowOf>
 void addSample(const GridSize& size, const PointSample& sample, const PointWeights& weights, double unit,
                const RowOf& rowOf, std::vector<double>& b)
 {
-  const Cell cell(sample.position, size);
-  for (int corner = 0; corner < 8; ++corner) {
-    if (!cell.has(corner))
-      continue;
-    const std::int64_t voxel = cell.voxel(corner, size);
-    const double value = weights.value * sample.weight * cell.value(corner);
-    const Eigen::Vector3d gradient = weights.gradient * sample.weight * cell.gradient(corner);
+  const std::vector<CellCorner> corners = cornersOf(sample.position, size);
+  for (const CellCorner& corner : corners) {
+    const std::int64_t voxel = size.index(corner.voxel.x(), corner.voxel.y(), corner.voxel.z());
+    const double value = weights.value * sample.weight * corner.value;
+    const Eigen::Vector3d gradient = weights.gradient * sample.weight * corner.gradient;
     DataRow& row = rowOf(voxel);
-    for (int other = 0; other < 8; ++other)
-      if (cell.has(other)) {
-        const auto step = [&](int axis) { return (other >> axis & 1) - (corner >> axis & 1); };
-        row[neighborIndex(step(0), step(1), step(2))] += value * cell.value(other) + gradient.dot(cell.gradient(other));
-      }
+    for (const CellCorner& other : corners) {
+      const Eigen::Array3i step = other.voxel - corner.voxel;
+      row[neighborIndex(step.x(), step.y(), step.z())] += value * other.value + gradient.dot(other.gradient);
+    }
     b[voxel] += unit * gradient.dot(sample.normal.cast<double>());
   }
 }
@@ -325,10 +276,6 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
   validate(options);
   const GridSize size = observation.lattice.size;
   const auto count = static_cast<std::size_t>(size.count());
-  if (observation.distances.size() != observation.voxels.size() ||
-      observation.confidences.size() != observation.voxels.size())
-    throw std::invalid_argument("assemble: the observation's arrays differ in length");
-
   const bool isPaper = options.energy == Energy::paper;
   LinearSystem system;
   system.size = size;
@@ -337,8 +284,6 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
   std::vector<double> weights(count, 0), shares(isPaper ? count : 0, 1);
   for (std::size_t n = 0; n < observation.voxels.size(); ++n) {
     const auto voxel = static_cast<std::size_t>(observation.voxels[n]);
-    if (voxel >= count)
-      throw std::invalid_argument("assemble: an observed voxel is outside the lattice");
     const double w = dataWeight(static_cast<double>(observation.confidences[n]), static_cast<double>(options.beta));
     const double a = w / (1 + w);
     weights[voxel] = isPaper ? a : centerCoefficient(options.kind) * w;
@@ -347,19 +292,19 @@ LinearSystem assemble(const Observation& observation, const PriorOptions& option
     if (isPaper)
       shares[voxel] = 1 - a;
   }
-  const auto build = [&](const auto& prior) {
+  const auto build = [&](const auto& addPrior) {
     system.matrix = matrixOf(
         size,
         [&](std::int64_t voxel, Row& row) {
-          prior.add(row);
+          addPrior(row);
           row.add(row.center(), weights[voxel]);
         },
         execution);
   };
   if (isPaper)
-    build(PaperRows(size, options.kind, shares));
+    build(paperRows(size, options.kind, shares));
   else
-    build(PowerRows(size, order(options.kind)));
+    build(powerRows(size, order(options.kind)));
   return system;
 }
 
@@ -388,11 +333,11 @@ LinearSystem assembleAtPoints(const GridSize& size, Prior prior, const std::vect
     if (s % polled == 0)
       execution.poll();
   }
-  const PowerRows powers(size, order(prior));
+  const auto addPower = powerRows(size, order(prior));
   system.matrix = matrixOf(
       size,
       [&](std::int64_t voxel, Row& row) {
-        powers.add(row);
+        addPower(row);
         const std::int32_t index = rowOf[voxel];
         if (index == none)
           return;

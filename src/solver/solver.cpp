@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace pcl::mrf {
 SolveReport solveConjugateGradients(const LinearSystem& system, const SolverOptions& options, std::vector<double>& d,
@@ -69,12 +68,6 @@ SolveReport solve(const LinearSystem& system, const SolverOptions& options, doub
                   Execution& execution)
 {
   validate(options);
-  const auto count = static_cast<std::size_t>(system.size.count());
-  if (system.matrix.rows() != system.size.count() || system.rightHandSide.size() != count || d.size() != count ||
-      count == 0)
-    throw std::invalid_argument("solve: the matrix, the right-hand side and the field differ in size");
-  if (!(unit > 0 && std::isfinite(unit)))
-    throw std::invalid_argument("solve: the unit must be positive and finite");
   if (!system.isObserved)
     throw SolverFailure("no voxel is observed with a positive weight, so that the field is not determined; check the "
                         "confidences, and that beta is above 0");

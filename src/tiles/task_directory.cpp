@@ -77,20 +77,16 @@ std::optional<std::string> readResult(const fs::path& path)
   return bytes;
 }
 
-/// Under a temporary name first: a file is whole, or is not there.
 void writeResult(const fs::path& path, const std::string& bytes)
 {
-  fs::path temporary = path;
-  temporary += ".part";
   try {
-    ByteWriter writer(temporary.string());
-    writer.value(checksum({path.filename().string(), bytes}));
-    writer.text(bytes);
-    writer.close();
-    fs::rename(temporary, path);
+    writeWhole(path, [&](const std::string& temporary) {
+      ByteWriter writer(temporary);
+      writer.value(checksum({path.filename().string(), bytes}));
+      writer.text(bytes);
+      writer.close();
+    });
   } catch (const std::exception& error) {
-    std::error_code ignored;
-    fs::remove(temporary, ignored);
     throw ResourceLimit("the result '" + path.string() + "' " + error.what() +
                         "; those before it are kept: make room and go on with --resume");
   }

@@ -63,7 +63,7 @@ void remesher(benchmark::State& state)
   RemeshResult result;
   runOnTriangles(state, surface, [&](Execution& execution) {
     result = RemeshResult();
-    result = remesh(surface.mesh, surface.field, options, execution);
+    result = remesh(surface.mesh, surface.field, {}, options, execution);
   });
   // Seconds, so that the console prints it in microseconds.
   state.counters["per_triangle_round"] =

@@ -158,12 +158,6 @@ TEST(Observation, DoesNotDependOnTheNumberOfThreads)
   });
 }
 
-TEST(Observation, IsNotWhatThePointsThemselvesAreFor)
-{
-  const OrientedPoints points = shapes::oriented(shapes::sample(shapes::sphere(1), 1.2, .2));
-  EXPECT_THROW(observeAll(points, cube(1.3, .2), .2f, .6f, {}), std::invalid_argument);
-}
-
 // Observations at the points: the block operator against its definition, merging, all solvers on it.
 
 using namespace systems;

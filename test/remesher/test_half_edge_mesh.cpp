@@ -73,12 +73,8 @@ void shake(HalfEdgeMesh& mesh, unsigned seed, int operations)
     }
     case 1:
     case 2: // twice as often, or the mesh would only grow
-      if (g < 0) {
-        if (mesh.mayCollapseBorder(h))
-          mesh.collapseBorder(h);
-      } else if (!mesh.onBoundary(b) && mesh.mayCollapse(h)) {
+      if ((g < 0 || !mesh.onBoundary(b)) && mesh.mayCollapse(h))
         mesh.collapse(h);
-      }
       break;
     default:
       if (g >= 0 && mesh.valence[a] > 3 && mesh.valence[b] > 3 && !mesh.adjacent(mesh.opposite(h), mesh.opposite(g)))
@@ -189,8 +185,8 @@ TEST(HalfEdgeMesh, CollapsesBordersToThreeEdgesAndNoFurther)
       for (std::int32_t h = 0; h < mesh.halfEdgeCount(); ++h) {
         if (mesh.origin[h] < 0)
           continue;
-        if (mesh.twin[h] < 0 ? mesh.mayCollapseBorder(h) : !mesh.onBoundary(mesh.target(h)) && mesh.mayCollapse(h))
-          mesh.twin[h] < 0 ? mesh.collapseBorder(h) : mesh.collapse(h);
+        if ((mesh.twin[h] < 0 || !mesh.onBoundary(mesh.target(h))) && mesh.mayCollapse(h))
+          mesh.collapse(h);
       }
     expectConsistent(mesh);
     mesh.compact(serial);

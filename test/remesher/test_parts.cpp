@@ -38,7 +38,7 @@ RemeshResult remeshedInParts(const TriangleMesh& mesh, const DistanceField& fiel
                              const RemesherOptions& options = {}, int threads = 1)
 {
   Execution execution(threads);
-  return remesh(mesh, field, {}, options, execution, {triangles});
+  return remesh(mesh, field, {}, options, execution, triangles);
 }
 
 void expectSameBytes(const RemeshResult& a, const RemeshResult& b)
@@ -79,13 +79,7 @@ std::vector<shapes::Sdf> closedShapes()
 /// A disc with a hole, cut out of a plane along the voxels' triangles.
 TriangleMesh ringOf(const DistanceField& field)
 {
-  const TriangleMesh whole = zeroLevel(field);
-  std::vector<std::uint8_t> keep;
-  for (const Triangle& t : whole.triangles) {
-    const float radius = (whole.vertices[t[0]] + whole.vertices[t[1]] + whole.vertices[t[2]]).norm() / 3;
-    keep.push_back(radius > .3f && radius < .8f ? 1 : 0);
-  }
-  return select(whole, keep);
+  return selectWhere(zeroLevel(field), [](const Vector3f& p) { return p.norm() > .3f && p.norm() < .8f; });
 }
 
 DistanceField planeField()
@@ -217,12 +211,7 @@ TEST(RemeshParts, BordersAreCurvesAcrossSeams)
   const DistanceField field = planeField();
   const TriangleMesh raw = ringOf(field);
   const RemeshResult whole = remeshedInParts(raw, field, 0);
-  const auto lengthOf = [](const TriangleMesh& mesh) {
-    double length = 0;
-    for (const auto& edge : boundaryOf(mesh))
-      length += (mesh.vertices[edge.second] - mesh.vertices[edge.first]).norm();
-    return length;
-  };
+  const double length = lengthOf(whole.mesh, boundaryOf(whole.mesh));
   for (const std::int64_t triangles : {300, 1000}) {
     SCOPED_TRACE(triangles);
     const RemeshResult result = remeshedInParts(raw, field, triangles);
@@ -230,7 +219,7 @@ TEST(RemeshParts, BordersAreCurvesAcrossSeams)
     EXPECT_EQ(own.boundaryLoops, 2);
     EXPECT_GT(own.minQuality, .3);
     // Teeth are gone everywhere: of the raw border's length a tenth and more is theirs.
-    EXPECT_NEAR(lengthOf(result.mesh), lengthOf(whole.mesh), .01 * lengthOf(whole.mesh));
+    EXPECT_NEAR(lengthOf(result.mesh, boundaryOf(result.mesh)), length, .01 * length);
     for (const Vector3f& p : result.mesh.vertices) // on the plane still, and between the curves
       ASSERT_LT(std::abs(p.dot(Vector3f(.1f, .2f, 1).normalized())), .02 * spacing);
   }
@@ -265,12 +254,8 @@ TEST(RemeshParts, BordersThatTouchComeApart)
   const DistanceField field = planeField();
   const TriangleMesh whole = ringOf(field);
   TriangleMesh raw;
-  for (const bool isLeft : {false, true}) {
-    std::vector<std::uint8_t> keep;
-    for (const Triangle& t : whole.triangles)
-      keep.push_back(((whole.vertices[t[0]] + whole.vertices[t[1]] + whole.vertices[t[2]]).x() < 0) == isLeft ? 1 : 0);
-    append(raw, select(whole, keep));
-  }
+  for (const bool isLeft : {false, true})
+    append(raw, selectWhere(whole, [=](const Vector3f& p) { return (p.x() < 0) == isLeft; }));
   ASSERT_FALSE(selfIntersectingTriangles(raw).empty());
   const RemeshResult result = remeshedInParts(raw, field, 500);
   EXPECT_TRUE(selfIntersectingTriangles(result.mesh).empty());
@@ -285,7 +270,7 @@ TEST(RemeshParts, EdgesAreAsLongAsTheirSizing)
   EdgeSizing sizing;
   for (const Vector3f& p : raw.vertices)
     sizing.push_back(p.x() > .2f ? 3.f : 1.f);
-  expectLikeWhole(remesh(raw, field, sizing, {}, serial, {4000}), remesh(raw, field, sizing, {}, serial));
+  expectLikeWhole(remesh(raw, field, sizing, {}, serial, 4000), remesh(raw, field, sizing, {}, serial));
 }
 
 TEST(RemeshParts, AsManyTrianglesAsAskedFor)
@@ -314,7 +299,7 @@ TEST(RemeshParts, StopsWhereverItAsks)
   const TriangleMesh raw = ringOf(field);
   RemesherOptions options;
   options.rounds = 2;
-  expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, {}, options, execution, {400}); });
+  expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, {}, options, execution, 400); });
 }
 
 TEST(RemeshParts, ProgressRisesPartByPart)
@@ -325,7 +310,7 @@ TEST(RemeshParts, ProgressRisesPartByPart)
     fractions.insert(fraction);
     return true;
   });
-  remesh(zeroLevel(field), field, {}, {}, execution, {500});
+  remesh(zeroLevel(field), field, {}, {}, execution, 500);
   EXPECT_GT(std::distance(fractions.begin(), fractions.lower_bound(.69)), 8) << "of ten parts and more";
 }
 

@@ -5,7 +5,6 @@
 #include "options/validation.h"
 #include "remesher/intersection_watch.h"
 #include "remesher/passes.h"
-#include "remesher/relaxation.h"
 #include "remesher/remesher.h"
 #include "remesher/zero_level.h"
 #include "support/cancelling.h"
@@ -24,9 +23,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
 #include <set>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -94,14 +93,6 @@ Vector3d normalOf(const TriangleMesh& mesh, const Triangle& t)
 }
 
 using Border = std::map<std::int32_t, std::int32_t>;
-
-double lengthOf(const TriangleMesh& mesh, const Border& border)
-{
-  double length = 0;
-  for (const auto& edge : border)
-    length += (mesh.vertices[edge.second] - mesh.vertices[edge.first]).norm();
-  return length;
-}
 
 /// Largest distance of a border's vertices to another border.
 double farthest(const TriangleMesh& mesh, const Border& border, const TriangleMesh& other, const Border& otherBorder)
@@ -294,15 +285,10 @@ TEST(Remesher, OpenPatchKeepsItsCourseAndLosesItsTeeth)
   const shapes::Sdf sdf = shapes::plane({.1, .2, 1});
   const DistanceField field = shapes::field(sdf, halfSide, voxels);
   const TriangleMesh whole = zeroLevel(field);
-  const auto cut = [&](double inner, double outer) {
-    std::vector<std::uint8_t> keep;
-    for (const Triangle& t : whole.triangles) {
-      const double radius = middleOf(whole, t).norm();
-      keep.push_back(radius > inner && radius < outer ? 1 : 0);
-    }
-    return select(whole, keep);
+  const auto cut = [&](float inner, float outer) {
+    return selectWhere(whole, [=](const Vector3f& p) { return p.norm() > inner && p.norm() < outer; });
   };
-  for (const TriangleMesh& raw : {cut(0, .8), cut(.3, .8), whole}) {
+  for (const TriangleMesh& raw : {cut(0, .8f), cut(.3f, .8f), whole}) {
     const MeshStatistics before = measure(raw);
     SCOPED_TRACE(before.triangles);
     const RemeshResult result = soundlyRemeshed(raw, field);
@@ -477,20 +463,6 @@ TEST(Remesher, AMeshOfThePolygonizerHasAsManyTrianglesAsAskedForWithoutRounds)
   EXPECT_EQ(result.splits, 0);
 }
 
-TEST(Remesher, RefusesSizesThatAreNone)
-{
-  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, voxels);
-  const TriangleMesh raw = zeroLevel(field);
-  EdgeSizing sizing(raw.vertices.size(), 2);
-  sizing.pop_back();
-  EXPECT_THROW(remeshed(raw, field, {}, sizing), std::invalid_argument);
-  for (const float bad : {.5f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
-    sizing.assign(raw.vertices.size(), 2);
-    sizing.back() = bad;
-    EXPECT_THROW(remeshed(raw, field, {}, sizing), std::invalid_argument) << bad;
-  }
-}
-
 TEST(Remesher, HugeTargetEdgeKeepsTheTopology)
 {
   for (const Case& shape : closedShapes()) {
@@ -507,15 +479,12 @@ namespace {
 TriangleMesh cutAtRandom(const TriangleMesh& mesh, std::mt19937& random)
 {
   std::uniform_real_distribution<double> coordinate(-.9, .9), radius(.1, .4);
-  std::vector<std::uint8_t> keep(mesh.triangles.size(), 1);
+  TriangleMesh result = mesh;
   for (int ball = 0; ball < 6; ++ball) {
     const Vector3d center(coordinate(random), coordinate(random), coordinate(random));
     const double r = radius(random);
-    for (std::size_t t = 0; t < keep.size(); ++t)
-      if ((middleOf(mesh, mesh.triangles[t]) - center).norm() < r)
-        keep[t] = 0;
+    result = selectWhere(result, [&](const Vector3f& p) { return (p.cast<double>() - center).norm() >= r; });
   }
-  TriangleMesh result = select(mesh, keep);
   splitFans(result);
   return result;
 }
@@ -618,14 +587,11 @@ TEST(Remesher, BordersThatTouchComeApart)
     if (whole.vertices[v].norm() < whole.vertices[middle].norm())
       middle = v;
   TriangleMesh raw;
-  for (const float sign : {1.f, -1.f}) {
-    std::vector<std::uint8_t> keep;
-    for (const Triangle& t : whole.triangles) {
-      const Vector3f p = sign * (middleOf(whole, t).cast<float>() - whole.vertices[middle]);
-      keep.push_back(p.norm() < .5f && p.x() > .5f * std::abs(p.y()) ? 1 : 0);
-    }
-    append(raw, select(whole, keep));
-  }
+  for (const float sign : {1.f, -1.f})
+    append(raw, selectWhere(whole, [&](const Vector3f& at) {
+             const Vector3f p = sign * (at - whole.vertices[middle]);
+             return p.norm() < .5f && p.x() > .5f * std::abs(p.y());
+           }));
   ASSERT_EQ(std::count(raw.vertices.begin(), raw.vertices.end(), whole.vertices[middle]), 2);
   ASSERT_FALSE(selfIntersectingTriangles(raw).empty());
   const RemeshResult result = soundlyRemeshed(raw, field);
@@ -764,95 +730,6 @@ TEST(Remesher, TooManyTrianglesAreRefused)
   EXPECT_NE(message.find("targetEdge"), std::string::npos) << message;
 }
 
-namespace {
-
-/// A sphere of radius 1 by longitude and latitude: needles at the poles, and edges from .02 to .2.
-TriangleMesh globe(int rings, int segments)
-{
-  TriangleMesh mesh;
-  for (int ring = 1; ring < rings; ++ring)
-    for (int segment = 0; segment < segments; ++segment) {
-      const double latitude = M_PI * ring / rings, longitude = 2 * M_PI * segment / segments;
-      mesh.vertices.push_back(Vector3d(std::sin(latitude) * std::cos(longitude),
-                                       std::sin(latitude) * std::sin(longitude), std::cos(latitude))
-                                  .cast<float>());
-    }
-  const auto north = static_cast<std::int32_t>(mesh.vertices.size()), south = north + 1;
-  mesh.vertices.emplace_back(0, 0, 1);
-  mesh.vertices.emplace_back(0, 0, -1);
-  const auto at = [&](int ring, int segment) { return (ring - 1) * segments + segment % segments; };
-  for (int segment = 0; segment < segments; ++segment) {
-    mesh.triangles.push_back({north, at(1, segment), at(1, segment + 1)});
-    mesh.triangles.push_back({south, at(rings - 1, segment + 1), at(rings - 1, segment)});
-    for (int ring = 1; ring + 1 < rings; ++ring) {
-      mesh.triangles.push_back({at(ring, segment), at(ring + 1, segment), at(ring + 1, segment + 1)});
-      mesh.triangles.push_back({at(ring, segment), at(ring + 1, segment + 1), at(ring, segment + 1)});
-    }
-  }
-  return mesh;
-}
-
-} // namespace
-
-TEST(Remesher, AnyMeshIsRemeshedOnItsOwnSurface)
-{
-  const TriangleMesh raw = globe(32, 64);
-  const MeshStatistics before = measure(raw);
-  ASSERT_LT(before.minQuality, .35);
-  const RemesherOptions options = withTarget(.1);
-  Execution serial(1);
-  const RemeshResult result = remesh(raw, options, serial);
-  const MeshStatistics after = measure(result.mesh);
-  expectSound(after);
-  EXPECT_TRUE(after.closed());
-  EXPECT_EQ(after.eulerCharacteristic, 2);
-  EXPECT_EQ(result.intersecting, 0);
-  EXPECT_GT(after.meanQuality, .92);
-  EXPECT_GT(after.minQuality, .3);
-  EXPECT_NEAR(after.meanEdge, .1, .015);
-  // The globe's edges of .1 cut off l²/8 = .0013 at their middles, its quadrangles' diagonals twice that.
-  for (const Vector3f& p : result.mesh.vertices)
-    ASSERT_NEAR(p.norm(), 1, .003);
-  // Edges as long as the globe's would cut off another .4 % of the volume if their ends were on the globe.
-  EXPECT_NEAR(after.volume, before.volume, .001 * before.volume);
-
-  for (const int threads : {2, 4}) {
-    Execution execution(threads);
-    expectSamePositions(remesh(raw, options, execution).mesh, result.mesh);
-  }
-}
-
-TEST(Remesher, AnOpenMeshKeepsItsBorderWithoutAField)
-{
-  TriangleMesh half = globe(32, 64);
-  std::vector<std::uint8_t> keep;
-  for (const Triangle& t : half.triangles)
-    keep.push_back(std::all_of(
-        t.begin(), t.end(), [&](std::int32_t v) { return half.vertices[static_cast<std::size_t>(v)].z() > -1e-3f; }));
-  half = select(half, keep);
-  Execution execution(1);
-  const RemeshResult result = remesh(half, {}, execution);
-  const MeshStatistics after = measure(result.mesh);
-  expectSound(after);
-  EXPECT_EQ(after.boundaryLoops, 1);
-  EXPECT_EQ(after.eulerCharacteristic, 1);
-  for (const Vector3f& p : result.mesh.vertices)
-    ASSERT_GT(p.z(), -.01f) << "the border is the equator, smoothed";
-  EXPECT_NEAR(after.area, measure(half).area, .01 * measure(half).area);
-}
-
-TEST(Remesher, RefusesWhatIsNoMeshWithoutAField)
-{
-  Execution execution(1);
-  TriangleMesh broken = globe(8, 16);
-  broken.triangles[3][1] = 100000;
-  EXPECT_THROW(remesh(broken, {}, execution), InvalidInput);
-  broken = globe(8, 16);
-  std::swap(broken.triangles[5][0], broken.triangles[5][1]);
-  EXPECT_THROW(remesh(broken, {}, execution), InvalidInput) << "it disagrees with its neighbors";
-  EXPECT_TRUE(remesh(TriangleMesh(), {}, execution).mesh.triangles.empty());
-}
-
 TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
 {
   // Edges of a third of a voxel, so that one round has as many operations as ten of the raw mesh have.
@@ -871,13 +748,12 @@ TEST(Remesher, EachPassAsksOnTheWayWhetherToGoOn)
     ASSERT_GT(done - before, 2 * operations) << "too few to tell";
     EXPECT_GE(calls, (done - before) / operations);
   };
-  const RemeshResult& result = surface.result;
+  const RemeshSummary& result = surface.result;
   for (int round = 0; round < 2; ++round)
     expectAsked([&](Execution& execution) { splitLongEdges(surface, execution); }, result.splits);
   expectAsked([&](Execution& execution) { flipEdges(surface, execution); }, result.flips);
   mesh.compact(serial);
-  EXPECT_GE(callsDuring([&](Execution& execution) { Relaxation(surface, execution).moveAll(); }),
-            mesh.vertexCount() / operations);
+  EXPECT_GE(callsDuring([&](Execution& execution) { relax(surface, execution); }), mesh.vertexCount() / operations);
   surface.targetEdge *= 2;
   expectAsked([&](Execution& execution) { collapseShortEdges(surface, execution); }, result.collapses);
   mesh.compact(serial);
@@ -899,10 +775,10 @@ TEST(Remesher, StopsWhereverItAsks)
   RemesherOptions options;
   options.rounds = 2;
   options.triangles = 1000;
-  expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, options, execution); });
+  expectCancelledWhereverItAsks([&](Execution& execution) { remesh(raw, field, {}, options, execution); });
 }
 
-TEST(TraceToZeroLevel, ReachesALinearFieldsLevelWhateverTheSlope)
+TEST(ZeroLevel, IsReachedOfLinearFieldsWhateverTheSlope)
 {
   // d = s (n·x − c): gradient of length s, the zero level a plane.
   const Vector3d n = Vector3d(1, 2, 2) / 3;
@@ -910,19 +786,21 @@ TEST(TraceToZeroLevel, ReachesALinearFieldsLevelWhateverTheSlope)
     const DistanceField field =
         shapes::field([&](const Vector3d& x) { return slope * (n.dot(x) - .2); }, halfSide, voxels);
     const Vector3f start(.1f, .1f, .1f); // n·start = 1/6, so 1/30 below
-    const Vector3f end = traceToZeroLevel(field, start, .1f);
+    const std::optional<Corner> reached = ZeroLevel(field, .1f).trace(start);
+    ASSERT_TRUE(reached);
+    const Vector3f end = reached->position;
     EXPECT_NEAR(n.dot(end.cast<double>()), .2, 1e-3 * spacing);
     // Straight along the gradient.
     EXPECT_LT(((end - start).cast<double>() - (.2 - n.dot(start.cast<double>())) * n).norm(), 1e-3 * spacing);
   }
 }
 
-TEST(TraceToZeroLevel, StaysWhereItIsWhenTheLevelIsTooFarOrThereIsNone)
+TEST(ZeroLevel, IsNotReachedWhereItIsTooFarOrThereIsNone)
 {
   const Vector3f start(.1f, .2f, .3f);
   const DistanceField sphere = shapes::field(shapes::sphere(.7), halfSide, voxels);
-  EXPECT_EQ(traceToZeroLevel(sphere, start, .1f), start);
-  EXPECT_NE(traceToZeroLevel(sphere, start, .5f), start);
+  EXPECT_FALSE(ZeroLevel(sphere, .1f).trace(start));
+  EXPECT_TRUE(ZeroLevel(sphere, .5f).trace(start));
   const DistanceField constant = shapes::field([](const Vector3d&) { return 1.0; }, halfSide, 8);
-  EXPECT_EQ(traceToZeroLevel(constant, start, 10), start);
+  EXPECT_FALSE(ZeroLevel(constant, 10).trace(start));
 }

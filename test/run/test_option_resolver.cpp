@@ -8,8 +8,6 @@
 
 #include <cmath>
 #include <random>
-#include <stdexcept>
-#include <string>
 #include <type_traits>
 
 using namespace pcl::mrf;
@@ -43,18 +41,6 @@ ResolvedOptions resolve(const Options& requested, float spacing, float diagonal)
   resolver.chooseByData({}, report, execution);
   resolver.limitTrimming(diagonal);
   return resolver.resolved();
-}
-
-/// What a call complains of; empty: nothing.
-template <typename Call>
-std::string complaintOf(const Call& call)
-{
-  try {
-    call();
-  } catch (const std::logic_error& error) {
-    return error.what();
-  }
-  return {};
 }
 
 } // namespace
@@ -163,16 +149,4 @@ TEST(OptionResolver, asksTheDataOnlyWhatIsLeftToThem)
   options = Options();
   options.observation.kind = ObservationKind::plane;
   EXPECT_FALSE(choosesSmoothing(options) || choosesResolution(options));
-}
-
-TEST(OptionResolver, refusesToHandOutWhatAStepIsMissingFor)
-{
-  Execution execution(1);
-  Report report;
-  OptionResolver resolver(givenOptions(), densityOf(2));
-  EXPECT_EQ(complaintOf([&] { resolver.resolved(); }), "OptionResolver: trimming.maxHole is still automatic");
-  resolver.limitTrimming(100);
-  EXPECT_EQ(complaintOf([&] { resolver.resolved(); }), "OptionResolver: observation.smoothing is still automatic");
-  resolver.chooseByData({}, report, execution);
-  EXPECT_NO_THROW(resolver.resolved());
 }

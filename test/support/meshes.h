@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <tuple>
@@ -48,6 +49,16 @@ inline void append(pcl::mrf::TriangleMesh& mesh, pcl::mrf::TriangleMesh other,
     mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
 
+/// The triangles whose middles fulfil a condition, with their vertices.
+template <typename Condition>
+pcl::mrf::TriangleMesh selectWhere(const pcl::mrf::TriangleMesh& mesh, const Condition& holds)
+{
+  std::vector<std::uint8_t> keep;
+  for (const pcl::mrf::Triangle& t : mesh.triangles)
+    keep.push_back(holds(((mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3).eval()) ? 1 : 0);
+  return select(mesh, keep);
+}
+
 /// side × side unit squares in z = 0, of two triangles each; vertices row by row.
 inline pcl::mrf::TriangleMesh squares(int side)
 {
@@ -73,6 +84,14 @@ inline std::map<std::int32_t, std::int32_t> boundaryOf(const pcl::mrf::TriangleM
       if (edges.erase({t[(i + 1) % 3], t[i]}) == 0)
         edges.insert({t[i], t[(i + 1) % 3]});
   return {edges.begin(), edges.end()};
+}
+
+inline double lengthOf(const pcl::mrf::TriangleMesh& mesh, const std::map<std::int32_t, std::int32_t>& border)
+{
+  double length = 0;
+  for (const auto& edge : border)
+    length += (mesh.vertices[edge.second] - mesh.vertices[edge.first]).norm();
+  return length;
 }
 
 /// The corners of each triangle, from its smallest on in the same sense: what stays when vertices are renumbered.

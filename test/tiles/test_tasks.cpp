@@ -64,7 +64,7 @@ void reconstruct(const PointSet& points, float spacing, const EdgeSizing& sizes,
     for (const Eigen::Vector3f& vertex : raw.vertices)
       sizing.push_back(vertex.z() > 0 ? 1 + sizes.front() * vertex.z() : 1);
   }
-  result.mesh = remesh(raw, levels.field, sizing, options.remesher, execution, {4000}).mesh;
+  result.mesh = remesh(raw, levels.field, sizing, options.remesher, execution, 4000).mesh;
 }
 
 Outcome outcome(TaskRunner* tasks, int threads = 1)

@@ -22,15 +22,6 @@ namespace pcl {
 /// Reconstructs a surface from points by regularizing a signed distance field with a Markov random field
 /// (R. R. Paulsen, J. A. Bærentzen, R. Larsen, IEEE TVCG 16(4), 2010).
 ///
-/// \code
-/// pcl::MRFReconstruction<pcl::PointNormal> mrf;
-/// mrf.setInputCloud(cloud);
-/// pcl::PolygonMesh mesh;
-/// mrf.reconstruct(mesh);
-/// if (mrf.getReport().status != pcl::mrf::Status::ok)
-///   ...
-/// \endcode
-///
 /// Lengths left at 0 are derived from the sampling density of the cloud. Setters only store; `reconstruct` validates
 /// everything once, so their order does not matter, but for setPreset and setOptions, which replace all options. The
 /// result does not depend on the number of threads.
@@ -56,7 +47,7 @@ public:
   using ConstPtr = shared_ptr<const MRFReconstruction<PointNT>>;
   using PointCloud = pcl::PointCloud<PointNT>;
 
-  MRFReconstruction();
+  MRFReconstruction() { this->check_tree_ = false; } // the stages ask for a search when they know which points are left
 
   /// \name Everyday settings
   /// @{
@@ -219,10 +210,13 @@ public:
   /// @}
 
   /// Reconstructs into a mesh whose cloud carries all fields. Never leaves a partial result in `output`.
-  void reconstruct(pcl::PolygonMesh& output) override;
+  void reconstruct(pcl::PolygonMesh& output) override { performReconstruction(output); }
 
   /// The same into a cloud of the input's type: fields that PointNT lacks are left out.
-  void reconstruct(PointCloud& points, std::vector<pcl::Vertices>& polygons) override;
+  void reconstruct(PointCloud& points, std::vector<pcl::Vertices>& polygons) override
+  {
+    performReconstruction(points, polygons);
+  }
 
   /// What the last run did, up to where it failed, also after a failure.
   const mrf::Report& getReport() const { return result_.report; }

@@ -230,13 +230,6 @@ std::optional<Eigen::Vector3d> sensorOriginOf(const PointCloud<PointNT>& cloud)
 } // namespace mrf
 
 template <typename PointNT>
-MRFReconstruction<PointNT>::MRFReconstruction()
-{
-  // The stages ask for a search object when they know which points are left.
-  this->check_tree_ = false;
-}
-
-template <typename PointNT>
 mrf::RawCloud MRFReconstruction<PointNT>::rawCloud() const
 {
   using Attributes = mrf::detail::Attributes<PointNT>;
@@ -351,18 +344,6 @@ void MRFReconstruction<PointNT>::releaseResult()
   result_.colors = std::vector<mrf::Rgb>();
   result_.intensities = std::vector<float>();
   result_.surfaces = std::vector<std::vector<float>>();
-}
-
-template <typename PointNT>
-void MRFReconstruction<PointNT>::reconstruct(pcl::PolygonMesh& output)
-{
-  performReconstruction(output);
-}
-
-template <typename PointNT>
-void MRFReconstruction<PointNT>::reconstruct(PointCloud& points, std::vector<pcl::Vertices>& polygons)
-{
-  performReconstruction(points, polygons);
 }
 
 template <typename PointNT>

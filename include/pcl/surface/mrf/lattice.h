@@ -72,32 +72,24 @@ struct AxisOrder {
       result[axes[a]] = v[static_cast<Eigen::Index>(a)];
     return result;
   }
-  GridSize toStored(const GridSize& size) const;
-  GridSize fromStored(const GridSize& size) const;
-  Lattice toStored(const Lattice& lattice) const;
-  Lattice fromStored(const Lattice& lattice) const;
+  GridSize toStored(const GridSize& size) const
+  {
+    const Eigen::Array3i stored = toStored(Eigen::Array3i(size.x, size.y, size.z));
+    return {stored.x(), stored.y(), stored.z()};
+  }
+  GridSize fromStored(const GridSize& size) const
+  {
+    const Eigen::Array3i natural = fromStored(Eigen::Array3i(size.x, size.y, size.z));
+    return {natural.x(), natural.y(), natural.z()};
+  }
+  Lattice toStored(const Lattice& lattice) const
+  {
+    return {toStored(lattice.size), toStored(lattice.origin), lattice.spacing};
+  }
+  Lattice fromStored(const Lattice& lattice) const
+  {
+    return {fromStored(lattice.size), fromStored(lattice.origin), lattice.spacing};
+  }
 };
-
-inline GridSize AxisOrder::toStored(const GridSize& size) const
-{
-  const Eigen::Array3i stored = toStored(Eigen::Array3i(size.x, size.y, size.z));
-  return {stored.x(), stored.y(), stored.z()};
-}
-
-inline GridSize AxisOrder::fromStored(const GridSize& size) const
-{
-  const Eigen::Array3i natural = fromStored(Eigen::Array3i(size.x, size.y, size.z));
-  return {natural.x(), natural.y(), natural.z()};
-}
-
-inline Lattice AxisOrder::toStored(const Lattice& lattice) const
-{
-  return {toStored(lattice.size), toStored(lattice.origin), lattice.spacing};
-}
-
-inline Lattice AxisOrder::fromStored(const Lattice& lattice) const
-{
-  return {fromStored(lattice.size), fromStored(lattice.origin), lattice.spacing};
-}
 
 } // namespace pcl::mrf
