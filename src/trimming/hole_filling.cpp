@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace pcl::mrf {
 namespace {
@@ -22,23 +21,24 @@ constexpr double maxFilled = 1. / 3;
 /// this factor, is the bulb behind the end of a tube.
 constexpr float maxOutgrowth = 1.3f;
 
-/// What is farther from the points than this, in local spacings, is invented. What a sensor saw points through, so far
-/// behind it and some deviations of the noise more, is none at all.
+/// What a sensor saw points through, farther from the points than this, in local spacings, and some deviations of the
+/// noise more, is no surface.
 constexpr float inventedFrom = 10, deviationsBehind = 3;
 
-/// What is invented in a gap of an open surface goes on in the direction of the surface around it if it is a hole of
-/// that: by a smaller mean cosine it bridges a step in depth, which a sensor could not see behind, and the gap is only
-/// closed up to some local spacings.
-constexpr double minContinuation = .6;
-constexpr double narrowGap = 28;
+/// Where a filling is farther from the points than the first of these, in local spacings, it is judged, each connected
+/// part by itself, if it gets as far as the second: what is narrower is filled all the same. But after lines of sight
+/// have cut it, what is left is judged from the third on, however narrow it is now.
+constexpr float judgedFrom = 5, judgedIfBeyond = 14, judgedFromWhereCut = 4;
 
-/// So is what no sensor could have looked at, by the mean cosine to the line of sight: edge-on, it goes on where the
-/// surface turned out of sight, as between a leg and a tail. Where a hole and such a bay are one filling, the hole
-/// stays.
+/// A part goes on in the direction of the surface around it if it belongs to a hole of that: by a smaller mean cosine
+/// it bridges a step in depth, which a sensor could not see behind, or is a balloon.
+constexpr double minContinuation = .6;
+
+/// A part is what no sensor could have looked at by a smaller mean cosine to the line of sight: edge-on, it goes on
+/// where the surface turned out of sight, as between a leg and a tail. What faces a sensor in it stays.
 constexpr double minFacing = .17;
 
 constexpr float unknown = -1, asked = -2; ///< squared distances of vertices before and during a search
-constexpr double anySpacing = std::numeric_limits<double>::infinity();
 
 } // namespace
 
@@ -95,24 +95,21 @@ std::vector<std::uint8_t> HoleFinder::keepFillings(const FillingLimits& limits)
   if (!limits.closesBridges)
     compareWithRims();
   findOpenRegions(limits.hole);
-  const auto keepRegions = [&](double onOpen, std::vector<std::uint8_t>& kept) {
-    for (const std::int32_t t : unsupported_) {
-      const std::size_t r = regionOf_[t];
-      kept[t] = regions_[r].fits(isOpen_[r] ? onOpen : limits.hole) ? 1 : 0;
-    }
-  };
-  keepRegions(std::min(limits.gap, limits.hole), keep);
-  keepGaps(limits.gap, anySpacing, keep);
-  if (limits.closesBridges || points_.spacings.empty() || !anyInvented(keep))
+  for (const std::int32_t t : unsupported_) {
+    const std::size_t r = regionOf_[t];
+    keep[t] = regions_[r].fits(isOpen_[r] ? std::min(limits.gap, limits.hole) : limits.hole) ? 1 : 0;
+  }
+  keepGaps(limits.gap, keep);
+  if (limits.closesBridges || points_.spacings.empty())
     return keep;
-  std::vector<std::uint8_t> narrow(supported_);
-  keepRegions(0, narrow); // the closing knows the spacings at the rim
-  keepGaps(limits.gap, narrowGap, narrow);
-  dropBridges(narrow, keep); // as a whole, before lines of sight divide them
-  dropUnseen(narrow, keep);
+  std::vector<std::int32_t> firstCorners;
+  for (const std::int32_t t : fillings(keep))
+    firstCorners.push_back(mesh_.triangles[t][0]);
+  nearest_.find(firstCorners);
+  dropDoubtful(judgedFrom, judgedIfBeyond, keep); // before lines of sight divide them
   if (!points_.sensors.empty()) {
     dropSeenThrough(keep);
-    dropBridges(narrow, keep);
+    dropDoubtful(judgedFromWhereCut, 0, keep);
   }
   return keep;
 }
@@ -268,7 +265,7 @@ void HoleFinder::findOpenRegions(double maxHole)
 }
 
 /// Keeps what a closing fills of the triangles that are left.
-void HoleFinder::keepGaps(double gap, double spacings, std::vector<std::uint8_t>& keep)
+void HoleFinder::keepGaps(double gap, std::vector<std::uint8_t>& keep)
 {
   std::vector<std::uint8_t> isSheet(mesh_.triangles.size(), 0);
   std::vector<std::int32_t> sheet;
@@ -292,7 +289,7 @@ void HoleFinder::keepGaps(double gap, double spacings, std::vector<std::uint8_t>
         rim.push_back(v);
       }
   const std::vector<std::uint8_t> isFilled =
-      close(mesh_, groupCorners(mesh_, isSheet), describeRim(rim, gap, spacings), isOnBoundary_);
+      close(mesh_, groupCorners(mesh_, isSheet), describeRim(rim, gap), isOnBoundary_);
   const auto isInside = [&](std::int32_t v) { return isRim[v] || isFilled[v]; };
   for (const std::int32_t t : sheet) {
     const Triangle& corners = mesh_.triangles[t];
@@ -301,15 +298,13 @@ void HoleFinder::keepGaps(double gap, double spacings, std::vector<std::uint8_t>
 }
 
 /// The support reaches beyond the data, but a hole is as wide as the data are apart.
-std::vector<RimVertex> HoleFinder::describeRim(const std::vector<std::int32_t>& vertices, double gap, double spacings)
+std::vector<RimVertex> HoleFinder::describeRim(const std::vector<std::int32_t>& vertices, double gap)
 {
   nearest_.find(vertices);
   std::vector<RimVertex> rim;
   rim.reserve(vertices.size());
-  for (const std::int32_t v : vertices) {
-    const double width = spacings < anySpacing ? std::min(gap, spacings * points_.spacings[nearest_.point(v)]) : gap;
-    rim.push_back({v, std::sqrt(nearest_.squaredDistance(v)), static_cast<float>(width / 2)});
-  }
+  for (const std::int32_t v : vertices)
+    rim.push_back({v, std::sqrt(nearest_.squaredDistance(v)), static_cast<float>(gap / 2)});
   return rim;
 }
 
@@ -323,21 +318,11 @@ std::vector<std::int32_t> HoleFinder::fillings(const std::vector<std::uint8_t>& 
   return kept;
 }
 
-/// True for what is farther from the points than any surface that follows them. \pre its first vertex was searched for
-bool HoleFinder::isInvented(std::int32_t triangle) const
+/// True if its first vertex is farther from the points than so many local spacings. \pre that was searched for
+bool HoleFinder::isBeyond(std::int32_t triangle, float spacings) const
 {
   const std::int32_t first = mesh_.triangles[triangle][0];
-  return std::sqrt(nearest_.squaredDistance(first)) > inventedFrom * points_.spacings[nearest_.point(first)];
-}
-
-bool HoleFinder::anyInvented(const std::vector<std::uint8_t>& keep)
-{
-  const std::vector<std::int32_t> kept = fillings(keep);
-  std::vector<std::int32_t> firstCorners;
-  for (const std::int32_t t : kept)
-    firstCorners.push_back(mesh_.triangles[t][0]);
-  nearest_.find(firstCorners);
-  return std::any_of(kept.begin(), kept.end(), [this](std::int32_t t) { return isInvented(t); });
+  return std::sqrt(nearest_.squaredDistance(first)) > spacings * points_.spacings[nearest_.point(first)];
 }
 
 /// Drops what a sensor saw through; but the filling of a hole of a closed surface goes as a whole, if most of it was
@@ -370,48 +355,38 @@ Eigen::Vector3f HoleFinder::normalOf(std::int32_t triangle) const
   return (mesh_.vertices[corners[1]] - a).cross(mesh_.vertices[corners[2]] - a).normalized();
 }
 
-/// Leaves of fillings that turn away from the surface around them what `narrow` keeps.
-void HoleFinder::dropBridges(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep)
+/// Drops parts of fillings that turn away from the surface around them, and of parts that no sensor could see what
+/// turns away from all. \param from distance of a part, and \param ifBeyond how far it gets, in local spacings
+void HoleFinder::dropDoubtful(float from, float ifBeyond, std::vector<std::uint8_t>& keep)
 {
-  const std::vector<std::int32_t> kept = fillings(keep);
-  std::vector<std::int32_t> fillingOf;
-  const std::size_t count = group(kept, fillingOf);
-  std::vector<double> invented(count, 0), continued(count, 0);
-  for (const std::int32_t t : kept) {
-    if (!isInvented(t))
-      continue;
-    const std::size_t filling = fillingOf[t];
-    invented[filling] += areas_[t];
-    continued[filling] += areas_[t] * normalOf(t).dot(points_.normals[nearest_.point(mesh_.triangles[t][0])]);
-  }
-  for (const std::int32_t t : kept) {
-    const std::size_t filling = fillingOf[t];
-    if (continued[filling] < minContinuation * invented[filling])
-      keep[t] = narrow[t];
-  }
-}
-
-/// Leaves of what no sensor could see, in fillings that are mostly such, what `narrow` keeps.
-void HoleFinder::dropUnseen(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep)
-{
-  const Viewpoints viewpoints(points_);
-  if (!viewpoints.areKnown())
+  std::vector<std::int32_t> judged;
+  for (const std::int32_t t : fillings(keep))
+    if (isBeyond(t, from))
+      judged.push_back(t);
+  if (judged.empty())
     return;
-  const std::vector<std::int32_t> kept = fillings(keep);
-  std::vector<std::int32_t> fillingOf;
-  const std::size_t count = group(kept, fillingOf);
-  std::vector<float> facing(kept.size());
-  std::vector<double> missing(count, 0); // of the invented area's mean
-  for (std::size_t n = 0; n < kept.size(); ++n) {
-    const std::int32_t t = kept[n];
-    facing[n] = viewpoints.facing(mesh_.vertices[mesh_.triangles[t][0]], normalOf(t));
-    if (isInvented(t))
-      missing[fillingOf[t]] += areas_[t] * (minFacing - facing[n]);
+  struct Part {
+    bool isWide = false;
+    double turned = 0, unseen = 0; ///< integrals of what lacks of the least cosine
+  };
+  const Viewpoints viewpoints(points_);
+  std::vector<std::int32_t> partOf;
+  std::vector<Part> parts(group(judged, partOf));
+  std::vector<double> facing(judged.size(), 1);
+  for (std::size_t n = 0; n < judged.size(); ++n) {
+    const std::int32_t t = judged[n], first = mesh_.triangles[t][0];
+    const Eigen::Vector3f normal = normalOf(t);
+    if (viewpoints.areKnown())
+      facing[n] = viewpoints.facing(mesh_.vertices[first], normal);
+    Part& part = parts[partOf[t]];
+    part.isWide = part.isWide || isBeyond(t, ifBeyond);
+    part.turned += areas_[t] * (minContinuation - normal.dot(points_.normals[nearest_.point(first)]));
+    part.unseen += areas_[t] * (minFacing - facing[n]);
   }
-  for (std::size_t n = 0; n < kept.size(); ++n) {
-    const std::size_t t = kept[n];
-    if (missing[fillingOf[t]] > 0 && facing[n] < minFacing)
-      keep[t] = narrow[t];
+  for (std::size_t n = 0; n < judged.size(); ++n) {
+    const Part& part = parts[partOf[judged[n]]];
+    if (part.isWide && (part.turned > 0 || (part.unseen > 0 && facing[n] < minFacing)))
+      keep[judged[n]] = 0;
   }
 }
 

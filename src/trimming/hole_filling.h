@@ -21,7 +21,7 @@ struct FillingLimits {
   double hole; ///< where filling closes the surface
   double gap;  ///< elsewhere
   /// What outgrows its rim, turns away from the surface around it, or is denied by lines of sight, is filled like the
-  /// rest. Else the first is not, and the others, if the points have spacings, only up to 28 of those.
+  /// rest. Else the first is not, and the others, if the points have spacings, only where they are narrow by those.
   bool closesBridges;
 };
 
@@ -80,15 +80,13 @@ private:
   void findRegions();
   void compareWithRims();
   void findOpenRegions(double maxHole);
-  void keepGaps(double gap, double spacings, std::vector<std::uint8_t>& keep);
-  std::vector<RimVertex> describeRim(const std::vector<std::int32_t>& vertices, double gap, double spacings);
+  void keepGaps(double gap, std::vector<std::uint8_t>& keep);
+  std::vector<RimVertex> describeRim(const std::vector<std::int32_t>& vertices, double gap);
   std::vector<std::int32_t> fillings(const std::vector<std::uint8_t>& keep) const;
-  bool isInvented(std::int32_t triangle) const;
-  bool anyInvented(const std::vector<std::uint8_t>& keep);
+  bool isBeyond(std::int32_t triangle, float spacings) const;
   void dropSeenThrough(std::vector<std::uint8_t>& keep);
   Eigen::Vector3f normalOf(std::int32_t triangle) const;
-  void dropUnseen(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep);
-  void dropBridges(const std::vector<std::uint8_t>& narrow, std::vector<std::uint8_t>& keep);
+  void dropDoubtful(float from, float ifBeyond, std::vector<std::uint8_t>& keep);
 
   const TriangleMesh& mesh_;
   const std::vector<std::uint8_t>& supported_;
