@@ -28,7 +28,7 @@ constexpr float inventedFrom = 10, deviationsBehind = 3;
 /// Where a filling is farther from the points than the first of these, in local spacings, it is judged, each connected
 /// part by itself, if it gets as far as the second: what is narrower is filled all the same. But after lines of sight
 /// have cut it, what is left is judged from the third on, however narrow it is now.
-constexpr float judgedFrom = 5, judgedIfBeyond = 14, judgedFromWhereCut = 4;
+constexpr float judgedFrom = 6, judgedIfBeyond = 14, judgedFromWhereCut = 4;
 
 /// A part goes on in the direction of the surface around it if it belongs to a hole of that: by a smaller mean cosine
 /// it bridges a step in depth, which a sensor could not see behind, or is a balloon.

@@ -49,16 +49,6 @@ pcl::PointCloud<Point> verticesOf(const std::filesystem::path& file)
   return vertices;
 }
 
-/// To the nearest point of the cloud.
-template <typename Point>
-float squaredDistance(const Point& point, const pcl::PointCloud<Point>& cloud)
-{
-  float nearest = std::numeric_limits<float>::infinity();
-  for (const Point& other : cloud)
-    nearest = std::min(nearest, (point.getVector3fMap() - other.getVector3fMap()).squaredNorm());
-  return nearest;
-}
-
 } // namespace
 
 TEST_F(Field, ColumnsAreWhatTheirHeaderOrTheirValuesSay)
@@ -108,13 +98,9 @@ TEST_F(Field, AHouseStandsOnItsPlot)
 TEST_F(Field, SparsePartsBesideDenseOnesStay)
 {
   const nlohmann::json report = reconstruct("map-of-two-densities/scan.ply");
-  EXPECT_LE(report["points"]["outliersAlone"], 720); // 2,927 once
-  pcl::PointCloud<pcl::PointXYZ> points, vertices = verticesOf<pcl::PointXYZ>(path("field.ply"));
-  ASSERT_EQ(pcl::io::loadPLYFile(input("map-of-two-densities/scan.ply"), points), 0);
-  double squares = 0, count = 0;
-  for (std::size_t i = 0; i < points.size(); i += 7, ++count)
-    squares += squaredDistance(points[i], vertices);
-  EXPECT_LT(std::sqrt(squares / count), .02); // .033 once
+  // 2,927 once; with none dropped the area is 39.
+  EXPECT_LE(report["points"]["outliersAlone"], 720);
+  EXPECT_GT(report["mesh"]["area"], 30);
 }
 
 TEST_F(Field, ABinIsClosedFlatOnDemand)
@@ -170,6 +156,9 @@ TEST_F(Field, NoSurfaceStandsWhereASensorSawThrough)
   ASSERT_EQ(pcl::io::loadPLYFile(input(folder + "rooms.ply"), points), 0);
   ASSERT_GT(vertices.size(), 20000U);
   for (std::size_t v = 0; v < vertices.size(); v += 7) {
-    ASSERT_LT(std::sqrt(squaredDistance(vertices[v], points)), .15f) << vertices[v];
+    float nearest = std::numeric_limits<float>::infinity();
+    for (const pcl::PointXYZ& point : points)
+      nearest = std::min(nearest, (point.getVector3fMap() - vertices[v].getVector3fMap()).squaredNorm());
+    ASSERT_LT(std::sqrt(nearest), .15f) << vertices[v];
   }
 }

@@ -327,6 +327,23 @@ TEST(Trimming, whatNoSensorCouldSeeIsNoHole)
   EXPECT_TRUE(scene.isFilled({})) << "no sensor can have seen all of this";
 }
 
+TEST(Trimming, partsOfAFillingAreJudgedEachByItself)
+{
+  // Two holes of a plane, joined by a narrow one: in the left one the plane goes on, in the right one is a balloon.
+  const Vector3f left(-.6f, 0, 0), right(.6f, 0, 0);
+  const shapes::Sdf bulging = shapes::unite(shapes::plane({0, 0, 1}), shapes::sphere(.35, {.6, 0, .3}));
+  const PointSet points =
+      shapes::filter(shapes::sample(shapes::plane({0, 0, 1}), 1.2, spacing), [&](const Vector3f& x) {
+        return (x - left).norm() > .5f && (x - right).norm() > .5f && (std::abs(x.x()) > .3f || std::abs(x.y()) > .12f);
+      });
+  const SensedScene scene(bulging, points);
+  Execution execution(1);
+  const TriangleMesh mesh = pcl::mrf::trim(scene.mesh, scene.observed, *scene.search, 6, {}, execution).mesh;
+  EXPECT_TRUE(covers(mesh, left));
+  EXPECT_TRUE(covers(mesh, {0, 0, 0}));
+  EXPECT_FALSE(covers(mesh, {.6f, 0, .65f}));
+}
+
 TEST(Trimming, whatTheOnlySensorSawThroughIsNoHole)
 {
   // A disc below a hole of a plane, as wide as that.
