@@ -356,7 +356,8 @@ Eigen::Vector3f HoleFinder::normalOf(std::int32_t triangle) const
 }
 
 /// Drops parts of fillings that turn away from the surface around them, and of parts that no sensor could see what
-/// turns away from all. \param from distance of a part, and \param ifBeyond how far it gets, in local spacings
+/// turns away from all. \param from a part is what is farther than this from the points, in local spacings
+/// \param ifBeyond only parts that get farther than this are dropped
 void HoleFinder::dropDoubtful(float from, float ifBeyond, std::vector<std::uint8_t>& keep)
 {
   std::vector<std::int32_t> judged;
