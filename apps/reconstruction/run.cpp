@@ -390,22 +390,6 @@ RunSummary produce(const Job& job, const Command& command, const TileFolder& til
   return summary;
 }
 
-/// Of several inputs the last one may have been meant as an input as well, such as that of scans/*.ply.
-/// \throw UsageError if it is there and no mesh
-void refuseScanAsOutput(const Job& job)
-{
-  const std::vector<std::string>& known = pointFormats();
-  if (job.inputs.size() == 1 || !std::filesystem::exists(job.output) ||
-      std::find(known.begin(), known.end(), unpackedExtension(job.output)) == known.end())
-    return;
-  try {
-    readMesh(job.output);
-  } catch (const std::runtime_error&) {
-    throw UsageError("OUTPUT '" + job.output +
-                     "' is there and holds no mesh: if it is an INPUT, name OUTPUT behind it, else delete it");
-  }
-}
-
 /// A job from its declared outputs to its summary; a cloud that cannot be reconstructed is an error of its file.
 /// \param report of what was done, also if that throws
 RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& report,
@@ -414,7 +398,7 @@ RunSummary runJob(const Job& job, const Command& command, pcl::mrf::Report& repo
   std::vector<std::string> files = sampleFiles(job, command);
   files.insert(files.begin(), {job.output, job.report, job.field, job.picture});
   refuseInputAsOutput(filesRead(job, command), files);
-  refuseScanAsOutput(job);
+  refuseToReplace(Content::points, job.output);
   const TileFolder tiles(job.tiles, files);
   files.push_back(tiles.firstFile());
   auto outputs = std::make_unique<OutputFiles>();

@@ -114,6 +114,7 @@ int run(const ScanCommand& command)
   const std::vector<std::string> files = {command.output, command.views, command.sensors, command.heldOut,
                                           command.clean,  command.truth, command.report};
   refuseInputAsOutput({command.sensorsFile, isShape(command.input) ? "" : command.input}, files);
+  refuseToReplace(Content::mesh, command.output);
   ScanOptions options = command.options;
   if (!command.sensorsFile.empty())
     options.sensors = parseSensors(command.sensorsFile, readWholeFile(command.sensorsFile));

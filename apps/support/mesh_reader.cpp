@@ -5,10 +5,14 @@
 #include "point_readers.h"
 #include "text_file.h"
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <limits>
 #include <map>
+#include <memory>
 
 namespace mrf_apps {
 namespace {
@@ -30,6 +34,25 @@ void addPolygons(const std::string& path, const Polygons& polygons, SurfaceMesh&
   }
 }
 
+bool plyHasFaces(std::string_view text)
+{
+  std::vector<std::string_view> words;
+  for (Lines lines(text); lines.next(words) && words[0] != "end_header";)
+    if (words.size() == 3 && words[0] == "element" && (words[1] == "face" || words[1] == "tristrips"))
+      return words[2] != "0";
+  return false;
+}
+
+bool offHasFaces(std::string_view text)
+{
+  std::vector<std::string_view> words;
+  std::size_t before = 2; // OFF and the number of vertices
+  for (Lines lines(text); lines.next(words, '#'); before -= words.size())
+    if (words.size() > before)
+      return words[before] != "0";
+  return false;
+}
+
 } // namespace
 
 const char* const meshInputExtensions = "ply, obj, off or stl, also with .gz";
@@ -41,6 +64,31 @@ std::string whyNotReadable(const std::string& path)
     if (type == known)
       return {};
   return std::string("does not end in ") + meshInputExtensions + conversionHint(path);
+}
+
+Content contentOf(const std::string& path)
+{
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    return Content::other;
+  const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), &gzclose); // packed or not
+  std::string text(1 << 16, '\0');
+  const int size = file ? gzread(file.get(), text.data(), static_cast<unsigned>(text.size())) : 0;
+  text.resize(static_cast<std::size_t>(std::max(size, 0)));
+  const std::string format = pointFormatOf(text);
+  bool hasFaces = (format == "ply" && plyHasFaces(text)) || (format == "off" && offHasFaces(text));
+  if (format == "obj") // a line that is longer than the text is no face's
+    for (gzrewind(file.get()); !hasFaces && gzgets(file.get(), text.data(), static_cast<int>(text.size())) != nullptr;)
+      hasFaces = text.compare(0, 2, "f ") == 0;
+  return format.empty() ? Content::other : hasFaces ? Content::mesh : Content::points;
+}
+
+void refuseToReplace(Content content, const std::string& output)
+{
+  if (contentOf(output) == content)
+    throw UsageError("OUTPUT '" + output + "' is there and holds " +
+                     (content == Content::mesh ? "a mesh" : "points without faces") +
+                     ": if it is an INPUT, name OUTPUT behind it, else delete it");
 }
 
 SurfaceMesh mergeVertices(const SurfaceMesh& mesh)

@@ -31,6 +31,14 @@ SurfaceMesh mergeVertices(const SurfaceMesh& mesh);
 /// empty: readMesh knows its extension.
 std::string whyNotReadable(const std::string& path);
 
+/// What a file holds, by the bytes it begins with, or of OBJ by its first face. \return other if it is not there
+enum class Content { other, points, mesh };
+Content contentOf(const std::string& path);
+
+/// Of two files without an OUTPUT, as of scans/*.ply, the second one is not to be lost.
+/// \throw UsageError if the output is there and holds what this tool reads rather than writes
+void refuseToReplace(Content content, const std::string& output);
+
 /// Extensions that readMesh knows, for messages.
 extern const char* const meshInputExtensions;
 

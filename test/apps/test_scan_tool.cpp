@@ -199,6 +199,13 @@ TEST_F(ScanTool, WrongUsage)
 
 TEST_F(ScanTool, WrongInput)
 {
+  // meshes/*.ply without an OUTPUT: the second mesh is not overwritten, a cloud is.
+  write("mesh.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  expectFailure({"bowl.off", "mesh.ply"}, 2, "OUTPUT 'mesh.ply' is there and holds a mesh: if it is an INPUT");
+  for (int run = 0; run < 2; ++run)
+    expectSuccess({"bowl.off", "again.ply", "--points", "100", "--quiet"});
   expectFailure({"nowhere.off", "o.ply"}, 1, "'nowhere.off': No such file or directory");
   expectFailure({"bowl.off", "nowhere/o.ply"}, 1, "nowhere/o.ply");
   expectFailure({"bowl.off", "o.ply", "--sensors", "nowhere.txt"}, 1, "nowhere.txt");

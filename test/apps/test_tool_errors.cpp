@@ -178,6 +178,36 @@ TEST_F(ToolErrors, WorkDirectories)
   succeed({"sphere.xyz", "other.ply", "--work-directory", "work", "--resume"});
 }
 
+// scans/*.ply without an OUTPUT: the last scan is not overwritten, of two as of many.
+TEST_F(ToolErrors, ScansAreNotReplaced)
+{
+  const std::string vertices = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n",
+                    rows = "0 0 0\n1 0 0\n0 1 0\n", bareRows = "v 0 0 0\nv 1 0 0\nv 0 1 0\n",
+                    list = "property list uchar int vertex_indices\n";
+  write("other.xyz", rows);
+  const std::vector<std::pair<std::string, std::string>> scans = {
+      {"bare.ply", "ply\nformat ascii 1.0\n" + vertices + "end_header\n" + rows},
+      {"meshlab.ply", "ply\nformat ascii 1.0\n" + vertices + "element face 0\n" + list + "end_header\n" + rows},
+      {"scan.obj", bareRows},
+      {"scan.off", "OFF # of no faces\n3 0 0\n" + rows},
+      {"scan.xyz", rows},
+      {"scan.pcd", "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 3\nDATA ascii\n" + rows}};
+  for (const auto& [name, text] : scans) {
+    write(name, text);
+    expectFailure(
+        {"sphere.xyz", name, "--output-format", "ply"}, 2,
+        "OUTPUT '" + name +
+            "' is there and holds points without faces: if it is an INPUT, name OUTPUT behind it, else delete");
+    expectFailure({"sphere.xyz", "other.xyz", name, "--output-format", "ply"}, 2, "OUTPUT '" + name + "' is there");
+    EXPECT_EQ(tool::readText(path(name)), text);
+  }
+  // A mesh is, and what is empty.
+  write("mesh.obj", bareRows + "f 1 2 3\n");
+  write("empty.ply", "");
+  for (const char* name : {"mesh.obj", "mesh.obj", "empty.ply", "empty.ply"})
+    succeed({"sphere.xyz", name});
+}
+
 TEST_F(ToolErrors, SeveralInputs)
 {
   write("other.xyz", tool::sphereRows(400, 2, {3, 0, 0}));
@@ -187,15 +217,8 @@ TEST_F(ToolErrors, SeveralInputs)
   expectFailure({"-", "-", "out.ply"}, 2, "INPUT '-' is given twice");
   expectFailure({"sphere.xyz", "absent.xyz", "out.ply"}, 1, "'absent.xyz': No such file or directory");
   expectFailure({"sphere.xyz", "other.doc", "out.ply"}, 2, "INPUT 'other.doc' does not end in pcd");
-  // scans/*.ply without an OUTPUT: the last scan is not overwritten.
-  write("scan.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
-                    "end_header\n0 0 0\n");
-  expectFailure(
-      {"sphere.xyz", "other.xyz", "scan.ply"}, 2,
-      "OUTPUT 'scan.ply' is there and holds no mesh: if it is an INPUT, name OUTPUT behind it, else delete it");
   expectFailure({"sphere.xyz", "link.xyz", "other.xyz", "--output-format", "ply"}, 2, "would be overwritten");
   write("bare.xyz", "0 0 0\n1 0 0\n0 1 0\n");
-  expectFailure({"sphere.xyz", "other.xyz", "bare.xyz", "--output-format", "ply"}, 2, "OUTPUT 'bare.xyz' is there");
   for (const char* source : {"use", "reference"})
     expectFailure({"sphere.xyz", "bare.xyz", "out.ply", "--normals", source}, 2, "'bare.xyz' has no normals");
   write("trust.xyz", "0 0 0 .5\n1 0 0 .5\n0 1 0 .5\n");
