@@ -182,11 +182,14 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
 {
   pcl::mrf::Execution execution(command.options.threads, progress);
   execution.setTasks(command.results ? command.results : command.ranks);
+  pcl::mrf::Options options = command.options;
+  if (std::size_t& memory = options.multiscale.maxMemory; command.results != nullptr && memory == 0)
+    memory = command.results->memory(static_cast<std::size_t>(pcl::mrf::memoryLimit(0)));
   const bool isExact = !input.cloud.offset.isZero(0);
-  const auto search = pcl::mrf::makeSearch(command.options.search);
+  const auto search = pcl::mrf::makeSearch(options.search);
   pcl::mrf::Reconstruction reconstruction;
   try {
-    pcl::mrf::reconstruct(std::move(input.cloud), command.options, *search, execution, reconstruction, false);
+    pcl::mrf::reconstruct(std::move(input.cloud), options, *search, execution, reconstruction, false);
   } catch (...) {
     report = std::move(reconstruction.report);
     throw;

@@ -34,6 +34,8 @@ constexpr const char* journalName = "pcl_mrf_journal.txt";
 constexpr const char* extension = ".result";
 /// The journal's first line if the directory was made for it; it goes with the results then.
 constexpr const char* ofOwn = "directory 0";
+/// Begins the line of bytes that the run may take.
+constexpr const char* ofMemory = "memory";
 
 /// Bytes of a result to those of its input, about: less would end runs that could go on, more lets them begin in vain.
 constexpr double resultOfInput = .15;
@@ -109,11 +111,17 @@ TaskDirectory::TaskDirectory(std::string directory, bool resume, TaskRunner* inn
     refuse("cannot be written to: " + std::string(std::strerror(errno)) + "; give another one");
   if (flock(journal_, LOCK_EX | LOCK_NB) != 0)
     refuse("is in use by another run");
-  std::string first;
-  std::getline(std::ifstream(fs::path(directory_) / journalName), first);
-  isOwn_ = isOwn_ || first == ofOwn;
+  std::ifstream journal(fs::path(directory_) / journalName);
+  for (std::string line; std::getline(journal, line);) {
+    isOwn_ = isOwn_ || line == ofOwn;
+    if (std::istringstream words(line); words >> line && line == ofMemory)
+      words >> memory_;
+  }
   if (lseek(journal_, 0, SEEK_END) > 0 && !resume)
     refuse("has results of an earlier run: go on with it (--resume), or give another one");
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory_, error))
+    if (entry.path().stem().stem().extension() == extension && entry.path().extension() == ".part")
+      fs::remove(entry, error); // what a run was writing when it was killed
 }
 
 TaskDirectory::~TaskDirectory()
@@ -126,10 +134,17 @@ TaskDirectory::~TaskDirectory()
 void TaskDirectory::note(const std::string& line)
 {
   const bool isFirst = lseek(journal_, 0, SEEK_END) == 0;
-  const std::string text = (isFirst && isOwn_ ? std::string(ofOwn) + "\n" : "") + line + "\n";
+  const std::string text = (isFirst && isOwn_ ? std::string(ofOwn) + "\n" : "") +
+                           (isFirst && memory_ > 0 ? ofMemory + (" " + std::to_string(memory_)) + "\n" : "") + line +
+                           "\n";
   if (write(journal_, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
     throw ResourceLimit("the journal of the work directory '" + directory_ +
                         "' cannot be written: " + std::strerror(errno));
+}
+
+std::size_t TaskDirectory::memory(std::size_t now)
+{
+  return memory_ = memory_ > 0 ? memory_ : now;
 }
 
 void TaskDirectory::requireRoom(const std::string& kind, double bytes) const

@@ -318,6 +318,43 @@ TEST(TaskDirectory, RemovesNothingElse)
   EXPECT_TRUE(fs::is_empty(directory.path())) << "which was there before";
 }
 
+TEST(TaskDirectory, KeepsTheMemoryThatItsTasksAreCutBy)
+{
+  const Directory directory;
+  {
+    TaskDirectory tasks(directory.path(), false);
+    EXPECT_EQ(tasks.memory(3000), 3000u);
+    EXPECT_EQ(tasks.memory(2000), 3000u) << "of the run's beginning";
+  }
+  EXPECT_FALSE(fs::exists(directory.path())) << "without results";
+  {
+    TaskDirectory tasks(directory.path(), false);
+    tasks.memory(5000);
+    outcome(&tasks);
+  }
+  TaskDirectory tasks(directory.path(), true);
+  EXPECT_EQ(tasks.memory(7000), 5000u);
+  outcome(&tasks);
+  tasks.remove();
+  EXPECT_FALSE(fs::exists(directory.path()));
+}
+
+TEST(TaskDirectory, RemovesWhatAKilledRunWasWriting)
+{
+  const Directory directory;
+  {
+    TaskDirectory tasks(directory.path(), false);
+    outcome(&tasks);
+  }
+  std::ofstream(directory.results().front().string() + ".123.part") << "half a result";
+  std::ofstream(directory.path() + "/of.someone.123.part") << "something else";
+  TaskDirectory tasks(directory.path(), true);
+  outcome(&tasks);
+  tasks.remove();
+  EXPECT_TRUE(fs::remove(directory.path() + "/of.someone.123.part"));
+  EXPECT_TRUE(fs::is_empty(directory.path())) << "half a result is left behind";
+}
+
 TEST(TaskDirectory, IsOfOneRun)
 {
   const Directory directory;

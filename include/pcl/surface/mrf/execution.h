@@ -62,6 +62,10 @@ public:
   int found() const { return found_; }
   int made() const { return made_; }
 
+  /// Bytes that the run may take, where nobody says how many: those of the run that is resumed, whose tasks they have
+  /// cut. \param now what they would be otherwise, for the journal
+  std::size_t memory(std::size_t now);
+
   /// Removes the results of this run, as nobody is going to need them any more, and the directory if it was made for
   /// it.
   void remove();
@@ -74,6 +78,7 @@ private:
   TaskRunner* inner_;
   bool isOwn_ = false;            ///< it was made for the results
   int journal_ = -1;              ///< a file, locked
+  std::size_t memory_ = 0;        ///< in the journal, or for it; 0: nobody has asked
   std::vector<std::string> used_; ///< files of results
   int found_ = 0, made_ = 0;
 };
