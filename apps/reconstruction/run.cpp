@@ -465,10 +465,28 @@ int runJobs(const Command& command)
   return firstFailure;
 }
 
+/// What a launcher says of this process; empty if nothing.
+std::string launched(const char* variable)
+{
+  const char* const value = std::getenv(variable);
+  return value == nullptr ? "" : value;
+}
+
 /// Whether mpirun has started this process.
 bool isRank()
 {
-  return std::getenv("OMPI_COMM_WORLD_SIZE") != nullptr;
+  return !launched("OMPI_COMM_WORLD_SIZE").empty();
+}
+
+/// Of launchers that are not Open MPI's: MPICH's, and Slurm's without it.
+void warnOfLaunchers()
+{
+  for (const auto& [count, number] : {std::pair("PMI_SIZE", "PMI_RANK"), {"SLURM_STEP_NUM_TASKS", "SLURM_PROCID"}})
+    if (const std::string all = launched(count); !isRank() && launched(number) == "0" && !all.empty() && all != "1")
+      std::fprintf(stderr,
+                   "warning: %s processes were started, each of which does all of this run; Open MPI's mpirun "
+                   "has them share it\n",
+                   all.c_str());
 }
 
 /// In the work directory, if there is to be one. \throw FileError
@@ -508,10 +526,24 @@ int run(const Command& given, pcl::mrf::TaskRunner* ranks)
 
 int runRank(int argc, char** argv)
 {
-  std::unique_ptr<pcl::mrf::TaskRunner> ranks;
-  if (isRank() && !(ranks = pcl::mrf::tasksOfRanks()))
-    return exitDone; // another rank has run
-  return runOrTell(parseCommandLine(argc, argv), [&](const Command& command) { return run(command, ranks.get()); });
+  const bool isSilent = isRank() && launched("OMPI_COMM_WORLD_LOCAL_RANK") != "0"; // another rank tells the same
+  Command given;
+  try {
+    given = parseCommandLine(argc, argv);
+  } catch (const UsageError&) {
+    if (!isSilent)
+      throw;
+    return exitDone;
+  }
+  if (isSilent && !given.information.empty())
+    return exitDone;
+  return runOrTell(given, [&](const Command& command) {
+    warnOfLaunchers();
+    std::unique_ptr<pcl::mrf::TaskRunner> ranks;
+    if (isRank() && !(ranks = pcl::mrf::tasksOfRanks()))
+      return int{exitDone}; // another rank has run
+    return run(command, ranks.get());
+  });
 }
 
 } // namespace

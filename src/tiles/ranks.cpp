@@ -9,6 +9,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <thread>
@@ -17,7 +20,7 @@
 namespace pcl::mrf {
 namespace {
 
-enum Tag { kindTag = 1, threadsTag, inputTag, endTag, resultTag, errorTag };
+enum Tag { buildTag = 1, kindTag, threadsTag, inputTag, endTag, resultTag, errorTag };
 
 /// Between two looks for a message: a thousandth of what a task takes.
 constexpr std::chrono::milliseconds pause(1);
@@ -68,6 +71,16 @@ std::pair<Tag, std::string> answerOf(const std::string& kind, std::string input,
   } catch (const std::exception& error) {
     return {errorTag, toMessage(Error(Status::internalError, error.what()))};
   }
+}
+
+/// What the file that holds this code is told from others by: ranks that run other code make other results.
+std::string buildOfThis()
+{
+  Dl_info found{};
+  dladdr(reinterpret_cast<const void*>(&serveRanks), &found);
+  std::ifstream file(found.dli_fname == nullptr ? "" : found.dli_fname, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  return std::to_string(std::hash<std::string>()(bytes));
 }
 
 } // namespace
@@ -158,8 +171,11 @@ private:
 
 Ranks::Ranks(const MessagePassing& passing) : passing_(passing)
 {
-  for (int rank = passing.ranks - 1; rank > 0; --rank)
+  const std::string build = buildOfThis();
+  for (int rank = passing.ranks - 1; rank > 0; --rank) {
     idle_.push_back(rank);
+    send(passing, rank, buildTag, build);
+  }
 }
 
 Ranks::~Ranks()
@@ -191,6 +207,11 @@ void serveRanks(const MessagePassing& passing)
     std::string bytes = received(passing, message);
     if (message.tag == threadsTag)
       execution.emplace(std::stoi(bytes));
+    else if (message.tag == buildTag && bytes != buildOfThis())
+      throw ResourceLimit("rank " + std::to_string(passing.rank) +
+                          " runs another build of the library than rank 0: install the same package on all machines");
+    else if (message.tag == buildTag)
+      continue;
     else if (message.tag == kindTag)
       kind = std::move(bytes);
     else if (message.tag == inputTag) {
@@ -208,6 +229,9 @@ std::unique_ptr<TaskRunner> tasksOfRanks()
   if (ranks != nullptr && std::string(ranks) == "1")
     return std::make_unique<OneProcess>(); // what follows a run in a script can begin MPI no second time
   void* const found = shownByModule(MRF_MPI_MODULE, messagePassingSymbol, RTLD_GLOBAL);
+  const char* const local = std::getenv("OMPI_COMM_WORLD_LOCAL_RANK");
+  if (found == nullptr && local != nullptr && std::string(local) != "0")
+    return nullptr; // another rank of this machine tells
   if (found == nullptr)
     throw ResourceLimit(std::string("several processes need ") + MRF_MPI_MODULE +
                         ", of the package " MRF_MPI_PACKAGE ", which cannot be loaded: " + dlerror() +

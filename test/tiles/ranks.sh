@@ -25,6 +25,20 @@ for ranks in 1 2 5; do
 done
 grep -q '"tiles": [2-9]' report5.json || fail "the finest level was not in tiles"
 
+# What all ranks see, one of them tells, also where the module is missing.
+[ "$("$mpirun" --oversubscribe -n 3 "$reconstruction" --version | wc -l)" = 1 ] || fail "each rank has a version"
+[ "$("$mpirun" --oversubscribe -n 3 "$reconstruction" --none 2>&1 | grep -c reconstruction:)" = 1 ] ||
+  fail "each rank tells of a wrong option"
+library=$(ldd "$reconstruction" | awk '/libpcl_mrf\.so/ { print $3 }')
+if [ -n "$library" ]; then # else it is in the tool
+  mkdir alone
+  cp -L "$library" alone
+  [ "$(LD_LIBRARY_PATH=$PWD/alone "$mpirun" --oversubscribe -n 3 "$reconstruction" cloud.ply mesh.ply 2>&1 |
+    grep -c 'reconstruction: several processes need')" = 1 ] || fail "each rank tells of a missing module"
+fi
+PMI_RANK=0 PMI_SIZE=3 "$reconstruction" cloud.ply mesh.ply -q 2>&1 | grep -q '^warning: 3 processes were started, each' ||
+  fail "nothing tells of a launcher that is not Open MPI's"
+
 # Killed as soon as there is a result, by ranks and without; then to its end.
 for command in "$mpirun --oversubscribe -n 2" ""; do
   $command "$reconstruction" cloud.ply resumed.ply "${options[@]}" resumed.json --work-directory work &

@@ -259,6 +259,18 @@ TEST(Tasks, OfRanksMayBeCancelled)
   });
 }
 
+TEST(Tasks, AreNotDoneByAnotherBuild)
+{
+  mail::boxes[1].push_back({0, 1, "an earlier version"});
+  mail::rank = 1;
+  expectRefused<ResourceLimit>(
+      [] {
+        serveRanks({1, mail::ranks, mail::ranks, mail::send, mail::probe, mail::receive, mail::finish});
+      },
+      "rank 1 runs another build of the library than rank 0: install the same");
+  mail::rank = 0;
+}
+
 TEST(TaskDirectory, GoesOnFromWhatIsThere)
 {
   const Directory directory;
