@@ -86,12 +86,13 @@ std::string headerOf(const std::string& format, const std::string& count, bool i
 
 } // namespace
 
-const char* const pointFileExtensions = "pcd, ply, obj, off, xyz, txt, asc, csv, pts, ptx or las, also with .gz";
+const char* const pointFileExtensions =
+    "pcd, ply, obj, off, xyz, txt, asc, csv, tsv, dat, pts, ptx or las, also with .gz";
 
 const std::vector<std::string>& pointFormats()
 {
-  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt",
-                                               "asc", "csv", "pts", "ptx", "las"};
+  static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt", "asc",
+                                               "csv", "tsv", "dat", "pts", "ptx", "las"};
   return all;
 }
 
@@ -142,7 +143,7 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
                      : format == "las" ? parseLas(path, text)
                                        : parseXyz(path, text);
   if (table.size() == 0)
-    throw FileError(path, "holds no points");
+    throw FileError(path, "holds no points; of several inputs leave it out");
   return table;
 }
 
@@ -200,6 +201,8 @@ PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::str
     append(more.positions, whole.positions);
     for (const std::string& note : more.notes)
       whole.notes.push_back(paths[n] + ": " + note);
+    for (const std::string& warning : more.warnings)
+      whole.warnings.push_back("'" + paths[n] + "': " + warning);
   }
   return whole;
 }

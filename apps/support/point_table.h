@@ -25,7 +25,7 @@ struct PointTable {
   std::vector<Eigen::Vector3d> sensors;              ///< of a file of several scans instead
   std::vector<std::int32_t> views;                   ///< the sensor of each point, from 0, if there are `sensors`
   std::vector<std::string> notes;                    ///< what the user should know about how the file was understood
-  std::vector<std::string> warnings;                 ///< what was left out of joined files
+  std::vector<std::string> warnings;                 ///< what was left out of the file, or of joined ones
 
   std::size_t size() const { return positions.size(); }
   bool hasIntensity() const { return scalars.count("intensity") != 0; }

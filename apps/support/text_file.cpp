@@ -41,7 +41,7 @@ std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
   if (isGzip(text))
     text = unpackGzip(name, text, pcl::mrf::availableMemory() / 8);
   if (text.empty())
-    throw FileError(name, "is empty");
+    throw FileError(name, "is empty: write it anew, or, of several inputs, leave it out");
   return text;
 }
 

@@ -11,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <regex>
+#include <set>
 
 namespace mrf_apps {
 namespace {
@@ -28,10 +29,33 @@ std::string withoutUnits(std::string_view line)
   return std::regex_replace(std::string(line), unit, "");
 }
 
+/// The units of length that a line of names has in brackets behind those of the coordinates, each once.
+std::set<std::string> lengthUnits(std::string_view line, const std::vector<std::string>& names)
+{
+  const std::string text(line);
+  std::set<std::string> units;
+  for (const std::size_t column : *VectorColumns(names).position) {
+    const std::regex unit("\\b" + names[column] + "\"?[ \t]*[\\[(] *(m|mm|cm|dm|km|ft|in|feet|meters|metres) *[\\])]",
+                          std::regex::icase);
+    if (std::smatch found; std::regex_search(text, found, unit))
+      units.insert(found[1]);
+  }
+  return units;
+}
+
+/// Whether a cell says that there is no number, as R, databases, Windows and spreadsheets write it.
+bool isMissing(std::string_view cell)
+{
+  for (const std::string_view word : {"", "NA", "N/A", "#N/A", "null", "none", "-"})
+    if (equalsIgnoringCase(cell, word))
+      return true;
+  return cell.find(".#") != std::string_view::npos || (cell.front() == '#' && cell.back() == '!');
+}
+
 /// The cells of a column that hold no number.
 struct Gaps {
-  std::size_t count = 0, emptyLine = 0, textLine = 0; ///< all of them; the first empty one and the first other, from 1
-  std::string_view text;                              ///< the first other
+  std::size_t count = 0, missingLine = 0, textLine = 0; ///< all; the first missing number and the first text, from 1
+  std::string_view text;                                ///< the first
 };
 
 /// Rows of numbers, all of one length; NaN in the gaps.
@@ -41,6 +65,7 @@ struct Rows {
   std::vector<std::string> names; ///< of the columns; without one they are skipped
   std::vector<Gaps> gaps;         ///< of the columns
   bool areCounted = false;        ///< a line says how many there are
+  std::size_t missingLine = 0;    ///< the first without a coordinate, from 1
 
   std::size_t size() const { return columns == 0 ? 0 : values.size() / columns; }
   double at(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
@@ -98,6 +123,8 @@ private:
     std::vector<std::string> names = rows_.columns > 0 ? std::vector<std::string>() : columnNames(line);
     const bool areThere = !names.empty();
     if (areThere) {
+      if (const std::set<std::string> units = lengthUnits(line, names); units.size() > 1)
+        lines_.fail("has coordinates in " + *units.begin() + " and in " + *units.rbegin() + ": give all in one unit");
       rows_.names = std::move(names);
       isHeader_ = !isComment(line);
     }
@@ -163,14 +190,15 @@ private:
 
   void takeGaps()
   {
-    values_.assign(cells_.size(), std::nan(""));
+    values_.resize(cells_.size());
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (toNumber(cells_[i], values_[i]))
         continue;
+      values_[i] = std::nan(""); // for what begins as a number
       Gaps& gaps = rows_.gaps[i];
       ++gaps.count;
-      std::size_t& first = cells_[i].empty() ? gaps.emptyLine : gaps.textLine;
-      if (first == 0 && !cells_[i].empty())
+      std::size_t& first = isMissing(cells_[i]) ? gaps.missingLine : gaps.textLine;
+      if (first == 0 && &first == &gaps.textLine)
         gaps.text = cells_[i];
       first = first == 0 ? lines_.number() : first;
     }
@@ -185,9 +213,9 @@ private:
   std::vector<double> values_;
 };
 
-/// The columns that are neither text nor empty. Refuses gaps where a coordinate is read, and text in a normal or a
-/// color; in a column without a name, which may be anything, text between numbers.
-std::vector<std::size_t> columnsOfNumbers(const std::string& path, const Rows& rows, std::vector<std::string>& notes)
+/// The columns that are neither text nor empty. Refuses text in a coordinate, a normal or a color, and coordinates
+/// without a number; in a column without a name, which may be anything, text between numbers.
+std::vector<std::size_t> columnsOfNumbers(const std::string& path, Rows& rows, std::vector<std::string>& notes)
 {
   constexpr std::size_t longest = 40; // of a text in a message
   const bool areNamed = rows.names.size() == rows.columns;
@@ -202,8 +230,10 @@ std::vector<std::size_t> columnsOfNumbers(const std::string& path, const Rows& r
     const std::string text = "holds '" + std::string(gaps.text.substr(0, longest)) + "', which is no number";
     if (gaps.textLine > 0 && (areNamed ? vectors.hold(c) : hasNumbers))
       throw FileError(path, gaps.textLine, column + " " + text + " such as -0.5: correct it, or delete the line");
-    if (gaps.emptyLine > 0 && isCoordinate)
-      throw FileError(path, gaps.emptyLine, column + " is empty: fill it in, or delete the line");
+    if (isCoordinate && !hasNumbers)
+      throw FileError(path, column + " holds no number: it is a coordinate of the points");
+    if (isCoordinate && gaps.missingLine > 0)
+      rows.missingLine = rows.missingLine == 0 ? gaps.missingLine : std::min(rows.missingLine, gaps.missingLine);
     if (gaps.textLine > 0)
       notes.push_back(column + " is skipped: line " + std::to_string(gaps.textLine) + " " + text);
     else if (hasNumbers)
@@ -387,7 +417,15 @@ PointTable parseXyz(const std::string& path, const std::string& text)
   Rows rows = RowParser(path, text).parse();
   std::vector<std::string> notes;
   keepColumns(columnsOfNumbers(path, rows, notes), rows);
-  return toTable(std::move(rows), std::move(notes));
+  const std::size_t missing = rows.missingLine;
+  PointTable table = toTable(std::move(rows), std::move(notes));
+  const auto count = std::count_if(table.positions.begin(), table.positions.end(),
+                                   [](const Eigen::Vector3d& position) { return position.hasNaN(); });
+  if (missing > 0)
+    table.warnings.push_back(std::to_string(count) + (count == 1 ? " point has" : " points have") +
+                             " no number as a coordinate, in line " + std::to_string(missing) +
+                             (count == 1 ? "" : " first") + ": left out");
+  return table;
 }
 
 PointTable parsePtx(const std::string& path, const std::string& text)

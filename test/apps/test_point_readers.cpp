@@ -539,15 +539,42 @@ TEST(XyzReader, emptyCellsMatterWhereTheyAreRead)
       EXPECT_TRUE(std::isnan(table.scalars.at("quality")[0]));
       EXPECT_EQ(table.scalars.at("quality")[1], .5);
     }
-    expectRefused("csv", header + "1,2,3,1,0,0,1\n4,,6,1,0,0,1\n",
-                  header.empty() ? "'file.csv': line 2: column 2 is empty: fill it in, or delete the line"
-                                 : "'file.csv': line 3: column 2 'y' is empty: fill it in");
   }
   EXPECT_EQ(parse("csv", ",1,2,3,\n,4,5,6,\n").positions.at(1), Eigen::Vector3d(4, 5, 6));
   expectRefused("csv", "1,2,3,0,0,1\n4,5,6.7.8,0,0,1\n",
                 "line 2: column 3 holds '6.7.8', which is no number such as -0.5: correct it, or delete the line");
   expectRefused("csv", "x,y,z,nx,ny,nz\n1,2,3,0,O,1\n", "line 2: column 5 'ny' holds 'O', which is no number");
-  expectRefused("csv", "1,2,3\n4,5,\n", "line 2: column 3 is empty");
+}
+
+// As NaN is in other formats: the library counts such points, and views and other columns stay in step.
+TEST(XyzReader, pointsWithoutACoordinateAreLeftOutWithAWarning)
+{
+  for (const char* word : {"", "NA", "n/a", "null", "None", "-", "#N/A", "#DIV/0!", "-1.#IND", "1.#QNAN0"})
+    for (const std::string header : {"x,y,z,quality\n", ""}) {
+      SCOPED_TRACE(header + word);
+      const PointTable table =
+          parse("csv", header + "1,2,3,4\n5," + word + ",6,7\n8,9," + word + ",1\n1,1,2," + word + "\n");
+      ASSERT_EQ(table.size(), 4u);
+      EXPECT_TRUE(std::isnan(table.positions[1].y()) && std::isnan(table.positions[2].z()));
+      EXPECT_EQ(table.positions[3], Eigen::Vector3d(1, 1, 2));
+      EXPECT_TRUE(std::isnan(table.scalars.at(header.empty() ? "intensity" : "quality")[3]));
+      EXPECT_EQ(table.warnings, std::vector<std::string>{"2 points have no number as a coordinate, in line " +
+                                                         std::string(header.empty() ? "2" : "3") + " first: left out"});
+    }
+  EXPECT_EQ(parse("xyz", "1 2 3\nNA NA NA\n").warnings.front(),
+            "1 point has no number as a coordinate, in line 2: left out");
+  expectRefused("csv", "x,y,z\n1,NA,3\n4,NA,6\n", "column 2 'y' holds no number");
+  EXPECT_EQ(mrf_apps::joinPoints({parse("csv", "1,2,3\n"), parse("csv", "1,2,3\n4,5,\n")}, {"a.csv", "b.csv"}).warnings,
+            std::vector<std::string>{"'b.csv': 1 point has no number as a coordinate, in line 2: left out"});
+}
+
+TEST(XyzReader, coordinatesHaveOneUnit)
+{
+  for (const char* header : {"X [mm],Y [mm],Z [m]", "\"X [mm]\";\"Y [mm]\";\"Z [m]\"", "# X(mm) Y(mm) Z(m)",
+                             "Easting [mm], Northing [mm], Elevation [ m ]"})
+    expectRefused("csv", header + std::string("\n1,2,3\n"), "line 1: has coordinates in m and in mm: give all in one");
+  for (const char* header : {"X [m],Y [m],Z [m],Range [mm]", "X [m],Y [m],Z,Nx [mm]", "X (E),Y (N),Z (up),Z [mm]"})
+    EXPECT_EQ(parse("csv", header + std::string("\n1,2,3,4\n")).size(), 1u) << header;
 }
 
 TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)

@@ -44,7 +44,7 @@ TEST_F(ToolErrors, Usage)
   expectFailure({"sphere.xyz", "out.doc"}, 2, "does not end in ply, obj, stl, vtk, vtp, glb, dae or 3mf");
   expectFailure({"sphere.xyz", "out"}, 2, "does not end in");
   expectFailure({"sphere.doc", "out.ply"}, 2,
-                "does not end in pcd, ply, obj, off, xyz, txt, asc, csv, pts, ptx or las, also with .gz");
+                "does not end in pcd, ply, obj, off, xyz, txt, asc, csv, tsv, dat, pts, ptx or las, also with .gz");
   const std::vector<std::pair<std::string, std::string>> conversions = {
       {"LAZ", "laszip -i 'scan.LAZ' -o cloud.las, or pdal translate 'scan.LAZ' cloud.las, makes"},
       {"e57", "CloudCompare -SILENT -C_EXPORT_FMT PLY -O 'scan.e57' -SAVE_CLOUDS makes"},
@@ -54,7 +54,7 @@ TEST_F(ToolErrors, Usage)
       {"pwn", "call it xyz"},
       {"npts", "call it xyz"}};
   for (const auto& [type, words] : conversions)
-    expectFailure({"scan." + type, "out.ply"}, 2, "csv, pts, ptx or las, also with .gz; " + words);
+    expectFailure({"scan." + type, "out.ply"}, 2, "csv, tsv, dat, pts, ptx or las, also with .gz; " + words);
   expectFailure({"sphere.xyz", "out.ply", "--report", "r.txt"}, 2, ".json");
   expectFailure({"sphere.xyz", "out.ply", "--field", "f.vtk"}, 2, ".vti");
   expectFailure({"sphere.xyz", "out.ply", "--picture", "p.jpg"}, 2, ".png");

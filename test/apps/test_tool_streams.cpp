@@ -64,7 +64,8 @@ TEST_F(ToolStreams, StandardInputThatIsNoCloudIsTold)
     EXPECT_EQ(files(), std::vector<std::string>{"sphere.xyz"});
   };
   expect("echo It was a dark and stormy night | $TOOL - out.ply", 1,
-         "'standard input': looks like none of pcd, ply, obj, off, xyz, txt, asc, csv, pts, ptx or las, also with .gz; "
+         "'standard input': looks like none of pcd, ply, obj, off, xyz, txt, asc, csv, tsv, dat, pts, ptx or las, also "
+         "with .gz; "
          "say --input-format");
   expect("$TOOL - out.ply < /dev/null", 1, "'standard input': is empty");
   expect("echo 1 2 3 | $TOOL - out.ply", 1, "'standard input': at least 4 points are needed; 1 of 1 are left");
