@@ -270,10 +270,16 @@ void ProgressDisplay::clear()
   isDrawn_ = false;
 }
 
-void printSummary(const RunSummary& run, const Report& report, Verbosity verbosity, std::FILE* log)
+void printWarnings(const Report& report, const std::string& input)
 {
   for (const std::string& warning : report.warnings)
-    std::fprintf(stderr, "warning: %s\n", pcl::mrf::withOptionNames(warning, pcl::mrf::OptionNaming::flags).c_str());
+    std::fprintf(stderr, "warning: %s%s%s\n", input.c_str(), input.empty() ? "" : ": ",
+                 pcl::mrf::withOptionNames(warning, pcl::mrf::OptionNaming::flags).c_str());
+}
+
+void printSummary(const RunSummary& run, const Report& report, Verbosity verbosity, std::FILE* log)
+{
+  printWarnings(report);
   if (verbosity == Verbosity::quiet)
     return;
   const Log print{log};
@@ -348,9 +354,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
 
 void printLine(const RunSummary& run, const Report& report, Verbosity verbosity)
 {
-  for (const std::string& warning : report.warnings)
-    std::fprintf(stderr, "warning: %s: %s\n", run.input.c_str(),
-                 pcl::mrf::withOptionNames(warning, pcl::mrf::OptionNaming::flags).c_str());
+  printWarnings(report, run.input);
   if (verbosity == Verbosity::quiet)
     return;
   std::printf("%s -> %s: %s, %s, %.2f s\n", run.input.c_str(), run.written.front().first.c_str(),

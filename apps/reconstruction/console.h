@@ -49,6 +49,9 @@ struct RunSummary {
   std::vector<std::pair<std::string, std::int64_t>> written; ///< path and bytes
 };
 
+/// Prints the warnings to standard error. \param input in front of each; may be empty
+void printWarnings(const pcl::mrf::Report& report, const std::string& input = {});
+
 /// Prints the closing summary, and warnings to standard error. \param log where to print, such as stdout
 void printSummary(const RunSummary& run, const pcl::mrf::Report& report, Verbosity verbosity, std::FILE* log);
 

@@ -175,6 +175,12 @@ void readInput(const Job& job, const Command& command, Input& input)
   input.sensors = sensorsOf(input.cloud, command.options);
 }
 
+/// Those of the files come first: they may explain the others, and a failure.
+void addWarnings(const Input& input, pcl::mrf::Report& report)
+{
+  report.warnings.insert(report.warnings.begin(), input.table.warnings.begin(), input.table.warnings.end());
+}
+
 /// The stages without the class for PCL's clouds and meshes, which know single precision only.
 /// \param report has what was done also if that throws
 Result reconstruct(Input& input, const Job& job, const Command& command, const pcl::mrf::ProgressCallback& progress,
@@ -192,8 +198,10 @@ Result reconstruct(Input& input, const Job& job, const Command& command, const p
     pcl::mrf::reconstruct(std::move(input.cloud), options, *search, execution, reconstruction, false);
   } catch (...) {
     report = std::move(reconstruction.report);
+    addWarnings(input, report);
     throw;
   }
+  addWarnings(input, reconstruction.report);
 
   Result result;
   result.fieldOffset = reconstruction.points.offset;
@@ -366,14 +374,12 @@ RunSummary produce(const Job& job, const Command& command, const TileFolder& til
       },
       report);
   pcl::mrf::releaseFreedMemory(); // which tools keep for their next arrays; the system needs it for files
-  std::vector<std::string>& warnings = result.report.warnings;
-  warnings.insert(warnings.begin(), input.table.warnings.begin(), input.table.warnings.end());
   if (command.isResumed) {
     const int found = command.results->found(), all = found + command.results->made();
     summary.notes.push_back(std::to_string(found) + " of " + std::to_string(all) + " parts of the run were there");
     if (found == 0 && all > 0)
-      warnings.push_back("none of the results in '" + command.workDirectory +
-                         "' is of this run, of other input or options maybe; they are left there");
+      result.report.warnings.push_back("none of the results in '" + command.workDirectory +
+                                       "' is of this run, of other input or options maybe; they are left there");
   }
   result.shiftOfOutput = offsetOfFloats(result.mesh, job.outputFormat);
   if ((job.outputFormat == "stl" || job.outputFormat == "3mf") && !result.report.mesh.closed())
@@ -455,6 +461,7 @@ int runJobs(const Command& command)
         throw;
       } catch (...) {
         display.clear();
+        printWarnings(report, isAlone ? "" : inputName(job));
         throw;
       }
       return exitDone;

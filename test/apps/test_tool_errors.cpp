@@ -27,7 +27,8 @@ TEST_F(ToolErrors, MissingAndUnreadableInput)
 TEST_F(ToolErrors, BadFiles)
 {
   write("empty.ply", "");
-  expectFailure({"empty.ply", "out.ply"}, 1, "'empty.ply': is empty");
+  expectFailure({"empty.ply", "out.ply"}, 1,
+                "'empty.ply': is empty: write it anew, or, of several inputs, leave it out");
   write("nan.xyz", "nan nan nan\nnan nan nan\n");
   expectFailure({"nan.xyz", "out.ply"}, 1, "'nan.xyz'");
 }
@@ -225,7 +226,15 @@ TEST_F(ToolErrors, SeveralInputs)
   for (const std::string option : {"--confidence-field", "--noise-field"})
     expectFailure({"trust.xyz", "sphere.xyz", "out.ply", option, "intensity"}, 2,
                   option + ": 'sphere.xyz' has no field 'intensity'");
-  expectFailure({"bare.xyz", "trust.xyz", "out.ply"}, 1, "'bare.xyz and 1 other file': ");
+  // What was said of the files when they were joined may be why.
+  const tool::Outcome outcome = run({"bare.xyz", "trust.xyz", "out.ply", "--report", "r.json"});
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err.rfind("warning: 'bare.xyz' has no intensities: those of the other files are left out\n"
+                              "pcl_mrf_reconstruction: 'bare.xyz and 1 other file': ",
+                              0),
+            0u)
+      << outcome.err;
+  EXPECT_EQ(parsed("r.json")["warnings"].size(), 1u);
 }
 
 TEST_F(ToolErrors, PictureNeedsADisplay)
