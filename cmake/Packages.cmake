@@ -74,6 +74,7 @@ set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_DEPENDS "python3, python3-numpy, python3-sc
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
   "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${MRF_NEXT_PYTHON}), python3-numpy")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-matplotlib, python3-open3d")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_SUGGESTS "xvfb, xauth") # pictures without a display, by xvfb-run
 set(CPACK_DEBIAN_EXPERIMENTS_PACKAGE_SUGGESTS "pcl-tools, glmark2-data")
 
 string(TIMESTAMP MRF_DATE "%a, %d %b %Y %H:%M:%S +0000" UTC) # of SOURCE_DATE_EPOCH, if that is set
