@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How far a surface may be off, drawn by matplotlib.
 
-error_bars.py picture.png [points.npy]      without a file: the bunny of Debian's package glmark2-data, or a sphere"""
+error_bars.py picture.png [points.npy | rows.xyz]      without a file: the bunny of Debian's package glmark2-data, or a sphere"""
 
 import sys
 from pathlib import Path
@@ -23,7 +23,8 @@ def scan():
 
 if len(sys.argv) < 2:
     sys.exit(__doc__)
-points = np.load(sys.argv[2]) if len(sys.argv) > 2 else scan()
+read = np.load if sys.argv[-1].endswith(".npy") else lambda file: np.loadtxt(file, usecols=(0, 1, 2))
+points = read(sys.argv[2]) if len(sys.argv) > 2 else scan()
 points = points[points[:, 1] < np.quantile(points[:, 1], .9)]  # what is missing is filled, and said to be uncertain
 mesh = pcl_mrf.reconstruct(points, uncertainty=True, max_hole="auto")
 half_width = 1.96 * mesh.sigma  # holds the surface in 95 of 100 cases
