@@ -90,6 +90,8 @@ void OutputFiles::add(const std::string& path)
       fail(path);
   } else {
     const fs::path target = fs::weakly_canonical(fs::absolute(path, error), error);
+    if (target.empty()) // such as a link to a pipe
+      throw FileError(path, "is no file; standard output is called -");
     if (fs::is_directory(target, error) || !target.has_filename())
       throw FileError(path, "is a directory");
     if (fs::exists(fs::symlink_status(target, error)) && !fs::is_regular_file(target, error))

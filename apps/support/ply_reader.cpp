@@ -70,7 +70,7 @@ bool parseProperty(const std::vector<std::string_view>& words, Property& propert
 
 Header parseHeader(const std::string& path, const std::string& text)
 {
-  if (text.compare(0, 4, "ply\n") != 0 && text.compare(0, 5, "ply\r\n") != 0)
+  if (text.compare(0, 4, "ply\n") != 0 && text.compare(0, 4, "ply\r") != 0)
     throw FileError(path, "is not a PLY file");
   Header header;
   std::vector<std::string_view> words;

@@ -135,6 +135,8 @@ std::string pointFormatOf(std::string_view text)
 
 PointTable parsePoints(const std::string& format, const std::string& path, const std::string& text)
 {
+  if (text.compare(0, 2, "\xff\xfe") == 0 || text.compare(0, 2, "\xfe\xff") == 0)
+    throw FileError(path, "is text in UTF-16: save it as UTF-8");
   PointTable table = format == "obj"   ? parseObj(path, text)
                      : format == "off" ? parseOff(path, text)
                      : format == "pcd" ? readPcd(path, text)

@@ -138,7 +138,7 @@ bool Lines::next(std::string_view& line)
 {
   if (text_.empty())
     return false;
-  const std::size_t end = text_.find('\n');
+  const std::size_t end = text_.find(end_);
   line = text_.substr(0, end);
   text_.remove_prefix(end == std::string_view::npos ? text_.size() : end + 1);
   if (!line.empty() && line.back() == '\r')

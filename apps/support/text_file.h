@@ -37,11 +37,13 @@ void writeText(const std::string& path, const std::string& text);
 /// Words in one text.
 std::string joined(const std::vector<std::string>& words, const std::string& separator = ", ");
 
-/// Hands out the lines of a text, without their ends (LF, CRLF).
+/// Hands out the lines of a text, without their ends: LF, CRLF, or CR in a text without the others.
 class Lines {
 public:
   /// \param path of the file, for messages
-  explicit Lines(std::string_view text = {}, const std::string& path = {}) : text_(text), path_(path) {}
+  explicit Lines(std::string_view text = {}, const std::string& path = {})
+      : text_(text), path_(path), end_(text.find('\n') == std::string_view::npos ? '\r' : '\n')
+  {}
 
   bool next(std::string_view& line);
   /// The words of the next line that has any. \param comment begins what is left out of a line; 0: nothing does
@@ -54,6 +56,7 @@ public:
 private:
   std::string_view text_;
   std::string path_;
+  char end_;
   std::size_t number_ = 0;
 };
 

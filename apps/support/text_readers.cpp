@@ -176,7 +176,8 @@ private:
     if (cells_.size() < 3 && numbers > 0)
       lines_.fail("has fewer than the three columns x y z");
     if (rows_.names.size() != cells_.size() && numbers < 3)
-      lines_.fail("is not a row of numbers, nor names columns x, y and z");
+      lines_.fail("is not a row of numbers, nor names columns x, y and z, which are lengths: name them so, or delete "
+                  "the line where they come first");
     // Without the names x y z are taken to be first; a column that numbers the points needs none. A comment may be a
     // sentence.
     const std::size_t names = rows_.names.size();

@@ -108,7 +108,7 @@ TaskDirectory::TaskDirectory(std::string directory, bool resume, TaskRunner* inn
     throw FileError("the work directory '" + directory_ + "' " + why);
   };
   if (journal_ < 0)
-    refuse("cannot be written to: " + std::string(std::strerror(errno)) + "; give another one");
+    refuse("cannot be written to: " + (error ? error.message() : std::strerror(errno)) + "; give another one");
   if (flock(journal_, LOCK_EX | LOCK_NB) != 0)
     refuse("is in use by another run");
   std::ifstream journal(fs::path(directory_) / journalName);

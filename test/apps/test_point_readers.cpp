@@ -454,9 +454,9 @@ TEST(ObjReader, pairsNormalsByIndex)
 
 TEST(XyzReader, takesEveryKindOfHeaderAndSeparator)
 {
-  for (const char* text :
-       {"1 2 3 0 0 1\n4 5 6 0 1 0\n", "// from a scanner\n2\n1 2 3 0 0 1\n4 5 6 0 1 0\n",
-        "X Y Z Nx Ny Nz\n1,2,3,0,0,1\n4,5,6,0,1,0\n", "# exported\n\n1 2 3 0 0 1\r\n4 5 6 0 1 0\r\n"}) {
+  for (const char* text : {"1 2 3 0 0 1\n4 5 6 0 1 0\n", "// from a scanner\n2\n1 2 3 0 0 1\n4 5 6 0 1 0\n",
+                           "X Y Z Nx Ny Nz\n1,2,3,0,0,1\n4,5,6,0,1,0\n", "# exported\n\n1 2 3 0 0 1\r\n4 5 6 0 1 0\r\n",
+                           "x,y,z,nx,ny,nz\r1,2,3,0,0,1\r4,5,6,0,1,0\r"}) {
     const PointTable table = parse("xyz", text);
     EXPECT_EQ(table.positions, (Points{{1, 2, 3}, {4, 5, 6}})) << text;
     EXPECT_EQ(table.normals, (Normals{{0, 0, 1}, {0, 1, 0}})) << text;
@@ -464,6 +464,7 @@ TEST(XyzReader, takesEveryKindOfHeaderAndSeparator)
   const PointTable colored = parse("xyz", "1 2 3 200 100 50\n4 5 6 200 100 50\n");
   EXPECT_TRUE(colored.normals.empty());
   EXPECT_EQ(colored.colors.at(1), (Color{200, 100, 50}));
+  expectRefused("csv", std::string("\xff\xfex\0,\0y\0", 8), "is text in UTF-16: save it as UTF-8");
   // Numbers beyond doubles.
   const PointTable far = parse("xyz", "0 1e999 -1e999\n1e-999 0." + std::string(400, '0') + "1 1\n");
   EXPECT_FALSE(std::isfinite(far.positions[0].y()) || std::isfinite(far.positions[0].z()));
@@ -482,6 +483,8 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
         "X [m], Y [m], Z [m], Nx, Ny, Nz, R (0-255), red, green, "
         "blue\n1,2,3,0,0,1,7,10,20,30\n4,5,6,0,1,0,7,40,50,60\n",
         "2\nX(m) Y(m) Z [m] nx ny nz r g b\n1 2 3 0 0 1 10 20 30\n4 5 6 0 1 0 40 50 60\n",
+        "POINT_X,POINT_Y,POINT_Z,nx,ny,nz,r,g,b\n1,2,3,0,0,1,10,20,30\n4,5,6,0,1,0,40,50,60\n",
+        "Z Coordinate,X Coordinate,Y Coordinate,nx,ny,nz,r,g,b\n3,1,2,0,0,1,10,20,30\n6,4,5,0,1,0,40,50,60\n",
         "Northing;Easting;Elevation;nx;ny;nz;r;g;b\n2;1;3;0;0;1;10;20;30\n5;4;6;0;1;0;40;50;60\n",
         "1 2 3 0 0 1 10 20 30\n4 5 6 0 1 0 40 50 60\n", "1 2 3 10 20 30 0 0 1\n4 5 6 40 50 60 0 1 0\n"}) {
     SCOPED_TRACE(text);
@@ -503,7 +506,7 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
   expectRefused("csv", brackets + "\n1,2,3\n", "nor names columns");
   for (const char* header : {"a,b,c", "lat,lon,alt"})
     expectRefused("csv", header + std::string("\n1,2,3\n"),
-                  "line 1: is not a row of numbers, nor names columns x, y and z");
+                  "line 1: is not a row of numbers, nor names columns x, y and z, which are lengths: name them so");
   expectRefused("csv", "x,y,z\n1,2,3\nx,y,z\n", "line 3: column 1 'x' holds 'x', which is no number");
   expectRefused("csv", "x,y,z\n\"0,5\",\"1,5\",\"2,5\"\n", "line 2: column 1 'x' holds '0,5', which is no number");
 }

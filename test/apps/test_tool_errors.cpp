@@ -170,6 +170,8 @@ TEST_F(ToolErrors, WorkDirectories)
   write("file", "");
   expectFailure({"sphere.xyz", "out.ply", "--work-directory", "file"}, 1,
                 "the work directory 'file' cannot be written to");
+  const std::string error = run({"sphere.xyz", "out.ply", "--work-directory", "/sys/work"}).err;
+  EXPECT_EQ(error.find("No such file"), std::string::npos) << "not why the folder cannot be made: " << error;
   succeed({"sphere.xyz", "out.ply", "--work-directory", "work"});
   EXPECT_FALSE(std::filesystem::exists(path("work"))) << "left behind";
   std::filesystem::create_directory(path("work"));

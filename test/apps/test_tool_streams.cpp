@@ -72,6 +72,8 @@ TEST_F(ToolStreams, StandardInputThatIsNoCloudIsTold)
   expect("$TOOL - out.ply --input-format ply < sphere.xyz", 1, "'standard input': is not a PLY file");
   expect("$TOOL sphere.xyz -", 2, "standard output, which has no name to tell the format; say --output-format");
   expect("$TOOL sphere.xyz - --output-format doc", 2, "'doc' is none of ply, obj, stl, vtk, vtp, glb, dae, 3mf");
+  expect("$TOOL sphere.xyz /dev/stdout --output-format ply | cat; exit 1", 1,
+         "'/dev/stdout': is no file; standard output is called -");
   expect("$TOOL - --output-directory out < sphere.xyz", 2, "standard input has no name");
 }
 
