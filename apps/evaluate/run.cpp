@@ -36,6 +36,8 @@ PointTable readCloud(const std::string& path)
   if (path.empty())
     return {};
   PointTable points = readPoints(path);
+  for (const std::string& warning : points.warnings)
+    std::fprintf(stderr, "warning: '%s': %s\n", path.c_str(), warning.c_str());
   if (finite(points.positions).empty())
     throw FileError(path, "has no finite point");
   return points;

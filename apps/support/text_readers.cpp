@@ -35,7 +35,8 @@ std::set<std::string> lengthUnits(std::string_view line, const std::vector<std::
   const std::string text(line);
   std::set<std::string> units;
   for (const std::size_t column : *VectorColumns(names).position) {
-    const std::regex unit("\\b" + names[column] + "\"?[ \t]*[\\[(] *(m|mm|cm|dm|km|ft|in|feet|meters|metres) *[\\])]",
+    const std::regex unit("\\b" + names[column] +
+                              "\"?[ \t]*[\\[(] *(m|mm|cm|dm|km|(us|survey)? *ft|in|feet|meters|metres) *[\\])]",
                           std::regex::icase);
     if (std::smatch found; std::regex_search(text, found, unit))
       units.insert(found[1]);

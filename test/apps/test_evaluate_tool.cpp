@@ -95,6 +95,13 @@ TEST_F(EvaluateTool, TableJsonAndColors)
   EXPECT_EQ(mrf_apps::readMesh(path("c.ply").string()).scalars.at("error").size(), 4u);
 }
 
+TEST_F(EvaluateTool, TellsOfPointsWithoutACoordinate)
+{
+  write("gaps.csv", "x,y,z\n1,1,.1\n2,NA,.1\n2,2,.1\n");
+  EXPECT_EQ(succeed({"flat.off", "--held-out", "gaps.csv"}).err,
+            "warning: 'gaps.csv': 1 point has no number as a coordinate, in line 3: left out\n");
+}
+
 TEST_F(EvaluateTool, WhatASensorSees)
 {
   const auto seen = [&](const std::vector<std::string>& arguments) {

@@ -576,6 +576,7 @@ TEST(XyzReader, coordinatesHaveOneUnit)
   for (const char* header : {"X [mm],Y [mm],Z [m]", "\"X [mm]\";\"Y [mm]\";\"Z [m]\"", "# X(mm) Y(mm) Z(m)",
                              "Easting [mm], Northing [mm], Elevation [ m ]"})
     expectRefused("csv", header + std::string("\n1,2,3\n"), "line 1: has coordinates in m and in mm: give all in one");
+  expectRefused("csv", "X [US ft],Y [US ft],Z [m]\n1,2,3\n", "in US ft and in m");
   for (const char* header : {"X [m],Y [m],Z [m],Range [mm]", "X [m],Y [m],Z,Nx [mm]", "X (E),Y (N),Z (up),Z [mm]"})
     EXPECT_EQ(parse("csv", header + std::string("\n1,2,3,4\n")).size(), 1u) << header;
 }
