@@ -22,15 +22,20 @@ const char* const noiseModelHelp =
 
 namespace {
 
-/// "8G", also "8GiB", as a number of MiB; what ends in none of these as it is.
+/// "8G", also "8GiB", as a number of MiB, and so is "8GB", whose bytes are fewer; what ends in none of these as it is.
 std::string inMebibytes(const std::string& text)
 {
   const std::size_t end = text.find_last_of("0123456789.") + 1;
   const std::string suffix = text.substr(end);
-  for (const auto& [unit, factor] : {std::pair<char, double>{'M', 1}, {'G', 1 << 10}, {'T', 1 << 20}})
-    if (double value = 0;
-        (suffix == std::string{unit} || suffix == std::string{unit} + "iB") && toNumber(text.substr(0, end), value))
-      return pcl::mrf::decimalText(factor * value);
+  double value = 0, binary = 1, decimal = 1e6 / (1 << 20);
+  for (const char unit : {'M', 'G', 'T'}) {
+    const bool isDecimal = suffix == std::string{unit} + "B";
+    if ((isDecimal || suffix == std::string{unit} || suffix == std::string{unit} + "iB") &&
+        toNumber(text.substr(0, end), value))
+      return pcl::mrf::decimalText((isDecimal ? decimal : binary) * value);
+    binary *= 1024;
+    decimal *= 1000;
+  }
   return text;
 }
 

@@ -117,6 +117,7 @@ TEST(CommandLine, SetsEveryOptionOfTheTable)
   }
   EXPECT_EQ(parsed({"--max-memory", "2G"}).multiscale.maxMemory, std::int64_t{2} << 30);
   EXPECT_EQ(parsed({"--max-memory", "0.5GiB"}).multiscale.maxMemory, 512 << 20);
+  EXPECT_NEAR(static_cast<double>(parsed({"--max-memory", "8GB"}).multiscale.maxMemory), 8e9, 1000); // floats between
 }
 
 TEST_F(ToolOptions, EachTakesEffect)
