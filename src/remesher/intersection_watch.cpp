@@ -16,7 +16,7 @@ constexpr std::int64_t vertexGrain = 2048;
 
 /// Share of the vertices from which on all are watched, which costs hardly more then: one intersection that is
 /// overlooked means to remesh all over again.
-constexpr double mostWatched = .5;
+constexpr double mostWatched = .3;
 
 template <typename Condition>
 bool isAnyCorner(const Triangle& triangle, const Condition& holds)
