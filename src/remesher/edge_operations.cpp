@@ -94,24 +94,26 @@ bool mergedFits(const RemeshedSurface& surface, std::int32_t h, const Corner& me
   const HalfEdgeMesh& mesh = surface.mesh;
   const std::int32_t g = mesh.twin[h];
   bool fits = true;
-  for (const std::int32_t end : {mesh.origin[h], mesh.target(h)}) {
+  for (const std::int32_t end : {mesh.origin[h], mesh.target(h)})
     mesh.forNeighbors(end, [&](std::int32_t w) {
       const float longest = squared(4 * surface.targetBetween(end, w) / 3);
       // Edges that are too long already must not keep a needle's short one from going.
       const float former = 1.21f * (mesh.positions[w] - mesh.positions[end]).squaredNorm();
       fits = fits && (mesh.positions[w] - merged.position).squaredNorm() <= std::max(longest, former);
     });
+  for (const std::int32_t end : {mesh.origin[h], mesh.target(h)})
     mesh.forOutgoing(end, [&](std::int32_t spoke) {
       if (!fits || spoke / 3 == h / 3 || (g >= 0 && spoke / 3 == g / 3))
+        return;
+      const TriangleShape next(merged, surface.corner(mesh.target(spoke)), surface.corner(mesh.opposite(spoke)));
+      if (surface.isFineFor(spoke, next))
         return;
       TriangleShape former = surface.shape(spoke);
       // Three needles around a tiny triangle: the first collapse thins two of them, the next one takes them away.
       if (former.isSliver())
         former.shape *= .5f;
-      fits = surface.mayReplace(former,
-                                {merged, surface.corner(mesh.target(spoke)), surface.corner(mesh.opposite(spoke))});
+      fits = surface.mayReplace(former, next);
     });
-  }
   return fits;
 }
 

@@ -68,6 +68,11 @@ struct RemeshedSurface {
   {
     return next.mayReplace(former, maxTurn);
   }
+  /// True if the next one may replace whatever triangle h is of, which most may; false: its shape has to tell.
+  bool isFineFor(std::int32_t h, const TriangleShape& next) const
+  {
+    return next.sound() && next.turn <= maxTurn && next.turnsLittle(cross(h));
+  }
 
   /// That half-edge of an edge whose target goes if its ends are merged: a border stays where it is.
   std::int32_t towardsWhatGoes(std::int32_t edge) const
@@ -89,8 +94,10 @@ struct RemeshedSurface {
   {
     bool fits = true;
     mesh.forOutgoing(vertex, [&](std::int32_t h) {
-      if (fits)
-        fits = mayReplace(shape(h), {moved, corner(mesh.target(h)), corner(mesh.opposite(h))});
+      if (!fits)
+        return;
+      const TriangleShape next(moved, corner(mesh.target(h)), corner(mesh.opposite(h)));
+      fits = isFineFor(h, next) || mayReplace(shape(h), next);
     });
     return fits;
   }
