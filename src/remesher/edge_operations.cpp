@@ -88,19 +88,27 @@ std::uint64_t keyOf(const RemeshedSurface& surface, std::int32_t h)
   return static_cast<std::uint64_t>(exponent + 1024) << 32 | static_cast<std::uint32_t>(h);
 }
 
-/// True if the triangles of both ends may have them merged.
-bool mergedFits(const RemeshedSurface& surface, std::int32_t h, const Corner& merged)
+/// True if no edge gets too long that would join the merged ends to their neighbors.
+bool edgesFit(const RemeshedSurface& surface, std::int32_t h, const Vector3f& merged)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
-  const std::int32_t g = mesh.twin[h];
   bool fits = true;
   for (const std::int32_t end : {mesh.origin[h], mesh.target(h)})
     mesh.forNeighbors(end, [&](std::int32_t w) {
       const float longest = squared(4 * surface.targetBetween(end, w) / 3);
       // Edges that are too long already must not keep a needle's short one from going.
       const float former = 1.21f * (mesh.positions[w] - mesh.positions[end]).squaredNorm();
-      fits = fits && (mesh.positions[w] - merged.position).squaredNorm() <= std::max(longest, former);
+      fits = fits && (mesh.positions[w] - merged).squaredNorm() <= std::max(longest, former);
     });
+  return fits;
+}
+
+/// True if the triangles of both ends may have them merged.
+bool trianglesFit(const RemeshedSurface& surface, std::int32_t h, const Corner& merged)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  const std::int32_t g = mesh.twin[h];
+  bool fits = true;
   for (const std::int32_t end : {mesh.origin[h], mesh.target(h)})
     mesh.forOutgoing(end, [&](std::int32_t spoke) {
       if (!fits || spoke / 3 == h / 3 || (g >= 0 && spoke / 3 == g / 3))
@@ -123,7 +131,7 @@ bool mergeAt(RemeshedSurface& surface, std::int32_t h, const Site& site, Operati
   if (mesh.twin[h] < 0 &&
       !surface.followsBorder(mesh.previousOnBorder(mesh.origin[h]), site, mesh.nextOnBorder(mesh.target(h))))
     return false;
-  if (!mergedFits(surface, h, site.corner))
+  if (!edgesFit(surface, h, site.corner.position) || !trianglesFit(surface, h, site.corner))
     return false;
   surface.merge(h, site, log);
   return true;
@@ -139,7 +147,9 @@ bool collapse(RemeshedSurface& surface, std::int32_t edge, OperationLog& log)
     return false;
   if (mesh.twin[h] >= 0 && mesh.onBoundary(a))
     return mergeAt(surface, h, surface.site(a), log);
-  const std::optional<Site> middle = middleOf(surface, h);
+  // What does not fit before the way to the surface would hardly fit after it.
+  const bool mayFit = edgesFit(surface, h, .5f * (mesh.positions[a] + mesh.positions[b]));
+  const std::optional<Site> middle = mayFit ? middleOf(surface, h) : std::nullopt;
   return (middle && mergeAt(surface, h, *middle, log)) || mergeAt(surface, h, surface.site(a), log) ||
          mergeAt(surface, h, surface.site(b), log);
 }
