@@ -67,9 +67,10 @@ struct TriangleShape {
     return !former.sound() || turnsLittle(former);
   }
 
-  bool turnsLittle(const TriangleShape& former) const
+  bool turnsLittle(const TriangleShape& former) const { return turnsLittle(former.cross); }
+  bool turnsLittle(const Eigen::Vector3f& former) const
   {
-    return cross.dot(former.cross) >= minTurnCosine * cross.norm() * former.cross.norm();
+    return cross.dot(former) >= minTurnCosine * cross.norm() * former.norm();
   }
 
 private:

@@ -72,6 +72,7 @@ public:
       : surface_(surface), mesh_(surface.mesh), execution_(execution), quadrics_(mesh_.positions.size()),
         stamps_(mesh_.positions.size(), 0)
   {
+    surface_.logs.resize(1);
     if (!mesh_.positions.empty())
       origin_ = mesh_.positions.front();
     sumUp();
@@ -211,7 +212,7 @@ private:
                         surface_.level.normalAt(position, (mesh_.normals[a] + mesh_.normals[b]).normalized())};
     if (!position.allFinite() || !fits(h, merged))
       return false;
-    surface_.merge(h, {merged, surface_.site(a).place});
+    surface_.merge(h, {merged, surface_.site(a).place}, surface_.logs.back());
     quadrics_[a].add(quadrics_[b]);
     ++stamps_[a];
     ++stamps_[b];
@@ -237,7 +238,6 @@ private:
 void decimate(RemeshedSurface& surface, std::int64_t triangles, Execution& execution)
 {
   Decimation(surface, execution).run(triangles);
-  surface.mesh.compact(execution);
 }
 
 } // namespace pcl::mrf

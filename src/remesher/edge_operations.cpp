@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -52,7 +53,7 @@ bool isLong(const RemeshedSurface& surface, std::int32_t h)
          !(mesh.pinned[mesh.origin[h]] && mesh.pinned[mesh.target(h)]);
 }
 
-bool split(RemeshedSurface& surface, std::int32_t h, const HalfEdgeMesh::Room& room)
+bool split(RemeshedSurface& surface, std::int32_t h, const HalfEdgeMesh::Room& room, OperationLog& log)
 {
   HalfEdgeMesh& mesh = surface.mesh;
   const std::int32_t g = mesh.twin[h];
@@ -68,6 +69,7 @@ bool split(RemeshedSurface& surface, std::int32_t h, const HalfEdgeMesh::Room& r
   };
   if (!halvesFit(h, a, b) || (g >= 0 && !halvesFit(g, b, a)))
     return false;
+  log.addSplit(mesh, h, room);
   surface.moveTo(mesh.split(h, room, m.position, m.normal), *middle);
   return true;
 }
@@ -86,47 +88,57 @@ std::uint64_t keyOf(const RemeshedSurface& surface, std::int32_t h)
   return static_cast<std::uint64_t>(exponent + 1024) << 32 | static_cast<std::uint32_t>(h);
 }
 
-/// True if the triangles of both ends may have them merged.
-bool mergedFits(const RemeshedSurface& surface, std::int32_t h, const Corner& merged)
+/// True if no edge gets too long that would join the merged ends to their neighbors.
+bool edgesFit(const RemeshedSurface& surface, std::int32_t h, const Vector3f& merged)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
-  const std::int32_t g = mesh.twin[h];
   bool fits = true;
-  for (const std::int32_t end : {mesh.origin[h], mesh.target(h)}) {
+  for (const std::int32_t end : {mesh.origin[h], mesh.target(h)})
     mesh.forNeighbors(end, [&](std::int32_t w) {
       const float longest = squared(4 * surface.targetBetween(end, w) / 3);
       // Edges that are too long already must not keep a needle's short one from going.
       const float former = 1.21f * (mesh.positions[w] - mesh.positions[end]).squaredNorm();
-      fits = fits && (mesh.positions[w] - merged.position).squaredNorm() <= std::max(longest, former);
+      fits = fits && (mesh.positions[w] - merged).squaredNorm() <= std::max(longest, former);
     });
+  return fits;
+}
+
+/// True if the triangles of both ends may have them merged.
+bool trianglesFit(const RemeshedSurface& surface, std::int32_t h, const Corner& merged)
+{
+  const HalfEdgeMesh& mesh = surface.mesh;
+  const std::int32_t g = mesh.twin[h];
+  bool fits = true;
+  for (const std::int32_t end : {mesh.origin[h], mesh.target(h)})
     mesh.forOutgoing(end, [&](std::int32_t spoke) {
       if (!fits || spoke / 3 == h / 3 || (g >= 0 && spoke / 3 == g / 3))
+        return;
+      const TriangleShape next(merged, surface.corner(mesh.target(spoke)), surface.corner(mesh.opposite(spoke)));
+      if (surface.isFineFor(spoke, next))
         return;
       TriangleShape former = surface.shape(spoke);
       // Three needles around a tiny triangle: the first collapse thins two of them, the next one takes them away.
       if (former.isSliver())
         former.shape *= .5f;
-      fits = surface.mayReplace(former,
-                                {merged, surface.corner(mesh.target(spoke)), surface.corner(mesh.opposite(spoke))});
+      fits = surface.mayReplace(former, next);
     });
-  }
   return fits;
 }
 
-bool mergeAt(RemeshedSurface& surface, std::int32_t h, const Site& site)
+bool mergeAt(RemeshedSurface& surface, std::int32_t h, const Site& site, OperationLog& log)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
   if (mesh.twin[h] < 0 &&
       !surface.followsBorder(mesh.previousOnBorder(mesh.origin[h]), site, mesh.nextOnBorder(mesh.target(h))))
     return false;
-  if (!mergedFits(surface, h, site.corner))
+  if (!edgesFit(surface, h, site.corner.position) || !trianglesFit(surface, h, site.corner))
     return false;
-  surface.merge(h, site);
+  surface.merge(h, site, log);
   return true;
 }
 
 /// Merges the ends of an edge half way between them, else where one of them is; on the border if one of them is there.
-bool collapse(RemeshedSurface& surface, std::int32_t edge)
+bool collapse(RemeshedSurface& surface, std::int32_t edge, OperationLog& log)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
   const std::int32_t h = surface.towardsWhatGoes(edge);
@@ -134,10 +146,12 @@ bool collapse(RemeshedSurface& surface, std::int32_t edge)
   if (!mesh.mayCollapse(h))
     return false;
   if (mesh.twin[h] >= 0 && mesh.onBoundary(a))
-    return mergeAt(surface, h, surface.site(a));
-  const std::optional<Site> middle = middleOf(surface, h);
-  return (middle && mergeAt(surface, h, *middle)) || mergeAt(surface, h, surface.site(a)) ||
-         mergeAt(surface, h, surface.site(b));
+    return mergeAt(surface, h, surface.site(a), log);
+  // What does not fit before the way to the surface would hardly fit after it.
+  const bool mayFit = edgesFit(surface, h, .5f * (mesh.positions[a] + mesh.positions[b]));
+  const std::optional<Site> middle = mayFit ? middleOf(surface, h) : std::nullopt;
+  return (middle && mergeAt(surface, h, *middle, log)) || mergeAt(surface, h, surface.site(a), log) ||
+         mergeAt(surface, h, surface.site(b), log);
 }
 
 /// By how much the squared deviation from the ideal valence grows if the valence changes by one.
@@ -158,7 +172,7 @@ bool isToFlip(const RemeshedSurface& surface, std::int32_t h)
   return growth(mesh, a, -1) + growth(mesh, b, -1) + growth(mesh, c, 1) + growth(mesh, d, 1) < 0;
 }
 
-bool flip(RemeshedSurface& surface, std::int32_t h)
+bool flip(RemeshedSurface& surface, std::int32_t h, OperationLog& log)
 {
   HalfEdgeMesh& mesh = surface.mesh;
   const std::int32_t g = mesh.twin[h];
@@ -171,6 +185,7 @@ bool flip(RemeshedSurface& surface, std::int32_t h)
   if (!surface.mayReplace(former, {surface.corner(a), cornerD, cornerC}) ||
       !surface.mayReplace(former, {cornerD, surface.corner(b), cornerC}))
     return false;
+  log.addFlip(mesh, h);
   mesh.flip(h);
   return true;
 }
@@ -179,7 +194,7 @@ using IsWanted = bool(const RemeshedSurface&, std::int32_t h);
 
 /// Does an operation on half-edges by whose turn what came before may not want it any more. Those amid a region of the
 /// mesh are worked on while other regions' are, in the order of the list; after them those that lie across its borders.
-/// \param operation takes a half-edge and its place in the list, returns false if it is refused
+/// \param operation takes a half-edge, its place in the list and a log, returns false if it is refused
 /// \param done counts what was not refused
 template <typename Operation>
 void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdges, IsWanted& isWanted,
@@ -195,16 +210,18 @@ void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdge
     listed.resize(std::max(listed.size(), region + 1));
     listed[region].push_back(static_cast<std::int32_t>(n));
   }
-  const auto operateOn = [&](std::int32_t n, Counts& counts) {
-    ++(operation(halfEdges[n], n) ? counts.done : counts.refused);
-  };
   std::vector<Counts> counts(listed.size() + 1);
+  std::vector<OperationLog> logs(listed.size() + 1);
+  const auto operateOn = [&](std::int32_t n, Counts& ofRegion, OperationLog& log) {
+    ++(operation(halfEdges[n], n, log) ? ofRegion.done : ofRegion.refused);
+  };
   std::vector<std::uint8_t> isWaiting(halfEdges.size(), 0);
   Poller poll(execution);
   const std::thread::id caller = std::this_thread::get_id();
   forEach(execution, static_cast<std::int64_t>(listed.size()), 1, [&](std::size_t region) {
     const bool mayPoll = std::this_thread::get_id() == caller;
     Counts ofRegion;
+    OperationLog& log = logs[region];
     for (const std::int32_t n : listed[region]) {
       if (mayPoll)
         poll();
@@ -214,21 +231,23 @@ void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdge
       if (isOwn && !isWanted(surface, h))
         continue;
       if (isOwn && mesh.isAmid(h, own))
-        operateOn(n, ofRegion);
+        operateOn(n, ofRegion, log);
       else
         isWaiting[n] = 1;
     }
     counts[region] = ofRegion;
+    log.shrink();
   });
   for (std::size_t n = 0; n < halfEdges.size(); ++n) {
     poll();
     if (isWaiting[n] && isWanted(surface, halfEdges[n]))
-      operateOn(static_cast<std::int32_t>(n), counts.back());
+      operateOn(static_cast<std::int32_t>(n), counts.back(), logs.back());
   }
   for (const Counts& own : counts) {
     done += own.done;
     surface.result.refusedOperations += own.refused;
   }
+  std::move(logs.begin(), logs.end(), std::back_inserter(surface.logs));
 }
 
 } // namespace
@@ -238,7 +257,8 @@ void splitLongEdges(RemeshedSurface& surface, Execution& execution)
   const std::vector<std::int32_t> halfEdges = halfEdgesWhere(surface, isLong, execution);
   const HalfEdgeMesh::Room room = surface.mesh.makeRoom(static_cast<std::int32_t>(halfEdges.size()));
   operate(
-      surface, halfEdges, isLong, [&](std::int32_t h, std::int32_t n) { return split(surface, h, room[n]); },
+      surface, halfEdges, isLong,
+      [&](std::int32_t h, std::int32_t n, OperationLog& log) { return split(surface, h, room[n], log); },
       surface.result.splits, execution);
 }
 
@@ -253,7 +273,8 @@ void collapseShortEdges(RemeshedSurface& surface, Execution& execution)
   std::transform(keys.begin(), keys.end(), halfEdges.begin(),
                  [](std::uint64_t key) { return static_cast<std::int32_t>(key & 0xffffffff); });
   operate(
-      surface, halfEdges, isShort, [&](std::int32_t h, std::int32_t) { return collapse(surface, h); },
+      surface, halfEdges, isShort,
+      [&](std::int32_t h, std::int32_t, OperationLog& log) { return collapse(surface, h, log); },
       surface.result.collapses, execution);
 }
 
@@ -261,7 +282,8 @@ void flipEdges(RemeshedSurface& surface, Execution& execution)
 {
   operate(
       surface, halfEdgesWhere(surface, isToFlip, execution), isToFlip,
-      [&](std::int32_t h, std::int32_t) { return flip(surface, h); }, surface.result.flips, execution);
+      [&](std::int32_t h, std::int32_t, OperationLog& log) { return flip(surface, h, log); }, surface.result.flips,
+      execution);
 }
 
 } // namespace pcl::mrf

@@ -112,6 +112,20 @@ void HalfEdgeMesh::turnToStart(std::int32_t vertex, std::int32_t h)
   outgoing[vertex] = h;
 }
 
+void HalfEdgeMesh::turnCornersToStart(std::int32_t h)
+{
+  for (const std::int32_t side : {h, next(h), previous(h)})
+    turnToStart(origin[side], side);
+}
+
+void HalfEdgeMesh::clear(std::int32_t triangle)
+{
+  for (std::int32_t h = 3 * triangle; h < 3 * triangle + 3; ++h) {
+    origin[h] = -1;
+    twin[h] = -1;
+  }
+}
+
 std::int32_t HalfEdgeMesh::regionSize(std::int32_t vertices)
 {
   // Enough for some threads, and large: what lies across their borders is worked on by one.
@@ -192,6 +206,26 @@ std::int32_t HalfEdgeMesh::split(std::int32_t h, const Room& room, const Eigen::
   return m;
 }
 
+void HalfEdgeMesh::undoSplit(std::int32_t h, const Room& room)
+{
+  const auto join = [this](std::int32_t side, std::int32_t half) {
+    origin[next(side)] = origin[next(half)];
+    --valence[opposite(half)];
+    link(next(side), twin[next(half)]);
+    clear(half / 3);
+  };
+  const std::int32_t upper = room.halfEdge, g = twin[upper];
+  join(h, upper);
+  if (g >= 0)
+    join(g, upper + 3);
+  link(h, g);
+  outgoing[room.vertex] = -1;
+  changed[origin[h]] = 1;
+  turnCornersToStart(h);
+  if (g >= 0)
+    turnCornersToStart(g);
+}
+
 bool HalfEdgeMesh::mayCollapse(std::int32_t h) const
 {
   const std::int32_t a = origin[h], b = target(h);
@@ -263,10 +297,7 @@ void HalfEdgeMesh::collapse(std::int32_t h)
   const auto remove = [this](std::int32_t side) {
     const Around around{opposite(side), twin[next(side)], twin[previous(side)]};
     --valence[around.apex];
-    for (const std::int32_t gone : {side, next(side), previous(side)}) {
-      origin[gone] = -1;
-      twin[gone] = -1;
-    }
+    clear(side / 3);
     link(around.next, around.previous);
     return around;
   };
@@ -274,6 +305,42 @@ void HalfEdgeMesh::collapse(std::int32_t h)
   turnToStart(a, left.previous >= 0 ? left.previous : next(left.next));
   for (const Around& around : {left, right})
     turnToStart(around.apex, around.next >= 0 ? around.next : next(around.previous));
+}
+
+HalfEdgeMesh::Collapsed HalfEdgeMesh::collapsedBy(std::int32_t h) const
+{
+  const std::int32_t g = twin[h], other = g < 0 ? h : g;
+  return {h,
+          g,
+          origin[h],
+          target(h),
+          {opposite(h), opposite(other)},
+          {twin[next(h)], twin[next(other)]},
+          {twin[previous(h)], twin[previous(other)]}};
+}
+
+void HalfEdgeMesh::undoCollapse(const Collapsed& edge)
+{
+  const auto restore = [&](std::int32_t side, std::int32_t from, std::int32_t to, std::size_t n) {
+    origin[side] = from;
+    origin[next(side)] = to;
+    origin[previous(side)] = edge.apexes[n];
+    link(next(side), edge.next[n]);
+    link(previous(side), edge.previous[n]);
+    ++valence[edge.apexes[n]];
+  };
+  restore(edge.h, edge.kept, edge.gone, 0);
+  if (edge.twin >= 0)
+    restore(edge.twin, edge.gone, edge.kept, 1);
+  link(edge.h, edge.twin);
+  turnToStart(edge.gone, next(edge.h));
+  forOutgoing(edge.gone, [&](std::int32_t spoke) { origin[spoke] = edge.gone; });
+  valence[edge.kept] -= valence[edge.gone] - (edge.twin < 0 ? 3 : 4);
+  changed[edge.kept] = 1;
+  changed[edge.gone] = 1;
+  turnCornersToStart(edge.h);
+  if (edge.twin >= 0)
+    turnCornersToStart(edge.twin);
 }
 
 void HalfEdgeMesh::flip(std::int32_t h)

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -126,6 +127,8 @@ struct HalfEdgeMesh {
   /// Puts a vertex on the edge of h, sized between its ends, and cuts the triangles beside it in two. \return the new
   /// vertex \pre the room has not been used
   std::int32_t split(std::int32_t h, const Room& room, const Eigen::Vector3f& position, const Eigen::Vector3f& normal);
+  /// \pre nothing was done since to the triangles that the split changed or made
+  void undoSplit(std::int32_t h, const Room& room);
 
   /// True if merging the ends of an edge keeps the mesh manifold and its topology (the link condition), and its
   /// borders: of a border edge, which has no twin, neither may the loop close, nor a lone triangle go.
@@ -134,6 +137,19 @@ struct HalfEdgeMesh {
   /// Merges the target of h into its origin; the triangles beside it go. \pre mayCollapse(h), the target is not on the
   /// boundary unless all of the edge is
   void collapse(std::int32_t h);
+
+  /// An edge that collapses, and what is around the triangles that go.
+  struct Collapsed {
+    std::int32_t h, twin;
+    std::int32_t kept, gone; ///< the ends
+    /// The third vertex, and the half-edges across the next and the previous side; second of the twin's triangle.
+    std::array<std::int32_t, 2> apexes, next, previous;
+  };
+  /// What is to be known to undo it. \pre mayCollapse(h)
+  Collapsed collapsedBy(std::int32_t h) const;
+  /// All but position, normal, sizing and place of the vertex that was kept, which may have moved.
+  /// \pre nothing was done since to the triangles of either vertex
+  void undoCollapse(const Collapsed& edge);
 
   /// Turns the inner edge of h to join the two opposite vertices. \pre they are not adjacent
   void flip(std::int32_t h);
@@ -152,6 +168,8 @@ private:
   void link(std::int32_t g, std::int32_t h);
   void replaceOutgoing(std::int32_t vertex, std::int32_t former, std::int32_t h);
   void turnToStart(std::int32_t vertex, std::int32_t h);
+  void turnCornersToStart(std::int32_t h);
+  void clear(std::int32_t triangle);
 };
 
 } // namespace pcl::mrf

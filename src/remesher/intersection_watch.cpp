@@ -16,7 +16,7 @@ constexpr std::int64_t vertexGrain = 2048;
 
 /// Share of the vertices from which on all are watched, which costs hardly more then: one intersection that is
 /// overlooked means to remesh all over again.
-constexpr double mostWatched = .5;
+constexpr double mostWatched = .3;
 
 template <typename Condition>
 bool isAnyCorner(const Triangle& triangle, const Condition& holds)
@@ -42,7 +42,7 @@ std::vector<std::uint8_t> IntersectionWatch::watchedVertices(const HalfEdgeMesh&
   std::vector<std::uint8_t> watched(mesh.positions.size(), 1);
   if (crowded_)
     forEachPolling<std::int32_t>(execution, mesh.vertexCount(), vertexGrain, [&](std::int32_t v) {
-      watched[v] = mesh.onBoundary(v) || crowded_->contains(mesh.positions[v]) ? 1 : 0;
+      watched[v] = mesh.outgoing[v] >= 0 && (mesh.onBoundary(v) || crowded_->contains(mesh.positions[v])) ? 1 : 0;
     });
   return watched;
 }
@@ -57,7 +57,7 @@ std::vector<std::int32_t> IntersectionWatch::intersectingTriangles(const HalfEdg
   std::vector<std::uint8_t> marked;
   for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t) {
     const Triangle vertices = mesh.triangle(t);
-    if (isAnyCorner(vertices, [&](std::int32_t v) { return watched[v] != 0; })) {
+    if (vertices[0] >= 0 && isAnyCorner(vertices, [&](std::int32_t v) { return watched[v] != 0; })) {
       part.triangles.push_back(vertices);
       own.push_back(t);
       if (!changed.empty())
@@ -74,22 +74,21 @@ std::vector<std::int32_t> IntersectionWatch::intersectingTriangles(const HalfEdg
 
 std::vector<std::int32_t> IntersectionWatch::newIntersections(HalfEdgeMesh& mesh, Execution& execution) const
 {
-  std::vector<std::int32_t> corners = changeableCorners(mesh, intersectingTriangles(mesh, mesh.changed, execution));
+  std::vector<std::int32_t> triangles = changeable(mesh, intersectingTriangles(mesh, mesh.changed, execution));
   std::fill(mesh.changed.begin(), mesh.changed.end(), std::uint8_t{0});
-  for (const std::int32_t v : corners)
-    mesh.changed[v] = 1;
-  return corners;
+  for (const std::int32_t t : triangles)
+    for (const std::int32_t v : mesh.triangle(t))
+      mesh.changed[v] = 1;
+  return triangles;
 }
 
-std::vector<std::int32_t> changeableCorners(const HalfEdgeMesh& mesh, const std::vector<std::int32_t>& triangles)
+std::vector<std::int32_t> changeable(const HalfEdgeMesh& mesh, std::vector<std::int32_t> triangles)
 {
-  std::vector<std::int32_t> corners;
-  for (const std::int32_t t : triangles) {
-    const Triangle vertices = mesh.triangle(t);
-    if (isAnyCorner(vertices, [&](std::int32_t v) { return mesh.pinned[v] == 0; }))
-      corners.insert(corners.end(), vertices.begin(), vertices.end());
-  }
-  return corners;
+  const auto isPinned = [&](std::int32_t t) {
+    return !isAnyCorner(mesh.triangle(t), [&](std::int32_t v) { return mesh.pinned[v] == 0; });
+  };
+  triangles.erase(std::remove_if(triangles.begin(), triangles.end(), isPinned), triangles.end());
+  return triangles;
 }
 
 void pinAround(const std::vector<Vector3f>& centers, float radius, const std::vector<Vector3f>& positions,

@@ -34,9 +34,8 @@ public:
   std::vector<std::int32_t> intersectingTriangles(const HalfEdgeMesh& mesh, const std::vector<std::uint8_t>& changed,
                                                   Execution& execution) const;
 
-  /// Looks where the mesh has changed since the last look. \return the corners of what intersects there and may be
-  /// changed; from now on those alone count as changed
-  /// \pre no triangle was removed since the mesh was made or compacted
+  /// Looks where the mesh has changed since the last look. \return triangles that intersect there and may be changed;
+  /// from now on those alone count as changed
   std::vector<std::int32_t> newIntersections(HalfEdgeMesh& mesh, Execution& execution) const;
 
 private:
@@ -45,10 +44,10 @@ private:
   std::optional<CrowdedSpace> crowded_; ///< without: everywhere
 };
 
-/// Corners of those of the triangles that operations may have changed: none makes or removes an edge between pinned
-/// vertices, so one with three pinned corners is the same as before. What intersects it has changed, or the
-/// intersection is the input's own.
-std::vector<std::int32_t> changeableCorners(const HalfEdgeMesh& mesh, const std::vector<std::int32_t>& triangles);
+/// Those of some triangles that operations may have changed: none makes or removes an edge between pinned vertices, so
+/// one with three pinned corners is the same as before. What intersects it has changed, or the intersection is the
+/// input's own.
+std::vector<std::int32_t> changeable(const HalfEdgeMesh& mesh, std::vector<std::int32_t> triangles);
 
 /// Pins what is within a radius of one of the centers, and some of what is within 2√3 times as much.
 void pinAround(const std::vector<Eigen::Vector3f>& centers, float radius, const std::vector<Eigen::Vector3f>& positions,

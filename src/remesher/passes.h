@@ -41,8 +41,7 @@ void flipEdges(RemeshedSurface& surface, Execution& execution);
 /// Moves each vertex towards the centroid of its neighbors on the surface.
 ///
 /// All steps are computed from the same state, in parallel; they are taken one by one, each against the state it meets.
-/// Vertices of a range whose neighbors all belong to it move while other ranges do the same; the rest move after them.
-/// \pre no triangle was removed since the mesh was compacted
+/// Vertices of a region whose neighbors all belong to it move while other regions' do; the rest move after them.
 void relax(RemeshedSurface& surface, Execution& execution);
 
 /// After all else: collapses edges until no more triangles are left than asked for, or none may be collapsed.
@@ -50,7 +49,7 @@ void relax(RemeshedSurface& surface, Execution& execution);
 /// Those that move the surface least come first, by Garland and Heckbert's quadrics (SIGGRAPH 1997): the squared
 /// distances of the merged vertex from the planes of all triangles that it stands for, weighted by their areas, and on
 /// the border from planes upright on it. So edges get long where the surface is flat, and stay short where it curves.
-/// \pre no triangle was removed since the mesh was made or compacted, as it is afterwards
+/// \pre no triangle was removed since the mesh was made or compacted
 void decimate(RemeshedSurface& surface, std::int64_t triangles, Execution& execution);
 
 /// After the last round: moves vertices along their normals until the middles of edges lie on the surface in the mean.

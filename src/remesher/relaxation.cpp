@@ -2,9 +2,11 @@
 #include "base/loops.h"
 #include "remesher/passes.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <numeric>
 #include <optional>
+#include <thread>
 #include <vector>
 
 namespace pcl::mrf {
@@ -28,6 +30,8 @@ std::vector<float> relativeAreas(const RemeshedSurface& surface, Execution& exec
   const HalfEdgeMesh& mesh = surface.mesh;
   std::vector<float> areas(mesh.positions.size(), 0);
   forEachPolling<std::int32_t>(execution, mesh.vertexCount(), stepGrain, [&](std::int32_t v) {
+    if (mesh.outgoing[v] < 0)
+      return;
     mesh.forOutgoing(v, [&](std::int32_t h) { areas[v] += surface.cross(h).norm(); });
     areas[v] /= squared(mesh.sizing[v]);
   });
@@ -40,7 +44,7 @@ std::vector<Step> stepsOf(const RemeshedSurface& surface, Execution& execution)
   std::vector<Step> steps(mesh.positions.size());
   const std::vector<float> areas = relativeAreas(surface, execution);
   forEachPolling<std::int32_t>(execution, mesh.vertexCount(), stepGrain, [&](std::int32_t v) {
-    if (mesh.pinned[v] || mesh.onBoundary(v))
+    if (mesh.outgoing[v] < 0 || mesh.pinned[v] || mesh.onBoundary(v))
       return;
     Vector3f sum = Vector3f::Zero();
     float weight = 0;
@@ -102,28 +106,35 @@ void relax(RemeshedSurface& surface, Execution& execution)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
   const std::vector<Step> steps = stepsOf(surface, execution);
+  std::vector<std::vector<std::int32_t>> listed; // those to move of each region
+  for (std::int32_t v = 0; v < mesh.vertexCount(); ++v)
+    if (mesh.outgoing[v] >= 0 && !mesh.pinned[v] && !steps[v].isSettled) {
+      listed.resize(std::max(listed.size(), std::size_t{mesh.regions[v]} + 1));
+      listed[mesh.regions[v]].push_back(v);
+    }
   std::vector<std::uint8_t> isWaiting(steps.size(), 0);
-  const auto refusals = partsOf<std::int64_t, std::int32_t>(
-      execution, mesh.vertexCount(), HalfEdgeMesh::regionSize(mesh.vertexCount()),
-      [&](std::int64_t& refused, std::int32_t begin, std::int32_t end) {
-        for (std::int32_t v = begin; v < end; ++v) {
-          if (mesh.pinned[v] || steps[v].isSettled)
-            continue;
-          bool isInside = true;
-          mesh.forNeighbors(v, [&](std::int32_t w) { isInside = isInside && w >= begin && w < end; });
-          if (!isInside)
-            isWaiting[v] = 1;
-          else if (!move(surface, v, steps[v]))
-            ++refused;
-        }
-      });
-  surface.result.refusedOperations += std::accumulate(refusals.begin(), refusals.end(), std::int64_t{0});
+  std::vector<std::int64_t> refused(listed.size() + 1, 0);
   Poller poll(execution);
+  const std::thread::id caller = std::this_thread::get_id();
+  forEach(execution, static_cast<std::int64_t>(listed.size()), 1, [&](std::size_t region) {
+    const bool mayPoll = std::this_thread::get_id() == caller;
+    for (const std::int32_t v : listed[region]) {
+      if (mayPoll)
+        poll();
+      bool isInside = true;
+      mesh.forNeighbors(v, [&](std::int32_t w) { isInside = isInside && mesh.regions[w] == region; });
+      if (!isInside)
+        isWaiting[v] = 1;
+      else if (!move(surface, v, steps[v]))
+        ++refused[region];
+    }
+  });
   for (std::int32_t v = 0; v < mesh.vertexCount(); ++v) {
     poll();
     if (isWaiting[v] && !move(surface, v, steps[v]))
-      ++surface.result.refusedOperations;
+      ++refused.back();
   }
+  surface.result.refusedOperations += std::accumulate(refused.begin(), refused.end(), std::int64_t{0});
 }
 
 } // namespace pcl::mrf

@@ -5,6 +5,7 @@
 #include "mesh/triangle_shape.h"
 #include "remesher/border_curves.h"
 #include "remesher/half_edge_mesh.h"
+#include "remesher/operation_log.h"
 #include "remesher/remesher.h"
 #include "remesher/zero_level.h"
 
@@ -15,6 +16,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <vector>
 
 namespace pcl::mrf {
 
@@ -37,6 +39,7 @@ struct RemeshedSurface {
   float targetEdge = 0;                                   ///< where the mesh's sizing is 1, cloud's unit
   float maxTurn = std::numeric_limits<float>::infinity(); ///< for triangles to be made \see TriangleShape::turn
   RemeshSummary result;                                   ///< counts so far
+  std::vector<OperationLog> logs; ///< since the mesh was compacted, in the order of what was done
 
   /// \param surface must outlive this
   RemeshedSurface(const TriangleMesh& triangles, const ZeroLevel& surface, Execution& execution)
@@ -65,6 +68,11 @@ struct RemeshedSurface {
   {
     return next.mayReplace(former, maxTurn);
   }
+  /// True if the next one may replace whatever triangle h is of, which most may; false: its shape has to tell.
+  bool isFineFor(std::int32_t h, const TriangleShape& next) const
+  {
+    return next.sound() && next.turn <= maxTurn && next.turnsLittle(cross(h));
+  }
 
   /// That half-edge of an edge whose target goes if its ends are merged: a border stays where it is.
   std::int32_t towardsWhatGoes(std::int32_t edge) const
@@ -73,9 +81,10 @@ struct RemeshedSurface {
   }
 
   /// Merges the target of h into its origin, at a site. \pre HalfEdgeMesh::mayCollapse(h)
-  void merge(std::int32_t h, const Site& site)
+  void merge(std::int32_t h, const Site& site, OperationLog& log)
   {
     const std::int32_t kept = mesh.origin[h];
+    log.addCollapse(mesh, h);
     mesh.collapse(h);
     moveTo(kept, site);
   }
@@ -85,8 +94,10 @@ struct RemeshedSurface {
   {
     bool fits = true;
     mesh.forOutgoing(vertex, [&](std::int32_t h) {
-      if (fits)
-        fits = mayReplace(shape(h), {moved, corner(mesh.target(h)), corner(mesh.opposite(h))});
+      if (!fits)
+        return;
+      const TriangleShape next(moved, corner(mesh.target(h)), corner(mesh.opposite(h)));
+      fits = isFineFor(h, next) || mayReplace(shape(h), next);
     });
     return fits;
   }

@@ -28,8 +28,7 @@ using Eigen::Vector3f;
 constexpr std::int64_t vertexGrain = 2048;
 
 /// Pins triangles that run against the surface's normals, but for slivers, if they are few. Sheets are closer to each
-/// other there than the field's gradients tell apart: what the passes make of them intersects, so that rounds have to
-/// be repeated.
+/// other there than the field's gradients tell apart: what the passes make of them intersects, and has to be undone.
 void pinFolds(RemeshedSurface& surface)
 {
   constexpr double most = .05; // of all triangles
@@ -79,6 +78,14 @@ struct FormerVertices {
   explicit FormerVertices(const HalfEdgeMesh& mesh)
       : positions(mesh.positions), normals(mesh.normals), places(mesh.places)
   {}
+
+  void set(std::int32_t v, const HalfEdgeMesh& mesh)
+  {
+    positions[v] = mesh.positions[v];
+    normals[v] = mesh.normals[v];
+    if (!places.empty())
+      places[v] = mesh.places[v];
+  }
 };
 
 /// One remeshing run: the order of the passes.
@@ -102,9 +109,12 @@ public:
       smoothBorders();
     }
     // The first round makes most of the collapses: what is overlooked there costs all rounds once more.
-    for (int round = 0; round < options_.rounds && runRound(round == 0 ? everywhere_ : watch_); ++round)
+    for (int round = 0; round < options_.rounds; ++round) {
+      if (!runRound(round == 0 ? everywhere_ : watch_))
+        return {};
       if (surface_.mesh.numbers.empty()) // a part is itself a share of what there is to do
         execution_.progress(static_cast<double>(round + 1) / options_.rounds);
+    }
     if (options_.fit)
       fit();
     if (options_.triangles > 0)
@@ -119,104 +129,126 @@ private:
     surface_.curves = BorderCurves(surface_.mesh, surface_.level.maxStep(), surfaceFinder(surface_.level, poll));
   }
 
-  /// One round of all passes. Moves that made triangles intersect are taken back. \return false if no round can be made
-  /// any more
+  /// One round of all passes. \return false if triangles intersect where they were not expected to
   bool runRound(const IntersectionWatch& watch)
-  {
-    return runRepeatedly([&] { return runPasses(watch); });
-  }
-
-  /// Runs a change of the mesh, once more where it made triangles intersect, with what is around them left as it was.
-  /// \param change returns corners of triangles that intersect \return false if nothing but the mesh as it was is left
-  template <typename Change>
-  bool runRepeatedly(const Change& change)
-  {
-    const HalfEdgeMesh before = surface_.mesh;
-    const RemeshSummary resultBefore = surface_.result;
-    std::vector<std::uint8_t> pinned = before.pinned;
-    float radius = .5f * surface_.targetEdge;
-    for (int attempt = 0; attempt < maxAttempts; ++attempt, radius *= 2) {
-      const std::vector<std::int32_t> intersecting = change();
-      isClean_ = isClean_ || intersecting.empty();
-      hasRepeated_ = hasRepeated_ || !intersecting.empty();
-      if (intersecting.empty())
-        return true; // what was pinned stays so: the next round would run into the same trouble
-      std::vector<Vector3f> centers;
-      centers.reserve(intersecting.size());
-      for (const std::int32_t v : intersecting)
-        centers.push_back(surface_.mesh.positions[v]);
-      pinAround(centers, radius, before.positions, pinned);
-      surface_.mesh = before;
-      surface_.mesh.pinned = pinned;
-      const std::int64_t refusals = surface_.result.refusedOperations;
-      surface_.result = resultBefore;
-      surface_.result.refusedOperations = refusals;
-    }
-    return false;
-  }
-
-  /// \return corners of triangles that intersect
-  std::vector<std::int32_t> runPasses(const IntersectionWatch& watch)
   {
     splitLongEdges(surface_, execution_);
     collapseShortEdges(surface_, execution_);
     flipEdges(surface_, execution_);
+    FormerVertices former(surface_.mesh);
+    relax(surface_, execution_);
+    const std::vector<std::int32_t> left = takeBackWhatIntersects(former, watch);
+    if (!left.empty() && watch.place() == IntersectionWatch::Place::expected)
+      return false;
+    for (const std::int32_t t : left) // the input's own
+      for (const std::int32_t v : surface_.mesh.triangle(t))
+        surface_.mesh.pinned[v] = 1;
+    compact();
+    return true;
+  }
+
+  void compact()
+  {
+    surface_.logs.clear();
+    undone_.clear();
     surface_.mesh.compact(execution_);
     execution_.poll();
-    if (isClean_ && hasRepeated_) {
-      // Nothing moved yet that could be taken back: the round is to be repeated anyway, better before the rest of it.
-      std::vector<std::int32_t> intersecting = watch.newIntersections(surface_.mesh, execution_);
-      if (!intersecting.empty())
-        return intersecting;
-    }
-    const FormerVertices former(surface_.mesh);
-    relax(surface_, execution_);
-    return takeBackWhatIntersects(former, watch);
   }
 
   void fit()
   {
-    const FormerVertices former(surface_.mesh);
+    FormerVertices former(surface_.mesh);
     fitToSurface(surface_, execution_);
     takeBackWhatIntersects(former, watch_);
   }
 
-  /// Takes vertices of intersecting triangles back to where they were, and what would be a bad triangle then as well,
-  /// until no triangles intersect. \return the corners of those that do and did not move
-  std::vector<std::int32_t> takeBackWhatIntersects(const FormerVertices& former, const IntersectionWatch& watch)
+  /// Takes vertices of intersecting triangles back to where they were, and undoes what was done to triangles that
+  /// intersect all the same, until none does. \return those that are as they were before all that
+  std::vector<std::int32_t> takeBackWhatIntersects(FormerVertices& former, const IntersectionWatch& watch)
   {
     HalfEdgeMesh& mesh = surface_.mesh;
-    const auto hasMoved = [&](std::int32_t v) { return mesh.positions[v] != former.positions[v]; };
-    Poller poll(execution_);
     while (true) {
-      const std::vector<std::int32_t> corners = watch.newIntersections(mesh, execution_);
-      std::vector<std::int32_t> toReturn;
-      std::copy_if(corners.begin(), corners.end(), std::back_inserter(toReturn), hasMoved);
-      if (toReturn.empty())
-        return corners;
-      while (!toReturn.empty()) {
-        const std::int32_t v = toReturn.back();
-        toReturn.pop_back();
-        poll();
-        if (!hasMoved(v))
-          continue;
-        surface_.moveTo(v, {{former.positions[v], former.normals[v]}, former.places.empty() ? -1 : former.places[v]});
-        ++surface_.result.refusedOperations;
-        mesh.forOutgoing(v, [&](std::int32_t h) {
-          if (!surface_.shape(h).sound())
-            toReturn.insert(toReturn.end(), {mesh.target(h), mesh.opposite(h)});
-        });
-      }
+      std::vector<std::int32_t> triangles = watch.newIntersections(mesh, execution_);
+      if (takeBack(cornersOf(triangles), former))
+        continue;
+      const OperationLog::Choice choice = OperationLog::lastOn(triangles, surface_.logs, mesh);
+      if (choice.operations.empty())
+        return triangles;
+      undo(choice, former);
     }
+  }
+
+  void undo(const OperationLog::Choice& choice, FormerVertices& former)
+  {
+    takeBack(cornersOf(choice.triangles), former);
+    const OperationLog::Counts undone = OperationLog::undo(choice, surface_.logs, surface_.mesh);
+    surface_.result.splits -= undone.splits;
+    surface_.result.collapses -= undone.collapses;
+    surface_.result.flips -= undone.flips;
+    surface_.result.refusedOperations += static_cast<std::int64_t>(choice.operations.size());
+    const std::vector<std::int32_t> corners = cornersOf(choice.triangles);
+    undone_.insert(undone_.end(), corners.begin(), corners.end());
+    for (const std::int32_t v : corners)
+      former.set(v, surface_.mesh);
+    std::vector<std::int32_t> around;
+    for (const std::int32_t v : corners)
+      addCornersOfBad(v, around);
+    takeBack(std::move(around), former);
+  }
+
+  /// Of those of some triangles that have not been removed.
+  std::vector<std::int32_t> cornersOf(const std::vector<std::int32_t>& triangles) const
+  {
+    std::vector<std::int32_t> corners;
+    for (const std::int32_t t : triangles)
+      for (const std::int32_t v : surface_.mesh.triangle(t))
+        if (v >= 0)
+          corners.push_back(v);
+    return corners;
+  }
+
+  void addCornersOfBad(std::int32_t v, std::vector<std::int32_t>& corners) const
+  {
+    surface_.mesh.forOutgoing(v, [&](std::int32_t h) {
+      if (!surface_.shape(h).sound())
+        corners.insert(corners.end(), {surface_.mesh.target(h), surface_.mesh.opposite(h)});
+    });
+  }
+
+  /// Takes vertices back to where they were, and what would be a bad triangle then as well. \return false if none had
+  /// moved
+  bool takeBack(std::vector<std::int32_t> toReturn, const FormerVertices& former)
+  {
+    bool hasMoved = false;
+    Poller poll(execution_);
+    while (!toReturn.empty()) {
+      const std::int32_t v = toReturn.back();
+      toReturn.pop_back();
+      poll();
+      if (surface_.mesh.positions[v] == former.positions[v])
+        continue;
+      hasMoved = true;
+      surface_.moveTo(v, {{former.positions[v], former.normals[v]}, former.places.empty() ? -1 : former.places[v]});
+      ++surface_.result.refusedOperations;
+      addCornersOfBad(v, toReturn);
+    }
+    return hasMoved;
   }
 
   /// Its triangles are too large to know where they may intersect.
   void reduce()
   {
-    runRepeatedly([&] {
+    for (int attempt = 0; attempt < maxAttempts; ++attempt) {
       decimate(surface_, options_.triangles, execution_);
-      return everywhere_.newIntersections(surface_.mesh, execution_);
-    });
+      FormerVertices former(surface_.mesh);
+      takeBackWhatIntersects(former, everywhere_);
+      const bool isDone = undone_.empty();
+      for (const std::int32_t v : undone_) // the next attempt would run into the same trouble
+        surface_.mesh.pinned[v] = 1;
+      compact();
+      if (isDone)
+        return;
+    }
   }
 
   std::optional<RemeshedPiece> finished()
@@ -225,7 +257,7 @@ private:
     RemeshedPiece piece;
     piece.mesh = mesh.toTriangles();
     piece.intersecting = selfIntersectingTriangles(piece.mesh, execution_);
-    if (watch_.place() == IntersectionWatch::Place::expected && !changeableCorners(mesh, piece.intersecting).empty())
+    if (watch_.place() == IntersectionWatch::Place::expected && !changeable(mesh, piece.intersecting).empty())
       return {};
     piece.sizing = std::move(mesh.sizing);
     piece.numbers = std::move(mesh.numbers);
@@ -243,10 +275,7 @@ private:
   RemeshedSurface surface_;
   IntersectionWatch watch_, everywhere_;
   std::int64_t intersectingBefore_ = 0;
-  /// No triangles that may be changed intersect, as far as they are watched, when a round begins. What intersects in
-  /// the input may come apart in the course of the first one.
-  bool isClean_ = false;
-  bool hasRepeated_ = false; ///< a round: most of those that follow will have to be, too
+  std::vector<std::int32_t> undone_; ///< corners of triangles that came back since the mesh was compacted
 };
 
 RemeshResult remeshWhole(TriangleMesh mesh, const RemeshPlan& plan, const ZeroLevel& level,

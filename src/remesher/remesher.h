@@ -39,7 +39,7 @@ struct RemeshResult : RemeshSummary {
 /// \param sizing of edges around each vertex, relative to the target edge, from 1 on; empty: 1 everywhere. It grows by
 /// a fifth of the way along the surface at most. RemesherOptions::targetEdge, if it is given, goes for all edges
 /// \param partSize triangles of a part, about; 0, or as many as the mesh has and gets: it stays whole. In parts it
-/// takes 120 bytes for each of its vertices and 150 for each triangle of a part beside it, as a whole 300 for each of
+/// takes 120 bytes for each of its vertices and 200 for each triangle of a part beside it, as a whole 420 for each of
 /// its vertices; triangles differ. With RemesherOptions::triangles the last collapses are on the whole mesh
 /// \throw InvalidInput if the mesh is not oriented and manifold, or the field is empty
 /// \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than can be indexed; Cancelled

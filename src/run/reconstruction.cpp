@@ -304,7 +304,7 @@ void trimMesh(Reconstruction& result, const Support& support, float diagonal, co
 /// src/method.md), or of such as suit tasks; 0: it stays whole.
 std::int64_t partsWithin(double limit, const TriangleMesh& mesh, bool areTasks)
 {
-  constexpr double bytesPerVertex = 300, bytesPerVertexInParts = 120, bytesPerTriangleOfPart = 150;
+  constexpr double bytesPerVertex = 420, bytesPerVertexInParts = 120, bytesPerTriangleOfPart = 200;
   constexpr double least = 50000; // with less most of a part is its seams
   const auto vertices = static_cast<double>(mesh.vertices.size());
   std::int64_t triangles = 0;

