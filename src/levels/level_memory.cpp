@@ -25,6 +25,9 @@ constexpr double bytesPerFace = 310;
 constexpr double moreBytesPerFace = 50;
 constexpr int bandsOfSeveralSteps = 2;
 
+/// The only band is wider.
+constexpr double moreBytesOfOnlyBand = 90;
+
 /// Voxels of a band per face.
 constexpr double unknownsPerFace = 7.7;
 
@@ -155,7 +158,8 @@ double bandBytes(const GridSize& lattice, double side, const Workload& workload,
   const double faces = workload.area / (side * side), unknowns = unknownsPerFace * faces;
   const double data = workload.reach > 0 ? bytesPerObservedInBand * 2 * workload.reach / side * faces
                                          : sizeof(PointSample) * workload.points;
-  const double perFace = bytesPerFace + (bands <= bandsOfSeveralSteps ? moreBytesPerFace : 0);
+  const double perFace =
+      bytesPerFace + (bands <= bandsOfSeveralSteps ? moreBytesPerFace : 0) + (bands == 1 ? moreBytesOfOnlyBand : 0);
   return data + perFace * faces + bytesPerRow * size.y * size.z +
          GridOperator::sweepBytes(withMargin(size), unknowns, order(workload.prior.kind),
                                   smootherDegree(workload.solver, workload.prior.kind, false), threads);

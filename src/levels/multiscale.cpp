@@ -173,11 +173,6 @@ constexpr LevelPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
 /// 1.011, with 4, on 21 of them, .78 and 1.017. Observed at voxels, holes get worse at once.
 constexpr double pointTolerance = 2.5;
 
-/// The same for levels that are but the guess of a finer one. On ten scans of 150,000 points, whose last dense level is
-/// followed by a band, it takes 17 % off the whole run's CPU time, and holes are as near the truth: .998 of the error,
-/// .93 to 1.03.
-constexpr double pointToleranceOfGuess = 6;
-
 /// Weight of the normals on a level that bands of order 3 refine, times that of the last one. Bands move the surface
 /// to the points again, but hardly what fills a hole, and that leans on the normals at its rim. On 22 clean scans of
 /// 30,000 points whose last one or two levels are in bands holes are .90 as far from the truth with it, with
@@ -457,7 +452,7 @@ private:
     if (solvesPlainly(solver, options_.prior, options_.observation.atPoints()))
       return solvePlain(lattice, observation, level, solver);
     if (options_.observation.atPoints())
-      solver.changeTolerance *= isFinest(level) ? pointTolerance : pointToleranceOfGuess;
+      solver.changeTolerance *= pointTolerance;
     return solveWholeGrids(wholeGrids(lattices_, level, observation, options_.prior.kind, execution_),
                            options_.prior.kind, solver, lattice.spacing, distances_, execution_);
   }
@@ -494,8 +489,8 @@ private:
       band_ = solveInTiles({seen, observation.weights, options_.prior.kind, tiles}, band_, plan, options_.solver,
                            report, execution_);
     } else {
-      band_ = solveNarrowBand({lattices_, level, observation, options_.prior.kind}, band_, plan, options_.solver,
-                              report, execution_);
+      band_ = solveNarrowBand({lattices_, level, observation, options_.prior.kind, nullptr, level == denseLevels_},
+                              band_, plan, options_.solver, report, execution_);
     }
     report.solverSeconds = secondsSince(solverStart);
     if (!isFinest(level))
@@ -598,7 +593,7 @@ int resolvedPadding(const MultiscaleOptions& options)
 
 std::int64_t resolvedDenseVoxels(const MultiscaleOptions& options, std::size_t points)
 {
-  constexpr std::int64_t perPoint = 350, least = std::int64_t{1} << 18, most = std::int64_t{1} << 22;
+  constexpr std::int64_t perPoint = 350, least = std::int64_t{1} << 18, most = std::int64_t{1} << 20;
   if (options.denseVoxels > 0)
     return options.denseVoxels;
   return std::clamp(perPoint * static_cast<std::int64_t>(std::min<std::size_t>(points, most)), least, most);

@@ -19,6 +19,9 @@ namespace {
 /// and holes of six scans of 150,000 points are 1.017 times as far from the truth.
 constexpr int crossesNearData = 1, crossesFarFromData = 5, crossesOfDense = 4;
 
+/// The same near data where the finest level is the only one in a band.
+constexpr int crossesOfOnlyBand = 3;
+
 /// What is this close to an observed voxel of the coarser level is near data.
 constexpr int nearData = 2;
 
@@ -201,11 +204,11 @@ VoxelSet holdOf(const VoxelSet& observed, const BandTile* tile, Execution& execu
 }
 
 /// The band of a level, from its zero level as far as it is known. \param narrow where it is, voxels of the coarser one
-VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& narrow,
-                    const Refinement& refinement, const VoxelSet& coarseUnknowns, const BandTile* tile,
-                    Execution& execution)
+VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& narrow, const BandLevel& own,
+                    const Refinement& refinement, const VoxelSet& coarseUnknowns, Execution& execution)
 {
   const GridSize size = zeroLevel.size();
+  const int crosses = own.isFirst && own.isFinest() ? crossesOfOnlyBand : crossesNearData;
   const VoxelSet farZeroLevel(
       size,
       [&](int z, MaskPlane& mask) {
@@ -218,7 +221,7 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
   VoxelSet band(
       size,
       [&](int z, MaskPlane& mask) {
-        addGrown(zeroLevel, crossesNearData, z, mask);
+        addGrown(zeroLevel, crosses, z, mask);
         addGrown(farZeroLevel, crossesFarFromData, z, mask);
         observed.rasterize(z, mask);
         // Only there the interpolated values are known all around.
@@ -229,7 +232,7 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
       },
       size.x - rim, execution);
   // What no observation holds would float.
-  return connectedTo(std::move(band), tile ? holdOf(observed, tile, execution) : observed, execution);
+  return connectedTo(std::move(band), own.tile ? holdOf(observed, own.tile, execution) : observed, execution);
 }
 
 /// How many voxels at the zero level have a neighbor that is not in a band.
@@ -508,7 +511,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
   const int reach = own.isFinest() ? order(own.prior) : interpolationReach;
   const int reachX = own.isFinest() ? order(own.prior) : interpolationReachX;
   for (int round = 0; round < maxBandRounds; ++round) {
-    VoxelSet unknowns = bandAround(zeroLevel, field.observed, narrow, refinement, coarse.unknowns, own.tile, execution);
+    VoxelSet unknowns = bandAround(zeroLevel, field.observed, narrow, own, refinement, coarse.unknowns, execution);
     field.support = dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
     if (own.tile && unknowns.count() == 0) {

@@ -68,6 +68,7 @@ struct BandLevel {
   const LevelObservation& observation;
   Prior prior;
   BandTile* tile = nullptr; ///< none: the lattices are the whole levels
+  bool isFirst = false;     ///< the level before is solved everywhere
 
   bool isFinest() const { return level + 1 == lattices.size(); }
 };
@@ -82,10 +83,10 @@ LevelField fieldOfChange(const LevelField& coarse, const Lattice& lattice, Voxel
 
 /// Solves one level in a band.
 ///
-/// Unknowns are the observed voxels and those within two voxels of the interpolated zero level, six where nothing is
-/// observed near and finer levels follow. Where the coarser level has missed a sheet that is observed, the band grows
-/// and is solved again; a tile is solved once, with the values around its unknowns left as they were interpolated.
-/// \param coarse the field of the level before
+/// Unknowns are the observed voxels and those within two voxels of the interpolated zero level; four where the finest
+/// level is the only one in a band, six where nothing is observed near and finer levels follow. Where the coarser level
+/// has missed a sheet that is observed, the band grows and is solved again; a tile is solved once, with the values
+/// around its unknowns left as they were interpolated. \param coarse the field of the level before
 LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const LevelPlan& plan,
                            const SolverOptions& solver, LevelReport& report, Execution& execution);
 

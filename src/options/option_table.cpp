@@ -305,7 +305,7 @@ void declareMultiscale(std::vector<OptionDeclaration>& rows)
   table.number("maxMemory", "--max-memory", "MiB", notNegative, &MultiscaleOptions::maxMemory,
                "memory the levels, and then the remesher, may take, also as 8G", "80 % of what is free", mebibyte);
   table.number("denseVoxels", "--dense-voxels", "n", notNegative, &MultiscaleOptions::denseVoxels,
-               "levels of more voxels are solved near the surface only", "4194304, less for few points");
+               "levels of more voxels are solved near the surface only", "1048576, less for few points");
 }
 
 void declareMesh(std::vector<OptionDeclaration>& rows)

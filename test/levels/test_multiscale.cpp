@@ -230,8 +230,8 @@ TEST(DenseVoxels, FollowThePointsWhereThereAreFew)
   MultiscaleOptions options;
   EXPECT_EQ(resolvedDenseVoxels(options, 0), 1 << 18);
   EXPECT_EQ(resolvedDenseVoxels(options, 1000), 350000);
-  EXPECT_EQ(resolvedDenseVoxels(options, 30000), 1 << 22);
-  EXPECT_EQ(resolvedDenseVoxels(options, std::numeric_limits<std::size_t>::max()), 1 << 22);
+  EXPECT_EQ(resolvedDenseVoxels(options, 30000), 1 << 20);
+  EXPECT_EQ(resolvedDenseVoxels(options, std::numeric_limits<std::size_t>::max()), 1 << 20);
   options.denseVoxels = 7;
   EXPECT_EQ(resolvedDenseVoxels(options, 1000), 7);
 }

@@ -187,7 +187,7 @@ struct MultiscaleOptions {
                              ///< box with room beside openings, see volume.h
   std::size_t maxMemory = 0; ///< bytes the levels, and then the remesher, may take; 0 = 80 % of what is free
   /// Levels of more voxels than this are solved in a band around the zero level that the coarser one predicts, the
-  /// others everywhere; ≥ 0, 0 = 2^22, or 350 per point where that is less, but at least 2^18. Other solvers than
+  /// others everywhere; ≥ 0, 0 = 2^20, or 350 per point where that is less, but at least 2^18. Other solvers than
   /// multigrid, and Energy::paper, always solve everywhere.
   std::int64_t denseVoxels = 0;
   /// Between levels solved everywhere; bands take the cubic one. No option of tools.
