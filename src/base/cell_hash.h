@@ -18,7 +18,9 @@ public:
   static constexpr std::uint32_t none = ~std::uint32_t{0};
 
   /// \param origin lower corner of the first cell \param side of the cells
-  CellHash(const Eigen::Vector3d& origin, double side) : origin_(origin.array()), side_(side), slots_(64, none) {}
+  CellHash(const Eigen::Vector3d& origin, double side)
+      : origin_(origin.array()), side_(side), slots_(64, none), shift_(64 - 6)
+  {}
 
   /// Far cells count as members of the first and the last ones.
   Cell cellOf(const Eigen::Vector3f& position) const
@@ -74,7 +76,7 @@ private:
   std::size_t slotOf(std::uint64_t key) const
   {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t slot = key * 0x9e3779b97f4a7c15u >> 24 & mask;
+    std::size_t slot = key * 0x9e3779b97f4a7c15u >> shift_; // the uppermost bits, which all coordinates have a part in
     while (slots_[slot] != none && keys_[slots_[slot]] != key)
       slot = (slot + 1) & mask;
     return slot;
@@ -83,14 +85,16 @@ private:
   void grow()
   {
     slots_.assign(2 * slots_.size(), none);
+    --shift_;
     for (std::uint32_t n = 0; n < keys_.size(); ++n)
       slots_[slotOf(keys_[n])] = n;
   }
 
   Eigen::Array3d origin_;
   double side_;
-  std::vector<std::uint32_t> slots_; ///< numbers by hashed key
-  std::vector<std::uint64_t> keys_;  ///< by number
+  std::vector<std::uint32_t> slots_; ///< numbers by hashed key; 2^(64 − shift_) of them
+  int shift_;
+  std::vector<std::uint64_t> keys_; ///< by number
 };
 
 } // namespace pcl::mrf

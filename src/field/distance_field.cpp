@@ -168,6 +168,24 @@ const DistanceField& DistanceField::pieceAt(const Eigen::Vector3f& position) con
   return *this;
 }
 
+const DistanceField* DistanceField::coarserBand() const
+{
+  const bool isBehind = banded_ && banded_->background.banded_ && banded_->background.stored_.spacing > stored_.spacing;
+  return isBehind ? &banded_->background : nullptr;
+}
+
+const DistanceField& DistanceField::bandAt(const Eigen::Vector3f& stored) const
+{
+  const DistanceField* band = this;
+  for (const DistanceField* next = coarserBand(); next; next = next->coarserBand()) {
+    const Eigen::Array3i cell = Cell(band->stored_, stored).voxel;
+    if (band->storesCell(cell.x(), cell.y(), cell.z()))
+      break;
+    band = next;
+  }
+  return *band;
+}
+
 DistanceField DistanceField::inStoredAxes() const
 {
   return banded_ ? DistanceField(stored_, banded_) : *this;
@@ -208,7 +226,13 @@ float DistanceField::storedDistance(int i, int j, int k) const
 
 bool DistanceField::bandHasCell(int i, int j, int k) const
 {
-  const Eigen::Array3i at = axes_.toStored(Eigen::Array3i(i, j, k)) + gridMargin;
+  const Eigen::Array3i at = axes_.toStored(Eigen::Array3i(i, j, k));
+  return storesCell(at.x(), at.y(), at.z());
+}
+
+bool DistanceField::storesCell(int i, int j, int k) const
+{
+  const Eigen::Array3i at = Eigen::Array3i(i, j, k) + gridMargin;
   const auto hasEdge = [&](int y, int z) {
     return banded_->band.contains(at.x(), y, z) && banded_->band.contains(at.x() + 1, y, z);
   };
@@ -285,10 +309,12 @@ void DistanceField::distancesOfRow(int i, int j, int k, int count, float* out) c
 float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
 {
   const DistanceField& piece = pieceAt(position);
-  const Cell cell(piece.stored_, piece.axes_.toStored(position));
+  const Eigen::Vector3f stored = piece.axes_.toStored(position);
+  const DistanceField& band = piece.bandAt(stored);
+  const Cell cell(band.stored_, stored);
   std::array<float, 8> values;
   for (int n = 0; n < 8; ++n)
-    values[n] = piece.storedDistance(cell.voxel.x() + n % 2, cell.voxel.y() + n / 2 % 2, cell.voxel.z() + n / 4);
+    values[n] = band.storedDistance(cell.voxel.x() + n % 2, cell.voxel.y() + n / 2 % 2, cell.voxel.z() + n / 4);
   return cell.interpolate(values);
 }
 
@@ -307,21 +333,28 @@ float DistanceField::sampleDistance(const Eigen::Vector3f& position, Eigen::Vect
 float FieldSampler::sampleDistance(const Eigen::Vector3f& position, Eigen::Vector3f& gradient)
 {
   const DistanceField& piece = field_.pieceAt(position);
-  const Cell cell(piece.stored_, piece.axes_.toStored(position));
-  if (&piece != piece_ || (cell.voxel != cell_).any())
-    enter(piece, cell.voxel);
+  const Eigen::Vector3f stored = piece.axes_.toStored(position);
+  const DistanceField& band = piece.bandAt(stored);
+  const Cell cell(band.stored_, stored);
+  if (&band != band_ || (cell.voxel != cell_).any())
+    enter(band, cell.voxel);
   const Eigen::Array4f sample = cell.interpolate(corners_);
   gradient = piece.axes_.fromStored(Eigen::Vector3f(sample.head<3>()));
   return sample[3];
 }
 
-void FieldSampler::enter(const DistanceField& piece, const Eigen::Array3i& cell)
+float FieldSampler::spacing() const
 {
-  piece_ = &piece;
+  return static_cast<float>(band_->stored_.spacing);
+}
+
+void FieldSampler::enter(const DistanceField& band, const Eigen::Array3i& cell)
+{
+  band_ = &band;
   cell_ = cell;
-  CellSurroundings surroundings(piece.stored_.size, cell);
-  surroundings.readRows([&](int i, int j, int k, int count, float* out) { piece.distancesOfRow(i, j, k, count, out); });
-  const auto inverse = static_cast<float>(1 / piece.stored_.spacing);
+  CellSurroundings surroundings(band.stored_.size, cell);
+  surroundings.readRows([&](int i, int j, int k, int count, float* out) { band.distancesOfRow(i, j, k, count, out); });
+  const auto inverse = static_cast<float>(1 / band.stored_.spacing);
   for (int n = 0; n < 8; ++n)
     corners_[n] = surroundings.sample(cell + Eigen::Array3i(n % 2, n / 2 % 2, n / 4), inverse);
 }

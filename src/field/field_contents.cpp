@@ -44,53 +44,52 @@ VoxelSet rowsOf(const VoxelSet& band, const Range& rows, const Range& planes, Ex
 
 } // namespace
 
+FieldContents FieldContents::ofPiece(const DistanceField& piece, const Eigen::AlignedBox3d& box, Execution& execution)
+{
+  FieldContents contents;
+  contents.lattice = piece.stored_;
+  contents.axes = piece.axes_;
+  contents.distances = piece.distances_;
+  if (!piece.banded_)
+    return contents;
+  const BandedDistances& banded = *piece.banded_;
+  const Eigen::AlignedBox3d stored(piece.axes_.toStored(box.min().eval()), piece.axes_.toStored(box.max().eval()));
+  contents.background.push_back(ofPiece(banded.background, stored, execution));
+  contents.band = rowsOf(banded.band, rangeOf(piece.stored_, stored, 1), rangeOf(piece.stored_, stored, 2), execution);
+  contents.values.reserve(contents.band.count());
+  for (int z = contents.band.bottom(); z < contents.band.top(); ++z)
+    forEachPair(contents.band, banded.band, z, [&](std::int64_t, std::int64_t first, std::int64_t count) {
+      const auto values = banded.values.begin() + first;
+      contents.values.insert(contents.values.end(), values, values + count);
+    });
+  return contents;
+}
+
 std::vector<FieldContents> FieldContents::of(const DistanceField& field, const Eigen::AlignedBox3d& box,
                                              Execution& execution)
 {
-  std::vector<FieldContents> pieces;
-  const auto add = [&](const DistanceField& piece) {
-    FieldContents contents;
-    contents.lattice = piece.stored_;
-    contents.axes = piece.axes_;
-    contents.isBanded = piece.banded_ != nullptr;
-    if (contents.isBanded) {
-      const BandedDistances& banded = *piece.banded_;
-      const Eigen::AlignedBox3d stored(piece.axes_.toStored(box.min().eval()), piece.axes_.toStored(box.max().eval()));
-      contents.ofBackground = banded.background.stored_;
-      contents.distances = banded.background.distances_;
-      contents.band =
-          rowsOf(banded.band, rangeOf(piece.stored_, stored, 1), rangeOf(piece.stored_, stored, 2), execution);
-      contents.values.reserve(contents.band.count());
-      for (int z = contents.band.bottom(); z < contents.band.top(); ++z)
-        forEachPair(contents.band, banded.band, z, [&](std::int64_t, std::int64_t first, std::int64_t count) {
-          const auto values = banded.values.begin() + first;
-          contents.values.insert(contents.values.end(), values, values + count);
-        });
-    } else {
-      contents.distances = piece.distances_;
-    }
-    pieces.push_back(std::move(contents));
-  };
-  add(field);
+  std::vector<FieldContents> pieces{ofPiece(field, box, execution)};
   for (const DistanceField& piece : field.otherPieces())
-    add(piece);
+    pieces.push_back(ofPiece(piece, box, execution));
   return pieces;
+}
+
+DistanceField FieldContents::toPiece() &&
+{
+  if (background.empty())
+    return DistanceField(lattice, std::move(distances), {});
+  auto banded = std::make_shared<BandedDistances>();
+  banded->background = std::move(background.front()).toPiece();
+  banded->band = std::move(band);
+  banded->values = std::move(values);
+  return DistanceField(lattice, std::move(banded), axes);
 }
 
 DistanceField FieldContents::toField(std::vector<FieldContents> pieces)
 {
   std::vector<DistanceField> fields;
-  for (FieldContents& piece : pieces) {
-    if (!piece.isBanded) {
-      fields.emplace_back(piece.lattice, std::move(piece.distances), std::vector<float>());
-      continue;
-    }
-    auto banded = std::make_shared<BandedDistances>();
-    banded->background = DistanceField(piece.ofBackground, std::move(piece.distances), {});
-    banded->band = std::move(piece.band);
-    banded->values = std::move(piece.values);
-    fields.emplace_back(piece.lattice, std::move(banded), piece.axes);
-  }
+  for (FieldContents& piece : pieces)
+    fields.push_back(std::move(piece).toPiece());
   return DistanceField::ofPieces(std::move(fields));
 }
 

@@ -18,18 +18,17 @@ struct BandedDistances {
   VoxelSet band;                  ///< on the bands' grid, gridMargin voxels around the lattice
   PackedValues values;            ///< packed on the band
   std::vector<float> confidences; ///< likewise; may be empty
-  DistanceField background;       ///< dense, on a coarser lattice that covers the field's
+  DistanceField background;       ///< on a coarser lattice that covers the field's
 };
 
 /// One piece of a field. Dense values are whole, and bands have the voxels of some rows and planes.
 struct FieldContents {
-  Lattice lattice; ///< as it is stored; that of the background is another one
+  Lattice lattice; ///< as it is stored
   AxisOrder axes;
-  std::vector<float> distances; ///< dense, or the background's
-  bool isBanded = false;
-  Lattice ofBackground;
+  std::vector<float> distances; ///< of a dense field
   VoxelSet band;
-  PackedValues values; ///< packed on the band
+  PackedValues values;                   ///< packed on the band
+  std::vector<FieldContents> background; ///< one of a field in a band
 
   /// Those of all pieces. \param box of the recentered frame, around which they are bit by bit what they are
   static std::vector<FieldContents> of(const DistanceField& field, const Eigen::AlignedBox3d& box,
@@ -37,6 +36,10 @@ struct FieldContents {
 
   /// A field that reads the same in the box, without confidences.
   static DistanceField toField(std::vector<FieldContents> pieces);
+
+private:
+  static FieldContents ofPiece(const DistanceField& piece, const Eigen::AlignedBox3d& box, Execution& execution);
+  DistanceField toPiece() &&;
 };
 
 } // namespace pcl::mrf

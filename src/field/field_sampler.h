@@ -20,11 +20,14 @@ public:
 
   float sampleDistance(const Eigen::Vector3f& position, Eigen::Vector3f& gradient);
 
+  /// Voxel side where that was read, cloud's unit. \pre something was
+  float spacing() const;
+
 private:
-  void enter(const DistanceField& piece, const Eigen::Array3i& cell);
+  void enter(const DistanceField& band, const Eigen::Array3i& cell);
 
   const DistanceField& field_;
-  const DistanceField* piece_ = nullptr; ///< that holds the last position
+  const DistanceField* band_ = nullptr; ///< that holds the last position, or a dense field
   Eigen::Array3i cell_ = Eigen::Array3i::Zero();
   std::array<Eigen::Array4f, 8> corners_; ///< gradient and distance at the cell's voxels, stored x first
 };

@@ -24,9 +24,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace pcl::mrf {
 namespace {
@@ -253,6 +255,12 @@ public:
 
   void solveNext() override
   {
+    if (next_ >= denseLevels_) {
+      leaveSparse();
+      // The first band is half as wide at least as what a dense level hands on.
+      if (next_ > denseLevels_ || isFinest(next_))
+        checkUnknowns(next_ - 1, (next_ > denseLevels_ ? 1 : .5) * static_cast<double>(band_.unknowns.count()));
+    }
     const double begin = solvedVoxels_ / voxels_;
     solvedVoxels_ += static_cast<double>(lattices_[next_].size.count());
     execution_.beginStep(begin, solvedVoxels_ / voxels_);
@@ -275,7 +283,7 @@ public:
   TriangleMesh zeroLevel() override
   {
     const auto banded = std::make_shared<BandedDistances>();
-    banded->background = DistanceField(lattices_[denseLevels_ - 1], distances_, {});
+    banded->background = coarser(distances_);
     banded->band = std::move(band_.support);
     banded->values = std::move(band_.values);
     TriangleMesh mesh = polygonize(DistanceField(lattices_[next_ - 1], banded, axes_), execution_);
@@ -289,17 +297,9 @@ public:
   {
     if (wanted.triangles.size() == zeroLevelTriangles_)
       return;
-    const Lattice& lattice = lattices_[next_ - 1];
-    std::vector<std::int64_t> voxels;
-    const Eigen::Array3d last = Eigen::Array3d(lattice.size.x, lattice.size.y, lattice.size.z) - 1;
-    for (const Eigen::Vector3f& vertex : wanted.vertices) {
-      const Eigen::Array3d at = lattice.toVoxels(axes_.toStored(vertex)).array();
-      const Eigen::Array3i voxel = at.max(0).min(last).cast<int>();
-      voxels.push_back(lattice.size.index(voxel.x(), voxel.y(), voxel.z()));
-    }
-    std::sort(voxels.begin(), voxels.end());
-    const GridSize grid = band_.unknowns.size();
-    keepNear(voxelSetOf(voxels, lattice.size, grid, execution_), band_, execution_);
+    keepNear(voxelsOf(wanted.vertices, lattices_[next_ - 1]), band_, execution_);
+    for (const Left& left : left_)
+      keepNear(voxelsOf(wanted.vertices, left.lattice), *left.distances, execution_);
   }
 
   MultiscaleResult result() override
@@ -315,6 +315,12 @@ public:
   }
 
 private:
+  /// What a level is the finest one for.
+  struct Left {
+    Lattice lattice;
+    std::shared_ptr<BandedDistances> distances;
+  };
+
   /// Lengths, lattices and memory, before anything takes any.
   void plan(const BoundingBox& volume)
   {
@@ -443,6 +449,48 @@ private:
                      execution_);
   }
 
+  /// The voxels around some positions of the recentered frame.
+  VoxelSet voxelsOf(const std::vector<Eigen::Vector3f>& positions, const Lattice& lattice) const
+  {
+    const Eigen::Array3d last = Eigen::Array3d(lattice.size.x, lattice.size.y, lattice.size.z) - 1;
+    std::vector<std::int64_t> voxels;
+    for (const Eigen::Vector3f& position : positions) {
+      const Eigen::Array3d at = lattice.toVoxels(axes_.toStored(position)).array();
+      const Eigen::Array3i voxel = at.max(0).min(last).cast<int>();
+      voxels.push_back(lattice.size.index(voxel.x(), voxel.y(), voxel.z()));
+    }
+    std::sort(voxels.begin(), voxels.end());
+    return voxelSetOf(voxels, lattice.size, withMargin(lattice.size), execution_);
+  }
+
+  /// Leaves the last level as the finest one where points are sparse: its voxels are as large beside the local spacing
+  /// as half of the finest ones are beside the typical one, or smaller.
+  void leaveSparse()
+  {
+    if (!options_.observation.atPoints() || points_->spacings.empty() || options_.trimming.watertight)
+      return;
+    const Lattice& lattice = lattices_[next_ - 1];
+    const auto dense = 2 * spacing_ * static_cast<float>(lattice.spacing / lattices_.back().spacing);
+    std::vector<Eigen::Vector3f> positions;
+    for (std::size_t i = 0; i < points_->size(); ++i)
+      if (points_->spacings[i] < dense)
+        positions.push_back(points_->positions[i]);
+    if (auto left = leaveFarFrom(voxelsOf(positions, lattice), band_, execution_))
+      left_.push_back({lattice, std::move(left)});
+  }
+
+  /// What the levels before the last one hold. \param dense of the last dense one
+  DistanceField coarser(std::vector<float> dense) const
+  {
+    DistanceField field(lattices_[denseLevels_ - 1], std::move(dense), {});
+    for (const Left& left : left_) {
+      const auto banded = std::make_shared<BandedDistances>(*left.distances);
+      banded->background = std::move(field);
+      field = DistanceField(left.lattice, banded);
+    }
+    return field;
+  }
+
   SolveReport solveWhole(std::size_t level, const LevelObservation& observation)
   {
     const Lattice& lattice = lattices_[level];
@@ -475,8 +523,6 @@ private:
   {
     LevelReport report = newReport(level);
     const Clock::time_point start = Clock::now();
-    if (level == denseLevels_ && isFinest(level)) // a band is half as wide at least as what a dense level hands on
-      checkUnknowns(level - 1, .5 * static_cast<double>(band_.unknowns.count()));
     const int tiles = isFinest(level) ? tilesOfFinest() : 1;
     const LevelObservation observation = observeLevel(level, report);
     report.observationSeconds = secondsSince(start);
@@ -493,8 +539,6 @@ private:
                               band_, plan, options_.solver, report, execution_);
     }
     report.solverSeconds = secondsSince(solverStart);
-    if (!isFinest(level))
-      checkUnknowns(level, static_cast<double>(report.unknowns));
     return report;
   }
 
@@ -551,7 +595,7 @@ private:
       return DistanceField(lattice, std::move(distances_),
                            options_.observation.atPoints() ? std::vector<float>() : denseConfidences(finest_));
     auto banded = std::make_shared<BandedDistances>();
-    banded->background = DistanceField(lattices_[denseLevels_ - 1], std::move(distances_), {});
+    banded->background = coarser(std::move(distances_));
     banded->band = std::move(band_.support);
     banded->values = std::move(band_.values);
     if (!options_.observation.atPoints())
@@ -574,12 +618,13 @@ private:
   std::size_t firstLevel_ = 0;           ///< of the lattices; those before it are grids of the solver
   std::size_t denseLevels_ = 0;          ///< where the lattices that are solved in bands begin
   std::size_t next_ = 0;                 ///< level to be solved
-  double voxels_ = 0, solvedVoxels_ = 0; ///< of all levels, and of those that are solved
   std::size_t zeroLevelTriangles_ = 0;   ///< of the last zeroLevel()
+  double voxels_ = 0, solvedVoxels_ = 0; ///< of all levels, and of those that are solved
   LevelSamples samples_;                 ///< if points are observed
   Observation finest_;                   ///< of the finest level, if voxels are
   std::vector<std::int64_t> lastDense_;  ///< voxels observed on the last dense level
   std::vector<float> distances_;         ///< of the last dense level so far
+  std::vector<Left> left_;               ///< of levels so far that are followed by bands
   LevelField band_;                      ///< of the last level in a band so far
   MultiscaleResult result_;
 };

@@ -29,6 +29,17 @@ constexpr int nearData = 2;
 /// the finest level from either side even where the coarser ones see no surface to be kept.
 constexpr int nearWanted = 4;
 
+/// Voxels around points that need finer voxels that these are for as well. With 4, what a depth camera saw of a room is
+/// 3 % farther from the truth, with 8 a street takes .07 more time.
+constexpr int aroundDense = 6;
+
+/// Finer levels leave out what they need not resolve if it is more than this share of a level. Less is not worth the
+/// seams.
+constexpr double worthLeaving = .4;
+
+/// Voxels around what is left that are stored with it, so that it has gradients.
+constexpr int aroundLeft = 2;
+
 /// Voxels around the unknowns of a level that the interpolation to the next one reaches: half of what that one's
 /// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
 constexpr int interpolationReach = 4, interpolationReachX = 11;
@@ -54,6 +65,42 @@ struct SignPlane {
       }
   }
 };
+
+/// \param operation of MaskPlane: on a plane of the first set, with one of the second
+VoxelSet combined(const VoxelSet& a, const VoxelSet& b, void (MaskPlane::*operation)(const MaskPlane&),
+                  Execution& execution)
+{
+  return VoxelSet(
+      a.size(),
+      [&](int z, MaskPlane& mask) {
+        MaskPlane other(b.size());
+        a.rasterize(z, mask);
+        b.rasterize(z, other);
+        (mask.*operation)(other);
+      },
+      0, execution);
+}
+
+VoxelSet common(const VoxelSet& a, const VoxelSet& b, Execution& execution)
+{
+  return combined(a, b, &MaskPlane::intersect, execution);
+}
+
+VoxelSet without(const VoxelSet& a, const VoxelSet& b, Execution& execution)
+{
+  return combined(a, b, &MaskPlane::subtract, execution);
+}
+
+/// Those of a part of a set, packed.
+PackedValues valuesOn(const VoxelSet& part, const VoxelSet& whole, const PackedValues& values)
+{
+  PackedValues result(static_cast<std::size_t>(part.count()));
+  for (int z = 0; z < part.size().z; ++z)
+    forEachPair(part, whole, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
+      std::copy_n(values.begin() + outer, count, result.begin() + inner);
+    });
+  return result;
+}
 
 /// Marks the voxels of three planes in turn whose neighbors have another sign.
 class CrossingFinder {
@@ -203,6 +250,21 @@ VoxelSet holdOf(const VoxelSet& observed, const BandTile* tile, Execution& execu
       0, execution);
 }
 
+/// Without what is in the part of the coarser level that is left as it is, or at its seam: sheets go on there.
+VoxelSet withoutLeft(const VoxelSet& observed, const VoxelSet& left, const Refinement& refinement, Execution& execution)
+{
+  const VoxelSet around = dilated(left, aroundLeft, aroundLeft, execution);
+  return VoxelSet(
+      observed.size(),
+      [&](int z, MaskPlane& mask) {
+        MaskPlane beyond(observed.size());
+        rasterizeChildren(around, refinement, z, beyond);
+        observed.rasterize(z, mask);
+        mask.subtract(beyond);
+      },
+      0, execution);
+}
+
 /// The band of a level, from its zero level as far as it is known. \param narrow where it is, voxels of the coarser one
 VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& narrow, const BandLevel& own,
                     const Refinement& refinement, const VoxelSet& coarseUnknowns, Execution& execution)
@@ -233,6 +295,39 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
       size.x - rim, execution);
   // What no observation holds would float.
   return connectedTo(std::move(band), own.tile ? holdOf(observed, own.tile, execution) : observed, execution);
+}
+
+/// The samples whose cells have all of their voxels in a set.
+std::vector<PointSample> samplesWithin(const std::vector<PointSample>& samples, const VoxelSet& voxels)
+{
+  std::vector<PointSample> within;
+  for (const PointSample& sample : samples) {
+    const int x = floorOf(sample.position.x()) + gridMargin, y = floorOf(sample.position.y()) + gridMargin,
+              z = floorOf(sample.position.z()) + gridMargin;
+    const auto hasEdge = [&](int row, int plane) {
+      return voxels.contains(x, row, plane) && voxels.contains(x + 1, row, plane);
+    };
+    if (hasEdge(y, z) && hasEdge(y + 1, z) && hasEdge(y, z + 1) && hasEdge(y + 1, z + 1))
+      within.push_back(sample);
+  }
+  return within;
+}
+
+/// The samples of a level, and of the grids beneath it, that say something of its unknowns only.
+LevelSamples samplesOf(const BandLevel& own, const VoxelSet& unknowns, std::size_t coarseGrids, Execution& execution)
+{
+  const LevelSamples& all = *own.observation.samples;
+  LevelSamples samples;
+  samples.own.resize(all.own.size());
+  samples.beneath.resize(all.beneath.size());
+  samples.own[own.level] = samplesWithin(all.own[own.level], unknowns);
+  VoxelSet voxels = unknowns;
+  for (std::size_t at = own.level; at > 0 && own.level - at < coarseGrids; --at) {
+    const Refinement refinement(own.lattices[at - 1], own.lattices[at]);
+    voxels = coarsened(voxels, withMargin(own.lattices[at - 1].size), refinement, 0, execution);
+    samples.beneath[at - 1] = samplesWithin(all.beneath[at - 1], voxels);
+  }
+  return samples;
 }
 
 /// How many voxels at the zero level have a neighbor that is not in a band.
@@ -393,13 +488,7 @@ RimCounts rimCounts(const VoxelSet& unknowns, const VoxelSet& zeroLevel, Executi
 
 VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution)
 {
-  return VoxelSet(
-      a.size(),
-      [&](int z, MaskPlane& mask) {
-        a.rasterize(z, mask);
-        b.rasterize(z, mask);
-      },
-      0, execution);
+  return combined(a, b, &MaskPlane::unite, execution);
 }
 
 VoxelSet voxelSetOf(const std::vector<std::int64_t>& voxels, const GridSize& lattice, const GridSize& grid,
@@ -456,15 +545,29 @@ LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values
 void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution)
 {
   const VoxelSet near = dilated(united(surface, field.observed, execution), nearWanted, nearWanted, execution);
-  field.unknowns = VoxelSet(
-      field.unknowns.size(),
-      [&](int z, MaskPlane& mask) {
-        MaskPlane unknown(near.size());
-        near.rasterize(z, mask);
-        field.unknowns.rasterize(z, unknown);
-        mask.intersect(unknown);
-      },
-      0, execution);
+  field.unknowns = common(field.unknowns, near, execution);
+}
+
+void keepNear(const VoxelSet& surface, BandedDistances& field, Execution& execution)
+{
+  VoxelSet kept = common(field.band, dilated(surface, aroundLeft, aroundLeft, execution), execution);
+  field.values = valuesOn(kept, field.band, field.values);
+  field.band = std::move(kept);
+}
+
+std::shared_ptr<BandedDistances> leaveFarFrom(const VoxelSet& wanted, LevelField& field, Execution& execution)
+{
+  VoxelSet near = common(field.unknowns, dilated(wanted, aroundDense, aroundDense, execution), execution);
+  const VoxelSet left = without(field.unknowns, near, execution);
+  if (static_cast<double>(left.count()) <= worthLeaving * static_cast<double>(field.unknowns.count()))
+    return nullptr;
+  field.unknowns = std::move(near);
+  const VoxelSet surface = common(left, crossings(field.support, field.values, execution), execution);
+  auto kept = std::make_shared<BandedDistances>();
+  kept->band = common(field.support, dilated(surface, aroundLeft, aroundLeft, execution), execution);
+  kept->values = valuesOn(kept->band, field.support, field.values);
+  field.left = left;
+  return kept;
 }
 
 PackedValues interpolated(const LevelField& coarse, const Lattice& lattice, const VoxelSet& fine, Execution& execution)
@@ -503,6 +606,9 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
   field.observed = observation.samples ? observedVoxels(observation.samples->own[own.level], size, execution)
                                        : voxelSetOf(observation.voxels.voxels, lattice.size, size, execution);
   report.observed = field.observed.count();
+  const bool isPartial = coarse.left.count() > 0;
+  if (isPartial)
+    field.observed = withoutLeft(field.observed, coarse.left, refinement, execution);
 
   VoxelSet zeroLevel = predictedZeroLevel(coarse, refinement, size, execution);
   if (own.tile && own.tile->found.count() > 0)
@@ -518,8 +624,14 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
       field.unknowns = std::move(unknowns);
       return field;
     }
+    LevelSamples samplesInside; // the grids refer to them
+    LevelObservation observed = observation;
+    if (isPartial) {
+      samplesInside = samplesOf(own, unknowns, plan.coarseGrids, execution);
+      observed.samples = &samplesInside;
+    }
     std::vector<SolverGrid> grids =
-        bandGrids(own.lattices, own.level, std::move(unknowns), observation, own.prior, plan.coarseGrids, execution);
+        bandGrids(own.lattices, own.level, std::move(unknowns), observed, own.prior, plan.coarseGrids, execution);
     report.unknowns = grids[0].voxels.count();
     // Every round starts from the interpolation: it is smooth beyond the band, as the solution's continuation is not.
     const GridSystem system{grids, own.prior, field.support, nullptr, own.tile ? &own.tile->step : nullptr};

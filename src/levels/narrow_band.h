@@ -2,12 +2,14 @@
 /// The finer levels of the multiscale scheme: bands around the zero level that the coarser one predicts.
 #pragma once
 
+#include "field/field_contents.h"
 #include "observation/observation.h"
 #include "solver/grid_solver.h"
 #include "solver/grids.h"
 
 #include <pcl/surface/mrf/report.h>
 
+#include <memory>
 #include <vector>
 
 namespace pcl::mrf {
@@ -19,6 +21,7 @@ struct LevelField {
   VoxelSet support;    ///< voxels with a value: the unknowns and what the next level's interpolation reaches
   PackedValues values; ///< on the support
   VoxelSet observed;
+  VoxelSet left; ///< unknowns that no finer level is to resolve, and which are none any more; mostly of no grid
 };
 
 /// A dense level as the coarsest of the bands; it is continued beyond its border. \param observed on its bands' grid
@@ -28,6 +31,14 @@ LevelField fieldOfDense(const Lattice& lattice, const std::vector<float>& values
 /// Drops what is neither near a surface nor near an observed voxel from the unknowns, as the next level sees them.
 /// \param surface voxels at it
 void keepNear(const VoxelSet& surface, LevelField& field, Execution& execution);
+
+/// The same of what is left of a level. \param surface voxels at it
+void keepNear(const VoxelSet& surface, BandedDistances& field, Execution& execution);
+
+/// Leaves what is not near some voxels as it is, if that is much: it is no unknown any more for finer levels.
+/// \param wanted voxels that finer levels are to resolve
+/// \return what holds the rest, and a few voxels around it; nothing if all is kept
+std::shared_ptr<BandedDistances> leaveFarFrom(const VoxelSet& wanted, LevelField& field, Execution& execution);
 
 /// The voxels of two sets on one grid.
 VoxelSet united(const VoxelSet& a, const VoxelSet& b, Execution& execution);

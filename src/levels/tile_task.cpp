@@ -52,7 +52,7 @@ TileResult solve(TileInput input, Execution& execution)
 template <typename Archive>
 void serialize(Archive& archive, LevelField& field, unsigned)
 {
-  serializeAll(archive, field.lattice, field.unknowns, field.support, field.values);
+  serializeAll(archive, field.lattice, field.unknowns, field.support, field.values, field.left);
 }
 
 template <typename Archive>

@@ -187,6 +187,8 @@ private:
     field.unknowns = cutPlanes(coarse_.unknowns, first, count, execution_);
     field.support = cutPlanes(coarse_.support, first, count, execution_);
     field.values = cut(coarse_.support, coarse_.values, first, count);
+    if (coarse_.left.count() > 0)
+      field.left = cutPlanes(coarse_.left, first, count, execution_);
     return field;
   }
 

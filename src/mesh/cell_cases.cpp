@@ -46,74 +46,67 @@ int facesOf(const CellEdge& edge)
   return faces;
 }
 
-/// Triangulates a loop with short diagonals (between the midpoints of the edges), none of them in a face of the cube.
+/// Triangulates loops by dynamic programming.
 class LoopTriangulation {
 public:
-  LoopTriangulation(const CellTable& table, const Loop& loop) : table_(table), loop_(loop), size_(loop.size())
+  LoopTriangulation(std::size_t size, const DiagonalCost& costOf)
+      : size_(size), cost_(size * size, 0), apex_(size * size, 0)
   {
-    cost_.assign(size_ * size_, 0);
-    apex_.assign(size_ * size_, 0);
     for (std::size_t span = 2; span < size_; ++span)
       for (std::size_t first = 0; first + span < size_; ++first)
-        chooseApex(first, first + span);
-    if (cost_[size_ - 1] >= impossible)
-      throw std::logic_error("a loop cannot be triangulated without a diagonal in a face");
+        chooseApex(first, first + span, span + 1 < size_ ? costOf(first, first + span) : 0);
   }
 
-  void appendTo(std::vector<std::array<std::uint8_t, 3>>& triangles) const { append(0, size_ - 1, triangles); }
+  LoopTriangles triangles() const
+  {
+    LoopTriangles result;
+    if (cost_[size_ - 1] < std::numeric_limits<double>::infinity())
+      append(0, size_ - 1, result);
+    return result;
+  }
 
 private:
-  static constexpr int impossible = 1 << 20;
-
-  int diagonalCost(std::size_t a, std::size_t b) const
-  {
-    if (b - a == 1 || b - a == size_ - 1)
-      return 0;
-    const CellEdge& edgeA = table_.edges[loop_[a]];
-    const CellEdge& edgeB = table_.edges[loop_[b]];
-    return facesOf(edgeA) & facesOf(edgeB) ? impossible
-                                           : squaredDistance(doubledMidpoint(edgeA), doubledMidpoint(edgeB));
-  }
-
   /// Cheapest triangulation of the part first..last that is cut off by the diagonal between these two.
-  void chooseApex(std::size_t first, std::size_t last)
+  void chooseApex(std::size_t first, std::size_t last, double costOfDiagonal)
   {
-    int best = std::numeric_limits<int>::max();
+    double best = std::numeric_limits<double>::infinity();
     for (std::size_t apex = first + 1; apex < last; ++apex) {
-      const int cost = cost_[first * size_ + apex] + cost_[apex * size_ + last];
+      const double cost = cost_[first * size_ + apex] + cost_[apex * size_ + last];
       if (cost < best) {
         best = cost;
         apex_[first * size_ + last] = apex;
       }
     }
-    cost_[first * size_ + last] = std::min(best + diagonalCost(first, last), impossible);
+    cost_[first * size_ + last] = best + costOfDiagonal;
   }
 
-  void append(std::size_t first, std::size_t last, std::vector<std::array<std::uint8_t, 3>>& triangles) const
+  void append(std::size_t first, std::size_t last, LoopTriangles& triangles) const
   {
     if (last - first < 2)
       return;
     const std::size_t apex = apex_[first * size_ + last];
     append(first, apex, triangles);
-    triangles.push_back({loop_[first], loop_[apex], loop_[last]});
+    triangles.push_back({first, apex, last});
     append(apex, last, triangles);
   }
 
-  const CellTable& table_;
-  const Loop& loop_;
   std::size_t size_;
-  std::vector<int> cost_;
+  std::vector<double> cost_;
   std::vector<std::size_t> apex_;
 };
 
-/// The corners of a cube's face, counter-clockwise seen from outside the cube.
-std::array<int, 4> faceCorners(int axis, int side)
+/// With short diagonals (between the midpoints of the edges), none of them in a face of the cube.
+void appendTriangles(const CellTable& table, const Loop& loop, std::vector<std::array<std::uint8_t, 3>>& triangles)
 {
-  const int u = 1 << (axis + 1) % 3, v = 1 << (axis + 2) % 3, base = side << axis;
-  std::array<int, 4> corners{base, base | u, base | u | v, base | v};
-  if (side == 0)
-    std::reverse(corners.begin(), corners.end());
-  return corners;
+  const LoopTriangles of = triangulateLoop(loop.size(), [&](std::size_t a, std::size_t b) {
+    const CellEdge &edgeA = table.edges[loop[a]], &edgeB = table.edges[loop[b]];
+    return facesOf(edgeA) & facesOf(edgeB) ? std::numeric_limits<double>::infinity()
+                                           : squaredDistance(doubledMidpoint(edgeA), doubledMidpoint(edgeB));
+  });
+  if (of.empty())
+    throw std::logic_error("a loop cannot be triangulated without a diagonal in a face");
+  for (const auto& [a, b, c] : of)
+    triangles.push_back({loop[a], loop[b], loop[c]});
 }
 
 /// Each run of negative corners around a face gets one segment, from the edge before the run to the edge after it: in
@@ -163,13 +156,27 @@ CellTable makeCubeTable()
       if (loop.size() == 4)
         cell.quads.push_back({loop[0], loop[1], loop[2], loop[3]});
       else
-        LoopTriangulation(table, loop).appendTo(cell.triangles);
+        appendTriangles(table, loop, cell.triangles);
     }
   }
   return table;
 }
 
 } // namespace
+
+std::array<int, 4> faceCorners(int axis, int side)
+{
+  const int u = 1 << (axis + 1) % 3, v = 1 << (axis + 2) % 3, base = side << axis;
+  std::array<int, 4> corners{base, base | u, base | u | v, base | v};
+  if (side == 0)
+    std::reverse(corners.begin(), corners.end());
+  return corners;
+}
+
+LoopTriangles triangulateLoop(std::size_t size, const DiagonalCost& costOf)
+{
+  return LoopTriangulation(size, costOf).triangles();
+}
 
 const CellTable& cubeTable()
 {

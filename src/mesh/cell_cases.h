@@ -3,7 +3,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace pcl::mrf {
@@ -31,5 +33,14 @@ struct CellTable {
 /// same segments. No triangulation uses a diagonal between two vertices of one face: the neighbor could use it too,
 /// and the edge would have four triangles. All loops (3 to 7 vertices) can be triangulated so.
 const CellTable& cubeTable();
+
+/// The corners of a cube's face, counter-clockwise seen from outside the cube.
+std::array<int, 4> faceCorners(int axis, int side);
+
+using LoopTriangles = std::vector<std::array<std::size_t, 3>>;
+using DiagonalCost = std::function<double(std::size_t a, std::size_t b)>; ///< infinite: must not be used
+
+/// The triangles of a loop that have the cheapest diagonals; none if it cannot do without those that must not be used.
+LoopTriangles triangulateLoop(std::size_t size, const DiagonalCost& costOf);
 
 } // namespace pcl::mrf

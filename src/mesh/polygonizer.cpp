@@ -2,7 +2,9 @@
 #include "mesh/polygonizer.h"
 
 #include "mesh/cell_cases.h"
+#include "mesh/lattice_cells.h"
 #include "mesh/mesh_topology.h"
+#include "mesh/octree_polygonizer.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -14,9 +16,6 @@
 
 namespace pcl::mrf {
 namespace {
-
-using Word = std::uint64_t;
-constexpr int wordBits = 64;
 
 /// Consecutive planes of a lattice.
 struct PlaneRange {
@@ -63,32 +62,6 @@ private:
   PlaneRange planes_;
   int wordsPerRow_;
   std::vector<Word> words_;
-};
-
-/// The signs of the 8 corners of the 64 cells of one word, and which of these cells are cut.
-struct CellWord {
-  std::array<Word, 8> corners;
-  Word cut;
-
-  CellWord(const SignBits& signs, int w, int j, int k)
-  {
-    Word any = 0, all = ~Word{0};
-    for (int corner = 0; corner < 8; ++corner) {
-      const Word bits = signs.shifted(w, corner & 1, j + (corner >> 1 & 1), k + (corner >> 2 & 1));
-      corners[corner] = bits;
-      any |= bits;
-      all &= bits;
-    }
-    cut = any & ~all & signs.inRow(w, 1);
-  }
-
-  std::size_t caseOf(int bit) const
-  {
-    std::size_t signs = 0;
-    for (std::size_t corner = 0; corner < 8; ++corner)
-      signs |= static_cast<std::size_t>(corners[corner] >> bit & 1) << corner;
-    return signs;
-  }
 };
 
 /// Numbers the cut edges that start in some planes: one bit per voxel and axis, and the number of the first edge of
@@ -166,7 +139,7 @@ std::int64_t accumulate(std::vector<std::int64_t>& counts, const char* what)
 class Polygonizer {
 public:
   Polygonizer(const DistanceField& field, Execution& execution)
-      : field_(field), execution_(execution), size_(field.lattice().size), margin_(crossingMargin(field.lattice()))
+      : field_(field), execution_(execution), size_(field.lattice().size), crossings_(field.lattice())
   {}
 
   TriangleMesh run()
@@ -231,31 +204,11 @@ private:
     }
   }
 
-  /// How close to the ends of its edge a vertex may be, as a share of the edge.
-  ///
-  /// Points on different edges of a cube are collinear only if one lies on an edge between corners that the two others
-  /// have reached. With a margin m the flattest such triangle has the quality 4 m². Rounding to
-  /// float moves a vertex by half a unit in the last place r per axis; the second term keeps m well above it.
-  static double crossingMargin(const Lattice& lattice)
-  {
-    const GridSize& size = lattice.size;
-    const Eigen::Vector3d last = lattice.origin + lattice.spacing * Eigen::Vector3d(size.x, size.y, size.z);
-    const double farthest = lattice.origin.cwiseAbs().cwiseMax(last.cwiseAbs()).maxCoeff();
-    const double rounding = farthest / lattice.spacing * std::numeric_limits<float>::epsilon() / 2;
-    return std::min(1. / 512 + 8 * rounding, .25);
-  }
-
   Eigen::Vector3f crossing(int i, int j, int k, int axis) const
   {
-    const Eigen::Vector3i step = Eigen::Vector3i::Unit(axis);
-    const double start = field_.distance(i, j, k);
-    const double end = field_.distance(i + step.x(), j + step.y(), k + step.z());
-    const double share = start / (start - end);
-    // Written so that a NaN, from a field that is not finite, gives a position on the edge as well.
-    const double inside = share > margin_ ? std::min(share, 1 - margin_) : margin_;
-    const Lattice& lattice = field_.lattice();
-    const Eigen::Vector3d voxel = Eigen::Vector3d(i, j, k) + inside * step.cast<double>();
-    return (lattice.origin + lattice.spacing * voxel).cast<float>();
+    const Eigen::Array3i from(i, j, k), to = from + Eigen::Array3i(axis == 0, axis == 1, axis == 2);
+    return crossings_.position(from.cast<double>(), to.cast<double>(), field_.distance(i, j, k),
+                               field_.distance(to.x(), to.y(), to.z()));
   }
 
   /// Calls visit(case, i, j) for the cut cells between the planes k and k + 1.
@@ -310,18 +263,24 @@ private:
   const CellTable& table_ = cubeTable();
   Execution& execution_;
   GridSize size_;
-  double margin_;
+  EdgeCrossings crossings_;
   std::vector<std::int64_t> firstVertex_; ///< of the edges that start in each plane
   std::atomic<bool> cellsMissing_{false};
   TriangleMesh mesh_;
 };
 
+/// \pre the axes are those of the storage
+TriangleMesh polygonizeStored(const DistanceField& field, Execution& execution)
+{
+  return field.coarserBand() ? polygonizeOctree(field, execution) : Polygonizer(field, execution).run();
+}
+
 TriangleMesh polygonizePiece(const DistanceField& field, Execution& execution)
 {
   const AxisOrder axes = field.axes();
   if (axes.isNatural())
-    return Polygonizer(field, execution).run();
-  TriangleMesh mesh = Polygonizer(field.inStoredAxes(), execution).run();
+    return polygonizeStored(field, execution);
+  TriangleMesh mesh = polygonizeStored(field.inStoredAxes(), execution);
   for (Eigen::Vector3f& vertex : mesh.vertices)
     vertex = axes.fromStored(vertex);
   if (axes.isMirrored())

@@ -33,8 +33,7 @@ RemeshedPiece remesh(PartInput input, Execution& execution)
 template <typename Archive>
 void serialize(Archive& archive, FieldContents& field, unsigned)
 {
-  serializeAll(archive, field.lattice, field.axes, field.distances, field.isBanded, field.ofBackground, field.band,
-               field.values);
+  serializeAll(archive, field.lattice, field.axes, field.distances, field.band, field.values, field.background);
 }
 
 template <typename Archive>

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace pcl::mrf {
@@ -32,7 +33,6 @@ Vector3f ZeroLevel::normalAt(const Vector3f& position, const Vector3f& fallback)
 
 std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
 {
-  const auto spacing = static_cast<float>(field_.lattice().spacing);
   const auto slopeOf = [](const Vector3f& gradient) -> Vector3f { return gradient / gradient.squaredNorm(); };
   FieldSampler field(field_);
   const auto slopeAt = [&](const Vector3f& at) {
@@ -45,6 +45,7 @@ std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
   // and fro. In a cluttered room two in three reads of the field were for such. The smaller one of the last two shares
   // counts, and must leave twice as much as a position on the level may be off: shares change a little.
   float formerDistance = 0, formerShare = 0;
+  float farthest = std::numeric_limits<float>::infinity();
   const auto isHopeless = [&](float distance, int steps) {
     const float share = formerDistance > 0 ? distance / formerDistance : 0;
     const float smaller = std::min(std::exchange(formerShare, share), share);
@@ -53,9 +54,12 @@ std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
   };
   Vector3f x = start;
   // Each step integrates dx/dd = ∇d/|∇d|² from d to 0.
-  for (int step = 0; step < maxSteps && (x - start).squaredNorm() <= maxStep() * maxStep(); ++step) {
+  for (int step = 0; step < maxSteps && (x - start).squaredNorm() <= farthest * farthest; ++step) {
     Vector3f gradient;
     const float d = field.sampleDistance(x, gradient);
+    const float spacing = field.spacing();
+    if (step == 0)
+      farthest = maxVoxels_ * spacing;
     const Vector3f k1 = slopeOf(gradient);
     if (!k1.allFinite())
       break;
@@ -78,10 +82,11 @@ std::optional<Corner> ZeroLevel::trace(const Vector3f& start) const
 
 float ZeroLevel::height(const Vector3f& position) const
 {
+  FieldSampler field(field_);
   Vector3f gradient;
-  const float d = field_.sampleDistance(position, gradient);
+  const float d = field.sampleDistance(position, gradient);
   const float height = d / gradient.norm();
-  return std::abs(height) <= maxStep() ? height : 0; // not a number: the gradient vanishes
+  return std::abs(height) <= maxVoxels_ * field.spacing() ? height : 0; // not a number: the gradient vanishes
 }
 
 } // namespace pcl::mrf

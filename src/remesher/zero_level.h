@@ -16,8 +16,11 @@ namespace pcl::mrf {
 /// must outlive it.
 class ZeroLevel {
 public:
-  /// \param maxStep how far from a position the level is looked for, cloud's unit
-  ZeroLevel(const DistanceField& field, float maxStep) : field_(field), maxStep_(maxStep) {}
+  /// \param maxStep how far from a position the level is looked for, cloud's unit; where the field is stored in
+  /// coarser voxels, farther in proportion
+  ZeroLevel(const DistanceField& field, float maxStep)
+      : field_(field), maxStep_(maxStep), maxVoxels_(maxStep / static_cast<float>(field.lattice().spacing))
+  {}
 
   const DistanceField& field() const { return field_; }
   float maxStep() const { return maxStep_; }
@@ -29,12 +32,12 @@ public:
   /// of a voxel. \return what is reached, with its unit normal; nothing if it is too far or the gradient vanishes
   std::optional<Corner> trace(const Eigen::Vector3f& start) const;
 
-  /// Distance from the level, to first order, above zero outside; zero farther than maxStep().
+  /// Distance from the level, to first order, above zero outside; zero where that is too far.
   float height(const Eigen::Vector3f& position) const;
 
 private:
   const DistanceField& field_;
-  float maxStep_;
+  float maxStep_, maxVoxels_;
 };
 
 } // namespace pcl::mrf

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "field/field_sampler.h"
 
+#include "field/field_contents.h"
+#include "support/bands.h"
 #include "support/shapes.h"
 
 #include <gtest/gtest.h>
@@ -53,6 +55,35 @@ TEST(DistanceField, IsClampedToItsLatticeAndKnowsItsCells)
   EXPECT_FALSE(field.hasCell(4, 4, 5));
   EXPECT_FALSE(field.hasCell(4, 3, 6));
   EXPECT_FALSE(field.hasCell(-1, 0, 0));
+}
+
+TEST(DistanceField, IsReadFromTheBandThatStoresAPosition)
+{
+  std::mt19937 random(3);
+  std::normal_distribution<float> noise;
+  const DistanceField field = bands::nested(random, [&](const Eigen::Vector3f&) { return noise(random); });
+  const Eigen::Vector3f at(3.1f, 4.2f, 28.3f); // outside of both boxes
+  const DistanceField* coarse = field.coarserBand()->coarserBand();
+  ASSERT_NE(coarse, nullptr);
+  EXPECT_EQ(coarse->coarserBand(), nullptr);
+  EXPECT_FALSE(field.hasCell(3, 4, 28));
+  EXPECT_EQ(field.sampleDistance(at), coarse->sampleDistance(at));
+  EXPECT_EQ(field.sampleGradient(at), coarse->sampleGradient(at));
+  EXPECT_EQ(field.distance(3, 4, 28), coarse->sampleDistance({3, 4, 28}));
+  EXPECT_TRUE(field.hasCell(15, 15, 15));
+  EXPECT_EQ(field.sampleDistance({15, 15, 15}), field.distance(15, 15, 15));
+  // For another process as well.
+  Execution execution(1);
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(2, 3, 10), Eigen::Vector3d(20, 20, 30));
+  const DistanceField part = FieldContents::toField(FieldContents::of(field, box, execution));
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int n = 0; n < 1000; ++n) {
+    const Eigen::Vector3d inside =
+        box.min() + Eigen::Vector3d(share(random), share(random), share(random)).cwiseProduct(box.sizes());
+    const Eigen::Vector3f x = inside.cast<float>();
+    ASSERT_EQ(part.sampleDistance(x), field.sampleDistance(x));
+    ASSERT_EQ(part.sampleGradient(x), field.sampleGradient(x));
+  }
 }
 
 TEST(DistanceField, SamplerGivesWhatTheFieldDoes)

@@ -400,6 +400,48 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
   EXPECT_TRUE(wereMirrored && wereNot);
 }
 
+TEST(BandedLevels, LeaveSparsePointsToCoarserLevels)
+{
+  const double spacing = .02;
+  const shapes::Sdf torus = shapes::torus(1, .4);
+  const PointSet dense = shapes::filter(shapes::sample(torus, 1.6, spacing), [](const auto&p) { return p.x() >= 0; }),
+                 sparse =
+                     shapes::filter(shapes::sample(torus, 1.6, 6 * spacing), [](const auto&p) { return p.x() < 0; });
+  OrientedPoints points = shapes::oriented(dense);
+  points.spacings.assign(points.size(), static_cast<float>(spacing));
+  const OrientedPoints others = shapes::oriented(sparse);
+  points.positions.insert(points.positions.end(), others.positions.begin(), others.positions.end());
+  points.normals.insert(points.normals.end(), others.normals.begin(), others.normals.end());
+  points.confidences.insert(points.confidences.end(), others.confidences.begin(), others.confidences.end());
+  points.spacings.resize(points.positions.size(), static_cast<float>(6 * spacing));
+  PointSet all;
+  all.positions = points.positions;
+  const auto search = clouds::searchOf(all);
+  Options options;
+  options.multiscale.denseVoxels = fewVoxels;
+  Execution execution(2);
+  const auto run = [&] {
+    return regularize({&points, search.get(), boundingBox(points.positions)}, static_cast<float>(spacing), options,
+                      execution);
+  };
+  const MultiscaleResult part = run();
+  ASSERT_NE(part.field.coarserBand(), nullptr);
+  points.spacings.assign(points.size(), static_cast<float>(spacing));
+  const MultiscaleResult whole = run();
+  EXPECT_EQ(whole.field.coarserBand(), nullptr);
+  EXPECT_LT(static_cast<double>(part.levels.back().unknowns), .8 * static_cast<double>(whole.levels.back().unknowns));
+  const TriangleMesh mesh = zeroLevel(part.field);
+  const MeshStatistics statistics = measure(mesh);
+  EXPECT_EQ(statistics.boundaryEdges, 0);
+  EXPECT_EQ(statistics.components, 1);
+  EXPECT_EQ(statistics.eulerCharacteristic, 0);
+  std::vector<double> nearDense, nearSparse;
+  for (const Eigen::Vector3f& vertex : mesh.vertices)
+    (vertex.x() > .2f ? nearDense : nearSparse).push_back(torus(vertex.cast<double>()) / spacing);
+  EXPECT_LT(rootMeanSquare(nearDense), .02);
+  EXPECT_LT(rootMeanSquare(nearSparse), .3);
+}
+
 TEST(BandedLevels, KeepThinPlatesAndNestedShells)
 {
   // On the last dense level the plate is half a voxel thick, and the gap between the shells is one voxel wide.

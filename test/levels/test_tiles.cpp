@@ -32,6 +32,9 @@ public:
     return regularize({&points_, search_.get(), boundingBox(points_.positions)}, spacing_, options_, execution, tiles);
   }
 
+  /// Of the points, as if they were farther apart than they are.
+  void setSpacings(std::vector<float> spacings) { points_.spacings = std::move(spacings); }
+
   void setSteps(int steps) { options_.solver.maxIterations = steps; }
 
 private:
@@ -55,9 +58,10 @@ void forNear(const DistanceField& here, const DistanceField& there, const std::f
 }
 
 /// The field in tiles is that of the whole level.
-void expectSame(const PointSet& points, float spacing, int most = 7)
+void expectSame(const PointSet& points, float spacing, int most = 7, const std::vector<float>& spacings = {})
 {
   TiledRun run(points, spacing);
+  run.setSpacings(spacings);
   const MultiscaleResult whole = run.solve(1);
   ASSERT_EQ(whole.levels.back().tiles, 1);
   for (const int tiles : {2, most}) {
@@ -84,6 +88,15 @@ void expectSame(const PointSet& points, float spacing, int most = 7)
 TEST(Tiles, AreTheWholeLevel)
 {
   expectSame(shapes::sample(shapes::torus(1, .4), 1.6, .016), .016f);
+}
+
+TEST(Tiles, MayLeaveSparsePointsToCoarserLevels)
+{
+  const PointSet points = shapes::sample(shapes::torus(1, .4), 1.6, .02);
+  std::vector<float> spacings;
+  for (const Eigen::Vector3f& p : points.positions)
+    spacings.push_back(p.x() < 0 ? .2f : .02f);
+  expectSame(points, .02f, 7, spacings);
 }
 
 TEST(Tiles, MayBeNarrowerThanAHole)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "exact/self_intersections.h"
 #include "mesh/self_intersection.h"
+#include "support/bands.h"
 #include "support/meshes.h"
 #include "support/shapes.h"
 #include "support/threads.h"
@@ -163,6 +164,39 @@ TEST(Polygonizer, leavesTheLatticeOnlyAtItsBorder)
     onFace += shared ? 1 : 0;
   }
   EXPECT_EQ(onFace, statistics.boundaryEdges);
+}
+
+TEST(Polygonizer, cellsOfSeveralSizesAreClosedAndManifold)
+{
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<float> noise;
+    const DistanceField field = bands::nested(
+        random, [&](const Vector3f& x) { return (x.array() - 16).abs().maxCoeff() < 9 ? noise(random) : 1.f; });
+    const TriangleMesh mesh = zeroLevel(field);
+    const MeshStatistics statistics = measure(mesh);
+    EXPECT_EQ(statistics.boundaryEdges, 0) << seed;
+    EXPECT_EQ(statistics.nonManifoldEdges, 0) << seed;
+    EXPECT_EQ(statistics.nonManifoldVertices, 0) << seed;
+    EXPECT_EQ(statistics.unusedVertices, 0) << seed;
+    EXPECT_GT(statistics.triangles, 500) << seed;
+  }
+}
+
+TEST(Polygonizer, cellsOfSeveralSizesFollowOneSurface)
+{
+  std::mt19937 random(1);
+  const auto sphere = [](const Vector3f& x) { return (x - Vector3f(16, 15.5f, 16.5f)).norm() - 9; };
+  const TriangleMesh mesh = zeroLevel(bands::nested(random, sphere));
+  const MeshStatistics statistics = measure(mesh);
+  EXPECT_EQ(statistics.boundaryEdges, 0);
+  EXPECT_EQ(statistics.eulerCharacteristic, 2);
+  const TriangleMesh fine = zeroLevel(enclosed({32, 32, 32}, 1, [&](int i, int j, int k) {
+    return sphere(Vector3f(static_cast<float>(i), static_cast<float>(j), static_cast<float>(k)));
+  }));
+  EXPECT_LT(static_cast<double>(mesh.triangles.size()), .7 * static_cast<double>(fine.triangles.size()));
+  for (const Vector3f& vertex : mesh.vertices)
+    EXPECT_LT(std::abs(sphere(vertex)), .8); // 4² · 3 / (8 · 9): what a trilinear cell of 4 voxels may be off
 }
 
 TEST(Polygonizer, doesNotDependOnThreads)

@@ -19,8 +19,9 @@ struct BandedDistances;
 /// Signed distance (cloud's unit, negative inside) per voxel, and where voxels were observed their local confidence α.
 ///
 /// Dense, or stored in a band around the zero level only. Elsewhere a field in a band is what a coarser level says:
-/// right in sign, and smooth. The stages behind the solver read it through the members below and never through its
-/// storage; `hasCell` tells which cells are stored.
+/// right in sign, and smooth. That may be a band as well, which holds the surface where it needs no finer voxels. The
+/// stages behind the solver read it through the members below and not through its storage; `hasCell` tells which cells
+/// are stored.
 class PCL_MRF_EXPORT DistanceField {
 public:
   DistanceField() = default;
@@ -58,6 +59,12 @@ public:
   /// Local confidence α at a voxel, 0..1. \pre hasConfidences()
   float confidence(int i, int j, int k) const;
 
+  /// The coarser band that holds what this one does not; none if there is only one, or the field is dense.
+  const DistanceField* coarserBand() const;
+
+  /// The storage of a field in a band, inside the library.
+  const BandedDistances* banded() const { return banded_.get(); }
+
   /// True if the 8 voxels of the cell (i, j, k)..(i+1, j+1, k+1) are all stored.
   bool hasCell(int i, int j, int k) const
   {
@@ -94,6 +101,8 @@ private:
   /// \name In the axes of the storage
   /// @{
   float storedDistance(int i, int j, int k) const;
+  bool storesCell(int i, int j, int k) const;
+  const DistanceField& bandAt(const Eigen::Vector3f& stored) const; ///< that a position is read from
   void distancesOfRow(int i, int j, int k, int count,
                       float* out) const; ///< of the voxels (i, j, k) .. (i + count − 1, j, k)
   Lattice stored_;

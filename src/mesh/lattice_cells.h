@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// What polygonizers ask of a lattice: the signs at its cells, 64 at a time, and where its edges are crossed.
+#pragma once
+
+#include <pcl/surface/mrf/distance_field.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace pcl::mrf {
+
+using Word = std::uint64_t;
+constexpr int wordBits = 64;
+
+/// The signs of the 8 corners of the 64 cells of one word, and which of these cells are cut.
+struct CellWord {
+  std::array<Word, 8> corners;
+  Word cut;
+
+  /// \param signs shifted(w, dx, j, k): of the voxels (i + dx, j, k) for the 64 voxels i of word w; inRow(w, dx): those
+  /// of which i + dx is in the row
+  template <typename Signs>
+  CellWord(const Signs& signs, int w, int j, int k)
+  {
+    Word any = 0, all = ~Word{0};
+    for (int corner = 0; corner < 8; ++corner) {
+      const Word bits = signs.shifted(w, corner & 1, j + (corner >> 1 & 1), k + (corner >> 2 & 1));
+      corners[corner] = bits;
+      any |= bits;
+      all &= bits;
+    }
+    cut = any & ~all & signs.inRow(w, 1);
+  }
+
+  std::size_t caseOf(int bit) const
+  {
+    std::size_t signs = 0;
+    for (std::size_t corner = 0; corner < 8; ++corner)
+      signs |= static_cast<std::size_t>(corners[corner] >> bit & 1) << corner;
+    return signs;
+  }
+};
+
+/// Where edges of a lattice, or lines of several, cross the zero level.
+class EdgeCrossings {
+public:
+  explicit EdgeCrossings(const Lattice& lattice) : lattice_(lattice), margin_(marginOf(lattice)) {}
+
+  /// \param from, to its ends, in voxels \param start, end the distances there, of different signs
+  Eigen::Vector3f position(const Eigen::Array3d& from, const Eigen::Array3d& to, double start, double end) const
+  {
+    const double share = start / (start - end);
+    // Written so that a NaN, from a field that is not finite, gives a position on the edge as well.
+    const double inside = share > margin_ ? std::min(share, 1 - margin_) : margin_;
+    return (lattice_.origin.array() + lattice_.spacing * (from + inside * (to - from))).cast<float>();
+  }
+
+private:
+  /// How close to the ends of its edge a vertex may be, as a share of the edge.
+  ///
+  /// Points on different edges of a cube are collinear only if one lies on an edge between corners that the two others
+  /// have reached. With a margin m the flattest such triangle has the quality 4 m². Rounding to
+  /// float moves a vertex by half a unit in the last place r per axis; the second term keeps m well above it.
+  static double marginOf(const Lattice& lattice)
+  {
+    const GridSize& size = lattice.size;
+    const Eigen::Vector3d last = lattice.origin + lattice.spacing * Eigen::Vector3d(size.x, size.y, size.z);
+    const double farthest = lattice.origin.cwiseAbs().cwiseMax(last.cwiseAbs()).maxCoeff();
+    const double rounding = farthest / lattice.spacing * std::numeric_limits<float>::epsilon() / 2;
+    return std::min(1. / 512 + 8 * rounding, .25);
+  }
+
+  Lattice lattice_;
+  double margin_;
+};
+
+} // namespace pcl::mrf

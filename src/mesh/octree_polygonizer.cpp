@@ -1,0 +1,458 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "mesh/octree_polygonizer.h"
+
+#include "base/cell_hash.h"
+#include "field/field_contents.h"
+#include "field/grid_transfer.h"
+#include "mesh/cell_cases.h"
+#include "mesh/lattice_cells.h"
+#include "mesh/mesh_topology.h"
+
+#include <pcl/surface/mrf/exceptions.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace pcl::mrf {
+namespace {
+
+using Place = CellHash::Cell; ///< of a voxel of the finest lattice, or of a cell of one size among those
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// The cells of one size, 2^level voxel sides of the finest lattice, between voxels at multiples of that.
+struct Octants {
+  GridSize grid;
+  VoxelSet stored; ///< those that a band of such voxels holds; of the finest their lowest voxels
+  VoxelSet split;  ///< those that hold smaller ones
+};
+
+/// Sets the cells of a size that hold those of a set, which are half as large.
+void addParents(const VoxelSet& set, int z, MaskPlane& mask)
+{
+  for (int plane = 2 * z; plane < std::min(2 * z + 2, set.size().z); ++plane)
+    for (int y = 0; y < set.size().y; ++y)
+      for (const Run& run : set.row(y, plane)) {
+        const int x = set.xOf(run, y);
+        mask.setRange(x >> 1, (x + run.count + 1) >> 1, y >> 1);
+      }
+}
+
+/// Sets the cells in those of a set, which are 2^levels times as large.
+void addInside(const VoxelSet& set, int levels, int z, MaskPlane& mask)
+{
+  const int plane = z >> levels;
+  for (int y = 0; y < set.size().y; ++y)
+    for (const Run& run : set.row(y, plane)) {
+      const int x = set.xOf(run, y);
+      for (int row = y << levels; row < std::min((y + 1) << levels, mask.rows()); ++row)
+        mask.setRange(x << levels, (x + run.count) << levels, row);
+    }
+}
+
+/// Calls visit(x, y) for what is set.
+template <typename Visit>
+void forBits(const MaskPlane& mask, const Visit& visit)
+{
+  for (int y = 0; y < mask.rows(); ++y)
+    for (int w = 0; w < mask.words(); ++w)
+      for (Word bits = mask.row(y)[w]; bits != 0; bits &= bits - 1)
+        visit(w * wordBits + __builtin_ctzll(bits), y);
+}
+
+/// The signs at the corners of a plane of cells.
+struct CornerSigns {
+  std::array<const MaskPlane*, 2> planes; ///< below and above
+
+  Word shifted(int w, int dx, int j, int k) const
+  {
+    const MaskPlane& plane = *planes[static_cast<std::size_t>(k)];
+    const Word* row = plane.row(j);
+    if (dx == 0)
+      return row[w];
+    return row[w] >> 1 | (w + 1 < plane.words() ? row[w + 1] << (wordBits - 1) : 0);
+  }
+  static Word inRow(int, int) { return ~Word{0}; }
+};
+
+class OctreePolygonizer {
+public:
+  OctreePolygonizer(const DistanceField& field, Execution& execution)
+      : field_(field), execution_(execution), crossings_(field.lattice())
+  {
+    findStored();
+    for (std::size_t level = 1; level < octants_.size(); ++level)
+      octants_[level].split = VoxelSet(
+          octants_[level].grid,
+          [&](int z, MaskPlane& mask) {
+            addParents(octants_[level - 1].stored, z, mask);
+            if (level > 1)
+              addParents(octants_[level - 1].split, z, mask);
+          },
+          0, execution_);
+  }
+
+  TriangleMesh run()
+  {
+    for (std::size_t level = 0; level < octants_.size(); ++level)
+      addCells(static_cast<int>(level));
+    if (mesh_.triangles.size() > std::numeric_limits<std::int32_t>::max() / 3)
+      throw ResourceLimit("the zero level has more triangles than 32-bit indices can tell apart; use larger voxels");
+    mesh_ = select(mesh_, std::vector<std::uint8_t>(mesh_.triangles.size(), 1));
+    splitFans(mesh_);
+    return std::move(mesh_);
+  }
+
+private:
+  static std::int64_t sideOf(int level) { return std::int64_t{1} << level; }
+
+  static Place unit(int axis) { return Place(axis == 0, axis == 1, axis == 2); }
+
+  /// A corner or a child of a cube by three bits.
+  static Place offset(int bits) { return Place(bits & 1, bits >> 1 & 1, bits >> 2 & 1); }
+
+  static bool has(const VoxelSet& cells, const Place& cell)
+  {
+    return cells.contains(static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z()));
+  }
+
+  /// The voxels of a band as cells: the center of a coarser voxel is in one cell of its size.
+  VoxelSet cellsOf(const DistanceField& band, const GridSize& grid) const
+  {
+    const Lattice &lattice = band.lattice(), &finest = field_.lattice();
+    const Eigen::Array3i shift =
+        ((lattice.origin - finest.origin) / lattice.spacing).array().floor().cast<int>() - gridMargin;
+    const VoxelSet& voxels = band.banded()->band;
+    return VoxelSet(
+        grid,
+        [&](int z, MaskPlane& mask) {
+          if (z - shift.z() < 0 || z - shift.z() >= voxels.size().z)
+            return;
+          for (int row = std::max(0, -shift.y()); row < std::min(voxels.size().y, grid.y - shift.y()); ++row)
+            for (const Run& run : voxels.row(row, z - shift.z())) {
+              const int x = voxels.xOf(run, row) + shift.x();
+              mask.setRange(x, x + run.count, row + shift.y());
+            }
+        },
+        0, execution_);
+  }
+
+  void findStored()
+  {
+    const GridSize size = field_.lattice().size;
+    for (const DistanceField* band = &field_; band; band = band->coarserBand()) {
+      const double side = band->lattice().spacing / field_.lattice().spacing;
+      const auto level = static_cast<std::size_t>(std::lround(std::log2(side)));
+      for (std::size_t n = octants_.size(); n <= level; ++n) {
+        const GridSize grid{(size.x >> n) + 1, (size.y >> n) + 1, (size.z >> n) + 1};
+        octants_.push_back({grid,
+                            VoxelSet(
+                                grid, [](int, MaskPlane&) {}, 0, execution_),
+                            {}});
+      }
+      octants_[level].stored = cellsOf(*band, octants_[level].grid);
+      execution_.poll();
+    }
+  }
+
+  /// The cells of a plane that hold no smaller ones.
+  struct CellPlane {
+    MaskPlane cells;
+    MaskPlane covered; ///< what is in a larger one that is stored, if it is here beside smaller ones or not
+
+    explicit CellPlane(const GridSize& grid) : cells(grid), covered(grid) {}
+  };
+
+  CellPlane cellsAt(int level, int z) const
+  {
+    const auto own = static_cast<std::size_t>(level);
+    const GridSize &grid = octants_[own].grid, &size = field_.lattice().size;
+    CellPlane plane(grid);
+    if (z >= (size.z - 1) >> level)
+      return plane; // some corners are no voxels of the lattice
+    for (std::size_t larger = own + 1; larger < octants_.size(); ++larger)
+      addInside(octants_[larger].stored, static_cast<int>(larger - own), z, plane.covered);
+    octants_[own].stored.rasterize(z, plane.cells);
+    plane.cells.unite(plane.covered);
+    MaskPlane other(grid);
+    for (int y = 0; y < (size.y - 1) >> level; ++y)
+      other.setRange(0, (size.x - 1) >> level, y);
+    plane.cells.intersect(other);
+    if (own + 1 < octants_.size()) {
+      other.clear();
+      addInside(octants_[own + 1].split, 1, z, other);
+      plane.cells.intersect(other);
+    }
+    if (level > 0) {
+      other.clear();
+      octants_[own].split.rasterize(z, other);
+      plane.cells.subtract(other);
+    }
+    return plane;
+  }
+
+  /// Where the distance is negative at corners of cells. \param corners in a plane
+  MaskPlane negatives(int level, int z, const MaskPlane& corners) const
+  {
+    const auto own = static_cast<std::size_t>(level);
+    MaskPlane negative(octants_[own].grid), known(octants_[own].grid);
+    if (level == 0) {
+      octants_[own].stored.rasterize(z, known);
+      MaskPlane signs(field_.lattice().size);
+      for (int y = 0; y < signs.rows(); ++y) {
+        field_.signsOfRow(y, z, signs.row(y));
+        std::copy_n(signs.row(y), signs.words(), negative.row(y));
+      }
+      negative.intersect(known);
+    }
+    MaskPlane asked(corners);
+    asked.subtract(known);
+    forBits(asked, [&](int x, int y) {
+      if (distance(sideOf(level) * Place(x, y, z)) < 0)
+        negative.set(x, y);
+    });
+    return negative;
+  }
+
+  /// Adds the surface in the cells of one size.
+  void addCells(int level)
+  {
+    const Octants& own = octants_[static_cast<std::size_t>(level)];
+    const VoxelSet besideSmaller = level > 0 ? dilated(own.split, 1, 1, execution_) : own.split;
+    CellPlane below(own.grid);
+    MaskPlane negativeBelow(own.grid), seam(own.grid);
+    for (int z = 0; z < own.grid.z; ++z) {
+      CellPlane above = cellsAt(level, z);
+      MaskPlane corners(above.cells);
+      corners.unite(below.cells);
+      if (!corners.empty()) {
+        corners.growUpwards();
+        MaskPlane negativeAbove = negatives(level, z, corners);
+        seam.clear();
+        if (level > 0 && z > 0)
+          besideSmaller.rasterize(z - 1, seam);
+        addPlane(level, z - 1, below, seam, {{&negativeBelow, &negativeAbove}});
+        negativeBelow = std::move(negativeAbove);
+      }
+      below = std::move(above);
+      execution_.poll();
+    }
+  }
+
+  void addPlane(int level, int z, const CellPlane& plane, const MaskPlane& seam, const CornerSigns& signs)
+  {
+    for (int y = 0; y + 1 < seam.rows(); ++y)
+      for (int w = 0; w < seam.words(); ++w) {
+        const Word own = plane.cells.row(y)[w];
+        if (own == 0)
+          continue;
+        const CellWord corners(signs, w, y, 0);
+        for (Word bits = own & (corners.cut | seam.row(y)[w]); bits != 0; bits &= bits - 1) {
+          const int bit = __builtin_ctzll(bits), x = w * wordBits + bit;
+          const Place lowest = sideOf(level) * Place(x, y, z);
+          if (seam.has(x, y))
+            addAtSeam(lowest, level);
+          else if (level > 0 || plane.covered.has(x, y) || field_.hasCell(x, y, z))
+            addCase(corners.caseOf(bit), lowest, sideOf(level));
+        }
+      }
+  }
+
+  bool isNegative(const Place& voxel)
+  {
+    const std::uint32_t n = voxels_.add(voxel);
+    if (n == areNegative_.size())
+      areNegative_.push_back(distance(voxel) < 0 ? 1 : 0);
+    return areNegative_[n] != 0;
+  }
+
+  float distance(const Place& voxel) const
+  {
+    return field_.distance(static_cast<int>(voxel.x()), static_cast<int>(voxel.y()), static_cast<int>(voxel.z()));
+  }
+
+  /// The vertex between two voxels with different signs on a line along an axis.
+  std::int32_t vertexBetween(const Place& a, const Place& b)
+  {
+    const Place low = a.min(b), high = a.max(b);
+    const std::int64_t axis = low.x() < high.x() ? 0 : low.y() < high.y() ? 1 : 2;
+    const std::uint32_t n = edges_.add(Place(3 * low.x() + axis, low.y(), low.z()));
+    if (n == vertexOf_.size()) {
+      vertexOf_.push_back(static_cast<std::int32_t>(mesh_.vertices.size()));
+      mesh_.vertices.push_back(
+          crossings_.position(low.cast<double>(), high.cast<double>(), distance(low), distance(high)));
+    }
+    return vertexOf_[n];
+  }
+
+  float squaredLength(std::int32_t a, std::int32_t b) const
+  {
+    return (mesh_.vertices[a] - mesh_.vertices[b]).squaredNorm();
+  }
+
+  /// A cell without smaller ones around it.
+  void addCase(std::size_t signs, const Place& lowest, std::int64_t side)
+  {
+    const CellCase& cell = table_.cases[signs];
+    const auto vertex = [&](std::uint8_t e) {
+      const CellEdge edge = table_.edges[e];
+      const Place start = lowest + side * offset(edge.corner);
+      return vertexBetween(start, start + side * unit(edge.axis));
+    };
+    for (const auto& quad : cell.quads) {
+      const std::int32_t a = vertex(quad[0]), b = vertex(quad[1]), c = vertex(quad[2]), d = vertex(quad[3]);
+      const bool alongAc = squaredLength(a, c) <= squaredLength(b, d);
+      mesh_.triangles.push_back({a, b, alongAc ? c : d});
+      mesh_.triangles.push_back({alongAc ? a : b, c, d});
+    }
+    for (const auto& triangle : cell.triangles)
+      mesh_.triangles.push_back({vertex(triangle[0]), vertex(triangle[1]), vertex(triangle[2])});
+  }
+
+  /// Where the zero level crosses an edge of a cell: the vertex, and the cell's faces that it is in, by bits.
+  struct Crossing {
+    std::int32_t vertex = -1;
+    int faces = 0;
+  };
+
+  /// A cell as its smaller neighbors see it: its faces and edges are divided as theirs are.
+  void addAtSeam(const Place& lowest, int level)
+  {
+    segments_.clear();
+    const std::int64_t side = sideOf(level);
+    for (int face = 0; face < 6; ++face)
+      addFace(lowest + face % 2 * side * unit(face / 2), level, face, {lowest, lowest + side});
+    while (!segments_.empty()) {
+      std::vector<Crossing> loop{segments_.back().first};
+      Crossing next = segments_.back().second;
+      segments_.pop_back();
+      while (next.vertex != loop.front().vertex) {
+        loop.push_back(next);
+        const auto found = std::find_if(segments_.begin(), segments_.end(), [&](const auto& segment) {
+          return segment.first.vertex == loop.back().vertex;
+        });
+        next = found->second;
+        segments_.erase(found);
+      }
+      addLoop(loop);
+    }
+  }
+
+  /// Two opposite corners of a cell.
+  struct Ends {
+    Place lowest, highest;
+  };
+
+  /// Adds the segments in a part of a cell's face, or in those of its smaller neighbors.
+  void addFace(const Place& lowest, int level, int face, const Ends& cell)
+  {
+    const std::array<int, 4> corners = faceCorners(face / 2, face % 2);
+    const int inFace = 7 & ~(1 << face / 2);
+    if (level > 0 && isSplit(lowest, level, 1 << face / 2)) {
+      for (const int bits : corners)
+        addFace(lowest + sideOf(level - 1) * offset(bits & inFace), level - 1, face, cell);
+      return;
+    }
+    nodes_.clear();
+    for (std::size_t n = 0; n < 4; ++n)
+      addNodes(lowest + sideOf(level) * offset(corners[n] & inFace),
+               lowest + sideOf(level) * offset(corners[(n + 1) % 4] & inFace), level);
+    addSegments(cell);
+  }
+
+  /// True if one of the cells around a face or an edge is split. \param across bits of the axes that these lie across
+  bool isSplit(const Place& lowest, int level, int across) const
+  {
+    const Place cell(lowest.x() >> level, lowest.y() >> level, lowest.z() >> level);
+    for (int bits = 0; bits < 8; ++bits)
+      if ((bits & ~across) == 0 && has(octants_[static_cast<std::size_t>(level)].split, cell - offset(bits)))
+        return true;
+    return false;
+  }
+
+  /// Adds the voxels on an edge from its start on, without its end.
+  void addNodes(const Place& start, const Place& end, int level)
+  {
+    const Place way = end - start;
+    const int along = way.x() != 0 ? 1 : way.y() != 0 ? 2 : 4;
+    if (level > 0 && isSplit(start.min(end), level, 7 & ~along)) {
+      const Place middle = start + way / 2;
+      addNodes(start, middle, level - 1);
+      addNodes(middle, end, level - 1);
+    } else {
+      nodes_.push_back(start);
+    }
+  }
+
+  /// Each run of negative voxels around a face gets one segment, as in the table of cases.
+  void addSegments(const Ends& cell)
+  {
+    const std::size_t count = nodes_.size();
+    const auto isNegativeAt = [&](std::size_t n) { return isNegative(nodes_[n % count]); };
+    for (std::size_t n = 0; n < count; ++n) {
+      if (isNegativeAt(n) || !isNegativeAt(n + 1))
+        continue;
+      std::size_t last = n + 1;
+      while (isNegativeAt(last + 1))
+        ++last;
+      segments_.emplace_back(crossingAfter(n, cell), crossingAfter(last, cell));
+    }
+  }
+
+  Crossing crossingAfter(std::size_t n, const Ends& cell)
+  {
+    const Place &a = nodes_[n % nodes_.size()], &b = nodes_[(n + 1) % nodes_.size()];
+    Crossing crossing{vertexBetween(a, b), 0};
+    for (int axis = 0; axis < 3; ++axis) {
+      const bool isAcross = a[axis] == b[axis];
+      crossing.faces |= isAcross && a[axis] == cell.lowest[axis] ? 1 << 2 * axis : 0;
+      crossing.faces |= isAcross && a[axis] == cell.highest[axis] ? 2 << 2 * axis : 0;
+    }
+    return crossing;
+  }
+
+  void addLoop(const std::vector<Crossing>& loop)
+  {
+    if (loop.size() < 3)
+      return; // there and back along an edge that is crossed twice: its other cells meet there
+    const LoopTriangles triangles = triangulateLoop(loop.size(), [&](std::size_t a, std::size_t b) {
+      return loop[a].faces & loop[b].faces ? infinity : squaredLength(loop[a].vertex, loop[b].vertex);
+    });
+    for (const auto& [a, b, c] : triangles)
+      mesh_.triangles.push_back({loop[a].vertex, loop[b].vertex, loop[c].vertex});
+    if (!triangles.empty())
+      return;
+    const auto center = static_cast<std::int32_t>(mesh_.vertices.size());
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    for (std::size_t n = 0; n < loop.size(); ++n) {
+      sum += mesh_.vertices[loop[n].vertex];
+      mesh_.triangles.push_back({loop[n].vertex, loop[(n + 1) % loop.size()].vertex, center});
+    }
+    mesh_.vertices.push_back(sum / static_cast<float>(loop.size()));
+  }
+
+  const DistanceField& field_;
+  Execution& execution_;
+  const CellTable& table_ = cubeTable();
+  const EdgeCrossings crossings_;
+  std::vector<Octants> octants_; ///< by level; those of level 0 are the field's
+  CellHash voxels_{Eigen::Vector3d::Zero(), 1}, edges_{Eigen::Vector3d::Zero(), 1}; ///< that were asked for
+  std::vector<std::uint8_t> areNegative_;                                           ///< by numbers of voxels
+  std::vector<std::int32_t> vertexOf_;                                              ///< by numbers of edges
+  std::vector<Place> nodes_;                                                        ///< around a face
+  std::vector<std::pair<Crossing, Crossing>> segments_;
+  TriangleMesh mesh_;
+};
+
+} // namespace
+
+TriangleMesh polygonizeOctree(const DistanceField& field, Execution& execution)
+{
+  return OctreePolygonizer(field, execution).run();
+}
+
+} // namespace pcl::mrf

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// Fields that are stored in voxels of several sizes.
+#pragma once
+
+#include "field/field_contents.h"
+#include "field/grid_transfer.h"
+
+#include <memory>
+#include <random>
+#include <vector>
+
+namespace bands {
+
+/// A band of some voxels of a lattice. \param isStored, value of the position of a voxel
+template <typename IsStored, typename Value>
+std::shared_ptr<pcl::mrf::BandedDistances> bandOn(const pcl::mrf::Lattice& lattice, const IsStored& isStored,
+                                                  const Value& value, pcl::mrf::DistanceField background)
+{
+  using namespace pcl::mrf;
+  Execution execution(1);
+  auto banded = std::make_shared<BandedDistances>();
+  banded->background = std::move(background);
+  const auto positionOf = [&](int x, int y, int z) {
+    return lattice.position(x - gridMargin, y - gridMargin, z - gridMargin);
+  };
+  const GridSize grid = withMargin(lattice.size);
+  banded->band = VoxelSet(
+      grid,
+      [&](int z, MaskPlane& mask) {
+        for (int y = 0; y < grid.y; ++y)
+          for (int x = 0; x < grid.x; ++x)
+            if (isStored(positionOf(x, y, z)))
+              mask.set(x, y);
+      },
+      0, execution);
+  for (int z = 0; z < grid.z; ++z)
+    for (int y = 0; y < grid.y; ++y)
+      for (int x = 0; x < grid.x; ++x)
+        if (banded->band.contains(x, y, z))
+          banded->values.push_back(value(positionOf(x, y, z)));
+  return banded;
+}
+
+/// 32³ voxels of side 1 from the origin on, but side 4 and 2 outside of two boxes within each other that are drawn;
+/// all of it is within the coarser bands. \param value of a position
+template <typename Value>
+pcl::mrf::DistanceField nested(std::mt19937& random, const Value& value)
+{
+  using namespace pcl::mrf;
+  std::uniform_int_distribution<int> low(6, 14), high(16, 26);
+  Lattice coarsest;
+  coarsest.size = {4, 4, 4};
+  coarsest.spacing = 8;
+  coarsest.origin = {3.5, 3.5, 3.5};
+  DistanceField field(coarsest, std::vector<float>(64, 1), {});
+  Eigen::Array3f lower = Eigen::Array3f::Constant(-100), upper = Eigen::Array3f::Constant(100);
+  for (const int side : {4, 2, 1}) {
+    Lattice lattice;
+    lattice.size = {32 / side, 32 / side, 32 / side};
+    lattice.spacing = side;
+    lattice.origin = Eigen::Vector3d::Constant(.5 * (side - 1));
+    const auto isStored = [&](const Eigen::Vector3f& x) {
+      return (x.array() >= lower).all() && (x.array() <= upper).all();
+    };
+    field = DistanceField(lattice, bandOn(lattice, isStored, value, std::move(field)));
+    for (int axis = 0; axis < 3; ++axis) {
+      lower[axis] = std::max(lower[axis], static_cast<float>(low(random)));
+      upper[axis] = std::min(upper[axis], static_cast<float>(high(random)));
+    }
+  }
+  return field;
+}
+
+} // namespace bands
