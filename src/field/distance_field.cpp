@@ -174,6 +174,12 @@ const DistanceField* DistanceField::coarserBand() const
   return isBehind ? &banded_->background : nullptr;
 }
 
+double DistanceField::voxelSide(const Eigen::Vector3f& position) const
+{
+  const DistanceField& piece = pieceAt(position);
+  return piece.bandAt(piece.axes_.toStored(position)).stored_.spacing;
+}
+
 const DistanceField& DistanceField::bandAt(const Eigen::Vector3f& stored) const
 {
   const DistanceField* band = this;

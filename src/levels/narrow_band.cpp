@@ -620,7 +620,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
     VoxelSet unknowns = bandAround(zeroLevel, field.observed, narrow, own, refinement, coarse.unknowns, execution);
     field.support = dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
-    if (own.tile && unknowns.count() == 0) {
+    if (unknowns.count() == 0) { // of a tile, or where all is left to coarser levels
       field.unknowns = std::move(unknowns);
       return field;
     }

@@ -89,6 +89,9 @@ public:
       octants_[level].split = VoxelSet(
           octants_[level].grid,
           [&](int z, MaskPlane& mask) {
+            octants_[level].stored.rasterize(z, mask);
+            mask.unite(inLargerAt(level, z));
+            mask.subtract(completeAt(level, z)); // smaller cells come closer to the lattice's border
             addParents(octants_[level - 1].stored, z, mask);
             if (level > 1)
               addParents(octants_[level - 1].split, z, mask);
@@ -159,37 +162,46 @@ private:
     }
   }
 
+  /// The cells of a plane all of whose corners are voxels of the lattice.
+  MaskPlane completeAt(std::size_t level, int z) const
+  {
+    const GridSize& size = field_.lattice().size;
+    MaskPlane complete(octants_[level].grid);
+    if (z < (size.z - 1) >> level)
+      for (int y = 0; y < (size.y - 1) >> level; ++y)
+        complete.setRange(0, (size.x - 1) >> level, y);
+    return complete;
+  }
+
+  /// The cells of a plane that are in larger ones that are stored.
+  MaskPlane inLargerAt(std::size_t level, int z) const
+  {
+    MaskPlane inLarger(octants_[level].grid);
+    for (std::size_t larger = level + 1; larger < octants_.size(); ++larger)
+      addInside(octants_[larger].stored, static_cast<int>(larger - level), z, inLarger);
+    return inLarger;
+  }
+
   /// The cells of a plane that hold no smaller ones.
   struct CellPlane {
     MaskPlane cells;
-    MaskPlane covered; ///< what is in a larger one that is stored, if it is here beside smaller ones or not
-
-    explicit CellPlane(const GridSize& grid) : cells(grid), covered(grid) {}
+    MaskPlane inLarger; ///< what is in a larger one that is stored, if it is here beside smaller ones or not
   };
 
-  CellPlane cellsAt(int level, int z) const
+  CellPlane cellsAt(std::size_t level, int z) const
   {
-    const auto own = static_cast<std::size_t>(level);
-    const GridSize &grid = octants_[own].grid, &size = field_.lattice().size;
-    CellPlane plane(grid);
-    if (z >= (size.z - 1) >> level)
-      return plane; // some corners are no voxels of the lattice
-    for (std::size_t larger = own + 1; larger < octants_.size(); ++larger)
-      addInside(octants_[larger].stored, static_cast<int>(larger - own), z, plane.covered);
-    octants_[own].stored.rasterize(z, plane.cells);
-    plane.cells.unite(plane.covered);
-    MaskPlane other(grid);
-    for (int y = 0; y < (size.y - 1) >> level; ++y)
-      other.setRange(0, (size.x - 1) >> level, y);
-    plane.cells.intersect(other);
-    if (own + 1 < octants_.size()) {
-      other.clear();
-      addInside(octants_[own + 1].split, 1, z, other);
+    CellPlane plane{MaskPlane(octants_[level].grid), inLargerAt(level, z)};
+    octants_[level].stored.rasterize(z, plane.cells);
+    plane.cells.unite(plane.inLarger);
+    plane.cells.intersect(completeAt(level, z));
+    MaskPlane other(octants_[level].grid);
+    if (level + 1 < octants_.size()) {
+      addInside(octants_[level + 1].split, 1, z, other);
       plane.cells.intersect(other);
     }
     if (level > 0) {
       other.clear();
-      octants_[own].split.rasterize(z, other);
+      octants_[level].split.rasterize(z, other);
       plane.cells.subtract(other);
     }
     return plane;
@@ -223,10 +235,10 @@ private:
   {
     const Octants& own = octants_[static_cast<std::size_t>(level)];
     const VoxelSet besideSmaller = level > 0 ? dilated(own.split, 1, 1, execution_) : own.split;
-    CellPlane below(own.grid);
+    CellPlane below{MaskPlane(own.grid), MaskPlane(own.grid)};
     MaskPlane negativeBelow(own.grid), seam(own.grid);
     for (int z = 0; z < own.grid.z; ++z) {
-      CellPlane above = cellsAt(level, z);
+      CellPlane above = cellsAt(static_cast<std::size_t>(level), z);
       MaskPlane corners(above.cells);
       corners.unite(below.cells);
       if (!corners.empty()) {
@@ -256,7 +268,7 @@ private:
           const Place lowest = sideOf(level) * Place(x, y, z);
           if (seam.has(x, y))
             addAtSeam(lowest, level);
-          else if (level > 0 || plane.covered.has(x, y) || field_.hasCell(x, y, z))
+          else if (level > 0 || plane.inLarger.has(x, y) || field_.hasCell(x, y, z))
             addCase(corners.caseOf(bit), lowest, sideOf(level));
         }
       }

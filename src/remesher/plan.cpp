@@ -57,15 +57,22 @@ std::vector<std::int32_t> bordersOf(const TriangleMesh& mesh, const VertexCorner
   return next;
 }
 
-float medianEdge(const TriangleMesh& mesh, const std::vector<std::int32_t>& nextOnBorder)
+/// The median length of edges, as it would be in voxels of the finest size.
+float medianEdge(const TriangleMesh& mesh, const std::vector<std::int32_t>& nextOnBorder, const DistanceField& field,
+                 Execution& execution)
 {
+  const double side = field.lattice().spacing;
+  std::vector<float> shares(mesh.vertices.size()); // of the squares
+  forEachPolling<std::int32_t>(execution, mesh.vertices.size(), planGrain, [&](std::int32_t v) {
+    shares[v] = squared(static_cast<float>(side / field.voxelSide(mesh.vertices[v])));
+  });
   std::vector<float> lengths;
   lengths.reserve(3 * mesh.triangles.size() / 2);
   for (const Triangle& t : mesh.triangles)
     for (std::size_t i = 0; i < 3; ++i) {
       const std::int32_t v = t[i], w = t[(i + 1) % 3];
       if (v < w || nextOnBorder[v] == w)
-        lengths.push_back((mesh.vertices[w] - mesh.vertices[v]).squaredNorm());
+        lengths.push_back(shares[v] * (mesh.vertices[w] - mesh.vertices[v]).squaredNorm());
     }
   return std::sqrt(median(std::move(lengths)));
 }
@@ -154,14 +161,14 @@ void checkSize(const RemeshPlan& plan)
 
 } // namespace
 
-RemeshPlan planFor(const TriangleMesh& mesh, const EdgeSizing& sizing, const RemesherOptions& options,
-                   Execution& execution)
+RemeshPlan planFor(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
+                   const RemesherOptions& options, Execution& execution)
 {
   RemeshPlan plan;
   const VertexCorners corners = groupCorners(mesh);
   execution.poll();
   plan.nextOnBorder = bordersOf(mesh, corners, execution);
-  const float median = medianEdge(mesh, plan.nextOnBorder);
+  const float median = medianEdge(mesh, plan.nextOnBorder, field, execution);
   execution.poll();
   plan.targetEdge = options.targetEdge > 0 ? options.targetEdge : median;
   if (!sizing.empty() && options.targetEdge == 0) {

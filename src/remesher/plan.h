@@ -6,6 +6,7 @@
 #include "remesher/border_curves.h"
 #include "remesher/zero_level.h"
 
+#include <pcl/surface/mrf/distance_field.h>
 #include <pcl/surface/mrf/execution.h>
 #include <pcl/surface/mrf/options.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
@@ -26,9 +27,10 @@ struct RemeshPlan {
   BorderCurves curves; ///< for parts only: a whole mesh has its own
 };
 
+/// \param field that the mesh was cut out of: where it has larger voxels, so are the mesh's edges
 /// \throw InvalidInput if the mesh is not oriented and manifold
 /// \throw ResourceLimit if the target edge asks for more triangles than can be indexed
-RemeshPlan planFor(const TriangleMesh& mesh, const EdgeSizing& sizing, const RemesherOptions& options,
-                   Execution& execution);
+RemeshPlan planFor(const TriangleMesh& mesh, const DistanceField& field, const EdgeSizing& sizing,
+                   const RemesherOptions& options, Execution& execution);
 
 } // namespace pcl::mrf

@@ -321,7 +321,7 @@ RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSiz
   if (field.empty())
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
   const ZeroLevel level(field, .5f * static_cast<float>(field.lattice().spacing));
-  RemeshPlan plan = planFor(mesh, sizing, options, execution);
+  RemeshPlan plan = planFor(mesh, field, sizing, options, execution);
   const bool isWhole =
       partSize <= 0 || options.rounds == 0 ||
       std::max(plan.triangles, static_cast<double>(mesh.triangles.size())) <= static_cast<double>(partSize);

@@ -404,9 +404,9 @@ TEST(BandedLevels, LeaveSparsePointsToCoarserLevels)
 {
   const double spacing = .02;
   const shapes::Sdf torus = shapes::torus(1, .4);
-  const PointSet dense = shapes::filter(shapes::sample(torus, 1.6, spacing), [](const auto&p) { return p.x() >= 0; }),
+  const PointSet dense = shapes::filter(shapes::sample(torus, 1.6, spacing), [](const auto&p) { return p.x() >= .6f; }),
                  sparse =
-                     shapes::filter(shapes::sample(torus, 1.6, 6 * spacing), [](const auto&p) { return p.x() < 0; });
+                     shapes::filter(shapes::sample(torus, 1.6, 6 * spacing), [](const auto&p) { return p.x() < .6f; });
   OrientedPoints points = shapes::oriented(dense);
   points.spacings.assign(points.size(), static_cast<float>(spacing));
   const OrientedPoints others = shapes::oriented(sparse);
@@ -437,9 +437,28 @@ TEST(BandedLevels, LeaveSparsePointsToCoarserLevels)
   EXPECT_EQ(statistics.eulerCharacteristic, 0);
   std::vector<double> nearDense, nearSparse;
   for (const Eigen::Vector3f& vertex : mesh.vertices)
-    (vertex.x() > .2f ? nearDense : nearSparse).push_back(torus(vertex.cast<double>()) / spacing);
+    (vertex.x() > .8f ? nearDense : nearSparse).push_back(torus(vertex.cast<double>()) / spacing);
   EXPECT_LT(rootMeanSquare(nearDense), .02);
   EXPECT_LT(rootMeanSquare(nearSparse), .3);
+}
+
+TEST(BandedLevels, MayLeaveAllButAFewPointsOrAll)
+{
+  const PointSet all = shapes::sample(shapes::torus(1, .4), 1.6, .02);
+  OrientedPoints points = shapes::oriented(all);
+  const auto search = clouds::searchOf(all);
+  Options options;
+  options.multiscale.denseVoxels = fewVoxels;
+  Execution execution(1);
+  for (const std::size_t dense : {0, 1, 30}) {
+    points.spacings.assign(points.size(), 1);
+    std::fill_n(points.spacings.begin(), dense, .02f);
+    const MultiscaleResult result =
+        regularize({&points, search.get(), boundingBox(points.positions)}, .02f, options, execution);
+    const MeshStatistics mesh = measure(zeroLevel(result.field));
+    EXPECT_EQ(mesh.boundaryEdges, 0) << dense;
+    EXPECT_EQ(mesh.eulerCharacteristic, 0) << dense;
+  }
 }
 
 TEST(BandedLevels, KeepThinPlatesAndNestedShells)

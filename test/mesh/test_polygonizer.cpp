@@ -183,6 +183,16 @@ TEST(Polygonizer, cellsOfSeveralSizesAreClosedAndManifold)
   }
 }
 
+TEST(Polygonizer, cellsOfSeveralSizesComeCloseToTheBorder)
+{
+  // A cell of four voxels would begin at the last but three.
+  std::mt19937 random(2);
+  const auto sphere = [](const Vector3f& x) { return (x - Vector3f(15.5f, 15.5f, 15.5f)).norm() - 14; };
+  const MeshStatistics mesh = measure(zeroLevel(bands::nested(random, sphere)));
+  EXPECT_EQ(mesh.boundaryEdges, 0);
+  EXPECT_EQ(mesh.eulerCharacteristic, 2);
+}
+
 TEST(Polygonizer, cellsOfSeveralSizesFollowOneSurface)
 {
   std::mt19937 random(1);

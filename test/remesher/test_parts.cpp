@@ -97,7 +97,7 @@ struct Cut {
 
   Cut(const DistanceField& field, const TriangleMesh& triangles)
       : level(field, static_cast<float>(spacing / 2)), mesh{triangles, {}, {}, {}},
-        plan(planFor(mesh.mesh, {}, options, serial))
+        plan(planFor(mesh.mesh, field, {}, options, serial))
   {
     plan.curves = BorderCurves(
         mesh.mesh.vertices, plan.nextOnBorder, level.maxStep(), [](Vector3f&) { return true; }, mesh.places);

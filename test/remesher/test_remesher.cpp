@@ -7,6 +7,7 @@
 #include "remesher/passes.h"
 #include "remesher/remesher.h"
 #include "remesher/zero_level.h"
+#include "support/bands.h"
 #include "support/cancelling.h"
 #include "support/clouds.h"
 #include "support/meshes.h"
@@ -393,6 +394,15 @@ TEST(Remesher, ATargetEdgeThatIsGivenGoesForAllEdges)
   expectSamePositions(remeshed(raw, field, options, longOnOneSide(raw, 4)).mesh, remeshed(raw, field, options).mesh);
   const EdgeSizing even(raw.vertices.size(), 1);
   expectSamePositions(remeshed(raw, field, {}, even).mesh, remeshed(raw, field).mesh);
+}
+
+TEST(Remesher, EdgesKeepTheirLengthWhereThereAreLargerVoxels)
+{
+  // Two boxes in the middle have the smaller voxels; most triangles of the sphere are outside of them.
+  std::mt19937 random(2);
+  const auto sphere = [](const Vector3f& x) { return (x - Vector3f(15.5f, 15.5f, 15.5f)).norm() - 12; };
+  const DistanceField field = bands::nested(random, sphere);
+  EXPECT_NEAR(remeshed(zeroLevel(field), field).targetEdge, .6, .1) << "as of a mesh in voxels 1 wide";
 }
 
 RemesherOptions withTriangles(std::int64_t triangles)

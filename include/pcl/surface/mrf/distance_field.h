@@ -62,6 +62,9 @@ public:
   /// The coarser band that holds what this one does not; none if there is only one, or the field is dense.
   const DistanceField* coarserBand() const;
 
+  /// Voxel side of the storage that a position of the recentered frame is read from, cloud's unit.
+  double voxelSide(const Eigen::Vector3f& position) const;
+
   /// The storage of a field in a band, inside the library.
   const BandedDistances* banded() const { return banded_.get(); }
 
