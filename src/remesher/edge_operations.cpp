@@ -3,12 +3,11 @@
 
 #include "base/loops.h"
 #include "base/spatial_sort.h"
+#include "remesher/regions.h"
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <optional>
-#include <thread>
 #include <vector>
 
 namespace pcl::mrf {
@@ -192,62 +191,39 @@ bool flip(RemeshedSurface& surface, std::int32_t h, OperationLog& log)
 
 using IsWanted = bool(const RemeshedSurface&, std::int32_t h);
 
-/// Does an operation on half-edges by whose turn what came before may not want it any more. Those amid a region of the
-/// mesh are worked on while other regions' are, in the order of the list; after them those that lie across its borders.
+/// Does an operation on half-edges by whose turn what came before may not want it any more, region by region.
 /// \param operation takes a half-edge, its place in the list and a log, returns false if it is refused
 /// \param done counts what was not refused
 template <typename Operation>
 void operate(RemeshedSurface& surface, const std::vector<std::int32_t>& halfEdges, IsWanted& isWanted,
              const Operation& operation, std::int64_t& done, Execution& execution)
 {
-  struct Counts {
+  struct Own {
     std::int64_t done = 0, refused = 0;
+    OperationLog log;
   };
   const HalfEdgeMesh& mesh = surface.mesh;
-  std::vector<std::vector<std::int32_t>> listed; // places of each region's
-  for (std::size_t n = 0; n < halfEdges.size(); ++n) {
-    const std::size_t region = mesh.regions[mesh.origin[halfEdges[n]]];
-    listed.resize(std::max(listed.size(), region + 1));
-    listed[region].push_back(static_cast<std::int32_t>(n));
-  }
-  std::vector<Counts> counts(listed.size() + 1);
-  std::vector<OperationLog> logs(listed.size() + 1);
-  const auto operateOn = [&](std::int32_t n, Counts& ofRegion, OperationLog& log) {
-    ++(operation(halfEdges[n], n, log) ? ofRegion.done : ofRegion.refused);
+  const auto turnOf = [&](std::int32_t n, std::uint16_t region) {
+    const std::int32_t h = halfEdges[n];
+    if (!mesh.isBetween(h, region))
+      return Turn::later;
+    if (!isWanted(surface, h))
+      return Turn::never;
+    return mesh.isAmid(h, region) ? Turn::now : Turn::later;
   };
-  std::vector<std::uint8_t> isWaiting(halfEdges.size(), 0);
-  Poller poll(execution);
-  const std::thread::id caller = std::this_thread::get_id();
-  forEach(execution, static_cast<std::int64_t>(listed.size()), 1, [&](std::size_t region) {
-    const bool mayPoll = std::this_thread::get_id() == caller;
-    Counts ofRegion;
-    OperationLog& log = logs[region];
-    for (const std::int32_t n : listed[region]) {
-      if (mayPoll)
-        poll();
-      const std::int32_t h = halfEdges[n];
-      const auto own = static_cast<std::uint16_t>(region);
-      const bool isOwn = mesh.isBetween(h, own);
-      if (isOwn && !isWanted(surface, h))
-        continue;
-      if (isOwn && mesh.isAmid(h, own))
-        operateOn(n, ofRegion, log);
-      else
-        isWaiting[n] = 1;
-    }
-    counts[region] = ofRegion;
-    log.shrink();
-  });
-  for (std::size_t n = 0; n < halfEdges.size(); ++n) {
-    poll();
-    if (isWaiting[n] && isWanted(surface, halfEdges[n]))
-      operateOn(static_cast<std::int32_t>(n), counts.back(), logs.back());
-  }
-  for (const Counts& own : counts) {
+  const auto work = [&](std::int32_t n, Own& own) {
+    if (isWanted(surface, halfEdges[n]))
+      ++(operation(halfEdges[n], n, own.log) ? own.done : own.refused);
+  };
+  std::vector<Own> owns = workByRegion<Own>(
+      static_cast<std::int32_t>(halfEdges.size()),
+      [&](std::int32_t n) { return mesh.regions[mesh.origin[halfEdges[n]]]; }, turnOf, work, execution);
+  for (Own& own : owns) {
     done += own.done;
     surface.result.refusedOperations += own.refused;
+    own.log.shrink();
+    surface.logs.push_back(std::move(own.log));
   }
-  std::move(logs.begin(), logs.end(), std::back_inserter(surface.logs));
 }
 
 } // namespace

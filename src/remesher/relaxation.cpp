@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "base/loops.h"
 #include "remesher/passes.h"
+#include "remesher/regions.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <numeric>
 #include <optional>
-#include <thread>
 #include <vector>
 
 namespace pcl::mrf {
@@ -106,34 +105,18 @@ void relax(RemeshedSurface& surface, Execution& execution)
 {
   const HalfEdgeMesh& mesh = surface.mesh;
   const std::vector<Step> steps = stepsOf(surface, execution);
-  std::vector<std::vector<std::int32_t>> listed; // those to move of each region
+  std::vector<std::int32_t> vertices;
   for (std::int32_t v = 0; v < mesh.vertexCount(); ++v)
-    if (mesh.outgoing[v] >= 0 && !mesh.pinned[v] && !steps[v].isSettled) {
-      listed.resize(std::max(listed.size(), std::size_t{mesh.regions[v]} + 1));
-      listed[mesh.regions[v]].push_back(v);
-    }
-  std::vector<std::uint8_t> isWaiting(steps.size(), 0);
-  std::vector<std::int64_t> refused(listed.size() + 1, 0);
-  Poller poll(execution);
-  const std::thread::id caller = std::this_thread::get_id();
-  forEach(execution, static_cast<std::int64_t>(listed.size()), 1, [&](std::size_t region) {
-    const bool mayPoll = std::this_thread::get_id() == caller;
-    for (const std::int32_t v : listed[region]) {
-      if (mayPoll)
-        poll();
-      bool isInside = true;
-      mesh.forNeighbors(v, [&](std::int32_t w) { isInside = isInside && mesh.regions[w] == region; });
-      if (!isInside)
-        isWaiting[v] = 1;
-      else if (!move(surface, v, steps[v]))
-        ++refused[region];
-    }
-  });
-  for (std::int32_t v = 0; v < mesh.vertexCount(); ++v) {
-    poll();
-    if (isWaiting[v] && !move(surface, v, steps[v]))
-      ++refused.back();
-  }
+    if (mesh.outgoing[v] >= 0 && !mesh.pinned[v] && !steps[v].isSettled)
+      vertices.push_back(v);
+  const auto turnOf = [&](std::int32_t n, std::uint16_t region) {
+    bool isInside = true;
+    mesh.forNeighbors(vertices[n], [&](std::int32_t w) { isInside = isInside && mesh.regions[w] == region; });
+    return isInside ? Turn::now : Turn::later;
+  };
+  const auto refused = workByRegion<std::int64_t>(
+      static_cast<std::int32_t>(vertices.size()), [&](std::int32_t n) { return mesh.regions[vertices[n]]; }, turnOf,
+      [&](std::int32_t n, std::int64_t& own) { own += !move(surface, vertices[n], steps[vertices[n]]); }, execution);
   surface.result.refusedOperations += std::accumulate(refused.begin(), refused.end(), std::int64_t{0});
 }
 
