@@ -217,8 +217,8 @@ struct TrimmingOptions {
 
 struct RemesherOptions {
   int rounds = 6; ///< 0 = do not remesh, 0..1000
-  /// Target edge length l, cloud's unit; 0 = median edge of the input mesh, and longer where points are sparse, see
-  /// EdgeSizing.
+  /// Target edge length l, cloud's unit; 0 = median edge of the input mesh, if all voxels had the finest one's size,
+  /// and longer where points are sparse, see EdgeSizing.
   float targetEdge = 0;
   /// Triangles to end with, ..1e8; 0 = as many as the edges ask for. The remesher leaves no fewer, then collapses edges
   /// where the surface moves least.
