@@ -40,6 +40,10 @@ constexpr double worthLeaving = .4;
 /// Voxels around what is left that are stored with it, so that it has gradients.
 constexpr int aroundLeft = 2;
 
+/// Voxels by which a level moves what it is given at most: one of the coarser level. Nothing holds the border of a band
+/// beyond the last point, at the seam to what is left out, and few steps may leave it dozens of voxels away.
+constexpr float farthestMove = 2;
+
 /// Voxels around the unknowns of a level that the interpolation to the next one reaches: half of what that one's
 /// support has, and two for the cubic's taps. Along x its runs are up to 7 voxels longer.
 constexpr int interpolationReach = 4, interpolationReachX = 11;
@@ -211,6 +215,23 @@ void clearRim(const GridSize& size, int z, MaskPlane& mask)
     for (int y = rim; y < size.y - rim; ++y)
       inside.setRange(rim, size.x - rim, y);
   mask.intersect(inside);
+}
+
+/// Sets the unknowns of a field to solved(place among them, place in the support), or to what is as close to it as a
+/// level may move them. \param guess what they were
+template <typename Solved>
+void setUnknowns(LevelField& field, const PackedValues& guess, const Solved& solved)
+{
+  const float most = farthestMove * static_cast<float>(field.lattice.spacing);
+  for (int z = 0; z < field.unknowns.size().z; ++z)
+    forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
+      for (std::int64_t i = 0; i < count; ++i) {
+        const float former = guess[static_cast<std::size_t>(inner + i)];
+        field.values[static_cast<std::size_t>(outer + i)] =
+            std::clamp(solved(static_cast<std::size_t>(inner + i), static_cast<std::size_t>(outer + i)), former - most,
+                       former + most);
+      }
+    });
 }
 
 PackedValues interpolated(const LevelField& coarse, const Refinement& refinement, const VoxelSet& fine,
@@ -584,12 +605,7 @@ LevelField fieldOfChange(const LevelField& coarse, const Lattice& lattice, Voxel
   field.values = interpolated(coarse, lattice, field.support, execution);
   field.unknowns = std::move(unknowns);
   const PackedValues guess = interpolated(coarse, lattice, field.unknowns, execution);
-  for (int z = 0; z < field.unknowns.size().z; ++z)
-    forEachPair(field.unknowns, field.support, z, [&](std::int64_t inner, std::int64_t outer, std::int64_t count) {
-      for (std::int64_t i = 0; i < count; ++i)
-        field.values[static_cast<std::size_t>(outer + i)] =
-            guess[static_cast<std::size_t>(inner + i)] + change[static_cast<std::size_t>(inner + i)];
-    });
+  setUnknowns(field, guess, [&](std::size_t inner, std::size_t) { return guess[inner] + change[inner]; });
   ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
   return field;
 }
@@ -644,6 +660,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
       return field;
     // Found again: kept while the level is solved, the guess would add to the peak of memory.
     const PackedValues guess = interpolated(coarse, refinement, field.unknowns, execution);
+    setUnknowns(field, guess, [&](std::size_t, std::size_t outer) { return field.values[outer]; });
     ChangeOfField(field.unknowns, field.support, guess, field.values, execution).addAround(field.values);
     if (round + 1 == maxBandRounds)
       break;

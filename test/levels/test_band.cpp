@@ -400,20 +400,28 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
   EXPECT_TRUE(wereMirrored && wereNot);
 }
 
+/// A torus, points of spacing .02 from some x on, sparser by a factor elsewhere.
+OrientedPoints pointsOfTwoDensities(float from, double factor)
+{
+  const double spacing = .02;
+  const shapes::Sdf torus = shapes::torus(1, .4);
+  OrientedPoints points = shapes::oriented(
+      shapes::filter(shapes::sample(torus, 1.6, spacing), [&](const auto& p) { return p.x() >= from; }));
+  points.spacings.assign(points.size(), static_cast<float>(spacing));
+  const OrientedPoints others = shapes::oriented(
+      shapes::filter(shapes::sample(torus, 1.6, factor * spacing), [&](const auto& p) { return p.x() < from; }));
+  points.positions.insert(points.positions.end(), others.positions.begin(), others.positions.end());
+  points.normals.insert(points.normals.end(), others.normals.begin(), others.normals.end());
+  points.confidences.insert(points.confidences.end(), others.confidences.begin(), others.confidences.end());
+  points.spacings.resize(points.positions.size(), static_cast<float>(factor * spacing));
+  return points;
+}
+
 TEST(BandedLevels, LeaveSparsePointsToCoarserLevels)
 {
   const double spacing = .02;
   const shapes::Sdf torus = shapes::torus(1, .4);
-  const PointSet dense = shapes::filter(shapes::sample(torus, 1.6, spacing), [](const auto&p) { return p.x() >= .6f; }),
-                 sparse =
-                     shapes::filter(shapes::sample(torus, 1.6, 6 * spacing), [](const auto&p) { return p.x() < .6f; });
-  OrientedPoints points = shapes::oriented(dense);
-  points.spacings.assign(points.size(), static_cast<float>(spacing));
-  const OrientedPoints others = shapes::oriented(sparse);
-  points.positions.insert(points.positions.end(), others.positions.begin(), others.positions.end());
-  points.normals.insert(points.normals.end(), others.normals.begin(), others.normals.end());
-  points.confidences.insert(points.confidences.end(), others.confidences.begin(), others.confidences.end());
-  points.spacings.resize(points.positions.size(), static_cast<float>(6 * spacing));
+  OrientedPoints points = pointsOfTwoDensities(.6f, 6);
   PointSet all;
   all.positions = points.positions;
   const auto search = clouds::searchOf(all);
@@ -440,6 +448,24 @@ TEST(BandedLevels, LeaveSparsePointsToCoarserLevels)
     (vertex.x() > .8f ? nearDense : nearSparse).push_back(torus(vertex.cast<double>()) / spacing);
   EXPECT_LT(rootMeanSquare(nearDense), .02);
   EXPECT_LT(rootMeanSquare(nearSparse), .3);
+}
+
+TEST(BandedLevels, MoveTheFieldAVoxelOfTheCoarserAtMost)
+{
+  // Where dense points end, the next ones are thirty voxels away.
+  const OrientedPoints points = pointsOfTwoDensities(.3f, 12);
+  PointSet all;
+  all.positions = points.positions;
+  const auto search = clouds::searchOf(all);
+  Options options;
+  options.multiscale.denseVoxels = 1 << 18;
+  Execution execution(2);
+  const MultiscaleResult result =
+      regularize({&points, search.get(), boundingBox(points.positions)}, .008f, options, execution);
+  ASSERT_NE(result.field.coarserBand(), nullptr);
+  const MeshStatistics mesh = measure(zeroLevel(result.field));
+  EXPECT_EQ(mesh.boundaryEdges, 0);
+  EXPECT_EQ(mesh.eulerCharacteristic, 0);
 }
 
 TEST(BandedLevels, MayLeaveAllButAFewPointsOrAll)
