@@ -286,7 +286,16 @@ VoxelSet withoutLeft(const VoxelSet& observed, const VoxelSet& left, const Refin
       0, execution);
 }
 
-/// The band of a level, from its zero level as far as it is known. \param narrow where it is, voxels of the coarser one
+/// What of a band is connected to what is left of the coarser level: without it, a sheet that no point of the band
+/// tells of would end there.
+VoxelSet heldBySeam(VoxelSet band, const VoxelSet& left, const Refinement& refinement, Execution& execution)
+{
+  const VoxelSet seam = without(band, withoutLeft(band, left, refinement, execution), execution);
+  return connectedTo(std::move(band), seam, execution);
+}
+
+/// The band of a level, from its zero level as far as it is known, whatever holds it. \param narrow where it is, voxels
+/// of the coarser one
 VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const VoxelSet& narrow, const BandLevel& own,
                     const Refinement& refinement, const VoxelSet& coarseUnknowns, Execution& execution)
 {
@@ -301,7 +310,7 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
         mask.subtract(near);
       },
       0, execution);
-  VoxelSet band(
+  return VoxelSet(
       size,
       [&](int z, MaskPlane& mask) {
         addGrown(zeroLevel, crosses, z, mask);
@@ -314,8 +323,6 @@ VoxelSet bandAround(const VoxelSet& zeroLevel, const VoxelSet& observed, const V
         clearRim(size, z, mask);
       },
       size.x - rim, execution);
-  // What no observation holds would float.
-  return connectedTo(std::move(band), own.tile ? holdOf(observed, own.tile, execution) : observed, execution);
 }
 
 /// The samples whose cells have all of their voxels in a set.
@@ -633,11 +640,19 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
   const int reach = own.isFinest() ? order(own.prior) : interpolationReach;
   const int reachX = own.isFinest() ? order(own.prior) : interpolationReachX;
   for (int round = 0; round < maxBandRounds; ++round) {
-    VoxelSet unknowns = bandAround(zeroLevel, field.observed, narrow, own, refinement, coarse.unknowns, execution);
-    field.support = dilated(unknowns, reach, reachX, execution);
+    VoxelSet band = bandAround(zeroLevel, field.observed, narrow, own, refinement, coarse.unknowns, execution);
+    const VoxelSet held = isPartial ? heldBySeam(band, coarse.left, refinement, execution) : VoxelSet();
+    const auto withHeld = [&](VoxelSet solved) {
+      return isPartial ? united(solved, held, execution) : std::move(solved);
+    };
+    // What no observation holds would float; what the seam does stays as it is interpolated.
+    VoxelSet unknowns = connectedTo(std::move(band),
+                                    own.tile ? holdOf(field.observed, own.tile, execution) : field.observed, execution);
+    field.support = isPartial ? dilated(united(unknowns, held, execution), reach, reachX, execution)
+                              : dilated(unknowns, reach, reachX, execution);
     field.values = interpolated(coarse, refinement, field.support, execution);
     if (unknowns.count() == 0) { // of a tile, or where all is left to coarser levels
-      field.unknowns = std::move(unknowns);
+      field.unknowns = withHeld(std::move(unknowns));
       return field;
     }
     LevelSamples samplesInside; // the grids refer to them
@@ -655,7 +670,7 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
     const int before = report.solve.iterations;
     report.solve = solve;
     report.solve.iterations += before;
-    field.unknowns = std::move(grids[0].voxels);
+    field.unknowns = withHeld(std::move(grids[0].voxels));
     if (own.tile)
       return field;
     // Found again: kept while the level is solved, the guess would add to the peak of memory.

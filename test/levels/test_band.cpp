@@ -400,21 +400,27 @@ TEST(BandedLevels, LeaveOutWhatIsNotWanted)
   EXPECT_TRUE(wereMirrored && wereNot);
 }
 
-/// A torus, points of spacing .02 from some x on, sparser by a factor elsewhere.
-OrientedPoints pointsOfTwoDensities(float from, double factor)
+/// Points of two densities. \param spacing that the levels are told of
+OrientedPoints joined(const PointSet& dense, float spacing, const PointSet& sparse, float sparseSpacing)
 {
-  const double spacing = .02;
-  const shapes::Sdf torus = shapes::torus(1, .4);
-  OrientedPoints points = shapes::oriented(
-      shapes::filter(shapes::sample(torus, 1.6, spacing), [&](const auto& p) { return p.x() >= from; }));
-  points.spacings.assign(points.size(), static_cast<float>(spacing));
-  const OrientedPoints others = shapes::oriented(
-      shapes::filter(shapes::sample(torus, 1.6, factor * spacing), [&](const auto& p) { return p.x() < from; }));
+  OrientedPoints points = shapes::oriented(dense);
+  points.spacings.assign(points.size(), spacing);
+  const OrientedPoints others = shapes::oriented(sparse);
   points.positions.insert(points.positions.end(), others.positions.begin(), others.positions.end());
   points.normals.insert(points.normals.end(), others.normals.begin(), others.normals.end());
   points.confidences.insert(points.confidences.end(), others.confidences.begin(), others.confidences.end());
-  points.spacings.resize(points.positions.size(), static_cast<float>(factor * spacing));
+  points.spacings.resize(points.positions.size(), sparseSpacing);
   return points;
+}
+
+/// A torus, points of spacing .02 from some x on, sparser by a factor elsewhere.
+OrientedPoints pointsOfTwoDensities(float from, float factor)
+{
+  const float spacing = .02f;
+  const shapes::Sdf torus = shapes::torus(1, .4);
+  const PointSet dense = shapes::sample(torus, 1.6, spacing), sparse = shapes::sample(torus, 1.6, factor * spacing);
+  return joined(shapes::filter(dense, [&](const auto& p) { return p.x() >= from; }), spacing,
+                shapes::filter(sparse, [&](const auto& p) { return p.x() < from; }), factor * spacing);
 }
 
 TEST(BandedLevels, LeaveSparsePointsToCoarserLevels)
@@ -466,6 +472,30 @@ TEST(BandedLevels, MoveTheFieldAVoxelOfTheCoarserAtMost)
   const MeshStatistics mesh = measure(zeroLevel(result.field));
   EXPECT_EQ(mesh.boundaryEdges, 0);
   EXPECT_EQ(mesh.eulerCharacteristic, 0);
+}
+
+TEST(BandedLevels, KeepASparseSheetBesideDensePointsOfAnother)
+{
+  // Close to the small sphere the large one is not left out, and has no points there.
+  const PointSet large = shapes::sample(shapes::sphere(1), 1.1, .065);
+  Options options;
+  options.multiscale.denseVoxels = 1 << 18;
+  Execution execution(2);
+  for (const float gap : {.06f, .08f, .14f}) {
+    PointSet small = shapes::sample(shapes::sphere(.03), .04, .0015);
+    for (Eigen::Vector3f& p : small.positions)
+      p.x() += 1.03f + gap;
+    const OrientedPoints points = joined(small, .0015f, large, .065f);
+    PointSet all;
+    all.positions = points.positions;
+    const auto search = clouds::searchOf(all);
+    const MultiscaleResult result =
+        regularize({&points, search.get(), boundingBox(points.positions)}, .003f, options, execution);
+    ASSERT_NE(result.field.coarserBand(), nullptr);
+    const MeshStatistics mesh = measure(zeroLevel(result.field));
+    EXPECT_EQ(mesh.boundaryEdges, 0) << gap;
+    EXPECT_EQ(mesh.eulerCharacteristic, 4) << gap;
+  }
 }
 
 TEST(BandedLevels, MayLeaveAllButAFewPointsOrAll)
