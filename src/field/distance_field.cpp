@@ -238,12 +238,7 @@ bool DistanceField::bandHasCell(int i, int j, int k) const
 
 bool DistanceField::storesCell(int i, int j, int k) const
 {
-  const Eigen::Array3i at = Eigen::Array3i(i, j, k) + gridMargin;
-  const auto hasEdge = [&](int y, int z) {
-    return banded_->band.contains(at.x(), y, z) && banded_->band.contains(at.x() + 1, y, z);
-  };
-  return hasEdge(at.y(), at.z()) && hasEdge(at.y() + 1, at.z()) && hasEdge(at.y(), at.z() + 1) &&
-         hasEdge(at.y() + 1, at.z() + 1);
+  return banded_->band.containsCell(i + gridMargin, j + gridMargin, k + gridMargin);
 }
 
 void DistanceField::signsOfRow(int j, int k, std::uint64_t* words) const

@@ -148,6 +148,13 @@ public:
   std::int64_t count() const { return planeFirst_.empty() ? 0 : planeFirst_.back(); }
   bool contains(int x, int y, int z) const { return find(x, y, z) >= 0; }
 
+  /// True if all of (x, y, z)..(x + 1, y + 1, z + 1) are in the band.
+  bool containsCell(int x, int y, int z) const
+  {
+    const auto hasEdge = [&](int row, int plane) { return contains(x, row, plane) && contains(x + 1, row, plane); };
+    return hasEdge(y, z) && hasEdge(y + 1, z) && hasEdge(y, z + 1) && hasEdge(y + 1, z + 1);
+  }
+
   /// Index of a voxel's packed value; −1 if it is not in the band.
   std::int64_t find(int x, int y, int z) const
   {

@@ -618,8 +618,8 @@ private:
   std::size_t firstLevel_ = 0;           ///< of the lattices; those before it are grids of the solver
   std::size_t denseLevels_ = 0;          ///< where the lattices that are solved in bands begin
   std::size_t next_ = 0;                 ///< level to be solved
-  std::size_t zeroLevelTriangles_ = 0;   ///< of the last zeroLevel()
   double voxels_ = 0, solvedVoxels_ = 0; ///< of all levels, and of those that are solved
+  std::size_t zeroLevelTriangles_ = 0;   ///< of the last zeroLevel()
   LevelSamples samples_;                 ///< if points are observed
   Observation finest_;                   ///< of the finest level, if voxels are
   std::vector<std::int64_t> lastDense_;  ///< voxels observed on the last dense level

@@ -205,6 +205,12 @@ void rasterizeChildren(const VoxelSet& coarse, const Refinement& refinement, int
     }
 }
 
+VoxelSet childrenOf(const VoxelSet& coarse, const Refinement& refinement, const GridSize& size, Execution& execution)
+{
+  return VoxelSet(
+      size, [&](int z, MaskPlane& mask) { rasterizeChildren(coarse, refinement, z, mask); }, 0, execution);
+}
+
 /// Voxels this close to the border of the bands' grid are never unknowns: their stencils would leave it.
 constexpr int rim = 3;
 
@@ -251,8 +257,7 @@ PackedValues interpolated(const LevelField& coarse, const Refinement& refinement
 VoxelSet predictedZeroLevel(const LevelField& coarse, const Refinement& refinement, const GridSize& size,
                             Execution& execution)
 {
-  const VoxelSet predicted(
-      size, [&](int z, MaskPlane& mask) { rasterizeChildren(coarse.unknowns, refinement, z, mask); }, 0, execution);
+  const VoxelSet predicted = childrenOf(coarse.unknowns, refinement, size, execution);
   return crossings(predicted, interpolated(coarse, refinement, predicted, execution), execution);
 }
 
@@ -269,29 +274,6 @@ VoxelSet holdOf(const VoxelSet& observed, const BandTile* tile, Execution& execu
             mask.setRange(0, size.x, y);
       },
       0, execution);
-}
-
-/// Without what is in the part of the coarser level that is left as it is, or at its seam: sheets go on there.
-VoxelSet withoutLeft(const VoxelSet& observed, const VoxelSet& left, const Refinement& refinement, Execution& execution)
-{
-  const VoxelSet around = dilated(left, aroundLeft, aroundLeft, execution);
-  return VoxelSet(
-      observed.size(),
-      [&](int z, MaskPlane& mask) {
-        MaskPlane beyond(observed.size());
-        rasterizeChildren(around, refinement, z, beyond);
-        observed.rasterize(z, mask);
-        mask.subtract(beyond);
-      },
-      0, execution);
-}
-
-/// What of a band is connected to what is left of the coarser level: without it, a sheet that no point of the band
-/// tells of would end there.
-VoxelSet heldBySeam(VoxelSet band, const VoxelSet& left, const Refinement& refinement, Execution& execution)
-{
-  const VoxelSet seam = without(band, withoutLeft(band, left, refinement, execution), execution);
-  return connectedTo(std::move(band), seam, execution);
 }
 
 /// The band of a level, from its zero level as far as it is known, whatever holds it. \param narrow where it is, voxels
@@ -332,10 +314,7 @@ std::vector<PointSample> samplesWithin(const std::vector<PointSample>& samples, 
   for (const PointSample& sample : samples) {
     const int x = floorOf(sample.position.x()) + gridMargin, y = floorOf(sample.position.y()) + gridMargin,
               z = floorOf(sample.position.z()) + gridMargin;
-    const auto hasEdge = [&](int row, int plane) {
-      return voxels.contains(x, row, plane) && voxels.contains(x + 1, row, plane);
-    };
-    if (hasEdge(y, z) && hasEdge(y + 1, z) && hasEdge(y, z + 1) && hasEdge(y + 1, z + 1))
+    if (voxels.containsCell(x, y, z))
       within.push_back(sample);
   }
   return within;
@@ -630,8 +609,11 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
                                        : voxelSetOf(observation.voxels.voxels, lattice.size, size, execution);
   report.observed = field.observed.count();
   const bool isPartial = coarse.left.count() > 0;
-  if (isPartial)
-    field.observed = withoutLeft(field.observed, coarse.left, refinement, execution);
+  VoxelSet beyond; // what is left of the coarser level as it is, and its seam: sheets go on there
+  if (isPartial) {
+    beyond = childrenOf(dilated(coarse.left, aroundLeft, aroundLeft, execution), refinement, size, execution);
+    field.observed = without(field.observed, beyond, execution);
+  }
 
   VoxelSet zeroLevel = predictedZeroLevel(coarse, refinement, size, execution);
   if (own.tile && own.tile->found.count() > 0)
@@ -641,7 +623,8 @@ LevelField solveNarrowBand(const BandLevel& own, const LevelField& coarse, const
   const int reachX = own.isFinest() ? order(own.prior) : interpolationReachX;
   for (int round = 0; round < maxBandRounds; ++round) {
     VoxelSet band = bandAround(zeroLevel, field.observed, narrow, own, refinement, coarse.unknowns, execution);
-    const VoxelSet held = isPartial ? heldBySeam(band, coarse.left, refinement, execution) : VoxelSet();
+    // A sheet that no point of the band tells of would end at the seam.
+    const VoxelSet held = isPartial ? connectedTo(band, beyond, execution) : VoxelSet();
     const auto withHeld = [&](VoxelSet solved) {
       return isPartial ? united(solved, held, execution) : std::move(solved);
     };
