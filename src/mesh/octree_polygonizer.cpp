@@ -2,6 +2,7 @@
 #include "mesh/octree_polygonizer.h"
 
 #include "base/cell_hash.h"
+#include "base/loops.h"
 #include "field/field_contents.h"
 #include "field/grid_transfer.h"
 #include "mesh/cell_cases.h"
@@ -14,6 +15,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -79,10 +82,32 @@ struct CornerSigns {
   static Word inRow(int, int) { return ~Word{0}; }
 };
 
-class OctreePolygonizer {
+std::int64_t sideOf(int level)
+{
+  return std::int64_t{1} << level;
+}
+
+Place unit(int axis)
+{
+  return Place(axis == 0, axis == 1, axis == 2);
+}
+
+/// A corner or a child of a cube by three bits.
+Place offset(int bits)
+{
+  return Place(bits & 1, bits >> 1 & 1, bits >> 2 & 1);
+}
+
+/// The cells of a plane that hold no smaller ones.
+struct CellPlane {
+  MaskPlane cells;
+  MaskPlane inLarger; ///< what is in a larger one that is stored, if it is here beside smaller ones or not
+};
+
+/// The cells of all sizes that the surface is cut out of.
+class Octree {
 public:
-  OctreePolygonizer(const DistanceField& field, Execution& execution)
-      : field_(field), execution_(execution), crossings_(field.lattice())
+  Octree(const DistanceField& field, Execution& execution) : field_(field), execution_(execution)
   {
     findStored();
     for (std::size_t level = 1; level < octants_.size(); ++level)
@@ -99,25 +124,68 @@ public:
           0, execution_);
   }
 
-  TriangleMesh run()
+  const DistanceField& field() const { return field_; }
+  int levels() const { return static_cast<int>(octants_.size()); }
+  const Octants& operator[](int level) const { return octants_[static_cast<std::size_t>(level)]; }
+
+  CellPlane cellsAt(std::size_t level, int z) const
   {
-    for (std::size_t level = 0; level < octants_.size(); ++level)
-      addCells(static_cast<int>(level));
-    if (mesh_.triangles.size() > std::numeric_limits<std::int32_t>::max() / 3)
-      throw ResourceLimit("the zero level has more triangles than 32-bit indices can tell apart; use larger voxels");
-    mesh_ = select(mesh_, std::vector<std::uint8_t>(mesh_.triangles.size(), 1));
-    splitFans(mesh_);
-    return std::move(mesh_);
+    CellPlane plane{MaskPlane(octants_[level].grid), inLargerAt(level, z)};
+    octants_[level].stored.rasterize(z, plane.cells);
+    plane.cells.unite(plane.inLarger);
+    plane.cells.intersect(completeAt(level, z));
+    MaskPlane other(octants_[level].grid);
+    if (level + 1 < octants_.size()) {
+      addInside(octants_[level + 1].split, 1, z, other);
+      plane.cells.intersect(other);
+    }
+    if (level > 0) {
+      other.clear();
+      octants_[level].split.rasterize(z, other);
+      plane.cells.subtract(other);
+    }
+    return plane;
+  }
+
+  /// Where the distance is negative at corners of cells. \param corners in a plane
+  MaskPlane negatives(int level, int z, const MaskPlane& corners) const
+  {
+    const auto own = static_cast<std::size_t>(level);
+    MaskPlane negative(octants_[own].grid), known(octants_[own].grid);
+    if (level == 0) {
+      octants_[own].stored.rasterize(z, known);
+      MaskPlane signs(field_.lattice().size);
+      for (int y = 0; y < signs.rows(); ++y) {
+        field_.signsOfRow(y, z, signs.row(y));
+        std::copy_n(signs.row(y), signs.words(), negative.row(y));
+      }
+      negative.intersect(known);
+    }
+    MaskPlane asked(corners);
+    asked.subtract(known);
+    forBits(asked, [&](int x, int y) {
+      if (distance(sideOf(level) * Place(x, y, z)) < 0)
+        negative.set(x, y);
+    });
+    return negative;
+  }
+
+  float distance(const Place& voxel) const
+  {
+    return field_.distance(static_cast<int>(voxel.x()), static_cast<int>(voxel.y()), static_cast<int>(voxel.z()));
+  }
+
+  /// True if one of the cells around a face or an edge is split. \param across bits of the axes that these lie across
+  bool isSplit(const Place& lowest, int level, int across) const
+  {
+    const Place cell(lowest.x() >> level, lowest.y() >> level, lowest.z() >> level);
+    for (int bits = 0; bits < 8; ++bits)
+      if ((bits & ~across) == 0 && has(octants_[level].split, cell - offset(bits)))
+        return true;
+    return false;
   }
 
 private:
-  static std::int64_t sideOf(int level) { return std::int64_t{1} << level; }
-
-  static Place unit(int axis) { return Place(axis == 0, axis == 1, axis == 2); }
-
-  /// A corner or a child of a cube by three bits.
-  static Place offset(int bits) { return Place(bits & 1, bits >> 1 & 1, bits >> 2 & 1); }
-
   static bool has(const VoxelSet& cells, const Place& cell)
   {
     return cells.contains(static_cast<int>(cell.x()), static_cast<int>(cell.y()), static_cast<int>(cell.z()));
@@ -182,79 +250,52 @@ private:
     return inLarger;
   }
 
-  /// The cells of a plane that hold no smaller ones.
-  struct CellPlane {
-    MaskPlane cells;
-    MaskPlane inLarger; ///< what is in a larger one that is stored, if it is here beside smaller ones or not
-  };
+  const DistanceField& field_;
+  Execution& execution_;
+  std::vector<Octants> octants_; ///< by level; those of level 0 are the field's
+};
 
-  CellPlane cellsAt(std::size_t level, int z) const
+/// The surface in some planes of cells of one size.
+class PlaneMesher {
+public:
+  /// \param besideSmaller the cells of the size with smaller ones around them
+  PlaneMesher(const Octree& octree, int level, int begin, int end, const VoxelSet& besideSmaller)
+      : octree_(octree), crossings_(octree.field().lattice())
   {
-    CellPlane plane{MaskPlane(octants_[level].grid), inLargerAt(level, z)};
-    octants_[level].stored.rasterize(z, plane.cells);
-    plane.cells.unite(plane.inLarger);
-    plane.cells.intersect(completeAt(level, z));
-    MaskPlane other(octants_[level].grid);
-    if (level + 1 < octants_.size()) {
-      addInside(octants_[level + 1].split, 1, z, other);
-      plane.cells.intersect(other);
-    }
-    if (level > 0) {
-      other.clear();
-      octants_[level].split.rasterize(z, other);
-      plane.cells.subtract(other);
-    }
-    return plane;
-  }
-
-  /// Where the distance is negative at corners of cells. \param corners in a plane
-  MaskPlane negatives(int level, int z, const MaskPlane& corners) const
-  {
-    const auto own = static_cast<std::size_t>(level);
-    MaskPlane negative(octants_[own].grid), known(octants_[own].grid);
-    if (level == 0) {
-      octants_[own].stored.rasterize(z, known);
-      MaskPlane signs(field_.lattice().size);
-      for (int y = 0; y < signs.rows(); ++y) {
-        field_.signsOfRow(y, z, signs.row(y));
-        std::copy_n(signs.row(y), signs.words(), negative.row(y));
-      }
-      negative.intersect(known);
-    }
-    MaskPlane asked(corners);
-    asked.subtract(known);
-    forBits(asked, [&](int x, int y) {
-      if (distance(sideOf(level) * Place(x, y, z)) < 0)
-        negative.set(x, y);
-    });
-    return negative;
-  }
-
-  /// Adds the surface in the cells of one size.
-  void addCells(int level)
-  {
-    const Octants& own = octants_[static_cast<std::size_t>(level)];
-    const VoxelSet besideSmaller = level > 0 ? dilated(own.split, 1, 1, execution_) : own.split;
-    CellPlane below{MaskPlane(own.grid), MaskPlane(own.grid)};
-    MaskPlane negativeBelow(own.grid), seam(own.grid);
-    for (int z = 0; z < own.grid.z; ++z) {
-      CellPlane above = cellsAt(static_cast<std::size_t>(level), z);
+    const GridSize& grid = octree[level].grid;
+    CellPlane below{MaskPlane(grid), MaskPlane(grid)};
+    MaskPlane negativeBelow(grid), seam(grid);
+    for (int z = begin; z <= end; ++z) {
+      CellPlane above = z < end ? octree.cellsAt(level, z) : CellPlane{MaskPlane(grid), MaskPlane(grid)};
       MaskPlane corners(above.cells);
       corners.unite(below.cells);
       if (!corners.empty()) {
         corners.growUpwards();
-        MaskPlane negativeAbove = negatives(level, z, corners);
+        MaskPlane negativeAbove = octree.negatives(level, z, corners);
         seam.clear();
-        if (level > 0 && z > 0)
+        if (level > 0 && z > begin)
           besideSmaller.rasterize(z - 1, seam);
         addPlane(level, z - 1, below, seam, {{&negativeBelow, &negativeAbove}});
         negativeBelow = std::move(negativeAbove);
       }
       below = std::move(above);
-      execution_.poll();
     }
   }
 
+  const TriangleMesh& mesh() const { return mesh_; }
+
+  /// Calls visit(vertex, edge) for all vertices in their order. Those within a cell have no edge.
+  template <typename Visit>
+  void forVertices(const Visit& visit) const
+  {
+    std::size_t edge = 0;
+    for (std::size_t vertex = 0; vertex < mesh_.vertices.size(); ++vertex) {
+      const bool isOnEdge = edge < vertexOf_.size() && vertexOf_[edge] == static_cast<std::int32_t>(vertex);
+      visit(mesh_.vertices[vertex], isOnEdge ? std::optional<Place>(edges_[edge++]) : std::nullopt);
+    }
+  }
+
+private:
   void addPlane(int level, int z, const CellPlane& plane, const MaskPlane& seam, const CornerSigns& signs)
   {
     for (int y = 0; y + 1 < seam.rows(); ++y)
@@ -268,7 +309,7 @@ private:
           const Place lowest = sideOf(level) * Place(x, y, z);
           if (seam.has(x, y))
             addAtSeam(lowest, level);
-          else if (level > 0 || plane.inLarger.has(x, y) || field_.hasCell(x, y, z))
+          else if (level > 0 || plane.inLarger.has(x, y) || octree_.field().hasCell(x, y, z))
             addCase(corners.caseOf(bit), lowest, sideOf(level));
         }
       }
@@ -278,13 +319,8 @@ private:
   {
     const std::uint32_t n = voxels_.add(voxel);
     if (n == areNegative_.size())
-      areNegative_.push_back(distance(voxel) < 0 ? 1 : 0);
+      areNegative_.push_back(octree_.distance(voxel) < 0 ? 1 : 0);
     return areNegative_[n] != 0;
-  }
-
-  float distance(const Place& voxel) const
-  {
-    return field_.distance(static_cast<int>(voxel.x()), static_cast<int>(voxel.y()), static_cast<int>(voxel.z()));
   }
 
   /// The vertex between two voxels with different signs on a line along an axis.
@@ -296,7 +332,7 @@ private:
     if (n == vertexOf_.size()) {
       vertexOf_.push_back(static_cast<std::int32_t>(mesh_.vertices.size()));
       mesh_.vertices.push_back(
-          crossings_.position(low.cast<double>(), high.cast<double>(), distance(low), distance(high)));
+          crossings_.position(low.cast<double>(), high.cast<double>(), octree_.distance(low), octree_.distance(high)));
     }
     return vertexOf_[n];
   }
@@ -364,7 +400,7 @@ private:
   {
     const std::array<int, 4> corners = faceCorners(face / 2, face % 2);
     const int inFace = 7 & ~(1 << face / 2);
-    if (level > 0 && isSplit(lowest, level, 1 << face / 2)) {
+    if (level > 0 && octree_.isSplit(lowest, level, 1 << face / 2)) {
       for (const int bits : corners)
         addFace(lowest + sideOf(level - 1) * offset(bits & inFace), level - 1, face, cell);
       return;
@@ -376,22 +412,12 @@ private:
     addSegments(cell);
   }
 
-  /// True if one of the cells around a face or an edge is split. \param across bits of the axes that these lie across
-  bool isSplit(const Place& lowest, int level, int across) const
-  {
-    const Place cell(lowest.x() >> level, lowest.y() >> level, lowest.z() >> level);
-    for (int bits = 0; bits < 8; ++bits)
-      if ((bits & ~across) == 0 && has(octants_[static_cast<std::size_t>(level)].split, cell - offset(bits)))
-        return true;
-    return false;
-  }
-
   /// Adds the voxels on an edge from its start on, without its end.
   void addNodes(const Place& start, const Place& end, int level)
   {
     const Place way = end - start;
     const int along = way.x() != 0 ? 1 : way.y() != 0 ? 2 : 4;
-    if (level > 0 && isSplit(start.min(end), level, 7 & ~along)) {
+    if (level > 0 && octree_.isSplit(start.min(end), level, 7 & ~along)) {
       const Place middle = start + way / 2;
       addNodes(start, middle, level - 1);
       addNodes(middle, end, level - 1);
@@ -447,11 +473,9 @@ private:
     mesh_.vertices.push_back(sum / static_cast<float>(loop.size()));
   }
 
-  const DistanceField& field_;
-  Execution& execution_;
-  const CellTable& table_ = cubeTable();
+  const Octree& octree_;
   const EdgeCrossings crossings_;
-  std::vector<Octants> octants_; ///< by level; those of level 0 are the field's
+  const CellTable& table_ = cubeTable();
   CellHash voxels_{Eigen::Vector3d::Zero(), 1}, edges_{Eigen::Vector3d::Zero(), 1}; ///< that were asked for
   std::vector<std::uint8_t> areNegative_;                                           ///< by numbers of voxels
   std::vector<std::int32_t> vertexOf_;                                              ///< by numbers of edges
@@ -460,11 +484,67 @@ private:
   TriangleMesh mesh_;
 };
 
+/// The surfaces of planes, one after the other: what they have on the same edge is one vertex.
+class JoinedPlanes {
+public:
+  /// \throw ResourceLimit
+  void add(const PlaneMesher& planes)
+  {
+    if (mesh_.triangles.size() + planes.mesh().triangles.size() > std::numeric_limits<std::int32_t>::max() / 3)
+      throw ResourceLimit("the zero level has more triangles than 32-bit indices can tell apart; use larger voxels");
+    std::vector<std::int32_t> joined;
+    planes.forVertices([&](const Eigen::Vector3f& vertex, const std::optional<Place>& edge) {
+      const auto next = static_cast<std::int32_t>(mesh_.vertices.size());
+      const std::size_t n = edge ? edges_.add(*edge) : vertexOf_.size();
+      if (edge && n == vertexOf_.size())
+        vertexOf_.push_back(next);
+      else if (edge) {
+        joined.push_back(vertexOf_[n]);
+        return;
+      }
+      joined.push_back(next);
+      mesh_.vertices.push_back(vertex);
+    });
+    for (const Triangle& t : planes.mesh().triangles)
+      mesh_.triangles.push_back({joined[t[0]], joined[t[1]], joined[t[2]]});
+  }
+
+  /// Without the vertices that no triangle has, and with a vertex for each fan.
+  TriangleMesh mesh() const
+  {
+    TriangleMesh mesh = select(mesh_, std::vector<std::uint8_t>(mesh_.triangles.size(), 1));
+    splitFans(mesh);
+    return mesh;
+  }
+
+private:
+  CellHash edges_{Eigen::Vector3d::Zero(), 1};
+  std::vector<std::int32_t> vertexOf_; ///< by numbers of edges
+  TriangleMesh mesh_;
+};
+
+/// Planes of cells that are worked on together: so few that all threads have some, so many that few are shared.
+constexpr int grainPlanes = 16;
+
 } // namespace
 
 TriangleMesh polygonizeOctree(const DistanceField& field, Execution& execution)
 {
-  return OctreePolygonizer(field, execution).run();
+  const Octree octree(field, execution);
+  JoinedPlanes joined;
+  for (int level = 0; level < octree.levels(); ++level) {
+    const Octants& cells = octree[level];
+    const VoxelSet besideSmaller = level > 0 ? dilated(cells.split, 1, 1, execution) : cells.split;
+    for (auto& planes : partsOf<std::unique_ptr<PlaneMesher>>(
+             execution, cells.grid.z - 1, grainPlanes, [&](auto&part, std::int64_t begin, std::int64_t end) {
+               part = std::make_unique<PlaneMesher>(octree, level, static_cast<int>(begin), static_cast<int>(end),
+                                                    besideSmaller);
+             })) {
+      joined.add(*planes);
+      planes.reset();
+    }
+  }
+  return joined.mesh();
 }
 
 } // namespace pcl::mrf
