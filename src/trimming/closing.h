@@ -9,10 +9,10 @@
 
 namespace pcl::mrf {
 
-/// A vertex where a surface ends: its distance from that, ≥ 0, and the radius of the closing from there on, > 0.
+/// A vertex where a surface ends, and its distance from that, ≥ 0.
 struct RimVertex {
   std::int32_t vertex;
-  float distance, radius;
+  float distance;
 };
 
 /// Closes a surface by a radius: dilated by it along the sheet around the surface and eroded by it again, it has filled
@@ -21,13 +21,12 @@ struct RimVertex {
 ///     surface |<- gap < 2 r ->| surface |<- r ->:  beyond: outside
 ///             |    filled     |         | given back
 ///
-/// At the mesh's boundary the sheet is taken to go on as it is, so that it does not matter where it is cut off. The
-/// radius may vary: that of the nearest part of the rim, in its own radii, counts.
+/// At the mesh's boundary the sheet is taken to go on as it is, so that it does not matter where it is cut off.
 /// \param sheet corners of the triangles that are not of the surface \param rim where it borders on the surface
-/// \param isOnBoundary one flag per vertex: the mesh ends there
+/// \param radius > 0 \param isOnBoundary one flag per vertex: the mesh ends there
 /// \return one flag per vertex of the mesh, set on those of the sheet that are filled
-/// Lengths are measured along edges. Cost: n log n for n vertices of the sheet within the radius, serial.
+/// Lengths are measured along edges. Serial.
 std::vector<std::uint8_t> close(const TriangleMesh& mesh, const VertexCorners& sheet, const std::vector<RimVertex>& rim,
-                                const std::vector<std::uint8_t>& isOnBoundary);
+                                float radius, const std::vector<std::uint8_t>& isOnBoundary);
 
 } // namespace pcl::mrf

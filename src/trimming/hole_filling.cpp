@@ -289,7 +289,7 @@ void HoleFinder::keepGaps(double gap, std::vector<std::uint8_t>& keep)
         rim.push_back(v);
       }
   const std::vector<std::uint8_t> isFilled =
-      close(mesh_, groupCorners(mesh_, isSheet), describeRim(rim, gap), isOnBoundary_);
+      close(mesh_, groupCorners(mesh_, isSheet), describeRim(rim), static_cast<float>(gap / 2), isOnBoundary_);
   const auto isInside = [&](std::int32_t v) { return isRim[v] || isFilled[v]; };
   for (const std::int32_t t : sheet) {
     const Triangle& corners = mesh_.triangles[t];
@@ -298,13 +298,13 @@ void HoleFinder::keepGaps(double gap, std::vector<std::uint8_t>& keep)
 }
 
 /// The support reaches beyond the data, but a hole is as wide as the data are apart.
-std::vector<RimVertex> HoleFinder::describeRim(const std::vector<std::int32_t>& vertices, double gap)
+std::vector<RimVertex> HoleFinder::describeRim(const std::vector<std::int32_t>& vertices)
 {
   nearest_.find(vertices);
   std::vector<RimVertex> rim;
   rim.reserve(vertices.size());
   for (const std::int32_t v : vertices)
-    rim.push_back({v, std::sqrt(nearest_.squaredDistance(v)), static_cast<float>(gap / 2)});
+    rim.push_back({v, std::sqrt(nearest_.squaredDistance(v))});
   return rim;
 }
 

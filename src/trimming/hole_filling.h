@@ -81,7 +81,7 @@ private:
   void compareWithRims();
   void findOpenRegions(double maxHole);
   void keepGaps(double gap, std::vector<std::uint8_t>& keep);
-  std::vector<RimVertex> describeRim(const std::vector<std::int32_t>& vertices, double gap);
+  std::vector<RimVertex> describeRim(const std::vector<std::int32_t>& vertices);
   std::vector<std::int32_t> fillings(const std::vector<std::uint8_t>& keep) const;
   bool isBeyond(std::int32_t triangle, float spacings) const;
   void dropSeenThrough(std::vector<std::uint8_t>& keep);
