@@ -15,15 +15,20 @@ namespace {
 /// A report of the whole does not mean that the stage ends.
 constexpr double largestReport = .95;
 
+/// That a thread waits for work before it sleeps.
+constexpr std::chrono::microseconds timeAwake{50};
+
 } // namespace
 
-/// Workers wait for the loop counter to move, then claim ranges until none is left.
+/// Workers wait for the loop counter to move, then claim ranges until none is left. A loop waits for those that have
+/// begun with it, and not for one that is still waking up.
 struct Execution::Workers {
   std::mutex mutex;
   std::condition_variable wake, done;
   std::vector<std::thread> threads;
-  std::uint64_t loop = 0;
-  int running = 0;
+  std::atomic<std::uint64_t> loop{0};
+  std::atomic<int> running{0}; ///< workers that have begun with the loop
+  bool isOpen = false;         ///< workers may begin with the loop
   bool stop = false;
 
   const std::function<void(std::int64_t, std::int64_t)>* body = nullptr;
@@ -69,15 +74,28 @@ struct Execution::Workers {
     }
   }
 
+  /// Waits a little while awake: to be woken takes as long as a short loop.
+  template <typename Condition>
+  static void stayAwakeUntil(const Condition& condition)
+  {
+    const auto end = std::chrono::steady_clock::now() + timeAwake;
+    while (!condition() && std::chrono::steady_clock::now() < end)
+      std::this_thread::yield();
+  }
+
   void serve()
   {
     std::uint64_t served = 0;
-    std::unique_lock<std::mutex> lock(mutex);
     for (;;) {
+      stayAwakeUntil([&] { return loop != served; });
+      std::unique_lock<std::mutex> lock(mutex);
       wake.wait(lock, [&] { return stop || loop != served; });
       if (stop)
         return;
       served = loop;
+      if (!isOpen)
+        continue;
+      ++running;
       lock.unlock();
       claimRanges([] {});
       lock.lock();
@@ -98,12 +116,16 @@ struct Execution::Workers {
       grain = loopGrain;
       next = 0;
       error = nullptr;
-      running = static_cast<int>(threads.size());
+      isOpen = true;
       ++loop;
     }
     wake.notify_all();
     claimRanges(after);
     std::unique_lock<std::mutex> lock(mutex);
+    isOpen = false;
+    lock.unlock();
+    stayAwakeUntil([&] { return running == 0; });
+    lock.lock();
     done.wait(lock, [&] { return running == 0; });
     if (error)
       std::rethrow_exception(error);

@@ -314,8 +314,8 @@ float DistanceField::sampleDistance(const Eigen::Vector3f& position) const
   const DistanceField& band = piece.bandAt(stored);
   const Cell cell(band.stored_, stored);
   std::array<float, 8> values;
-  for (int n = 0; n < 8; ++n)
-    values[n] = band.storedDistance(cell.voxel.x() + n % 2, cell.voxel.y() + n / 2 % 2, cell.voxel.z() + n / 4);
+  for (int n = 0; n < 4; ++n)
+    band.distancesOfRow(cell.voxel.x(), cell.voxel.y() + n % 2, cell.voxel.z() + n / 2, 2, &values[2 * n]);
   return cell.interpolate(values);
 }
 
