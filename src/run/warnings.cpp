@@ -113,8 +113,10 @@ void warnOfCoarseInput(double resolution, double voxelSize, Report& report)
 
 void warnOfUnsolvedLevels(Report& report)
 {
-  const auto unsolved = std::find_if(report.levels.begin(), report.levels.end(), [](const LevelReport& level) {
-    return level.observed > 0 && !level.solve.converged;
+  // What a band leaves to do near the points, the next one does.
+  const auto unsolved = std::find_if(report.levels.begin(), report.levels.end(), [&](const LevelReport& level) {
+    const bool isRefined = level.unknowns < level.size.count() && &level != &report.levels.back();
+    return level.observed > 0 && !level.solve.converged && !isRefined;
   });
   if (unsolved == report.levels.end())
     return;

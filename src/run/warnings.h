@@ -25,7 +25,8 @@ void warnOfConfidences(const std::vector<float>& confidences, Report& report);
 /// \param resolution steps of the coordinates as they came, cloud's unit
 void warnOfCoarseInput(double resolution, double voxelSize, Report& report);
 
-/// Names the coarsest level that has stopped short of its solution: the finer ones build on it.
+/// Names the coarsest level that has stopped short of its solution: the finer ones build on it. Not a band that
+/// another follows, which does near the points what this one has left.
 void warnOfUnsolvedLevels(Report& report);
 
 /// Says if the mesh has not as many triangles as were asked for.
