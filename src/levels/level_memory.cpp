@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "levels/level_memory.h"
 
+#include "base/memory.h"
 #include "field/prior.h"
 #include "levels/multiscale.h"
 #include "levels/tiled_band.h"
@@ -8,14 +9,24 @@
 #include "solver/cholesky.h"
 #include "solver/grid_solver.h"
 
+#include <pcl/surface/mrf/exceptions.h>
 #include <pcl/surface/mrf/options.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 
 namespace pcl::mrf {
 namespace {
+
+/// Voxels of the finest band that a run may take whatever it has points, some seconds of work, and for each of them:
+/// surfaces have about ten, open ones with all of the sheet around them twenty-five.
+constexpr double unknownsOfAnyRun = 4e6, unknownsPerPoint = 2000;
+
+/// Voxels that a method which visits each of them thousands of times takes on, and for each point of a larger cloud:
+/// eight million kept conjugate gradients busy for more than a minute.
+constexpr double slowVoxels = 4e6, slowVoxelsPerPoint = 100;
 
 /// Peak bytes of a band per face of a voxel that the surface covers, besides what follows. With it the prediction came
 /// within 6 % of what spheres of 1, 2, 4 and 8 points per face took, 10⁵ to 3·10⁶ points on one thread and on two.
@@ -202,6 +213,22 @@ double tiledBytes(const GridSize& lattice, double side, const Workload& workload
   return std::max(finest, bandBytes(lattice.coarsened(), 2 * side, before, bands - 1, threads));
 }
 
+/// Seconds in which a factorization cannot be cancelled; 0 without any.
+double predictedCholeskySeconds(const BoundingBox& box, double side, const Workload& workload,
+                                const MultiscaleOptions& options)
+{
+  const bool isFinest = workload.solver.method == SolverMethod::cholesky;
+  if (!isFinest && !workload.solver.choleskyOnCoarsest)
+    return 0;
+  const Eigen::Array3d voxels = finestVoxels(box, side, options);
+  if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis) || isBeyondFactors(voxels, workload))
+    return std::numeric_limits<double>::infinity();
+  GridSize size = wholeVoxels(voxels);
+  while (!isFinest && !isCoarsest(size))
+    size = size.coarsened();
+  return choleskySeconds(size, couplingOf(workload), workload.reach == 0);
+}
+
 } // namespace
 
 double finestBandBytes(double unknowns, double points, int planes, int tiles)
@@ -255,19 +282,65 @@ double predictedBytes(const BoundingBox& box, double side, const Workload& workl
   }
 }
 
-double predictedCholeskySeconds(const BoundingBox& box, double side, const Workload& workload,
-                                const MultiscaleOptions& options)
+void checkResources(const BoundingBox& box, float voxelSize, const Workload& workload, const MultiscaleOptions& options)
 {
-  const bool isFinest = workload.solver.method == SolverMethod::cholesky;
-  if (!isFinest && !workload.solver.choleskyOnCoarsest)
-    return 0;
-  const Eigen::Array3d voxels = finestVoxels(box, side, options);
-  if (!(voxels.maxCoeff() <= maxVoxelsAlongAxis) || isBeyondFactors(voxels, workload))
-    return std::numeric_limits<double>::infinity();
-  GridSize size = wholeVoxels(voxels);
-  while (!isFinest && !isCoarsest(size))
-    size = size.coarsened();
-  return choleskySeconds(size, couplingOf(workload), workload.reach == 0);
+  const double limit = memoryLimit(options.maxMemory);
+  Workload tiled = workload;
+  tiled.isTiled = true;
+  const auto bytesFor = [&](double side) {
+    return std::min(predictedBytes(box, side, workload, options, 1), predictedBytes(box, side, tiled, options, 1));
+  };
+  const auto secondsFor = [&](double side) { return predictedCholeskySeconds(box, side, workload, options); };
+  const double predicted = bytesFor(voxelSize), seconds = secondsFor(voxelSize);
+  if (predicted <= limit && seconds <= maxCholeskySeconds)
+    return;
+  double fitting = voxelSize;
+  while ((bytesFor(fitting) > limit || secondsFor(fitting) > maxCholeskySeconds) && fitting < box.diagonal())
+    fitting *= 1.05;
+  std::ostringstream text;
+  text.precision(3);
+  text << "voxel size " << voxelSize << " would take ";
+  if (predicted > limit)
+    text << predicted / (1 << 30) << " GiB, the limit is " << limit / (1 << 30) << " GiB";
+  else
+    text << "cholesky some " << seconds << " s, in which the run could not be cancelled";
+  text << "; a voxel size of " << fitting << " would fit";
+  if (seconds > 0)
+    text << ", and so may another solver";
+  throw ResourceLimit(text.str());
+}
+
+void checkTime(const GridSize& finest, const Workload& workload)
+{
+  const double voxels = static_cast<double>(finest.count());
+  if (!solvesPlainly(workload.solver, workload.prior, workload.reach == 0) ||
+      workload.solver.method == SolverMethod::cholesky ||
+      voxels <= std::max(slowVoxels, slowVoxelsPerPoint * workload.points))
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "solver " << (isIcm(workload.solver.method) ? "icm" : "cg") << " would visit " << voxels << " voxels around "
+       << workload.points
+       << " points thousands of times; take multigrid with the energy joint, larger voxels or less padding";
+  throw ResourceLimit(text.str());
+}
+
+void checkSurface(double unknowns, double bytes, std::size_t points, double voxelSize, double limit)
+{
+  const double sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
+  const double excess = std::max(unknowns / sound, bytes / limit);
+  if (excess <= 1)
+    return;
+  std::ostringstream text;
+  text.precision(3);
+  text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
+  if (bytes / limit >= unknowns / sound)
+    text << ", " << bytes / (1 << 30) << " GiB, the limit is " << limit / (1 << 30) << " GiB";
+  else
+    text << " through " << points << " points, which say nothing about most of it";
+  // Faces grow with the square of the voxel size; a quarter more for what coarser levels see otherwise.
+  text << "; a voxel size of " << 1.25 * voxelSize * std::sqrt(excess) << " would do";
+  throw ResourceLimit(text.str());
 }
 
 } // namespace pcl::mrf

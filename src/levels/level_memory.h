@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-/// What the levels of the multiscale scheme take, before anything of them is allocated.
+/// What the levels of the multiscale scheme take and may take, before anything of them is allocated.
 #pragma once
 
 #include "levels/multiscale.h"
@@ -28,8 +28,17 @@ bool mayBeTiled(const Workload& workload, int bands);
 double predictedBytes(const BoundingBox& box, double side, const Workload& workload, const MultiscaleOptions& options,
                       int threads);
 
-/// Seconds in which a factorization cannot be cancelled; 0 without any.
-double predictedCholeskySeconds(const BoundingBox& box, double side, const Workload& workload,
-                                const MultiscaleOptions& options);
+/// \throw ResourceLimit if a box of this size cannot be solved within the limit by one thread, or cannot be left while
+/// it is factorized
+void checkResources(const BoundingBox& box, float voxelSize, const Workload& workload,
+                    const MultiscaleOptions& options);
+
+/// \throw ResourceLimit if ICM or conjugate gradients would take very long for a volume that hardly holds points
+void checkTime(const GridSize& finest, const Workload& workload);
+
+/// \param unknowns of the finest level, as a coarser one in a band foretells them from the surface that it has found
+/// \param bytes that they take \throw ResourceLimit if these are above the limit, or the unknowns out of proportion to
+/// the points
+void checkSurface(double unknowns, double bytes, std::size_t points, double voxelSize, double limit);
 
 } // namespace pcl::mrf

@@ -33,10 +33,6 @@
 namespace pcl::mrf {
 namespace {
 
-/// Voxels of the finest band that a run may take whatever it has points, some seconds of work, and for each of them:
-/// surfaces have about ten, open ones with all of the sheet around them twenty-five.
-constexpr double unknownsOfAnyRun = 4e6, unknownsPerPoint = 2000;
-
 /// Voxels [lower, upper) of a level, in multiples of its voxel side from the corner shared by all levels.
 struct IndexBox {
   Eigen::Array3i lower = Eigen::Array3i::Zero(), upper = Eigen::Array3i::Zero();
@@ -88,104 +84,19 @@ MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Worklo
   return own;
 }
 
-/// \throw ResourceLimit if a box of this size cannot be solved within the limit by one thread, or cannot be left while
-/// it is factorized
-void checkResources(const BoundingBox& box, float voxelSize, const Workload& workload, const MultiscaleOptions& options)
-{
-  const double limit = memoryLimit(options.maxMemory);
-  Workload tiled = workload;
-  tiled.isTiled = true;
-  const auto bytesFor = [&](double side) {
-    return std::min(predictedBytes(box, side, workload, options, 1), predictedBytes(box, side, tiled, options, 1));
-  };
-  const auto secondsFor = [&](double side) { return predictedCholeskySeconds(box, side, workload, options); };
-  const double predicted = bytesFor(voxelSize), seconds = secondsFor(voxelSize);
-  if (predicted <= limit && seconds <= maxCholeskySeconds)
-    return;
-  double fitting = voxelSize;
-  while ((bytesFor(fitting) > limit || secondsFor(fitting) > maxCholeskySeconds) && fitting < box.diagonal())
-    fitting *= 1.05;
-  std::ostringstream text;
-  text.precision(3);
-  text << "voxel size " << voxelSize << " would take ";
-  if (predicted > limit)
-    text << predicted / (1 << 30) << " GiB, the limit is " << limit / (1 << 30) << " GiB";
-  else
-    text << "cholesky some " << seconds << " s, in which the run could not be cancelled";
-  text << "; a voxel size of " << fitting << " would fit";
-  if (seconds > 0)
-    text << ", and so may another solver";
-  throw ResourceLimit(text.str());
-}
-
-/// Voxels that a method which visits each of them thousands of times takes on, and for each point of a larger cloud:
-/// eight million kept conjugate gradients busy for more than a minute.
-constexpr double slowVoxels = 4e6, slowVoxelsPerPoint = 100;
-
-/// \throw ResourceLimit if ICM or conjugate gradients would take very long for a volume that hardly holds points
-void checkTime(const GridSize& finest, const Workload& workload)
-{
-  const double voxels = static_cast<double>(finest.count());
-  if (!solvesPlainly(workload.solver, workload.prior, workload.reach == 0) ||
-      workload.solver.method == SolverMethod::cholesky ||
-      voxels <= std::max(slowVoxels, slowVoxelsPerPoint * workload.points))
-    return;
-  std::ostringstream text;
-  text.precision(3);
-  text << "solver " << (isIcm(workload.solver.method) ? "icm" : "cg") << " would visit " << voxels << " voxels around "
-       << workload.points
-       << " points thousands of times; take multigrid with the energy joint, larger voxels or less padding";
-  throw ResourceLimit(text.str());
-}
-
-/// \param unknowns of the finest level, as a coarser one in a band foretells them from the surface that it has found
-/// \param bytes that they take \throw ResourceLimit if these are above the limit, or the unknowns out of proportion to
-/// the points
-void checkSurface(double unknowns, double bytes, std::size_t points, double voxelSize, double limit)
-{
-  const double sound = std::max(unknownsOfAnyRun, unknownsPerPoint * static_cast<double>(points));
-  const double excess = std::max(unknowns / sound, bytes / limit);
-  if (excess <= 1)
-    return;
-  std::ostringstream text;
-  text.precision(3);
-  text << "voxel size " << voxelSize << " would take " << unknowns << " voxels along the surface";
-  if (bytes / limit >= unknowns / sound)
-    text << ", " << bytes / (1 << 30) << " GiB, the limit is " << limit / (1 << 30) << " GiB";
-  else
-    text << " through " << points << " points, which say nothing about most of it";
-  // Faces grow with the square of the voxel size; a quarter more for what coarser levels see otherwise.
-  text << "; a voxel size of " << 1.25 * voxelSize * std::sqrt(excess) << " would do";
-  throw ResourceLimit(text.str());
-}
-
-/// The first band, those after it, and the last of several. A guess is right but for what the coarser grid could not
-/// resolve: measured on three scans, points are met after two steps on the first band, holes come no closer to the
-/// truth after the fourth, and where scans contradict each other sheets would go on creeping. On a million points
-/// another step on the last band made points 1 % more accurate and took a third more time, with three coarse grids
-/// each; on three million creeping sheets left the band, so that two steps took six times as long.
-///
-/// A single step weighs short and long waves alike; the long ones are right already and would be spoilt. On one and
-/// three million points holes are off by .034 and .054 % of the diagonal with one coarse grid on the last bands, by
-/// .052 and .076 % with three; without any nothing improves, and twice the smoothing takes the time saved.
+/// Steps and coarse grids of the first band, of those after it, and of the last of several. A single step weighs short
+/// and long waves alike; the long ones are right already and would be spoilt by more grids.
 constexpr LevelPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
 
-/// Dense levels that observe points stop this much earlier, by the change. Beside 1.5 whole runs on 32 clean scans take
-/// .91 of the time, holes are 1.009 times as far from the truth (.95 to 1.07) and points .998; with 3 it is .85 and
-/// 1.011, with 4, on 21 of them, .78 and 1.017. Observed at voxels, holes get worse at once.
+/// Dense levels that observe points stop this much earlier, by the change. Observed at voxels, holes get worse at once.
 constexpr double pointTolerance = 2.5;
 
-/// Weight of the normals on a level that bands of order 3 refine, times that of the last one. Bands move the surface
-/// to the points again, but hardly what fills a hole, and that leans on the normals at its rim. On 22 clean scans of
-/// 30,000 points whose last one or two levels are in bands holes are .90 as far from the truth with it, with
-/// Quality::fine .93, on ten of 150,000 points .99, and points are met as well; discs withheld from four real clouds
-/// are .93 as far, in three draws each. With 4 it is less, with 40 no more. Bands of order 2 fill holes as whole levels
-/// do without.
+/// Weight of the normals on a level that bands of order 3 refine, times that of the last one: bands move the surface to
+/// the points again, but hardly what fills a hole, and that leans on the normals at its rim.
 constexpr double normalsOfGuess = 10;
 
-/// Voxel side, in spacings, up to which that holds. Clouds that bear larger voxels have so many points that coarse
-/// levels see them well, and holes many voxels wide, where it would bend what fills them: on nine scans of 500,000 and
-/// more points holes came out 1.11 times as far from the truth.
+/// Voxel side, in spacings, up to which that holds: with larger ones coarse levels see the points well, and holes are
+/// many voxels wide.
 constexpr float normalsLeadUpTo = 2.4f;
 
 /// The points as a level stored in another order of axes sees them.
