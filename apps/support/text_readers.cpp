@@ -32,14 +32,20 @@ std::string withoutUnits(std::string_view line)
 /// The units of length that a line of names has in brackets behind those of the coordinates, each once.
 std::set<std::string> lengthUnits(std::string_view line, const std::vector<std::string>& names)
 {
-  const std::string text(line);
+  constexpr std::string_view splitters = " \t,;\"#/";
+  // Of few characters, each of which takes stack.
+  static const std::regex unit("[\\[(] {0,9}(m|mm|cm|dm|km|(us|survey)? {0,9}ft|in|feet|meters|metres) {0,9}[\\])]",
+                               std::regex::icase);
+  const Triple position = *VectorColumns(names).position;
   std::set<std::string> units;
-  for (const std::size_t column : *VectorColumns(names).position) {
-    const std::regex unit("\\b" + names[column] +
-                              "\"?[ \t]*[\\[(] *(m|mm|cm|dm|km|(us|survey)? *ft|in|feet|meters|metres) *[\\])]",
-                          std::regex::icase);
-    if (std::smatch found; std::regex_search(text, found, unit))
-      units.insert(found[1]);
+  for (std::cregex_iterator found(line.data(), line.data() + line.size(), unit), end; found != end; ++found) {
+    std::string_view before = line.substr(0, static_cast<std::size_t>(found->position()));
+    before = before.substr(0, before.find_last_not_of(" \t\"") + 1);
+    for (const std::size_t column : position) {
+      const std::size_t rest = before.size() - std::min(names[column].size(), before.size());
+      if (before.substr(rest) == names[column] && (rest == 0 || splitters.find(before[rest - 1]) != splitters.npos))
+        units.insert((*found)[1]);
+    }
   }
   return units;
 }

@@ -579,6 +579,10 @@ TEST(XyzReader, coordinatesHaveOneUnit)
   expectRefused("csv", "X [US ft],Y [US ft],Z [m]\n1,2,3\n", "in US ft and in m");
   for (const char* header : {"X [m],Y [m],Z [m],Range [mm]", "X [m],Y [m],Z,Nx [mm]", "X (E),Y (N),Z (up),Z [mm]"})
     EXPECT_EQ(parse("csv", header + std::string("\n1,2,3,4\n")).size(), 1u) << header;
+  // Longer than what a regular expression has a stack for.
+  const std::string blanks(60000, ' ');
+  expectRefused("csv", "x" + blanks + "[m],y [mm],z\n1,2,3\n", "in m and in mm");
+  expectRefused("csv", "x [" + blanks + "m],y [mm],z\n1,2,3\n", "the header names");
 }
 
 TEST(XyzReader, aColumnThatNumbersThePointsIsSkipped)
