@@ -5,25 +5,89 @@
 
 #include <cstring>
 #include <initializer_list>
+#include <map>
+#include <set>
 
 namespace mrf_apps {
 namespace {
 
 using PartNames = std::array<const char*, 3>;
 
-std::optional<Triple> findVector(const std::vector<std::string>& names, std::initializer_list<PartNames> candidates)
+/// The words of a name in lower case, parted by "_": those of "Pos.X", "pos x" and "posX" are the same.
+std::string wordsOf(const std::string& name)
 {
-  for (const PartNames& parts : candidates) {
-    Triple found{};
-    for (std::size_t part = 0; part < 3; ++part) {
-      const auto isIt = [&](const std::string& name) { return equalsIgnoringCase(name, parts[part]); };
-      found[part] = static_cast<std::size_t>(std::find_if(names.begin(), names.end(), isIt) - names.begin());
-    }
-    if (*std::max_element(found.begin(), found.end()) < names.size())
-      return found;
+  std::string words;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const bool begins = i > 0 && lowerCase(name[i]) != name[i] && name[i - 1] >= 'a' && name[i - 1] <= 'z';
+    words += begins ? "_" : "";
+    words += std::string_view("_. -").find(name[i]) == std::string_view::npos ? lowerCase(name[i]) : '_';
   }
-  return {};
+  return words;
 }
+
+/// Where a name has an axis as a word, if the others tell nothing but that it is of a place, in which frame, and behind
+/// it the unit; else npos. Words that are not known may make a velocity or a sensor of it.
+std::size_t findAxis(const std::string& words, std::string_view axis)
+{
+  static const std::set<std::string_view> frames = {
+      "",         "p",     "pos",    "position", "point", "points", "coord", "coords", "coordinate", "coordinates",
+      "location", "local", "global", "world",    "map",   "utm",    "xyz"};
+  static const std::set<std::string_view> units = {"m",  "mm",     "cm",   "dm",    "km",    "us",     "ft",
+                                                   "in", "survey", "feet", "meter", "metre", "meters", "metres"};
+  std::size_t place = std::string::npos;
+  for (std::size_t begin = 0, end = 0; begin <= words.size(); begin = end + 1) {
+    end = std::min(words.find('_', begin), words.size());
+    const std::string_view word(&words[begin], end - begin);
+    if (word == axis)
+      place = begin;
+    else if (frames.count(word) == 0 && (place == std::string::npos || units.count(word) == 0))
+      return std::string::npos;
+  }
+  return place;
+}
+
+/// Columns by their names.
+class NamedColumns {
+public:
+  explicit NamedColumns(const std::vector<std::string>& names)
+  {
+    for (std::size_t column = 0; column < names.size(); ++column) {
+      names_.push_back(wordsOf(names[column]));
+      columns_.emplace(names_.back(), column);
+    }
+  }
+
+  std::optional<Triple> find(std::initializer_list<PartNames> candidates, const std::string& before = {},
+                             const std::string& behind = {}) const
+  {
+    for (const PartNames& parts : candidates) {
+      Triple found{};
+      const auto isThere = [&](std::size_t part) {
+        const auto column = columns_.find(before + parts[part] + behind);
+        found[part] = column == columns_.end() ? 0 : column->second;
+        return column != columns_.end();
+      };
+      if (isThere(0) && isThere(1) && isThere(2))
+        return found;
+    }
+    return {};
+  }
+
+  /// Those with nothing beside the axes first; else the first with the same words beside each.
+  std::optional<Triple> findAxes(std::initializer_list<PartNames> candidates) const
+  {
+    std::optional<Triple> found = find(candidates);
+    for (const PartNames& axes : candidates)
+      for (std::size_t column = 0; !found && column < names_.size(); ++column)
+        if (const std::size_t at = findAxis(names_[column], axes[0]); at != std::string::npos)
+          found = find({axes}, names_[column].substr(0, at), names_[column].substr(at + std::strlen(axes[0])));
+    return found;
+  }
+
+private:
+  std::vector<std::string> names_;
+  std::map<std::string, std::size_t> columns_; ///< the first of each name
+};
 
 template <typename T>
 void decodeAs(const char* from, std::size_t stride, std::size_t count, bool isReversed, double* to)
@@ -42,29 +106,30 @@ void decodeAs(const char* from, std::size_t stride, std::size_t count, bool isRe
 } // namespace
 
 VectorColumns::VectorColumns(const std::vector<std::string>& names)
-    : position(findVector(names, {{"x", "y", "z"},
-                                  {"easting", "northing", "elevation"},
-                                  {"easting", "northing", "height"},
-                                  {"easting", "northing", "altitude"},
-                                  {"easting", "northing", "z"},
-                                  {"east", "north", "height"},
-                                  {"east", "north", "elevation"},
-                                  {"e", "n", "h"},
-                                  {"e", "n", "z"},
-                                  {"points:0", "points:1", "points:2"},
-                                  {"points_m_xyz:0", "points_m_xyz:1", "points_m_xyz:2"},
-                                  {"point_x", "point_y", "point_z"},
-                                  {"pos_x", "pos_y", "pos_z"},
-                                  {"x coordinate", "y coordinate", "z coordinate"}})),
-      normal(findVector(names, {{"nx", "ny", "nz"},
-                                {"normal_x", "normal_y", "normal_z"},
-                                {"normalx", "normaly", "normalz"},
-                                {"normals:0", "normals:1", "normals:2"}})),
-      color(findVector(names, {{"red", "green", "blue"},
-                               {"r", "g", "b"},
-                               {"rf", "gf", "bf"},
-                               {"diffuse_red", "diffuse_green", "diffuse_blue"}}))
-{}
+{
+  const NamedColumns columns(names);
+  position = columns.findAxes({{"x", "y", "z"},
+                               {"easting", "northing", "elevation"},
+                               {"easting", "northing", "height"},
+                               {"easting", "northing", "altitude"},
+                               {"easting", "northing", "z"},
+                               {"east", "north", "height"},
+                               {"east", "north", "elevation"},
+                               {"e", "n", "h"},
+                               {"e", "n", "z"},
+                               {"px", "py", "pz"},
+                               {"points:0", "points:1", "points:2"},
+                               {"points_m_xyz:0", "points_m_xyz:1", "points_m_xyz:2"}});
+  normal = columns.find({{"nx", "ny", "nz"},
+                         {"n_x", "n_y", "n_z"},
+                         {"normal_x", "normal_y", "normal_z"},
+                         {"normalx", "normaly", "normalz"},
+                         {"normals:0", "normals:1", "normals:2"}});
+  color = columns.find({{"red", "green", "blue"},
+                        {"r", "g", "b"},
+                        {"rf", "gf", "bf"},
+                        {"diffuse_red", "diffuse_green", "diffuse_blue"}});
+}
 
 bool VectorColumns::hasPart(const std::optional<Triple>& vector, std::size_t column)
 {

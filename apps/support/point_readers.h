@@ -32,7 +32,8 @@ inline std::uint8_t toByte(double value)
 using Triple = std::array<std::size_t, 3>;
 
 /// The columns that make vectors, by what files call their parts, in any case: x y z or easting northing elevation,
-/// nx ny nz or normal_x …, r g b, red … or diffuse_red …. There is a vector where all three parts are.
+/// also with words of the frame or the unit, world_x or x_m; nx ny nz or normal_x …, r g b, red … or diffuse_red ….
+/// There is a vector where all three parts are.
 struct VectorColumns {
   std::optional<Triple> position, normal, color;
 

@@ -23,11 +23,6 @@ namespace mrf_apps {
 
 namespace {
 
-char lowerCase(char c)
-{
-  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-}
-
 /// The rest of a stream. \param size that it has if it is a file; pipes have no size beforehand
 std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
 {
@@ -66,6 +61,11 @@ bool isTiny(std::string_view number)
 }
 
 } // namespace
+
+char lowerCase(char c)
+{
+  return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+}
 
 std::string extension(const std::string& path)
 {

@@ -82,6 +82,9 @@ bool toCount(std::string_view word, std::int64_t& count);
 /// \return true if the value is a whole number from 0 up to what std::int32_t holds, as numbers of vertices are
 bool isCount(double value);
 
+/// A to Z become a to z.
+char lowerCase(char c);
+
 /// True if two words differ in nothing but the case of their letters a to z.
 bool equalsIgnoringCase(std::string_view a, std::string_view b);
 

@@ -511,6 +511,36 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
   expectRefused("csv", "x,y,z\n\"0,5\",\"1,5\",\"2,5\"\n", "line 2: column 1 'x' holds '0,5', which is no number");
 }
 
+TEST(PointReader, coordinatesAreNamedWithTheirFrameOrUnit)
+{
+  for (const std::string pattern : {"px", "p_x", "x_m", "world_x", "pos_x", "posX", "Position.X", "world x m",
+                                    "x-coord", "X COORDINATE", "x_ft", "map.x", "point x [m]"}) {
+    SCOPED_TRACE(pattern);
+    const auto named = [&](const std::string& to) { return std::regex_replace(pattern, std::regex("[xX]"), to); };
+    const std::string header =
+        "label," + named("Z") + "," + named("X") + "," + named("Y") + ",n_x,n_y,n_z,vel_x,x_vel\n";
+    const PointTable table = parse("csv", header + "tree,3,1,2,0,0,1,7,8\n");
+    EXPECT_EQ(table.positions, (Points{{1, 2, 3}}));
+    EXPECT_EQ(table.normals, (Normals{{0, 0, 1}}));
+    EXPECT_EQ(table.scalars, (std::map<std::string, std::vector<float>>{{"vel_x", {7}}, {"x_vel", {8}}}));
+  }
+  EXPECT_EQ(parse("csv", "easting_m,northing_m,Height m\n1,2,3\n").positions, (Points{{1, 2, 3}}));
+  EXPECT_EQ(parse("ply", std::regex_replace(plyHeader(1, "ascii"), std::regex("double "), "double world.") + "1 2 3\n")
+                .positions,
+            (Points{{1, 2, 3}}));
+  EXPECT_EQ(parse("csv", "world_x,world_y,world_z,x,y,z\n7,8,9,1,2,3\n").positions, (Points{{1, 2, 3}}))
+      << "plain ones";
+  EXPECT_EQ(parse("csv", "pos_x,map_x,map_y,map_z,pos_y,pos_z\n1,7,8,9,2,3\n").positions, (Points{{1, 2, 3}}))
+      << "of one frame";
+  for (const char* other :
+       {"nx,ny,nz", "normal_x,normal_y,normal_z", "n_x,n_y,n_z", "NormalX,NormalY,NormalZ", "x_vel,y_vel,z_vel",
+        "velocity.x,velocity.y,velocity.z", "sensor_x,sensor_y,sensor_z", "scanner.x,scanner.y,scanner.z",
+        "sigma_x,sigma_y,sigma_z", "color_x,color_y,color_z", "red,green,blue", "m_x,m_y,m_z", "pos_x,map_y,map_z",
+        "x_m,y_m,z_ft", "pos,pos,pos", "_,_,_"})
+    expectRefused("csv", other + std::string("\n1,2,3\n"),
+                  "nor names columns x, y and z, which are lengths: name them");
+}
+
 TEST(XyzReader, columnsOfTextAreSkippedWithANote)
 {
   const std::string skipped = " is skipped: line 2 holds 'old tree', which is no number";
