@@ -178,8 +178,8 @@ private:
   void start(bool isParted)
   {
     double number = 0;
-    const auto numbers =
-        std::count_if(cells_.begin(), cells_.end(), [&](std::string_view cell) { return toNumber(cell, number); });
+    const auto numbers = std::count_if(
+        cells_.begin(), cells_.end(), [&](std::string_view cell) { return toNumber(cell, number) || isMissing(cell); });
     if (cells_.size() < 3 && numbers > 0)
       lines_.fail("has fewer than the three columns x y z");
     if (rows_.names.size() != cells_.size() && numbers < 3)
@@ -247,6 +247,8 @@ std::vector<std::size_t> columnsOfNumbers(const std::string& path, Rows& rows, s
     else if (hasNumbers)
       result.push_back(c);
   }
+  if (rows.size() > 0 && result.size() < 3)
+    throw FileError(path, "has fewer than three columns with numbers, as x y z are");
   return result;
 }
 

@@ -596,6 +596,15 @@ TEST(XyzReader, pointsWithoutACoordinateAreLeftOutWithAWarning)
     }
   EXPECT_EQ(parse("xyz", "1 2 3\nNA NA NA\n").warnings.front(),
             "1 point has no number as a coordinate, in line 2: left out");
+  // In the first row, too, which is none of names.
+  for (const std::string row : {"NA NA NA", "NA,NA,NA", "nan nan nan", "1,NA,3", "N/A;2;3", ",2,3"}) {
+    const PointTable table = parse("txt", row + "\n4 5 6\n7 8 9\n");
+    EXPECT_EQ(table.size(), 3u) << row;
+    EXPECT_TRUE(table.positions.at(0).hasNaN()) << row;
+    EXPECT_EQ(table.positions.at(2), Eigen::Vector3d(7, 8, 9)) << row;
+  }
+  for (const char* text : {"NA NA NA\n", "NA,2,3\n,5,6\n"})
+    expectRefused("txt", text, "has fewer than three columns with numbers, as x y z are");
   expectRefused("csv", "x,y,z\n1,NA,3\n4,NA,6\n", "column 2 'y' holds no number");
   EXPECT_EQ(mrf_apps::joinPoints({parse("csv", "1,2,3\n"), parse("csv", "1,2,3\n4,5,\n")}, {"a.csv", "b.csv"}).warnings,
             std::vector<std::string>{"'b.csv': 1 point has no number as a coordinate, in line 2: left out"});
