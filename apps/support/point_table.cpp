@@ -143,7 +143,7 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
                      : format == "ply" ? readPly(path, text)
                      : format == "ptx" ? parsePtx(path, text)
                      : format == "las" ? parseLas(path, text)
-                                       : parseXyz(path, text);
+                                       : parseXyz(path, text, format == "pts");
   if (table.size() == 0)
     throw FileError(path, "holds no points; of several inputs leave it out");
   return table;

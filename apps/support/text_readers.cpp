@@ -72,6 +72,7 @@ struct Rows {
   std::vector<std::string> names; ///< of the columns; without one they are skipped
   std::vector<Gaps> gaps;         ///< of the columns
   bool areCounted = false;        ///< a line says how many there are
+  bool arePts = false;            ///< the format says so: an intensity is before the colors
   std::size_t missingLine = 0;    ///< the first without a coordinate, from 1
 
   std::size_t size() const { return columns == 0 ? 0 : values.size() / columns; }
@@ -281,17 +282,21 @@ bool areNumbered(const Rows& rows)
 
 enum class Content { unknown, normals, colors };
 
-/// What three columns hold, as their values tell.
+/// What three columns hold, as their values tell; nothing but zeros is none of it.
 Content contentOf(const Rows& rows, std::size_t column)
 {
-  std::size_t units = 0, bytes = 0;
+  std::size_t zeros = 0, units = 0, bytes = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Eigen::Map<const Eigen::Vector3d> v(&rows.values[i * rows.columns + column]);
     const double length = v.norm();
+    zeros += length == 0;
     units += std::abs(length - 1) < .1 || !(length > 0);
     bytes += v.array().round().matrix() == v && v.minCoeff() >= 0 && v.maxCoeff() <= 255;
   }
-  return 10 * units >= 9 * rows.size() ? Content::normals : bytes == rows.size() ? Content::colors : Content::unknown;
+  return zeros == rows.size()            ? Content::unknown
+         : 10 * units >= 9 * rows.size() ? Content::normals
+         : bytes == rows.size()          ? Content::colors
+                                         : Content::unknown;
 }
 
 /// Names columns that no header names.
@@ -306,8 +311,9 @@ void guessNames(Rows& rows, std::vector<std::string>& notes)
   const auto left = [&] { return rows.columns - names.size(); };
   const auto next = [&](std::size_t skipped) { return contentOf(rows, names.size() + skipped); };
   // PTS has the intensity before the colors; others have a scalar behind them, which may be a byte as well.
-  if (left() == 1 || (left() % 3 == 1 && next(1) == Content::colors &&
-                      (next(0) == Content::unknown || (rows.areCounted && next(0) == Content::colors))))
+  if (left() == 1 || (left() % 3 == 1 && (rows.arePts || (next(1) == Content::colors &&
+                                                          (next(0) == Content::unknown ||
+                                                           (rows.areCounted && next(0) == Content::colors))))))
     add({"intensity"});
   bool hasNormals = false, hasColors = false;
   while (left() >= 3) {
@@ -422,9 +428,10 @@ std::vector<std::string> columnNames(std::string_view text)
   return {};
 }
 
-PointTable parseXyz(const std::string& path, const std::string& text)
+PointTable parseXyz(const std::string& path, const std::string& text, bool isPts)
 {
   Rows rows = RowParser(path, text).parse();
+  rows.arePts = isPts;
   std::vector<std::string> notes;
   keepColumns(columnsOfNumbers(path, rows, notes), rows);
   const std::size_t missing = rows.missingLine;

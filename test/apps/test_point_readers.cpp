@@ -654,6 +654,16 @@ TEST(PtsReader, scansBeginWithTheirCounts)
   EXPECT_EQ(table.scalars.at("intensity"), (std::vector<float>{-1000, 7, 0}));
   EXPECT_EQ(table.colors.at(2), (Color{70, 80, 90}));
   EXPECT_EQ(parse("pts", "1\n1 2 3 200 10 20 30\n").colors.at(0)[0], 10) << "a count tells what is first";
+  for (const std::string intensity : {"200", "0", "-2048", "2047", "0.5"}) {
+    SCOPED_TRACE(intensity);
+    const PointTable uncounted = parse("pts", "1 2 3 " + intensity + " 10 20 30\n"),
+                     dark = parse("pts", "1 2 3 " + intensity + " 0 0 0\n");
+    EXPECT_EQ(uncounted.colors.at(0), (Color{10, 20, 30})) << "and so does the format";
+    EXPECT_TRUE(dark.colors.empty() && dark.normals.empty()) << "of a scanner without a camera";
+    for (const PointTable& other : {uncounted, dark})
+      EXPECT_EQ(other.scalars.at("intensity").at(0), std::stof(intensity));
+  }
+  expectRefused("pts", "1 2 3 200 10 20 30\n1\n", "line 2: has 1 columns, those before have 7");
   EXPECT_EQ(parse("pts", "1\n1 2 3 -7\n").scalars.at("intensity").at(0), -7);
   expectRefused("pts", "2\n1 2 3 0\n1\n4 5 6 0\n", "announces 3 points and holds 2");
 }
