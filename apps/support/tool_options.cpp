@@ -200,7 +200,8 @@ CLI::Option* ToolOptions::file(const std::string& name, const std::string& unit,
   });
 }
 
-void ToolOptions::refuseUnknown() const
+/// \param typed all words of the command line: of "-voxel" the parser has taken -v, and left "-oxel"
+void ToolOptions::refuseUnknown(const std::vector<std::string>& typed) const
 {
   const std::vector<std::string> words = app_.remaining();
   std::vector<std::string> names;
@@ -208,9 +209,14 @@ void ToolOptions::refuseUnknown() const
     names.push_back(option.name);
   for (const std::string& word : words)
     if (word.size() > 1 && word[0] == '-') {
-      const std::string name = word.substr(0, word.find('='));
+      const auto isWhole = [&word, tail = word.substr(1)](const std::string& other) {
+        return other == word || (other.size() > word.size() && other[0] == '-' && other[1] != '-' &&
+                                 other.substr(other.size() - tail.size()) == tail);
+      };
+      const auto found = std::find_if(typed.begin(), typed.end(), isWhole);
+      const std::string whole = found == typed.end() ? word : *found, name = whole.substr(0, whole.find('='));
       const auto hint = texts.hints.find(name);
-      throw UsageError("'" + word + "' is not an option" +
+      throw UsageError("'" + whole + "' is not an option" +
                        (hint == texts.hints.end() ? didYouMean(name, names) : "; " + hint->second));
     }
   throw UsageError("'" + words.front() + "' is one argument too many");
@@ -225,7 +231,7 @@ std::string ToolOptions::parse(int argc, const char* const* argv)
   } catch (const Information& information) {
     return information.text;
   } catch (const CLI::ExtrasError&) {
-    refuseUnknown();
+    refuseUnknown({argv + 1, argv + argc});
   } catch (const CLI::ArgumentMismatch& error) {
     throw UsageError(misplaced(app_, error.what()));
   } catch (const CLI::ParseError& error) {

@@ -145,7 +145,7 @@ private:
   static std::string checkWhole(const std::string& text, double lower, double upper, double& value);
   OptionText& describe(const std::string& name, const std::string& help);
   void information(const std::string& name, const std::string& help, const std::function<std::string()>& text);
-  [[noreturn]] void refuseUnknown() const;
+  [[noreturn]] void refuseUnknown(const std::vector<std::string>& typed) const;
 
   CLI::App app_;
   std::string group_ = "Options";

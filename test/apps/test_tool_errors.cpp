@@ -40,6 +40,10 @@ TEST_F(ToolErrors, Usage)
   expectFailure({"sphere.xyz", "", "--output-format", "ply"}, 2, "'' is not the name of a file");
   expectFailure({"sphere.xyz", "out.ply", "--nonsense"}, 2, "'--nonsense' is not an option");
   expectFailure({"sphere.xyz", "out.ply", "--nonsense", "3"}, 2, "'--nonsense' is not an option");
+  for (const char* typed : {"-voxel-size", "-voxel-size=.1"})
+    expectFailure({"sphere.xyz", "out.ply", typed, ".1"}, 2,
+                  "'" + std::string(typed) + "' is not an option; did you mean --voxel-size?");
+  expectFailure({"sphere.xyz", "out.ply", "-verbose", "--voxel-size", ".1"}, 2, "'-verbose' is not an option; did you");
   expectFailure({"sphere.xyz", "out.ply", "--beta"}, 2, "--beta needs a value");
   expectFailure({"sphere.xyz", "out.ply", "--beta", ".5", "--beta", ".6"}, 2, "--beta is given more than once");
   expectFailure({"sphere.xyz", "out.doc"}, 2, "does not end in ply, obj, stl, vtk, vtp, glb, dae or 3mf");
