@@ -37,7 +37,7 @@ PointTable readCloud(const std::string& path)
     return {};
   PointTable points = readPoints(path);
   for (const std::string& warning : points.warnings)
-    std::fprintf(stderr, "warning: '%s': %s\n", path.c_str(), warning.c_str());
+    std::fprintf(stderr, "warning: %s\n", escaped("'" + path + "': " + warning).c_str());
   if (finite(points.positions).empty())
     throw FileError(path, "has no finite point");
   return points;
@@ -118,7 +118,7 @@ int run(const EvaluateCommand& command)
   }
   outputs.publish();
   if (!command.quiet)
-    std::fputs((command.mesh + "\n" + toText(json)).c_str(), stdout);
+    std::fputs((escaped(command.mesh) + "\n" + toText(json)).c_str(), stdout);
   return exitDone;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "console.h"
+#include "support/errors.h"
 #include "support/report_json.h"
 #include "support/text_file.h"
 
@@ -64,7 +65,7 @@ struct Log {
   std::FILE* file;
   void operator()(const char* heading, const std::string& text) const
   {
-    std::fprintf(file, "%-10s%s\n", heading, text.c_str());
+    std::fprintf(file, "%-10s%s\n", heading, escaped(text).c_str());
   }
 };
 
@@ -273,8 +274,10 @@ void ProgressDisplay::clear()
 void printWarnings(const Report& report, const std::string& input)
 {
   for (const std::string& warning : report.warnings)
-    std::fprintf(stderr, "warning: %s%s%s\n", input.c_str(), input.empty() ? "" : ": ",
-                 pcl::mrf::withOptionNames(warning, pcl::mrf::OptionNaming::flags).c_str());
+    std::fprintf(
+        stderr, "warning: %s\n",
+        escaped(input + (input.empty() ? "" : ": ") + pcl::mrf::withOptionNames(warning, pcl::mrf::OptionNaming::flags))
+            .c_str());
 }
 
 void printSummary(const RunSummary& run, const Report& report, Verbosity verbosity, std::FILE* log)
@@ -357,7 +360,7 @@ void printLine(const RunSummary& run, const Report& report, Verbosity verbosity)
   printWarnings(report, run.input);
   if (verbosity == Verbosity::quiet)
     return;
-  std::printf("%s -> %s: %s, %s, %.2f s\n", run.input.c_str(), run.written.front().first.c_str(),
+  std::printf("%s -> %s: %s, %s, %.2f s\n", escaped(run.input).c_str(), escaped(run.written.front().first).c_str(),
               counted(report.points.used, "point", "points").c_str(),
               counted(report.mesh.triangles, "triangle", "triangles").c_str(),
               run.readingSeconds + report.seconds + run.writingSeconds);

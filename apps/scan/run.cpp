@@ -98,7 +98,7 @@ nlohmann::ordered_json toJson(const ScanCommand& command, const Scan& scan)
 
 void printSummary(const ScanCommand& command, const Scan& scan)
 {
-  std::printf("%s: %zu points", command.input.c_str(), scan.cloud.size());
+  std::printf("%s: %zu points", escaped(command.input).c_str(), scan.cloud.size());
   if (!scan.sensors.empty())
     std::printf(" from %zu sensor%s", scan.sensors.size(), scan.sensors.size() == 1 ? "" : "s");
   if (scan.outliers > 0)

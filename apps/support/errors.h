@@ -11,22 +11,27 @@ namespace mrf_apps {
 /// Exit statuses of all tools.
 enum ExitStatus { exitDone = 0, exitFile = 1, exitUsage = 2, exitMethod = 3 };
 
-/// A message in one line: what it quotes, a file or a word of the command line, may hold anything.
-inline std::string withoutControls(std::string text)
+/// A message in one line, with "\n" for a line break and "\x1b" for escape: what it quotes, a name of a file or a word
+/// of the command line, may hold anything.
+inline std::string escaped(const std::string& text)
 {
-  for (char& c : text)
-    if ((c >= 0 && c < ' ') || c == '\x7f')
-      c = '?';
-  return text;
+  constexpr const char* digits = "0123456789abcdef";
+  std::string line;
+  for (const char c : text)
+    if (c == '\n')
+      line += "\\n";
+    else if ((c >= 0 && c < ' ') || c == '\x7f')
+      line += {'\\', 'x', digits[c / 16], digits[c % 16]};
+    else
+      line += c;
+  return line;
 }
 
 /// Something about a file or the display; the message names the file and the cause in one line.
 class FileError : public std::runtime_error {
 public:
-  explicit FileError(const std::string& message) : std::runtime_error(message) {}
-  FileError(const std::string& path, const std::string& cause)
-      : std::runtime_error("'" + path + "': " + withoutControls(cause))
-  {}
+  explicit FileError(const std::string& message) : std::runtime_error(escaped(message)) {}
+  FileError(const std::string& path, const std::string& cause) : FileError("'" + path + "': " + cause) {}
   FileError(const std::string& path, std::size_t line, const std::string& cause)
       : FileError(path, "line " + std::to_string(line) + ": " + cause)
   {}
@@ -35,7 +40,7 @@ public:
 /// The command line asks for something that does not exist or does not go together; the message is one line.
 class UsageError : public std::runtime_error {
 public:
-  explicit UsageError(const std::string& message) : std::runtime_error(withoutControls(message)) {}
+  explicit UsageError(const std::string& message) : std::runtime_error(escaped(message)) {}
 };
 
 /// \throw UsageError with the message

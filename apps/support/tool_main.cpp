@@ -40,8 +40,9 @@ int guarded(const std::string& name, const std::string& subject, const std::stri
             const std::function<int()>& part)
 {
   const auto fail = [&](int status, const std::string& message) {
-    const bool isNamed = subject.empty() || message.find(subject) != std::string::npos;
-    std::fprintf(stderr, "%s: %s%s%s\n", name.c_str(), isNamed ? "" : ("'" + subject + "': ").c_str(), message.c_str(),
+    const std::string line = escaped(message), about = escaped(subject);
+    const bool isNamed = about.empty() || line.find(about) != std::string::npos;
+    std::fprintf(stderr, "%s: %s%s%s\n", name.c_str(), isNamed ? "" : ("'" + about + "': ").c_str(), line.c_str(),
                  status == exitUsage ? " (see --help)" : "");
     return status;
   };

@@ -33,6 +33,23 @@ TEST_F(ToolErrors, BadFiles)
   expectFailure({"nan.xyz", "out.ply"}, 1, "'nan.xyz'");
 }
 
+TEST_F(ToolErrors, ControlCharactersOfNamesAreEscaped)
+{
+  const std::string name = "a\nb\x1b[31m.xyz", escaped = "a\\nb\\x1b[31m.xyz";
+  expectFailure({name, "out.ply"}, 1, "'" + escaped + "': No such file or directory");
+  expectFailure({"sphere.xyz", "out.ply", "--work-directory", "sphere.xyz/a\nb"}, 1, "'sphere.xyz/a\\nb' cannot");
+  expectFailure({"sphere.xyz", "no\n/out.ply"}, 1, "'no\\n/out.ply': cannot be written");
+  expectFailure({"a\nb.doc", "out.ply"}, 2, "INPUT 'a\\nb.doc' does not end in");
+  write(name, tool::sphereRows(400) + "NA NA NA 0 0 1\n");
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{name, name + ".ply"}, {name, "--output-directory", "a\nfolder"}}) {
+    const tool::Outcome outcome = succeed(arguments);
+    EXPECT_EQ(outcome.out.find('\x1b'), std::string::npos) << outcome.out;
+    EXPECT_EQ(outcome.err.find('\x1b'), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.out.find(escaped), std::string::npos) << outcome.out;
+  }
+}
+
 TEST_F(ToolErrors, Usage)
 {
   expectFailure({}, 2, "INPUT");
@@ -83,7 +100,7 @@ TEST_F(ToolErrors, BadValues)
   expectFailure({"sphere.xyz", "out.ply", "--beta", "much"}, 2, "'much' is not a number; its range is [0, 1)");
   expectFailure({"sphere.xyz", "out.ply", "--neighbors", "5.5"}, 2, "'5.5' is not a whole number");
   expectFailure({"sphere.xyz", "out.ply", "--padding", "1"}, 2, "'1' is outside its range [2, 100] voxels (0 = ");
-  expectFailure({"sphere.xyz", "out.ply", "--color", "gr\ney"}, 2, "'gr?ey' is none of");
+  expectFailure({"sphere.xyz", "out.ply", "--color", "gr\ney"}, 2, "'gr\\ney' is none of");
   // Single precision has no such numbers: they are infinite, 1, and 0.
   for (const auto& [option, value] : {std::pair<const char*, const char*>{"--max-distance", "1e39"},
                                       {"--beta", ".999999999"},
