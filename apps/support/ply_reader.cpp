@@ -181,9 +181,13 @@ private:
 
   double nextWord()
   {
+    constexpr std::size_t longest = 40; // of a word in a message
+    const std::string_view word = takeWord(rest_);
     double value = 0;
-    if (!toNumber(takeWord(rest_), value))
-      fail();
+    if (!toNumber(word, value))
+      throw FileError(path_, word.empty()
+                                 ? "is truncated: its header declares more numbers than it holds"
+                                 : "holds '" + std::string(word.substr(0, longest)) + "' in place of a number");
     return value;
   }
 

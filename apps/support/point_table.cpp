@@ -84,6 +84,17 @@ std::string headerOf(const std::string& format, const std::string& count, bool i
          "\nDATA binary\n";
 }
 
+PointTable parseAs(const std::string& format, const std::string& path, const std::string& text)
+{
+  return format == "obj"   ? parseObj(path, text)
+         : format == "off" ? parseOff(path, text)
+         : format == "pcd" ? readPcd(path, text)
+         : format == "ply" ? readPly(path, text)
+         : format == "ptx" ? parsePtx(path, text)
+         : format == "las" ? parseLas(path, text)
+                           : parseXyz(path, text, format == "pts");
+}
+
 } // namespace
 
 const char* const pointFileExtensions =
@@ -137,13 +148,17 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
 {
   if (text.compare(0, 2, "\xff\xfe") == 0 || text.compare(0, 2, "\xfe\xff") == 0)
     throw FileError(path, "is text in UTF-16: save it as UTF-8");
-  PointTable table = format == "obj"   ? parseObj(path, text)
-                     : format == "off" ? parseOff(path, text)
-                     : format == "pcd" ? readPcd(path, text)
-                     : format == "ply" ? readPly(path, text)
-                     : format == "ptx" ? parsePtx(path, text)
-                     : format == "las" ? parseLas(path, text)
-                                       : parseXyz(path, text, format == "pts");
+  PointTable table;
+  try {
+    table = parseAs(format, path, text);
+  } catch (const FileError&) {
+    const std::string other = pointFormatOf(text);
+    const bool hasBeginning = format == "ply" || format == "pcd" || format == "las" || format == "off";
+    if (other.empty() || other == format || (other == "xyz" && !hasBeginning))
+      throw;
+    throw FileError(path, "is read as " + format + " and begins as " + other + " does: let its name end in ." + other +
+                              ", or say --input-format " + other);
+  }
   if (table.size() == 0)
     throw FileError(path, "holds no points; of several inputs leave it out");
   return table;

@@ -400,6 +400,14 @@ TEST(PointReader, whatIsNoCloudIsRefused)
   expectRefused("ply", plyHeader(4000000000, "binary_little_endian"), "truncated");
   expectRefused("ply", plyHeader(400, "binary_little_endian").substr(0, 80));
   expectRefused("ply", std::regex_replace(plyHeader(1, "ascii"), std::regex(" z"), " w") + "1 2 3\n", "x, y and z");
+  expectRefused("ply", plyHeader(2, "ascii") + "1 2 3\n4 O 6\n", "holds 'O' in place of a number");
+  expectRefused("ply", plyHeader(2, "ascii") + "1 2 3\n4 5\n", "declares more numbers than it holds");
+  const std::string ply = plyHeader(1, "ascii") + "1 2 3\n";
+  for (const std::string type : {"pcd", "xyz", "las", "obj"})
+    expectRefused(type, ply,
+                  "is read as " + type + " and begins as ply does: let its name end in .ply, or say --input");
+  expectRefused("ply", pcdHeader(1, "4 4 4", "ascii") + "1 2 3\n", "begins as pcd does");
+  expectRefused("ply", "1 2 3\n", "begins as xyz does");
   expectRefused("pcd", pcdHeader(400, "4 4 4", "binary_compressed") + std::string(60, '\1'), "truncated");
   expectRefused("pcd", pcdHeader(400, "4 4 4", "ascii") + "1 2 3\n4 5 6\n", "truncated");
   expectRefused("pcd", pcdHeader(1, "4 4 4", "ascii") + "1 2 x\n");
