@@ -164,10 +164,10 @@ TableFiller::TableFiller(const std::vector<std::string>& names, std::size_t rows
   for (std::size_t column = 0; column < names.size(); ++column) {
     if (names[column].empty() || vectors_.hold(column))
       continue;
-    std::vector<float>& scalar = table.scalars[names[column]];
-    if (std::find(scalars_.begin(), scalars_.end(), &scalar) == scalars_.end())
-      scalars_[column] = &scalar;
-    scalar.reserve(rows);
+    const auto [scalar, isFirst] = table.scalars.try_emplace(names[column]);
+    if (isFirst)
+      scalars_[column] = &scalar->second;
+    scalar->second.reserve(rows);
   }
 }
 

@@ -515,6 +515,11 @@ TEST(XyzReader, columnsAreWhatTheHeaderNames)
   for (const char* header : {"a,b,c", "lat,lon,alt"})
     expectRefused("csv", header + std::string("\n1,2,3\n"),
                   "line 1: is not a row of numbers, nor names columns x, y and z, which are lengths: name them so");
+  std::string wide = "1 2"; // in no time that grows with its square
+  for (int column = 2; column < 200000; ++column)
+    wide += " -7";
+  EXPECT_EQ(parse("xyz", wide + "\n").scalars.size(), 199997u);
+  EXPECT_EQ(parse("csv", "x,y,z,a,a\n1,2,3,4,5\n").scalars.at("a"), std::vector<float>{4}) << "the first counts";
   expectRefused("csv", "x,y,z\n1,2,3\nx,y,z\n", "line 3: column 1 'x' holds 'x', which is no number");
   expectRefused("csv", "x,y,z\n\"0,5\",\"1,5\",\"2,5\"\n", "line 2: column 1 'x' holds '0,5', which is no number");
 }
