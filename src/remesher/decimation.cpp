@@ -106,13 +106,26 @@ public:
 private:
   Vector3d local(const Vector3f& position) const { return (position - origin_).cast<double>(); }
 
+  std::vector<double> weightsOfVertices()
+  {
+    constexpr std::int64_t grain = 1024;
+    std::vector<double> weights(mesh_.positions.size(), 1);
+    if (surface_.weightAt)
+      forEachPolling<std::int32_t>(execution_, weights.size(), grain,
+                                   [&](std::int32_t v) { weights[v] = surface_.weightAt(mesh_.positions[v]); });
+    return weights;
+  }
+
   void sumUp()
   {
+    const std::vector<double> weights = weightsOfVertices();
     Poller poll(execution_);
     for (std::int32_t t = 0; t < mesh_.halfEdgeCount(); t += 3) {
       poll();
+      const double weight =
+          (weights[mesh_.origin[t]] + weights[mesh_.origin[t + 1]] + weights[mesh_.origin[t + 2]]) / 3;
       const Vector3d cross = surface_.cross(t).cast<double>();
-      const double length = cross.norm(), area = .5 * length;
+      const double length = cross.norm(), area = .5 * length * weight; // as it counts
       const Vector3d normal = length > 0 ? Vector3d(cross / length) : Vector3d::Zero();
       for (std::int32_t h = t; h < t + 3; ++h) {
         const Vector3d a = local(mesh_.positions[mesh_.origin[h]]), b = local(mesh_.positions[mesh_.target(h)]);
@@ -124,7 +137,7 @@ private:
           const double width = sideways.norm();
           if (width > 0)
             for (const std::int32_t v : {mesh_.origin[h], mesh_.target(h)})
-              quadrics_[v].addPlane(sideways / width, a, .5 * width * width);
+              quadrics_[v].addPlane(sideways / width, a, .5 * width * width * weight);
         }
       }
     }

@@ -47,8 +47,9 @@ void relax(RemeshedSurface& surface, Execution& execution);
 /// After all else: collapses edges until no more triangles are left than asked for, or none may be collapsed.
 ///
 /// Those that move the surface least come first, by Garland and Heckbert's quadrics (SIGGRAPH 1997): the squared
-/// distances of the merged vertex from the planes of all triangles that it stands for, weighted by their areas, and on
-/// the border from planes upright on it. So edges get long where the surface is flat, and stay short where it curves.
+/// distances of the merged vertex from the planes of all triangles that it stands for, weighted by their areas and
+/// RemeshedSurface::weightAt, and on the border from planes upright on it. So edges get long where the surface is flat,
+/// and stay short where it curves, or where its distance weighs much.
 /// \pre no triangle was removed since the mesh was made or compacted
 void decimate(RemeshedSurface& surface, std::int64_t triangles, Execution& execution);
 

@@ -4,6 +4,7 @@
 
 #include "mesh/vertex_fields.h"
 #include "remesher/border_curves.h"
+#include "remesher/remesher.h"
 #include "remesher/zero_level.h"
 
 #include <pcl/surface/mrf/distance_field.h>
@@ -22,6 +23,8 @@ struct RemeshPlan {
   double triangles = 0;   ///< equilateral ones that there would be, all edges as long as their target
   bool pinsFolds = false; ///< whether triangles that run against the surface's normals stay, if they are few
   EdgeSizing sizing;      ///< of the mesh's vertices; empty: 1 everywhere
+  /// For decimation.
+  DistanceWeight weightAt;
   /// Of each vertex on the border the one that follows, −1 for the others.
   std::vector<std::int32_t> nextOnBorder;
   BorderCurves curves; ///< for parts only: a whole mesh has its own

@@ -38,6 +38,7 @@ struct RemeshedSurface {
   BorderCurves curves;                                    ///< of the borders as they were at first
   float targetEdge = 0;                                   ///< where the mesh's sizing is 1, cloud's unit
   float maxTurn = std::numeric_limits<float>::infinity(); ///< for triangles to be made \see TriangleShape::turn
+  DistanceWeight weightAt;                                ///< for decimation
   RemeshSummary result;                                   ///< counts so far
   std::vector<OperationLog> logs; ///< since the mesh was compacted, in the order of what was done
 

@@ -52,6 +52,7 @@ RemeshedSurface prepared(const MeshPiece& piece, const RemeshPlan& plan, const Z
   execution.poll();
   surface.targetEdge = plan.targetEdge;
   surface.maxTurn = plan.maxTurn;
+  surface.weightAt = plan.weightAt;
   HalfEdgeMesh& mesh = surface.mesh;
   if (!piece.sizing.empty())
     mesh.sizing = piece.sizing;
@@ -309,7 +310,8 @@ RemeshedPiece remeshPiece(const MeshPiece& piece, const RemeshPlan& plan, const 
 }
 
 RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSizing& sizing,
-                    const RemesherOptions& options, Execution& execution, std::int64_t partSize)
+                    const RemesherOptions& options, Execution& execution, std::int64_t partSize,
+                    const DistanceWeight& weightAt)
 {
   validate(options);
   RemeshResult result;
@@ -322,6 +324,7 @@ RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSiz
     throw InvalidInput("remeshing needs a distance field, and this one is empty");
   const ZeroLevel level(field, .5f * static_cast<float>(field.lattice().spacing));
   RemeshPlan plan = planFor(mesh, field, sizing, options, execution);
+  plan.weightAt = weightAt;
   const bool isWhole =
       partSize <= 0 || options.rounds == 0 ||
       std::max(plan.triangles, static_cast<double>(mesh.triangles.size())) <= static_cast<double>(partSize);

@@ -9,7 +9,15 @@
 #include <pcl/surface/mrf/report.h>
 #include <pcl/surface/mrf/triangle_mesh.h>
 
+#include <Eigen/Core>
+
+#include <functional>
+
 namespace pcl::mrf {
+
+/// What a squared distance from the surface weighs at a position, > 0, relative to other positions. Empty: all the
+/// same. Called from several threads at once.
+using DistanceWeight = std::function<double(const Eigen::Vector3f&)>;
 
 struct RemeshResult : RemeshSummary {
   TriangleMesh mesh;                   ///< vertices and triangles only
@@ -41,10 +49,12 @@ struct RemeshResult : RemeshSummary {
 /// \param partSize triangles of a part, about; 0, or as many as the mesh has and gets: it stays whole. In parts it
 /// takes 120 bytes for each of its vertices and 200 for each triangle of a part beside it, as a whole 420 for each of
 /// its vertices; triangles differ. With RemesherOptions::triangles the last collapses are on the whole mesh
+/// \param weightAt with RemesherOptions::triangles: where the surface may move less for a collapse
 /// \throw InvalidInput if the mesh is not oriented and manifold, or the field is empty
 /// \throw InvalidOption; ResourceLimit if the target edge asks for more triangles than can be indexed; Cancelled
 /// Cost: linear in the number of triangles per round. The result does not depend on the number of threads.
 RemeshResult remesh(TriangleMesh mesh, const DistanceField& field, const EdgeSizing& sizing,
-                    const RemesherOptions& options, Execution& execution, std::int64_t partSize = 0);
+                    const RemesherOptions& options, Execution& execution, std::int64_t partSize = 0,
+                    const DistanceWeight& weightAt = {});
 
 } // namespace pcl::mrf

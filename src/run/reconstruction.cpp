@@ -317,6 +317,20 @@ std::int64_t partsWithin(double limit, const TriangleMesh& mesh, bool areTasks)
   return triangles;
 }
 
+/// 1/σ of the nearest point, relative, if that varies. \pre the arguments outlive the result
+DistanceWeight weightByNoise(const OrientedPoints& points, const NeighborSearch& search)
+{
+  const auto [least, most] = std::minmax_element(points.deviations.begin(), points.deviations.end());
+  if (!(points.typicalDeviation > 0) || points.deviations.empty() || *least == *most)
+    return {};
+  return [&](const Eigen::Vector3f& position) {
+    Neighbors nearest;
+    return search.nearest(position, 1, nearest) < 1
+               ? 1.
+               : static_cast<double>(points.typicalDeviation) / points.deviations[nearest.indices[0]];
+  };
+}
+
 /// Remeshes if it was asked for, and counts triangles that intersect others.
 void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& search, const ResolvedOptions& options,
                 Execution& execution)
@@ -330,7 +344,8 @@ void remeshMesh(Reconstruction& result, const Support& support, NeighborSearch& 
     result.mesh.confidences = std::vector<float>(); // those of the new vertices follow
     RemeshResult remeshed;
     withoutSearch(partSize > 0, search, result.points, execution, [&] {
-      remeshed = remesh(std::move(result.mesh), result.field, sizing, options.remesher, execution, partSize);
+      const DistanceWeight weightAt = partSize > 0 ? DistanceWeight() : weightByNoise(result.points, search);
+      remeshed = remesh(std::move(result.mesh), result.field, sizing, options.remesher, execution, partSize, weightAt);
       result.mesh = std::move(remeshed.mesh);
     });
     setVertexFields(result, true, support, options, execution);

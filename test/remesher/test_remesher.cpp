@@ -452,6 +452,26 @@ TEST(Remesher, FewTrianglesAreWhereTheSurfaceCurves)
   EXPECT_LT(meanDistance(mesh, box), .5 * meanDistance(even, box)) << triangles << " triangles";
 }
 
+TEST(Remesher, FewTrianglesAreWhereDistancesWeighMore)
+{
+  const DistanceField field = shapes::field(shapes::sphere(.7), halfSide, 2 * voxels);
+  const TriangleMesh raw = zeroLevel(field);
+  const auto weighted = [&](double onOneSide) {
+    Execution execution(2);
+    return remesh(raw, field, {}, withTriangles(1000), execution, 0,
+                  [=](const Vector3f& p) { return p.x() > 0 ? onOneSide : 1; });
+  };
+  const RemeshResult result = weighted(64);
+  expectSound(measure(result.mesh));
+  EXPECT_EQ(result.intersecting, 0);
+  EXPECT_NEAR(static_cast<double>(result.mesh.triangles.size()), 1000, 20);
+  const auto median = [](const std::vector<double>& lengths) { return lengths[lengths.size() / 2]; };
+  const double longer = median(edgesWhere(result.mesh, [](const Vector3f&p) { return p.x() < -.2f; })),
+               shorter = median(edgesWhere(result.mesh, [](const Vector3f&p) { return p.x() > .2f; }));
+  EXPECT_NEAR(longer / shorter, 2, .3) << "an error is as the square of the edge, their number its inverse";
+  expectSamePositions(weighted(1).mesh, remeshed(raw, field, withTriangles(1000)).mesh);
+}
+
 TEST(Remesher, FewTrianglesKeepTheBorder)
 {
   const DistanceField field = shapes::field(shapes::plane({.1, .2, 1}), halfSide, voxels);

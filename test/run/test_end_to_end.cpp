@@ -222,6 +222,27 @@ TEST(Sampling, SparsePartsGetLongEdges)
   EXPECT_NEAR(near(run), near(uniform), .02 * near(uniform)) << "the dense part's stay as they are";
 }
 
+TEST(Sampling, FewTrianglesAreWhereTheNoiseIsLess)
+{
+  const PointSet points = shapes::sample(shapes::sphere(1), 1.2, .05);
+  const auto ratio = [&](float noiseOfHalf) { // of the triangles of two halves
+    pcl::mrf::RawCloud cloud = clouds::raw(points.positions, points.normals);
+    for (const Eigen::Vector3f& p : points.positions)
+      cloud.deviations.push_back(p.x() > 0 ? .001f : noiseOfHalf);
+    pcl::mrf::Options options;
+    options.remesher.triangles = 600;
+    pcl::mrf::Execution execution(2);
+    const TriangleMesh mesh = reconstruct(std::move(cloud), options, execution).mesh;
+    const auto isExact = [&](const pcl::mrf::Triangle& t) {
+      return mesh.vertices[t[0]].x() + mesh.vertices[t[1]].x() + mesh.vertices[t[2]].x() > 0;
+    };
+    const auto exact = std::count_if(mesh.triangles.begin(), mesh.triangles.end(), isExact);
+    return static_cast<double>(exact) / static_cast<double>(mesh.triangles.size() - exact);
+  };
+  EXPECT_NEAR(ratio(.001f), 1, .15);
+  EXPECT_GT(ratio(.03f), 2);
+}
+
 TEST(Sampling, FivePercentOfOutliersLeaveOneComponent)
 {
   const shapes::Sdf torus = shapes::torus(1, .4);

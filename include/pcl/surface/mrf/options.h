@@ -221,7 +221,7 @@ struct RemesherOptions {
   /// and longer where points are sparse, see EdgeSizing.
   float targetEdge = 0;
   /// Triangles to end with, ..1e8; 0 = as many as the edges ask for. The remesher leaves no fewer, then collapses edges
-  /// where the surface moves least.
+  /// where the surface moves least, beside the points' noise where that is known to vary.
   std::int64_t triangles = 0;
   bool fit = true; ///< triangles lie on the surface in the mean; without, vertices do, as in the paper
 
