@@ -156,8 +156,7 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
     const bool hasBeginning = format == "ply" || format == "pcd" || format == "las" || format == "off";
     if (other.empty() || other == format || (other == "xyz" && !hasBeginning))
       throw;
-    throw FileError(path, "is read as " + format + " and begins as " + other + " does: let its name end in ." + other +
-                              ", or say --input-format " + other);
+    throw FileError(path, "is read as " + format + " and begins as " + other + " does: say --input-format " + other);
   }
   if (table.size() == 0)
     throw FileError(path, "holds no points; of several inputs leave it out");

@@ -404,8 +404,7 @@ TEST(PointReader, whatIsNoCloudIsRefused)
   expectRefused("ply", plyHeader(2, "ascii") + "1 2 3\n4 5\n", "declares more numbers than it holds");
   const std::string ply = plyHeader(1, "ascii") + "1 2 3\n";
   for (const std::string type : {"pcd", "xyz", "las", "obj"})
-    expectRefused(type, ply,
-                  "is read as " + type + " and begins as ply does: let its name end in .ply, or say --input");
+    expectRefused(type, ply, "is read as " + type + " and begins as ply does: say --input-format ply");
   expectRefused("ply", pcdHeader(1, "4 4 4", "ascii") + "1 2 3\n", "begins as pcd does");
   expectRefused("ply", "1 2 3\n", "begins as xyz does");
   expectRefused("pcd", pcdHeader(400, "4 4 4", "binary_compressed") + std::string(60, '\1'), "truncated");

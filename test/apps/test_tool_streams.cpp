@@ -69,7 +69,8 @@ TEST_F(ToolStreams, StandardInputThatIsNoCloudIsTold)
          "say --input-format");
   expect("$TOOL - out.ply < /dev/null", 1, "'standard input': is empty");
   expect("echo 1 2 3 | $TOOL - out.ply", 1, "'standard input': at least 4 points are needed; 1 of 1 are left");
-  expect("$TOOL - out.ply --input-format ply < sphere.xyz", 1, "'standard input': is not a PLY file");
+  expect("$TOOL - out.ply --input-format ply < sphere.xyz", 1,
+         "'standard input': is read as ply and begins as xyz does: say --input-format xyz");
   expect("$TOOL sphere.xyz -", 2, "standard output, which has no name to tell the format; say --output-format");
   expect("$TOOL sphere.xyz - --output-format doc", 2, "'doc' is none of ply, obj, stl, vtk, vtp, glb, dae, 3mf");
   expect("$TOOL sphere.xyz /dev/stdout --output-format ply | cat; exit 1", 1,

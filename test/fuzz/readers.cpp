@@ -69,6 +69,7 @@ const std::vector<Reader>& readers()
   // beside the triangles. LZF unpacks to 88 times as much, and a byte becomes a double.
   static const std::vector<Reader> all = {
       {"points-xyz", [](const std::string& bytes) { readPointsAs("xyz", bytes); }, 100},
+      {"points-pts", [](const std::string& bytes) { readPointsAs("pts", bytes); }, 100},
       {"points-ptx", [](const std::string& bytes) { readPointsAs("ptx", bytes); }, 100},
       {"points-obj", [](const std::string& bytes) { readPointsAs("obj", bytes); }, 100},
       {"points-off", [](const std::string& bytes) { readPointsAs("off", bytes); }, 100},
