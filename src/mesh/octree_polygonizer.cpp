@@ -495,12 +495,13 @@ public:
     std::vector<std::int32_t> joined;
     planes.forVertices([&](const Eigen::Vector3f& vertex, const std::optional<Place>& edge) {
       const auto next = static_cast<std::int32_t>(mesh_.vertices.size());
-      const std::size_t n = edge ? edges_.add(*edge) : vertexOf_.size();
-      if (edge && n == vertexOf_.size())
+      if (edge) {
+        const std::size_t n = edges_.add(*edge);
+        if (n < vertexOf_.size()) {
+          joined.push_back(vertexOf_[n]);
+          return;
+        }
         vertexOf_.push_back(next);
-      else if (edge) {
-        joined.push_back(vertexOf_[n]);
-        return;
       }
       joined.push_back(next);
       mesh_.vertices.push_back(vertex);
@@ -535,11 +536,11 @@ TriangleMesh polygonizeOctree(const DistanceField& field, Execution& execution)
   for (int level = 0; level < octree.levels(); ++level) {
     const Octants& cells = octree[level];
     const VoxelSet besideSmaller = level > 0 ? dilated(cells.split, 1, 1, execution) : cells.split;
-    for (auto& planes : partsOf<std::unique_ptr<PlaneMesher>>(
-             execution, cells.grid.z - 1, grainPlanes, [&](auto&part, std::int64_t begin, std::int64_t end) {
-               part = std::make_unique<PlaneMesher>(octree, level, static_cast<int>(begin), static_cast<int>(end),
-                                                    besideSmaller);
-             })) {
+    const auto meshPlanes = [&](std::unique_ptr<PlaneMesher>& planes, std::int64_t begin, std::int64_t end) {
+      planes =
+          std::make_unique<PlaneMesher>(octree, level, static_cast<int>(begin), static_cast<int>(end), besideSmaller);
+    };
+    for (auto& planes : partsOf<std::unique_ptr<PlaneMesher>>(execution, cells.grid.z - 1, grainPlanes, meshPlanes)) {
       joined.add(*planes);
       planes.reset();
     }
