@@ -21,7 +21,7 @@ def scan():
     return points / np.linalg.norm(points, axis=1)[:, None]
 
 
-if len(sys.argv) < 2:
+if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
     sys.exit(__doc__)
 read = np.load if sys.argv[-1].endswith(".npy") else lambda file: np.loadtxt(file, usecols=(0, 1, 2))
 points = read(sys.argv[2]) if len(sys.argv) > 2 else scan()

@@ -35,7 +35,7 @@ def points_of(depth):
     return (points * depth[..., None]).reshape(-1, 3)
 
 
-if len(sys.argv) < 2:
+if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
     sys.exit(__doc__)
 depth = np.load(sys.argv[2]) if len(sys.argv) > 2 else ball_before_wall()
 mesh = pcl_mrf.reconstruct(points_of(depth), sensors=(0, 0, 0), color="confidence")

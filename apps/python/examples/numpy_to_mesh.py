@@ -19,7 +19,7 @@ def torus(count, noise):
     return points + random.normal(scale=noise, size=points.shape)
 
 
-if len(sys.argv) < 2:
+if len(sys.argv) < 2 or sys.argv[1].startswith("-"):
     sys.exit(__doc__)
 points = np.load(sys.argv[2]) if len(sys.argv) > 2 else torus(20000, .01)
 mesh = pcl_mrf.reconstruct(points, progress=lambda stage, done: print(f"\r{stage:20} {done:4.0%}", end=""))
