@@ -18,12 +18,13 @@ if ! { cmake -S "$source_dir" -B "$build_dir" -G Ninja -DMRF_BUILD_TESTS=OFF -DC
   exit 1
 fi
 
-# 34,834 points of the zippered scans, without normals.
+# 34,835 points of the zippered scans, without normals.
 xvfb-run -a "$build_dir/bin/pcl_mrf_reconstruction" /usr/share/glmark2/models/bunny.obj bunny.vtk \
   --color confidence --picture bunny.png
 
 cat <<END
 
-bunny.png shows the surface: skin where the scanner saw it, blue where the prior filled a hole.
+bunny.png shows the surface, the bluer the farther it is from the nearest point: speckles are gaps between the points,
+blue areas, as at its base, are holes that the prior filled.
 To turn it around:  pcl_viewer -cam 0.1,20/0,0,0/0,0,6/0,1,0/0.5/900,700/0,0 bunny.vtk     (q to leave)
 END
