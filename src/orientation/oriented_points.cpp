@@ -26,21 +26,23 @@ OrientationVote chooseVote(const PointSet& points, const Options& options, const
   return points.sensors.empty() ? OrientationVote::outward : OrientationVote::sensor;
 }
 
-void warnOfGuess(Report& report)
+void warnOfGuess(const Options& options, Report& report)
 {
   std::ostringstream text;
   text << "the surface is open (" << std::lround(100 * report.orientation.openShare)
        << " % of it encloses no volume), and nothing tells which side is the outside: the side that was taken is a "
           "guess; give the sensor's position (RawCloud::sensors), a cloud that knows its sensor origin, or "
-          "normals";
+       << (options.normals.source == NormalSource::estimate
+               ? "take its normals if it has good ones (normals.source = auto)"
+               : "normals");
   report.warnings.push_back(text.str());
 }
 
-void warnOfDisagreement(Report& report)
+void warnOfDisagreement(const Options& options, Report& report)
 {
   // Where the side is a guess, votes on it mean nothing.
   if (report.orientation.sideIsGuessed)
-    return warnOfGuess(report);
+    return warnOfGuess(options, report);
   constexpr double lowAgreement = .75;
   // What encloses a volume has its side by that, however many of its normals look inward, as a mug's do.
   if (report.vote == OrientationVote::none || report.vote == OrientationVote::outward ||
@@ -48,9 +50,12 @@ void warnOfDisagreement(Report& report)
     return;
   std::ostringstream text;
   text.precision(3);
-  text << "only " << 100 * report.orientation.agreement
-       << " % of the normals agree with the vote on their orientation; give sensor positions (RawCloud::sensors), or "
-          "normals that point outward";
+  text
+      << "only " << 100 * report.orientation.agreement << " % of the normals agree with the "
+      << (report.vote == OrientationVote::reference
+              ? "vote on their orientation; give sensor positions (RawCloud::sensors), or normals that point outward"
+              : "sensors, which cannot have seen all points; give the positions of all sensors (RawCloud::sensors), or "
+                "leave them out, a cloud's own by orientation.sensorOrigin = off");
   report.warnings.push_back(text.str());
 }
 
@@ -83,7 +88,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
     report.orientation = oriented.summary();
   }
   prepared.normals = std::vector<Eigen::Vector3f>(); // {} would keep their memory
-  warnOfDisagreement(report);
+  warnOfDisagreement(options, report);
   report.points.smallComponents = report.orientation.pointsDropped;
   if (!report.normalsEstimated && report.vote == OrientationVote::reference)
     for (std::size_t i = 0; i < points.size(); ++i)

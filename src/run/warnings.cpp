@@ -65,7 +65,8 @@ void warnOfDroppedPoints(Report& report)
       {counts.outliersAlone, "stand alone (outliers.alone)"},
       {counts.outliersByStatistics, "are outliers by PCL's statistics (outliers.statistical)"},
       {counts.noiseByPlaneFit, "are noise by the plane fit (normals.noiseCriteria), or have no plane"},
-      {counts.smallComponents, "are in small components, which the paper drops"},
+      {counts.smallComponents,
+       "are in small components, which the preset paper drops, unlike the default (orientation.minComponentShare)"},
       {counts.outliersByField, "disagree with a robust field (outliers.robust)"}};
   for (const auto& [count, what] : rules)
     if (const double dropped = 100 * static_cast<double>(count) / static_cast<double>(counts.input); dropped > percent)

@@ -2,6 +2,7 @@
 // Input that cannot be reconstructed, or only in part: each case fails clearly or counts what it drops.
 #include "support/contract.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -205,6 +206,25 @@ TEST(BadInput, NormalsThatAreAllZeroAreEstimated)
 
 TEST(BadInput, LongNormalsAreDirectionsAsWell)
 {
+TEST(BadInput, NothingIsAskedForThatWasGiven)
+{
+  On<pcl::PointXYZ> seen;
+  seen.setSensorPosition({0, 0, 5}); // which sees two fifths of a ball
+  run(seen);
+  ASSERT_EQ(seen.getReport().warnings.size(), 1u);
+  EXPECT_NE(seen.getReport().warnings[0].find("which cannot have seen all points"), std::string::npos)
+      << seen.getReport().warnings[0];
+
+  Mrf estimating;
+  estimating.setInputCloud(conversion::make<pcl::PointNormal>(patch()));
+  estimating.setNormalSource(pcl::mrf::NormalSource::estimate);
+  run(estimating);
+  const std::vector<std::string>& warnings = estimating.getReport().warnings;
+  EXPECT_TRUE(std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
+    return warning.find("its normals if it has good ones (setNormalSource(auto))") != std::string::npos;
+  })) << (warnings.empty() ? "" : warnings.back());
+}
+
   const Cloud::Ptr cloud = sphereCloud();
   Mrf mrf;
   mrf.setInputCloud(cloud);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a run says about its levels.
+// What a run says about its levels and points.
 #include "run/warnings.h"
 
 #include <gtest/gtest.h>
@@ -38,4 +38,19 @@ TEST(UnsolvedLevels, AreNamedUnlessAnotherBandGoesOn)
   EXPECT_EQ(warningsOf({level(4, 1, true), level(2, .5, false), level(1, .3, true)}), 0u);
   EXPECT_EQ(warningsOf({level(4, 1, true), level(2, .5, true), level(1, .3, false)}), 1u);
   EXPECT_EQ(warningsOf({level(4, 1, true), level(2, 1, false)}), 1u);
+}
+
+TEST(DroppedPoints, AreSaidToBeByWhichOption)
+{
+  using Counts = PointCounts;
+  for (const auto count : {&Counts::outliersAlone, &Counts::outliersByStatistics, &Counts::noiseByPlaneFit,
+                           &Counts::smallComponents, &Counts::outliersByField}) {
+    Report report;
+    report.points.input = 1000;
+    report.points.*count = 52;
+    warnOfDroppedPoints(report);
+    ASSERT_EQ(report.warnings.size(), 1u);
+    EXPECT_EQ(report.warnings[0].rfind("5.2 % of the points were dropped: 52 of 1000 ", 0), 0u) << report.warnings[0];
+    EXPECT_NE(report.warnings[0].find('.', 4), std::string::npos) << "no option is named: " << report.warnings[0];
+  }
 }
