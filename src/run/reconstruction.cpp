@@ -64,14 +64,17 @@ std::vector<ExpectedStage> expectedStages(std::size_t points, const Options& opt
           {"attributes", .2 * millions}};
 }
 
-/// A lattice whose voxels hold the whole cloud observes one place: the system has no unique solution.
-void requireVoxelsWithinCloud(float voxelSize, double diagonal)
+/// A lattice whose voxels hold the whole cloud observes one place: the system has no unique solution. A cloud that is
+/// smoothed as a whole has no zero level.
+void requireLengthsWithinCloud(const Options& options, double diagonal)
 {
-  if (voxelSize <= diagonal)
-    return;
-  std::ostringstream text;
-  text << "multiscale.voxelSize = " << voxelSize << " is larger than the cloud, whose diagonal is " << diagonal;
-  throw InvalidOption(text.str());
+  for (const auto& [name, length] : {std::pair("multiscale.voxelSize", options.multiscale.voxelSize),
+                                     {"observation.smoothing", options.observation.smoothing}})
+    if (length > diagonal) {
+      std::ostringstream text;
+      text << name << " = " << length << " is larger than the cloud, whose diagonal is " << diagonal;
+      throw InvalidOption(text.str());
+    }
 }
 
 /// Drops the points that a robust field cannot agree with.
@@ -487,7 +490,7 @@ void reconstruct(RawCloud cloud, const Options& options, NeighborSearch& search,
   PreparedPoints prepared = preprocess(std::move(points), options, search, report, execution);
   warnOfNoSurface(prepared.points, growthOfNeighbors(prepared.points.positions, search, execution), report);
   result.points = orientPoints(std::move(prepared), options, search, report, execution);
-  requireVoxelsWithinCloud(options.multiscale.voxelSize, boundingBox(result.points.positions).diagonal());
+  requireLengthsWithinCloud(options, boundingBox(result.points.positions).diagonal());
 
   OptionResolver resolver(options, report.density);
   rejectByField(result.points, search, resolver.soFar(), report, execution);

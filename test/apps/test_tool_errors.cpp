@@ -112,7 +112,8 @@ TEST_F(ToolErrors, BadValues)
     expectFailure({"sphere.xyz", "out.ply", option, value}, 2, std::string(option) + ": '" + value + "'");
   expectFailure({"sphere.xyz", "out.ply", "--prior", "flat"}, 2, "membrane, thin-plate, triharmonic");
   // What the library refuses is called as on the command line.
-  expectFailure({"sphere.xyz", "out.ply", "--voxel-size", "100"}, 2, "--voxel-size 100 is larger than the cloud");
+  for (const std::string option : {"--voxel-size", "--smoothing"})
+    expectFailure({"sphere.xyz", "out.ply", option, "100"}, 2, option + " 100 is larger than the cloud");
 }
 
 TEST_F(ToolErrors, ConflictingOptions)
