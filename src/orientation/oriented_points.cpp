@@ -96,7 +96,7 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
         oriented.normals[i] = points.normals[i];
   points.normals = std::move(oriented.normals);
   reduce(points, oriented.keep, search, execution);
-  requirePoints(points, "dropping small components", report);
+  requirePoints(points, report);
   report.points.used = static_cast<std::int64_t>(points.size());
 
   OrientedPoints result;

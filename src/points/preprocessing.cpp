@@ -60,7 +60,7 @@ void removeOutliers(PointSet& points, const Options& options, NeighborSearch& se
       for (std::vector<float>* values : {&distances.nearest, &distances.eighth, &distances.mean})
         *values = selectValues(*values, outliers.keep);
   }
-  requirePoints(points, "outlier removal", report);
+  requirePoints(points, report);
   const StageTimer timer("sampling density", report, execution);
   report.density = estimateSamplingDensity(points, distances, execution, options.unit);
   requireRange("spacing", report.density.spacing);
@@ -74,9 +74,9 @@ void warnOfZeroNormals(const PointSet& points, const Options& options, Report& r
   if (!points.hadOnlyZeroNormals)
     return;
   if (options.normals.source == NormalSource::use)
-    throw InvalidInput("all normals of the cloud are zero or not finite, and normals.source = use wants them as they "
-                       "are; have them estimated (automatic)");
-  report.warnings.push_back("all normals of the cloud are zero or not finite: they were estimated instead");
+    throw InvalidInput("normals.source = use, but the cloud has no normals, as all are zero or not finite; have them "
+                       "estimated (auto)");
+  report.warnings.push_back("the cloud has no normals, as all are zero or not finite: they were estimated instead");
 }
 
 void warnOfFilledNormals(std::size_t count, Report& report)
@@ -134,14 +134,14 @@ bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighborSea
   return true;
 }
 
-void requirePoints(const PointSet& points, const char* after, const Report& report)
+void requirePoints(const PointSet& points, const Report& report)
 {
   if (points.size() >= minPointsOfSurface)
     return;
   const PointCounts& counts = report.points;
   std::ostringstream text;
   text << "at least " << minPointsOfSurface << " points are needed; " << points.size() << " of " << counts.input
-       << " are left after " << after;
+       << " are left";
   const std::initializer_list<std::pair<std::int64_t, const char*>> all = {
       {counts.notFinite, "not finite"},
       {counts.duplicates, "duplicates"},
@@ -162,13 +162,13 @@ void requirePoints(const PointSet& points, const char* after, const Report& repo
 PreparedPoints preprocess(PointSet points, const Options& options, NeighborSearch& search, Report& report,
                           Execution& execution)
 {
-  requirePoints(points, "gathering", report);
+  requirePoints(points, report);
   warnOfZeroNormals(points, options, report);
   requireRange("diagonal", diagonalOf(points));
   removeOutliers(points, options, search, report, execution);
   PreparedPoints prepared;
   prepared.normals = findNormals(points, options, search, report, execution);
-  requirePoints(points, "normal estimation", report);
+  requirePoints(points, report);
   prepared.points = std::move(points);
   return prepared;
 }

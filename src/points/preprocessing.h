@@ -20,8 +20,8 @@ constexpr std::size_t minPointsOfSurface = 4;
 /// \return whether some were dropped
 bool reduce(PointSet& points, const std::vector<std::uint8_t>& keep, NeighborSearch& search, Execution& execution);
 
-/// \param after which step, for the message \throw InvalidInput if too few points are left for a surface
-void requirePoints(const PointSet& points, const char* after, const Report& report);
+/// \throw InvalidInput if too few points are left for a surface
+void requirePoints(const PointSet& points, const Report& report);
 
 struct PreparedPoints {
   PointSet points;
