@@ -44,6 +44,8 @@ def _require_known(options):
         if name not in OPTIONS:
             near = difflib.get_close_matches(name.lower(), known, 1)
             hint = f"; did you mean '{near[0]}'?" if near else "; pcl_mrf.OPTIONS lists them"
+            if name in ("depth", "resolution"):  # as others call it
+                hint = "; quality and voxel_size say how fine voxels are"
             raise TypeError(f"reconstruct has no option '{name}'{hint}")
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Arguments as arrays that C++ reads where they are, and messages that say what to do about others."""
 
+import os
+
 import numpy as np
 
 from .errors import InvalidInput
@@ -8,6 +10,8 @@ from .errors import InvalidInput
 
 def numbers(name, value, kinds="iuf"):
     """The value as an array, without a copy if it is one; its elements are of one of these kinds."""
+    if isinstance(value, (str, os.PathLike)):
+        raise TypeError(f"{name} is a path: load the file first, as np.load and np.loadtxt do")
     if np.ma.is_masked(value):
         raise InvalidInput(f"{name} is masked in part; leave these out of all arrays: {name}[~mask]")
     try:
