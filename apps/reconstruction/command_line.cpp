@@ -292,6 +292,11 @@ void requirePointFormat(const std::string& input)
            : std::string("does not end in ") + pointFileExtensions + (hint.empty() ? "; say --input-format" : hint)));
 }
 
+bool isFolder(const std::string& path)
+{
+  return std::filesystem::is_directory(path) || !std::filesystem::path(path).has_filename();
+}
+
 /// \throw UsageError if the formats of the files are not known
 void resolveFormats(Command& command, const std::string& outputFormat)
 {
@@ -302,7 +307,10 @@ void resolveFormats(Command& command, const std::string& outputFormat)
       throw UsageError("OUTPUT is standard output, which has no name to tell the format; say --output-format");
     job.outputFormat = outputFormat.empty() ? extension(job.output) : outputFormat;
     if (!isMeshFormat(job.outputFormat))
-      throw UsageError("OUTPUT '" + job.output + "' does not end in " + meshFileExtensions + "; say --output-format");
+      throw UsageError("OUTPUT '" + job.output + "' " +
+                       (isFolder(job.output)
+                            ? "is a folder; name the mesh in it, or say --output-directory " + job.output
+                            : std::string("does not end in ") + meshFileExtensions + "; say --output-format"));
   }
 }
 

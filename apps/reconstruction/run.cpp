@@ -376,10 +376,14 @@ RunSummary produce(const Job& job, const Command& command, const TileFolder& til
   pcl::mrf::releaseFreedMemory(); // which tools keep for their next arrays; the system needs it for files
   if (command.isResumed) {
     const int found = command.results->found(), all = found + command.results->made();
-    summary.notes.push_back(std::to_string(found) + " of " + std::to_string(all) + " parts of the run were there");
+    summary.notes.push_back(found == 0 ? "nothing to resume: no part of this run was there"
+                                       : std::to_string(found) + " of " + std::to_string(all) +
+                                             " parts of the run were there");
     if (found == 0 && all > 0)
-      result.report.warnings.push_back("none of the results in '" + command.workDirectory +
-                                       "' is of this run, of other input or options maybe; they are left there");
+      result.report.warnings.push_back(
+          "'" + command.workDirectory +
+          "' had no result of this run to resume; those of other input or options, if any, "
+          "are left there");
   }
   result.shiftOfOutput = offsetOfFloats(result.mesh, job.outputFormat);
   if ((job.outputFormat == "stl" || job.outputFormat == "3mf") && !result.report.mesh.closed())

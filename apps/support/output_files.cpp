@@ -94,6 +94,8 @@ void OutputFiles::add(const std::string& path)
       throw FileError(path, "is no file; standard output is called -");
     if (fs::is_directory(target, error) || !target.has_filename())
       throw FileError(path, "is a directory");
+    if (fs::status(target.parent_path(), error).type() == fs::file_type::not_found)
+      throw FileError(path, "cannot be written: there is no folder " + target.parent_path().string());
     if (fs::exists(fs::symlink_status(target, error)) && !fs::is_regular_file(target, error))
       throw FileError(path, "is not a regular file; it would be replaced by one");
     if (fs::exists(target, error) && access(target.c_str(), W_OK) != 0)

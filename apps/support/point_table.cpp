@@ -159,7 +159,7 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
     throw FileError(path, "is read as " + format + " and begins as " + other + " does: say --input-format " + other);
   }
   if (table.size() == 0)
-    throw FileError(path, "holds no points; of several inputs leave it out");
+    throw FileError(path, "holds no points; leave it out if there are other inputs");
   return table;
 }
 

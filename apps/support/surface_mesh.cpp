@@ -162,7 +162,8 @@ std::string shiftWarning(const std::string& path, const Eigen::Vector3d& offset)
   std::array<char, 160> position;
   std::snprintf(position.data(), position.size(), "(%.12g, %.12g, %.12g)", offset.x(), offset.y(), offset.z());
   return "'" + path + "' is written relative to " + position.data() +
-         ": its format holds 32-bit floats, too coarse for these coordinates; ply, obj and vtk hold them";
+         ": its format holds 32-bit floats, too coarse for these coordinates; others, such as ply, obj and vtk, hold "
+         "them";
 }
 
 const std::vector<std::string>& meshFormats()

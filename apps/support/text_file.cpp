@@ -36,7 +36,7 @@ std::string readAll(std::FILE* file, std::size_t size, const std::string& name)
   if (isGzip(text))
     text = unpackGzip(name, text, pcl::mrf::availableMemory() / 8);
   if (text.empty())
-    throw FileError(name, "is empty: write it anew, or, of several inputs, leave it out");
+    throw FileError(name, "is empty; write it anew, or leave it out if there are other inputs");
   return text;
 }
 
@@ -87,6 +87,7 @@ std::string conversionHint(const std::string& path, const std::string& type)
 {
   const std::string name = "'" + path + "'";
   return type == "vtk"   ? "; pcl_vtk2ply " + name + " mesh.ply makes a ply file of it"
+         : type == "stl" ? "; it holds a mesh, not points: pcl_mrf_scan " + name + " cloud.ply samples points on it"
          : type == "vtp" ? "; ParaView saves it as ply"
          : type == "laz"
              ? "; laszip -i " + name + " -o cloud.las, or pdal translate " + name + " cloud.las, makes a las file of it"

@@ -28,7 +28,7 @@ TEST_F(ToolErrors, BadFiles)
 {
   write("empty.ply", "");
   expectFailure({"empty.ply", "out.ply"}, 1,
-                "'empty.ply': is empty: write it anew, or, of several inputs, leave it out");
+                "'empty.ply': is empty; write it anew, or leave it out if there are other inputs");
   write("nan.xyz", "nan nan nan\nnan nan nan\n");
   expectFailure({"nan.xyz", "out.ply"}, 1, "'nan.xyz'");
 }
@@ -38,7 +38,7 @@ TEST_F(ToolErrors, ControlCharactersOfNamesAreEscaped)
   const std::string name = "a\nb\x1b[31m.xyz", escaped = "a\\nb\\x1b[31m.xyz";
   expectFailure({name, "out.ply"}, 1, "'" + escaped + "': No such file or directory");
   expectFailure({"sphere.xyz", "out.ply", "--work-directory", "sphere.xyz/a\nb"}, 1, "'sphere.xyz/a\\nb' cannot");
-  expectFailure({"sphere.xyz", "no\n/out.ply"}, 1, "'no\\n/out.ply': cannot be written");
+  expectFailure({"sphere.xyz", "no\n/out.ply"}, 1, "'no\\n/out.ply': cannot be written: there is no folder ");
   expectFailure({"a\nb.doc", "out.ply"}, 2, "INPUT 'a\\nb.doc' does not end in");
   write(name, tool::sphereRows(400) + "NA NA NA 0 0 1\n");
   for (const std::vector<std::string>& arguments :
@@ -65,6 +65,9 @@ TEST_F(ToolErrors, Usage)
   expectFailure({"sphere.xyz", "out.ply", "--beta", ".5", "--beta", ".6"}, 2, "--beta is given more than once");
   expectFailure({"sphere.xyz", "out.doc"}, 2, "does not end in ply, obj, stl, vtk, vtp, glb, dae or 3mf");
   expectFailure({"sphere.xyz", "out"}, 2, "does not end in");
+  for (const std::string folder : {".", "./"})
+    expectFailure({"sphere.xyz", folder}, 2,
+                  "OUTPUT '" + folder + "' is a folder; name the mesh in it, or say --output-directory " + folder);
   expectFailure({"sphere.doc", "out.ply"}, 2,
                 "does not end in pcd, ply, obj, off, xyz, txt, asc, csv, tsv, dat, pts, ptx or las, also with .gz");
   const std::vector<std::pair<std::string, std::string>> conversions = {
@@ -73,6 +76,7 @@ TEST_F(ToolErrors, Usage)
       {"rcp", "Autodesk ReCap exports"},
       {"rcs", "Autodesk ReCap exports"},
       {"vtk", "pcl_vtk2ply 'scan.vtk' mesh.ply"},
+      {"stl", "it holds a mesh, not points: pcl_mrf_scan 'scan.stl' cloud.ply samples points on it"},
       {"pwn", "call it xyz"},
       {"npts", "call it xyz"}};
   for (const auto& [type, words] : conversions)
@@ -162,7 +166,7 @@ TEST_F(ToolErrors, SensorFiles)
 TEST_F(ToolErrors, OutputsAreCheckedBeforeTheWork)
 {
   std::filesystem::create_directory(path("folder.ply"));
-  expectFailure({"sphere.xyz", "nowhere/out.ply"}, 1, "'nowhere/out.ply': cannot be written");
+  expectFailure({"sphere.xyz", "nowhere/out.ply"}, 1, path("nowhere").string());
   expectFailure({"sphere.xyz", "folder.ply"}, 1, "'folder.ply': is a directory");
   expectFailure({"sphere.xyz", "out.ply", "--report", "nowhere/r.json"}, 1, "nowhere/r.json");
   expectFailure({"sphere.xyz", "out.ply", "--field", "nowhere/f.vti"}, 1, "nowhere/f.vti");
@@ -200,7 +204,8 @@ TEST_F(ToolErrors, WorkDirectories)
   write("work/pcl_mrf_journal.txt", "a result of a run that was ended\n");
   expectFailure({"sphere.xyz", "other.ply", "--work-directory", "work"}, 1, "go on with it (--resume)");
   EXPECT_FALSE(std::filesystem::exists(path("other.ply")));
-  succeed({"sphere.xyz", "other.ply", "--work-directory", "work", "--resume"});
+  const std::string log = succeed({"sphere.xyz", "other.ply", "--work-directory", "work", "--resume"}).out;
+  EXPECT_NE(log.find("nothing to resume: no part of this run was there"), std::string::npos) << log;
 }
 
 // scans/*.ply without an OUTPUT: the last scan is not overwritten, of two as of many.
