@@ -5,6 +5,7 @@
 
 #include <pcl/surface/mrf_reconstruction.h>
 
+#include <pcl/common/io.h>
 #include <pcl/conversions.h>
 #include <pcl/io/auto_io.h>
 #include <pcl/point_types.h>
@@ -27,6 +28,9 @@ int main(int argc, char** argv)
     return 1;
   pcl::PointCloud<Point>::Ptr cloud(new pcl::PointCloud<Point>);
   pcl::fromPCLPointCloud2(file, *cloud);
+  const bool hasColors = pcl::getFieldIndex(file, "rgb") >= 0 || pcl::getFieldIndex(file, "rgba") >= 0;
+  if (!byConfidence && !hasColors)
+    std::printf("the scan has no colors: the mesh is black; color it by its confidence\n");
 
   pcl::MRFReconstruction<Point> mrf;
   mrf.setInputCloud(cloud);

@@ -6,6 +6,7 @@
 
 #include <pcl/surface/mrf_reconstruction.h>
 
+#include <pcl/console/print.h>
 #include <pcl/conversions.h>
 #include <pcl/io/auto_io.h>
 #include <pcl/io/ply_io.h>
@@ -53,7 +54,9 @@ int main(int argc, char** argv)
   if (pcl::io::load(argv[2], file) < 0)
     return 1;
   pcl::PointCloud<Point>::Ptr cloud(new pcl::PointCloud<Point>);
+  pcl::console::setVerbosityLevel(pcl::console::L_ERROR); // nothing of fields that the file lacks, such as curvature
   pcl::fromPCLPointCloud2(file, *cloud);
+  pcl::console::setVerbosityLevel(pcl::console::L_INFO);
 
   const Method::Ptr method = makeMethod(argv[1]);
   method->setInputCloud(cloud);
@@ -64,7 +67,7 @@ int main(int argc, char** argv)
 
   // What only one of them can tell.
   if (const auto* mrf = dynamic_cast<const pcl::MRFReconstruction<Point>*>(method.get()))
-    std::printf("%s: %lld points, volume %.3f\n", mrf->getReport().message.c_str(),
+    std::printf("%s: %lld points, volume %.4g\n", mrf->getReport().message.c_str(),
                 static_cast<long long>(mrf->getReport().points.input), mrf->getReport().mesh.volume);
   if (mesh.polygons.empty())
     return 1;

@@ -11,15 +11,15 @@
 
 namespace mrf_apps {
 
-/// What a module shows under a name; it stays loaded. \param lost without it, for the message
+/// What a module shows under a name; it stays loaded. \param lost without it, for the message: a plural
 /// \throw FileError if it cannot be loaded
 template <typename Shown>
 const Shown& shownBy(const char* module, const char* name, const char* lost)
 {
   const void* const found = pcl::mrf::shownByModule(module, name);
   if (found == nullptr)
-    throw FileError(std::string("no ") + lost +
-                    ", as their module, of the package pcl-mrf-tools, cannot be loaded: " + dlerror());
+    throw FileError(std::string(lost) +
+                    " need a module of the package pcl-mrf-tools, which cannot be loaded: " + dlerror());
   return *static_cast<const Shown*>(found);
 }
 

@@ -188,7 +188,7 @@ bool writeWithoutVtk(const SurfaceMesh& mesh, const std::string& path, const std
   else if (format == "stl")
     writeStl(mesh, path);
   else if (format == "glb" || format == "dae" || format == "3mf")
-    writeText(path, shownBy<SceneWriter>(sceneModule, "sceneWriter", "files of scenes")
+    writeText(path, shownBy<SceneWriter>(sceneModule, "sceneWriter", "GLB, DAE and 3MF files")
                         .bytesOf(mesh, offsetOfFloats(mesh, format), format));
   else
     return false;

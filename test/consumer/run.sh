@@ -51,6 +51,7 @@ run_examples() {
   expect 'poisson: [1-9]' "$1/example_poisson_replaced" poisson "$in" "$out.poisson.ply"
   expect 'ok: 2000 points, volume 4.1' "$1/example_poisson_replaced" mrf "$in" "$out.mrf.ply"
   expect 'mean color 200 120 40' "$1/example_colors" "$in" "$out.colors.ply"
+  expect 'the scan has no colors' "$1/example_colors" "$out.ply" "$out.colorless.ply"
   expect 'mean color 2[0-9][0-9] 1[0-9][0-9]' "$1/example_colors" "$in" "$out.confidence.ply" confidence
   expect ' vertices, mean intensity 0.50' "$1/example_own_points" "$scratch/sphere.xyz" "$out.own.ply"
   expect ', 1 component' "$1/example_plain_arrays" "$scratch/sphere.xyz" "$out.obj"
@@ -165,3 +166,8 @@ expect_missing_module "$scratch/build/consumer"
 # And the module of pictures: what they say is missing is a display.
 DISPLAY=:nowhere "$prefix/bin/pcl_mrf_reconstruction" none.ply none.obj --picture none.png 2>"$scratch/error" || true
 grep -q "':nowhere' does not answer" "$scratch/error" || { cat "$scratch/error"; exit 1; }
+# Without that of scenes, what needs it is named.
+rm "$(find "$prefix" -name 'libpcl_mrf_scenes.so')"
+sphere >"$scratch/sphere.ply"
+"$prefix/bin/pcl_mrf_reconstruction" "$scratch/sphere.ply" "$scratch/mesh.glb" 2>"$scratch/error" || true
+grep -q 'GLB, DAE and 3MF files need a module of the package' "$scratch/error" || { cat "$scratch/error"; exit 1; }
