@@ -9,7 +9,6 @@
 #include <pcl/console/print.h>
 #include <pcl/conversions.h>
 #include <pcl/io/auto_io.h>
-#include <pcl/io/ply_io.h>
 #include <pcl/point_types.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/surface/poisson.h>
@@ -72,5 +71,5 @@ int main(int argc, char** argv)
   if (mesh.polygons.empty())
     return 1;
   std::printf("%s: %zu triangles\n", argv[1], mesh.polygons.size());
-  return pcl::io::savePLYFileBinary(argv[3], mesh) < 0 ? 1 : 0;
+  return pcl::mrf::savePLY(argv[3], mesh) < 0 ? 1 : 0; // PCL's own writer tells of each field that it does not know
 }

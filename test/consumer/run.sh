@@ -50,6 +50,7 @@ run_examples() {
   expect '^2000 of 2000 points, [1-9]' "$1/example_files_to_mesh" "$in" "$out.ply"
   expect 'poisson: [1-9]' "$1/example_poisson_replaced" poisson "$in" "$out.poisson.ply"
   expect 'ok: 2000 points, volume 4.1' "$1/example_poisson_replaced" mrf "$in" "$out.mrf.ply"
+  if grep 'unknown field' "$scratch/said" "$scratch/error"; then exit 1; fi
   expect 'mean color 200 120 40' "$1/example_colors" "$in" "$out.colors.ply"
   expect 'the scan has no colors' "$1/example_colors" "$out.ply" "$out.colorless.ply"
   expect 'mean color 2[0-9][0-9] 1[0-9][0-9]' "$1/example_colors" "$in" "$out.confidence.ply" confidence
