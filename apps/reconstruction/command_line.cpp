@@ -292,11 +292,6 @@ void requirePointFormat(const std::string& input)
            : std::string("does not end in ") + pointFileExtensions + (hint.empty() ? "; say --input-format" : hint)));
 }
 
-bool isFolder(const std::string& path)
-{
-  return std::filesystem::is_directory(path) || !std::filesystem::path(path).has_filename();
-}
-
 /// \throw UsageError if the formats of the files are not known
 void resolveFormats(Command& command, const std::string& outputFormat)
 {
@@ -308,7 +303,7 @@ void resolveFormats(Command& command, const std::string& outputFormat)
     job.outputFormat = outputFormat.empty() ? extension(job.output) : outputFormat;
     if (!isMeshFormat(job.outputFormat))
       throw UsageError("OUTPUT '" + job.output + "' " +
-                       (isFolder(job.output)
+                       (std::filesystem::is_directory(job.output) || job.output.back() == '/'
                             ? "is a folder; name the mesh in it, or say --output-directory " + job.output
                             : std::string("does not end in ") + meshFileExtensions + "; say --output-format"));
   }

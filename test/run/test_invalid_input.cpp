@@ -2,7 +2,6 @@
 // Input that cannot be reconstructed, or only in part: each case fails clearly or counts what it drops.
 #include "support/contract.h"
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -211,18 +210,13 @@ TEST(BadInput, NothingIsAskedForThatWasGiven)
   On<pcl::PointXYZ> seen;
   seen.setSensorPosition({0, 0, 5}); // which sees two fifths of a ball
   run(seen);
-  ASSERT_EQ(seen.getReport().warnings.size(), 1u);
-  EXPECT_NE(seen.getReport().warnings[0].find("which cannot have seen all points"), std::string::npos)
-      << seen.getReport().warnings[0];
-
+  EXPECT_NE(testing::PrintToString(seen.getReport().warnings).find("cannot have seen all points"), std::string::npos);
   Mrf estimating;
   estimating.setInputCloud(conversion::make<pcl::PointNormal>(patch()));
   estimating.setNormalSource(pcl::mrf::NormalSource::estimate);
   run(estimating);
-  const std::vector<std::string>& warnings = estimating.getReport().warnings;
-  EXPECT_TRUE(std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
-    return warning.find("its normals if it has good ones (setNormalSource(auto))") != std::string::npos;
-  })) << (warnings.empty() ? "" : warnings.back());
+  EXPECT_NE(testing::PrintToString(estimating.getReport().warnings).find("good ones (setNormalSource(auto))"),
+            std::string::npos);
 }
 
 TEST(BadInput, LongNormalsAreDirectionsAsWell)
