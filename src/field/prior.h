@@ -38,8 +38,7 @@ inline double smoothingLength(const PriorOptions& options, double voxelSize)
 /// All that a prior of another order needs beside the order k itself: its operator is L^k.
 struct PriorConstants {
   int order;
-  int degree;     ///< of the smoother before and after the coarse correction, on whole levels
-  int bandDegree; ///< the same in narrow bands
+  int degree; ///< of the smoother before and after the coarse correction
   /// Where nothing is observed, a correction in a band of longer waves than 2π over this many voxels spreads like a
   /// membrane: a band that is held at one end only would swing under L^k, which continues slopes and curvatures.
   double tautness;
@@ -49,15 +48,21 @@ struct PriorConstants {
   double coarseShare; ///< of the weights of points, from grid to coarser grid, beside the 4^k/8 of the scale
 };
 
-/// Measured, see src/method.md.
-inline PriorConstants priorConstants(Prior prior)
+/// Measured, see src/method.md. \param isWhole on whole levels, which are iterated on; bands get a few steps, and what
+/// fills holes in these depends on the constants
+inline PriorConstants priorConstants(Prior prior, bool isWhole)
 {
-  constexpr std::array<PriorConstants, 3> table = {{
-      {1, 2, 2, 0, 1, 1, 1},
-      {2, 5, 4, .35, 1, 1, 1},
-      {3, 10, 5, .25, .7, .4, .25},
+  constexpr std::array<PriorConstants, 3> whole = {{
+      {1, 2, 0, 1, 1, 1},
+      {2, 5, .35, 1, 1, 1},
+      {3, 4, .25, .6, .4, .5},
   }};
-  return table[order(prior) - 1];
+  constexpr std::array<PriorConstants, 3> band = {{
+      {1, 2, 0, 1, 1, 1},
+      {2, 4, .35, 1, 1, 1},
+      {3, 5, .25, .7, .4, .25},
+  }};
+  return (isWhole ? whole : band)[order(prior) - 1];
 }
 
 } // namespace pcl::mrf

@@ -89,7 +89,7 @@ MultiscaleOptions withDenseLevels(const MultiscaleOptions& options, const Worklo
 constexpr LevelPlan firstPlan = {4, 3}, middlePlan = {2, 3}, lastPlan = {1, 1};
 
 /// Dense levels that observe points stop this much earlier, by the change. Observed at voxels, holes get worse at once.
-constexpr double pointTolerance = 2.5;
+constexpr double pointTolerance = 1.5;
 
 /// Weight of the normals on a level that bands of order 3 refine, times that of the last one: bands move the surface to
 /// the points again, but hardly what fills a hole, and that leans on the normals at its rim.

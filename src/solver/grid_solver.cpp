@@ -226,8 +226,7 @@ private:
 
 int smootherDegree(const SolverOptions& options, Prior prior, bool isWhole)
 {
-  const PriorConstants constants = priorConstants(prior);
-  return options.smootherDegree > 0 ? options.smootherDegree : isWhole ? constants.degree : constants.bandDegree;
+  return options.smootherDegree > 0 ? options.smootherDegree : priorConstants(prior, isWhole).degree;
 }
 
 SolveReport solveOnGrids(const GridSystem& posed, const LevelPlan& plan, const SolverOptions& options, double unit,
@@ -238,8 +237,8 @@ SolveReport solveOnGrids(const GridSystem& posed, const LevelPlan& plan, const S
   report.method = SolverMethod::multigrid;
   const bool isWhole = grids.front().isWhole;
   const int steps = options.maxIterations > 0 ? options.maxIterations : plan.steps;
-  VCycle cycle(grids, priorConstants(prior), degreesOf(smootherDegree(options, prior, isWhole), steps), plan.threads,
-               execution);
+  VCycle cycle(grids, priorConstants(prior, isWhole), degreesOf(smootherDegree(options, prior, isWhole), steps),
+               plan.threads, execution);
   GridOperator& system = cycle.finest();
 
   const auto setRightHandSide = [&](PackedValues& b) {

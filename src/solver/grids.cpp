@@ -75,7 +75,7 @@ std::vector<SolverGrid> makeGrids(const std::vector<Lattice>& lattices, std::siz
     grid.voxels = voxelsOf(at, finer);
     if (observation.samples) {
       if (finer) {
-        const double share = priorConstants(prior).coarseShare * scale / finer->refinement.children;
+        const double share = priorConstants(prior, areWhole).coarseShare * scale / finer->refinement.children;
         weights = {weights.value * share, weights.gradient * share / 4};
       }
       const LevelSamples& samples = *observation.samples;

@@ -85,7 +85,7 @@ void smoother(benchmark::State& state)
   const GridSize size{side, side, side};
   const auto count = static_cast<std::size_t>(size.count());
   const auto prior = static_cast<Prior>(state.range(1));
-  const PriorConstants constants = priorConstants(prior);
+  const PriorConstants constants = priorConstants(prior, true);
   const int degree = constants.degree;
   Execution execution(static_cast<int>(state.range(2)));
   SolverGrid grid;

@@ -25,7 +25,7 @@ constexpr int allOrders[] = {1, 2, 3, 4};
 /// What another order takes: the operator itself knows of no list of priors.
 PriorConstants constantsOf(int order)
 {
-  return order <= 3 ? priorConstants(static_cast<Prior>(order)) : PriorConstants{order, 10, 5, .25, .7, .4, .25};
+  return order <= 3 ? priorConstants(static_cast<Prior>(order), true) : PriorConstants{order, 10, .25, .7, .4, .25};
 }
 
 Lattice latticeOf(const GridSize& size)
@@ -279,7 +279,7 @@ TEST(VCycle, isSymmetricAndPositiveDefinite)
   Execution execution(1);
   for (const Prior prior : allPriors) {
     SphereLevel level({14, 14, 14}, prior);
-    VCycle cycle(level.grids, priorConstants(prior), {4, 4, 8}, 1, execution);
+    VCycle cycle(level.grids, priorConstants(prior, true), {4, 4, 8}, 1, execution);
     const auto count = static_cast<Eigen::Index>(level.grids.front().voxels.count());
     Eigen::MatrixXd m(count, count);
     for (Eigen::Index i = 0; i < count; ++i) {

@@ -161,7 +161,7 @@ struct SolverOptions {
   /// \name Of the solvers' inside; no options of tools
   /// @{
   double residualTolerance = 1e-6; ///< multigrid and cg stop at ‖b − A d‖ ≤ this · ‖b‖, (0, 1)
-  int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 10 for k = 1 / 2 /
+  int smootherDegree = 0; ///< Chebyshev degree before and after in the V-cycle, 0..50; 0 = 2 / 5 / 4 for k = 1 / 2 /
                           ///< 3, on levels in bands 2 / 4 / 5
   bool choleskyOnCoarsest = false; ///< factorize the coarsest level of the multiscale scheme whatever the method
   /// @}
