@@ -5,7 +5,6 @@
 
 #include <pcl/surface/mrf/options.h>
 
-#include <array>
 #include <cmath>
 
 namespace pcl::mrf {
@@ -52,17 +51,11 @@ struct PriorConstants {
 /// fills holes in these depends on the constants
 inline PriorConstants priorConstants(Prior prior, bool isWhole)
 {
-  constexpr std::array<PriorConstants, 3> whole = {{
-      {1, 2, 0, 1, 1, 1},
-      {2, 5, .35, 1, 1, 1},
-      {3, 4, .25, .6, .4, .5},
-  }};
-  constexpr std::array<PriorConstants, 3> band = {{
-      {1, 2, 0, 1, 1, 1},
-      {2, 4, .35, 1, 1, 1},
-      {3, 5, .25, .7, .4, .25},
-  }};
-  return (isWhole ? whole : band)[order(prior) - 1];
+  if (prior == Prior::membrane)
+    return {1, 2, 0, 1, 1, 1};
+  if (prior == Prior::thinPlate)
+    return {2, isWhole ? 5 : 4, .35, 1, 1, 1};
+  return isWhole ? PriorConstants{3, 4, .25, .6, .4, .5} : PriorConstants{3, 5, .25, .7, .4, .25};
 }
 
 } // namespace pcl::mrf
