@@ -118,7 +118,7 @@ std::string resolution(const Report& report)
   return "voxel by the data: points left out are off by " + scores;
 }
 
-/// Of noise that is known, or that neighbors share: where it was taken from, and what follows.
+/// Of noise that is known, strong, or that neighbors share: where it was taken from, and what follows.
 std::string noise(const pcl::mrf::NoiseReport& noise)
 {
   std::string text;
@@ -127,7 +127,8 @@ std::string noise(const pcl::mrf::NoiseReport& noise)
                   noise.isCorrelated ? ", and neighbors share it" : "");
   else {
     const pcl::mrf::NoiseByKey &first = noise.groups.front(), &last = noise.groups.back();
-    text = format("noise that neighbors share, %.3g at %s %.3g, %.3g at %.3g: points weigh by it", first.deviation,
+    text = format("noise%s, %.3g at %s %.3g, %.3g at %.3g: points weigh by it",
+                  noise.isCorrelated ? " that neighbors share" : "", first.deviation,
                   noise.isByRange ? "range" : "spacing", first.key, last.deviation, last.key);
   }
   return noise.smoothing > 0 ? text + format("; smoothing length %.3g and voxels follow it", noise.smoothing) : text;
@@ -308,7 +309,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
     print("", counted(static_cast<std::int64_t>(report.otherPieces.size()) + 1, "piece", "pieces") +
                   " far apart; this grid is the largest's, the others have " + counted(points, "point", "points"));
   }
-  if (report.noise.isKnown || report.noise.isCorrelated)
+  if (report.noise.deviation > 0)
     print("", noise(report.noise));
   if (!report.smoothing.curve.empty())
     print("", format("noise about %.3g, by %s points left out", report.smoothing.noise,

@@ -184,7 +184,9 @@ float resolvedSmoothing(const ObservationOptions& options, float spacing)
 {
   if (options.smoothing > 0)
     return options.smoothing;
-  return static_cast<float>(smoothingForNoise(options.noise, spacing));
+  const double noise = static_cast<double>(options.noise);
+  const double forStrong = 1.7 * spacing * std::pow(noise / spacing, .6); // src/method.md, "Noise"
+  return static_cast<float>(std::max(forStrong, smoothingForNoise(noise, spacing)));
 }
 
 Observation observe(const OrientedPoints& points, const NeighborSearch& search, const Lattice& lattice, float spacing,

@@ -334,6 +334,12 @@ bool NoiseGroup::isCorrelated() const
   return isNoticeable() && white < shared * deviation;
 }
 
+bool NoiseGroup::isStrong() const
+{
+  constexpr double strong = .8;
+  return deviation > strong * spacing;
+}
+
 double NoiseModel::deviationAt(const OrientedPoints& points, std::size_t i) const
 {
   if (!points.deviations.empty())
@@ -362,9 +368,10 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
   if (share(&NoiseGroup::isNoticeable) < most / 2) // more samples would not make it most
     return model;
   measureGroups(points, search, known, maxSamples, model, execution);
-  model.isNoticeable = share(&NoiseGroup::isNoticeable) >= most && model.medianKey > 0;
   model.isCorrelated = share(&NoiseGroup::isCorrelated) >= most && model.medianKey > 0;
-  if (model.isNoticeable) {
+  constexpr std::size_t enough = 6000; // of fewer, the shape within the widest neighborhoods counts as noise
+  model.isStrong = points.size() >= enough && share(&NoiseGroup::isStrong) >= most && model.medianKey > 0;
+  if (model.isCorrelated || model.isStrong) {
     if (!(model.deviation > 0))
       fitLaw(model);
     model.smoothing = smoothingForAll(model);

@@ -21,15 +21,16 @@ struct NoiseGroup : NoiseByKey {
 
   bool isNoticeable() const; ///< noise that counts beside the spacing
   bool isCorrelated() const; ///< it does, and neighbors share most of it
+  bool isStrong() const;     ///< a layer nearly as thick as points are apart
 };
 
 struct NoiseModel {
   bool isByRange = false; ///< from the only sensor; else by local spacing
   Eigen::Vector3f sensor = Eigen::Vector3f::Zero();
   std::vector<NoiseGroup> groups; ///< by ascending key; empty: too few points to tell
-  /// Two groups of three are. Of what is correlated, neighbors foretell of a point its noise, not its surface; what
-  /// looks white may still be, at distances that a scan of fewer points seldom has.
-  bool isNoticeable = false, isCorrelated = false;
+  /// Two groups of three are. Of what is correlated, neighbors foretell of a point its noise, not its surface; in a
+  /// strong one, any field that is bent enough passes near a point that is left out.
+  bool isCorrelated = false, isStrong = false;
   /// Of the median point, lengths in the cloud's unit: its key, its σ, and the smoothing length ℓ with which no group
   /// has less than its noise asks for.
   double medianKey = 0, deviation = 0, smoothing = 0;
@@ -37,7 +38,7 @@ struct NoiseModel {
   double exponent = 0;
 
   /// σ of one of the points that the model was made of, cloud's unit: what is known of it, or by its key.
-  /// \pre isNoticeable, or the noise is known
+  /// \pre isCorrelated or isStrong, or the noise is known
   double deviationAt(const OrientedPoints& points, std::size_t i) const;
 };
 

@@ -137,24 +137,8 @@ NoiseReport describe(const NoiseModel& model)
   return report;
 }
 
-/// Whether left-out points see so little of the noise that neighbors must foretell it, and the nearest points not all.
-bool isForetold(const NoiseModel& noise, const Report& report)
-{
-  constexpr double share = .6; // of white noise they see .7 to 1.4, of a depth camera's that looks white .3 and .5
-  // Of a depth camera's the nearest points see .85 and .88 if neighbors share some, .96 if they are too far apart: then
-  // points left out may still be of the near parts, whose noise is an eighth.
-  constexpr double shareOfNearest = .9;
-  double white = 0, all = 0;
-  for (const NoiseGroup& group : noise.groups) {
-    white += group.white;
-    all += group.deviation;
-  }
-  return noise.isNoticeable && report.smoothing.noise > 0 && report.smoothing.noise < share * noise.deviation &&
-         white < shareOfNearest * all;
-}
-
-/// What the points' noise is like, as it is known or as they show it; and what follows from it or, where it tells
-/// nothing, from points left out.
+/// What the points' noise is like, as it is known or as they show it; and what follows from it or, where they show
+/// little, from points left out.
 void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionResolver& resolver, Report& report,
                   Execution& execution)
 {
@@ -168,27 +152,18 @@ void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionRe
     const StageTimer timer("noise", report, execution);
     noise = estimateNoise(points, search, constant, execution);
   }
-  const bool isKnown = variesAsKnown || constant > 0;
-  if (variesAsKnown)
-    setDeviations(points, noise, execution);
-  const OptionResolver asked = resolver;
-  if (isGivenSmoothing || !noise.isCorrelated) {
-    if (isKnown && !isGivenSmoothing)
-      resolver.knowNoise(noise.deviation);
-    resolver.chooseByData(points, report, execution);
-    noise.isCorrelated = noise.isCorrelated || (!isKnown && isForetold(noise, report));
-  }
   report.noise = describe(noise);
-  report.noise.isKnown = isKnown;
-  if (isGivenSmoothing || !noise.isCorrelated)
-    return;
-  if (!isKnown)
+  report.noise.isKnown = variesAsKnown || constant > 0;
+  if (variesAsKnown || noise.isCorrelated || noise.isStrong)
     setDeviations(points, noise, execution);
-  report.smoothing = {};
-  report.resolution = {};
-  report.noise.smoothing = noise.smoothing;
-  resolver = asked;
-  resolver.followNoise(noise);
+  if (noise.isCorrelated && !isGivenSmoothing) {
+    report.noise.smoothing = noise.smoothing;
+    resolver.followNoise(noise);
+    return;
+  }
+  if ((report.noise.isKnown || noise.isStrong) && !isGivenSmoothing)
+    resolver.knowNoise(noise.deviation);
+  resolver.chooseByData(points, report, execution);
 }
 
 /// Does what asks nothing of the search of the points; where memory is short it rests meanwhile.

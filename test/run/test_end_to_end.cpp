@@ -3,6 +3,7 @@
 #include "mesh/self_intersection.h"
 #include "support/clouds.h"
 #include "support/contract.h"
+#include "support/depth_image.h"
 #include "support/meshes.h"
 #include "support/random.h"
 #include "support/scans.h"
@@ -15,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 using pcl::mrf::PointSet;
 using pcl::mrf::TriangleMesh;
@@ -241,6 +243,23 @@ TEST(Sampling, FewTrianglesAreWhereTheNoiseIsLess)
   };
   EXPECT_NEAR(ratio(.001f), 1, .15);
   EXPECT_GT(ratio(.03f), 2);
+}
+
+TEST(Sampling, StrongNoiseIsNotFollowedByBubbles)
+{
+  // White, of 1.6 spacings where the plane y = 1 is near and .9 where it is far. A field that bends enough passes near
+  // every point that is left out.
+  const auto result = clouds::reconstruct(depth_image::plane([](float depth) { return .02f * depth * depth; }, 0));
+  EXPECT_GT(result.report.noise.deviation, 0);
+  EXPECT_EQ(result.report.smoothing.heldOut, 0);
+  const auto& [vertices, triangles] = std::tie(result.mesh.vertices, result.mesh.triangles);
+  double area = 0, flat = 0;
+  for (const pcl::mrf::Triangle& t : triangles) {
+    const Eigen::Vector3f across = (vertices[t[1]] - vertices[t[0]]).cross(vertices[t[2]] - vertices[t[0]]);
+    area += static_cast<double>(across.norm());
+    flat += static_cast<double>(std::abs(across.y()));
+  }
+  EXPECT_GT(flat, .97 * area);
 }
 
 TEST(Sampling, FivePercentOfOutliersLeaveOneComponent)

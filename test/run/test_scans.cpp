@@ -237,9 +237,8 @@ TEST_P(SmoothScan, DefaultIsTheDenseSolution)
 TEST_P(NoisyScan, NoiseIsMeasured)
 {
   const Outcome& outcome = runAsUsual(GetParam().scan);
-  // The scan was made with noise of .25 % of the diagonal; an eighth of that for the field's own errors, on voxels as
-  // coarse as the noise allows.
-  EXPECT_NEAR(100 * outcome.reconstruction.report.smoothing.noise / outcome.diagonal, .25, .032);
+  // The scan was made with noise of .25 % of the diagonal; an eighth of that for what quadrics leave of the shape.
+  EXPECT_NEAR(100 * outcome.reconstruction.report.noise.deviation / outcome.diagonal, .25, .032);
 }
 
 TEST_P(NoisyScan, OnlyFillingsOfItsHolesAreFarFromTheTrueSurface)
