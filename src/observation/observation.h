@@ -16,7 +16,8 @@ namespace pcl::mrf {
 /// dEmax of the finest level, cloud's unit: the option, or its automatic value.
 float resolvedMaxDistance(const ObservationOptions& options, float spacing, float voxelSize);
 
-/// ℓ, cloud's unit: the option, or by the option's noise, or .5 l̄, which suits clean scans.
+/// ℓ, cloud's unit: the option, or by the option's noise l̄ · max(.5, 1.5 (σ/l̄)^.4, 1.7 (σ/l̄)^.6). .5 l̄ suits clean
+/// scans.
 float resolvedSmoothing(const ObservationOptions& options, float spacing);
 
 /// g²/ℓ²: the option, or .4, which suits clean scans.

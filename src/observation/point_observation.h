@@ -123,7 +123,8 @@ PointWeights levelWeights(Prior prior, const ObservationOptions& options, float 
 /// The shortest ℓ that is tried, which suits clean scans: .5 l̄.
 double shortestSmoothing(double spacing);
 
-/// ℓ for Gaussian noise of a known deviation: l̄ · max(.5, 1.5 (σ/l̄)^.4), cloud's unit.
+/// The ℓ that Gaussian noise asks for at least, and points left out see as well: l̄ · max(.5, 1.5 (σ/l̄)^.4), cloud's
+/// unit.
 /// The exponent is that of the balance between τ ∝ ℓ^(2k−1) and σ² for k = 3; the factor is measured.
 double smoothingForNoise(double noise, double spacing);
 

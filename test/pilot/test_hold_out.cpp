@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The smoothing length: found by leaving points out, or set by a known noise.
+#include "observation/observation.h"
 #include "observation/point_observation.h"
 #include "pilot/hold_out.h"
 #include "points/sampling_density.h"
@@ -239,7 +240,7 @@ TEST(Smoothing, scalesWithTheCloud)
   EXPECT_NEAR(b.noise, unit * a.noise, 1e-3 * b.noise);
 }
 
-TEST(Smoothing, ofFewPointsAndByTheRuleForKnownNoise)
+TEST(Smoothing, ofFewPointsAndByTheRulesForNoise)
 {
   const SmoothingChoice choice = choose(shapes::sample(shapes::sphere(.2), .3, spacing));
   EXPECT_EQ(choice.smoothing, shortestSmoothing(spacing));
@@ -248,4 +249,10 @@ TEST(Smoothing, ofFewPointsAndByTheRuleForKnownNoise)
   EXPECT_EQ(smoothingForNoise(0, 2), shortestSmoothing(2));
   EXPECT_NEAR(smoothingForNoise(2, 2), 2 * 1.5, 1e-12);
   EXPECT_GT(smoothingForNoise(4, 2), smoothingForNoise(2, 2));
+
+  ObservationOptions known;
+  known.noise = .2f; // a tenth of the spacing
+  EXPECT_NEAR(resolvedSmoothing(known, 2), smoothingForNoise(.2, 2), 1e-6);
+  known.noise = 4;
+  EXPECT_NEAR(resolvedSmoothing(known, 2), 2 * 1.7 * std::pow(2, .6), 1e-5);
 }

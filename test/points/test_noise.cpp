@@ -194,6 +194,17 @@ TEST(Noise, OfFewPointsIsUnknown)
   EXPECT_TRUE(modelOf(select(points, keep)).groups.empty());
 }
 
+TEST(Noise, IsStrongOfManyPointsOnly)
+{
+  const OrientedPoints points = wall(0, 0);
+  EXPECT_TRUE(modelOf(points).isStrong);
+  std::vector<std::uint8_t> keep(points.size(), 0);
+  std::fill(keep.begin(), keep.begin() + 5000, std::uint8_t{1});
+  const NoiseModel few = modelOf(select(points, keep));
+  EXPECT_GT(std::count_if(few.groups.begin(), few.groups.end(), [](const NoiseGroup& g) { return g.isStrong(); }), 3);
+  EXPECT_FALSE(few.isStrong);
+}
+
 TEST(Noise, DoesNotDependOnThreads)
 {
   const OrientedPoints points = depthImage([](float depth) { return .01f * depth; }, 1);

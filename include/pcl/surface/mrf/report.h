@@ -239,8 +239,8 @@ struct NoiseReport {
   bool isKnown = false;   ///< σ was given: of each point, by a law, or of all; else it is as the cloud shows it
   bool isByRange = false; ///< the groups: from the only sensor; else by local spacing
   std::vector<NoiseByKey> groups; ///< by ascending key; empty: ℓ was given, or too few points to tell
-  /// Neighbors share their errors, as in depth images: ℓ and the voxels follow σ, and points weigh by 1/σ². So they do,
-  /// and ℓ follows, where σ is above .8 spacings; what is less is left to points that are held out.
+  /// Neighbors share their errors, as in depth images: ℓ and the voxels follow σ, and points weigh by 1/σ². Of other
+  /// noise points weigh by 1/σ² and ℓ follows σ if that is above .8 spacings; less is left to points that are held out.
   bool isCorrelated = false;
   /// Of the median point: its key, its σ, unless points held out tell, and its ℓ, if neighbors share σ, cloud's
   /// unit; and the exponent of the key in what points weigh by, with which^.4 ℓ goes elsewhere.
