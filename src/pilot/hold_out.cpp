@@ -217,6 +217,7 @@ struct Score {
   double error = 0; ///< mean
   double noise = 0;
   std::vector<double> sums;         ///< of the errors in each cube
+  std::vector<double> squares;      ///< of the errors in each cube, summed
   std::vector<std::int64_t> counts; ///< of the held-out points in each
 
   /// \param errors cube by cube
@@ -225,6 +226,7 @@ struct Score {
     std::vector<double> all;
     for (const std::vector<double>& ofCube : errors) {
       sums.push_back(std::accumulate(ofCube.begin(), ofCube.end(), 0.));
+      squares.push_back(std::inner_product(ofCube.begin(), ofCube.end(), ofCube.begin(), 0.));
       counts.push_back(static_cast<std::int64_t>(ofCube.size()));
       all.insert(all.end(), ofCube.begin(), ofCube.end());
     }
@@ -255,14 +257,15 @@ double significance(const std::vector<double>& values)
 /// From here on a difference counts.
 constexpr double significant = 1;
 
-/// The errors of two trials at the same points, so that what is common to them does not count: above zero if the first
-/// ones are larger than `factor` times the second.
+/// The squared errors of two trials at the same points, so that what is common to them does not count: above zero if
+/// the first ones are larger than `factor` times the second. Means of the errors themselves would let noise that larger
+/// voxels smooth on planes pay for the edges that they lose.
 double compare(const Score& first, double factor, const Score& second)
 {
   std::vector<double> differences;
   for (std::size_t c = 0; c < first.sums.size(); ++c)
     if (first.counts[c] > 0 && first.counts[c] == second.counts[c])
-      differences.push_back(first.sums[c] - factor * second.sums[c]);
+      differences.push_back(first.squares[c] - factor * second.squares[c]);
   return significance(differences);
 }
 
@@ -364,7 +367,7 @@ public:
   {
     constexpr float weaker = .4f, stronger = 4;
     // Beneath so much noise positions are worth more than normals everywhere.
-    constexpr double noisy = .2, fewer = .92;
+    constexpr double noisy = .2, fewer = .85;
     if (noise < noisy * spacing_)
       return weaker;
     smoothing = closestLength(smoothing, spacing_);
@@ -386,7 +389,7 @@ public:
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise)
   {
     constexpr int steps = 4;
-    constexpr double worse = 1.01;
+    constexpr double worse = 1.02;
     smoothing = closestLength(smoothing, spacing_);
     ResolutionChoice choice;
     choice.voxelSize = finest_;

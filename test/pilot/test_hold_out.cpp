@@ -219,6 +219,34 @@ TEST(Resolution, fineWavesOnAnEighthOfASheetCount)
   EXPECT_LT(choice.voxelSize, 1.5 * .04);
 }
 
+TEST(Resolution, noiseThatLargerVoxelsSmoothDoesNotPayForEdges)
+{
+  // A plane with fifteen studs of 4 x 4 x 3 spacings, in noise of .2 spacings. All but the studs is better smoothed.
+  constexpr float side = .02f;
+  constexpr int apart = 80, wide = 4, high = 3;
+  PointSet points;
+  for (int i = 0; i < 5 * apart; ++i)
+    for (int j = 0; j < 200; ++j) {
+      const int u = (i + apart / 4) % apart, v = (j + apart / 4) % apart;
+      const auto add = [&](int height, const Eigen::Vector3f& normal) {
+        clouds::append(points, side * Eigen::Vector3i(i, j, height).cast<float>(), normal);
+      };
+      const bool isStud = u < wide && v < wide;
+      add(isStud ? high : 0, Eigen::Vector3f::UnitZ());
+      const bool isSide = isStud && (u == 0 || v == 0 || u == wide - 1 || v == wide - 1);
+      const Eigen::Vector3i outward(u == 0 ? -1 : u == wide - 1 ? 1 : 0, v == 0 ? -1 : v == wide - 1 ? 1 : 0, 0);
+      for (int height = 1; isSide && height < high; ++height)
+        add(height, outward.cast<float>().normalized());
+    }
+  Execution execution(2);
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    PointSet noisy = points;
+    shapes::addNoise(noisy, .2 * side, seed);
+    const ResolutionChoice choice = chooseResolution(shapes::oriented(noisy), side, .85 * side, execution);
+    EXPECT_LT(choice.voxelSize, 3 * side) << "of seed " << seed;
+  }
+}
+
 TEST(GradientWeight, exactNormalsCountMoreIfThePointsAreNoisy)
 {
   EXPECT_EQ(chooseGradientWeight(shapes::oriented(noisyTorus(0)), .5 * spacing, .05 * spacing), .4f);
