@@ -97,7 +97,7 @@ private:
   static std::size_t besides(std::size_t i, const OrientedPoints& points, const NeighborSearch& search,
                              Neighbors& found)
   {
-    constexpr int asked = 16;
+    constexpr int asked = 64; // in noise of two spacings the nearest 16 still share it
     search.nearest(points.positions[i], asked, found);
     // On a lattice several are as near, and the search lists first the one whose noise is about the same.
     std::sort(found.indices.begin(), found.indices.end());

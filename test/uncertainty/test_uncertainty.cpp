@@ -200,17 +200,20 @@ TEST(Uncertainty, CoversWherePointsAreFarApart)
 
 TEST(Uncertainty, NoiseIsToldOnALattice)
 {
-  // Four neighbors are equally near; the one next in height would tell less than the noise.
-  constexpr float noise = .1f;
-  PointSet points = clouds::lattice(100, 1);
-  std::mt19937 random(5);
-  std::normal_distribution<float> normal(0, noise);
-  for (Eigen::Vector3f& p : points.positions)
-    p.z() = normal(random);
-  const UncertaintyReport report = clouds::reconstruct(points, withUncertainty()).report.uncertainty;
-  EXPECT_GE(report.heldOut, 200);
-  // Some hundred pairs leave 5 %, and the surface's own errors add as much.
-  EXPECT_NEAR(report.noise, static_cast<double>(noise), .2 * static_cast<double>(noise));
+  // Four neighbors are equally near; the one next in height would tell less than the noise. Of a layer thicker than the
+  // spacing all that are nearest in space are next in height.
+  for (const float noise : {.1f, 2.f}) {
+    PointSet points = clouds::lattice(100, 1);
+    std::mt19937 random(5);
+    std::normal_distribution<float> normal(0, noise);
+    for (Eigen::Vector3f& p : points.positions)
+      p.z() = normal(random);
+    const UncertaintyReport report = clouds::reconstruct(points, withUncertainty()).report.uncertainty;
+    EXPECT_GE(report.heldOut, 200);
+    // Some hundred pairs leave 5 %, and the surface's own errors add as much; far from a thick layer's middle the field
+    // falls behind the distance.
+    EXPECT_NEAR(report.noise, static_cast<double>(noise), (noise < 1 ? .2 : .25) * static_cast<double>(noise));
+  }
 }
 
 TEST(Uncertainty, CoversWhatVoxelsDoToACurvedSurface)
