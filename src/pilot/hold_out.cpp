@@ -217,7 +217,7 @@ struct Score {
   double error = 0; ///< mean
   double noise = 0;
   std::vector<double> sums;         ///< of the errors in each cube
-  std::vector<double> squares;      ///< of the errors in each cube, summed
+  std::vector<double> squares;      ///< summed likewise
   std::vector<std::int64_t> counts; ///< of the held-out points in each
 
   /// \param errors cube by cube
@@ -257,15 +257,14 @@ double significance(const std::vector<double>& values)
 /// From here on a difference counts.
 constexpr double significant = 1;
 
-/// The squared errors of two trials at the same points, so that what is common to them does not count: above zero if
-/// the first ones are larger than `factor` times the second. Means of the errors themselves would let noise that larger
-/// voxels smooth on planes pay for the edges that they lose.
-double compare(const Score& first, double factor, const Score& second)
+/// The errors of two trials at the same points, or their squares, so that what is common to them does not count: above
+/// zero if the first ones are larger than `factor` times the second.
+double compare(const Score& first, double factor, const Score& second, std::vector<double> Score::*errors)
 {
   std::vector<double> differences;
-  for (std::size_t c = 0; c < first.sums.size(); ++c)
+  for (std::size_t c = 0; c < first.counts.size(); ++c)
     if (first.counts[c] > 0 && first.counts[c] == second.counts[c])
-      differences.push_back(first.squares[c] - factor * second.squares[c]);
+      differences.push_back((first.*errors)[c] - factor * (second.*errors)[c]);
   return significance(differences);
 }
 
@@ -367,7 +366,7 @@ public:
   {
     constexpr float weaker = .4f, stronger = 4;
     // Beneath so much noise positions are worth more than normals everywhere.
-    constexpr double noisy = .2, fewer = .85;
+    constexpr double noisy = .2, fewer = .92;
     if (noise < noisy * spacing_)
       return weaker;
     smoothing = closestLength(smoothing, spacing_);
@@ -375,7 +374,7 @@ public:
       for (std::size_t cubes = firstCubes;; cubes *= 2) {
         const Score strong = score({finest_, stronger, discRadius}, cubes, smoothing, noise),
                     weak = score({finest_, weaker, discRadius}, cubes, smoothing, noise);
-        const double worse = compare(strong, factor, weak);
+        const double worse = compare(strong, factor, weak, &Score::sums);
         const bool isDecisive = worse > significant || (worse < -significant && 2 * cubes >= maxCubes);
         if (strong.heldOut() >= minHeldOut && (isDecisive || cubes >= maxCubes))
           return worse < 0;
@@ -389,7 +388,7 @@ public:
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise)
   {
     constexpr int steps = 4;
-    constexpr double worse = 1.02;
+    constexpr double worse = 1.01;
     smoothing = closestLength(smoothing, spacing_);
     ResolutionChoice choice;
     choice.voxelSize = finest_;
@@ -402,7 +401,11 @@ public:
       const double voxelSize = finest_ * std::pow(1.4142135623730951, step);
       const auto isVisible = [&](const Score& coarse, std::size_t) { return compare(coarse, invisible_); };
       const auto isWorse = [&](const Score& coarse, std::size_t cubes) {
-        return compare(coarse, worse, at(finest_, cubes));
+        // The mean lets noise that larger voxels smooth on planes pay for the edges that they lose; squares let a few
+        // outliers hide all else.
+        const Score& fine = at(finest_, cubes);
+        return std::max(compare(coarse, worse, fine, &Score::sums),
+                        compare(coarse, worse * worse, fine, &Score::squares));
       };
       const auto seesLoss = [&](const auto& loss) {
         return findsLoss([&](std::size_t cubes) {

@@ -45,8 +45,8 @@ public:
 
   /// Chooses the voxel size: as fine as the data carry.
   ///
-  /// The coarsest of h, √2 h, 2 h and 2.8 h whose RMS distance at the held-out points is within 1 % of the finest
-  /// one's, or its mean below .04 l̄ and a 50,000th of the cloud's diagonal.
+  /// The coarsest of h, √2 h, 2 h and 2.8 h whose mean and RMS distances at the held-out points are within 1 % of the
+  /// finest one's, or whose mean is below .04 l̄ and a 50,000th of the cloud's diagonal.
   /// \param smoothing ℓ, cloud's unit, > 0, or the closest one that chooseSmoothing tries \param noise as
   /// chooseSmoothing gives it, or 0, cloud's unit
   ResolutionChoice chooseResolution(double smoothing, float gradientWeight, double noise);
