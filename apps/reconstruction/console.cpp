@@ -121,6 +121,9 @@ std::string resolution(const Report& report)
 /// Of noise that is known, strong, or that neighbors share: where it was taken from, and what follows.
 std::string noise(const pcl::mrf::NoiseReport& noise)
 {
+  if (noise.lengthening > 1)
+    return format("a little noise that neighbors share: smoothing length %.3g times what points left out ask for",
+                  noise.lengthening);
   std::string text;
   if (noise.isKnown)
     text = format("noise as given, %.3g for the median point%s", noise.deviation,
@@ -309,7 +312,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
     print("", counted(static_cast<std::int64_t>(report.otherPieces.size()) + 1, "piece", "pieces") +
                   " far apart; this grid is the largest's, the others have " + counted(points, "point", "points"));
   }
-  if (report.noise.deviation > 0)
+  if (report.noise.deviation > 0 || report.noise.lengthening > 1)
     print("", noise(report.noise));
   if (!report.smoothing.curve.empty())
     print("", format("noise about %.3g, by %s points left out", report.smoothing.noise,

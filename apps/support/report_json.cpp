@@ -64,10 +64,9 @@ static void to_json(Json& json, const NoiseReport& noise)
                       {"deviation", group.deviation},
                       {"white", group.white},
                       {"correlation", group.correlation}});
-  json = {{"isKnown", noise.isKnown},           {"isByRange", noise.isByRange},
-          {"isCorrelated", noise.isCorrelated}, {"medianKey", noise.medianKey},
-          {"deviation", noise.deviation},       {"smoothing", noise.smoothing},
-          {"exponent", noise.exponent},         {"groups", groups}};
+  json = {{"isKnown", noise.isKnown},     {"isByRange", noise.isByRange},     {"isCorrelated", noise.isCorrelated},
+          {"medianKey", noise.medianKey}, {"deviation", noise.deviation},     {"smoothing", noise.smoothing},
+          {"exponent", noise.exponent},   {"lengthening", noise.lengthening}, {"groups", groups}};
 }
 
 MRF_JSON(ResolutionScore, voxelSize, error)

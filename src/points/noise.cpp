@@ -27,6 +27,9 @@ constexpr std::size_t groupCount = 6;
 constexpr std::array<double, 8> correlations = {1., 1.41, 2., 2.83, 4., 5.66, 8., 11.3};
 constexpr int unknowns = 6; ///< of a quadric
 
+/// White noise shows .85 to 1.1 of itself to the nearest points, that of depth cameras 0 to .76, but for few groups.
+constexpr double shared = .8;
+
 /// Points are on a line if their width is less than this of their length, squared. A disc has 1, points of one ring of
 /// a lidar next to nothing.
 constexpr double onLine = .1;
@@ -247,9 +250,9 @@ NoiseGroup describe(const std::vector<Sample>& samples)
 double smoothingFor(const NoiseGroup& group)
 {
   constexpr double factor = 1.75;
-  const double a = group.side, shared = std::max(group.correlation, a),
+  const double a = group.side, over = std::max(group.correlation, a),
                deviation = group.known > 0 ? group.known : group.deviation;
-  return factor * a * std::pow(deviation * shared / (a * a), .25);
+  return factor * a * std::pow(deviation * over / (a * a), .25);
 }
 
 /// ℓ goes with this power of the deviation that points weigh by, for a prior of order 3.
@@ -292,6 +295,18 @@ double keyOf(const NoiseModel& model, const OrientedPoints& points, std::size_t 
   return static_cast<double>(model.isByRange ? (points.positions[i] - model.sensor).norm() : points.spacings[i]);
 }
 
+/// Of the groups, those that must agree about the noise of all.
+constexpr double majority = 2. / 3;
+
+/// What most groups ask for at least.
+double lengtheningOf(const std::vector<NoiseGroup>& groups)
+{
+  std::vector<double> all;
+  for (const NoiseGroup& group : groups)
+    all.push_back(group.lengthening());
+  return valueAt(std::move(all), static_cast<std::size_t>((1 - majority) * groupCount + .5));
+}
+
 /// Sets the groups and their median key. \param most points that are asked
 void measureGroups(const OrientedPoints& points, const NeighborSearch& search, double known, std::size_t most,
                    NoiseModel& model, Execution& execution)
@@ -329,8 +344,6 @@ bool NoiseGroup::isNoticeable() const
 
 bool NoiseGroup::isCorrelated() const
 {
-  // White noise shows .85 to 1.1 of itself to the nearest points, that of depth cameras 0 to .76, but for few groups.
-  constexpr double shared = .8;
   return isNoticeable() && white < shared * deviation;
 }
 
@@ -338,6 +351,14 @@ bool NoiseGroup::isStrong() const
 {
   constexpr double strong = .8;
   return deviation > strong * spacing;
+}
+
+double NoiseGroup::lengthening() const
+{
+  constexpr double least = .1;   // less is hardly worth it, and looks like shape
+  constexpr double ofLines = .4; // the nearest points of a lidar are of one line, which shows next to nothing
+  const bool isShared = deviation > least * spacing && white < shared * deviation && white > ofLines * deviation;
+  return isShared ? std::pow(std::max(correlation / spacing, 1.), .25) : 1;
 }
 
 double NoiseModel::deviationAt(const OrientedPoints& points, std::size_t i) const
@@ -363,19 +384,20 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
     return static_cast<double>(std::count_if(model.groups.begin(), model.groups.end(), std::mem_fn(property))) /
            static_cast<double>(groupCount);
   };
-  constexpr double most = 2. / 3;
   measureGroups(points, search, known, fewSamples, model, execution);
-  if (share(&NoiseGroup::isNoticeable) < most / 2) // more samples would not make it most
+  // More samples would not make it most, or more.
+  if (share(&NoiseGroup::isNoticeable) < majority / 2 && lengtheningOf(model.groups) == 1)
     return model;
   measureGroups(points, search, known, maxSamples, model, execution);
-  model.isCorrelated = share(&NoiseGroup::isCorrelated) >= most && model.medianKey > 0;
+  model.isCorrelated = share(&NoiseGroup::isCorrelated) >= majority && model.medianKey > 0;
   constexpr std::size_t enough = 6000; // of fewer, the shape within the widest neighborhoods counts as noise
-  model.isStrong = points.size() >= enough && share(&NoiseGroup::isStrong) >= most && model.medianKey > 0;
+  model.isStrong = points.size() >= enough && share(&NoiseGroup::isStrong) >= majority && model.medianKey > 0;
   if (model.isCorrelated || model.isStrong) {
     if (!(model.deviation > 0))
       fitLaw(model);
     model.smoothing = smoothingForAll(model);
-  }
+  } else if (!(model.deviation > 0))
+    model.lengthening = lengtheningOf(model.groups);
   return model;
 }
 

@@ -19,9 +19,10 @@ struct NoiseGroup : NoiseByKey {
   double side = 0;  ///< a, of the square that a point stands for, measured wider than noise spreads points
   double known = 0; ///< median σ, where it is known; else 0
 
-  bool isNoticeable() const; ///< noise that counts beside the spacing
-  bool isCorrelated() const; ///< it does, and neighbors share most of it
-  bool isStrong() const;     ///< a layer nearly as thick as points are apart
+  bool isNoticeable() const;  ///< noise that counts beside the spacing
+  bool isCorrelated() const;  ///< it does, and neighbors share most of it
+  bool isStrong() const;      ///< a layer nearly as thick as points are apart
+  double lengthening() const; ///< (c/l̄)^¼ if neighbors share noise of a tenth of their spacing or more, else 1
 };
 
 struct NoiseModel {
@@ -34,6 +35,9 @@ struct NoiseModel {
   /// Of the median point, lengths in the cloud's unit: its key, its σ, and the smoothing length ℓ with which no group
   /// has less than its noise asks for.
   double medianKey = 0, deviation = 0, smoothing = 0;
+  /// By what the ℓ is too short that points left out ask for, as it suits noise that each point has of its own: what
+  /// two groups of three ask for at least. 1 if the noise is correlated, strong or known.
+  double lengthening = 1;
   /// Of the key, in what points weigh by, so that ℓ of each range is what its noise asks for; 0 where σ is known.
   double exponent = 0;
 

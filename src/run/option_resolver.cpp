@@ -38,7 +38,7 @@ void chooseSmoothing(HoldOut& holdOut, ObservationOptions& observation, Report& 
 {
   const StageTimer timer("smoothing length", report, execution);
   report.smoothing = holdOut.chooseSmoothing();
-  observation.smoothing = static_cast<float>(report.smoothing.smoothing);
+  observation.smoothing = static_cast<float>(report.noise.lengthening * report.smoothing.smoothing);
   // Normals estimated from the points are no evidence of their own, and held-out points had their part in them: on 6 of
   // 32 noisy scans these then weighed more, and the surface was .98 to 2.5 times as far from the truth.
   if (observation.gradientWeight == 0 && !report.normalsEstimated)

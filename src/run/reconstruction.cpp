@@ -133,6 +133,7 @@ NoiseReport describe(const NoiseModel& model)
   report.medianKey = model.medianKey;
   report.deviation = model.deviation;
   report.exponent = model.exponent;
+  report.lengthening = model.lengthening;
   report.groups.assign(model.groups.begin(), model.groups.end());
   return report;
 }

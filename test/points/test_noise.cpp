@@ -90,6 +90,20 @@ TEST(Noise, NoiseThatPixelsShareIsSeenWithItsLaw)
   }
 }
 
+/// Too little to be followed: what points left out ask for becomes longer, unless each point has noise of its own, or
+/// it is known.
+TEST(Noise, ALittleThatPixelsShareLengthensSmoothing)
+{
+  const auto ofDepth = [](float depth) { return .0012f * depth * depth; };
+  const OrientedPoints points = depthImage(ofDepth, 2);
+  const NoiseModel shared = modelOf(points);
+  ASSERT_FALSE(shared.isCorrelated || shared.isStrong);
+  EXPECT_GT(shared.lengthening, 1.3);
+  EXPECT_LT(shared.lengthening, 1.85) << "the longest length that noise is shared over";
+  EXPECT_EQ(modelOf(depthImage(ofDepth, 0)).lengthening, 1);
+  EXPECT_EQ(modelOf(points, 1, .005).lengthening, 1);
+}
+
 /// Thick layers of points, whose nearest neighbors in space are of similar height either way.
 TEST(Noise, SheetsOfAQuantisedRangeAreNoWhiteNoise)
 {
@@ -118,6 +132,7 @@ TEST(Noise, ReliefIsNone)
   const NoiseModel model = modelOf(withSpacings(points));
   ASSERT_EQ(model.groups.size(), 6U);
   EXPECT_FALSE(model.isCorrelated);
+  EXPECT_EQ(model.lengthening, 1);
   for (const NoiseGroup& group : model.groups)
     EXPECT_NEAR(group.deviation, whiteNoise, .5 * whiteNoise);
 }

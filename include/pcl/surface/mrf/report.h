@@ -245,6 +245,7 @@ struct NoiseReport {
   /// Of the median point: its key, its σ, unless points held out tell, and its ℓ, if neighbors share σ, cloud's
   /// unit; and the exponent of the key in what points weigh by, with which^.4 ℓ goes elsewhere.
   double medianKey = 0, deviation = 0, smoothing = 0, exponent = 0;
+  double lengthening = 1; ///< what ℓ is multiplied with that points held out ask for, as neighbors share a little noise
 };
 
 struct Report {
