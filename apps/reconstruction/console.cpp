@@ -121,9 +121,6 @@ std::string resolution(const Report& report)
 /// Of noise that is known, strong, or that neighbors share: where it was taken from, and what follows.
 std::string noise(const pcl::mrf::NoiseReport& noise)
 {
-  if (noise.lengthening > 1)
-    return format("a little noise that neighbors share: smoothing length %.3g times what points left out ask for",
-                  noise.lengthening);
   std::string text;
   if (noise.isKnown)
     text = format("noise as given, %.3g for the median point%s", noise.deviation,
@@ -131,9 +128,11 @@ std::string noise(const pcl::mrf::NoiseReport& noise)
   else {
     const pcl::mrf::NoiseByKey &first = noise.groups.front(), &last = noise.groups.back();
     text = format("noise%s, %.3g at %s %.3g, %.3g at %.3g: points weigh by it",
-                  noise.isCorrelated ? " that neighbors share" : "", first.deviation,
+                  noise.isCorrelated || noise.lengthening > 1 ? " that neighbors share" : "", first.deviation,
                   noise.isByRange ? "range" : "spacing", first.key, last.deviation, last.key);
   }
+  if (noise.lengthening > 1)
+    text += format("; smoothing length %.3g times what points left out ask for", noise.lengthening);
   return noise.smoothing > 0 ? text + format("; smoothing length %.3g and voxels follow it", noise.smoothing) : text;
 }
 
@@ -312,7 +311,7 @@ void printSummary(const RunSummary& run, const Report& report, Verbosity verbosi
     print("", counted(static_cast<std::int64_t>(report.otherPieces.size()) + 1, "piece", "pieces") +
                   " far apart; this grid is the largest's, the others have " + counted(points, "point", "points"));
   }
-  if (report.noise.deviation > 0 || report.noise.lengthening > 1)
+  if (report.noise.deviation > 0)
     print("", noise(report.noise));
   if (!report.smoothing.curve.empty())
     print("", format("noise about %.3g, by %s points left out", report.smoothing.noise,

@@ -259,7 +259,8 @@ double smoothingFor(const NoiseGroup& group)
 constexpr double smoothingPower = .4;
 
 /// What points weigh by, as a power of the key: the median slope between two groups, and the median factor.
-void fitLaw(NoiseModel& model)
+/// \param follows of a group; goes with this power of what its points weigh by
+void fitLaw(NoiseModel& model, double (*follows)(const NoiseGroup& group), double power)
 {
   constexpr double steepest = 3; // a time of flight has 0 to 2, a disparity 2, and noise of smaller parts tells less
   constexpr double apart = 1.3;  // keys that tell a slope
@@ -267,8 +268,8 @@ void fitLaw(NoiseModel& model)
   for (std::size_t a = 0; a < model.groups.size(); ++a)
     for (std::size_t b = a + 1; b < model.groups.size(); ++b)
       if (model.groups[b].key > apart * model.groups[a].key) {
-        const double slope = std::log(smoothingFor(model.groups[b]) / smoothingFor(model.groups[a])) /
-                             std::log(model.groups[b].key / model.groups[a].key) / smoothingPower;
+        const double slope = std::log(follows(model.groups[b]) / follows(model.groups[a])) /
+                             std::log(model.groups[b].key / model.groups[a].key) / power;
         if (std::isfinite(slope)) // not from a group without noise
           slopes.push_back(slope);
       }
@@ -392,12 +393,17 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
   model.isCorrelated = share(&NoiseGroup::isCorrelated) >= majority && model.medianKey > 0;
   constexpr std::size_t enough = 6000; // of fewer, the shape within the widest neighborhoods counts as noise
   model.isStrong = points.size() >= enough && share(&NoiseGroup::isStrong) >= majority && model.medianKey > 0;
+  const bool isKnown = model.deviation > 0;
   if (model.isCorrelated || model.isStrong) {
-    if (!(model.deviation > 0))
-      fitLaw(model);
+    if (!isKnown)
+      fitLaw(model, smoothingFor, smoothingPower);
     model.smoothing = smoothingForAll(model);
-  } else if (!(model.deviation > 0))
+  } else if (!isKnown) {
     model.lengthening = lengtheningOf(model.groups);
+    if (model.weighsPoints())
+      fitLaw(
+          model, [](const NoiseGroup& group) { return group.deviation; }, 1);
+  }
   return model;
 }
 

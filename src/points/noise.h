@@ -38,11 +38,15 @@ struct NoiseModel {
   /// By what the ℓ is too short that points left out ask for, as it suits noise that each point has of its own: what
   /// two groups of three ask for at least. 1 if the noise is correlated, strong or known.
   double lengthening = 1;
-  /// Of the key, in what points weigh by, so that ℓ of each range is what its noise asks for; 0 where σ is known.
+  /// Of the key, in what points weigh by: σ's, and of correlated or strong noise that with which ℓ of each range is
+  /// what its noise asks for; 0 where σ is known.
   double exponent = 0;
 
+  /// Whether the cloud shows noise that points weigh by.
+  bool weighsPoints() const { return isCorrelated || isStrong || lengthening > 1; }
+
   /// σ of one of the points that the model was made of, cloud's unit: what is known of it, or by its key.
-  /// \pre isCorrelated or isStrong, or the noise is known
+  /// \pre weighsPoints(), or the noise is known
   double deviationAt(const OrientedPoints& points, std::size_t i) const;
 };
 

@@ -155,7 +155,7 @@ void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionRe
   }
   report.noise = describe(noise);
   report.noise.isKnown = variesAsKnown || constant > 0;
-  if (variesAsKnown || noise.isCorrelated || noise.isStrong)
+  if (variesAsKnown || noise.weighsPoints())
     setDeviations(points, noise, execution);
   if (noise.isCorrelated && !isGivenSmoothing) {
     report.noise.smoothing = noise.smoothing;

@@ -25,11 +25,12 @@ struct LearntFactors {
   double perNoise;
   double growth;         ///< of σ² with the change by refinement, in its upper quartile, on scans without noise
   double growthPerNoise; ///< what the squared ratio of noise to σ takes of it
-  double perSharedNoise; ///< σ amid data over noise that neighbors share, and what it grows by
-  double growthUnderSharedNoise;
+  double perSharedNoise; ///< σ amid data over noise that neighbors share: where ℓ follows it, and where it is little
+  double perLittleSharedNoise;
+  double growthUnderSharedNoise; ///< what both grow by
 };
 
-constexpr LearntFactors learnt{.95, .5, .35, 1.4, 2.5, 1.2, 2.3, .6, .4, .6};
+constexpr LearntFactors learnt{.95, .5, .35, 1.4, 2.5, 1.2, 2.3, .6, .4, .9, .6};
 
 /// Discs, and pairs, that the learnt factors count as.
 constexpr double patchesLearnt = 2, pairsLearnt = 20;
@@ -69,7 +70,7 @@ public:
   SigmaModel(const std::vector<PieceEvidence>& pieces, const TriangleMesh& mesh, const std::vector<Evidence>& evidence,
              const Report& run, UncertaintyReport& report)
       : min_(squared(minPerSpacing * run.density.spacing)),
-        sharedNoise_(run.noise.isCorrelated ? squared(run.noise.deviation) : 0)
+        underSharedNoise_(squared(shareOf(run.noise) * run.noise.deviation))
   {
     describeMeasured(mesh, evidence);
     fitMeasured(pieces, report);
@@ -94,6 +95,12 @@ public:
   }
 
 private:
+  /// Of noise that neighbors share, what is in σ; 0: they do not.
+  static double shareOf(const NoiseReport& noise)
+  {
+    return noise.isCorrelated ? learnt.perSharedNoise : noise.lengthening > 1 ? learnt.perLittleSharedNoise : 0;
+  }
+
   double amidData(const Evidence& e) const
   {
     // A disc that was left out says nothing of the surface that has its points.
@@ -108,7 +115,7 @@ private:
   double shape(const Evidence& e) const
   {
     constexpr double max = 64; // beyond it is an edge, or a sheet that the coarse grid does not have
-    const double amount = sharedNoise_ > 0 && e.noise > 0
+    const double amount = underSharedNoise_ > 0 && e.noise > 0
                               ? squared(static_cast<double>(e.noise))
                               : areaOfPoint(e) * std::sqrt(static_cast<double>(e.variance) / medianVariance_);
     return amount * (1 + growth_ * std::min(static_cast<double>(e.change) / upperChange_, max));
@@ -165,13 +172,13 @@ private:
       for (const Evidence& e : piece.atPairs)
         shapes += shape(e);
     base_ = std::max(error, min_) / (shapes > 0 ? shapes / count : 1 + growth_ * meanChange_ / upperChange_);
-    if (sharedNoise_ > 0) {
+    if (underSharedNoise_ > 0) {
       growth_ = learnt.growthUnderSharedNoise;
-      base_ = squared(learnt.perSharedNoise) * sharedNoise_;
+      base_ = underSharedNoise_;
     }
     report.noise = std::sqrt(noise_);
     report.heldOut = 2 * static_cast<std::int64_t>(squares.size());
-    report.measuredError = std::sqrt(sharedNoise_ > 0 ? base_ : error);
+    report.measuredError = std::sqrt(underSharedNoise_ > 0 ? base_ : error);
   }
 
   /// σ² amid data, by its mean: what the pairs share, weighed against what the noise lets expect.
@@ -247,8 +254,8 @@ private:
   /// Of σ amid data, and of f: on an exact plane nothing else keeps them from zero.
   static constexpr double minPerSpacing = 1e-4;
 
-  const double min_;         ///< squared
-  const double sharedNoise_; ///< S², of the median point; 0: neighbors do not share it
+  const double min_;              ///< squared
+  const double underSharedNoise_; ///< K of noise that neighbors share; 0: they do not
   double medianVariance_ = 1, medianChange_ = 0, upperChange_ = 1, meanChange_ = 0;
   double noise_ = 0;          ///< squared
   double base_ = 0;           ///< K

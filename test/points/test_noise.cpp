@@ -100,6 +100,8 @@ TEST(Noise, ALittleThatPixelsShareLengthensSmoothing)
   ASSERT_FALSE(shared.isCorrelated || shared.isStrong);
   EXPECT_GT(shared.lengthening, 1.3);
   EXPECT_LT(shared.lengthening, 1.85) << "the longest length that noise is shared over";
+  EXPECT_TRUE(shared.weighsPoints());
+  EXPECT_NEAR(shared.exponent, 1, .4) << "across the plane, that of the depth less one";
   EXPECT_EQ(modelOf(depthImage(ofDepth, 0)).lengthening, 1);
   EXPECT_EQ(modelOf(points, 1, .005).lengthening, 1);
 }

@@ -240,12 +240,13 @@ struct NoiseReport {
   bool isByRange = false; ///< the groups: from the only sensor; else by local spacing
   std::vector<NoiseByKey> groups; ///< by ascending key; empty: ℓ was given, or too few points to tell
   /// Neighbors share their errors, as in depth images: ℓ and the voxels follow σ, and points weigh by 1/σ². Of other
-  /// noise points weigh by 1/σ² and ℓ follows σ if that is above .8 spacings; less is left to points that are held out.
+  /// noise points weigh by 1/σ² and ℓ follows σ if that is above .8 spacings; less is left to points that are held out,
+  /// but for what they do not tell as neighbors share it: points weigh by 1/σ², and their ℓ is multiplied.
   bool isCorrelated = false;
   /// Of the median point: its key, its σ, unless points held out tell, and its ℓ, if neighbors share σ, cloud's
   /// unit; and the exponent of the key in what points weigh by, with which^.4 ℓ goes elsewhere.
   double medianKey = 0, deviation = 0, smoothing = 0, exponent = 0;
-  double lengthening = 1; ///< what ℓ is multiplied with that points held out ask for, as neighbors share a little noise
+  double lengthening = 1; ///< by what; 1: not so
 };
 
 struct Report {
