@@ -390,9 +390,11 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
   if (share(&NoiseGroup::isNoticeable) < majority / 2 && lengtheningOf(model.groups) == 1)
     return model;
   measureGroups(points, search, known, maxSamples, model, execution);
-  model.isCorrelated = share(&NoiseGroup::isCorrelated) >= majority && model.medianKey > 0;
+  if (!(model.medianKey > 0))
+    return model;
+  model.isCorrelated = share(&NoiseGroup::isCorrelated) >= majority;
   constexpr std::size_t enough = 6000; // of fewer, the shape within the widest neighborhoods counts as noise
-  model.isStrong = points.size() >= enough && share(&NoiseGroup::isStrong) >= majority && model.medianKey > 0;
+  model.isStrong = points.size() >= enough && share(&NoiseGroup::isStrong) >= majority;
   const bool isKnown = model.deviation > 0;
   if (model.isCorrelated || model.isStrong) {
     if (!isKnown)
