@@ -386,7 +386,7 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
            static_cast<double>(groupCount);
   };
   measureGroups(points, search, known, fewSamples, model, execution);
-  // More samples would not make it most, or more.
+  // What few samples show nothing of, more of them do not show in most groups.
   if (share(&NoiseGroup::isNoticeable) < majority / 2 && lengtheningOf(model.groups) == 1)
     return model;
   measureGroups(points, search, known, maxSamples, model, execution);

@@ -130,11 +130,6 @@ TEST(OptionResolver, estimatedNormalsGetNoMoreWeightBecauseOfNoise)
     resolver.chooseByData(points, report, execution);
     resolver.limitTrimming(2);
     EXPECT_EQ(resolver.resolved().observation.gradientWeight, areEstimated ? .4f : 4.f);
-    Report ofSharedNoise;
-    ofSharedNoise.noise.lengthening = 1.5;
-    resolver.chooseByData(points, ofSharedNoise, execution);
-    EXPECT_FLOAT_EQ(resolver.resolved().observation.smoothing,
-                    static_cast<float>(1.5 * ofSharedNoise.smoothing.smoothing));
   }
 }
 

@@ -136,6 +136,10 @@ TEST(Uncertainty, CoversAtEveryRangeWhatNeighborsShare)
         clouds::reconstruct(depth_image::plane([&](float depth) { return atOne * depth * depth; }, 2), options);
     ASSERT_EQ(result.report.noise.isCorrelated, !isLittle);
     ASSERT_EQ(result.report.noise.lengthening > 1, isLittle);
+    if (isLittle) {
+      EXPECT_NEAR(result.report.smoothingLength, result.report.noise.lengthening * result.report.smoothing.smoothing,
+                  1e-6);
+    }
     const shapes::Sdf plane = [](const Eigen::Vector3d& p) { return 1 - p.y(); };
     double before = 0;
     for (const float nearest : {1.1f, 1.5f, 2.f, 2.5f}) {
