@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "levels/multiscale.h"
 
+#include "base/loops.h"
 #include "base/memory.h"
 #include "field/field_contents.h"
 #include "field/interpolation.h"
@@ -23,6 +24,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -208,9 +210,10 @@ public:
   {
     if (wanted.triangles.size() == zeroLevelTriangles_)
       return;
-    keepNear(voxelsOf(wanted.vertices, lattices_[next_ - 1]), band_, execution_);
+    const auto all = [](std::size_t) { return true; };
+    keepNear(voxelsOf(wanted.vertices, lattices_[next_ - 1], all), band_, execution_);
     for (const Left& left : left_)
-      keepNear(voxelsOf(wanted.vertices, left.lattice), *left.distances, execution_);
+      keepNear(voxelsOf(wanted.vertices, left.lattice, all), *left.distances, execution_);
   }
 
   MultiscaleResult result() override
@@ -361,16 +364,28 @@ private:
   }
 
   /// The voxels around some positions of the recentered frame.
-  VoxelSet voxelsOf(const std::vector<Eigen::Vector3f>& positions, const Lattice& lattice) const
+  VoxelSet voxelsOf(const std::vector<Eigen::Vector3f>& positions, const Lattice& lattice,
+                    const std::function<bool(std::size_t)>& isAsked) const
   {
+    constexpr std::int64_t grain = 1 << 14;
     const Eigen::Array3d last = Eigen::Array3d(lattice.size.x, lattice.size.y, lattice.size.z) - 1;
-    std::vector<std::int64_t> voxels;
-    for (const Eigen::Vector3f& position : positions) {
-      const Eigen::Array3d at = lattice.toVoxels(axes_.toStored(position)).array();
-      const Eigen::Array3i voxel = at.max(0).min(last).cast<int>();
-      voxels.push_back(lattice.size.index(voxel.x(), voxel.y(), voxel.z()));
-    }
-    std::sort(voxels.begin(), voxels.end());
+    const auto sort = [](std::vector<std::int64_t>& voxels) {
+      std::sort(voxels.begin(), voxels.end());
+      voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
+    };
+    // Positions that follow each other are close: lists of each range are much shorter than one of all.
+    std::vector<std::int64_t> voxels = joined(partsOf<std::vector<std::int64_t>>(
+        execution_, positions.size(), grain, [&](std::vector<std::int64_t>& own, std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) {
+            if (!isAsked(i))
+              continue;
+            const Eigen::Array3d at = lattice.toVoxels(axes_.toStored(positions[i])).array();
+            const Eigen::Array3i voxel = at.max(0).min(last).cast<int>();
+            own.push_back(lattice.size.index(voxel.x(), voxel.y(), voxel.z()));
+          }
+          sort(own);
+        }));
+    sort(voxels);
     return voxelSetOf(voxels, lattice.size, withMargin(lattice.size), execution_);
   }
 
@@ -382,11 +397,8 @@ private:
       return;
     const Lattice& lattice = lattices_[next_ - 1];
     const auto dense = 2 * spacing_ * static_cast<float>(lattice.spacing / lattices_.back().spacing);
-    std::vector<Eigen::Vector3f> positions;
-    for (std::size_t i = 0; i < points_->size(); ++i)
-      if (points_->spacings[i] < dense)
-        positions.push_back(points_->positions[i]);
-    if (auto left = leaveFarFrom(voxelsOf(positions, lattice), band_, execution_))
+    const auto isDense = [&](std::size_t point) { return points_->spacings[point] < dense; };
+    if (auto left = leaveFarFrom(voxelsOf(points_->positions, lattice, isDense), band_, execution_))
       left_.push_back({lattice, std::move(left)});
   }
 
