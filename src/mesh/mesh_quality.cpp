@@ -178,27 +178,21 @@ void joinBoundary(const Ring& ring, VertexSums& sums)
 /// \param triangles are joined over shared edges
 VertexSums countVertices(const TriangleMesh& mesh, DisjointSets& triangles, Execution& execution)
 {
-  const VertexCorners corners = groupCorners(mesh);
-  return total(partsOf<VertexSums, std::int32_t>(
-      execution, mesh.vertices.size(), qualityGrain, [&](VertexSums& sums, std::int32_t begin, std::int32_t end) {
-        const auto countValence = [&](std::size_t edges) { ++sums.valences[std::min<std::size_t>(edges, 15)]; };
-        Ring ring;
-        for (std::int32_t v = begin; v < end; ++v) {
-          ring.set(mesh, corners, v);
-          if (ring.isClosedFan()) {
-            countValence(static_cast<std::size_t>(ring.size()));
-            for (std::int32_t i = 0; i < ring.size(); ++i)
-              if (ring.following(i) > v)
-                countEdge(mesh, v, ring.following(i), sums);
-          } else {
-            ring.findEdges();
-            countValence(ring.edges().size());
-            countEdges(mesh, v, ring, sums);
-            joinBoundary(ring, sums);
-          }
-          joinTriangles(ring, triangles);
-        }
-      }));
+  return total(partsOfRings<VertexSums>(mesh, {}, execution, [&](VertexSums& sums, Ring& ring, std::int32_t vertex) {
+    const auto countValence = [&](std::size_t edges) { ++sums.valences[std::min<std::size_t>(edges, 15)]; };
+    if (ring.isClosedFan()) {
+      countValence(static_cast<std::size_t>(ring.size()));
+      for (std::int32_t i = 0; i < ring.size(); ++i)
+        if (ring.following(i) > vertex)
+          countEdge(mesh, vertex, ring.following(i), sums);
+    } else {
+      ring.findEdges();
+      countValence(ring.edges().size());
+      countEdges(mesh, vertex, ring, sums);
+      joinBoundary(ring, sums);
+    }
+    joinTriangles(ring, triangles);
+  }));
 }
 
 std::int64_t countLoops(std::vector<std::int32_t> sides, const std::vector<std::array<std::int32_t, 2>>& joins)

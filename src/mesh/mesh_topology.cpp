@@ -13,36 +13,41 @@
 namespace pcl::mrf {
 namespace {
 
-constexpr std::int64_t vertexGrain = 8192, triangleGrain = 16384;
+constexpr std::int64_t triangleGrain = 16384;
 
 } // namespace
 
-VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember)
+VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember, std::size_t first,
+                           std::size_t count)
 {
   if (mesh.triangles.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max() / 3))
     throw ResourceLimit("the mesh has " + std::to_string(mesh.triangles.size()) +
                         " triangles, more than 32-bit indices can tell apart; use larger voxels");
+  count = std::min(count, mesh.vertices.size() - first);
   const auto forMembers = [&](const auto& visit) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
       if ((isMember.empty() || isMember[t]) && hasValidIndices(mesh, t))
         for (std::size_t i = 0; i < 3; ++i)
-          visit(mesh.triangles[t][i], static_cast<std::int32_t>(3 * t + i));
+          if (const std::size_t n = mesh.triangles[t][i] - first; n < count) // those before the first wrap around
+            visit(n, static_cast<std::int32_t>(3 * t + i));
   };
   VertexCorners result;
   // Counted one place ahead, so that filling moves each vertex's position from its begin to its end.
-  result.begin.assign(mesh.vertices.size() + 2, 0);
-  forMembers([&](std::size_t v, std::int32_t) { ++result.begin[v + 2]; });
+  result.begin.assign(count + 2, 0);
+  forMembers([&](std::size_t n, std::int32_t) { ++result.begin[n + 2]; });
   std::partial_sum(result.begin.begin(), result.begin.end(), result.begin.begin());
   result.corners.resize(result.begin.back());
-  forMembers([&](std::size_t v, std::int32_t corner) { result.corners[result.begin[v + 1]++] = corner; });
+  forMembers([&](std::size_t n, std::int32_t corner) { result.corners[result.begin[n + 1]++] = corner; });
   result.begin.pop_back();
+  result.first = static_cast<std::int32_t>(first);
   return result;
 }
 
 void Ring::set(const TriangleMesh& mesh, const VertexCorners& corners, std::int32_t vertex)
 {
-  corners_ = corners.corners.data() + corners.begin[vertex];
-  const std::int32_t count = corners.begin[vertex + 1] - corners.begin[vertex];
+  const std::int32_t* begin = &corners.begin[vertex - corners.first];
+  corners_ = corners.corners.data() + *begin;
+  const std::int32_t count = begin[1] - *begin;
   following_.resize(count);
   preceding_.resize(count);
   for (std::int32_t i = 0; i < count; ++i) {
@@ -153,24 +158,17 @@ std::int32_t numberComponents(const TriangleMesh& mesh, const std::vector<std::u
 std::int32_t groupTriangles(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember, Execution& execution,
                             std::vector<std::int32_t>& componentOfTriangle, bool& isTorn)
 {
-  const VertexCorners corners = groupCorners(mesh, isMember);
   DisjointSets triangles(mesh.triangles.size());
-  std::atomic<bool> isAnyTorn{false};
-  execution.forRange(mesh.vertices.size(), vertexGrain, [&](std::int32_t begin, std::int32_t end) {
-    Ring ring;
-    for (std::int32_t v = begin; v < end; ++v) {
-      if (corners.begin[v] == corners.begin[v + 1])
-        continue; // of members mostly a small part of the mesh
-      ring.set(mesh, corners, v);
-      if (!ring.isClosedFan()) {
-        ring.findEdges();
-        if (ring.joinFans(false) > 1)
-          isAnyTorn = true;
-      }
-      joinTriangles(ring, triangles);
-    }
-  });
-  isTorn = isAnyTorn;
+  const auto torn =
+      partsOfRings<std::uint8_t>(mesh, isMember, execution, [&](std::uint8_t& isAnyTorn, Ring& ring, int) {
+        if (!ring.isClosedFan()) {
+          ring.findEdges();
+          if (ring.joinFans(false) > 1)
+            isAnyTorn = 1;
+        }
+        joinTriangles(ring, triangles);
+      });
+  isTorn = std::find(torn.begin(), torn.end(), std::uint8_t{1}) != torn.end();
   return numberComponents(mesh, isMember, triangles, execution, componentOfTriangle);
 }
 

@@ -10,7 +10,10 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
+#include <limits>
 #include <vector>
 
 namespace pcl::mrf {
@@ -39,15 +42,18 @@ void forTriangles(const TriangleMesh& mesh, Execution& execution, const Body& bo
   forEach(execution, mesh.triangles.size(), grain, [&](std::size_t t) { body(t); });
 }
 
-/// The corners at each vertex: corner 3 t + i is the i-th of triangle t.
+/// The corners at each vertex of a range: corner 3 t + i is the i-th of triangle t.
 struct VertexCorners {
-  std::vector<std::int32_t> begin;   ///< vertex v owns corners[begin[v]] .. corners[begin[v + 1]]
+  std::vector<std::int32_t> begin;   ///< vertex first + n owns corners[begin[n]] .. corners[begin[n + 1]]
   std::vector<std::int32_t> corners; ///< ascending within a vertex
+  std::int32_t first = 0;            ///< of the range
 };
 
 /// Groups the corners of the triangles that have valid indices and, unless the flags are empty, a flag that is set.
-/// \throw ResourceLimit if the mesh has too many triangles for 32-bit corner numbers
-VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember = {});
+/// \param first, count of the vertices that are asked for \throw ResourceLimit if the mesh has too many triangles for
+/// 32-bit corner numbers
+VertexCorners groupCorners(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember = {},
+                           std::size_t first = 0, std::size_t count = std::numeric_limits<std::size_t>::max());
 
 /// The triangles around one vertex, and the edges between them that end there.
 ///
@@ -99,6 +105,30 @@ private:
   std::vector<Side> sides_;
   std::vector<Edge> edges_;
 };
+
+/// Calls body(part, ring, vertex) for all vertices; each range of them has a part of its own. \param isMember triangles
+/// of the rings: all, if there are no flags \param atATime vertices whose corners are grouped: those of all take more
+/// memory than the mesh \return the parts, in the order of the ranges \throw ResourceLimit as groupCorners; Cancelled
+template <typename Part, typename Body>
+std::vector<Part> partsOfRings(const TriangleMesh& mesh, const std::vector<std::uint8_t>& isMember,
+                               Execution& execution, const Body& body, std::size_t atATime = std::size_t{1} << 21)
+{
+  constexpr std::int64_t grain = 16384;
+  std::vector<Part> parts;
+  for (std::size_t first = 0; first < mesh.vertices.size(); first += atATime) {
+    const VertexCorners corners = groupCorners(mesh, isMember, first, atATime);
+    std::vector<Part> some = partsOf<Part, std::int32_t>(
+        execution, corners.begin.size() - 1, grain, [&](Part& part, std::int32_t begin, std::int32_t end) {
+          Ring ring;
+          for (std::int32_t v = corners.first + begin; v < corners.first + end; ++v) {
+            ring.set(mesh, corners, v);
+            body(part, ring, v);
+          }
+        });
+    std::move(some.begin(), some.end(), std::back_inserter(parts));
+  }
+  return parts;
+}
 
 /// Joins the triangles of a ring that hang together over shared edges. May be called concurrently.
 /// \pre the ring has its edges unless it is a closed fan

@@ -61,7 +61,8 @@ HalfEdgeMesh::HalfEdgeMesh(const TriangleMesh& mesh, Execution& execution)
   }
   execution.poll();
   // The half-edges of each vertex in one run, so that twins are found among a handful.
-  const auto [begin, starting] = groupCorners(mesh);
+  const VertexCorners corners = groupCorners(mesh);
+  const std::vector<std::int32_t>&begin = corners.begin, &starting = corners.corners;
   execution.poll();
 
   for (std::int32_t h = 0; h < halfEdgeCount(); ++h) {

@@ -76,10 +76,8 @@ float NearestPoints::squaredDistance(std::int32_t vertex) const
 }
 
 HoleFinder::HoleFinder(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported,
-                       const std::vector<double>& areas, const OrientedPoints& points, const NeighborSearch& search,
-                       Execution& execution)
-    : mesh_(mesh), supported_(supported), areas_(areas), points_(points), execution_(execution),
-      nearest_(mesh, search, execution)
+                       const OrientedPoints& points, const NeighborSearch& search, Execution& execution)
+    : mesh_(mesh), supported_(supported), points_(points), execution_(execution), nearest_(mesh, search, execution)
 {
   for (std::size_t t = 0; t < supported.size(); ++t)
     if (!supported[t] && hasValidIndices(mesh, t))
@@ -124,7 +122,7 @@ void HoleFinder::describe(const std::vector<std::uint8_t>& keep, TrimResult& res
   result.extrapolationsDropped = group(dropped, regionOf);
   std::vector<Region> fillings(group(kept, regionOf));
   for (const std::int32_t t : kept)
-    fillings[regionOf[t]].area += areas_[t];
+    fillings[regionOf[t]].area += area(t);
   measureReach(
       regionOf, [](const Region&) { return true; }, fillings);
   result.holesFilled = static_cast<std::int64_t>(fillings.size());
@@ -247,17 +245,17 @@ void HoleFinder::findOpenRegions(double maxHole)
   bool isTorn;
   const std::size_t components = groupTriangles(mesh_, {}, execution_, componentOf, isTorn);
   std::vector<std::uint8_t> isOpenComponent(components, 0);
-  std::vector<double> area(components, 0), unsupportedArea(components, 0);
-  for (std::size_t t = 0; t < areas_.size(); ++t)
+  std::vector<double> wholeArea(components, 0), unsupportedArea(components, 0);
+  for (std::size_t t = 0; t < componentOf.size(); ++t)
     if (componentOf[t] >= 0)
-      area[componentOf[t]] += areas_[t];
+      wholeArea[componentOf[t]] += area(t);
   for (const std::int32_t t : unsupported_) {
-    unsupportedArea[componentOf[t]] += areas_[t];
+    unsupportedArea[componentOf[t]] += area(t);
     if (!regions_[regionOf_[t]].fits(maxHole))
       isOpenComponent[componentOf[t]] = 1;
   }
   for (std::size_t c = 0; c < components; ++c)
-    if (unsupportedArea[c] > maxFilled * area[c])
+    if (unsupportedArea[c] > maxFilled * wholeArea[c])
       isOpenComponent[c] = 1;
   isOpen_.assign(regions_.size(), 0);
   for (const std::int32_t t : unsupported_)
@@ -341,10 +339,15 @@ void HoleFinder::dropSeenThrough(std::vector<std::uint8_t>& keep)
   std::vector<std::int32_t> fillingOf;
   std::vector<double> through(group(kept, fillingOf), 0);
   for (std::size_t n = 0; n < kept.size(); ++n)
-    through[fillingOf[kept[n]]] += isThrough[n] ? areas_[kept[n]] : -areas_[kept[n]];
+    through[fillingOf[kept[n]]] += (isThrough[n] ? 1 : -1) * area(kept[n]);
   for (std::size_t n = 0; n < kept.size(); ++n)
     if (isOpen_[regionOf_[kept[n]]] ? isThrough[n] != 0 : through[fillingOf[kept[n]]] > 0)
       keep[kept[n]] = 0;
+}
+
+double HoleFinder::area(std::size_t triangle) const
+{
+  return areaOf(mesh_, mesh_.triangles[triangle]);
 }
 
 /// The unit normal.
@@ -381,8 +384,8 @@ void HoleFinder::dropDoubtful(float from, float ifBeyond, std::vector<std::uint8
       facing[n] = viewpoints.facing(mesh_.vertices[first], normal);
     Part& part = parts[partOf[t]];
     part.isWide = part.isWide || isBeyond(t, ifBeyond);
-    part.turned += areas_[t] * (minContinuation - normal.dot(points_.normals[nearest_.point(first)]));
-    part.unseen += areas_[t] * (minFacing - facing[n]);
+    part.turned += area(t) * (minContinuation - normal.dot(points_.normals[nearest_.point(first)]));
+    part.unseen += area(t) * (minFacing - facing[n]);
   }
   for (std::size_t n = 0; n < judged.size(); ++n) {
     const Part& part = parts[partOf[judged[n]]];

@@ -51,8 +51,8 @@ private:
 class HoleFinder {
 public:
   /// \param supported triangles that data support \pre the arguments outlive this
-  HoleFinder(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported, const std::vector<double>& areas,
-             const OrientedPoints& points, const NeighborSearch& search, Execution& execution);
+  HoleFinder(const TriangleMesh& mesh, const std::vector<std::uint8_t>& supported, const OrientedPoints& points,
+             const NeighborSearch& search, Execution& execution);
 
   /// Flags of the supported triangles and of those that fill a hole or a gap.
   std::vector<std::uint8_t> keepFillings(const FillingLimits& limits);
@@ -85,12 +85,12 @@ private:
   std::vector<std::int32_t> fillings(const std::vector<std::uint8_t>& keep) const;
   bool isBeyond(std::int32_t triangle, float spacings) const;
   void dropSeenThrough(std::vector<std::uint8_t>& keep);
+  double area(std::size_t triangle) const;
   Eigen::Vector3f normalOf(std::int32_t triangle) const;
   void dropDoubtful(float from, float ifBeyond, std::vector<std::uint8_t>& keep);
 
   const TriangleMesh& mesh_;
   const std::vector<std::uint8_t>& supported_;
-  const std::vector<double>& areas_;
   const OrientedPoints& points_;
   Execution& execution_;
   NearestPoints nearest_;

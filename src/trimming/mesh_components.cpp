@@ -174,7 +174,7 @@ std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoi
                                  const NeighborSearch& search, const TrimmingOptions& options,
                                  std::vector<std::uint8_t>& keep, bool& isTorn, Execution& execution)
 {
-  const auto& [mesh, supported, areas] = observed;
+  const auto& [mesh, supported] = observed;
   std::vector<std::int32_t> componentOf;
   const std::int32_t components = groupTriangles(mesh, keep, execution, componentOf, isTorn);
   if (components < 2)
@@ -182,7 +182,7 @@ std::int64_t dropSmallComponents(const ObservedMesh& observed, const OrientedPoi
   std::vector<double> area(components, 0);
   for (std::size_t t = 0; t < keep.size(); ++t)
     if (keep[t] && supported[t])
-      area[componentOf[t]] += areas[t];
+      area[componentOf[t]] += areaOf(mesh, mesh.triangles[t]);
   std::vector<std::uint8_t> isDropped = findPoorComponents(
       mesh, points, search, componentOf, area.size(), static_cast<std::size_t>(options.minComponentPoints), execution);
   isDropped[std::max_element(area.begin(), area.end()) - area.begin()] = 0;

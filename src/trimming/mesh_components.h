@@ -13,11 +13,10 @@
 
 namespace pcl::mrf {
 
-/// A mesh, and of each triangle whether points support it, and its area.
+/// A mesh, and of each triangle whether points support it.
 struct ObservedMesh {
   const TriangleMesh& mesh;
   const std::vector<std::uint8_t>& supported;
-  const std::vector<double>& areas;
 };
 
 /// Clears the flags of the triangles in components that too few points speak for or with too little supported area; the

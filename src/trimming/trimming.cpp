@@ -19,16 +19,6 @@
 namespace pcl::mrf {
 namespace {
 
-std::vector<double> findAreas(const TriangleMesh& mesh, Execution& execution)
-{
-  std::vector<double> areas(mesh.triangles.size());
-  forTriangles(mesh, execution, [&](std::size_t t) {
-    if (hasValidIndices(mesh, t))
-      areas[t] = areaOf(mesh, mesh.triangles[t]);
-  });
-  return areas;
-}
-
 std::vector<std::uint8_t> findSupported(const TriangleMesh& mesh, Execution& execution)
 {
   std::vector<std::uint8_t> supported(mesh.triangles.size());
@@ -92,8 +82,7 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
       return result;
     }
   }
-  const std::vector<double> areas = findAreas(mesh, execution);
-  HoleFinder holes(mesh, supported, areas, points, search, execution);
+  HoleFinder holes(mesh, supported, points, search, execution);
   std::vector<std::uint8_t> keep(supported);
   if (options.kind == Trimming::holes) {
     const bool isAutomatic = options.maxGap == 0 && options.maxHole == 0;
@@ -104,14 +93,13 @@ TrimResult trim(TriangleMesh mesh, const OrientedPoints& points, const NeighborS
   if (keepsAll && !result.statistics)
     result.statistics = measure(mesh, execution);
   if (!keepsAll || !isOnePiece(*result.statistics))
-    result.componentsDropped =
-        dropSmallComponents({mesh, supported, areas}, points, search, options, keep, isTorn, execution);
+    result.componentsDropped = dropSmallComponents({mesh, supported}, points, search, options, keep, isTorn, execution);
   if (result.statistics && (result.componentsDropped > 0 || isTorn || result.statistics->unusedVertices > 0))
     result.statistics.reset(); // not those of what is left
 
   for (std::size_t t = 0; t < keep.size(); ++t)
-    if (!keep[t])
-      result.areaDropped += areas[t];
+    if (!keep[t] && hasValidIndices(mesh, t))
+      result.areaDropped += areaOf(mesh, mesh.triangles[t]);
   holes.describe(keep, result);
   result.mesh = result.statistics || isAllUsed(mesh, keep) ? std::move(mesh) : select(mesh, keep);
   if (isTorn)

@@ -245,6 +245,32 @@ TEST(MeshQuality, componentsAreNumberedByTheirFirstTriangle)
   EXPECT_EQ(component, (std::vector<std::int32_t>{0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1, 2}));
 }
 
+TEST(MeshQuality, ringsDoNotDependOnHowManyVerticesAreGroupedAtATime)
+{
+  const TriangleMesh mesh = torus(9, 7, 2, .5);
+  std::vector<std::uint8_t> isMember(mesh.triangles.size(), 1);
+  isMember[5] = isMember[80] = 0;
+  Execution serial(1);
+  const auto corners = [&](std::size_t atATime) {
+    std::vector<std::int32_t> seen;
+    const auto parts = partsOfRings<std::vector<std::int32_t>>(
+        mesh, isMember, serial,
+        [](std::vector<std::int32_t>& part, const Ring& ring, std::int32_t vertex) {
+          part.push_back(-vertex);
+          for (std::int32_t i = 0; i < ring.size(); ++i)
+            part.push_back(ring.corner(i));
+        },
+        atATime);
+    for (const std::vector<std::int32_t>& part : parts)
+      seen.insert(seen.end(), part.begin(), part.end());
+    return seen;
+  };
+  const std::vector<std::int32_t> all = corners(63);
+  EXPECT_EQ(all.size(), 63u + 3 * (126 - 2));
+  for (const std::size_t atATime : {1, 10, 62})
+    EXPECT_EQ(corners(atATime), all) << atATime;
+}
+
 TEST(MeshQuality, doesNotDependOnTheNumberOfThreads)
 {
   // More vertices than one range has, with a boundary, several components and torn vertices.
