@@ -7,6 +7,7 @@
 #include "orientation/given_signs.h"
 #include "orientation/orientation.h"
 #include "points/noise.h"
+#include "points/normals.h"
 
 #include <pcl/surface/mrf/exceptions.h>
 
@@ -70,6 +71,24 @@ std::vector<float> knownByRange(const NoiseLaw& law, const OrientedPoints& point
   return deviationsByLaw(law, points, execution);
 }
 
+/// Median cosine between the axes of normals.
+float medianCosine(const std::vector<Eigen::Vector3f>& some, const std::vector<Eigen::Vector3f>& others)
+{
+  std::vector<float> cosines(some.size());
+  for (std::size_t i = 0; i < some.size(); ++i)
+    cosines[i] = std::abs(some[i].dot(others[i]));
+  return quantile(std::move(cosines), .5);
+}
+
+void warnOfScatter(float cosine, Report& report)
+{
+  std::ostringstream text;
+  text << "the normals are " << std::lround(std::acos(cosine) * 180 / EIGEN_PI)
+       << " degrees (median) off planes as wide as the points' noise asks for: such were taken instead; "
+          "normals.source = use keeps the cloud's";
+  report.warnings.push_back(text.str());
+}
+
 } // namespace
 
 OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, NeighborSearch& search, Report& report,
@@ -108,6 +127,34 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
   if (const auto law = noiseLaw(options.observation.noiseModel); law && law->isByRange() && result.deviations.empty())
     result.deviations = knownByRange(*law, result, options, execution);
   return result;
+}
+
+void fitNormalsToNoise(OrientedPoints& points, const Options& options, NeighborSearch& search, Report& report,
+                       Execution& execution)
+{
+  // Exact normals have .96 or more under noise of up to 4 spacings, those of 16 points .95 under 1.4, .9 under 2.
+  constexpr float alike = .93f;
+  if (options.normals.source == NormalSource::use || options.normals.noiseCriteria || options.normals.radius > 0)
+    return;
+  const std::vector<Eigen::Vector3f> fits =
+      estimateNormals(points, search, report.density.spacing, options.normals, execution).normals;
+  const float cosine = medianCosine(points.normals, fits);
+  if (cosine > alike)
+    return;
+  if (!report.normalsEstimated)
+    warnOfScatter(cosine, report);
+  PointSet set;
+  static_cast<PointArrays&>(set) = std::move(points);
+  const OrientationVote vote = report.vote == OrientationVote::none ? OrientationVote::reference : report.vote;
+  OrientationResult oriented = orientNormals(set, fits, search, report.density, vote, options.orientation, execution);
+  report.orientation = oriented.summary();
+  report.normalsEstimated = true;
+  set.normals = std::move(oriented.normals);
+  reduce(set, oriented.keep, search, execution);
+  requirePoints(set, report);
+  report.points.smallComponents += report.orientation.pointsDropped;
+  report.points.used = static_cast<std::int64_t>(set.size());
+  static_cast<PointArrays&>(points) = std::move(set);
 }
 
 } // namespace pcl::mrf

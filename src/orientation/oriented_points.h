@@ -12,4 +12,9 @@ namespace pcl::mrf {
 OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, NeighborSearch& search, Report& report,
                             Execution& execution);
 
+/// Fits normals again, in neighborhoods as wide as the points' deviations ask for, and orients them like those there
+/// are. Normals that the cloud came with stay unless they scatter around those. \pre points.deviations are set
+void fitNormalsToNoise(OrientedPoints& points, const Options& options, NeighborSearch& search, Report& report,
+                       Execution& execution);
+
 } // namespace pcl::mrf

@@ -74,7 +74,7 @@ std::size_t numberFound(const float* squared, std::size_t k)
 }
 
 /// Distance of a point from the plane with a normal through the mean of its neighbors.
-double distanceFromMean(const PointSet& points, const NeighborSearch& search, std::size_t i, float radius,
+double distanceFromMean(const PointArrays& points, const NeighborSearch& search, std::size_t i, float radius,
                         const Eigen::Vector3d& normal, Neighbors& found)
 {
   search.within(points.positions[i], radius, found);
@@ -88,7 +88,7 @@ double distanceFromMean(const PointSet& points, const NeighborSearch& search, st
 constexpr std::size_t pointsPerPoll = 1 << 15;
 
 /// Planes of the neighbors inside one radius for all points, as in the paper: pcl::NormalEstimationOMP.
-void fitWithin(const PointSet& points, const NeighborSearch& search, float radius, const NormalOptions& options,
+void fitWithin(const PointArrays& points, const NeighborSearch& search, float radius, const NormalOptions& options,
                Estimates& estimates, Execution& execution)
 {
   NormalEstimationOMP<PointXYZ, Normal> estimation(static_cast<unsigned int>(execution.threads()));
@@ -148,7 +148,7 @@ struct Growing {
 };
 
 /// Planes of the nearest points; those that need more are left in `growing`, in the order of the points.
-void fitNearest(const PointSet& points, const NeighborSearch& search, float noise, Estimates& estimates,
+void fitNearest(const PointArrays& points, const NeighborSearch& search, float noise, Estimates& estimates,
                 std::vector<Growing>& growing, Execution& execution)
 {
   constexpr std::size_t eighth = 8;
@@ -176,7 +176,7 @@ void fitNearest(const PointSet& points, const NeighborSearch& search, float nois
 
 /// Neighborhoods that double until their planes are sound; where none is, the one with the best second eigenvalue,
 /// the nearest points' own among them, counts.
-void grow(const PointSet& points, const NeighborSearch& search, float noise, std::vector<Growing>& growing,
+void grow(const PointArrays& points, const NeighborSearch& search, float noise, std::vector<Growing>& growing,
           Estimates& estimates, Execution& execution)
 {
   const std::size_t max = noise > 0 || !points.deviations.empty() ? maxUnderNoise : maxToGrow;
@@ -231,7 +231,7 @@ float resolvedRadius(const NormalOptions& options, float spacing)
   return options.radius == 0 && options.noiseCriteria ? 2.5f * spacing : options.radius;
 }
 
-NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& search, float spacing,
+NormalEstimates estimateNormals(const PointArrays& points, const NeighborSearch& search, float spacing,
                                 const NormalOptions& options, Execution& execution, float noise)
 {
   validate(options);

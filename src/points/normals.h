@@ -30,7 +30,7 @@ float resolvedRadius(const NormalOptions& options, float spacing);
 /// Not used with a radius
 /// Cost: one or two neighbor queries per point, up to a dozen where a neighborhood has to grow. The result does not
 /// depend on the number of threads; where neighborhoods grow, it depends on the order of the points.
-NormalEstimates estimateNormals(const PointSet& points, const NeighborSearch& search, float spacing,
+NormalEstimates estimateNormals(const PointArrays& points, const NeighborSearch& search, float spacing,
                                 const NormalOptions& options, Execution& execution, float noise = 0);
 
 } // namespace pcl::mrf

@@ -19,6 +19,9 @@ namespace {
 /// ℓ in voxels, at least, where it is automatic: positions that pull harder bend the field within a cell.
 constexpr float minSmoothingOfFinest = .15f;
 
+/// Voxels are no finer than this, in ℓ: a field that is smoother than its voxels is not held by what a band sees of it.
+constexpr float voxelsOfSmoothing = 1;
+
 /// Under noise that neighbors share, voxels and edges in ℓ of the median point. Where points are close, weights make ℓ
 /// shorter: of a room near objects have half of it.
 constexpr double voxelsUnderNoise = .6;
@@ -51,7 +54,8 @@ void chooseResolution(HoldOut& holdOut, Options& options, Report& report, Execut
   const StageTimer timer("resolution", report, execution);
   report.resolution = holdOut.chooseResolution(options.observation.smoothing, options.observation.gradientWeight,
                                                report.smoothing.noise);
-  options.multiscale.voxelSize = static_cast<float>(report.resolution.voxelSize);
+  options.multiscale.voxelSize =
+      std::max(static_cast<float>(report.resolution.voxelSize), voxelsOfSmoothing * options.observation.smoothing);
 }
 
 } // namespace

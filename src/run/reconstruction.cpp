@@ -140,7 +140,7 @@ NoiseReport describe(const NoiseModel& model)
 
 /// What the points' noise is like, as it is known or as they show it; and what follows from it or, where they show
 /// little, from points left out.
-void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionResolver& resolver, Report& report,
+void chooseByData(OrientedPoints& points, NeighborSearch& search, OptionResolver& resolver, Report& report,
                   Execution& execution)
 {
   const ObservationOptions& requested = report.options.observation;
@@ -152,11 +152,13 @@ void chooseByData(OrientedPoints& points, const NeighborSearch& search, OptionRe
   {
     const StageTimer timer("noise", report, execution);
     noise = estimateNoise(points, search, constant, execution);
+    report.noise = describe(noise);
+    report.noise.isKnown = variesAsKnown || constant > 0;
+    if (variesAsKnown || noise.weighsPoints())
+      setDeviations(points, noise, execution);
+    if (noise.isStrong)
+      fitNormalsToNoise(points, report.options, search, report, execution);
   }
-  report.noise = describe(noise);
-  report.noise.isKnown = variesAsKnown || constant > 0;
-  if (variesAsKnown || noise.weighsPoints())
-    setDeviations(points, noise, execution);
   if (noise.isCorrelated && !isGivenSmoothing) {
     report.noise.smoothing = noise.smoothing;
     resolver.followNoise(noise);

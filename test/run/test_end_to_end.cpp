@@ -262,6 +262,28 @@ TEST(Sampling, StrongNoiseIsNotFollowedByBubbles)
   EXPECT_GT(flat, .97 * area);
 }
 
+TEST(Sampling, NormalsThatStrongNoiseScattersAreFittedAgain)
+{
+  const shapes::Sdf torus = shapes::torus(1, .4);
+  PointSet points = shapes::sample(torus, 1.6, .04);
+  shapes::addNoise(points, .1);
+  const auto areFitted = [](const Outcome& run) {
+    const auto isOfNormals = [](const std::string& text) { return text.find("the normals are") == 0; };
+    const std::vector<std::string>& warnings = run.report.warnings;
+    EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(), isOfNormals), run.report.normalsEstimated ? 1 : 0);
+    return run.report.normalsEstimated;
+  };
+  const Outcome exact = reconstruct(points);
+  EXPECT_FALSE(areFitted(exact)) << "these are better";
+  clouds::Random random(1);
+  for (Eigen::Vector3f& normal : points.normals)
+    normal = (normal + .8f * random.direction().cast<float>()).normalized();
+  const Outcome scattered = reconstruct(points);
+  EXPECT_TRUE(areFitted(scattered));
+  expectClosed(scattered, 1, 0);
+  EXPECT_LT(error(scattered.mesh, torus), 1.3 * error(exact.mesh, torus));
+}
+
 TEST(Sampling, FivePercentOfOutliersLeaveOneComponent)
 {
   const shapes::Sdf torus = shapes::torus(1, .4);

@@ -33,7 +33,8 @@ struct OutlierOptions {
 
 /// What becomes of normals that come with the cloud.
 enum class NormalSource {
-  automatic, ///< use those that the cloud has, with signs found anew if these cannot be right; estimate the others
+  automatic, ///< use those that the cloud has, with signs found anew if these cannot be right, and estimated anew if
+             ///< strong noise scatters them; estimate the others
   use,       ///< use them as they are
   reference, ///< estimate, and let the cloud's normals vote on the orientation of each component
   estimate   ///< ignore them
