@@ -71,12 +71,13 @@ std::vector<float> knownByRange(const NoiseLaw& law, const OrientedPoints& point
   return deviationsByLaw(law, points, execution);
 }
 
-/// Median cosine between the axes of normals.
-float medianCosine(const std::vector<Eigen::Vector3f>& some, const std::vector<Eigen::Vector3f>& others)
+/// Median cosine between the axes of normals at some points.
+float medianCosine(const std::vector<Eigen::Vector3f>& normals, const std::vector<Eigen::Vector3f>& others,
+                   const std::vector<std::uint32_t>& asked)
 {
-  std::vector<float> cosines(some.size());
-  for (std::size_t i = 0; i < some.size(); ++i)
-    cosines[i] = std::abs(some[i].dot(others[i]));
+  std::vector<float> cosines;
+  for (const std::uint32_t i : asked)
+    cosines.push_back(std::abs(normals[i].dot(others[i])));
   return quantile(std::move(cosines), .5);
 }
 
@@ -136,11 +137,17 @@ void fitNormalsToNoise(OrientedPoints& points, const Options& options, NeighborS
   constexpr float alike = .93f;
   if (options.normals.source == NormalSource::use || options.normals.noiseCriteria || options.normals.radius > 0)
     return;
-  const std::vector<Eigen::Vector3f> fits =
-      estimateNormals(points, search, report.density.spacing, options.normals, execution).normals;
-  const float cosine = medianCosine(points.normals, fits);
+  constexpr std::size_t few = 2048;
+  std::vector<std::uint32_t> asked;
+  for (std::size_t n = 0; n < std::min(few, points.size()); ++n)
+    asked.push_back(static_cast<std::uint32_t>(n * points.size() / std::min(few, points.size())));
+  const auto fitsOf = [&](const std::vector<std::uint32_t>& some) {
+    return estimateNormals(points, search, report.density.spacing, options.normals, execution, 0, some).normals;
+  };
+  const float cosine = medianCosine(points.normals, fitsOf(asked), asked);
   if (cosine > alike)
     return;
+  const std::vector<Eigen::Vector3f> fits = fitsOf({});
   if (!report.normalsEstimated)
     warnOfScatter(cosine, report);
   PointSet set;

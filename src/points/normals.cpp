@@ -147,28 +147,39 @@ struct Growing {
   Plane best;
 };
 
-/// Planes of the nearest points; those that need more are left in `growing`, in the order of the points.
+/// Planes of the nearest points; those that need more are left in `growing`, in the order of the points. \param asked
+/// of these points; empty: of all
 void fitNearest(const PointArrays& points, const NeighborSearch& search, float noise, Estimates& estimates,
-                std::vector<Growing>& growing, Execution& execution)
+                const std::vector<std::uint32_t>& asked, std::vector<Growing>& growing, Execution& execution)
 {
   constexpr std::size_t eighth = 8;
   std::vector<std::uint16_t> sizes(points.size(), 0);
-  search.forEachPosition(points.positions, nearestNeighbors, NeighborSearch::Answer::indicesAndDistances, execution,
-                         [&](const NeighborBatch& batch) {
-                           for (std::size_t q = 0; q < batch.size; ++q) {
-                             const std::size_t i = batch.positions[q];
-                             const float* squared = batch.squaredDistances + q * batch.k;
-                             const std::size_t number = numberFound(squared, batch.k);
-                             const Plane plane =
-                                 fitPlane(points.positions, batch.indices + q * batch.k, number, points.positions[i]);
-                             estimates.set(i, plane);
-                             const float own = points.deviations.empty() ? noise : points.deviations[i];
-                             std::size_t size = number > eighth ? sizeUnderNoise(own, std::sqrt(squared[eighth])) : 0;
-                             if (size <= nearestNeighbors)
-                               size = !plane.isSound() ? nearestNeighbors : plane.isFlat() ? 0 : 2 * nearestNeighbors;
-                             sizes[i] = static_cast<std::uint16_t>(size);
-                           }
-                         });
+  const auto fit = [&](std::size_t i, const auto* neighbors, const float* squared, std::size_t number) {
+    const Plane plane = fitPlane(points.positions, neighbors, number, points.positions[i]);
+    estimates.set(i, plane);
+    const float own = points.deviations.empty() ? noise : points.deviations[i];
+    std::size_t size = number > eighth ? sizeUnderNoise(own, std::sqrt(squared[eighth])) : 0;
+    if (size <= nearestNeighbors)
+      size = !plane.isSound() ? nearestNeighbors : plane.isFlat() ? 0 : 2 * nearestNeighbors;
+    sizes[i] = static_cast<std::uint16_t>(size);
+  };
+  if (asked.empty())
+    search.forEachPosition(points.positions, nearestNeighbors, NeighborSearch::Answer::indicesAndDistances, execution,
+                           [&](const NeighborBatch& batch) {
+                             for (std::size_t q = 0; q < batch.size; ++q) {
+                               const float* squared = batch.squaredDistances + q * batch.k;
+                               fit(batch.positions[q], batch.indices + q * batch.k, squared,
+                                   numberFound(squared, batch.k));
+                             }
+                           });
+  else
+    execution.forRange(asked.size(), normalGrain, [&](std::size_t begin, std::size_t end) {
+      Neighbors found;
+      for (std::size_t n = begin; n < end; ++n) {
+        const int number = search.nearest(points.positions[asked[n]], nearestNeighbors, found);
+        fit(asked[n], found.indices.data(), found.squaredDistances.data(), static_cast<std::size_t>(number));
+      }
+    });
   for (std::uint32_t i = 0; i < sizes.size(); ++i)
     if (sizes[i] > 0)
       growing.push_back({i, sizes[i], {}});
@@ -232,7 +243,8 @@ float resolvedRadius(const NormalOptions& options, float spacing)
 }
 
 NormalEstimates estimateNormals(const PointArrays& points, const NeighborSearch& search, float spacing,
-                                const NormalOptions& options, Execution& execution, float noise)
+                                const NormalOptions& options, Execution& execution, float noise,
+                                const std::vector<std::uint32_t>& asked)
 {
   validate(options);
   NormalEstimates result;
@@ -243,7 +255,7 @@ NormalEstimates estimateNormals(const PointArrays& points, const NeighborSearch&
     return result;
   }
   std::vector<Growing> growing;
-  fitNearest(points, search, noise, estimates, growing, execution);
+  fitNearest(points, search, noise, estimates, asked, growing, execution);
   execution.poll();
   grow(points, search, noise, growing, estimates, execution);
   return result;

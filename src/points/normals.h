@@ -27,10 +27,11 @@ float resolvedRadius(const NormalOptions& options, float spacing);
 /// noisy, in double precision; with a radius by pcl::NormalEstimationOMP. See src/method.md.
 /// \param spacing l̄, for the paper's automatic lengths \param search holds exactly points.positions
 /// \param noise standard deviation of points from the surface that have none of their own, cloud's unit; 0 = unknown.
-/// Not used with a radius
+/// Not used with a radius \param asked points whose normals are; empty: all. With a radius they are all points'
 /// Cost: one or two neighbor queries per point, up to a dozen where a neighborhood has to grow. The result does not
 /// depend on the number of threads; where neighborhoods grow, it depends on the order of the points.
 NormalEstimates estimateNormals(const PointArrays& points, const NeighborSearch& search, float spacing,
-                                const NormalOptions& options, Execution& execution, float noise = 0);
+                                const NormalOptions& options, Execution& execution, float noise = 0,
+                                const std::vector<std::uint32_t>& asked = {});
 
 } // namespace pcl::mrf

@@ -209,6 +209,19 @@ TEST(Normals, LinesAndSinglePositionsHaveNone)
   EXPECT_TRUE(estimateNormals({}, *makeKdTree(), 1, {}, execution).normals.empty());
 }
 
+TEST(Normals, OfSomePointsAreThoseOfAll)
+{
+  const PointSet points = clouds::randomSquare(2000, 1);
+  const auto search = clouds::searchOf(points);
+  Execution execution(1);
+  const std::vector<std::uint32_t> asked = {3, 700, 1999};
+  const auto all = estimateNormals(points, *search, .02f, {}, execution, .05f).normals,
+             some = estimateNormals(points, *search, .02f, {}, execution, .05f, asked).normals;
+  for (const std::uint32_t i : asked)
+    EXPECT_EQ(some[i], all[i]);
+  EXPECT_EQ(std::count_if(some.begin(), some.end(), [](const Eigen::Vector3f& n) { return n.isZero(); }), 1997);
+}
+
 TEST(Normals, ANarrowStripIsAPlane)
 {
   PointSet points; // a thousand times as long as wide
