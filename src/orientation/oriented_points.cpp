@@ -152,8 +152,10 @@ void fitNormalsToNoise(OrientedPoints& points, const Options& options, NeighborS
     warnOfScatter(cosine, report);
   PointSet set;
   static_cast<PointArrays&>(set) = std::move(points);
-  const OrientationVote vote = report.vote == OrientationVote::none ? OrientationVote::reference : report.vote;
-  OrientationResult oriented = orientNormals(set, fits, search, report.density, vote, options.orientation, execution);
+  if (report.vote == OrientationVote::none)
+    report.vote = OrientationVote::reference;
+  OrientationResult oriented =
+      orientNormals(set, fits, search, report.density, report.vote, options.orientation, execution);
   report.orientation = oriented.summary();
   report.normalsEstimated = true;
   set.normals = std::move(oriented.normals);

@@ -280,6 +280,7 @@ TEST(Sampling, NormalsThatStrongNoiseScattersAreFittedAgain)
     normal = (normal + .8f * random.direction().cast<float>()).normalized();
   const Outcome scattered = reconstruct(points);
   EXPECT_TRUE(areFitted(scattered));
+  EXPECT_EQ(scattered.report.vote, pcl::mrf::OrientationVote::reference);
   expectClosed(scattered, 1, 0);
   EXPECT_LT(error(scattered.mesh, torus), 1.3 * error(exact.mesh, torus));
 }
