@@ -3,7 +3,6 @@
 
 #include <pcl/surface/mrf/exceptions.h>
 
-#include <atomic>
 #include <limits>
 #include <numeric>
 #include <string>

@@ -12,8 +12,9 @@ namespace pcl::mrf {
 OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, NeighborSearch& search, Report& report,
                             Execution& execution);
 
-/// Fits normals again, in neighborhoods as wide as the points' deviations ask for, and orients them like those there
-/// are. Normals that the cloud came with stay unless they scatter around those. \pre points.deviations are set
+/// Fits normals again, in neighborhoods as wide as the points' deviations ask for, if those there are scatter around
+/// such fits, and orients them as before; without a vote these have one. A cloud's own are replaced with a warning.
+/// \pre points.deviations are set
 void fitNormalsToNoise(OrientedPoints& points, const Options& options, NeighborSearch& search, Report& report,
                        Execution& execution);
 

@@ -19,9 +19,6 @@ namespace {
 /// ℓ in voxels, at least, where it is automatic: positions that pull harder bend the field within a cell.
 constexpr float minSmoothingOfFinest = .15f;
 
-/// Voxels are no finer than this, in ℓ: a field that is smoother than its voxels is not held by what a band sees of it.
-constexpr float voxelsOfSmoothing = 1;
-
 /// Under noise that neighbors share, voxels and edges in ℓ of the median point. Where points are close, weights make ℓ
 /// shorter: of a room near objects have half of it.
 constexpr double voxelsUnderNoise = .6;
@@ -48,14 +45,15 @@ void chooseSmoothing(HoldOut& holdOut, ObservationOptions& observation, Report& 
     observation.gradientWeight = holdOut.chooseGradientWeight(report.smoothing.smoothing, report.smoothing.noise);
 }
 
-/// Takes the coarsest voxels that the data bear.
+/// Takes the coarsest voxels that the data bear, none finer than ℓ: what a band sees does not hold a field that is
+/// smoother than its voxels.
 void chooseResolution(HoldOut& holdOut, Options& options, Report& report, Execution& execution)
 {
   const StageTimer timer("resolution", report, execution);
   report.resolution = holdOut.chooseResolution(options.observation.smoothing, options.observation.gradientWeight,
                                                report.smoothing.noise);
   options.multiscale.voxelSize =
-      std::max(static_cast<float>(report.resolution.voxelSize), voxelsOfSmoothing * options.observation.smoothing);
+      std::max(static_cast<float>(report.resolution.voxelSize), options.observation.smoothing);
 }
 
 } // namespace

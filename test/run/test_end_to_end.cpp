@@ -281,6 +281,8 @@ TEST(Sampling, NormalsThatStrongNoiseScattersAreFittedAgain)
   const Outcome scattered = reconstruct(points);
   EXPECT_TRUE(areFitted(scattered));
   EXPECT_EQ(scattered.report.vote, pcl::mrf::OrientationVote::reference);
+  for (const Outcome& run : {exact, scattered})
+    EXPECT_GE(run.report.options.multiscale.voxelSize, run.report.options.observation.smoothing);
   expectClosed(scattered, 1, 0);
   EXPECT_LT(error(scattered.mesh, torus), 1.3 * error(exact.mesh, torus));
 }
