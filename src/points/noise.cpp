@@ -3,9 +3,10 @@
 
 #include "base/loops.h"
 #include "base/select_values.h"
+#include "points/local_plane.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -42,33 +43,25 @@ struct Sample {
   double nearest = std::numeric_limits<double>::quiet_NaN(); ///< what those closest along the plane show
 };
 
-/// Of the plane that points spread along: height, width, length.
-using Axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>;
-
-/// The neighbors relative to the first, in radii.
-Eigen::Matrix3Xd relativeTo(const std::vector<Eigen::Vector3f>& positions, const int* neighbors, std::size_t count,
-                            double radius)
+/// The neighbors relative to the first, in radii: the first coordinate is the height over a plane, two are along it.
+Eigen::Matrix3Xd overPlane(const Eigen::Vector3d& normal, const std::vector<Eigen::Vector3f>& positions,
+                           const int* neighbors, std::size_t count, double radius)
 {
-  const Eigen::Vector3d origin = positions[neighbors[0]].cast<double>();
-  Eigen::Matrix3Xd relative(3, static_cast<Eigen::Index>(count));
-  for (Eigen::Index n = 0; n < relative.cols(); ++n)
-    relative.col(n) = (positions[neighbors[n]].cast<double>() - origin) / radius;
-  return relative;
+  const Eigen::Vector3d origin = positions[neighbors[0]].cast<double>(), along = normal.unitOrthogonal();
+  Eigen::Matrix3d axes;
+  axes << normal, along, normal.cross(along);
+  Eigen::Matrix3Xd local(3, static_cast<Eigen::Index>(count));
+  for (Eigen::Index n = 0; n < local.cols(); ++n)
+    local.col(n) = axes.transpose() * (positions[neighbors[n]].cast<double>() - origin) / radius;
+  return local;
 }
 
-Axes axesOf(const Eigen::Matrix3Xd& relative)
+/// The deviation of points from the quadric of their heights, in their unit.
+double quadricResidual(const Eigen::Matrix3Xd& local)
 {
-  const Eigen::Matrix3Xd centered = relative.colwise() - relative.rowwise().mean();
-  return Axes(centered * centered.transpose());
-}
-
-/// The deviation of points from the quadric of heights over a plane, in their unit.
-double quadricResidual(const Eigen::Matrix3Xd& relative, const Eigen::Matrix3d& axes)
-{
-  const Eigen::Matrix3Xd local = axes.transpose() * relative; // height first
   using Row = Eigen::Matrix<double, unknowns, 1>;
   const auto rowOf = [&](Eigen::Index n) {
-    const double u = local(2, n), v = local(1, n);
+    const double u = local(1, n), v = local(2, n);
     return (Row() << 1, u, v, u * u, u * v, v * v).finished();
   };
   Eigen::Matrix<double, unknowns, unknowns> normal = Eigen::Matrix<double, unknowns, unknowns>::Zero();
@@ -87,22 +80,28 @@ double quadricResidual(const Eigen::Matrix3Xd& relative, const Eigen::Matrix3d& 
 
 /// What the points show that are closest along the plane of all of them: white noise in full, however thick the layer
 /// is that it makes of the points. Those closest in space are of similar height there.
-double nearestResidual(const Eigen::Matrix3Xd& relative, const Axes& axes)
+double nearestResidual(const Eigen::Matrix3Xd& local)
 {
   std::vector<std::pair<double, Eigen::Index>> byDistance;
-  for (Eigen::Index n = 0; n < relative.cols(); ++n)
-    byDistance.emplace_back((axes.eigenvectors().rightCols<2>().transpose() * relative.col(n)).squaredNorm(), n);
+  for (Eigen::Index n = 0; n < local.cols(); ++n)
+    byDistance.emplace_back(local.col(n).tail<2>().squaredNorm(), n);
   std::partial_sort(byDistance.begin(), byDistance.begin() + neighborhoods.front(), byDistance.end());
   const double radius = std::sqrt(byDistance[neighborhoods.front() - 1].first);
   Eigen::Matrix3Xd nearest(3, static_cast<Eigen::Index>(neighborhoods.front()));
   for (Eigen::Index n = 0; n < nearest.cols(); ++n)
-    nearest.col(n) = relative.col(byDistance[n].second) / radius;
-  const Eigen::Matrix2Xd along = axes.eigenvectors().rightCols<2>().transpose() * nearest,
-                         centered = along.colwise() - along.rowwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread(centered * centered.transpose());
-  if (!(spread.eigenvalues()[0] > onLine * spread.eigenvalues()[1]))
+    nearest.col(n) = local.col(byDistance[n].second) / radius;
+  const Eigen::Vector3d mean = nearest.rowwise().mean();
+  double uu = 0, uv = 0, vv = 0;
+  for (Eigen::Index n = 0; n < nearest.cols(); ++n) {
+    const double u = nearest(1, n) - mean[1], v = nearest(2, n) - mean[2];
+    uu += u * u;
+    uv += u * v;
+    vv += v * v;
+  }
+  // λ > t Λ if λ Λ (1 + t)² > t (λ + Λ)², which the determinant and the trace tell.
+  if (!((uu * vv - uv * uv) * (1 + onLine) * (1 + onLine) > onLine * (uu + vv) * (uu + vv)))
     return std::numeric_limits<double>::quiet_NaN();
-  return radius * quadricResidual(nearest, axes.eigenvectors());
+  return radius * quadricResidual(nearest);
 }
 
 /// The nearest points. Of those that several sensors may have seen, some are on the other wall of a thin object, which
@@ -133,14 +132,15 @@ Sample measure(const OrientedPoints& points, const NeighborSearch& search, std::
     if (neighborhoods[k] > number)
       continue;
     const double radius = std::sqrt(found.squaredDistances[neighborhoods[k] - 1]), inSpacings = radius / sample.spacing;
-    const Eigen::Matrix3Xd relative = relativeTo(points.positions, found.indices.data(), neighborhoods[k], radius);
-    const Axes axes = axesOf(relative);
+    const Plane plane = fitPlane(points.positions, found.indices.data(), neighborhoods[k], points.positions[point]);
     sample.radius[k] = inSpacings;
-    if (!(axes.eigenvalues()[1] > onLine * axes.eigenvalues()[2]))
+    if (!(plane.secondToFirst > onLine))
       continue;
-    sample.residual[k] = inSpacings * quadricResidual(relative, axes.eigenvectors());
+    const Eigen::Matrix3Xd local =
+        overPlane(plane.normal, points.positions, found.indices.data(), neighborhoods[k], radius);
+    sample.residual[k] = inSpacings * quadricResidual(local);
     if (k + 1 == neighborhoods.size())
-      sample.nearest = inSpacings * nearestResidual(relative, axes);
+      sample.nearest = inSpacings * nearestResidual(local);
   }
   return sample;
 }
