@@ -6,7 +6,7 @@
 #include "text_file.h"
 
 #include <base/byte_writer.h>
-#include <pcl/common/io.h>
+#include <pcl/PCLPointField.h>
 #include <pcl/surface/mrf/reconstruction.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ pcl::mrf::MeshView viewOf(const SurfaceMesh& mesh)
         continue; // the mesh has none
       const auto* const first = reinterpret_cast<const char*>(values.data());
       view.fields.push_back({name, first + offset, sizeof(values[0]), type});
-      offset += static_cast<std::size_t>(pcl::getFieldSize(type));
+      offset += sizeof(values[0]) / names.size();
     }
   };
   add({"x", "y", "z"}, mesh.vertices, PCLPointField::FLOAT64);

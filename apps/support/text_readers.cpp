@@ -8,9 +8,9 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
-#include <regex>
 #include <set>
 
 namespace mrf_apps {
@@ -22,29 +22,52 @@ bool isComment(std::string_view line)
   return begin == std::string_view::npos || line[begin] == '#' || line.substr(begin, 2) == "//";
 }
 
-/// A line of names without units, "X [m]" or "Height(ft)": what is short, in brackets, and has no digit.
+/// Where units are in a line of names, "X [m]" or "Height(ft)": what is short, in brackets, and has no digit.
+std::vector<std::string_view> unitsIn(std::string_view line)
+{
+  constexpr std::size_t longest = 14;
+  std::vector<std::string_view> units;
+  for (std::size_t open = 0; (open = line.find_first_of("[(", open)) != line.npos; ++open) {
+    const std::string_view behind = line.substr(open + 1, longest + 1);
+    const std::size_t length = behind.find_first_of("])0123456789");
+    if (length == line.npos || (behind[length] >= '0' && behind[length] <= '9'))
+      continue;
+    units.push_back(behind.substr(0, length));
+    open += length + 1;
+  }
+  return units;
+}
+
 std::string withoutUnits(std::string_view line)
 {
-  static const std::regex unit("[\\[(][^\\])0-9]{0,14}[\\])]");
-  return std::regex_replace(std::string(line), unit, "");
+  std::string names;
+  const char* rest = line.data();
+  for (const std::string_view unit : unitsIn(line)) {
+    names.append(rest, unit.data() - 1);
+    rest = unit.data() + unit.size() + 1;
+  }
+  return names.append(rest, line.data() + line.size());
 }
 
 /// The units of length that a line of names has in brackets behind those of the coordinates, each once.
 std::set<std::string> lengthUnits(std::string_view line, const std::vector<std::string>& names)
 {
   constexpr std::string_view splitters = " \t,;\"#/";
-  // Of few characters, each of which takes stack.
-  static const std::regex unit("[\\[(] {0,9}(m|mm|cm|dm|km|(us|survey)? {0,9}ft|in|feet|meters|metres) {0,9}[\\])]",
-                               std::regex::icase);
+  constexpr std::array<std::string_view, 13> lengths = {"m",    "mm",        "cm", "dm",   "km",     "ft",    "us ft",
+                                                        "usft", "survey ft", "in", "feet", "meters", "metres"};
   const Triple position = *VectorColumns(names).position;
   std::set<std::string> units;
-  for (std::cregex_iterator found(line.data(), line.data() + line.size(), unit), end; found != end; ++found) {
-    std::string_view before = line.substr(0, static_cast<std::size_t>(found->position()));
+  for (const std::string_view inBrackets : unitsIn(line)) {
+    const std::size_t begin = std::min(inBrackets.find_first_not_of(' '), inBrackets.size());
+    const std::string_view unit = inBrackets.substr(begin, inBrackets.find_last_not_of(' ') + 1 - begin);
+    if (std::none_of(lengths.begin(), lengths.end(), [&](auto length) { return equalsIgnoringCase(unit, length); }))
+      continue;
+    std::string_view before = line.substr(0, static_cast<std::size_t>(inBrackets.data() - 1 - line.data()));
     before = before.substr(0, before.find_last_not_of(" \t\"") + 1);
     for (const std::size_t column : position) {
       const std::size_t rest = before.size() - std::min(names[column].size(), before.size());
       if (before.substr(rest) == names[column] && (rest == 0 || splitters.find(before[rest - 1]) != splitters.npos))
-        units.insert((*found)[1]);
+        units.emplace(unit);
     }
   }
   return units;
