@@ -41,6 +41,7 @@ struct Sample {
   double key = 0, spacing = 0, known = 0;
   std::array<double, neighborhoods.size()> radius, residual;
   double nearest = std::numeric_limits<double>::quiet_NaN(); ///< what those closest along the plane show
+  double roundness = nearest;                                ///< of the widest neighborhood: width over length, squared
 };
 
 /// The neighbors relative to the first, in radii: the first coordinate is the height over a plane, two are along it.
@@ -139,8 +140,10 @@ Sample measure(const OrientedPoints& points, const NeighborSearch& search, std::
     const Eigen::Matrix3Xd local =
         overPlane(plane.normal, points.positions, found.indices.data(), neighborhoods[k], radius);
     sample.residual[k] = inSpacings * quadricResidual(local);
-    if (k + 1 == neighborhoods.size())
+    if (k + 1 == neighborhoods.size()) {
       sample.nearest = inSpacings * nearestResidual(local);
+      sample.roundness = plane.secondToFirst;
+    }
   }
   return sample;
 }
@@ -240,8 +243,11 @@ NoiseGroup describe(const std::vector<Sample>& samples)
   constexpr double ofSheets = .1;
   const bool inSheets = inSpace < ofSheets * group.deviation;
   group.white = inSheets ? inSpace : std::isnan(alongPlane) ? group.deviation : std::min(alongPlane, group.deviation);
-  // Relief that grows up to the widest neighborhoods looks the same as noise that neighbors share, but for sheets.
-  if (!inSheets && !(group.correlation < correlations.back() * group.spacing))
+  // Relief that grows up to the widest neighborhoods looks the same as noise that neighbors share, but for sheets; so
+  // does a rod that they reach around, along which they are longer than wide.
+  constexpr double ofRods = .3;
+  const bool isRelief = !inSheets && !(group.correlation < correlations.back() * group.spacing);
+  if (isRelief || quantileOf([](const Sample& sample) { return sample.roundness; }, .5) < ofRods)
     group.deviation = group.white;
   return group;
 }
@@ -392,9 +398,12 @@ NoiseModel estimateNoise(const OrientedPoints& points, const NeighborSearch& sea
   measureGroups(points, search, known, maxSamples, model, execution);
   if (!(model.medianKey > 0))
     return model;
-  model.isCorrelated = share(&NoiseGroup::isCorrelated) >= majority;
   constexpr std::size_t enough = 6000; // of fewer, the shape within the widest neighborhoods counts as noise
-  model.isStrong = points.size() >= enough && share(&NoiseGroup::isStrong) >= majority;
+  const auto have = [&](bool (NoiseGroup::*property)() const) {
+    return points.size() >= enough && share(property) >= majority;
+  };
+  model.isCorrelated = have(&NoiseGroup::isCorrelated);
+  model.isStrong = have(&NoiseGroup::isStrong);
   const bool isKnown = model.deviation > 0;
   if (model.isCorrelated || model.isStrong) {
     if (!isKnown)

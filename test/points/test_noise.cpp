@@ -155,6 +155,25 @@ TEST(Noise, TheOtherWallOfAThinObjectIsNone)
   EXPECT_TRUE(modelOf(withSpacings(points)).isStrong);
 }
 
+/// The nearest 384 points are all around it, and the noise of the nearest 12 is a part of what a quadric leaves there.
+TEST(Noise, TheRoundOfARodIsNone)
+{
+  constexpr int around = 24, along = 500;
+  const std::vector<float> noise = depth_image::noise(0);
+  PointSet points;
+  for (int n = 0; n < around * along; ++n) {
+    const float angle = 2 * static_cast<float>(EIGEN_PI) * static_cast<float>(n % around) / around;
+    points.normals.emplace_back(std::cos(angle), std::sin(angle), 0);
+    points.positions.push_back((around / (2 * EIGEN_PI) + .25f * noise[n]) * points.normals.back() +
+                               static_cast<float>(n / around) * Eigen::Vector3f::UnitZ());
+  }
+  const NoiseModel model = modelOf(withSpacings(points));
+  ASSERT_EQ(model.groups.size(), 6U);
+  EXPECT_FALSE(model.isCorrelated || model.isStrong);
+  for (const NoiseGroup& group : model.groups)
+    EXPECT_NEAR(group.deviation, .25, .1);
+}
+
 TEST(Noise, BecomesTheDeviationOfEachPoint)
 {
   OrientedPoints points = depthImage([](float depth) { return .01f * depth * depth; }, 1);
@@ -211,15 +230,17 @@ TEST(Noise, OfFewPointsIsUnknown)
   EXPECT_TRUE(modelOf(select(points, keep)).groups.empty());
 }
 
-TEST(Noise, IsStrongOfManyPointsOnly)
+TEST(Noise, IsFollowedOfManyPointsOnly)
 {
-  const OrientedPoints points = wall(0, 0);
-  EXPECT_TRUE(modelOf(points).isStrong);
-  std::vector<std::uint8_t> keep(points.size(), 0);
-  std::fill(keep.begin(), keep.begin() + 5000, std::uint8_t{1});
-  const NoiseModel few = modelOf(select(points, keep));
-  EXPECT_GT(std::count_if(few.groups.begin(), few.groups.end(), [](const NoiseGroup& g) { return g.isStrong(); }), 3);
-  EXPECT_FALSE(few.isStrong);
+  const auto isFollowed = [](const NoiseModel& model) { return model.isStrong || model.isCorrelated; };
+  for (const OrientedPoints& points : {wall(0, 0), wall(2, 4)}) {
+    EXPECT_TRUE(isFollowed(modelOf(points)));
+    std::vector<std::uint8_t> keep(points.size(), 0);
+    std::fill(keep.begin(), keep.begin() + 5000, std::uint8_t{1});
+    const NoiseModel few = modelOf(select(points, keep));
+    EXPECT_GT(std::count_if(few.groups.begin(), few.groups.end(), [](const NoiseGroup& g) { return g.isStrong(); }), 3);
+    EXPECT_FALSE(isFollowed(few));
+  }
 }
 
 TEST(Noise, DoesNotDependOnThreads)
