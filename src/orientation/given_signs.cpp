@@ -16,11 +16,19 @@ namespace {
 /// Of smooth neighbors that are opposed: .11 on a street seen by a lidar, up to .01 on fifteen other scans.
 constexpr double opposedAtRandom = .25;
 
-/// As many are where the signs of a closed surface change somewhere.
-constexpr double opposedSomewhere = .002;
+/// More of so many points are where the signs of a closed surface change along a line: .9 / √n around a quarter of a
+/// ball. Where two balls touch, as many are as within a few points.
+double opposedSomewhere(std::size_t points)
+{
+  return std::max(.002, .5 / std::sqrt(static_cast<double>(points)));
+}
 
-/// Of a surface that encloses a volume, the share of normals that may look into it.
-constexpr double mayLookInside = .1;
+/// Of a surface that encloses a volume, the share of normals that may look into it: what is outside is found anew, and
+/// of a car so many are then wrong, as its wheels are.
+constexpr double mayLookInside = .25;
+
+/// Of the points of something that was seen from outside, the share that may look out of the cloud in no direction.
+constexpr double mayBeHidden = .03;
 
 /// Whether a point's normal is the cloud's own.
 bool isGiven(const PreparedPoints& prepared, std::size_t i)
@@ -35,6 +43,8 @@ double opposedShare(const PreparedPoints& prepared, const std::vector<Eigen::Vec
   constexpr std::size_t most = 4096;
   constexpr int neighbors = 5;
   constexpr float smooth = .9f; // cosine, of either sign
+  constexpr float across =
+      .3f; // of the distance: what is farther along the normal may be the other side of a thin object
   const PointSet& points = prepared.points;
   const std::size_t asked = std::min(points.size(), most);
   double pairs = 0, opposed = 0;
@@ -44,7 +54,10 @@ double opposedShare(const PreparedPoints& prepared, const std::vector<Eigen::Vec
     search.nearest(points.positions[i], neighbors, nearest);
     for (const std::size_t other : nearest.indices) {
       const float cosine = normals[i].dot(normals[other]);
-      if (other == i || !(std::abs(cosine) > smooth) || !isGiven(prepared, i) || !isGiven(prepared, other))
+      const Eigen::Vector3f edge = points.positions[other] - points.positions[i];
+      const float height = std::max(std::abs(edge.dot(normals[i])), std::abs(edge.dot(normals[other])));
+      if (other == i || !(std::abs(cosine) > smooth) || !(height <= across * edge.norm()) || !isGiven(prepared, i) ||
+          !isGiven(prepared, other))
         continue;
       ++pairs;
       opposed += cosine < 0 ? 1 : 0;
@@ -76,7 +89,7 @@ double inwardShare(const PreparedPoints& prepared, const NeighborSearch& search,
   const OrientationResult outward = orientNormals(prepared.points, prepared.normals, search, report.density,
                                                   OrientationVote::outward, options.orientation, execution);
   if (outward.sideIsGuessed ||
-      opposedShare(prepared, outward.normals, search) > std::max(opposedSomewhere, opposed / 2))
+      opposedShare(prepared, outward.normals, search) > std::max(opposedSomewhere(prepared.points.size()), opposed / 2))
     return 0;
   double inward = 0, given = 0;
   for (std::size_t i = 0; i < prepared.normals.size(); ++i)
@@ -85,6 +98,52 @@ double inwardShare(const PreparedPoints& prepared, const NeighborSearch& search,
       inward += prepared.normals[i].dot(outward.normals[i]) < 0;
     }
   return inward / given;
+}
+
+/// Whether nothing is in the way from a point out of the cloud's box.
+bool seesOut(const PointSet& points, const NeighborSearch& search, const BoundingBox& box, std::size_t from,
+             const Eigen::Vector3f& direction, Neighbors& nearest)
+{
+  constexpr float thickness = 2.5f, start = 5, minStep = .5f; // in local spacings
+  const float spacing = points.spacings[from];
+  for (float distance = start * spacing;;) {
+    const Eigen::Vector3f at = points.positions[from] + distance * direction;
+    if ((at - box.lower).minCoeff() <= 0 || (box.upper - at).minCoeff() <= 0)
+      return true;
+    search.nearest(at, 1, nearest);
+    const float free =
+        std::sqrt(nearest.squaredDistances.front()) - thickness * points.spacings[nearest.indices.front()];
+    if (free < 0)
+      return false;
+    distance += std::max(free, minStep * spacing);
+  }
+}
+
+/// The share of the points that could not have been seen from outside, were their normals the other way around.
+double hiddenBehind(const PreparedPoints& prepared, const NeighborSearch& search)
+{
+  constexpr std::size_t most = 512;
+  constexpr int rings = 4, perRing = 12;
+  constexpr float tilt = .25f; // from ring to ring
+  const PointSet& points = prepared.points;
+  const BoundingBox box = boundingBox(points.positions);
+  const std::size_t asked = points.spacings.empty() ? 0 : std::min(points.size(), most);
+  std::size_t hidden = 0;
+  Neighbors nearest;
+  for (std::size_t n = 0; n < asked; ++n) {
+    const std::size_t i = n * points.size() / asked;
+    const Eigen::Vector3f axis = -prepared.normals[i], across = axis.unitOrthogonal(), third = axis.cross(across);
+    bool isOut = seesOut(points, search, box, i, axis, nearest);
+    for (int k = 0; k < rings * perRing && !isOut; ++k) {
+      const float angle = tilt * static_cast<float>(1 + k / perRing),
+                  turn = 2 * static_cast<float>(EIGEN_PI) * static_cast<float>(k) / perRing;
+      isOut = seesOut(points, search, box, i,
+                      std::cos(angle) * axis + std::sin(angle) * (std::cos(turn) * across + std::sin(turn) * third),
+                      nearest);
+    }
+    hidden += isOut ? 0 : 1;
+  }
+  return asked > 0 ? static_cast<double>(hidden) / static_cast<double>(asked) : 0;
 }
 
 } // namespace
@@ -116,7 +175,7 @@ bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search,
     if (!points.sensors.empty())
       return false;
     const bool isFromOrigin = isSeenFromOrigin(points.positions, prepared.normals, points.offset, execution);
-    const bool isConsistent = opposed <= opposedSomewhere;
+    const bool isConsistent = opposed <= opposedSomewhere(points.size());
     if (isConsistent && !isFromOrigin && looksOutward(points, prepared.normals))
       return false;
     const BoundingBox box = boundingBox(points.positions);
@@ -124,7 +183,9 @@ bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search,
     if (isConsistent && isFromOrigin && (origin > box.lower.array()).all() && (origin < box.upper.array()).all())
       return false;
     const double inward = inwardShare(prepared, search, opposed, options, report, execution);
-    if (inward <= mayLookInside)
+    // Rooms look inward as well. Who stood outside would not have seen what is in them.
+    const bool isAll = !isFromOrigin && inward > 1 - mayLookInside;
+    if (inward <= mayLookInside || (isAll && hiddenBehind(prepared, search) > mayBeHidden))
       return false;
     text << std::lround(100 * inward) << " % of the normals look into what the points enclose"
          << (isFromOrigin ? ", all at the origin as if a sensor had been there" : "");

@@ -177,6 +177,44 @@ TEST(BadInput, NormalsThatAreMissingOrOnTheWrongSide)
   }
 }
 
+/// Of objects whose outside is less clear from their points than from their normals.
+TEST(BadInput, NormalsThatAreRightStay)
+{
+  const Cloud::Ptr unitBall = sphereCloud();
+  const auto addBall = [&](Cloud& cloud, float x, float radius, float side) {
+    for (pcl::PointNormal point : *unitBall) {
+      point.getVector3fMap() = radius * point.getVector3fMap() + x * Eigen::Vector3f::UnitX();
+      point.getNormalVector3fMap() *= side;
+      cloud.push_back(point);
+    }
+  };
+  const Cloud::Ptr touching(new Cloud), room(new Cloud), plate(new Cloud);
+  addBall(*touching, 3, 1, 1);
+  addBall(*touching, 5, 1, 1);
+  addBall(*room, 3, 1, -1); // seen from within, with a ball in it
+  addBall(*room, 3, .5f, 1);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(0, 50);
+  for (int n = 0; n < 5000; ++n) { // of .8 point distances
+    pcl::PointNormal point(uniform(random), uniform(random), n % 2 == 0 ? .8f : 0);
+    point.normal_z = n % 2 == 0 ? 1 : -1;
+    plate->push_back(point);
+  }
+  const double ball = 4. / 3 * M_PI;
+  for (const auto& [cloud, volume] : {std::pair(touching, 2 * ball), {room, -.875 * ball}, {plate, 0.}}) {
+    SCOPED_TRACE(volume); // 0: it encloses none
+    Mrf mrf;
+    mrf.setInputCloud(cloud);
+    run(mrf);
+    EXPECT_FALSE(mrf.getReport().signsOpposed);
+    EXPECT_EQ(mrf.getReport().vote, pcl::mrf::OrientationVote::none);
+    EXPECT_TRUE(mrf.getReport().warnings.empty());
+    if (volume != 0) {
+      EXPECT_NEAR(mrf.getReport().mesh.volume, volume, .1);
+    }
+  }
+}
+
 TEST(BadInput, NormalsThatAreAllZeroAreEstimated)
 {
   for (const float nothing : {0.f, std::numeric_limits<float>::quiet_NaN()}) {
