@@ -197,9 +197,14 @@ std::vector<double> thicknesses(const Cube& cube, std::size_t neighbors)
       byDistance[i] = {(cube.seen.positions[i] - p).squaredNorm(), i};
     const auto end = byDistance.begin() + neighbors;
     std::nth_element(byDistance.begin(), end - 1, byDistance.end());
+    const Eigen::Vector3f& normal = cube.seen.normals[std::min_element(byDistance.begin(), end)->second];
     PlaneMoments moments(p);
-    std::for_each(byDistance.begin(), end,
-                  [&](const auto& neighbor) { moments.add(cube.seen.positions[neighbor.second]); });
+    for (auto neighbor = byDistance.begin(); neighbor != end; ++neighbor) {
+      const Eigen::Vector3f& position = cube.seen.positions[neighbor->second];
+      const bool isBehind = cube.seen.normals[neighbor->second].dot(normal) <= 0 && (position - p).dot(normal) < 0;
+      if (!isBehind) // on the other side of a thin object
+        moments.add(position);
+    }
     result.push_back(moments.plane().thirdToSecond);
   }
   return result;

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 using namespace pcl::mrf;
 
@@ -94,6 +95,23 @@ TEST(Smoothing, aLayerOfPointsIsNoise)
     EXPECT_LT(choice.noise, 1.2 * noise * spacing) << noise;
     EXPECT_GT(choice.smoothing, .8 * smoothingForNoise(noise * spacing, spacing)) << noise;
   }
+}
+
+/// The points around a point of a thin tube are all around it.
+TEST(Smoothing, aThinTubeIsNoLayer)
+{
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> turn(0, 2 * M_PI);
+  PointSet points;
+  for (int n = 0; n < 1100; ++n) {
+    const double along = turn(random), around = turn(random);
+    const Eigen::Vector3d outward(std::cos(along), std::sin(along), 0),
+        normal = std::cos(around) * outward + std::sin(around) * Eigen::Vector3d::UnitZ();
+    points.positions.push_back((2 * outward + .09 * normal).cast<float>());
+    points.normals.push_back(normal.cast<float>());
+  }
+  const SmoothingChoice choice = choose(points);
+  EXPECT_LT(choice.smoothing, spacing);
 }
 
 TEST(Smoothing, edgesAreNotTakenForNoise)
