@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 namespace pcl::mrf {
@@ -119,10 +120,13 @@ std::vector<FacingSides::Facing> FacingSides::ask(const std::vector<Side>& sides
 void FacingSides::join(const OrientationGraph& graph, const std::vector<float>& areas, SignedForest& trees) const
 {
   const std::vector<Side> sides = findSides(areas, trees);
+  const auto isOpen = [&](std::uint32_t root) {
+    return std::any_of(sides.begin(), sides.end(), [&](const Side& s) { return s.root == root && s.isOpen; });
+  };
+  std::vector<Edge> between;
+  std::copy_if(between_.begin(), between_.end(), std::back_inserter(between),
+               [&](const Edge& edge) { return isOpen(trees.root(edge.a)) || isOpen(trees.root(edge.b)); });
   if (sides.size() > 1) {
-    const auto isOpen = [&](std::uint32_t root) {
-      return std::any_of(sides.begin(), sides.end(), [&](const Side& s) { return s.root == root && s.isOpen; });
-    };
     std::vector<Facing> facings = ask(sides, graph, trees);
     // Two closed ones that nothing connects are two objects.
     facings.erase(std::remove_if(facings.begin(), facings.end(),
@@ -134,7 +138,8 @@ void FacingSides::join(const OrientationGraph& graph, const std::vector<float>& 
     for (const Facing& facing : facings)
       trees.join(facing.a, facing.b, facing.isOpposite());
   }
-  for (const Edge& edge : between_)
+  // Two closed ones that touch are two objects as well.
+  for (const Edge& edge : between)
     trees.join(edge.a, edge.b, edge.opposite);
 }
 

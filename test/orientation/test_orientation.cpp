@@ -181,6 +181,22 @@ TEST(Orientation, TwoSheetsVoteOnTheirOwn)
   }
 }
 
+/// Three balls nearer to each other than their points: edges lead from one to the next.
+TEST(Orientation, ClosedSheetsThatTouchVoteOnTheirOwn)
+{
+  for (const float spacing : {.08f, .1f, .12f}) {
+    const PointSet ball = shapes::sample(shapes::sphere(1), 1.6, spacing);
+    const float apart = 2 + .3f * spacing;
+    PointSet points;
+    for (const Vector3f& center : {Vector3f(0, 0, 0), Vector3f(apart, 0, 0), Vector3f(.5f * apart, .866f * apart, 0)}) {
+      for (const Vector3f& position : ball.positions)
+        points.positions.emplace_back(center + position);
+      points.normals.insert(points.normals.end(), ball.normals.begin(), ball.normals.end());
+    }
+    EXPECT_GT(shareRight(points, estimateAndOrient(points, OrientationVote::outward)), .99) << spacing;
+  }
+}
+
 TEST(Orientation, SheetsOfGivenNormalsAreTwoSidesOfOneObject)
 {
   // Nearer than the neighbor distance, without a rim, so that only edges along the normals join them.
