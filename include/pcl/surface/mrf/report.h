@@ -267,8 +267,9 @@ struct Report {
   PointCounts points;
   bool normalsEstimated = false;  ///< of all points
   std::int64_t normalsFilled = 0; ///< estimated of points without one, beside the cloud's
-  /// More than a quarter of the cloud's normals pointed to the other side than their neighbors', or more than a tenth
-  /// into what the points enclose: the axes were kept and the signs found anew, unless NormalSource::use keeps them.
+  /// More than a quarter of the cloud's normals pointed to the other side than their neighbors', or into what the
+  /// points enclose, as if this were no room: the axes were kept and the signs found anew, unless NormalSource::use
+  /// keeps them.
   bool signsOpposed = false;
   OrientationVote vote = OrientationVote::none;
   bool sensorOriginUsed = false; ///< the sensor that voted is the origin that the cloud names
