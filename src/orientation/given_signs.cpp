@@ -113,7 +113,7 @@ bool seesOut(const PointSet& points, const NeighborSearch& search, const Boundin
     search.nearest(at, 1, nearest);
     const float free =
         std::sqrt(nearest.squaredDistances.front()) - thickness * points.spacings[nearest.indices.front()];
-    if (free < 0)
+    if (free <= 0)
       return false;
     distance += std::max(free, minStep * spacing);
   }
@@ -133,7 +133,7 @@ double hiddenBehind(const PreparedPoints& prepared, const NeighborSearch& search
   for (std::size_t n = 0; n < asked; ++n) {
     const std::size_t i = n * points.size() / asked;
     const Eigen::Vector3f axis = -prepared.normals[i], across = axis.unitOrthogonal(), third = axis.cross(across);
-    bool isOut = seesOut(points, search, box, i, axis, nearest);
+    bool isOut = axis.isZero() || seesOut(points, search, box, i, axis, nearest);
     for (int k = 0; k < rings * perRing && !isOut; ++k) {
       const float angle = tilt * static_cast<float>(1 + k / perRing),
                   turn = 2 * static_cast<float>(EIGEN_PI) * static_cast<float>(k) / perRing;
