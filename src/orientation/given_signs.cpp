@@ -43,8 +43,8 @@ double opposedShare(const PreparedPoints& prepared, const std::vector<Eigen::Vec
   constexpr std::size_t most = 4096;
   constexpr int neighbors = 5;
   constexpr float smooth = .9f; // cosine, of either sign
-  constexpr float across =
-      .3f; // of the distance: what is farther along the normal may be the other side of a thin object
+  // Of the distance. What is farther along the normal may be the other side of a thin object.
+  constexpr float across = .3f;
   const PointSet& points = prepared.points;
   const std::size_t asked = std::min(points.size(), most);
   double pairs = 0, opposed = 0;
@@ -110,7 +110,8 @@ bool seesOut(const PointSet& points, const NeighborSearch& search, const Boundin
     const Eigen::Vector3f at = points.positions[from] + distance * direction;
     if ((at - box.lower).minCoeff() <= 0 || (box.upper - at).minCoeff() <= 0)
       return true;
-    search.nearest(at, 1, nearest);
+    if (search.nearest(at, 1, nearest) < 1)
+      return true;
     const float free =
         std::sqrt(nearest.squaredDistances.front()) - thickness * points.spacings[nearest.indices.front()];
     if (free <= 0)
