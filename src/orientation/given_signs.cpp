@@ -23,9 +23,8 @@ double opposedSomewhere(std::size_t points)
   return std::max(.002, .5 / std::sqrt(static_cast<double>(points)));
 }
 
-/// Of a surface that encloses a volume, the share of normals that may look into it: what is outside is found anew, and
-/// of a car so many are then wrong, as its wheels are.
-constexpr double mayLookInside = .25;
+/// Of a surface that encloses a volume, the share of normals that may look into it, and that from which on all do.
+constexpr double mayLookInside = .1, allLookInside = .75;
 
 /// Of the points of something that was seen from outside, the share that may look out of the cloud in no direction.
 constexpr double mayBeHidden = .03;
@@ -185,7 +184,7 @@ bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search,
       return false;
     const double inward = inwardShare(prepared, search, opposed, options, report, execution);
     // Rooms look inward as well. Who stood outside would not have seen what is in them.
-    const bool isAll = !isFromOrigin && inward > 1 - mayLookInside;
+    const bool isAll = !isFromOrigin && inward > allLookInside;
     if (inward <= mayLookInside || (isAll && hiddenBehind(prepared, search) > mayBeHidden))
       return false;
     text << std::lround(100 * inward) << " % of the normals look into what the points enclose"

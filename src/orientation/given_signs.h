@@ -16,7 +16,7 @@
 namespace pcl::mrf {
 
 /// True, with a warning, if the signs of the given normals are errors: a quarter of the neighbors on smooth surface are
-/// opposed; or the points enclose a volume, no sensor is known, and more than a quarter of the normals look into it. Of
+/// opposed; or the points enclose a volume, no sensor is known, and more than a tenth of the normals look into it. Of
 /// a room all do, which is told by what stands in it. See src/method.md. \param search holds the points. Cost: some
 /// thousand queries; where there are doubts, an orientation, and where all look inward some hundred thousand queries.
 bool areSignsWrong(const PreparedPoints& prepared, const NeighborSearch& search, const Options& options, Report& report,

@@ -131,6 +131,9 @@ TEST(BadInput, NormalsThatAreMissingOrOnTheWrongSide)
   const auto toOrigin = [](std::size_t, const Eigen::Vector3f& position, const Eigen::Vector3f& normal) {
     return Eigen::Vector3f(normal.dot(position) < 0 ? normal : -normal);
   };
+  const auto capInward = [](std::size_t, const Eigen::Vector3f& position, const Eigen::Vector3f& normal) {
+    return Eigen::Vector3f(position.x() < -.7f ? -normal : normal);
+  };
   const std::int64_t third = (static_cast<std::int64_t>(sphere().size()) + 2) / 3;
   const double ball = 4. / 3 * M_PI;
   const struct {
@@ -144,6 +147,7 @@ TEST(BadInput, NormalsThatAreMissingOrOnTheWrongSide)
   } cases[] = {{"a third is zero", 0, every(3, 0), third, false, std::to_string(third) + " of ", ball},
                {"a third is not finite", 0, every(3, nan), third, false, std::to_string(third) + " of ", ball},
                {"half of them look inward", 0, every(2, -1), 0, true, "setNormalSource(use)", ball},
+               {"a cap of a seventh looks inward", 0, capInward, 0, true, "setNormalSource(use)", ball},
                {"all look inward", 3, every(1, -1), 0, true, "setNormalSource(use)", ball},
                {"they look at the viewpoint that PCL's NormalEstimation supposes", 3, toOrigin, 0, true, "", ball},
                {"a room, seen whole from within", 0, every(1, -1), 0, false, "", -ball}};
