@@ -249,6 +249,18 @@ NoiseGroup describe(const std::vector<Sample>& samples)
   const bool isRelief = !inSheets && !(group.correlation < correlations.back() * group.spacing);
   if (isRelief || quantileOf([](const Sample& sample) { return sample.roundness; }, .5) < ofRods)
     group.deviation = group.white;
+  // Across the rings of a lidar neighbors share nothing: what differs between these is shape.
+  constexpr double onRings = .25;
+  double wide = 0, ofRings = 0;
+  for (const Sample& sample : samples)
+    if (!std::isnan(sample.roundness)) {
+      ++wide;
+      ofRings += std::isnan(sample.nearest) ? 1 : 0;
+    }
+  if (ofRings > onRings * wide) {
+    group.deviation = group.white;
+    group.correlation = group.side = group.spacing;
+  }
   return group;
 }
 

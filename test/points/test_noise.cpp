@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "points/noise.h"
 
+#include "base/select_values.h"
 #include "points/sampling_density.h"
 #include "support/clouds.h"
 #include "support/depth_image.h"
@@ -172,6 +173,36 @@ TEST(Noise, TheRoundOfARodIsNone)
   EXPECT_FALSE(model.isCorrelated || model.isStrong);
   for (const NoiseGroup& group : model.groups)
     EXPECT_NEAR(group.deviation, .25, .1);
+}
+
+/// Of one ring the nearest points lie in the plane of its rays, whatever their noise; those of the next ones are a
+/// meter away on the wall of an alley.
+TEST(Noise, WhatDiffersBetweenTheRingsOfALidarIsNone)
+{
+  constexpr int rings = 16, rays = 3600;
+  const std::vector<float> noise = depth_image::noise(0);
+  PointSet points;
+  for (int n = 0; n < rings * rays; ++n) {
+    const float angle = 2 * static_cast<float>(EIGEN_PI) * static_cast<float>(n % rays) / rays,
+                slope = std::tan(static_cast<float>(EIGEN_PI) * static_cast<float>(2 * (n / rays) - rings + 1) / 180);
+    const Eigen::Vector3f ray(std::cos(angle), std::sin(angle), slope);
+    const float range = std::min(3 / std::abs(ray.x()), 30 / std::abs(ray.y()));
+    points.positions.push_back(range * ray + .02f * noise[n % noise.size()] * ray.normalized());
+    points.normals.push_back(Eigen::Vector3f::UnitX() * (ray.x() < 0 ? 1 : -1));
+  }
+  for (const bool isSensorKnown : {true, false}) {
+    if (isSensorKnown)
+      points.sensors = {Eigen::Vector3f::Zero()};
+    else
+      points.sensors.clear();
+    OrientedPoints measured = withSpacings(points);
+    const NoiseModel model = modelOf(measured);
+    ASSERT_EQ(model.groups.size(), 6U);
+    EXPECT_FALSE(model.isCorrelated || model.isStrong);
+    // Nor is a length that it asks for where it is known.
+    measured.deviations.assign(measured.size(), .5f * quantile(measured.spacings, .5));
+    EXPECT_LT(modelOf(measured).smoothing, 2 * quantile(measured.spacings, .5));
+  }
 }
 
 TEST(Noise, BecomesTheDeviationOfEachPoint)
