@@ -114,7 +114,8 @@ struct Tally {
   double balance = 0, total = 0;
 
   /// Three quarters of the votes.
-  bool isDecidedlyAgainst() const { return -balance >= .5 * total && total > 0; }
+  bool isDecided() const { return std::abs(balance) >= .5 * total && total > 0; }
+  bool isDecidedlyAgainst() const { return isDecided() && balance < 0; }
 };
 
 /// Sums of the votes per set.
@@ -278,8 +279,8 @@ private:
   DisjointSets smooth_; ///< those within the angle
 };
 
-/// Finds the signs of normals, phase by phase: consistent along a tree of the best edges, then by votes on each
-/// component, then by votes on its smooth pieces.
+/// Finds the signs of normals, phase by phase: consistent along trees of the best edges, unless these are against what
+/// the points at both ends see, then by votes on each component, then by votes on its smooth pieces.
 class NormalOrienter {
 public:
   NormalOrienter(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,
@@ -323,19 +324,47 @@ private:
     execution_.poll();
     const bool mayBeSides = options_.joinAcrossCreases && vote_ == OrientationVote::outward;
     FacingSides sides(points_, normals_, search_, reach_);
+    std::vector<Tally> tallies = piecesVote_ ? votesOfPoints() : std::vector<Tally>();
     SignedForest forest = graph.bestTree(
         [&](const Edge& edge, SignedForest& trees) {
           // Without a vote from outside, two sheets can only be taken for the two sides of one object.
           const bool isUsed = edge.acrossSheets ? mayBeSides && std::min(trees.size(edge.a), trees.size(edge.b)) >=
                                                                     std::max(smallest_, smallestSide)
                                                 : options_.joinAcrossCreases || edge.withinAngle;
-          return isUsed && !(mayBeSides && sides.isBetween(edge, trees));
+          return isUsed && !(mayBeSides && sides.isBetween(edge, trees)) &&
+                 (!piecesVote_ || joinVotes(edge, trees, tallies));
         },
         execution_);
     areas_ = graph.takeAreas();
     if (mayBeSides)
       sides.join(graph, areas_, forest);
     return forest;
+  }
+
+  std::vector<Tally> votesOfPoints() const
+  {
+    const Partition none(0, [](std::uint32_t i) { return i; });
+    const Voters voters(points_, normals_, areas_, none, vote_);
+    std::vector<Tally> tallies(points_.size());
+    forEach(execution_, points_.size(), componentGrain, [&](std::size_t i) {
+      const Vote vote = voters(i);
+      tallies[i] = {vote.value, vote.weight};
+    });
+    return tallies;
+  }
+
+  /// Gives the tree of both the votes of both. \return false if their votes are decisive, and the edge against them
+  static bool joinVotes(const Edge& edge, SignedForest& trees, std::vector<Tally>& tallies)
+  {
+    const std::uint32_t a = trees.root(edge.a), b = trees.root(edge.b);
+    const double sign = trees.isFlipped(edge.a) ^ trees.isFlipped(edge.b) ^ edge.opposite ? -1 : 1;
+    const Tally first = tallies[a], second = {sign * tallies[b].balance, tallies[b].total};
+    if (trees.size(a) >= smallestVotingPiece && trees.size(b) >= smallestVotingPiece && first.isDecided() &&
+        second.isDecided() && first.balance * second.balance < 0)
+      return false;
+    tallies[a] = {first.balance + second.balance, first.total + second.total};
+    tallies[b] = {sign * tallies[a].balance, tallies[a].total};
+    return true;
   }
 
   /// Drops the small ones.
