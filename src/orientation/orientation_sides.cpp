@@ -21,6 +21,10 @@ constexpr double maxOpenWithoutWarning = .05;
 /// Correlation of depth and spacing from which the side of the scanner shows.
 constexpr double decisiveCorrelation = .6;
 
+/// What is terrain, up being z: cosines between the axis of a height field and z, and between that and its normals in
+/// the mean.
+constexpr double upright = .95, shallow = .8;
+
 /// Skewness of heights from which the side shows that things stand on.
 constexpr double decisiveSkewness = .3;
 
@@ -263,6 +267,17 @@ private:
     return std::abs(correlation) > decisiveCorrelation ? -correlation : 0;
   }
 
+  bool isTerrain(const Eigen::Vector3d& axis) const
+  {
+    double along = 0, area = 0;
+    for (std::size_t c = 0; c < extents_.size(); ++c)
+      if (isTelling(c) && extents_[c].isOpen()) {
+        along += std::abs(extents_[c].vectorArea.dot(axis));
+        area += extents_[c].area;
+      }
+    return std::abs(axis.z()) > upright && along > shallow * area;
+  }
+
   /// > 0 if the open components, taken as one, face away from their middle, < 0 if towards it; 0 if they hardly do
   /// either.
   double outside() const
@@ -322,6 +337,8 @@ private:
     };
     turnTo(axis_);
     double side = sideOfScanner(axis_);
+    if (side == 0 && isTerrain(axis_))
+      side = axis_.z();
     if (side == 0)
       side = outside();
     if (side == 0)

@@ -300,13 +300,32 @@ TEST(Orientation, OpenSurfacesSayThatTheirSideIsAGuess)
 
 TEST(Orientation, ThingsStandOnTheOutside)
 {
-  // Two roofs below their plot, as z down has them.
+  // Two roofs beside their plot, on the negative side of an axis that is not z.
   PointSet points = clouds::randomSquare(6000, 2, 1);
   for (const float x : {-.8f, .9f})
     clouds::append(points, clouds::randomSquare(375, .5f, 2), {x, 0, -.7f});
+  for (std::vector<Vector3f>* vectors : {&points.positions, &points.normals})
+    for (Vector3f& vector : *vectors)
+      vector = {vector.x(), vector.z(), -vector.y()};
   const OrientationResult result = estimateAndOrient(points, OrientationVote::outward);
   EXPECT_TRUE(result.sideIsGuessed);
   EXPECT_EQ(shareRight(points, result), 0) << "down";
+}
+
+TEST(Orientation, TerrainFacesUpWhateverItsShape)
+{
+  for (const float height : {-.4f, 0.f, .4f}) {
+    PointSet points = clouds::randomSquare(6000, 2, 1);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      Vector3f& position = points.positions[i];
+      const float bump = height * std::exp(-6 * position.head<2>().squaredNorm());
+      position.z() = bump;
+      points.normals[i] = Vector3f(12 * bump * position.x(), 12 * bump * position.y(), 1).normalized();
+    }
+    const OrientationResult result = estimateAndOrient(points, OrientationVote::outward);
+    EXPECT_TRUE(result.sideIsGuessed);
+    EXPECT_EQ(shareRight(points, result), 1) << height;
+  }
 }
 
 TEST(Orientation, TheSideWhereTheScannerWasShowsInTheSpacing)
