@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 
@@ -15,22 +16,34 @@ namespace {
 /// Trees of less than this share are no sides.
 constexpr double shareOfSide = .1;
 
-/// Points of a side that are asked which sheet is next to theirs.
+/// Points of a side that are asked which sheet is next to theirs, and the share of them that has to see one.
 constexpr std::size_t askedOfSide = 128;
+constexpr double behind = .2;
 
-/// In the reach of a point: sheets farther away are none of the same thin object.
+/// In the reach of a point: sheets farther away are none of the same thin object, and do not touch it.
 constexpr float farthestSheet = 4;
+
+/// In the reach of a point: how far around an edge points are asked what they face, and the share of them that has to
+/// face the other tree; by a smaller cosine they do not.
+constexpr float aroundContact = 8, facingCosine = .5f;
+constexpr double atContact = .07;
 
 } // namespace
 
-bool FacingSides::Facing::isDecisive() const
+bool FacingSides::Facing::isDecisive(double ofAsked) const
 {
-  return votes[isOpposite()] >= .2 * askedOfSide && votes[isOpposite()] >= 4 * votes[!isOpposite()];
+  return votes[isOpposite()] > 0 && votes[isOpposite()] >= 4 * votes[!isOpposite()] && share() >= ofAsked;
 }
 
 bool FacingSides::isSide(std::uint32_t size) const
 {
   return size >= shareOfSide * static_cast<double>(points_.size());
+}
+
+Eigen::Vector3f FacingSides::normalOf(std::uint32_t i, SignedForest& trees) const
+{
+  trees.root(i);
+  return trees.isFlipped(i) ? Eigen::Vector3f(-normals_[i]) : normals_[i];
 }
 
 /// Whether an edge between the trees of these roots was noted.
@@ -54,24 +67,38 @@ bool FacingSides::isBetween(const Edge& edge, SignedForest& trees)
 std::vector<FacingSides::Side> FacingSides::findSides(const std::vector<float>& areas, SignedForest& trees) const
 {
   std::vector<Side> sides;
-  std::vector<Eigen::Vector4d> sums; // Σ A n and Σ A
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
     const std::uint32_t root = trees.root(i);
     if (normals_[i].isZero() || !isSide(trees.size(root)))
       continue;
-    const std::size_t side =
-        std::find_if(sides.begin(), sides.end(), [&](const Side& s) { return s.root == root; }) - sides.begin();
-    if (side == sides.size()) {
-      sides.push_back({root, {}, false});
-      sums.emplace_back(Eigen::Vector4d::Zero());
-    }
-    sides[side].points.push_back(i);
-    const Eigen::Vector3d normal = normals_[i].cast<double>();
-    sums[side] += double{areas[i]} * Eigen::Vector3d(trees.isFlipped(i) ? -normal : normal).homogeneous();
+    auto side = std::find_if(sides.begin(), sides.end(), [&](const Side& s) { return s.root == root; });
+    if (side == sides.end())
+      side = sides.insert(side, Side{root, {}});
+    side->points.push_back(i);
   }
-  for (std::size_t side = 0; side < sides.size(); ++side)
-    sides[side].isOpen = sums[side].head<3>().norm() > openFrom * sums[side].w();
+  for (Side& side : sides)
+    describe(side, areas, trees);
   return sides;
+}
+
+/// Whether it is open, and where its outside is.
+void FacingSides::describe(Side& side, const std::vector<float>& areas, SignedForest& trees) const
+{
+  Eigen::Vector4d normals = Eigen::Vector4d::Zero(), moment = normals; // Σ A n and Σ A; Σ A x and Σ A
+  for (const std::uint32_t i : side.points) {
+    normals += double{areas[i]} * normalOf(i, trees).cast<double>().homogeneous();
+    moment += double{areas[i]} * points_.positions[i].cast<double>().homogeneous();
+  }
+  double balance = 0, total = 0;
+  for (const std::uint32_t i : side.points) {
+    const Eigen::Vector3d arm = points_.positions[i].cast<double>() - moment.hnormalized();
+    const double value = areas[i] * normalOf(i, trees).cast<double>().dot(arm);
+    balance += value;
+    total += std::abs(value);
+  }
+  side.isOpen = normals.head<3>().norm() > openFrom * normals.w();
+  if (!side.isOpen || std::abs(balance) >= .5 * total)
+    side.outward = balance < 0 ? -1 : 1;
 }
 
 /// The nearest point along the normal of one; the point itself if there is none, or so close that it may be of another
@@ -94,8 +121,8 @@ std::uint32_t FacingSides::nextSheet(std::uint32_t i, Neighbors& around) const
 }
 
 /// Of all pairs of sides, the most telling first.
-std::vector<FacingSides::Facing> FacingSides::ask(const std::vector<Side>& sides, const OrientationGraph& graph,
-                                                  SignedForest& trees) const
+std::vector<FacingSides::Facing> FacingSides::askBehind(const std::vector<Side>& sides, const OrientationGraph& graph,
+                                                        SignedForest& trees) const
 {
   std::vector<Facing> facings;
   Neighbors around;
@@ -108,13 +135,68 @@ std::vector<FacingSides::Facing> FacingSides::ask(const std::vector<Side>& sides
         continue;
       auto facing = std::find_if(facings.begin(), facings.end(), [&](const Facing& f) { return f.a == a && f.b == b; });
       if (facing == facings.end())
-        facing = facings.insert(facing, {a, b, {}});
+        facing = facings.insert(facing, {a, b, {}, askedOfSide});
       ++facing->votes[trees.isFlipped(i) ^ trees.isFlipped(j) ^ across.opposite];
     }
   std::stable_sort(facings.begin(), facings.end(), [](const Facing& f, const Facing& g) {
     return std::max(f.votes[0], f.votes[1]) > std::max(g.votes[0], g.votes[1]);
   });
   return facings;
+}
+
+/// What lies outside of a tree around an edge to another one: points of that face it. Nothing where the other one goes
+/// on from its rim.
+FacingSides::Facing FacingSides::askAround(const Edge& edge, const Side& side, SignedForest& trees) const
+{
+  const std::uint32_t other = trees.root(trees.root(edge.a) == side.root ? edge.b : edge.a);
+  Facing facing{side.root, other, {}};
+  Neighbors near, around;
+  search_.within(points_.positions[edge.a], aroundContact * reach_.of(edge.a), near);
+  for (const std::uint32_t i : near.indices) {
+    if (normals_[i].isZero() || trees.root(i) != side.root)
+      continue;
+    ++facing.asked;
+    // The next sheet there; where the other tree is closer it may be another layer of the same one.
+    const Eigen::Vector3f outward = static_cast<float>(side.outward) * normalOf(i, trees);
+    search_.within(points_.positions[i], farthestSheet * reach_.of(i), around);
+    std::uint32_t next = i;
+    float distance = std::numeric_limits<float>::infinity();
+    bool isClose = false;
+    for (std::size_t n = 0; n < around.indices.size() && !isClose; ++n) {
+      const std::uint32_t j = around.indices[n];
+      const float length = std::sqrt(around.squaredDistances[n]);
+      if (normals_[j].isZero())
+        continue;
+      if (length <= reach_.of(i))
+        isClose = trees.root(j) == other;
+      else if (length < distance && outward.dot(points_.positions[j] - points_.positions[i]) > facingCosine * length) {
+        distance = length;
+        next = j;
+      }
+    }
+    if (isClose)
+      continue;
+    const float along = normalOf(next, trees).dot(points_.positions[next] - points_.positions[i]);
+    if (trees.root(next) == other && std::abs(along) > facingCosine * distance)
+      ++facing.votes[(along > 0) == (side.outward > 0)];
+  }
+  return facing;
+}
+
+/// Joins what lies outside of a tree so that it faces that, the most telling first.
+void FacingSides::joinAtContacts(const std::vector<Side>& sides, const std::vector<Edge>& between,
+                                 SignedForest& trees) const
+{
+  std::vector<Facing> facings;
+  for (const Edge& edge : between)
+    for (const Side& side : sides)
+      if (side.outward != 0 && (side.root == trees.root(edge.a)) != (side.root == trees.root(edge.b)))
+        facings.push_back(askAround(edge, side, trees));
+  std::stable_sort(facings.begin(), facings.end(),
+                   [](const Facing& f, const Facing& g) { return f.share() > g.share(); });
+  for (const Facing& facing : facings)
+    if (facing.isDecisive(atContact))
+      trees.join(facing.a, facing.b, facing.isOpposite());
 }
 
 void FacingSides::join(const OrientationGraph& graph, const std::vector<float>& areas, SignedForest& trees) const
@@ -127,16 +209,17 @@ void FacingSides::join(const OrientationGraph& graph, const std::vector<float>& 
   std::copy_if(between_.begin(), between_.end(), std::back_inserter(between),
                [&](const Edge& edge) { return isOpen(trees.root(edge.a)) || isOpen(trees.root(edge.b)); });
   if (sides.size() > 1) {
-    std::vector<Facing> facings = ask(sides, graph, trees);
+    std::vector<Facing> facings = askBehind(sides, graph, trees);
     // Two closed ones that nothing connects are two objects.
     facings.erase(std::remove_if(facings.begin(), facings.end(),
                                  [&](const Facing& f) {
-                                   return !f.isDecisive() ||
+                                   return !f.isDecisive(behind) ||
                                           !((isOpen(f.a) && isOpen(f.b)) || isNoted(f.a, f.b, trees));
                                  }),
                   facings.end());
     for (const Facing& facing : facings)
       trees.join(facing.a, facing.b, facing.isOpposite());
+    joinAtContacts(sides, between, trees);
   }
   // Two closed ones that touch are two objects as well.
   for (const Edge& edge : between)

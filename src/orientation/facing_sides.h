@@ -4,6 +4,7 @@
 
 #include "orientation/orientation_graph.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -11,8 +12,9 @@
 namespace pcl::mrf {
 
 /// Trees of at least a tenth of the points, the sides, are joined last: first two whose sheets lie behind or before
-/// each other, so that both face apart, then by the best edges. Around the sharp rim of a thin object edges lead along
-/// a single sheet that is no side of it, and join the sides the wrong way however good they are.
+/// each other, so that both face apart, then what lies outside of one that bulges, as a table does beneath a ball, so
+/// that both face each other, then by the best edges. Edges that lead around the sharp rim of a thin object, or from
+/// one object to another that it touches, join sides the wrong way however good they are.
 class FacingSides {
 public:
   FacingSides(const PointSet& points, const std::vector<Eigen::Vector3f>& normals, const NeighborSearch& search,
@@ -32,19 +34,28 @@ private:
   struct Facing {
     std::uint32_t a, b;                ///< roots
     std::array<double, 2> votes{0, 0}; ///< for equal signs, and for opposite ones
+    double asked = 0;                  ///< points
 
     bool isOpposite() const { return votes[1] > votes[0]; }
-    bool isDecisive() const;
+    double share() const { return std::max(votes[0], votes[1]) / std::max(1., asked); }
+    /// Four in five agree, and so large a share of those that were asked.
+    bool isDecisive(double ofAsked) const;
   };
   struct Side {
     std::uint32_t root;
     std::vector<std::uint32_t> points;
-    bool isOpen; ///< it encloses nothing
+    bool isOpen = false; ///< it encloses nothing
+    int outward = 0;     ///< the sign of its tree's normals that face out of it; 0 if it hardly bulges
   };
 
   bool isSide(std::uint32_t size) const;
+  Eigen::Vector3f normalOf(std::uint32_t i, SignedForest& trees) const;
   std::vector<Side> findSides(const std::vector<float>& areas, SignedForest& trees) const;
-  std::vector<Facing> ask(const std::vector<Side>& sides, const OrientationGraph& graph, SignedForest& trees) const;
+  void describe(Side& side, const std::vector<float>& areas, SignedForest& trees) const;
+  std::vector<Facing> askBehind(const std::vector<Side>& sides, const OrientationGraph& graph,
+                                SignedForest& trees) const;
+  Facing askAround(const Edge& edge, const Side& side, SignedForest& trees) const;
+  void joinAtContacts(const std::vector<Side>& sides, const std::vector<Edge>& between, SignedForest& trees) const;
   std::uint32_t nextSheet(std::uint32_t i, Neighbors& around) const;
   bool isNoted(std::uint32_t a, std::uint32_t b, SignedForest& trees) const;
 

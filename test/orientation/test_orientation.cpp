@@ -227,6 +227,26 @@ TEST(Orientation, ClosedSheetsThatTouchVoteOnTheirOwn)
   }
 }
 
+/// The normals that are estimated where a ball or an egg lies on a table lead from one to the other.
+TEST(Orientation, WhatLiesOnATableHasItsOwnOutside)
+{
+  for (const float width : {.8f, 1.f, 1.3f})
+    for (const float buried : {0.f, .02f, .4f}) {
+      PointSet points = shapes::filter(shapes::sample(shapes::sphere(1), 1.4, .08),
+                                       [&](const Vector3f& x) { return x.z() > -1 + buried; });
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        points.positions[i].head<2>() *= width;
+        points.normals[i].head<2>() /= width;
+        points.normals[i].normalize();
+      }
+      const float hidden = width * std::sqrt(1 - (1 - buried) * (1 - buried));
+      const PointSet table =
+          shapes::filter(clouds::randomSquare(8000, 6), [&](const Vector3f& x) { return x.norm() > hidden; });
+      clouds::append(points, table, {0, 0, -1 + buried});
+      EXPECT_GT(shareRight(points, estimateAndOrient(points, OrientationVote::outward)), .97) << width << " " << buried;
+    }
+}
+
 TEST(Orientation, SheetsOfGivenNormalsAreTwoSidesOfOneObject)
 {
   // Nearer than the neighbor distance, without a rim, so that only edges along the normals join them.
