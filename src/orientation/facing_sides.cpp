@@ -28,6 +28,9 @@ constexpr float farthestSheet = 4;
 constexpr float aroundContact = 8, facingCosine = .5f;
 constexpr double atContact = .07;
 
+/// Of an open side: by what all but a tenth of it faces away from its middle.
+constexpr double bulging = .8;
+
 } // namespace
 
 bool FacingSides::Facing::isDecisive(double ofAsked) const
@@ -97,7 +100,7 @@ void FacingSides::describe(Side& side, const std::vector<float>& areas, SignedFo
     total += std::abs(value);
   }
   side.isOpen = normals.head<3>().norm() > openFrom * normals.w();
-  if (!side.isOpen || std::abs(balance) >= .5 * total)
+  if (!side.isOpen || std::abs(balance) >= bulging * total)
     side.outward = balance < 0 ? -1 : 1;
 }
 
