@@ -281,8 +281,7 @@ std::vector<Job> jobsInto(const std::string& folder, const Parsed& parsed)
 /// \throw UsageError if the name of an input does not tell its format
 void requirePointFormat(const std::string& input)
 {
-  const std::vector<std::string>& known = pointFormats();
-  if (input == "-" || std::find(known.begin(), known.end(), unpackedExtension(input)) != known.end())
+  if (input == "-" || !pointFormatOfName(input).empty())
     return;
   const std::string hint = conversionHint(input);
   throw UsageError(

@@ -104,8 +104,9 @@ std::vector<std::string> columnNames(std::string_view line);
 /// Rows of numbers; columns of text are skipped. Columns are what the line above them names; without names [number] x y
 /// z [intensity] and normals and colors, which are told by their values, or in a line of three. Lines that start with #
 /// or // are comments; a leading line may hold the number of points, as in Leica's PTS, where each scan has one.
-/// \param isPts the intensity is before the colors, as a number of points says as well
-PointTable parseXyz(const std::string& path, const std::string& text, bool isPts = false);
+/// \param format pts has an intensity before the colors, as a number of points says as well; xyzrgb colors, of bytes or
+/// up to 1, behind the coordinates
+PointTable parseXyz(const std::string& path, const std::string& text, const std::string& format = "xyz");
 
 /// Leica's PTX: scans of cells x y z intensity [r g b], moved to where their headers say; those at 0 0 0 are none. The
 /// scanners are the sensors of their points.

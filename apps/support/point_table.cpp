@@ -92,7 +92,7 @@ PointTable parseAs(const std::string& format, const std::string& path, const std
          : format == "ply" ? readPly(path, text)
          : format == "ptx" ? parsePtx(path, text)
          : format == "las" ? parseLas(path, text)
-                           : parseXyz(path, text, format == "pts");
+                           : parseXyz(path, text, format);
 }
 
 } // namespace
@@ -105,6 +105,14 @@ const std::vector<std::string>& pointFormats()
   static const std::vector<std::string> all = {"pcd", "ply", "obj", "off", "xyz", "txt", "asc",
                                                "csv", "tsv", "dat", "pts", "ptx", "las"};
   return all;
+}
+
+std::string pointFormatOfName(const std::string& path)
+{
+  const std::string type = unpackedExtension(path);
+  const std::vector<std::string>& known = pointFormats();
+  const bool isKnown = type == "xyzn" || type == "xyzrgb" || std::find(known.begin(), known.end(), type) != known.end();
+  return isKnown ? type : "";
 }
 
 std::string pointFormatOf(std::string_view text)
@@ -173,9 +181,8 @@ PointTable readPoints(const std::string& path, const std::string& format)
                       std::string("looks like none of ") + pointFileExtensions + "; say --input-format");
     return parsePoints(type, "standard input", text);
   }
-  const std::string type = format.empty() ? unpackedExtension(path) : format;
-  const std::vector<std::string>& known = pointFormats();
-  if (std::find(known.begin(), known.end(), type) == known.end())
+  const std::string type = format.empty() ? pointFormatOfName(path) : format;
+  if (type.empty())
     throw UsageError("'" + path + "': input files end in " + pointFileExtensions + conversionHint(path));
   return parsePoints(type, path, readWholeFile(path));
 }

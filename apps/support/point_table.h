@@ -33,12 +33,12 @@ struct PointTable {
 
 /// Reads the points of a file of one of pointFormats(), or the vertices of a mesh in one; gzip may have packed it.
 /// \param path "-" reads standard input
-/// \param format one of pointFormats(); empty: by the extension, or of standard input by what it begins with
+/// \param format one of pointFormats(); empty: by the name, or of standard input by what it begins with
 /// \throw UsageError if the format is not known
 /// \throw FileError if the file is missing, unreadable, empty, truncated, or not what its extension says
 PointTable readPoints(const std::string& path, const std::string& format = {});
 
-/// The same for the bytes of a file. \param format one of pointFormats() \param path for messages
+/// The same for the bytes of a file. \param format also as pointFormatOfName tells it \param path for messages
 PointTable parsePoints(const std::string& format, const std::string& path, const std::string& text);
 
 /// The points of several files as one cloud. What not all files have is left out, normals as well: some would decide
@@ -48,6 +48,9 @@ PointTable joinPoints(std::vector<PointTable> tables, const std::vector<std::str
 
 /// What the bytes of a file look like, as one of pointFormats(). \return empty if like none
 std::string pointFormatOf(std::string_view text);
+
+/// What the name of a file says it is: one of pointFormats(), or Open3D's xyzn or xyzrgb. \return empty if none
+std::string pointFormatOfName(const std::string& path);
 
 /// Formats that readPoints knows: extensions in lower case.
 const std::vector<std::string>& pointFormats();

@@ -96,6 +96,7 @@ struct Rows {
   std::vector<Gaps> gaps;         ///< of the columns
   bool areCounted = false;        ///< a line says how many there are
   bool arePts = false;            ///< the format says so: an intensity is before the colors
+  bool areXyzrgb = false;         ///< so does this one: colors, which may be numbers up to 1, behind the coordinates
   std::size_t missingLine = 0;    ///< the first without a coordinate, from 1
 
   std::size_t size() const { return columns == 0 ? 0 : values.size() / columns; }
@@ -334,13 +335,13 @@ void guessNames(Rows& rows, std::vector<std::string>& notes)
   const auto left = [&] { return rows.columns - names.size(); };
   const auto next = [&](std::size_t skipped) { return contentOf(rows, names.size() + skipped); };
   // PTS has the intensity before the colors; others have a scalar behind them, which may be a byte as well.
-  if (left() == 1 || (left() % 3 == 1 && (rows.arePts || (next(1) == Content::colors &&
+  if (left() == 1 || (left() % 3 == 1 && (rows.arePts || (next(1) != Content::unknown &&
                                                           (next(0) == Content::unknown ||
                                                            (rows.areCounted && next(0) == Content::colors))))))
     add({"intensity"});
   bool hasNormals = false, hasColors = false;
   while (left() >= 3) {
-    const Content content = next(0);
+    const Content content = rows.areXyzrgb && !hasColors ? Content::colors : next(0);
     const std::string columns =
         "columns " + std::to_string(names.size() + 1) + " to " + std::to_string(names.size() + 3);
     if (content == Content::normals && !hasNormals) {
@@ -349,7 +350,8 @@ void guessNames(Rows& rows, std::vector<std::string>& notes)
     } else if (content == Content::colors && !hasColors) {
       hasColors = true;
       add({"red", "green", "blue"});
-      notes.push_back(columns + " are whole numbers up to 255: taken for colors");
+      if (!rows.areXyzrgb)
+        notes.push_back(columns + " are whole numbers up to 255: taken for colors");
     } else {
       if (!hasNormals && !hasColors)
         notes.push_back(columns + " are neither unit normals nor colors: kept as scalars");
@@ -451,10 +453,11 @@ std::vector<std::string> columnNames(std::string_view text)
   return {};
 }
 
-PointTable parseXyz(const std::string& path, const std::string& text, bool isPts)
+PointTable parseXyz(const std::string& path, const std::string& text, const std::string& format)
 {
   Rows rows = RowParser(path, text).parse();
-  rows.arePts = isPts;
+  rows.arePts = format == "pts";
+  rows.areXyzrgb = format == "xyzrgb";
   std::vector<std::string> notes;
   keepColumns(columnsOfNumbers(path, rows, notes), rows);
   const std::size_t missing = rows.missingLine;

@@ -680,6 +680,18 @@ TEST(PtsReader, scansBeginWithTheirCounts)
   expectRefused("pts", "2\n1 2 3 0\n1\n4 5 6 0\n", "announces 3 points and holds 2");
 }
 
+TEST(XyzReader, valuesAndTheFormatTellTheColumns)
+{
+  const PointTable scalarFirst = parse("xyz", "1 2 3 200 0 .6 .8\n4 5 6 7 0 1 0\n");
+  EXPECT_EQ(scalarFirst.scalars.at("intensity"), (std::vector<float>{200, 7}));
+  EXPECT_EQ(scalarFirst.normals, (std::vector<Eigen::Vector3f>{{0, .6f, .8f}, {0, 1, 0}}));
+  const PointTable shares = parse("xyzrgb", "1 2 3 1 0 0.2\n4 5 6 0 1 0\n");
+  EXPECT_EQ(shares.colors, (std::vector<Color>{{255, 0, 51}, {0, 255, 0}}));
+  EXPECT_TRUE(shares.normals.empty() && shares.scalars.empty());
+  EXPECT_EQ(parse("xyzrgb", "1 2 3 1 0 20\n").colors.at(0), (Color{1, 0, 20}));
+  EXPECT_EQ(parse("xyzn", "1 2 3 0 1 0\n").normals.at(0), Eigen::Vector3f::UnitY());
+}
+
 TEST(PtxReader, scansAreMovedToWhereTheyBelong)
 {
   // A quarter turn about z, row vectors from the left.
