@@ -113,7 +113,7 @@ private:
 struct Tally {
   double balance = 0, total = 0;
 
-  /// Three quarters of the votes.
+  /// Three quarters of the votes agree.
   bool isDecided() const { return std::abs(balance) >= .5 * total && total > 0; }
   bool isDecidedlyAgainst() const { return isDecided() && balance < 0; }
 };
