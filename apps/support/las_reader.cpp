@@ -93,11 +93,10 @@ PointTable parseLas(const std::string& path, const std::string& text)
   };
   const std::size_t red = lasFormats[header.format].red;
   const NumberType* const word = numberType('U', 2);
-  std::vector<Column> columns = {{"x", 0, numberType('I', 4)},
-                                 {"y", 4, numberType('I', 4)},
-                                 {"z", 8, numberType('I', 4)},
-                                 {"intensity", 12, word},
-                                 {"", 15, numberType('U', 1)}}; // flags, or the class with flags
+  std::vector<Column> columns = {{"x", 0, numberType('I', 4)}, {"y", 4, numberType('I', 4)},
+                                 {"z", 8, numberType('I', 4)}, {"intensity", 12, word},
+                                 {"", 15, numberType('U', 1)},  // flags, or the class with flags
+                                 {"", 16, numberType('U', 1)}}; // the class, where those are flags
   if (header.hasColors())
     columns.insert(columns.end(), {{"red", red, word}, {"green", red + 2, word}, {"blue", red + 4, word}});
   std::vector<std::string> names;
@@ -106,26 +105,38 @@ PointTable parseLas(const std::string& path, const std::string& text)
 
   PointTable table;
   TableFiller filler(names, header.points, table);
-  constexpr std::size_t portion = 512; // stays in the fastest cache
+  constexpr unsigned lowNoise = 7, highNoise = 18; // the specification's classes
+  constexpr std::size_t portion = 512;             // stays in the fastest cache
   std::vector<std::vector<double>> values(columns.size(), std::vector<double>(portion));
-  std::vector<std::size_t> kept; // rows that are not withheld, which is how LAS deletes points
+  std::vector<std::size_t> kept; // rows that are not withheld, which is how LAS deletes points, nor noise
+  std::size_t noisy = 0;
   for (std::size_t done = 0; done < header.points; done += portion) {
     const std::size_t rows = std::min(portion, header.points - done);
     const char* const bytes = text.data() + header.begin + done * header.stride;
     for (std::size_t c = 0; c < columns.size(); ++c)
       columns[c].type->decode(bytes + columns[c].at, header.stride, rows, false, values[c].data());
     kept.clear();
-    for (std::size_t row = 0; row < rows; ++row)
-      if ((static_cast<unsigned>(values[4][row]) & (header.isExtended() ? 4U : 128U)) == 0)
+    for (std::size_t row = 0; row < rows; ++row) {
+      const auto flags = static_cast<unsigned>(values[4][row]);
+      if ((flags & (header.isExtended() ? 4U : 128U)) != 0)
+        continue;
+      const unsigned type = header.isExtended() ? static_cast<unsigned>(values[5][row]) : flags & 31U;
+      if (type == lowNoise || (header.isExtended() && type == highNoise))
+        ++noisy;
+      else
         kept.push_back(row);
+    }
     filler.add(kept.size(), [&](std::size_t row, std::size_t column) {
       const double value = values[column][kept[row]];
       return column < 3 ? header.scale[column] * value + header.offset[column] : value;
     });
   }
   filler.finish(true);
-  if (table.size() < header.points)
-    table.notes.push_back(std::to_string(header.points - table.size()) + " points are marked as withheld: skipped");
+  const std::size_t withheld = header.points - table.size() - noisy;
+  if (withheld > 0)
+    table.notes.push_back(std::to_string(withheld) + " points are marked as withheld: skipped");
+  if (noisy > 0)
+    table.notes.push_back(std::to_string(noisy) + " points are classified as noise: skipped");
   // Fields that every point of a format has, and nobody may have filled in.
   const std::vector<float>& intensities = table.scalars["intensity"];
   if (std::all_of(intensities.begin(), intensities.end(), [](float value) { return value == 0; }))

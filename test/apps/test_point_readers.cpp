@@ -17,6 +17,7 @@
 #include <cstring>
 #include <regex>
 #include <sstream>
+#include <tuple>
 
 using namespace mrf_apps;
 
@@ -850,6 +851,23 @@ TEST(LasReader, withheldPointsAreSkipped)
     EXPECT_EQ(table.scalars.at("intensity").at(0), 7);
     EXPECT_EQ(table.notes, std::vector<std::string>{"1 points are marked as withheld: skipped"});
     put(bytes, begin, static_cast<std::uint8_t>(132 - bit)); // another meaning here
+    EXPECT_EQ(parse("las", bytes).size(), 2u);
+  }
+}
+
+TEST(LasReader, pointsClassifiedAsNoiseAreSkipped)
+{
+  const std::size_t begin = 375 + 7 + 15; // of the first point's class, or its flags
+  for (const auto& [format, at, value] : {std::tuple(1, 0, 7), {1, 0, 7 | 64}, {6, 1, 7}, {6, 1, 18}}) {
+    std::string bytes = lasFile(4, static_cast<std::size_t>(format), twoPoints);
+    put(bytes, begin + static_cast<std::size_t>(at), static_cast<std::uint8_t>(value));
+    const PointTable table = parse("las", bytes);
+    EXPECT_EQ(table.scalars.at("intensity"), std::vector<float>{7});
+    EXPECT_EQ(table.notes, std::vector<std::string>{"1 points are classified as noise: skipped"});
+  }
+  for (const auto& [format, at, value] : {std::tuple(1, 0, 18), {1, 1, 7}, {6, 1, 2}, {6, 1, 7 | 64}}) {
+    std::string bytes = lasFile(4, static_cast<std::size_t>(format), twoPoints);
+    put(bytes, begin + static_cast<std::size_t>(at), static_cast<std::uint8_t>(value));
     EXPECT_EQ(parse("las", bytes).size(), 2u);
   }
 }
