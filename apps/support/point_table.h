@@ -34,7 +34,7 @@ struct PointTable {
 /// Reads the points of a file of one of pointFormats(), or the vertices of a mesh in one; gzip may have packed it.
 /// \param path "-" reads standard input
 /// \param format one of pointFormats(); empty: by the name, or of standard input by what it begins with
-/// \throw UsageError if the format is not known
+/// \throw UsageError if the name tells no format
 /// \throw FileError if the file is missing, unreadable, empty, truncated, or not what its extension says
 PointTable readPoints(const std::string& path, const std::string& format = {});
 

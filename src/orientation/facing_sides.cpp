@@ -90,21 +90,16 @@ std::vector<FacingSides::Side> FacingSides::findSides(const std::vector<float>& 
 /// Whether it is open, and where its outside is.
 void FacingSides::describe(Side& side, const std::vector<float>& areas, SignedForest& trees) const
 {
-  Eigen::Vector4d normals = Eigen::Vector4d::Zero(), moment = normals; // Σ A n and Σ A; Σ A x and Σ A
-  for (const std::uint32_t i : side.points) {
-    normals += double{areas[i]} * normalOf(i, trees).cast<double>().homogeneous();
-    moment += double{areas[i]} * points_.positions[i].cast<double>().homogeneous();
-  }
-  double balance = 0, total = 0;
-  for (const std::uint32_t i : side.points) {
-    const Eigen::Vector3d arm = points_.positions[i].cast<double>() - moment.hnormalized();
-    const double value = areas[i] * normalOf(i, trees).cast<double>().dot(arm);
-    balance += value;
-    total += std::abs(value);
-  }
-  side.isOpen = normals.head<3>().norm() > openFrom * normals.w();
-  if (!side.isOpen || std::abs(balance) >= bulging * total)
-    side.outward = balance < 0 ? -1 : 1;
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero(); // Σ A n and Σ A
+  for (const std::uint32_t i : side.points)
+    sum += double{areas[i]} * normalOf(i, trees).cast<double>().homogeneous();
+  side.isOpen = sum.head<3>().norm() > openFrom * sum.w();
+  const double outward = outwardness(
+      points_.positions, areas,
+      [&](const auto& visit) { std::for_each(side.points.begin(), side.points.end(), visit); },
+      [&](std::size_t i) { return normalOf(static_cast<std::uint32_t>(i), trees); });
+  if (!side.isOpen || std::abs(outward) >= bulging)
+    side.outward = outward < 0 ? -1 : 1;
 }
 
 /// The nearest point along the normal of one; the point itself if there is none, or so close that it may be of another

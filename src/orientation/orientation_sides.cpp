@@ -282,22 +282,15 @@ private:
   /// either.
   double outside() const
   {
-    Eigen::Vector4d moment = Eigen::Vector4d::Zero();
-    for (std::size_t i = 0; i < points_.size(); ++i)
-      if (isOpenPoint(i))
-        moment += double{areas_[i]} * points_.positions[i].cast<double>().homogeneous();
-    if (!(moment.w() > 0))
-      return 0;
-    double balance = 0, total = 0;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (!isOpenPoint(i))
-        continue;
-      const Eigen::Vector3d arm = points_.positions[i].cast<double>() - moment.hnormalized();
-      const double value = areas_[i] * normal(i).cast<double>().dot(arm);
-      balance += value;
-      total += std::max(std::abs(value), .01 * areas_[i] * arm.norm());
-    }
-    return std::abs(balance) >= .5 * total ? balance : 0;
+    const double result = outwardness(
+        points_.positions, areas_,
+        [&](const auto& visit) {
+          for (std::size_t i = 0; i < points_.size(); ++i)
+            if (isOpenPoint(i))
+              visit(i);
+        },
+        [&](std::size_t i) { return normal(i); });
+    return std::abs(result) >= .5 ? result : 0;
   }
 
   /// > 0 if what rises from the bulk of the surface does so along an axis, as a house from its plot, < 0 against it; 0

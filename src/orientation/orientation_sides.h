@@ -8,6 +8,11 @@
 
 #include "orientation/orientation_graph.h"
 
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -16,6 +21,25 @@ namespace pcl::mrf {
 /// |Σ A n| / Σ A above which a component is open. Objects with holes
 /// of 15 % of their diagonal stay below .08, of 22 % below .17; half a sphere has .5, a room without a ceiling .2.
 constexpr double openFrom = .18;
+
+/// How decidedly points face away from their middle: 1 if all do, −1 if all face it, 0 for a flat patch, which has no
+/// outside: what rounding and noise leave there counts little. \param forPoints calls visit(i) for each of them
+/// \param areas that points stand for \param normalOf their normals, as they are signed now
+template <typename ForPoints, typename NormalOf>
+double outwardness(const std::vector<Eigen::Vector3f>& positions, const std::vector<float>& areas,
+                   const ForPoints& forPoints, const NormalOf& normalOf)
+{
+  Eigen::Vector4d moment = Eigen::Vector4d::Zero();
+  forPoints([&](std::size_t i) { moment += double{areas[i]} * positions[i].cast<double>().homogeneous(); });
+  double balance = 0, total = 0;
+  forPoints([&](std::size_t i) {
+    const Eigen::Vector3d arm = positions[i].cast<double>() - moment.hnormalized();
+    const double value = areas[i] * Eigen::Vector3f(normalOf(i)).cast<double>().dot(arm);
+    balance += value;
+    total += std::max(std::abs(value), .01 * areas[i] * arm.norm());
+  });
+  return total > 0 ? balance / total : 0;
+}
 
 /// Which components of consistent normals are to be turned.
 struct Sides {
