@@ -86,6 +86,7 @@ std::string droppedPoints(const pcl::mrf::PointCounts& points)
                                        {points.zeroNormals, "without a normal"},
                                        {points.zeroConfidence, "without confidence"},
                                        {points.outliersAlone, "standing alone"},
+                                       {points.mixedPixels, "between two surfaces"},
                                        {points.outliersByStatistics, "outliers by statistics"},
                                        {points.noiseByPlaneFit, "noise by plane fit"},
                                        {points.outliersByField, "against a robust field"},

@@ -6,6 +6,7 @@
 #include "options/stage_timer.h"
 #include "orientation/given_signs.h"
 #include "orientation/orientation.h"
+#include "points/mixed_pixels.h"
 #include "points/noise.h"
 #include "points/normals.h"
 
@@ -116,15 +117,21 @@ OrientedPoints orientPoints(PreparedPoints prepared, const Options& options, Nei
         oriented.normals[i] = points.normals[i];
   points.normals = std::move(oriented.normals);
   reduce(points, oriented.keep, search, execution);
+  report.sensorSupposed = options.orientation.sensorOrigin && points.sensors.empty() &&
+                          isSeenFromOrigin(points.positions, points.normals, points.offset, execution);
+  if (report.sensorSupposed) {
+    points.sensors.emplace_back((-points.offset).cast<float>());
+    if (options.outliers.alone) {
+      std::vector<std::uint8_t> keep(points.size(), 1);
+      report.points.mixedPixels = dropMixedPixels(points, keep, execution);
+      reduce(points, keep, search, execution);
+    }
+  }
   requirePoints(points, report);
   report.points.used = static_cast<std::int64_t>(points.size());
 
   OrientedPoints result;
   static_cast<PointArrays&>(result) = std::move(points);
-  report.sensorSupposed = options.orientation.sensorOrigin && result.sensors.empty() &&
-                          isSeenFromOrigin(result.positions, result.normals, result.offset, execution);
-  if (report.sensorSupposed)
-    result.sensors.emplace_back((-result.offset).cast<float>());
   if (const auto law = noiseLaw(options.observation.noiseModel); law && law->isByRange() && result.deviations.empty())
     result.deviations = knownByRange(*law, result, options, execution);
   return result;

@@ -4,6 +4,7 @@
 #include "base/select_values.h"
 #include "options/noise_law.h"
 #include "options/stage_timer.h"
+#include "points/mixed_pixels.h"
 #include "points/normals.h"
 #include "points/outliers.h"
 #include "points/sampling_density.h"
@@ -53,9 +54,11 @@ void removeOutliers(PointSet& points, const Options& options, NeighborSearch& se
     const StageTimer timer("outliers", report, execution);
     search.setPoints(points.positions, execution);
     distances = measureNeighbors(points, search, execution);
-    const OutlierResult outliers = findOutliers(points, distances, search, options.outliers, execution);
+    OutlierResult outliers = findOutliers(points, distances, search, options.outliers, execution);
     report.points.outliersAlone = outliers.droppedAlone;
     report.points.outliersByStatistics = outliers.droppedByStatistics;
+    if (options.outliers.alone)
+      report.points.mixedPixels = dropMixedPixels(points, outliers.keep, execution);
     if (reduce(points, outliers.keep, search, execution))
       for (std::vector<float>* values : {&distances.nearest, &distances.eighth, &distances.mean})
         *values = selectValues(*values, outliers.keep);
@@ -147,7 +150,7 @@ void requirePoints(const PointSet& points, const Report& report)
       {counts.duplicates, "duplicates"},
       {counts.zeroNormals, "zero normals"},
       {counts.zeroConfidence, "without confidence"},
-      {counts.outliersAlone + counts.outliersByStatistics, "outliers"},
+      {counts.outliersAlone + counts.outliersByStatistics + counts.mixedPixels, "outliers"},
       {counts.noiseByPlaneFit, "without a plane"},
       {counts.smallComponents, "in small components"}};
   const char* separator = "; dropped: ";

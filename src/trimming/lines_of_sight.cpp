@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "trimming/lines_of_sight.h"
 
-#include <pcl/surface/mrf/neighbor_search.h>
-
 #include "base/loops.h"
+#include "points/sensor_view.h"
 
 #include <algorithm>
-#include <memory>
 
 namespace pcl::mrf {
 namespace {
@@ -21,24 +19,17 @@ constexpr int besideSight = 12;
 /// Of more sensors, as of a scanner on the move, it would take too long to ask each what it saw through.
 constexpr std::size_t maxViews = 256;
 
-/// The points as a sensor sees them: moved along their lines of sight onto a sphere around it, where what is behind a
-/// place is next to it. The sphere is as large as the cloud is far, so that far sensors tell points apart, too.
+/// What one sensor saw.
 class View {
 public:
   View(const Eigen::Vector3f& sensor, const OrientedPoints& points, Execution& execution)
-      : sensor_(sensor.cast<double>()), points_(points), search_(makePointBins())
-  {
-    const BoundingBox box = boundingBox(points.positions);
-    radius_ = (sensor_ - (box.lower + box.upper).cast<double>() / 2).norm();
-    std::vector<Eigen::Vector3f> seen(points.size());
-    forEach(execution, points.size(), 4096, [&](std::size_t i) { seen[i] = onSphere(points.positions[i]); });
-    search_->setPoints(seen, execution);
-  }
+      : sensor_(sensor.cast<double>()), points_(points), view_(sensor, points.positions, execution)
+  {}
 
   bool seesThrough(const Place& place, Neighbors& besides) const
   {
     const Eigen::Vector3f direction = (place.position.cast<double>() - sensor_).normalized().cast<float>();
-    search_->nearest(onSphere(place.position), besideSight, besides);
+    view_.search().nearest(view_.onSphere(place.position), besideSight, besides);
     return std::any_of(besides.indices.begin(), besides.indices.end(), [&](std::size_t i) {
       // Where the line of sight meets the point's tangent plane, seen from the place.
       const Eigen::Vector3f point = points_.positions[i] - place.position;
@@ -49,19 +40,9 @@ public:
   }
 
 private:
-  Eigen::Vector3f onSphere(const Eigen::Vector3f& position) const
-  {
-    const Eigen::Vector3d sight = position.cast<double>() - sensor_;
-    const double distance = sight.norm();
-    if (!(distance > 0))
-      return position;
-    return (position.cast<double>() + sight * ((radius_ - distance) / distance)).cast<float>();
-  }
-
   const Eigen::Vector3d sensor_;
   const OrientedPoints& points_;
-  double radius_;
-  std::unique_ptr<NeighborSearch> search_;
+  const SensorView view_;
 };
 
 } // namespace
@@ -70,20 +51,15 @@ std::vector<std::uint8_t> seenThrough(const std::vector<Place>& places, const Or
                                       Execution& execution)
 {
   std::vector<std::uint8_t> result(places.size(), 0);
-  const bool isOnly = points.sensors.size() == 1; // no other can have seen the points
-  if (places.empty() || points.sensors.size() > maxViews || (points.views.empty() && !isOnly))
+  if (places.empty() || points.sensors.size() > maxViews)
     return result;
-  for (std::size_t sensor = 0; sensor < points.sensors.size(); ++sensor) {
-    OrientedPoints own;
-    if (!isOnly) {
-      std::vector<std::uint8_t> isOwn(points.size());
-      for (std::size_t i = 0; i < isOwn.size(); ++i)
-        isOwn[i] = points.views[i] == static_cast<std::int32_t>(sensor) ? 1 : 0;
-      own = select(points, isOwn);
-    }
-    const OrientedPoints& seen = isOnly ? points : own;
-    if (seen.size() == 0)
+  const std::vector<std::vector<std::uint32_t>> own = pointsOfSensors(points);
+  for (std::size_t sensor = 0; sensor < own.size(); ++sensor) {
+    if (own[sensor].empty())
       continue;
+    const bool isAll = own[sensor].size() == points.size();
+    const OrientedPoints some = isAll ? OrientedPoints() : select(points, own[sensor]);
+    const OrientedPoints& seen = isAll ? points : some;
     const View view(points.sensors[sensor], seen, execution);
     execution.forRange(places.size(), 256, [&](std::size_t begin, std::size_t end) {
       Neighbors besides;

@@ -26,7 +26,8 @@ enum class SearchKind {
 /// Criteria are independent; a point is dropped if any enabled one rejects it. A share above 2 % is a warning of the
 /// report, with the rule's name.
 struct OutlierOptions {
-  bool alone = true;        ///< no coherent neighbors, and far from them beside their own or the cloud's spacing
+  bool alone = true;        ///< no coherent neighbors, and far from them beside their own or the cloud's spacing; or
+                            ///< between two surfaces that their sensor saw
   bool statistical = false; ///< PCL's StatisticalOutlierRemoval: 8 neighbors, 3 standard deviations
   bool robust = false;      ///< by a robust field, once the points are oriented
 };

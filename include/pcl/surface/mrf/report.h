@@ -207,6 +207,7 @@ struct PointCounts {
   std::int64_t zeroConfidence = 0; ///< confidence field not finite or ≤ 0
   std::int64_t outliersAlone = 0;  ///< OutlierOptions::alone, and so on
   std::int64_t outliersByStatistics = 0;
+  std::int64_t mixedPixels = 0;     ///< OutlierOptions::alone: between two surfaces that their sensor saw
   std::int64_t noiseByPlaneFit = 0; ///< the paper's PCA criteria, or no plane could be fitted
   std::int64_t smallComponents = 0;
   std::int64_t outliersByField = 0; ///< OutlierOptions::robust

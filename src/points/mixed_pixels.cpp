@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "points/mixed_pixels.h"
+
+#include "base/select_values.h"
+#include "points/sensor_view.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace pcl::mrf {
+namespace {
+
+/// Points next to a point in its sensor's view.
+constexpr int besides = 16;
+
+/// Two surfaces show where half of them are near the nearest or the farthest of them, within this share of the way
+/// between these or off a surface by no more than noise is, and some near either. Along a slope they are spread evenly.
+constexpr float nearEnd = .1f;
+constexpr std::ptrdiff_t atEither = 2, atBoth = besides / 2;
+
+/// About as far away is what differs by less than this share of the way from one surface to the other. Of a mixed pixel
+/// so many of the others are, and one more where mixed pixels are so dense, one in so many of a sensor's points, that
+/// they are next to each other. Of the leaves of a tree more are.
+constexpr float alike = .05f;
+constexpr std::ptrdiff_t mostAlike = 1;
+constexpr std::size_t dense = 200;
+
+/// Off a surface is what is so many times as far from it as four of five points of its range are from the median of
+/// those next to them.
+constexpr float clearly = 4;
+constexpr double typical = .8;
+
+/// So few of a sensor's points, one in, bend no surface.
+constexpr std::size_t rare = 4000;
+
+/// Ranges of the points next to one, ascending.
+using Ranges = std::array<float, besides>;
+
+/// What one sensor saw.
+class DepthView {
+public:
+  DepthView(const Eigen::Vector3f& sensor, const std::vector<Eigen::Vector3f>& positions, Execution& execution)
+      : view_(sensor, positions, execution), ranges_(positions.size())
+  {
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      ranges_[i] = (positions[i] - sensor).norm();
+    measureSteps();
+  }
+
+  /// One flag for each of its points. \param most others that are as far away as a mixed pixel
+  std::vector<std::uint8_t> findMixed(std::ptrdiff_t most, Execution& execution) const
+  {
+    std::vector<std::uint8_t> mixed(ranges_.size(), 0);
+    view_.search().forEachPosition(view_.seen(), besides + 1, NeighborSearch::Answer::indicesAndDistances, execution,
+                                   [&](const NeighborBatch& batch) {
+                                     for (std::size_t n = 0; n < batch.size; ++n)
+                                       mixed[batch.positions[n]] =
+                                           isMixed(batch.positions[n], batch.indices + n * batch.k, most) ? 1 : 0;
+                                   });
+    return mixed;
+  }
+
+private:
+  /// A quarter of an octave. A point at its sensor has no range.
+  static int groupOf(float range) { return range > 0 ? static_cast<int>(std::floor(4 * std::log2(range))) : INT_MIN; }
+
+  /// \param found indices of one more than these, the point itself in general among them
+  template <typename Index>
+  Ranges rangesOf(const Index* found, std::size_t point) const
+  {
+    Ranges ranges;
+    std::size_t n = 0;
+    for (int k = 0; k <= besides && n < ranges.size(); ++k)
+      if (static_cast<std::size_t>(found[k]) != point)
+        ranges[n++] = ranges_[static_cast<std::size_t>(found[k])];
+    std::sort(ranges.begin(), ranges.end());
+    return ranges;
+  }
+
+  /// How far points of each range are from the median of those next to them: by noise, by steps of the depths, and by
+  /// the slopes of the surfaces.
+  void measureSteps()
+  {
+    constexpr std::size_t most = 8192;
+    std::map<int, std::vector<float>> steps;
+    Neighbors found;
+    const std::size_t asked = std::min(ranges_.size(), most);
+    for (std::size_t n = 0; n < asked; ++n) {
+      const std::size_t i = n * ranges_.size() / asked;
+      view_.search().nearest(view_.seen()[i], besides + 1, found);
+      steps[groupOf(ranges_[i])].push_back(std::abs(ranges_[i] - rangesOf(found.indices.data(), i)[besides / 2]));
+    }
+    for (auto& [group, values] : steps)
+      steps_[group] = quantile(std::move(values), typical);
+  }
+
+  float stepAt(float range) const
+  {
+    const auto found = steps_.find(groupOf(range));
+    return found == steps_.end() ? 0 : found->second;
+  }
+
+  bool isMixed(std::uint32_t point, const std::uint32_t* found, std::ptrdiff_t most) const
+  {
+    const Ranges ranges = rangesOf(found, point);
+    const float range = ranges_[point];
+    const float front = ranges.front(), back = ranges.back(), way = back - front;
+    const float offFront = clearly * stepAt(front), offBack = clearly * stepAt(back);
+    if (range - front <= offFront || back - range <= offBack)
+      return false;
+    const auto closeTo = [&](float to, float reach) {
+      return std::count_if(ranges.begin(), ranges.end(), [&](float other) { return std::abs(other - to) < reach; });
+    };
+    const std::ptrdiff_t atFront = closeTo(front, std::max(nearEnd * way, offFront)),
+                         atBack = closeTo(back, std::max(nearEnd * way, offBack));
+    return atFront >= atEither && atBack >= atEither && atFront + atBack >= atBoth &&
+           closeTo(range, std::max(alike * way, offFront)) <= most;
+  }
+
+  const SensorView view_;
+  std::vector<float> ranges_;
+  std::map<int, float> steps_;
+};
+
+} // namespace
+
+std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t>& keep, Execution& execution)
+{
+  std::int64_t dropped = 0;
+  std::vector<std::vector<std::uint32_t>> own = pointsOfSensors(points);
+  for (std::size_t s = 0; s < own.size(); ++s) {
+    std::vector<std::uint32_t>& seen = own[s];
+    // Without those that are found others have a surface on either side.
+    for (std::size_t found = 0;;) {
+      seen.erase(std::remove_if(seen.begin(), seen.end(), [&](std::uint32_t i) { return !keep[i]; }), seen.end());
+      if (seen.size() <= besides)
+        break;
+      const std::ptrdiff_t most = found * dense > seen.size() ? mostAlike + 1 : mostAlike;
+      const std::vector<std::uint8_t> mixed =
+          DepthView(points.sensors[s], selectValues(points.positions, seen), execution).findMixed(most, execution);
+      const auto count = static_cast<std::size_t>(std::count(mixed.begin(), mixed.end(), std::uint8_t{1}));
+      if (count * rare < seen.size())
+        break;
+      for (std::size_t n = 0; n < seen.size(); ++n)
+        if (mixed[n])
+          keep[seen[n]] = 0;
+      found += count;
+      dropped += static_cast<std::int64_t>(count);
+    }
+  }
+  return dropped;
+}
+
+} // namespace pcl::mrf
