@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace pcl::mrf {
@@ -64,7 +65,10 @@ public:
 
 private:
   /// A quarter of an octave. A point at its sensor has no range.
-  static int groupOf(float range) { return range > 0 ? static_cast<int>(std::floor(4 * std::log2(range))) : INT_MIN; }
+  static int groupOf(float range)
+  {
+    return range > 0 ? static_cast<int>(std::floor(4 * std::log2(range))) : std::numeric_limits<int>::min();
+  }
 
   /// \param found indices of one more than these, the point itself in general among them
   template <typename Index>
@@ -138,8 +142,9 @@ std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t
       if (seen.size() <= besides)
         break;
       const std::ptrdiff_t most = found * dense > seen.size() ? mostAlike + 1 : mostAlike;
-      const std::vector<std::uint8_t> mixed =
-          DepthView(points.sensors[s], selectValues(points.positions, seen), execution).findMixed(most, execution);
+      const DepthView view(points.sensors[s], selectValues(points.positions, seen), execution);
+      const std::vector<std::uint8_t> mixed = view.findMixed(most, execution);
+      execution.poll();
       const auto count = static_cast<std::size_t>(std::count(mixed.begin(), mixed.end(), std::uint8_t{1}));
       if (count * rare < seen.size())
         break;

@@ -174,3 +174,19 @@ TEST(MixedPixels, AreThoseOfTheSensorThatSawThem)
   std::fill(points.views.begin() + static_cast<std::ptrdiff_t>(points.size() / 2), points.views.end(), 1);
   EXPECT_NEAR(static_cast<double>(droppedOf(points)), 2. * static_cast<double>(once), 2); // of rounding
 }
+
+TEST(MixedPixels, AreDroppedWhetherTheSensorIsGivenOrSupposed)
+{
+  PointSet points = pointsOf(mixedImage(.5).image);
+  for (const Eigen::Vector3f& position : points.positions)
+    points.normals.push_back(-position.normalized());
+  const Reconstruction given = clouds::reconstruct(points);
+  EXPECT_GT(given.report.points.mixedPixels, 100);
+  points.sensors.clear();
+  const Reconstruction supposed = clouds::reconstruct(points);
+  ASSERT_TRUE(supposed.report.sensorSupposed);
+  EXPECT_EQ(supposed.report.points.mixedPixels, given.report.points.mixedPixels);
+  Options options;
+  options.outliers.alone = false;
+  EXPECT_EQ(clouds::reconstruct(points, options).report.points.mixedPixels, 0);
+}
