@@ -11,8 +11,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-/// Normals that are asked, spread evenly over the cloud.
-constexpr std::size_t maxNormals = 10000;
+/// Normals that are asked, spread evenly over the cloud, and sensors: of more, as of a scanner on the move, those
+/// between see much the same.
+constexpr std::size_t maxNormals = 10000, maxSensors = 256;
 
 /// The share of them that turn away most. Where a sensor's view ends they are edge-on, all around it, so that they tell
 /// its direction better than the mean of all normals does.
@@ -25,10 +26,10 @@ constexpr double minTurned = -.1;
 /// One in so many normals may turn away from all sensors by a wrong side; if more do, these did not see the points.
 constexpr std::size_t wrongShare = 10;
 
-/// Of n normals those that are asked.
-std::vector<std::size_t> pick(std::size_t n)
+/// Of n at most so many, spread evenly.
+std::vector<std::size_t> pick(std::size_t n, std::size_t most)
 {
-  std::vector<std::size_t> picked(std::min(n, maxNormals));
+  std::vector<std::size_t> picked(std::min(n, most));
   for (std::size_t i = 0; i < picked.size(); ++i)
     picked[i] = i * n / picked.size();
   return picked;
@@ -57,7 +58,7 @@ std::optional<Eigen::Vector3f> commonDirection(const std::vector<Eigen::Vector3f
   if (all.empty())
     return std::nullopt;
   std::vector<Vector3d> normals;
-  for (const std::size_t i : pick(all.size()))
+  for (const std::size_t i : pick(all.size(), maxNormals))
     normals.push_back(all[i].cast<double>());
   Vector3d direction = Vector3d::Zero();
   for (const Vector3d& normal : normals)
@@ -74,14 +75,16 @@ std::optional<Eigen::Vector3f> commonDirection(const std::vector<Eigen::Vector3f
 
 } // namespace
 
-Viewpoints::Viewpoints(const OrientedPoints& points) : sensors_(points.sensors)
+Viewpoints::Viewpoints(const OrientedPoints& points)
 {
-  if (sensors_.empty()) {
+  if (points.sensors.empty()) {
     direction_ = commonDirection(points.normals);
     return;
   }
+  for (const std::size_t sensor : pick(points.sensors.size(), maxSensors))
+    sensors_.push_back(points.sensors[sensor]);
   std::size_t turned = 0;
-  const std::vector<std::size_t> picked = pick(points.size());
+  const std::vector<std::size_t> picked = pick(points.size(), maxNormals);
   for (const std::size_t i : picked)
     turned += facing(points.positions[i], points.normals[i]) < minTurned ? 1 : 0;
   if (wrongShare * turned > picked.size())

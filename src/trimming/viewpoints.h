@@ -11,8 +11,8 @@
 
 namespace pcl::mrf {
 
-/// The sensors, if the points face them; where none are given, the direction of a single far one that saw all points,
-/// if there can have been one.
+/// The sensors, or 256 of them, if the points face them; where none are given, the direction of a single far one that
+/// saw all points, if there can have been one.
 class Viewpoints {
 public:
   explicit Viewpoints(const OrientedPoints& points);
@@ -24,7 +24,7 @@ public:
   float facing(const Eigen::Vector3f& position, const Eigen::Vector3f& normal) const;
 
 private:
-  std::vector<Eigen::Vector3f> sensors_;     ///< those that saw the points
+  std::vector<Eigen::Vector3f> sensors_;     ///< that saw the points
   std::optional<Eigen::Vector3f> direction_; ///< to the far sensor
 };
 

@@ -2,8 +2,11 @@
 #include "trimming/lines_of_sight.h"
 
 #include "support/clouds.h"
+#include "trimming/viewpoints.h"
 
 #include <gtest/gtest.h>
+
+#include <chrono>
 
 using namespace pcl::mrf;
 
@@ -56,4 +59,22 @@ TEST(LinesOfSight, WithoutSensorsTellNothing)
   points.sensors.clear();
   Execution execution(1);
   EXPECT_EQ(seenThrough({{place, .25f}}, points, execution).front(), 0);
+}
+
+TEST(Viewpoints, OfAScannerOnTheMoveTakeNoTime)
+{
+  constexpr int sensors = 300000;
+  const PointSet wall = clouds::lattice(100, .05f);
+  OrientedPoints points;
+  points.positions = wall.positions;
+  points.normals = wall.normals;
+  const Eigen::Vector3f middle = (boundingBox(wall.positions).lower + boundingBox(wall.positions).upper) / 2;
+  for (int n = 0; n < sensors; ++n) // from side to side, 2 above it
+    points.sensors.emplace_back(middle + Eigen::Vector3f(6 * static_cast<float>(n) / sensors - 3, 0, 2));
+  const auto start = std::chrono::steady_clock::now();
+  const Viewpoints viewpoints(points);
+  ASSERT_TRUE(viewpoints.areKnown());
+  EXPECT_NEAR(viewpoints.facing(middle, Eigen::Vector3f::UnitZ()), 1, .01);
+  EXPECT_NEAR(viewpoints.facing(middle, Eigen::Vector3f(.8f, 0, .6f)), 1, .01);
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 1);
 }
