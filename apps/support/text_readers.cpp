@@ -152,9 +152,15 @@ public:
 private:
   bool takeNames(std::string_view line)
   {
-    std::vector<std::string> names = rows_.columns > 0 ? std::vector<std::string>() : columnNames(line);
+    // As COLMAP names the track of a point: a list from there on, as long as it is.
+    const std::size_t list = line.find("[] as (");
+    std::vector<std::string> names = rows_.columns > 0 ? std::vector<std::string>() : columnNames(line.substr(0, list));
     const bool areThere = !names.empty();
     if (areThere) {
+      if (list != line.npos) {
+        names.pop_back();
+        beforeList_ = names.size();
+      }
       if (const std::set<std::string> units = lengthUnits(line, names); units.size() > 1)
         lines_.fail("has coordinates in " + *units.begin() + " and in " + *units.rbegin() + ": give all in one unit");
       rows_.names = std::move(names);
@@ -180,6 +186,10 @@ private:
       lines_.fail("has commas within numbers, it seems; write 0.5 for 0,5, or part all columns by commas");
     if (areNumbers ? takeCount() : takeNames(line))
       return;
+    if (beforeList_ > 0 && cells_.size() > beforeList_) {
+      cells_.resize(beforeList_);
+      values_.resize(std::min(values_.size(), beforeList_));
+    }
     const std::size_t expected = rows_.columns > 0 ? rows_.columns : rows_.names.size();
     const auto separators = std::count_if(line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; });
     const bool haveGaps = !areNumbers || static_cast<std::size_t>(separators) >= cells_.size() ||
@@ -240,7 +250,8 @@ private:
   const std::string& path_;
   Lines lines_;
   Rows rows_;
-  bool isHeader_ = false; ///< what has the names, rather than a comment
+  bool isHeader_ = false;      ///< what has the names, rather than a comment
+  std::size_t beforeList_ = 0; ///< columns that are before a list in each row; 0: there is none
   double announced_ = 0;
   std::vector<std::string_view> cells_;
   std::vector<double> values_;

@@ -479,6 +479,19 @@ TEST(XyzReader, takesEveryKindOfHeaderAndSeparator)
   EXPECT_EQ(far.positions[1], Eigen::Vector3d(0, 0, 1));
 }
 
+TEST(XyzReader, tracksOfColmapAreAsLongAsTheyAre)
+{
+  const std::string header = "# 3D point list with one line of data per point:\n"
+                             "#   POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[] as (IMAGE_ID, POINT2D_IDX)\n"
+                             "# Number of points: 2, mean track length: 3\n";
+  const PointTable table =
+      parse("txt", header + "7 1 2 3 10 20 30 .5 1 17 2 9\n9 4 5 6 40 50 60 .25 1 3 2 5 3 8 4 1\n");
+  EXPECT_EQ(table.positions, (Points{{1, 2, 3}, {4, 5, 6}}));
+  EXPECT_EQ(table.colors, (std::vector<Color>{{10, 20, 30}, {40, 50, 60}}));
+  EXPECT_EQ(table.scalars.at("ERROR"), (std::vector<float>{.5, .25}));
+  expectRefused("txt", header + "7 1 2 3 10 20 30 .5 1 17\n9 4 5 6 40\n", "line 5: has 5 columns, those before have 8");
+}
+
 TEST(XyzReader, columnsAreWhatTheHeaderNames)
 {
   for (const char* text :
