@@ -33,7 +33,7 @@ constexpr std::size_t dense = 200;
 constexpr float clearly = 4;
 constexpr double typical = .8;
 
-/// So few of a sensor's points, one in, bend no surface.
+/// Where fewer of a sensor's points are mixed, one in so many, they are left: it hardly has any.
 constexpr std::size_t rare = 4000;
 
 /// Ranges of the points next to one, ascending.

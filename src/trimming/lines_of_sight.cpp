@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "trimming/lines_of_sight.h"
 
-#include "base/loops.h"
 #include "points/sensor_view.h"
 
 #include <algorithm>

@@ -76,5 +76,5 @@ TEST(Viewpoints, OfAScannerOnTheMoveTakeNoTime)
   ASSERT_TRUE(viewpoints.areKnown());
   EXPECT_NEAR(viewpoints.facing(middle, Eigen::Vector3f::UnitZ()), 1, .01);
   EXPECT_NEAR(viewpoints.facing(middle, Eigen::Vector3f(.8f, 0, .6f)), 1, .01);
-  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 1);
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 5); // all would take 12
 }
