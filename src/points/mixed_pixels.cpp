@@ -36,6 +36,9 @@ constexpr double typical = .8;
 /// Where fewer of a sensor's points are mixed, one in so many, they are left: it hardly has any.
 constexpr std::size_t rare = 4000;
 
+/// Of more points so many are asked first: where their view of the scene has hardly any, the others are spared.
+constexpr std::size_t sampled = 65536;
+
 /// Ranges of the points next to one, ascending.
 using Ranges = std::array<float, besides>;
 
@@ -128,34 +131,63 @@ private:
   std::map<int, float> steps_;
 };
 
+/// Those of a sensor's points that are mixed; none where they are rare.
+std::vector<std::uint32_t> mixedAmong(const std::vector<std::uint32_t>& seen, const Eigen::Vector3f& sensor,
+                                      const std::vector<Eigen::Vector3f>& positions, std::ptrdiff_t most,
+                                      Execution& execution)
+{
+  std::vector<std::uint32_t> mixed;
+  if (seen.size() <= besides)
+    return mixed;
+  const DepthView view(sensor, selectValues(positions, seen), execution);
+  const std::vector<std::uint8_t> isMixed = view.findMixed(most, execution);
+  execution.poll();
+  for (std::size_t n = 0; n < seen.size(); ++n)
+    if (isMixed[n])
+      mixed.push_back(seen[n]);
+  if (mixed.size() * rare < seen.size())
+    mixed.clear();
+  return mixed;
+}
+
+std::vector<std::uint32_t> sampleOf(const std::vector<std::uint32_t>& seen)
+{
+  std::vector<std::uint32_t> sample(std::min(seen.size(), sampled));
+  for (std::size_t n = 0; n < sample.size(); ++n)
+    sample[n] = seen[n * seen.size() / sample.size()];
+  return sample;
+}
+
 } // namespace
 
 std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t>& keep, Execution& execution)
 {
-  std::int64_t dropped = 0;
+  std::size_t dropped = 0;
   std::vector<std::vector<std::uint32_t>> own = pointsOfSensors(points);
   for (std::size_t s = 0; s < own.size(); ++s) {
     std::vector<std::uint32_t>& seen = own[s];
+    const auto mixedOf = [&](const std::vector<std::uint32_t>& asked, std::ptrdiff_t most) {
+      return mixedAmong(asked, points.sensors[s], points.positions, most, execution);
+    };
+    const auto eraseDropped = [&] {
+      seen.erase(std::remove_if(seen.begin(), seen.end(), [&](std::uint32_t i) { return !keep[i]; }), seen.end());
+    };
+    eraseDropped();
+    if (seen.size() > 2 * sampled && mixedOf(sampleOf(seen), mostAlike).empty())
+      continue;
     // Without those that are found others have a surface on either side.
     for (std::size_t found = 0;;) {
-      seen.erase(std::remove_if(seen.begin(), seen.end(), [&](std::uint32_t i) { return !keep[i]; }), seen.end());
-      if (seen.size() <= besides)
+      const std::vector<std::uint32_t> mixed = mixedOf(seen, found * dense > seen.size() ? mostAlike + 1 : mostAlike);
+      if (mixed.empty())
         break;
-      const std::ptrdiff_t most = found * dense > seen.size() ? mostAlike + 1 : mostAlike;
-      const DepthView view(points.sensors[s], selectValues(points.positions, seen), execution);
-      const std::vector<std::uint8_t> mixed = view.findMixed(most, execution);
-      execution.poll();
-      const auto count = static_cast<std::size_t>(std::count(mixed.begin(), mixed.end(), std::uint8_t{1}));
-      if (count * rare < seen.size())
-        break;
-      for (std::size_t n = 0; n < seen.size(); ++n)
-        if (mixed[n])
-          keep[seen[n]] = 0;
-      found += count;
-      dropped += static_cast<std::int64_t>(count);
+      for (const std::uint32_t i : mixed)
+        keep[i] = 0;
+      eraseDropped();
+      found += mixed.size();
+      dropped += mixed.size();
     }
   }
-  return dropped;
+  return static_cast<std::int64_t>(dropped);
 }
 
 } // namespace pcl::mrf

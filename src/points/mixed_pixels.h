@@ -16,8 +16,8 @@ namespace pcl::mrf {
 /// nothing where it is not known who saw the points, and where a sensor has fewer of them than one in 4,000.
 /// \return how many it cleared
 ///
-/// Cost: of each sensor a search of its points and the 16 nearest of each, again while it finds more; some 45 bytes a
-/// point. \throw Cancelled
+/// Cost: of each sensor a search of its points and the 16 nearest of each, again while it finds more, and of 65,536 of
+/// them where these have hardly any; some 45 bytes a point. \throw Cancelled
 std::int64_t dropMixedPixels(const PointArrays& points, std::vector<std::uint8_t>& keep, Execution& execution);
 
 } // namespace pcl::mrf

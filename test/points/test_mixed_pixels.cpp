@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "points/mixed_pixels.h"
 #include "support/clouds.h"
+#include "support/threads.h"
+
+#include <Eigen/Geometry>
 
 #include <gtest/gtest.h>
 
@@ -102,9 +105,9 @@ Mixed mixedImage(double share)
   return mixed;
 }
 
-std::vector<std::uint8_t> keptOf(const PointSet& points)
+std::vector<std::uint8_t> keptOf(const PointSet& points, int threads = 2)
 {
-  Execution execution(2);
+  Execution execution(threads);
   std::vector<std::uint8_t> keep(points.size(), 1);
   const std::int64_t dropped = dropMixedPixels(points, keep, execution);
   EXPECT_EQ(dropped, std::count(keep.begin(), keep.end(), std::uint8_t{0}));
@@ -156,6 +159,24 @@ TEST(MixedPixels, AFewStay)
   ASSERT_NE(edge, image.end());
   *edge = 3;
   EXPECT_EQ(droppedOf(pointsOf(image)), 0);
+}
+
+TEST(MixedPixels, AreFoundInOneImageOfMany)
+{
+  const PointSet mixed = pointsOf(mixedImage(.5).image);
+  PointSet points = mixed;
+  while (points.size() <= 131072) // of more a sample is asked first
+    for (const Eigen::Vector3f& position : pointsOf(imageOf(ballBeforeWall)).positions)
+      points.positions.push_back(
+          Eigen::AngleAxisf(1.05f * static_cast<float>(points.size() / (side * side)), Eigen::Vector3f::UnitX()) *
+          position);
+  EXPECT_NEAR(static_cast<double>(droppedOf(points)), static_cast<double>(droppedOf(mixed)), 2); // at its border
+}
+
+TEST(MixedPixels, DoNotDependOnThreads)
+{
+  const PointSet points = pointsOf(mixedImage(.5).image);
+  sameOnAnyThreads([&](int threads) { return keptOf(points, threads); });
 }
 
 TEST(MixedPixels, AreThoseOfTheSensorThatSawThem)
