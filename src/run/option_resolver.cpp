@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/option_resolver.h"
 
+#include "base/cell_hash.h"
 #include "levels/multiscale.h"
 #include "observation/observation.h"
 #include "options/noise_law.h"
@@ -11,6 +12,7 @@
 #include "trimming/trimming.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 namespace pcl::mrf {
@@ -31,6 +33,33 @@ void derive(float& length, float automatic)
 {
   if (length == 0)
     length = automatic;
+}
+
+/// A surface should take at most this many faces of voxels for each point. Its area is taken for that of the cells of
+/// voxelsPerCell voxels a side that hold at least pointsOfCell points: stray points do not count.
+constexpr double facesPerPoint = 7, voxelsPerCell = 64;
+constexpr int pointsOfCell = 8;
+
+/// Automatic voxels become larger by at most this factor to that end.
+constexpr float maxEnlargement = 2;
+
+/// The smallest automatic voxel size. It is larger than usual where points lie unevenly, as in a lidar's revolution:
+/// most of its surface lies where points are many times as far apart as the median spacing. \param side the usual voxel
+/// size
+float minVoxelSize(const std::vector<Eigen::Vector3f>& positions, float side)
+{
+  CellHash cells(boundingBox(positions).lower.cast<double>(), voxelsPerCell * side);
+  std::vector<int> held;
+  for (const Eigen::Vector3f& position : positions) {
+    const std::uint32_t cell = cells.add(cells.cellOf(position));
+    held.resize(cells.size());
+    ++held[cell];
+  }
+  const auto covered = std::count_if(held.begin(), held.end(), [](int points) { return points >= pointsOfCell; });
+  const double faces = static_cast<double>(covered - 1) * // a cloud within one cell is not spread
+                       voxelsPerCell * voxelsPerCell;
+  const double excess = faces / (facesPerPoint * static_cast<double>(positions.size()));
+  return excess > 1 ? std::min(static_cast<float>(std::sqrt(excess)), maxEnlargement) * side : side;
 }
 
 /// Takes ℓ, and an automatic weight of the normals, from the data.
@@ -99,7 +128,9 @@ void OptionResolver::chooseByData(const OrientedPoints& points, Report& report, 
   observation.smoothing = resolvedSmoothing(observation, spacing_);
   observation.gradientWeight = resolvedGradientWeight(observation);
   if (choosesResolution(requested_)) {
+    const float min = minVoxelSize(points.positions, options_.multiscale.voxelSize);
     chooseResolution(*holdOut, options_, report, execution);
+    options_.multiscale.voxelSize = std::max(options_.multiscale.voxelSize, min);
     observation.maxDistance = resolvedMaxDistance(requested_.observation, spacing_, options_.multiscale.voxelSize);
   }
   if (requested_.observation.smoothing == 0)

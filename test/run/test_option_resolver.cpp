@@ -63,6 +63,35 @@ TEST(OptionResolver, derivesLengthsFromTheDensityAndTheExtent)
   EXPECT_EQ(options.requested().trimming.maxGap, 0);
 }
 
+TEST(OptionResolver, takesLargerVoxelsWherePointsLieUnevenly)
+{
+  // Waves as a lidar sees them: rings farther and farther apart, whose points lie as densely as those of the nearest.
+  OrientedPoints rings, sheet;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> unit(0, 1);
+  const auto add = [](OrientedPoints& points, float x, float y) {
+    constexpr float waves = 100, height = .02f;
+    points.positions.emplace_back(x, y, height * std::sin(waves * x));
+    points.normals.push_back(Eigen::Vector3f(-waves * height * std::cos(waves * x), 0, 1).normalized());
+  };
+  for (int n = 0; n < 20000; ++n) {
+    const float around = 6.2832f * unit(random), radius = std::pow(1.2f, std::floor(20 * unit(random)));
+    add(rings, radius * std::cos(around), radius * std::sin(around));
+    add(sheet, unit(random), unit(random));
+  }
+  for (const OrientedPoints* points : {&rings, &sheet}) {
+    constexpr float spacing = .004f;
+    Execution execution(1);
+    Report report;
+    OptionResolver resolver(Options(), densityOf(spacing));
+    resolver.chooseByData(*points, report, execution);
+    EXPECT_LT(report.resolution.voxelSize, 3 * spacing) << "which tells nothing of what lies between rings";
+    EXPECT_NEAR(resolver.soFar().multiscale.voxelSize, points == &rings ? 4 * spacing : report.resolution.voxelSize,
+                1e-6)
+        << "at most twice as large";
+  }
+}
+
 TEST(OptionResolver, smoothsByWhatCoarseVoxelsCanFollowButNotWhereTheyObserve)
 {
   Options requested = givenOptions();
