@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace mrf_apps {
 namespace {
@@ -82,6 +83,27 @@ std::string headerOf(const std::string& format, const std::string& count, bool i
   return "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS" + names + "\nSIZE" + sizes + "\nTYPE" +
          types + "\nCOUNT" + counts + "\nWIDTH " + count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count +
          "\nDATA binary\n";
+}
+
+/// Makes the points not finite whose height is the number by which elevation models mark cells without data. All other
+/// heights must be far above it.
+void leaveOutNoData(PointTable& table)
+{
+  constexpr double numbers[] = {-9999, -32768, -99999};
+  for (const double number : numbers) {
+    const auto hasNoData = [&](const Eigen::Vector3d& position) { return position.z() == number; };
+    const auto count = std::count_if(table.positions.begin(), table.positions.end(), hasNoData);
+    const auto isSound = [&](const Eigen::Vector3d& position) {
+      return hasNoData(position) || position.z() > number / 2;
+    };
+    if (count == 0 || !std::all_of(table.positions.begin(), table.positions.end(), isSound))
+      continue;
+    for (Eigen::Vector3d& position : table.positions)
+      if (hasNoData(position))
+        position.setConstant(std::numeric_limits<double>::quiet_NaN());
+    table.notes.push_back(std::to_string(count) + " points have the height " + pcl::mrf::decimalText(number) +
+                          ", which stands for no data: skipped");
+  }
 }
 
 PointTable parseAs(const std::string& format, const std::string& path, const std::string& text)
@@ -168,6 +190,7 @@ PointTable parsePoints(const std::string& format, const std::string& path, const
   }
   if (table.size() == 0)
     throw FileError(path, "holds no points; leave it out if there are other inputs");
+  leaveOutNoData(table);
   return table;
 }
 

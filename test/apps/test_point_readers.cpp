@@ -868,6 +868,17 @@ TEST(LasReader, withheldPointsAreSkipped)
   }
 }
 
+TEST_F(PointReaders, heightsThatStandForNoDataAreSkipped)
+{
+  const PointTable table = parse("xyz", "0 0 1.5\n0 1 -9999\n1 0 -3\n");
+  EXPECT_TRUE(table.positions[1].array().isNaN().all());
+  EXPECT_EQ(table.positions[2].z(), -3);
+  EXPECT_EQ(table.notes, std::vector<std::string>{"1 points have the height -9999, which stands for no data: skipped"});
+  const PointTable deep = parse("xyz", "0 0 -8000\n0 1 -9999\n1 0 -9998\n");
+  EXPECT_EQ(deep.positions[1].z(), -9999) << "which is one of the heights there";
+  EXPECT_TRUE(deep.notes.empty());
+}
+
 TEST(LasReader, pointsClassifiedAsNoiseAreSkipped)
 {
   const std::size_t begin = 375 + 7 + 15; // of the first point's class, or its flags
